@@ -1,0 +1,22 @@
+# What every target of ours has in common: warnings, floating point that does not change between machines, sanitizers.
+
+add_library(pbm_warnings INTERFACE)
+target_compile_options(pbm_warnings INTERFACE
+    -Wall -Wextra -Wshadow -Wconversion
+    $<$<BOOL:${PBM_WARNINGS_AS_ERRORS}>:-Werror>)
+
+# Bytes of a file may not depend on whether the compiler fuses multiplications and additions.
+add_compile_options(-ffp-contract=off)
+
+if(PBM_SANITIZE)
+    add_compile_options(-fsanitize=${PBM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+    add_link_options(-fsanitize=${PBM_SANITIZE})
+endif()
+
+# pbm_program(NAME LIBRARIES... ): one of the installed programs, from main.cpp of the current folder and further SOURCES.
+function(pbm_program name)
+    cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+    add_executable(${name} main.cpp ${ARG_SOURCES})
+    target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} pbm_warnings)
+    install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endfunction()

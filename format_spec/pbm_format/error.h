@@ -1,0 +1,90 @@
+// Errors as values: what is wrong with the bytes, where, and which rule of BVG.md they break.
+//
+// Broken bytes give an `Error`; broken callers give an `assert`. No exception crosses this library.
+#pragma once
+
+#include <cassert>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+namespace pbm {
+
+// Kinds of failure. The order is not part of any contract; the names (`to_string`) are.
+enum class ErrorCode : std::uint8_t {
+    usage,               // the caller asked for something that makes no sense
+    io,                  // the operating system refused: open, read, write, rename
+    not_bvg,             // the magic number is another one
+    truncated,           // bytes are missing
+    bad_hash,            // bytes were changed: a stored hash does not match
+    bad_header,          // header fields contradict each other or the limits
+    bad_table,           // section table: order, overlap, sizes, padding
+    bad_section,         // a small section (grid, attributes, materials, lights, texture, metadata)
+    bad_directory,       // chunk directory of a level
+    bad_octree,          // child masks
+    bad_attribute,       // attribute values out of range
+    bad_content,         // content_id, averages or counts disagree with the data
+    bad_input,           // a scan (PLY, OBJ, ...) is damaged or says something impossible
+    too_large,           // over a limit of BVG.md section 2
+    memory,              // an allocation failed or the budget is used up
+    unsupported_version, // a newer major version
+    unsupported_feature, // a required feature, codec or filter this build does not know
+};
+
+std::string_view to_string(ErrorCode code);
+
+// Process exit code of a failure (every program of the project uses it): 1 usage, 2 I/O, 3 invalid or
+// damaged input, 4 memory or another run-time limit, 5 unsupported version or feature.
+int exit_code(ErrorCode code);
+
+struct Error {
+    ErrorCode code{};
+    std::uint64_t offset = 0; // byte offset in the file; 0 where there is none
+    std::string message;      // one line; starts with the paragraph of BVG.md where one applies ("4.2 ...")
+};
+
+// A value or an `Error`. Test with `ok()` (or bool) before `value()`.
+template <class T> class [[nodiscard]] Result {
+  public:
+    Result(T value) : held_(std::in_place_index<0>, std::move(value)) {}
+    Result(Error error) : held_(std::in_place_index<1>, std::move(error)) {}
+
+    bool ok() const { return held_.index() == 0; }
+    explicit operator bool() const { return ok(); }
+
+    T &value() & { return assert(ok()), *std::get_if<0>(&held_); }
+    const T &value() const & { return assert(ok()), *std::get_if<0>(&held_); }
+    T &&value() && { return assert(ok()), std::move(*std::get_if<0>(&held_)); }
+    T &operator*() & { return value(); }
+    const T &operator*() const & { return value(); }
+    T *operator->() { return &value(); }
+    const T *operator->() const { return &value(); }
+
+    Error &error() & { return assert(!ok()), *std::get_if<1>(&held_); }
+    const Error &error() const & { return assert(!ok()), *std::get_if<1>(&held_); }
+    Error &&error() && { return assert(!ok()), std::move(*std::get_if<1>(&held_)); }
+
+  private:
+    std::variant<T, Error> held_;
+};
+
+// Success without a value, or an `Error`.
+class [[nodiscard]] Status {
+  public:
+    Status() = default;
+    Status(Error error) : error_(std::move(error)) {}
+
+    bool ok() const { return !error_.has_value(); }
+    explicit operator bool() const { return ok(); }
+    Error &error() & { return assert(!ok()), *error_; }
+    const Error &error() const & { return assert(!ok()), *error_; }
+    Error &&error() && { return assert(!ok()), std::move(*error_); }
+
+  private:
+    std::optional<Error> error_;
+};
+
+} // namespace pbm

@@ -1,0 +1,177 @@
+// Byte layout of a .bvg file: header, section table and the small records. BVG.md sections 2, 3 and 5.
+//
+//   0      header, 128 bytes
+//   128    section table, 64 bytes per entry, sorted by place in the file
+//          metadata, grid, attributes, materials, lights, texture          (small, raw)
+//          directory of level 1, chunks of level 1                         (coarse)
+//          ...
+//          directory of level depth, chunks of level depth                 (fine)
+#pragma once
+
+#include "pbm_format/bytes.h"
+#include "pbm_format/error.h"
+#include "pbm_format/model.h"
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+namespace pbm {
+
+inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'B', 'V', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
+inline constexpr std::uint16_t kMajorVersion = 0;
+inline constexpr std::uint16_t kMinorVersion = 1;
+inline constexpr std::uint32_t kEndianTag = 0x01020304;
+inline constexpr std::size_t kHeaderBytes = 128;
+inline constexpr std::size_t kSectionEntryBytes = 64;
+inline constexpr std::size_t kMaxSections = 256;
+inline constexpr std::size_t kMaxMetadataBytes = 4096;
+inline constexpr std::size_t kSectionAlignment = 8;
+inline constexpr std::uint64_t kMaxPoints = 0xFFFFFFFF;
+inline constexpr std::uint64_t kMaxExpansion = 32768; // raw bytes per stored byte of a stream
+inline constexpr std::uint32_t kDefaultChunkPoints = 65536;
+inline constexpr std::uint32_t kMinChunkPoints = 512;
+
+// XXH3, 64 bits, seed 0.
+std::uint64_t hash64(ByteView bytes);
+// XXH3, 128 bits, low half first.
+using ContentId = std::array<std::uint64_t, 2>;
+
+// Attributes of the root: the whole model as one point.
+struct RootRecord {
+    std::uint16_t normal = 0;
+    Rgb8 colour{};
+    std::uint8_t material = 0;
+    std::uint8_t radius = 0;
+    std::uint8_t texture = 0;
+    std::array<std::uint8_t, kMaxLights> shadow{};
+    bool operator==(const RootRecord &) const = default;
+};
+
+struct FileHeader {
+    std::uint16_t major = kMajorVersion;
+    std::uint16_t minor = kMinorVersion;
+    std::uint32_t endian = kEndianTag;
+    std::uint64_t file_size = 0;
+    std::uint64_t table_offset = kHeaderBytes;
+    std::uint32_t table_count = 0;
+    std::uint8_t depth = 0;
+    std::uint64_t required_features = 0;
+    std::uint64_t optional_features = 0;
+    std::uint64_t point_count = 0;
+    std::uint64_t raw_bytes = 0; // sum over all sections
+    ContentId content_id{};
+    RootRecord root;
+    std::uint32_t chunk_points = kDefaultChunkPoints;
+    std::uint64_t table_hash = 0;
+};
+
+// 128 bytes, the header's own hash last.
+Bytes encode_header(const FileHeader &header);
+// Proves rules 2.1 .. 2.12: length, magic, hash, version, features, limits. Needs only the first 128 bytes.
+Result<FileHeader> decode_header(ByteView file);
+
+enum class SectionType : std::uint32_t {
+    metadata = 1,
+    grid = 2,
+    attributes = 3,
+    materials = 4,
+    lights = 5,
+    texture = 6,
+    ground_plane = 7,     // reserved
+    level_directory = 16, // instance = level
+    level_chunks = 17,    // instance = level
+    panorama = 32,        // reserved
+};
+std::string_view to_string(SectionType type);
+
+enum class Codec : std::uint16_t { raw = 0, zstd_chunks = 1 };
+
+inline constexpr std::uint16_t kCriticalFlag = 1; // a reader that does not know the section must refuse the file
+
+struct SectionEntry {
+    SectionType type{};
+    Codec codec{};
+    std::uint16_t flags = 0;
+    std::uint32_t instance = 0;
+    std::uint32_t element_bytes = 1; // of the raw form; 0 where elements differ
+    std::uint32_t alignment = kSectionAlignment;
+    std::uint64_t offset = 0;
+    std::uint64_t stored_bytes = 0;
+    std::uint64_t raw_bytes = 0;
+    std::uint64_t count = 0; // elements: records, chunks (directory), points (chunks)
+    std::uint64_t hash = 0;  // XXH3-64 of the stored bytes
+
+    // Place in the file: small sections by type, then directory and chunks level by level, panorama last.
+    std::array<std::uint32_t, 3> order() const;
+};
+
+Bytes encode_section_table(std::span<const SectionEntry> entries);
+// Proves rules 3.1 .. 3.10 for the table that `header` points at: hash, order, places, sizes, known codecs, and that every
+// section the model needs is there exactly once. Does not touch the sections themselves.
+Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const FileHeader &header);
+
+// The small sections. `offset` of an error counts from the section's start.
+Bytes encode_grid(const Grid &grid);
+Result<Grid> decode_grid(ByteView bytes, int depth);
+Bytes encode_attributes(const AttributeSet &set, int depth);
+Result<AttributeSet> decode_attributes(ByteView bytes, int depth);
+Bytes encode_materials(std::span<const Material> materials);
+Result<std::vector<Material>> decode_materials(ByteView bytes);
+Bytes encode_lights(std::span<const Light> lights);
+Result<std::vector<Light>> decode_lights(ByteView bytes);
+Bytes encode_texture(const SolidTexture &texture);
+Result<SolidTexture> decode_texture(ByteView bytes);
+// UTF-8 JSON object of at most kMaxMetadataBytes.
+Status check_metadata(ByteView bytes);
+// Rules that tie parameters together: shadow streams <= lights, material indices need more than one material, ...
+Status check_parameters(const ModelParameters &parameters);
+// Rule 2.11: the root record names existing attributes only.
+Status check_root(const RootRecord &root, const ModelParameters &parameters);
+
+// How one stream of a chunk is stored. 4 bytes: size (24 bits), filter (7 bits), zstd flag (1 bit).
+struct StreamEntry {
+    std::uint32_t stored_bytes = 0;
+    std::uint8_t filter = 0; // 0: none. Other ids are reserved for later versions.
+    bool zstd = false;       // else the raw bytes
+    bool operator==(const StreamEntry &) const = default;
+};
+
+// All normals n of the chunk's points satisfy n . axis >= cosine (BVG.md 5.6).
+struct NormalCone {
+    std::uint16_t axis = 0;    // normal index
+    std::int16_t cosine = -32767; // x 32,767; -32,767 if any point is two-sided
+    bool operator==(const NormalCone &) const = default;
+};
+
+// One entry of a level's directory: fixed part, then one StreamEntry per stream of the AttributeSet.
+struct ChunkEntry {
+    ChunkShape shape;
+    NormalCone cone;
+    std::uint64_t hash = 0;            // XXH3-64 of the chunk's stored bytes
+    std::vector<StreamEntry> streams;  // in the order of streams_of()
+    // Derived in one pass by decode_directory:
+    std::uint64_t offset = 0;          // of the stored bytes, in the file
+    std::uint64_t stored_bytes = 0;
+    std::uint64_t first_point = 0;     // index of the chunk's first point in its level
+    std::uint64_t first_node = 0;      // index of its first mask in its level
+};
+
+inline constexpr std::size_t kChunkEntryFixedBytes = 48;
+std::size_t chunk_entry_bytes(const AttributeSet &set);
+
+struct LevelDirectory {
+    int level = 0;
+    std::vector<ChunkEntry> chunks; // ascending, tiling the level
+    std::uint64_t points = 0;       // of the level
+    std::uint64_t nodes = 0;        // of the level above
+};
+
+Bytes encode_directory(const LevelDirectory &directory, const AttributeSet &set);
+// Proves rules 5.1 .. 5.9 that need no chunk: order, nesting in `above` (null for level 1), counts and running sums against
+// `chunks` (the section that holds them), sizes against kMaxExpansion.
+Result<LevelDirectory> decode_directory(ByteView bytes, int level, const AttributeSet &set, std::uint32_t chunk_points,
+                                        const LevelDirectory *above, const SectionEntry &chunks);
+
+} // namespace pbm

@@ -1,0 +1,31 @@
+// 8,192 unit normals by subdivision of an octahedron, and the way into and out of them. BVG.md section 6.1.
+// Based on: Botsch, Wiratanaya, Kobbelt 2002, section 3.3; dissertation section 4.2.
+//
+// Index, 13 bits:  [12..10] octant: bit 10 x < 0, bit 11 y < 0, bit 12 z < 0
+//                  [9..0]   five base-4 digits, coarse to fine: 0 the middle triangle, 1 / 2 / 3 the one at the
+//                           x / y / z corner
+// Triangles are split at the planar midpoints of their edges; the normal is the direction of the centroid.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace pbm {
+
+inline constexpr int kNormalCount = 8192;
+inline constexpr std::uint16_t kNormalIndexMask = 0x1FFF;
+inline constexpr std::uint16_t kTwoSidedBit = 0x2000; // bit 13 of a stored normal; bits 14 and 15 are zero
+
+using UnitVector = std::array<double, 3>;
+using IntegerNormal = std::array<std::int32_t, 3>; // unit vector x 32,767, rounded half away from zero
+
+// [kNormalCount]; computed once with + - * / sqrt of IEEE 754 doubles only, so the same on every machine.
+std::span<const UnitVector> normal_table();
+std::span<const IntegerNormal> integer_normal_table();
+
+// Index of the table entry nearest in angle to (x, y, z); ties go to the lowest index. The vector may have any
+// finite length but zero; zero gives index 0.
+std::uint16_t quantise_normal(double x, double y, double z);
+
+} // namespace pbm

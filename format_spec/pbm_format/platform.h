@@ -1,0 +1,45 @@
+// The one home of what differs between operating systems: mapping files, replacing them atomically.
+#pragma once
+
+#include "pbm_format/bytes.h"
+#include "pbm_format/error.h"
+
+#include <memory>
+#include <string>
+
+namespace pbm {
+
+// A file mapped read-only. Refuses what is not a regular file. Moves, never copies; the view lives as long as it.
+class MappedFile {
+  public:
+    static Result<MappedFile> open(const std::string &path);
+
+    MappedFile(MappedFile &&other) noexcept;
+    MappedFile &operator=(MappedFile &&other) noexcept;
+    MappedFile(const MappedFile &) = delete;
+    MappedFile &operator=(const MappedFile &) = delete;
+    ~MappedFile();
+
+    ByteView bytes() const { return {data_, size_}; }
+
+  private:
+    MappedFile(const std::uint8_t *data, std::size_t size) : data_(data), size_(size) {}
+
+    const std::uint8_t *data_ = nullptr;
+    std::size_t size_ = 0;
+};
+
+// Makes `path` hold `bytes` or leaves it as it was: temporary sibling, write, fsync, rename, fsync of the folder.
+// A path that names a character device or a pipe (/dev/stdout, say) is written to directly.
+Status replace_file(const std::string &path, ByteView bytes);
+
+// Says early whether `path` can be replaced: the folder exists and takes a file, `path` is no folder.
+Status check_replaceable(const std::string &path);
+
+// Signals that would end a program whose write fails (SIGPIPE, SIGXFSZ) become error returns. Call first in `main`.
+void make_write_errors_returns();
+
+// Largest resident memory of this process so far, bytes.
+std::uint64_t peak_memory();
+
+} // namespace pbm

@@ -1,0 +1,64 @@
+// Reading .bvg files: three calls, three promises. BVG.md section 8.
+//
+//   open        proves header, section table and the small sections; touches nothing else
+//   directory   proves the chunk directory of a level (and of those above) when it is first needed
+//   load_chunk  proves a chunk before first use: hash, masks, counts, ranges
+//   verify_all  proves everything; agrees with `validate` on every input
+#pragma once
+
+#include "pbm_format/chunk.h"
+#include "pbm_format/layout.h"
+#include "pbm_format/model.h"
+
+#include <functional>
+#include <vector>
+
+namespace pbm {
+
+class Reader {
+  public:
+    // `file` must stay readable and unchanged as long as the reader lives. Never allocates because a field says so.
+    static Result<Reader> open(ByteView file);
+
+    const FileHeader &header() const { return header_; }
+    const ModelParameters &parameters() const { return parameters_; }
+    const std::vector<SectionEntry> &sections() const { return sections_; }
+    int depth() const { return header_.depth; }
+    // The metadata JSON as stored (proven by verify_all only).
+    std::string_view metadata() const;
+    // The one section of this type and instance, or null.
+    const SectionEntry *section(SectionType type, std::uint32_t instance = 0) const;
+
+    // Directory of level 1..depth. The pointer stays valid as long as the reader. Not for several threads at once.
+    Result<const LevelDirectory *> directory(int level);
+
+    // Decodes chunk `index` of `level`, whose directory was read before. Safe to call from several threads.
+    Result<Chunk> load_chunk(int level, std::size_t index) const;
+
+    // Everything: padding, section hashes, directories, chunks, chunk rule, normal cones, averages, content_id.
+    Status verify_all(int threads = 0);
+
+  private:
+    explicit Reader(ByteView file) : file_(file) {}
+
+    ByteView file_;
+    FileHeader header_;
+    std::vector<SectionEntry> sections_;
+    ModelParameters parameters_;
+    std::vector<LevelDirectory> directories_; // [1..], read so far; [0] unused
+};
+
+// Root record as a level of one point, and back.
+PointAttributes root_points(const RootRecord &root, const AttributeSet &set);
+RootRecord root_record(const PointAttributes &points, const AttributeSet &set);
+
+struct LoadOptions {
+    int max_level = kMaxDepth;                       // levels 0..min(max_level, depth) are loaded
+    int threads = 0;
+    std::uint64_t max_memory = std::uint64_t{8} << 30; // bytes of decoded streams; more is ErrorCode::memory
+};
+
+// All levels up to `max_level`, each as contiguous streams.
+Result<Model> load_model(Reader &reader, const LoadOptions &options = {});
+
+} // namespace pbm

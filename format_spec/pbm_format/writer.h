@@ -1,0 +1,29 @@
+// Writing .bvg files. BVG.md sections 2 to 8.
+#pragma once
+
+#include "pbm_format/layout.h"
+#include "pbm_format/model.h"
+
+#include <functional>
+#include <string>
+
+namespace pbm {
+
+struct WriteOptions {
+    int compression_level = 9; // zstd 1..19
+    std::uint32_t chunk_points = kDefaultChunkPoints;
+    int threads = 0;
+    std::function<void(double)> progress; // 0..1, from the calling thread or a worker
+};
+
+// The file as bytes: the same for any thread count. The model must be complete (average_levels done);
+// broken parameters are refused as the reader would refuse them.
+Result<Bytes> encode_model(const Model &model, const WriteOptions &options = {});
+
+// Hash over everything that changes pictures, independent of codec, compression level and storage profile. BVG.md section 8.
+ContentId content_id(const Model &model, std::uint32_t chunk_points);
+
+// encode_model, then verify what came out, then replace `path` atomically. Returns the file's size.
+Result<std::uint64_t> write_model(const std::string &path, const Model &model, const WriteOptions &options = {});
+
+} // namespace pbm

@@ -1,0 +1,93 @@
+// The header of a PLY file: which elements and properties follow, in which encoding. Nothing is trusted:
+// the counts are only what the file claims; ply_body.h compares them with the file's size.
+// Based on: Turk. The PLY polygon file format. 1994
+#pragma once
+
+#include "pbm_format/error.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pbm::build {
+
+enum class PlyEncoding : std::uint8_t { ascii, little_endian, big_endian };
+
+enum class PlyScalar : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+std::size_t size_of(PlyScalar type); // bytes in a binary file
+std::string_view to_string(PlyScalar type);
+inline bool is_float(PlyScalar type) { return type >= PlyScalar::float32; }
+
+// What a property means to us; `assign_roles` (ply_roles.h) decides. The groups of three stay in order.
+enum class PlyRole : std::uint8_t {
+    none, // skipped by its size
+    x,
+    y,
+    z,
+    nx,
+    ny,
+    nz,
+    red, // of a vertex or of a face
+    green,
+    blue,
+    radius,
+    material_index,
+    corners, // list of vertex indices: a polygon of `face`, strips of `tristrips`
+    ka,
+    kd,
+    ks,
+    power,
+    clr_r,
+    clr_g,
+    clr_b,
+    envmapfactor,
+};
+
+enum class PlyKind : std::uint8_t { skipped, vertex, face, tristrips, material };
+
+struct PlyProperty {
+    std::string name;
+    PlyScalar type = PlyScalar::float32; // of the value, or of one list entry
+    bool is_list = false;
+    PlyScalar count_type = PlyScalar::uint8; // of a list
+    PlyRole role = PlyRole::none;
+};
+
+struct PlyElement {
+    std::string name;
+    std::uint64_t count = 0; // untrusted
+    std::vector<PlyProperty> properties;
+    PlyKind kind = PlyKind::skipped;
+};
+
+struct PlyHeader {
+    PlyEncoding encoding = PlyEncoding::ascii;
+    std::vector<PlyElement> elements;       // in the order of the file; names are unique, also those of properties
+    std::vector<std::string> texture_files; // "comment TextureFile NAME", as MeshLab writes it
+    std::size_t body_offset = 0;            // first byte after the line of end_header
+    std::uint64_t body_line = 0;            // its line number, from 1
+    bool crlf = false;                      // the first line ends with CR LF
+};
+
+constexpr std::size_t kMaxPlyHeaderBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxPlyElements = 256;
+constexpr std::size_t kMaxPlyProperties = 256; // per element
+
+// True where the bytes begin like a PLY file: the word "ply" and a line end.
+bool is_ply(std::span<const std::uint8_t> bytes);
+
+// Reads the header. Lines may end in LF, CR LF or CR; `comment` and `obj_info` may stand anywhere.
+//
+// errors  bad_input            not a PLY file, no end_header, an unknown keyword or type, a bad or duplicate name, a bad count
+//         too_large            over one of the limits above
+//         unsupported_version  a format version other than 1.0
+Result<PlyHeader> read_ply_header(std::span<const std::uint8_t> bytes);
+
+// Text of the file for an error message: in quotes, printable ASCII, at most 40 characters.
+std::string quoted(std::string_view text);
+
+} // namespace pbm::build
