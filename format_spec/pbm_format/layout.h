@@ -9,6 +9,7 @@
 #pragma once
 
 #include "pbm_format/bytes.h"
+#include "pbm_format/content_id.h"
 #include "pbm_format/error.h"
 #include "pbm_format/model.h"
 
@@ -32,11 +33,6 @@ inline constexpr std::uint64_t kMaxPoints = 0xFFFFFFFF;
 inline constexpr std::uint64_t kMaxExpansion = 32768; // raw bytes per stored byte of a stream
 inline constexpr std::uint32_t kDefaultChunkPoints = 65536;
 inline constexpr std::uint32_t kMinChunkPoints = 512;
-
-// XXH3, 64 bits, seed 0.
-std::uint64_t hash64(ByteView bytes);
-// XXH3, 128 bits, low half first.
-using ContentId = std::array<std::uint64_t, 2>;
 
 // Attributes of the root: the whole model as one point.
 struct RootRecord {
@@ -108,8 +104,8 @@ struct SectionEntry {
 };
 
 Bytes encode_section_table(std::span<const SectionEntry> entries);
-// Proves rules 3.1 .. 3.10 for the table that `header` points at: hash, order, places, sizes, known codecs, and that every
-// section the model needs is there exactly once. Does not touch the sections themselves.
+// Proves rules 3.1 .. 3.10 for the table that `header` points at: hash, order, places, sizes, known codecs, and that
+// every section the model needs is there exactly once. Does not touch the sections themselves.
 Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const FileHeader &header);
 
 // The small sections. `offset` of an error counts from the section's start.
@@ -140,7 +136,7 @@ struct StreamEntry {
 
 // All normals n of the chunk's points satisfy n . axis >= cosine (BVG.md 5.6).
 struct NormalCone {
-    std::uint16_t axis = 0;    // normal index
+    std::uint16_t axis = 0;       // normal index
     std::int16_t cosine = -32767; // x 32,767; -32,767 if any point is two-sided
     bool operator==(const NormalCone &) const = default;
 };
@@ -149,13 +145,13 @@ struct NormalCone {
 struct ChunkEntry {
     ChunkShape shape;
     NormalCone cone;
-    std::uint64_t hash = 0;            // XXH3-64 of the chunk's stored bytes
-    std::vector<StreamEntry> streams;  // in the order of streams_of()
+    std::uint64_t hash = 0;           // XXH3-64 of the chunk's stored bytes
+    std::vector<StreamEntry> streams; // in the order of streams_of()
     // Derived in one pass by decode_directory:
-    std::uint64_t offset = 0;          // of the stored bytes, in the file
+    std::uint64_t offset = 0; // of the stored bytes, in the file
     std::uint64_t stored_bytes = 0;
-    std::uint64_t first_point = 0;     // index of the chunk's first point in its level
-    std::uint64_t first_node = 0;      // index of its first mask in its level
+    std::uint64_t first_point = 0; // index of the chunk's first point in its level
+    std::uint64_t first_node = 0;  // index of its first mask in its level
 };
 
 inline constexpr std::size_t kChunkEntryFixedBytes = 48;
@@ -169,8 +165,8 @@ struct LevelDirectory {
 };
 
 Bytes encode_directory(const LevelDirectory &directory, const AttributeSet &set);
-// Proves rules 5.1 .. 5.9 that need no chunk: order, nesting in `above` (null for level 1), counts and running sums against
-// `chunks` (the section that holds them), sizes against kMaxExpansion.
+// Proves rules 5.1 .. 5.9 that need no chunk: order, nesting in `above` (null for level 1), counts and running sums
+// against `chunks` (the section that holds them), sizes against kMaxExpansion.
 Result<LevelDirectory> decode_directory(ByteView bytes, int level, const AttributeSet &set, std::uint32_t chunk_points,
                                         const LevelDirectory *above, const SectionEntry &chunks);
 

@@ -11,19 +11,29 @@
 
 namespace pbm {
 
-enum class Unit : std::uint8_t { unknown = 0, metre = 1, millimetre = 2, centimetre = 3, inch = 4, foot = 5, kilometre = 6 };
+enum class Unit : std::uint8_t {
+    unknown = 0,
+    metre = 1,
+    millimetre = 2,
+    centimetre = 3,
+    inch = 4,
+    foot = 5,
+    kilometre = 6
+};
 enum class UpAxis : std::uint8_t { y = 0, z = 1, x = 2 };
 
 // Where the cube of 2^depth voxels per edge lies in model space (right-handed). BVG.md section 3.4.
 struct Grid {
-    int depth = kMinDepth;            // kMinDepth..kMaxDepth
-    std::array<double, 3> origin{};   // minimum corner, model units
-    double voxel_size = 1;            // edge of a finest voxel, model units, > 0
+    int depth = kMinDepth;          // kMinDepth..kMaxDepth
+    std::array<double, 3> origin{}; // minimum corner, model units
+    double voxel_size = 1;          // edge of a finest voxel, model units, > 0
     Unit unit = Unit::unknown;
     UpAxis up = UpAxis::y;
 
     double edge() const { return voxel_size * static_cast<double>(std::uint64_t{1} << depth); }
-    double voxel_size_at(int level) const { return voxel_size * static_cast<double>(std::uint64_t{1} << (depth - level)); }
+    double voxel_size_at(int level) const {
+        return voxel_size * static_cast<double>(std::uint64_t{1} << (depth - level));
+    }
     bool operator==(const Grid &) const = default;
 };
 
@@ -41,10 +51,10 @@ enum class LightKind : std::uint8_t { directional = 0, point = 1, spot = 2 };
 // BVG.md section 3.7. Lights are fixed to the model; `direction` points along the light's travel.
 struct Light {
     LightKind kind = LightKind::directional;
-    std::array<float, 3> intensity{1, 1, 1}; // linear RGB, >= 0
-    std::array<float, 3> position{};         // model space; point and spot lights
+    std::array<float, 3> intensity{1, 1, 1};  // linear RGB, >= 0
+    std::array<float, 3> position{};          // model space; point and spot lights
     std::array<float, 3> direction{0, 0, -1}; // unit length; directional and spot lights
-    float exponent = 0;                      // spot lights: intensity x cos^exponent
+    float exponent = 0;                       // spot lights: intensity x cos^exponent
     bool operator==(const Light &) const = default;
 };
 
@@ -64,8 +74,8 @@ struct SolidTexture {
 struct ModelParameters {
     Grid grid;
     AttributeSet attributes;
-    std::vector<Material> materials; // 1..kMaxMaterials
-    std::vector<Light> lights;       // 0..kMaxLights
+    std::vector<Material> materials;   // 1..kMaxMaterials
+    std::vector<Light> lights;         // 0..kMaxLights
     std::vector<SolidTexture> texture; // one if attributes.texture, else none
     bool operator==(const ModelParameters &) const = default;
 };
@@ -88,8 +98,8 @@ struct Model {
 };
 
 // Fills levels depth-1 .. 0 with the averages of the finest points (BVG.md section 7): integer sums, one vote per
-// finest point, so that nothing depends on order, compiler or thread count. `levels[L].masks` and `levels.back().points`
-// must be there.
+// finest point, so that nothing depends on order, compiler or thread count. `levels[L].masks` and
+// `levels.back().points` must be there.
 void average_levels(Model &model, int threads);
 
 } // namespace pbm

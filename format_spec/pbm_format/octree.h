@@ -40,7 +40,8 @@ LevelMasks encode_octree(std::span<const MortonCode> codes, int depth);
 // errors  truncated (4.3)  masks and parents differ in number
 //         bad_octree (4.2) a mask is zero
 //         too_large (4.5)  more than `max_codes` children
-Result<std::vector<MortonCode>> expand_level(std::span<const MortonCode> parents, ByteView masks, std::size_t max_codes);
+Result<std::vector<MortonCode>> expand_level(std::span<const MortonCode> parents, ByteView masks,
+                                             std::size_t max_codes);
 
 // Number of children that `masks` announce.
 std::uint64_t count_children(ByteView masks);
@@ -52,12 +53,12 @@ std::vector<std::vector<std::uint64_t>> subtree_starts(const LevelMasks &masks, 
 
 // One chunk of a level: a maximal subtree with at most N points of that level. BVG.md section 5.
 struct ChunkShape {
-    std::uint8_t root_depth = 0;  // level of the chunk's root
-    MortonCode root_prefix = 0;   // Morton code of the root within its level
-    std::uint32_t points = 0;     // nodes of level L below the root: the points of the chunk
-    std::uint32_t nodes = 0;      // nodes of level L - 1: the masks of the chunk
-    std::uint32_t parents = 0;    // nodes of level L - 2 (0 for L = 1)
-    std::uint32_t bricks = 0;     // nodes of level L - 3 (1 for L < 3)
+    std::uint8_t root_depth = 0;    // level of the chunk's root
+    MortonCode root_prefix = 0;     // Morton code of the root within its level
+    std::uint32_t points = 0;       // nodes of level L below the root: the points of the chunk
+    std::uint32_t nodes = 0;        // nodes of level L - 1: the masks of the chunk
+    std::uint32_t parents = 0;      // nodes of level L - 2 (0 for L = 1)
+    std::uint32_t bricks = 0;       // nodes of level L - 3 (1 for L < 3)
     std::uint32_t parent_chunk = 0; // chunk of level L - 1 that holds `nodes` (0 for L = 1)
 
     bool operator==(const ChunkShape &) const = default;

@@ -32,7 +32,15 @@ struct AttributeSet {
 };
 
 // Streams of an AttributeSet in the order in which a chunk stores them.
-enum class StreamKind : std::uint8_t { masks = 0, normal = 1, radius = 2, colour = 3, material = 4, texture = 5, shadow = 6 };
+enum class StreamKind : std::uint8_t {
+    masks = 0,
+    normal = 1,
+    radius = 2,
+    colour = 3,
+    material = 4,
+    texture = 5,
+    shadow = 6
+};
 std::string_view to_string(StreamKind kind);
 
 struct StreamInfo {

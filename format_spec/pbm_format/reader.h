@@ -53,7 +53,7 @@ PointAttributes root_points(const RootRecord &root, const AttributeSet &set);
 RootRecord root_record(const PointAttributes &points, const AttributeSet &set);
 
 struct LoadOptions {
-    int max_level = kMaxDepth;                       // levels 0..min(max_level, depth) are loaded
+    int max_level = kMaxDepth; // levels 0..min(max_level, depth) are loaded
     int threads = 0;
     std::uint64_t max_memory = std::uint64_t{8} << 30; // bytes of decoded streams; more is ErrorCode::memory
 };

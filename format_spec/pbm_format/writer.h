@@ -20,9 +20,6 @@ struct WriteOptions {
 // broken parameters are refused as the reader would refuse them.
 Result<Bytes> encode_model(const Model &model, const WriteOptions &options = {});
 
-// Hash over everything that changes pictures, independent of codec, compression level and storage profile. BVG.md section 8.
-ContentId content_id(const Model &model, std::uint32_t chunk_points);
-
 // encode_model, then verify what came out, then replace `path` atomically. Returns the file's size.
 Result<std::uint64_t> write_model(const std::string &path, const Model &model, const WriteOptions &options = {});
 

@@ -1,0 +1,38 @@
+#include "pbm_format/content_id.h"
+
+#include "pbm_format/layout.h"
+
+namespace pbm {
+
+ContentId content_id(const Model &model, std::span<const std::vector<ChunkShape>> chunks, std::uint32_t chunk_points) {
+    const ModelParameters &parameters = model.parameters;
+    ByteWriter head;
+    head.u32(static_cast<std::uint32_t>(parameters.grid.depth));
+    head.u32(chunk_points);
+    head.append(encode_grid(parameters.grid));
+    head.append(encode_attributes(parameters.attributes, parameters.grid.depth));
+    head.append(encode_materials(parameters.materials));
+    head.append(encode_lights(parameters.lights));
+    for (const SolidTexture &texture : parameters.texture)
+        head.append(encode_texture(texture));
+    StreamingHash hash;
+    hash.add(head.bytes());
+    for (std::size_t level = 1; level < model.levels.size(); ++level) {
+        ByteWriter roots;
+        for (const ChunkShape &chunk : chunks[level]) {
+            roots.u8(chunk.root_depth);
+            roots.u64(chunk.root_prefix);
+        }
+        hash.add(roots.bytes());
+        hash.add(model.levels[level].masks);
+    }
+    const PointAttributes &finest = model.levels.back().points;
+    hash.add({reinterpret_cast<const std::uint8_t *>(finest.normals.data()), 2 * finest.normals.size()});
+    for (const Bytes *stream : {&finest.radii, &finest.colours, &finest.materials, &finest.textures})
+        hash.add(*stream);
+    for (const Bytes &shadow : finest.shadows)
+        hash.add(shadow);
+    return hash.finish();
+}
+
+} // namespace pbm

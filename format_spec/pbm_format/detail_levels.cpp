@@ -1,0 +1,199 @@
+// Averages of the coarser levels. BVG.md section 7.
+#include "pbm_format/model.h"
+#include "pbm_format/parallel.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace pbm {
+
+namespace {
+
+__extension__ using Uint128 = unsigned __int128;
+
+// Sums over the finest points below one node. 2^32 votes of 2^30 fit into 63 bits.
+struct NodeSums {
+    std::uint64_t votes = 0;
+    std::array<std::int64_t, 3> normal{};
+    std::array<std::int64_t, 6> moment{}; // of the normals: xx xy xz yy yz zz
+    std::array<std::uint64_t, 3> colour{};
+    std::array<std::uint64_t, kMaxMaterials> materials{};
+    std::uint64_t texture = 0;
+    std::array<std::uint64_t, kMaxLights> lit{}; // lit fraction x 255
+    std::uint8_t child_radius = 0;               // largest among the children
+    bool two_sided = false;                      // any child is
+};
+
+// Lit fractions of 1, 2, 4 and 8 bits on one scale: 2^bits - 1 divides 255.
+std::uint32_t lit_scale(std::uint8_t bits) { return 255U / ((1U << bits) - 1U); }
+
+// Mean, halves up.
+std::uint64_t mean(std::uint64_t sum, std::uint64_t votes) { return (2 * sum + votes) / (2 * votes); }
+
+std::uint16_t quantise_sum(const std::array<std::int64_t, 3> &sum) {
+    return quantise_normal(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2]));
+}
+
+// BVG.md 7.3: thin walls, whose normals cancel, become two-sided points with the normal of their plane.
+std::uint16_t average_normal(const NodeSums &sums) {
+    Uint128 length_squared = 0;
+    for (const std::int64_t component : sums.normal) {
+        const auto magnitude = static_cast<std::uint64_t>(component < 0 ? -component : component);
+        length_squared += static_cast<Uint128>(magnitude) * magnitude;
+    }
+    const Uint128 full = static_cast<Uint128>(sums.votes) * 32767;
+    if (!sums.two_sided && 4 * length_squared >= full * full)
+        return quantise_sum(sums.normal);
+    const auto &m = sums.moment;
+    const std::array<std::array<std::int64_t, 3>, 3> columns{
+        {{m[0], m[1], m[2]}, {m[1], m[3], m[4]}, {m[2], m[4], m[5]}}};
+    std::size_t axis = 0;
+    for (std::size_t k = 1; k < 3; ++k)
+        if (columns[k][k] > columns[axis][axis])
+            axis = k;
+    return quantise_sum(columns[axis]) | kTwoSidedBit;
+}
+
+// Depth-first walk below some nodes of one level, with one cursor per level.
+class Averager {
+  public:
+    Averager(Model &model, std::vector<std::uint64_t> cursors)
+        : model_(model), set_(model.parameters.attributes), depth_(static_cast<int>(model.levels.size()) - 1),
+          cursors_(std::move(cursors)) {
+        for (std::size_t light = 0; light < kMaxLights; ++light)
+            if (static_cast<int>(light) < set_.lights)
+                finest_lit_scale_[light] = lit_scale(set_.shadow_bits[light][static_cast<std::size_t>(depth_)]);
+    }
+
+    // Averages the next node of `level` and everything below it down to `last_level`, whose points are taken from
+    // `finished` (sums by node index) or, at the finest level, from the stored points.
+    void node(int level, std::vector<NodeSums> *finished, int last_level, NodeSums &parent) {
+        const std::size_t index = cursors_[static_cast<std::size_t>(level)]++;
+        if (level == last_level && finished == nullptr) {
+            add_point(index, parent);
+            return;
+        }
+        NodeSums sums;
+        if (level == last_level) {
+            sums = (*finished)[index];
+        } else {
+            const unsigned mask = model_.levels[static_cast<std::size_t>(level) + 1].masks[index];
+            for (int left = std::popcount(mask); left > 0; --left)
+                node(level + 1, finished, last_level, sums);
+        }
+        store(level, index, sums);
+        add(sums, level, index, parent);
+    }
+
+    // The sums of one node without storing them: its children are done.
+    NodeSums below(int level) {
+        NodeSums sums;
+        const std::size_t index = cursors_[static_cast<std::size_t>(level)]++;
+        const unsigned mask = model_.levels[static_cast<std::size_t>(level) + 1].masks[index];
+        for (int left = std::popcount(mask); left > 0; --left)
+            node(level + 1, nullptr, depth_, sums);
+        return sums;
+    }
+
+  private:
+    void add_point(std::size_t point, NodeSums &to) const {
+        const PointAttributes &points = model_.levels.back().points;
+        to.votes += 1;
+        const std::uint16_t stored = points.normals[point];
+        const IntegerNormal &n = integer_normal_table()[stored & kNormalIndexMask];
+        for (std::size_t c = 0; c < 3; ++c)
+            to.normal[c] += n[c];
+        const std::array<std::int32_t, 6> products{n[0] * n[0], n[0] * n[1], n[0] * n[2],
+                                                   n[1] * n[1], n[1] * n[2], n[2] * n[2]};
+        for (std::size_t c = 0; c < 6; ++c)
+            to.moment[c] += products[c];
+        to.two_sided |= (stored & kTwoSidedBit) != 0;
+        to.child_radius = std::max(to.child_radius, points.radii[point]);
+        if (set_.colour != ColourFormat::none) {
+            const Rgb8 colour = point_colour(points, point, set_.colour);
+            for (std::size_t c = 0; c < 3; ++c)
+                to.colour[c] += linear_table()[colour[c]];
+        }
+        if (set_.material)
+            to.materials[points.materials[point]] += 1;
+        if (set_.texture)
+            to.texture += points.textures[point];
+        for (std::size_t light = 0; light < static_cast<std::size_t>(set_.lights); ++light)
+            to.lit[light] += points.shadows[light][point] * finest_lit_scale_[light];
+    }
+
+    void add(const NodeSums &from, int level, std::size_t index, NodeSums &to) const {
+        to.votes += from.votes;
+        for (std::size_t c = 0; c < 3; ++c)
+            to.normal[c] += from.normal[c];
+        for (std::size_t c = 0; c < 6; ++c)
+            to.moment[c] += from.moment[c];
+        for (std::size_t c = 0; c < 3; ++c)
+            to.colour[c] += from.colour[c];
+        if (set_.material)
+            for (std::size_t m = 0; m < kMaxMaterials; ++m)
+                to.materials[m] += from.materials[m];
+        to.texture += from.texture;
+        for (std::size_t light = 0; light < static_cast<std::size_t>(set_.lights); ++light)
+            to.lit[light] += from.lit[light];
+        const PointAttributes &stored = model_.levels[static_cast<std::size_t>(level)].points;
+        to.two_sided |= (stored.normals[index] & kTwoSidedBit) != 0;
+        to.child_radius = std::max(to.child_radius, stored.radii[index]);
+    }
+
+    void store(int level, std::size_t index, const NodeSums &sums) {
+        PointAttributes &points = model_.levels[static_cast<std::size_t>(level)].points;
+        points.normals[index] = average_normal(sums);
+        points.radii[index] = covering_radius(sums.child_radius, level);
+        if (set_.colour != ColourFormat::none) {
+            Rgb8 colour;
+            for (std::size_t c = 0; c < 3; ++c)
+                colour[c] = linear_to_srgb(static_cast<std::uint32_t>(mean(sums.colour[c], sums.votes)));
+            set_point_colour(points, index, set_.colour, colour);
+        }
+        if (set_.material)
+            points.materials[index] = static_cast<std::uint8_t>(
+                std::max_element(sums.materials.begin(), sums.materials.end()) - sums.materials.begin());
+        if (set_.texture)
+            points.textures[index] = static_cast<std::uint8_t>(mean(sums.texture, sums.votes));
+        for (std::size_t light = 0; light < static_cast<std::size_t>(set_.lights); ++light) {
+            const std::uint64_t scale = lit_scale(set_.shadow_bits[light][static_cast<std::size_t>(level)]);
+            points.shadows[light][index] = static_cast<std::uint8_t>(mean(sums.lit[light], sums.votes * scale));
+        }
+    }
+
+    Model &model_;
+    const AttributeSet &set_;
+    int depth_;
+    std::vector<std::uint64_t> cursors_; // next node of each level
+    std::array<std::uint32_t, kMaxLights> finest_lit_scale_{};
+};
+
+} // namespace
+
+void average_levels(Model &model, int threads) {
+    const int depth = model.parameters.grid.depth;
+    assert(model.levels.size() == static_cast<std::size_t>(depth) + 1);
+    LevelMasks masks(model.levels.size());
+    for (std::size_t level = 1; level < masks.size(); ++level)
+        masks[level] = model.levels[level].masks;
+    for (int level = 0; level < depth; ++level)
+        model.levels[static_cast<std::size_t>(level)].points.resize(
+            level == 0 ? 1 : count_children(masks[static_cast<std::size_t>(level)]), model.parameters.attributes);
+
+    // The subtrees below one level side by side, each into its own slots; then the few nodes above them.
+    const int split_level = std::min(4, depth - 1);
+    const auto starts = subtree_starts(masks, split_level);
+    const std::size_t roots = starts[static_cast<std::size_t>(split_level)].size() - 1;
+    std::vector<NodeSums> split_sums(roots);
+    parallel_for(roots, threads, [&](std::size_t root) {
+        std::vector<std::uint64_t> cursors(masks.size(), 0);
+        for (std::size_t level = static_cast<std::size_t>(split_level); level < masks.size(); ++level)
+            cursors[level] = starts[level][root];
+        split_sums[root] = Averager(model, std::move(cursors)).below(split_level);
+    });
+    NodeSums whole;
+    Averager(model, std::vector<std::uint64_t>(masks.size(), 0)).node(0, &split_sums, split_level, whole);
+}
+
+} // namespace pbm

@@ -1,0 +1,116 @@
+#include "pbm_format/octree.h"
+
+#include <algorithm>
+
+namespace pbm {
+
+namespace {
+
+// Spreads the low 21 bits of `v` to every third bit, and back.
+std::uint64_t spread_bits(std::uint64_t v) {
+    v &= 0x1FFFFF;
+    v = (v | v << 32) & 0x1F00000000FFFF;
+    v = (v | v << 16) & 0x1F0000FF0000FF;
+    v = (v | v << 8) & 0x100F00F00F00F00F;
+    v = (v | v << 4) & 0x10C30C30C30C30C3;
+    v = (v | v << 2) & 0x1249249249249249;
+    return v;
+}
+
+std::uint32_t gather_bits(std::uint64_t v) {
+    v &= 0x1249249249249249;
+    v = (v | v >> 2) & 0x10C30C30C30C30C3;
+    v = (v | v >> 4) & 0x100F00F00F00F00F;
+    v = (v | v >> 8) & 0x1F0000FF0000FF;
+    v = (v | v >> 16) & 0x1F00000000FFFF;
+    v = (v | v >> 32) & 0x1FFFFF;
+    return static_cast<std::uint32_t>(v);
+}
+
+} // namespace
+
+MortonCode morton_encode(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    return spread_bits(x) | spread_bits(y) << 1 | spread_bits(z) << 2;
+}
+
+std::array<std::uint32_t, 3> morton_decode(MortonCode code) {
+    return {gather_bits(code), gather_bits(code >> 1), gather_bits(code >> 2)};
+}
+
+LevelMasks encode_octree(std::span<const MortonCode> codes, int depth) {
+    assert(depth >= 1 && depth <= kMaxDepth && !codes.empty());
+    LevelMasks masks(static_cast<std::size_t>(depth) + 1);
+    // One pass over the finest codes: a mask bit is set at each level where the path leaves the previous code's.
+    MortonCode previous = ~MortonCode{0};
+    for (const MortonCode code : codes) {
+        assert(previous == ~MortonCode{0} || previous < code);
+        for (int level = depth; level >= 1; --level) {
+            const int shift = 3 * (depth - level);
+            if (previous != ~MortonCode{0} && previous >> shift == code >> shift)
+                break;
+            const bool new_parent = previous == ~MortonCode{0} || previous >> (shift + 3) != code >> (shift + 3);
+            const auto bit = static_cast<std::uint8_t>(1U << (code >> shift & 7));
+            Bytes &level_masks = masks[static_cast<std::size_t>(level)];
+            if (new_parent)
+                level_masks.push_back(bit);
+            else
+                level_masks.back() = static_cast<std::uint8_t>(level_masks.back() | bit);
+        }
+        previous = code;
+    }
+    return masks;
+}
+
+std::uint64_t count_children(ByteView masks) {
+    std::uint64_t count = 0;
+    std::size_t i = 0;
+    for (; i + 8 <= masks.size(); i += 8) {
+        std::uint64_t eight;
+        std::memcpy(&eight, masks.data() + i, 8);
+        count += static_cast<std::uint64_t>(std::popcount(eight));
+    }
+    for (; i < masks.size(); ++i)
+        count += static_cast<std::uint64_t>(std::popcount(masks[i]));
+    return count;
+}
+
+Result<std::vector<MortonCode>> expand_level(std::span<const MortonCode> parents, ByteView masks,
+                                             std::size_t max_codes) {
+    if (parents.size() != masks.size())
+        return Error{ErrorCode::truncated, std::min(parents.size(), masks.size()),
+                     "4.3 the number of masks is not the number of nodes above"};
+    const auto zero = std::find(masks.begin(), masks.end(), std::uint8_t{0});
+    if (zero != masks.end())
+        return Error{ErrorCode::bad_octree, static_cast<std::uint64_t>(zero - masks.begin()), "4.2 zero child mask"};
+    const std::uint64_t count = count_children(masks);
+    if (count > max_codes)
+        return Error{ErrorCode::too_large, masks.size(), "4.5 more nodes than allowed"};
+    std::vector<MortonCode> codes;
+    codes.reserve(count);
+    for (std::size_t i = 0; i < masks.size(); ++i)
+        for (unsigned mask = masks[i]; mask != 0; mask &= mask - 1)
+            codes.push_back(parents[i] << 3 | static_cast<unsigned>(std::countr_zero(mask)));
+    return codes;
+}
+
+std::vector<std::vector<std::uint64_t>> subtree_starts(const LevelMasks &masks, int root_level) {
+    const int depth = static_cast<int>(masks.size()) - 1;
+    assert(root_level >= 0 && root_level <= depth);
+    std::vector<std::vector<std::uint64_t>> starts(masks.size());
+    const std::uint64_t roots = root_level == 0 ? 1 : count_children(masks[static_cast<std::size_t>(root_level)]);
+    std::vector<std::uint64_t> here(roots + 1);
+    for (std::uint64_t i = 0; i <= roots; ++i)
+        here[i] = i;
+    starts[static_cast<std::size_t>(root_level)] = here;
+    for (int level = root_level + 1; level <= depth; ++level) {
+        const ByteView level_masks = masks[static_cast<std::size_t>(level)];
+        std::vector<std::uint64_t> below(roots + 1, 0);
+        for (std::uint64_t i = 0; i < roots; ++i)
+            below[i + 1] = below[i] + count_children(level_masks.subspan(here[i], here[i + 1] - here[i]));
+        starts[static_cast<std::size_t>(level)] = below;
+        here = std::move(below);
+    }
+    return starts;
+}
+
+} // namespace pbm

@@ -1,0 +1,170 @@
+#include "pbm_format/platform.h"
+
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <system_error>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace pbm {
+
+namespace {
+
+Error io_error(const std::string &what, int number) {
+    return {ErrorCode::io, 0, what + ": " + std::generic_category().message(number)};
+}
+
+std::string folder_of(const std::string &path) {
+    const std::size_t slash = path.find_last_of('/');
+    return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
+}
+
+// Closes at the end of a scope; `close()` early to see its error.
+class Descriptor {
+  public:
+    explicit Descriptor(int number) : number_(number) {}
+    Descriptor(const Descriptor &) = delete;
+    Descriptor &operator=(const Descriptor &) = delete;
+    ~Descriptor() { static_cast<void>(close()); }
+
+    int number() const { return number_; }
+    bool ok() const { return number_ >= 0; }
+    int close() { return number_ < 0 ? 0 : ::close(std::exchange(number_, -1)); }
+
+  private:
+    int number_;
+};
+
+// 0, or errno.
+int write_all(int file, ByteView bytes) {
+    constexpr std::size_t kMostAtOnce = std::size_t{1} << 30;
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(file, bytes.data(), std::min(bytes.size(), kMostAtOnce));
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            return written < 0 ? errno : ENOSPC;
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+    return 0;
+}
+
+} // namespace
+
+Result<MappedFile> MappedFile::open(const std::string &path) {
+    // O_NONBLOCK: a pipe without a writer is refused below instead of waited for.
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (!file.ok())
+        return io_error("cannot open", errno);
+    struct stat status {};
+    if (::fstat(file.number(), &status) != 0)
+        return io_error("cannot read", errno);
+    if (S_ISDIR(status.st_mode))
+        return Error{ErrorCode::io, 0, "cannot open: this is a folder"};
+    if (!S_ISREG(status.st_mode))
+        return Error{ErrorCode::io, 0, "cannot open: not a regular file"};
+    const auto size = static_cast<std::size_t>(status.st_size);
+    if (size == 0)
+        return MappedFile(nullptr, 0);
+    void *data = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.number(), 0);
+    if (data == MAP_FAILED)
+        return io_error("cannot map", errno);
+    return MappedFile(static_cast<const std::uint8_t *>(data), size);
+}
+
+MappedFile::MappedFile(MappedFile &&other) noexcept
+    : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+
+MappedFile &MappedFile::operator=(MappedFile &&other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    return *this;
+}
+
+MappedFile::~MappedFile() {
+    if (data_ != nullptr)
+        ::munmap(const_cast<std::uint8_t *>(data_), size_);
+}
+
+Status check_replaceable(const std::string &path) {
+    struct stat status {};
+    if (::stat(path.c_str(), &status) == 0) {
+        if (S_ISDIR(status.st_mode))
+            return Error{ErrorCode::io, 0, "cannot write: this is a folder"};
+        if (!S_ISREG(status.st_mode))
+            return {};
+    }
+    const std::string folder = folder_of(path);
+    if (::stat(folder.c_str(), &status) != 0)
+        return io_error("cannot write into " + folder, errno);
+    if (!S_ISDIR(status.st_mode))
+        return io_error("cannot write into " + folder, ENOTDIR);
+    if (::access(folder.c_str(), W_OK | X_OK) != 0)
+        return io_error("cannot write into " + folder, errno);
+    return {};
+}
+
+Status replace_file(const std::string &path, ByteView bytes) {
+    if (Status status = check_replaceable(path); !status)
+        return status;
+    struct stat old {};
+    const bool exists = ::stat(path.c_str(), &old) == 0;
+    if (exists && !S_ISREG(old.st_mode)) {
+        Descriptor device(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+        if (!device.ok())
+            return io_error("cannot write", errno);
+        if (const int error = write_all(device.number(), bytes); error != 0)
+            return io_error("cannot write", error);
+        return {};
+    }
+    // A link is followed, so that the file it names is replaced and the link stays.
+    std::string target = path;
+    if (exists) {
+        if (char *resolved = ::realpath(path.c_str(), nullptr); resolved != nullptr) {
+            target = resolved;
+            std::free(resolved);
+        }
+    }
+    std::string sibling = target + ".XXXXXX";
+    Descriptor file(::mkostemp(sibling.data(), O_CLOEXEC));
+    if (!file.ok())
+        return io_error("cannot write into " + folder_of(target), errno);
+    const mode_t mask = ::umask(0);
+    ::umask(mask);
+    const mode_t mode = exists ? old.st_mode & 07777 : 0666 & ~mask;
+    int error = write_all(file.number(), bytes);
+    if (error == 0 && (::fchmod(file.number(), mode) != 0 || ::fsync(file.number()) != 0))
+        error = errno;
+    if (file.close() != 0 && error == 0)
+        error = errno;
+    if (error == 0 && ::rename(sibling.c_str(), target.c_str()) != 0)
+        error = errno;
+    if (error != 0) {
+        ::unlink(sibling.c_str());
+        return io_error("cannot write", error);
+    }
+    // The rename itself survives a power cut only when the folder reached the disk; some file systems cannot do it.
+    const Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (folder.ok())
+        static_cast<void>(::fsync(folder.number()));
+    return {};
+}
+
+void make_write_errors_returns() {
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
+}
+
+std::uint64_t peak_memory() {
+    struct rusage usage {};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+} // namespace pbm

@@ -1,0 +1,278 @@
+#include "pbm_format/reader.h"
+
+#include "pbm_format/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <optional>
+
+namespace pbm {
+
+namespace {
+
+Error at_section(Error error, const SectionEntry &section) {
+    error.offset += section.offset;
+    return error;
+}
+
+// Decodes a small section into `to` after proving its hash.
+template <class T, class Decode>
+Status read_section(ByteView file, const SectionEntry &section, T &to, Decode &&decode) {
+    const ByteView bytes = file.subspan(section.offset, section.stored_bytes);
+    if (hash64(bytes) != section.hash)
+        return Error{ErrorCode::bad_hash, section.offset,
+                     "3.3 the " + std::string(to_string(section.type)) +
+                         " section was changed: its hash does not match"};
+    auto decoded = decode(bytes);
+    if (!decoded)
+        return at_section(std::move(decoded).error(), section);
+    to = std::move(decoded).value();
+    return {};
+}
+
+} // namespace
+
+const SectionEntry *Reader::section(SectionType type, std::uint32_t instance) const {
+    const auto found = std::find_if(sections_.begin(), sections_.end(), [&](const SectionEntry &entry) {
+        return entry.type == type && entry.instance == instance;
+    });
+    return found == sections_.end() ? nullptr : &*found;
+}
+
+Result<Reader> Reader::open(ByteView file) {
+    Reader reader(file);
+    Result<FileHeader> header = decode_header(file);
+    if (!header)
+        return std::move(header).error();
+    reader.header_ = *header;
+    Result<std::vector<SectionEntry>> sections = decode_section_table(file, reader.header_);
+    if (!sections)
+        return std::move(sections).error();
+    reader.sections_ = std::move(sections).value();
+
+    const int depth = reader.depth();
+    ModelParameters &parameters = reader.parameters_;
+    Status status = read_section(file, *reader.section(SectionType::grid), parameters.grid,
+                                 [&](ByteView bytes) { return decode_grid(bytes, depth); });
+    if (status)
+        status = read_section(file, *reader.section(SectionType::attributes), parameters.attributes,
+                              [&](ByteView bytes) { return decode_attributes(bytes, depth); });
+    if (status)
+        status = read_section(file, *reader.section(SectionType::materials), parameters.materials, decode_materials);
+    if (const SectionEntry *lights = reader.section(SectionType::lights); status && lights != nullptr)
+        status = read_section(file, *lights, parameters.lights, decode_lights);
+    if (const SectionEntry *texture = reader.section(SectionType::texture); status && texture != nullptr)
+        status = read_section(file, *texture, parameters.texture.emplace_back(), decode_texture);
+    if (status) {
+        status = check_parameters(parameters);
+        if (!status)
+            status.error().offset += reader.section(SectionType::attributes)->offset;
+    }
+    if (status)
+        status = check_root(reader.header_.root, parameters);
+    if (status && reader.section(SectionType::level_chunks, static_cast<std::uint32_t>(depth))->count !=
+                      reader.header_.point_count)
+        status = Error{ErrorCode::bad_header, 56, "2.18 the header's point count is not that of the finest level"};
+    if (!status)
+        return std::move(status).error();
+    reader.directories_.resize(1);
+    return reader;
+}
+
+std::string_view Reader::metadata() const {
+    const SectionEntry &entry = *section(SectionType::metadata);
+    return {reinterpret_cast<const char *>(file_.data()) + entry.offset, entry.stored_bytes};
+}
+
+Result<const LevelDirectory *> Reader::directory(int level) {
+    assert(level >= 1 && level <= depth());
+    directories_.reserve(static_cast<std::size_t>(kMaxDepth) + 1); // pointers handed out stay valid
+    while (static_cast<int>(directories_.size()) <= level) {
+        const int next = static_cast<int>(directories_.size());
+        const SectionEntry &entry = *section(SectionType::level_directory, static_cast<std::uint32_t>(next));
+        const LevelDirectory *above = next == 1 ? nullptr : &directories_.back();
+        LevelDirectory read;
+        const Status status = read_section(file_, entry, read, [&](ByteView bytes) {
+            return decode_directory(bytes, next, parameters_.attributes, header_.chunk_points, above,
+                                    *section(SectionType::level_chunks, static_cast<std::uint32_t>(next)));
+        });
+        if (!status)
+            return status.error();
+        if (entry.count != read.chunks.size())
+            return Error{ErrorCode::bad_directory, entry.offset,
+                         "5.5.11 the section table counts other chunks than there are"};
+        directories_.push_back(std::move(read));
+    }
+    return &directories_[static_cast<std::size_t>(level)];
+}
+
+Result<Chunk> Reader::load_chunk(int level, std::size_t index) const {
+    assert(level >= 1 && static_cast<std::size_t>(level) < directories_.size());
+    const LevelDirectory &directory = directories_[static_cast<std::size_t>(level)];
+    assert(index < directory.chunks.size());
+    const ChunkEntry &entry = directory.chunks[index];
+    return decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), level, parameters_.attributes,
+                        parameters_.materials.size(), level == depth());
+}
+
+PointAttributes root_points(const RootRecord &root, const AttributeSet &set) {
+    PointAttributes points;
+    points.resize(1, set);
+    points.normals[0] = root.normal;
+    points.radii[0] = root.radius;
+    if (set.colour != ColourFormat::none)
+        set_point_colour(points, 0, set.colour, root.colour);
+    if (set.material)
+        points.materials[0] = root.material;
+    if (set.texture)
+        points.textures[0] = root.texture;
+    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
+        points.shadows[light][0] = root.shadow[light];
+    return points;
+}
+
+RootRecord root_record(const PointAttributes &points, const AttributeSet &set) {
+    RootRecord root;
+    root.normal = points.normals[0];
+    root.radius = points.radii[0];
+    if (set.colour != ColourFormat::none)
+        root.colour = point_colour(points, 0, set.colour);
+    if (set.material)
+        root.material = points.materials[0];
+    if (set.texture)
+        root.texture = points.textures[0];
+    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
+        root.shadow[light] = points.shadows[light][0];
+    return root;
+}
+
+namespace {
+
+void copy_points(const PointAttributes &from, std::uint64_t first, const AttributeSet &set, PointAttributes &to) {
+    const auto copy = [](const auto &source, auto &target, std::uint64_t at) {
+        std::copy(source.begin(), source.end(), target.begin() + static_cast<std::ptrdiff_t>(at));
+    };
+    copy(from.normals, to.normals, first);
+    copy(from.radii, to.radii, first);
+    copy(from.colours, to.colours, first * static_cast<std::uint64_t>(set.colour_bytes()));
+    copy(from.materials, to.materials, set.material ? first : 0);
+    copy(from.textures, to.textures, set.texture ? first : 0);
+    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
+        copy(from.shadows[light], to.shadows[light], first);
+}
+
+} // namespace
+
+Result<Model> load_model(Reader &reader, const LoadOptions &options) {
+    const AttributeSet &set = reader.parameters().attributes;
+    const int last = std::min(options.max_level, reader.depth());
+    std::uint64_t memory = 0;
+    std::vector<const LevelDirectory *> directories{nullptr};
+    for (int level = 1; level <= last; ++level) {
+        const Result<const LevelDirectory *> directory = reader.directory(level);
+        if (!directory)
+            return directory.error();
+        directories.push_back(*directory);
+        memory += (*directory)->nodes +
+                  (*directory)->points * static_cast<std::uint64_t>(3 + set.colour_bytes() + (set.material ? 1 : 0) +
+                                                                    (set.texture ? 1 : 0) + set.lights);
+    }
+    if (memory > options.max_memory)
+        return Error{ErrorCode::memory, 0,
+                     "the model needs " + std::to_string(memory >> 20) + " MiB of memory, more than allowed (" +
+                         std::to_string(options.max_memory >> 20) + " MiB): draw a coarser level or allow more"};
+    Model model;
+    model.parameters = reader.parameters();
+    model.metadata = reader.metadata();
+    model.levels.resize(static_cast<std::size_t>(last) + 1);
+    model.levels[0].points = root_points(reader.header().root, set);
+
+    struct Job {
+        int level;
+        std::size_t chunk;
+    };
+    std::vector<Job> jobs;
+    for (int level = 1; level <= last; ++level) {
+        const LevelDirectory &directory = *directories[static_cast<std::size_t>(level)];
+        Level &to = model.levels[static_cast<std::size_t>(level)];
+        to.masks.resize(directory.nodes);
+        to.points.resize(directory.points, set);
+        for (std::size_t chunk = 0; chunk < directory.chunks.size(); ++chunk)
+            jobs.push_back({level, chunk});
+    }
+    std::vector<std::optional<Error>> failures(jobs.size());
+    std::atomic<bool> failed{false};
+    parallel_for(jobs.size(), options.threads, [&](std::size_t i) {
+        if (failed)
+            return;
+        const Job &job = jobs[i];
+        const Result<Chunk> chunk = reader.load_chunk(job.level, job.chunk);
+        if (!chunk) {
+            failures[i] = chunk.error();
+            failed = true;
+            return;
+        }
+        const ChunkEntry &entry = directories[static_cast<std::size_t>(job.level)]->chunks[job.chunk];
+        Level &to = model.levels[static_cast<std::size_t>(job.level)];
+        std::copy(chunk->masks.begin(), chunk->masks.end(),
+                  to.masks.begin() + static_cast<std::ptrdiff_t>(entry.first_node));
+        copy_points(chunk->points, entry.first_point, set, to.points);
+    });
+    for (std::optional<Error> &failure : failures)
+        if (failure)
+            return std::move(*failure);
+    return model;
+}
+
+Status Reader::verify_all(int threads) {
+    // Padding between sections, and the sections that nothing else proves.
+    std::uint64_t end = kHeaderBytes + sections_.size() * kSectionEntryBytes;
+    for (const SectionEntry &entry : sections_) {
+        for (; end < entry.offset; ++end)
+            if (file_[end] != 0)
+                return Error{ErrorCode::bad_table, end, "3.2.12 padding is not zero"};
+        end = entry.offset + entry.stored_bytes;
+        if (hash64(file_.subspan(entry.offset, entry.stored_bytes)) != entry.hash)
+            return Error{ErrorCode::bad_hash, entry.offset,
+                         "3.3 the " + std::string(to_string(entry.type)) +
+                             " section was changed: its hash does not match"};
+    }
+    const SectionEntry &metadata_section = *section(SectionType::metadata);
+    if (Status status = check_metadata(file_.subspan(metadata_section.offset, metadata_section.stored_bytes)); !status)
+        return at_section(std::move(status).error(), metadata_section);
+
+    Result<Model> loaded = load_model(*this, {.max_level = depth(), .threads = threads});
+    if (!loaded)
+        return std::move(loaded).error();
+    Model &model = *loaded;
+
+    LevelMasks masks;
+    for (const Level &level : model.levels)
+        masks.push_back(level.masks);
+    const std::vector<std::vector<ChunkShape>> expected = split_into_chunks(masks, header_.chunk_points);
+    for (int level = 1; level <= depth(); ++level) {
+        const LevelDirectory &directory = directories_[static_cast<std::size_t>(level)];
+        const auto &shapes = expected[static_cast<std::size_t>(level)];
+        const SectionEntry &entry = *section(SectionType::level_directory, static_cast<std::uint32_t>(level));
+        for (std::size_t i = 0; i < std::max(shapes.size(), directory.chunks.size()); ++i)
+            if (i >= shapes.size() || i >= directory.chunks.size() || shapes[i] != directory.chunks[i].shape)
+                return Error{ErrorCode::bad_directory, entry.offset + i * chunk_entry_bytes(parameters_.attributes),
+                             "5.2 the chunk is not a maximal subtree within the limit"};
+    }
+    if (content_id(model, expected, header_.chunk_points) != header_.content_id)
+        return Error{ErrorCode::bad_content, 72, "8.1 content_id is not that of the content"};
+
+    std::vector<PointAttributes> stored(static_cast<std::size_t>(depth()));
+    for (std::size_t level = 0; level < stored.size(); ++level)
+        stored[level] = std::move(model.levels[level].points);
+    average_levels(model, threads);
+    for (std::size_t level = 0; level < stored.size(); ++level)
+        if (stored[level] != model.levels[level].points)
+            return Error{ErrorCode::bad_content,
+                         level == 0 ? 88
+                                    : section(SectionType::level_chunks, static_cast<std::uint32_t>(level))->offset,
+                         "7.1 level " + std::to_string(level) + " does not hold the averages of the finest points"};
+    return {};
+}
+
+} // namespace pbm

@@ -1,0 +1,246 @@
+#include "pbm_format/validate.h"
+
+#include "pbm_format/chunk.h"
+#include "pbm_format/parallel.h"
+#include "pbm_format/reader.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+namespace pbm {
+
+namespace {
+
+// Reads a file section by section in its own order and keeps going where a fault leaves something to read.
+class Validator {
+  public:
+    Validator(ByteView file, const ValidateOptions &options) : file_(file), options_(options) {}
+
+    ValidationReport run() {
+        Result<FileHeader> header = decode_header(file_);
+        if (!header)
+            return fault(header.error(), "header"), report_;
+        header_ = *header;
+        Result<std::vector<SectionEntry>> sections = decode_section_table(file_, header_);
+        if (!sections)
+            return fault(sections.error(), "table"), report_;
+        sections_ = std::move(sections).value();
+        check_padding();
+        for (const SectionEntry &entry : sections_)
+            check_hash(entry);
+        check_small_sections();
+        if (parameters_known_)
+            check_levels();
+        return report_;
+    }
+
+  private:
+    std::string name(const SectionEntry &entry) const {
+        const bool of_level = entry.type == SectionType::level_directory || entry.type == SectionType::level_chunks;
+        return (of_level ? "level " + std::to_string(entry.instance) + " " : "") + std::string(to_string(entry.type));
+    }
+
+    void fault(const Error &error, std::string section, std::int64_t chunk = -1) {
+        ++report_.total;
+        if (report_.findings.size() < options_.max_findings)
+            report_.findings.push_back({error.code, error.offset, std::move(section), chunk, error.message});
+    }
+
+    const SectionEntry *find(SectionType type, std::uint32_t instance = 0) const {
+        for (const SectionEntry &entry : sections_)
+            if (entry.type == type && entry.instance == instance)
+                return &entry;
+        return nullptr;
+    }
+
+    ByteView stored(const SectionEntry &entry) const { return file_.subspan(entry.offset, entry.stored_bytes); }
+
+    void check_padding() {
+        std::uint64_t at = kHeaderBytes + sections_.size() * kSectionEntryBytes;
+        for (const SectionEntry &entry : sections_) {
+            const ByteView padding = file_.subspan(at, entry.offset - at);
+            const auto bad = std::find_if(padding.begin(), padding.end(), [](std::uint8_t byte) { return byte != 0; });
+            if (bad != padding.end())
+                fault({ErrorCode::bad_table, at + static_cast<std::uint64_t>(bad - padding.begin()),
+                       "3.2.12 padding is not zero"},
+                      "padding");
+            at = entry.offset + entry.stored_bytes;
+        }
+    }
+
+    void check_hash(const SectionEntry &entry) {
+        if (hash64(stored(entry)) != entry.hash)
+            fault({ErrorCode::bad_hash, entry.offset,
+                   "3.3 the " + std::string(to_string(entry.type)) + " section was changed: its hash does not match"},
+                  name(entry));
+    }
+
+    template <class Decode> auto small_section(SectionType type, Decode &&decode) {
+        using Value = std::remove_cvref_t<decltype(decode(ByteView{}).value())>;
+        const SectionEntry &entry = *find(type);
+        auto decoded = decode(stored(entry));
+        if (decoded)
+            return std::optional<Value>(std::move(decoded).value());
+        Error error = std::move(decoded).error();
+        error.offset += entry.offset;
+        fault(error, name(entry));
+        return std::optional<Value>();
+    }
+
+    void check_small_sections() {
+        const SectionEntry &metadata = *find(SectionType::metadata);
+        if (Status status = check_metadata(stored(metadata)); !status) {
+            status.error().offset += metadata.offset;
+            fault(status.error(), name(metadata));
+        }
+        const int depth = header_.depth;
+        const auto grid = small_section(SectionType::grid, [&](ByteView bytes) { return decode_grid(bytes, depth); });
+        const auto set =
+            small_section(SectionType::attributes, [&](ByteView bytes) { return decode_attributes(bytes, depth); });
+        const auto materials = small_section(SectionType::materials, decode_materials);
+        bool known = grid && set && materials;
+        if (find(SectionType::lights) != nullptr) {
+            const auto lights = small_section(SectionType::lights, decode_lights);
+            known = known && lights;
+            if (lights)
+                parameters_.lights = *lights;
+        }
+        if (find(SectionType::texture) != nullptr) {
+            const auto texture = small_section(SectionType::texture, decode_texture);
+            known = known && texture;
+            if (texture)
+                parameters_.texture = {*texture};
+        }
+        if (!known)
+            return;
+        parameters_.grid = *grid;
+        parameters_.attributes = *set;
+        parameters_.materials = *materials;
+        if (Status status = check_parameters(parameters_); !status) {
+            status.error().offset += find(SectionType::attributes)->offset;
+            return fault(status.error(), "attributes");
+        }
+        parameters_known_ = true;
+        if (const Status status = check_root(header_.root, parameters_); !status)
+            fault(status.error(), "header");
+    }
+
+    // Directories from coarse to fine; one that is broken ends the walk, since the next ones nest in it.
+    void check_levels() {
+        const auto finest = static_cast<std::uint32_t>(header_.depth);
+        if (find(SectionType::level_chunks, finest)->count != header_.point_count)
+            fault({ErrorCode::bad_header, 56, "2.18 the header's point count is not that of the finest level"},
+                  "header");
+        model_.parameters = parameters_;
+        model_.levels.resize(finest + 1);
+        model_.levels[0].points = root_points(header_.root, parameters_.attributes);
+        std::uint64_t memory = 0;
+        std::vector<LevelDirectory> directories(1);
+        for (std::uint32_t level = 1; level <= finest; ++level) {
+            const SectionEntry &entry = *find(SectionType::level_directory, level);
+            Result<LevelDirectory> directory =
+                decode_directory(stored(entry), static_cast<int>(level), parameters_.attributes, header_.chunk_points,
+                                 level == 1 ? nullptr : &directories.back(), *find(SectionType::level_chunks, level));
+            if (!directory) {
+                directory.error().offset += entry.offset;
+                return fault(directory.error(), name(entry));
+            }
+            if (entry.count != directory->chunks.size())
+                return fault({ErrorCode::bad_directory, entry.offset,
+                              "5.5.11 the section table counts other chunks than there are"},
+                             name(entry));
+            memory += find(SectionType::level_chunks, level)->raw_bytes;
+            directories.push_back(std::move(directory).value());
+        }
+        if (memory > LoadOptions{}.max_memory)
+            return fault(
+                {ErrorCode::memory, 0,
+                 "the model needs " + std::to_string(memory >> 20) + " MiB of memory: more than the validator may use"},
+                "chunks");
+        const std::uint64_t faults = report_.total;
+        for (std::uint32_t level = 1; level <= finest; ++level)
+            load_level(directories[level], *find(SectionType::level_chunks, level));
+        if (report_.total == faults)
+            check_whole(directories);
+    }
+
+    void load_level(const LevelDirectory &directory, const SectionEntry &section) {
+        const AttributeSet &set = parameters_.attributes;
+        std::vector<std::optional<Result<Chunk>>> chunks(directory.chunks.size());
+        parallel_for(chunks.size(), options_.threads, [&](std::size_t i) {
+            const ChunkEntry &entry = directory.chunks[i];
+            chunks[i] = decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), directory.level, set,
+                                     parameters_.materials.size(), directory.level == header_.depth);
+        });
+        Level &level = model_.levels[static_cast<std::size_t>(directory.level)];
+        const auto append = [](const auto &from, auto &to) { to.insert(to.end(), from.begin(), from.end()); };
+        for (std::size_t i = 0; i < chunks.size(); ++i) {
+            const Result<Chunk> &chunk = *chunks[i];
+            if (!chunk) {
+                fault(chunk.error(), name(section), static_cast<std::int64_t>(i));
+                continue;
+            }
+            ++report_.chunks;
+            if (directory.level == header_.depth)
+                report_.points += chunk->points.size();
+            append(chunk->masks, level.masks);
+            append(chunk->points.normals, level.points.normals);
+            append(chunk->points.radii, level.points.radii);
+            append(chunk->points.colours, level.points.colours);
+            append(chunk->points.materials, level.points.materials);
+            append(chunk->points.textures, level.points.textures);
+            for (std::size_t light = 0; light < kMaxLights; ++light)
+                append(chunk->points.shadows[light], level.points.shadows[light]);
+        }
+    }
+
+    // What only the whole model shows: chunk rule, content_id, averages.
+    void check_whole(const std::vector<LevelDirectory> &directories) {
+        LevelMasks masks;
+        for (const Level &level : model_.levels)
+            masks.push_back(level.masks);
+        const auto shapes = split_into_chunks(masks, header_.chunk_points);
+        for (std::size_t level = 1; level < directories.size(); ++level) {
+            const SectionEntry &entry = *find(SectionType::level_directory, static_cast<std::uint32_t>(level));
+            const auto &chunks = directories[level].chunks;
+            const auto differ = std::mismatch(shapes[level].begin(), shapes[level].end(), chunks.begin(), chunks.end(),
+                                              [](const ChunkShape &a, const ChunkEntry &b) { return a == b.shape; });
+            if (differ.first != shapes[level].end() || differ.second != chunks.end()) {
+                const auto index = differ.second - chunks.begin();
+                fault({ErrorCode::bad_directory,
+                       entry.offset + static_cast<std::uint64_t>(index) * chunk_entry_bytes(parameters_.attributes),
+                       "5.2 the chunk is not a maximal subtree within the limit"},
+                      name(entry), index);
+            }
+        }
+        if (content_id(model_, shapes, header_.chunk_points) != header_.content_id)
+            fault({ErrorCode::bad_content, 72, "8.1 content_id is not that of the content"}, "header");
+        std::vector<PointAttributes> stored_points;
+        for (std::size_t level = 0; level + 1 < model_.levels.size(); ++level)
+            stored_points.push_back(std::move(model_.levels[level].points));
+        average_levels(model_, options_.threads);
+        for (std::size_t level = 0; level < stored_points.size(); ++level)
+            if (stored_points[level] != model_.levels[level].points) {
+                const SectionEntry *entry = find(SectionType::level_chunks, static_cast<std::uint32_t>(level));
+                fault({ErrorCode::bad_content, level == 0 ? 88 : entry->offset,
+                       "7.1 level " + std::to_string(level) + " does not hold the averages of the finest points"},
+                      level == 0 ? "header" : name(*entry));
+            }
+    }
+
+    ByteView file_;
+    const ValidateOptions &options_;
+    ValidationReport report_;
+    FileHeader header_;
+    std::vector<SectionEntry> sections_;
+    ModelParameters parameters_;
+    bool parameters_known_ = false;
+    Model model_;
+};
+
+} // namespace
+
+ValidationReport validate(ByteView file, const ValidateOptions &options) { return Validator(file, options).run(); }
+
+} // namespace pbm

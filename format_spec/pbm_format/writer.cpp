@@ -1,0 +1,172 @@
+#include "pbm_format/writer.h"
+
+#include "pbm_format/chunk.h"
+#include "pbm_format/parallel.h"
+#include "pbm_format/platform.h"
+#include "pbm_format/reader.h"
+
+#include <algorithm>
+#include <atomic>
+
+namespace pbm {
+
+namespace {
+
+// Sections in the order of the file, placed one after the other.
+class FileLayout {
+  public:
+    void add(SectionType type, std::uint32_t instance, Codec codec, std::uint32_t element_bytes, std::uint64_t count,
+             std::uint64_t raw_bytes, Bytes stored) {
+        entries_.push_back({.type = type,
+                            .codec = codec,
+                            .flags = kCriticalFlag,
+                            .instance = instance,
+                            .element_bytes = element_bytes,
+                            .stored_bytes = stored.size(),
+                            .raw_bytes = raw_bytes,
+                            .count = count,
+                            .hash = hash64(stored)});
+        stored_.push_back(std::move(stored));
+    }
+
+    // A raw section of records of one size.
+    void add_records(SectionType type, std::uint32_t instance, std::uint32_t record_bytes, Bytes stored) {
+        const std::uint64_t bytes = stored.size();
+        add(type, instance, Codec::raw, record_bytes, bytes / record_bytes, bytes, std::move(stored));
+    }
+
+    // Header, table, sections; fills the fields of `header` that follow from the sections.
+    Bytes assemble(FileHeader header) {
+        std::uint64_t end = kHeaderBytes + entries_.size() * kSectionEntryBytes;
+        for (SectionEntry &entry : entries_) {
+            entry.offset = (end + entry.alignment - 1) / entry.alignment * entry.alignment;
+            end = entry.offset + entry.stored_bytes;
+            header.raw_bytes += entry.raw_bytes;
+        }
+        const Bytes table = encode_section_table(entries_);
+        header.file_size = end;
+        header.table_count = static_cast<std::uint32_t>(entries_.size());
+        header.table_hash = hash64(table);
+        Bytes file;
+        file.reserve(end);
+        const Bytes head = encode_header(header);
+        file.insert(file.end(), head.begin(), head.end());
+        file.insert(file.end(), table.begin(), table.end());
+        for (std::size_t i = 0; i < entries_.size(); ++i) {
+            file.resize(entries_[i].offset, 0);
+            file.insert(file.end(), stored_[i].begin(), stored_[i].end());
+            stored_[i] = {};
+        }
+        return file;
+    }
+
+  private:
+    std::vector<SectionEntry> entries_;
+    std::vector<Bytes> stored_;
+};
+
+struct EncodedChunk {
+    ChunkEntry entry;
+    Bytes stored;
+};
+
+} // namespace
+
+Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
+    const ModelParameters &parameters = model.parameters;
+    const AttributeSet &set = parameters.attributes;
+    const int depth = parameters.grid.depth;
+    assert(depth >= kMinDepth && depth <= kMaxDepth && model.levels.size() == static_cast<std::size_t>(depth) + 1);
+    if (model.point_count() == 0 || model.point_count() > kMaxPoints)
+        return Error{ErrorCode::too_large, 0,
+                     "2.10 the model has " + std::to_string(model.point_count()) +
+                         " points; 1 to 2^32-1 can be stored: choose a smaller depth"};
+
+    LevelMasks masks;
+    for (const Level &level : model.levels)
+        masks.push_back(level.masks);
+    const std::vector<std::vector<ChunkShape>> shapes = split_into_chunks(masks, options.chunk_points);
+    masks.clear();
+
+    struct Job {
+        std::size_t level, chunk;
+        std::uint64_t first_node, first_point;
+    };
+    std::vector<Job> jobs;
+    std::vector<std::vector<EncodedChunk>> encoded(shapes.size());
+    for (std::size_t level = 1; level < shapes.size(); ++level) {
+        encoded[level].resize(shapes[level].size());
+        std::uint64_t node = 0, point = 0;
+        for (std::size_t chunk = 0; chunk < shapes[level].size(); ++chunk) {
+            jobs.push_back({level, chunk, node, point});
+            node += shapes[level][chunk].nodes;
+            point += shapes[level][chunk].points;
+        }
+    }
+    std::atomic<std::size_t> done{0};
+    parallel_for(jobs.size(), options.threads, [&](std::size_t i) {
+        const Job &job = jobs[i];
+        EncodedChunk &to = encoded[job.level][job.chunk];
+        encode_chunk(model.levels[job.level], static_cast<int>(job.level), shapes[job.level][job.chunk], job.first_node,
+                     job.first_point, set, options.compression_level, to.entry, to.stored);
+        const std::size_t finished = ++done;
+        if (options.progress)
+            options.progress(static_cast<double>(finished) / static_cast<double>(jobs.size()));
+    });
+
+    FileLayout layout;
+    const Bytes metadata(model.metadata.begin(), model.metadata.end());
+    if (Status status = check_metadata(metadata); !status)
+        return std::move(status).error();
+    layout.add_records(SectionType::metadata, 0, 1, metadata);
+    layout.add_records(SectionType::grid, 0, 48, encode_grid(parameters.grid));
+    layout.add_records(SectionType::attributes, 0, 24, encode_attributes(set, depth));
+    layout.add_records(SectionType::materials, 0, 32, encode_materials(parameters.materials));
+    if (!parameters.lights.empty())
+        layout.add_records(SectionType::lights, 0, 48, encode_lights(parameters.lights));
+    if (!parameters.texture.empty())
+        layout.add_records(SectionType::texture, 0, 800, encode_texture(parameters.texture.front()));
+    const std::vector<StreamInfo> streams = streams_of(set);
+    for (std::size_t level = 1; level < encoded.size(); ++level) {
+        LevelDirectory directory;
+        directory.level = static_cast<int>(level);
+        Bytes stored;
+        std::uint64_t raw_bytes = 0, points = 0;
+        for (EncodedChunk &chunk : encoded[level]) {
+            stored.insert(stored.end(), chunk.stored.begin(), chunk.stored.end());
+            chunk.stored = {};
+            points += chunk.entry.shape.points;
+            for (const StreamInfo &stream : streams)
+                raw_bytes +=
+                    raw_stream_bytes(stream, set, directory.level, chunk.entry.shape.nodes, chunk.entry.shape.points);
+            directory.chunks.push_back(std::move(chunk.entry));
+        }
+        const auto instance = static_cast<std::uint32_t>(level);
+        layout.add_records(SectionType::level_directory, instance, static_cast<std::uint32_t>(chunk_entry_bytes(set)),
+                           encode_directory(directory, set));
+        layout.add(SectionType::level_chunks, instance, Codec::zstd_chunks, 0, points, raw_bytes, std::move(stored));
+    }
+    FileHeader header;
+    header.depth = static_cast<std::uint8_t>(depth);
+    header.point_count = model.point_count();
+    header.content_id = content_id(model, shapes, options.chunk_points);
+    header.root = root_record(model.levels[0].points, set);
+    header.chunk_points = options.chunk_points;
+    return layout.assemble(header);
+}
+
+Result<std::uint64_t> write_model(const std::string &path, const Model &model, const WriteOptions &options) {
+    Result<Bytes> file = encode_model(model, options);
+    if (!file)
+        return std::move(file).error();
+    Result<Reader> reader = Reader::open(*file);
+    const Status proof = reader ? reader->verify_all(options.threads) : Status(reader.error());
+    if (!proof)
+        return Error{ErrorCode::bad_content, proof.error().offset,
+                     "what was written does not verify (nothing was replaced): " + proof.error().message};
+    if (Status status = replace_file(path, *file); !status)
+        return std::move(status).error();
+    return file->size();
+}
+
+} // namespace pbm
