@@ -55,9 +55,8 @@ namespace {
 
 // What a file that is not .bvg seems to be, for the message.
 std::string describe_magic(ByteView file) {
-    const auto starts = [&](std::string_view text) {
-        return file.size() >= text.size() && std::equal(text.begin(), text.end(), file.begin());
-    };
+    const std::string_view text(reinterpret_cast<const char *>(file.data()), file.size());
+    const auto starts = [&](std::string_view magic) { return text.starts_with(magic); };
     if (file.empty())
         return "the file is empty";
     if (starts("P1") || starts("P4"))
@@ -112,7 +111,7 @@ Result<FileHeader> decode_header(ByteView file) {
 
     // The hash comes before everything else: a flipped bit in the version is damage, not a new version.
     if (stored_hash != hash64(file.first(kHeaderBytes - 8)))
-        return Error{ErrorCode::bad_hash, kHeaderBytes - 8, "2.3 the header was changed: its hash does not match"};
+        return Error{ErrorCode::bad_hash, 0, "2.3 the header was changed: its hash does not match"};
     if (header.endian != kEndianTag)
         return Error{ErrorCode::bad_header, 12, "2.4 the endian tag is not 0x01020304"};
     if (header.major != kMajorVersion)

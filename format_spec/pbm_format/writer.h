@@ -13,7 +13,7 @@ struct WriteOptions {
     int compression_level = 9; // zstd 1..19
     std::uint32_t chunk_points = kDefaultChunkPoints;
     int threads = 0;
-    std::function<void(double)> progress; // 0..1, from the calling thread or a worker
+    std::function<void(double)> progress{}; // 0..1, from any of the threads
 };
 
 // The file as bytes: the same for any thread count. The model must be complete (average_levels done);

@@ -1,0 +1,28 @@
+// What the command lines of all programs have in common: how errors read, where JSON goes, which exit code ends them.
+// A floor of its own between the format library and the programs; knows neither pixels nor scans.
+#pragma once
+
+#include "pbm_format/error.h"
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pbm::command_line {
+
+// Arguments after the program's name, ready for CLI11: `--json` alone becomes `--json=-` (standard output), so that
+// it never takes the file name that follows for its value; CLI11 wants them reversed.
+std::vector<std::string> arguments(int argc, char **argv);
+
+// Prints `PROGRAM: PATH: MESSAGE` in one line on standard error and returns the exit code. The offset is
+// named where the error has one.
+int fail(std::string_view program, std::string_view path, const Error &error);
+
+// Writes to a file, atomically, or to standard output when `path` is "-".
+Status write_text(const std::string &path, std::string_view text);
+
+// The body of `main`: runs `run`, turns exceptions into a line and exit code 4, and a lost standard output into 2.
+int run_program(std::string_view program, const std::function<int()> &run);
+
+} // namespace pbm::command_line

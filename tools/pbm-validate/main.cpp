@@ -1,0 +1,130 @@
+// pbm-validate: is this .bvg valid, and if not, what breaks which rule where.
+#include "command_line/command_line.h"
+#include "pbm_format/platform.h"
+#include "pbm_format/validate.h"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <iostream>
+
+namespace {
+
+using nlohmann::json;
+
+struct Verdict {
+    std::string path;
+    pbm::ValidationReport report;
+    int exit_code = 0;
+};
+
+// Exit code of the gravest finding: an unknown version or feature outranks damage, which outranks I/O.
+int exit_code_of(const pbm::ValidationReport &report) {
+    int code = 0;
+    for (const pbm::Finding &finding : report.findings)
+        code = std::max(code, pbm::exit_code(finding.code));
+    return code;
+}
+
+Verdict examine(const std::string &path, const pbm::ValidateOptions &options) {
+    Verdict verdict{.path = path, .report = {}, .exit_code = 0};
+    const pbm::Result<pbm::MappedFile> file = pbm::MappedFile::open(path);
+    if (file) {
+        verdict.report = pbm::validate(file->bytes(), options);
+    } else {
+        verdict.report.total = 1;
+        verdict.report.findings.push_back(
+            {.code = file.error().code, .offset = 0, .section = "file", .chunk = -1, .message = file.error().message});
+    }
+    verdict.exit_code = exit_code_of(verdict.report);
+    return verdict;
+}
+
+void print_text(const Verdict &verdict, bool quiet) {
+    const pbm::ValidationReport &report = verdict.report;
+    if (report.valid()) {
+        if (!quiet)
+            std::cout << "VALID " << verdict.path << ": " << report.points << " points in " << report.chunks
+                      << " chunks\n";
+        return;
+    }
+    std::cout << "INVALID " << verdict.path << ": " << report.total << (report.total == 1 ? " fault\n" : " faults\n");
+    for (const pbm::Finding &finding : report.findings) {
+        std::cout << "  " << pbm::to_string(finding.code) << " at offset " << finding.offset << ", " << finding.section;
+        if (finding.chunk >= 0)
+            std::cout << ", chunk " << finding.chunk;
+        std::cout << ": " << finding.message << '\n';
+    }
+    if (report.total > report.findings.size())
+        std::cout << "  and " << report.total - report.findings.size() << " more\n";
+}
+
+json to_json(const Verdict &verdict) {
+    json findings = json::array();
+    for (const pbm::Finding &finding : verdict.report.findings) {
+        json entry{{"code", pbm::to_string(finding.code)},
+                   {"offset", finding.offset},
+                   {"section", finding.section},
+                   {"message", finding.message}};
+        if (finding.chunk >= 0)
+            entry["chunk"] = finding.chunk;
+        findings.push_back(std::move(entry));
+    }
+    return {{"file", verdict.path},
+            {"valid", verdict.report.valid()},
+            {"exit_code", verdict.exit_code},
+            {"points", verdict.report.points},
+            {"chunks", verdict.report.chunks},
+            {"faults", verdict.report.total},
+            {"findings", std::move(findings)}};
+}
+
+int run(int argc, char **argv) {
+    CLI::App app{
+        "Says whether binary voxel grid files (.bvg) are valid, and if not, what breaks which rule of BVG.md where.\n"
+        "Exit code: 0 valid, 1 usage, 2 I/O, 3 invalid, 4 memory, 5 unsupported version or feature; several files: "
+        "the highest."};
+    std::vector<std::string> paths;
+    std::string json_path;
+    pbm::ValidateOptions options;
+    bool quiet = false;
+    app.add_option("FILE", paths, "Files to examine")->required();
+    app.add_option("--json", json_path, "Verdict as JSON, to FILE or standard output")->type_name("[=FILE]");
+    app.add_option("-j,--threads", options.threads, "Threads, 0 for one per processor")
+        ->check(CLI::Range(0, 1024))
+        ->type_name("N");
+    app.add_option("--max-findings", options.max_findings, "Findings to print per file")
+        ->check(CLI::Range(1, 1000000))
+        ->type_name("N");
+    app.add_flag("-q,--quiet", quiet, "Print nothing about valid files");
+    app.set_version_flag("-V,--version", "pbm-validate " PBM_VERSION);
+    try {
+        app.parse(pbm::command_line::arguments(argc, argv));
+    } catch (const CLI::ParseError &error) {
+        return app.exit(error) == 0 ? 0 : 1;
+    }
+
+    int code = 0;
+    json verdicts = json::array();
+    for (const std::string &path : paths) {
+        const Verdict verdict = examine(path, options);
+        code = std::max(code, verdict.exit_code);
+        if (!json_path.empty())
+            verdicts.push_back(to_json(verdict));
+        else
+            print_text(verdict, quiet);
+    }
+    if (!json_path.empty()) {
+        const std::string text = verdicts.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+        if (const pbm::Status status = pbm::command_line::write_text(json_path, text); !status)
+            return pbm::command_line::fail("pbm-validate", json_path, status.error());
+    }
+    return code;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    return pbm::command_line::run_program("pbm-validate", [&] { return run(argc, argv); });
+}
