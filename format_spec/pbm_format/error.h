@@ -28,7 +28,7 @@ enum class ErrorCode : std::uint8_t {
     bad_attribute,       // attribute values out of range
     bad_content,         // content_id, averages or counts disagree with the data
     bad_input,           // a scan (PLY, OBJ, ...) is damaged or says something impossible
-    too_large,           // over a limit of BVG.md section 2
+    too_large,           // over a limit of BVG.md section 10
     memory,              // an allocation failed or the budget is used up
     unsupported_version, // a newer major version
     unsupported_feature, // a required feature, codec or filter this build does not know

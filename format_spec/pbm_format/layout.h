@@ -65,7 +65,7 @@ struct FileHeader {
 
 // 128 bytes, the header's own hash last.
 Bytes encode_header(const FileHeader &header);
-// Proves rules 2.1 .. 2.12: length, magic, hash, version, features, limits. Needs only the first 128 bytes.
+// Proves rules 2.1 to 2.12: length, magic, hash, version, features, limits. Needs only the first 128 bytes.
 Result<FileHeader> decode_header(ByteView file);
 
 enum class SectionType : std::uint32_t {
@@ -104,8 +104,8 @@ struct SectionEntry {
 };
 
 Bytes encode_section_table(std::span<const SectionEntry> entries);
-// Proves rules 3.1 .. 3.10 for the table that `header` points at: hash, order, places, sizes, known codecs, and that
-// every section the model needs is there exactly once. Does not touch the sections themselves.
+// Proves rules 3.1 and 3.2 (but for padding) for the table that `header` points at: hash, order, places, sizes, known
+// codecs, and that every section the model needs is there exactly once. Does not touch the sections themselves.
 Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const FileHeader &header);
 
 // The small sections. `offset` of an error counts from the section's start.
@@ -121,9 +121,9 @@ Bytes encode_texture(const SolidTexture &texture);
 Result<SolidTexture> decode_texture(ByteView bytes);
 // UTF-8 JSON object of at most kMaxMetadataBytes.
 Status check_metadata(ByteView bytes);
-// Rules that tie parameters together: shadow streams <= lights, material indices need more than one material, ...
+// Rules 3.9, which tie parameters together: shadow streams <= lights, material indices need more than one material, ...
 Status check_parameters(const ModelParameters &parameters);
-// Rule 2.11: the root record names existing attributes only.
+// Rules 2.13 to 2.17: the root record names existing attributes only.
 Status check_root(const RootRecord &root, const ModelParameters &parameters);
 
 // How one stream of a chunk is stored. 4 bytes: size (24 bits), filter (7 bits), zstd flag (1 bit).
@@ -134,7 +134,7 @@ struct StreamEntry {
     bool operator==(const StreamEntry &) const = default;
 };
 
-// All normals n of the chunk's points satisfy n . axis >= cosine (BVG.md 5.6).
+// All normals n of the chunk's points satisfy n . axis >= cosine (BVG.md 5.7).
 struct NormalCone {
     std::uint16_t axis = 0;       // normal index
     std::int16_t cosine = -32767; // x 32,767; -32,767 if any point is two-sided
@@ -165,8 +165,8 @@ struct LevelDirectory {
 };
 
 Bytes encode_directory(const LevelDirectory &directory, const AttributeSet &set);
-// Proves rules 5.1 .. 5.9 that need no chunk: order, nesting in `above` (null for level 1), counts and running sums
-// against `chunks` (the section that holds them), sizes against kMaxExpansion.
+// Proves the rules of 5.3 to 5.5, which need no chunk: order, nesting in `above` (null for level 1), counts and running
+// sums against `chunks` (the section that holds them), sizes against kMaxExpansion.
 Result<LevelDirectory> decode_directory(ByteView bytes, int level, const AttributeSet &set, std::uint32_t chunk_points,
                                         const LevelDirectory *above, const SectionEntry &chunks);
 
