@@ -4,6 +4,7 @@
 #include "pbm_format/validate.h"
 #include "pbm_format/writer.h"
 
+#include "file_editor.h"
 #include "test_models.h"
 
 #include <gtest/gtest.h>
@@ -134,41 +135,17 @@ TEST(Damage, EveryFlippedBitIsRefusedByReaderAndValidator) {
     EXPECT_TRUE(read_everything(file));
 }
 
-// Recomputes every stored hash, so that damage reaches the checks behind them.
-void repair_hashes(Bytes &file) {
-    const auto load = [&](std::size_t at) {
-        std::uint64_t value;
-        std::memcpy(&value, file.data() + at, 8);
-        return value;
-    };
-    const auto store = [&](std::size_t at, std::uint64_t value) { std::memcpy(file.data() + at, &value, 8); };
-    std::uint32_t count;
-    std::memcpy(&count, file.data() + 32, 4);
-    for (std::uint64_t i = 0; i < std::min<std::uint64_t>(count, (file.size() - kHeaderBytes) / kSectionEntryBytes);
-         ++i) {
-        const std::size_t entry = kHeaderBytes + i * kSectionEntryBytes;
-        const std::uint64_t offset = load(entry + 24), bytes = load(entry + 32);
-        if (offset <= file.size() && bytes <= file.size() - offset)
-            store(entry + 56, hash64(ByteView(file).subspan(offset, bytes)));
-    }
-    const std::uint64_t table = count * kSectionEntryBytes;
-    if (table <= file.size() - kHeaderBytes)
-        store(112, hash64(ByteView(file).subspan(kHeaderBytes, table)));
-    store(120, hash64(ByteView(file).first(120)));
-}
-
 TEST(Damage, WithRepairedHashesReaderAndValidatorStillAgree) {
     const Model model = test::sphere_model(3, test::every_attribute(ColourFormat::rgb565, 3));
     const Bytes good = encode(model);
     test::Random random(17);
     int refused = 0;
     for (int round = 0; round < 4000; ++round) {
-        Bytes file = good;
-        for (std::uint64_t flips = 1 + random.below(3); flips > 0; --flips) {
-            const std::uint64_t bit = random.below(8 * file.size());
-            file[bit / 8] = static_cast<std::uint8_t>(file[bit / 8] ^ 1U << bit % 8);
-        }
-        repair_hashes(file);
+        test::FileEditor editor(good);
+        for (std::uint64_t flips = 1 + random.below(3); flips > 0; --flips)
+            editor.flip(random.below(8 * good.size()));
+        editor.repair();
+        const Bytes &file = editor.bytes();
         const Status status = read_everything(file);
         EXPECT_EQ(status.ok(), validate(file, {.threads = 1}).valid())
             << "round " << round << ": " << (status ? "valid" : status.error().message);
@@ -193,18 +170,15 @@ TEST(Damage, AForeignFileIsNamedAsWhatItIs) {
 }
 
 TEST(Damage, ANewerVersionAndUnknownFeaturesAreUnsupportedNotInvalid) {
-    Bytes newer = small_file();
-    newer[8] = 9;
-    repair_hashes(newer);
-    EXPECT_EQ(read_everything(newer).error().code, ErrorCode::unsupported_version);
-    Bytes feature = small_file();
-    feature[40] = 1;
-    repair_hashes(feature);
-    EXPECT_EQ(read_everything(feature).error().code, ErrorCode::unsupported_feature);
-    Bytes optional = small_file();
-    optional[48] = 1;
-    repair_hashes(optional);
-    EXPECT_TRUE(read_everything(optional));
+    const auto edited = [](std::size_t at) {
+        test::FileEditor editor(small_file());
+        editor.set<std::uint8_t>(at, 1);
+        editor.repair();
+        return editor.bytes();
+    };
+    EXPECT_EQ(read_everything(edited(8)).error().code, ErrorCode::unsupported_version);
+    EXPECT_EQ(read_everything(edited(40)).error().code, ErrorCode::unsupported_feature);
+    EXPECT_TRUE(read_everything(edited(48))); // optional features are optional
 }
 
 class ReplaceFile : public testing::Test {

@@ -1,0 +1,24 @@
+// Law: whatever the bytes, Reader::open + verify_all and validate give the same verdict, and a file that they call
+// valid loads into a model that encodes to a file with the same content_id.
+#include "pbm_format/reader.h"
+#include "pbm_format/validate.h"
+#include "pbm_format/writer.h"
+
+#include <cstdlib>
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
+    const pbm::ByteView file(data, size);
+    pbm::Result<pbm::Reader> reader = pbm::Reader::open(file);
+    const bool valid = reader && reader->verify_all(1);
+    if (valid != pbm::validate(file, {.threads = 1}).valid())
+        std::abort();
+    if (!valid)
+        return 0;
+    const pbm::Model model = pbm::load_model(*reader, {.threads = 1}).value();
+    const pbm::Bytes again =
+        pbm::encode_model(model, {.compression_level = 1, .chunk_points = reader->header().chunk_points, .threads = 1})
+            .value();
+    if (pbm::Reader::open(again)->header().content_id != reader->header().content_id)
+        std::abort();
+    return 0;
+}

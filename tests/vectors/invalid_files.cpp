@@ -1,0 +1,274 @@
+#include "invalid_files.h"
+
+#include "file_editor.h"
+#include "test_models.h"
+
+#include "pbm_format/writer.h"
+
+#include <functional>
+#include <limits>
+#include <string_view>
+
+namespace pbm::test {
+
+namespace {
+
+Bytes encode(const Model &model) {
+    return encode_model(model, {.compression_level = 19, .chunk_points = 512, .threads = 1}).value();
+}
+
+// Depth 3, every attribute, streams short enough to stand in the file as they are, one chunk per level.
+const Bytes &every_attribute_file() {
+    static const Bytes file = encode(sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.2));
+    return file;
+}
+
+// Depth 5, several chunks at the finest levels, no optional attribute.
+const Bytes &many_chunks_file() {
+    static const Bytes file = encode(sphere_model(5, {}));
+    return file;
+}
+
+const Bytes &colour_565_file() {
+    static const Bytes file = encode(sphere_model(2, {.colour = ColourFormat::rgb565}));
+    return file;
+}
+
+class Collection {
+  public:
+    using Edit = std::function<void(FileEditor &)>;
+
+    void add(std::string name, const Bytes &good, const Edit &edit) {
+        FileEditor editor(good);
+        edit(editor);
+        editor.repair();
+        files_.push_back({name + ".bvg", editor.bytes()});
+    }
+    void add(std::string name, const Edit &edit) { add(std::move(name), every_attribute_file(), edit); }
+    // Damage that a hash must find: nothing is repaired.
+    void add_unrepaired(std::string name, std::size_t at) {
+        Bytes file = every_attribute_file();
+        file[at] ^= 0x10;
+        files_.push_back({name + ".bvg", std::move(file)});
+    }
+    void add_as_is(std::string name, Bytes bytes) { files_.push_back({name + ".bvg", std::move(bytes)}); }
+    std::vector<InvalidFile> take() { return std::move(files_); }
+
+  private:
+    std::vector<InvalidFile> files_;
+};
+
+template <class T> Collection::Edit set(std::size_t at, T value) {
+    return [=](FileEditor &file) { file.set<T>(at, value); };
+}
+
+// Sets a field of a section's table entry.
+template <class T> Collection::Edit set_entry(SectionType type, std::uint32_t instance, std::size_t field, T value) {
+    return [=](FileEditor &file) { file.set<T>(file.entry(type, instance) + field, value); };
+}
+
+// Sets a field inside a section.
+template <class T> Collection::Edit set_in(SectionType type, std::size_t field, T value) {
+    return [=](FileEditor &file) { file.set<T>(file.section(type) + field, value); };
+}
+
+// Sets a field of a chunk's directory entry.
+template <class T> Collection::Edit set_chunk(std::uint32_t level, std::size_t index, std::size_t field, T value) {
+    return [=](FileEditor &file) { file.set<T>(file.chunk(level, index) + field, value); };
+}
+
+// Takes the last bytes of a small section away; elements now have `record` bytes.
+Collection::Edit shorten(SectionType type, std::uint32_t record, std::uint64_t bytes) {
+    return [=](FileEditor &file) { file.shorten(type, 0, bytes, record); };
+}
+
+void add_header_files(Collection &files) {
+    files.add("2.1-other-magic", set<std::uint8_t>(0, 0x88));
+    files.add("2.2-half-a-header", [](FileEditor &file) { file.bytes().resize(100); });
+    files.add_unrepaired("2.3-flipped-bit-in-the-version", 8);
+    files.add("2.4-big-endian-tag", set<std::uint32_t>(12, 0x04030201));
+    files.add("2.5-major-version-7", set<std::uint16_t>(8, 7));
+    files.add("2.6-required-feature-40", set<std::uint64_t>(40, std::uint64_t{1} << 40));
+    files.add("2.7-one-byte-short", [](FileEditor &file) { file.bytes().pop_back(); });
+    files.add("2.7-one-byte-more", [](FileEditor &file) { file.bytes().push_back(0); });
+    files.add("2.8-reserved-byte", set<std::uint8_t>(38, 1));
+    files.add("2.9-depth-1", set<std::uint8_t>(36, 1));
+    files.add("2.9-depth-17", set<std::uint8_t>(36, 17));
+    files.add("2.10-no-points", set<std::uint64_t>(56, 0));
+    files.add("2.10-too-many-points", set<std::uint64_t>(56, std::uint64_t{1} << 32));
+    files.add("2.11-chunk-limit-256", set<std::uint32_t>(104, 256));
+    files.add("2.11-chunk-limit-1000", set<std::uint32_t>(104, 1000));
+    files.add("2.12-table-elsewhere", set<std::uint64_t>(24, 136));
+    files.add("2.13-root-normal", set<std::uint16_t>(88, 0x4000));
+    files.add("2.14-root-colour-without-colours", many_chunks_file(), set<std::uint8_t>(91, 7));
+    files.add("2.14-root-colour-not-565", colour_565_file(), set<std::uint8_t>(90, 1));
+    files.add("2.15-root-material", set<std::uint8_t>(93, 3));
+    files.add("2.16-root-texture-without-texture", many_chunks_file(), set<std::uint8_t>(95, 1));
+    files.add("2.17-root-lit-fraction", set<std::uint8_t>(96, 16));
+    files.add("2.17-root-lit-fraction-without-light", set<std::uint8_t>(98, 1));
+    files.add("2.18-point-count", set<std::uint64_t>(56, 12345));
+}
+
+void add_table_files(Collection &files) {
+    using enum SectionType;
+    files.add("3.1.1-no-sections", set<std::uint32_t>(32, 0));
+    files.add("3.1.1-257-sections", set<std::uint32_t>(32, 257));
+    files.add("3.1.2-table-past-the-end", set<std::uint32_t>(32, 250));
+    files.add_unrepaired("3.1.3-flipped-bit", 140);
+    files.add("3.1.6-raw-size", set<std::uint64_t>(64, 1));
+    files.add("3.1.7-no-materials", [](FileEditor &file) {
+        // The materials become a section nobody knows.
+        const std::size_t at = file.entry(materials);
+        file.set<std::uint32_t>(at, 4);
+        file.set<std::uint32_t>(file.entry(attributes), 3);
+        file.set<std::uint32_t>(at, 5);
+        file.set<std::uint32_t>(at + kSectionEntryBytes, 6);
+        file.set<std::uint32_t>(at + 2 * kSectionEntryBytes, 9);
+        file.set<std::uint16_t>(at + 2 * kSectionEntryBytes + 6, 0);
+    });
+    files.add("3.2.1-reserved-byte", set_entry<std::uint32_t>(grid, 0, 20, 1));
+    files.add("3.2.2-twice", set_entry<std::uint32_t>(attributes, 0, 0, 2));
+    files.add("3.2.3-gap", set_entry<std::uint64_t>(metadata, 0, 24, 2048));
+    files.add("3.2.4-unknown-critical-section", set_entry<std::uint32_t>(texture, 0, 0, 9));
+    files.add("3.2.5-unknown-codec", set_entry<std::uint16_t>(level_chunks, 2, 4, 2));
+    files.add("3.2.6-unknown-flag", set_entry<std::uint16_t>(grid, 0, 6, 3));
+    files.add("3.2.7-instance", set_entry<std::uint32_t>(grid, 0, 8, 1));
+    files.add("3.2.8-alignment-4", set_entry<std::uint32_t>(grid, 0, 16, 4));
+    files.add("3.2.9-raw-but-smaller", set_entry<std::uint64_t>(metadata, 0, 40, 3));
+    files.add("3.2.10-bomb", set_entry<std::uint64_t>(level_chunks, 3, 40, std::uint64_t{1} << 40));
+    files.add("3.2.11-section-past-the-end", [](FileEditor &file) {
+        const std::size_t at = file.entry(level_chunks, 3);
+        for (const std::size_t field : {32, 40})
+            file.set<std::uint64_t>(at + field, std::uint64_t{1} << 33);
+    });
+    files.add("3.2.12-padding", [](FileEditor &file) {
+        const std::size_t at = file.entry(metadata);
+        file.set<std::uint8_t>(file.section(metadata) + file.get<std::uint64_t>(at + 32), 1);
+    });
+    files.add("3.2.13-count", set_entry<std::uint64_t>(materials, 0, 48, 7));
+}
+
+void add_section_files(Collection &files) {
+    using enum SectionType;
+    files.add_unrepaired("3.3-flipped-bit-in-the-grid", FileEditor(every_attribute_file()).section(grid) + 3);
+    files.add("3.3.2-metadata-is-no-json", set_in<std::uint8_t>(metadata, 0, '['));
+    files.add("3.3.3-metadata-is-an-array", [](FileEditor &file) {
+        const std::size_t at = file.section(metadata);
+        const auto size = static_cast<std::size_t>(file.get<std::uint64_t>(file.entry(metadata) + 32));
+        for (std::size_t i = 0; i < size; ++i)
+            file.set<std::uint8_t>(at + i, ' ');
+        file.set<std::uint8_t>(at, '[');
+        file.set<std::uint8_t>(at + 1, ']');
+    });
+    files.add("3.4.1-short-grid", shorten(grid, 40, 8));
+    files.add("3.4.2-corner-is-nan", set_in<double>(grid, 8, std::numeric_limits<double>::quiet_NaN()));
+    files.add("3.4.3-voxel-size-0", set_in<double>(grid, 24, 0));
+    files.add("3.4.4-unit", set_in<std::uint8_t>(grid, 32, 7));
+    files.add("3.4.5-up-axis", set_in<std::uint8_t>(grid, 33, 3));
+    files.add("3.4.6-reserved", set_in<std::uint8_t>(grid, 40, 1));
+    files.add("3.5.1-half-a-record", shorten(attributes, 8, 8));
+    files.add("3.5.2-unknown-kind", set_in<std::uint8_t>(attributes, 0, 9));
+    files.add("3.5.3-twice", set_in<std::uint8_t>(attributes, 24, 1));
+    files.add("3.5.3-lights-with-a-gap", set_in<std::uint8_t>(attributes, 5 * 24 + 2, 1));
+    files.add("3.5.4-colour-format-3", set_in<std::uint8_t>(attributes, 2 * 24 + 1, 3));
+    files.add("3.5.5-three-bits", set_in<std::uint8_t>(attributes, 5 * 24 + 4, 3));
+    files.add("3.5.5-bits-of-colour", set_in<std::uint8_t>(attributes, 2 * 24 + 4, 8));
+    files.add("3.5.6-reserved", set_in<std::uint8_t>(attributes, 3, 1));
+    files.add("3.5.7-no-radius", colour_565_file(), [](FileEditor &file) {
+        file.set<std::uint8_t>(file.section(attributes) + 24, 4);
+        file.set<std::uint8_t>(file.section(attributes) + 48, 5);
+        file.set<std::uint8_t>(file.section(attributes) + 49, 0);
+    });
+    files.add("3.6.1-half-a-material", shorten(materials, 8, 8));
+    files.add("3.6.2-kd-2", set_in<float>(materials, 4, 2));
+    files.add("3.6.3-exponent-0", set_in<float>(materials, 12, 0));
+    files.add("3.6.4-environment", set_in<float>(materials, 20, -1));
+    files.add("3.6.5-reserved", set_in<std::uint8_t>(materials, 19, 1));
+    files.add("3.7.1-half-a-light", shorten(lights, 8, 8));
+    files.add("3.7.2-kind", set_in<std::uint8_t>(lights, 0, 3));
+    files.add("3.7.3-negative-intensity", set_in<float>(lights, 4, -1));
+    files.add("3.7.4-position-is-infinite", set_in<float>(lights, 16, std::numeric_limits<float>::infinity()));
+    files.add("3.7.5-direction-of-length-2", set_in<float>(lights, 36, 2));
+    files.add("3.7.6-spot-exponent", set_in<float>(lights, 40, 2000));
+    files.add("3.7.7-reserved", set_in<std::uint8_t>(lights, 45, 1));
+    files.add("3.8.1-short-texture", shorten(texture, 8, 8));
+    files.add("3.8.2-kind", set_in<std::uint8_t>(texture, 0, 3));
+    files.add("3.8.3-scale", set_in<float>(texture, 8, 0));
+    files.add("3.8.4-reserved", set_in<std::uint8_t>(texture, 20, 1));
+    files.add("3.9.1-one-light-for-two-streams", shorten(lights, 48, 48));
+}
+
+void add_chunk_files(Collection &files) {
+    using enum SectionType;
+    const auto in_chunk = [](std::uint32_t level, std::size_t at, std::uint8_t value) {
+        return [=](FileEditor &file) { file.set<std::uint8_t>(file.section(level_chunks, level) + at, value); };
+    };
+    files.add("4.2-zero-mask", in_chunk(2, 0, 0));
+    files.add("4.4-one-child-more", many_chunks_file(), in_chunk(1, 0, 0x7F));
+    files.add("5.2-brick-count", set_chunk<std::uint32_t>(3, 0, 40 - 12, 1 + 1));
+    files.add("5.3.1-root-too-deep", set_chunk<std::uint8_t>(2, 0, 40, 1));
+    files.add("5.3.2-root-outside", set_chunk<std::uint64_t>(2, 0, 0, 1));
+    files.add("5.3.3-no-points", set_chunk<std::uint32_t>(2, 0, 16, 0));
+    files.add("5.3.4-nodes", set_chunk<std::uint32_t>(2, 0, 20, 60000));
+    files.add("5.3.5-parents", set_chunk<std::uint32_t>(1, 0, 24, 1));
+    files.add("5.3.6-bricks", set_chunk<std::uint32_t>(1, 0, 28, 2));
+    files.add("5.3.7-cone", set_chunk<std::uint16_t>(2, 0, 36, 8192));
+    files.add("5.4.1-filter-5", set_chunk<std::uint8_t>(2, 0, 51, 5));
+    files.add("5.4.2-stored-size", set_chunk<std::uint32_t>(2, 0, 52, 3));
+    files.add("5.5.1-no-whole-entry", [](FileEditor &file) { file.shorten(level_directory, 1, 8, 8); });
+    files.add("5.5.2-reserved", set_chunk<std::uint8_t>(2, 0, 44, 1));
+    files.add("5.5.3-order", many_chunks_file(), set_chunk<std::uint64_t>(5, 1, 0, 0));
+    files.add("5.5.5-parent-chunk", many_chunks_file(), set_chunk<std::uint32_t>(5, 1, 32, 7));
+    files.add("5.5.7-nodes-of-the-parent", many_chunks_file(), [](FileEditor &file) {
+        const std::size_t at = file.chunk(5, 7) + 20;
+        file.set<std::uint32_t>(at, file.get<std::uint32_t>(at) + 1);
+    });
+    files.add("5.5.10-raw-size", [](FileEditor &file) {
+        const std::size_t at = file.entry(level_chunks, 3) + 40;
+        file.set<std::uint64_t>(at, file.get<std::uint64_t>(at) + 1);
+        file.set<std::uint64_t>(64, file.get<std::uint64_t>(64) + 1);
+    });
+    FileEditor chunk_damage(every_attribute_file());
+    chunk_damage.flip(8 * every_attribute_file().size() - 1);
+    chunk_damage.repair(false);
+    files.add_as_is("5.6.4-flipped-bit-in-the-finest-level", chunk_damage.bytes());
+    files.add("5.7.1-cone-too-narrow", many_chunks_file(), set_chunk<std::int16_t>(5, 0, 38, 32767));
+    const auto edit_model = [](const std::function<void(Model &)> &edit) {
+        Model model = sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.2);
+        edit(model);
+        return encode(model);
+    };
+    files.add_as_is("6.1.4-reserved-bits-of-a-normal",
+                    edit_model([](Model &model) { model.levels[3].points.normals[1] |= 0x8000; }));
+    files.add_as_is("6.2.2-radius-too-large", edit_model([](Model &model) { model.levels[3].points.radii[1] = 204; }));
+    files.add_as_is("6.4.1-no-such-material",
+                    edit_model([](Model &model) { model.levels[3].points.materials[1] = 3; }));
+    files.add_as_is("7.1-no-average", edit_model([](Model &model) { model.levels[2].points.colours[1] ^= 1; }));
+    files.add_as_is("3.9.2-texture-values-without-palette",
+                    edit_model([](Model &model) { model.parameters.texture.clear(); }));
+    files.add_as_is("3.9.3-materials-without-stream", edit_model([](Model &model) {
+                        model.parameters.attributes.material = false;
+                        average_levels(model, 1);
+                    }));
+    files.add("8.1-content-id", [](FileEditor &file) { file.flip(8 * 72); });
+}
+
+} // namespace
+
+std::vector<ValidFile> valid_files() {
+    return {{"every-attribute.bvg", every_attribute_file()},
+            {"many-chunks.bvg", many_chunks_file()},
+            {"colour-565.bvg", colour_565_file()},
+            {"smallest.bvg", encode(sphere_model(2, {}, 0.05))}};
+}
+
+std::vector<InvalidFile> invalid_files() {
+    Collection files;
+    add_header_files(files);
+    add_table_files(files);
+    add_section_files(files);
+    add_chunk_files(files);
+    return files.take();
+}
+
+} // namespace pbm::test

@@ -1,0 +1,24 @@
+// The bad files of format_spec/vectors/invalid: each breaks one rule of BVG.md, with every hash in front of it right.
+#pragma once
+
+#include "pbm_format/bytes.h"
+
+#include <string>
+#include <vector>
+
+namespace pbm::test {
+
+struct ValidFile {
+    std::string name; // file name without folder
+    Bytes bytes;
+};
+
+struct InvalidFile {
+    std::string name; // starts with the number of the rule: "2.9-depth-1.bvg"
+    Bytes bytes;
+};
+
+std::vector<ValidFile> valid_files();
+std::vector<InvalidFile> invalid_files();
+
+} // namespace pbm::test
