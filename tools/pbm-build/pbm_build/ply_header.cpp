@@ -75,6 +75,7 @@ class HeaderReader {
     Status format(std::string_view line);
     Status element(std::string_view line);
     Status property(std::string_view line);
+    Status unknown(std::string_view keyword);
     void comment(std::string_view line);
     Error refuse(const std::string &what, ErrorCode code = ErrorCode::bad_input) const {
         return Error{code, line_offset_, "line " + std::to_string(line_number_) + ": " + what};
@@ -172,6 +173,14 @@ Status HeaderReader::property(std::string_view line) {
     return {};
 }
 
+Status HeaderReader::unknown(std::string_view keyword) {
+    if (!has_format_ || header_.encoding != PlyEncoding::ascii)
+        return refuse("unknown keyword " + quoted(keyword) + " in the header; the file is damaged");
+    if (header_.unknown_lines++ == 0)
+        header_.first_unknown = keyword;
+    return {};
+}
+
 void HeaderReader::comment(std::string_view line) {
     if (same_word(take_word(line), "texturefile") && !trimmed(line).empty())
         header_.texture_files.emplace_back(trimmed(line));
@@ -181,8 +190,8 @@ Result<PlyHeader> HeaderReader::read() {
     if (!is_ply({reinterpret_cast<const std::uint8_t *>(text_.data()), text_.size()}))
         return Error{ErrorCode::bad_input, 0, "not a PLY file: the first line is not 'ply'"};
     const std::size_t first_end = text_.find_first_of("\r\n");
-    header_.crlf = text_[first_end] == '\r' && first_end + 1 < text_.size() && text_[first_end + 1] == '\n';
-    line_end_ = text_[first_end] == '\r' && !header_.crlf ? '\r' : '\n';
+    const bool crlf = first_end + 1 < text_.size() && text_.substr(first_end, 2) == "\r\n";
+    line_end_ = text_[first_end] == '\r' && !crlf ? '\r' : '\n';
 
     std::string_view line;
     while (take_line(line)) {
@@ -206,7 +215,7 @@ Result<PlyHeader> HeaderReader::read() {
         else if (keyword == "property")
             status = property(line);
         else
-            status = refuse("unknown keyword " + quoted(keyword) + " in the header; the file is damaged");
+            status = unknown(keyword);
         if (!status)
             return status.error();
     }
@@ -235,12 +244,14 @@ bool is_ply(std::span<const std::uint8_t> bytes) {
 
 Result<PlyHeader> read_ply_header(std::span<const std::uint8_t> bytes) { return HeaderReader(bytes).read(); }
 
-std::string quoted(std::string_view text) {
+std::string printable(std::string_view text) {
     constexpr std::size_t kMost = 40;
-    std::string out = "'";
+    std::string out;
     for (const char c : text.substr(0, kMost))
         out += c >= ' ' && c <= '~' ? c : '?';
-    return out + (text.size() > kMost ? "...'" : "'");
+    return out + (text.size() > kMost ? "..." : "");
 }
+
+std::string quoted(std::string_view text) { return std::string(1, '\'').append(printable(text)).append(1, '\''); }
 
 } // namespace pbm::build

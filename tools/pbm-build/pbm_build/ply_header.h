@@ -68,9 +68,10 @@ struct PlyHeader {
     PlyEncoding encoding = PlyEncoding::ascii;
     std::vector<PlyElement> elements;       // in the order of the file; names are unique, also those of properties
     std::vector<std::string> texture_files; // "comment TextureFile NAME", as MeshLab writes it
+    std::size_t unknown_lines = 0;          // of an ASCII file, with a keyword that means nothing
+    std::string first_unknown;              // such a keyword
     std::size_t body_offset = 0;            // first byte after the line of end_header
     std::uint64_t body_line = 0;            // its line number, from 1
-    bool crlf = false;                      // the first line ends with CR LF
 };
 
 constexpr std::size_t kMaxPlyHeaderBytes = std::size_t{1} << 20;
@@ -80,14 +81,18 @@ constexpr std::size_t kMaxPlyProperties = 256; // per element
 // True where the bytes begin like a PLY file: the word "ply" and a line end.
 bool is_ply(std::span<const std::uint8_t> bytes);
 
-// Reads the header. Lines may end in LF, CR LF or CR; `comment` and `obj_info` may stand anywhere.
+// Reads the header. Lines may end in LF, CR LF or CR; `comment` and `obj_info` may stand anywhere. Lines of other
+// keywords are skipped in an ASCII file, as Turk's reader does (scans of the Stanford repository have some), because
+// its rows show whether a property got lost; a binary body would be misread without a word.
 //
-// errors  bad_input            not a PLY file, no end_header, an unknown keyword or type, a bad or duplicate name, a bad count
+// errors  bad_input            not a PLY file, no end_header, an unknown keyword or type, a bad or duplicate name, a
+// bad count
 //         too_large            over one of the limits above
 //         unsupported_version  a format version other than 1.0
 Result<PlyHeader> read_ply_header(std::span<const std::uint8_t> bytes);
 
-// Text of the file for an error message: in quotes, printable ASCII, at most 40 characters.
+// Text of the file for a message of one line: printable ASCII, at most 40 characters; `quoted` adds quotes.
+std::string printable(std::string_view text);
 std::string quoted(std::string_view text);
 
 } // namespace pbm::build

@@ -11,8 +11,7 @@ constexpr std::uint32_t kGone = std::numeric_limits<std::uint32_t>::max();
 // Only a finite number gives zero here: infinity - infinity is NaN.
 bool finite(const glm::dvec3 &p) { return (p.x - p.x) + (p.y - p.y) + (p.z - p.z) == 0.0; }
 
-template <class T>
-void compact(std::vector<T> &values, const std::vector<std::uint32_t> &new_index) {
+template <class T> void compact(std::vector<T> &values, const std::vector<std::uint32_t> &new_index) {
     if (values.empty())
         return;
     std::size_t kept = 0;

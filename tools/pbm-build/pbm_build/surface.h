@@ -30,16 +30,16 @@ struct AttributeReport {
 
 // Arrays run in parallel with `positions`, or are empty where the input has no such attribute.
 struct Surface {
-    std::vector<glm::dvec3> positions;              // model units, all finite
-    std::vector<glm::uvec3> triangles;              // indices < positions.size(); polygons are fanned, strips unrolled
-    std::vector<glm::vec3> normals;                 // as given, any length; zero length means "none here"
+    std::vector<glm::dvec3> positions; // model units, all finite
+    std::vector<glm::uvec3> triangles; // indices < positions.size(); polygons are fanned, strips unrolled
+    std::vector<glm::vec3> normals;    // as given, any length; zero length means "none here"
     std::vector<std::array<std::uint8_t, 3>> colours; // sRGB
-    std::vector<float> radii;                       // splat radius, model units, > 0
-    std::vector<std::uint8_t> material_ids;         // < materials.size()
-    std::vector<SurfaceMaterial> materials;         // empty: the default material
-    std::vector<AttributeReport> report;            // in the order of the file
-    std::uint64_t dropped_vertices = 0;             // not finite
-    std::uint64_t dropped_triangles = 0;            // fewer than three different corners, or at a dropped vertex
+    std::vector<float> radii;                         // splat radius, model units, > 0
+    std::vector<std::uint8_t> material_ids;           // < materials.size()
+    std::vector<SurfaceMaterial> materials;           // empty: the default material
+    std::vector<AttributeReport> report;              // in the order of the file
+    std::uint64_t dropped_vertices = 0;               // not finite
+    std::uint64_t dropped_triangles = 0;              // fewer than three different corners, or at a dropped vertex
 };
 
 // What a caller may ask of every reader.

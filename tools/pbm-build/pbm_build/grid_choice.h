@@ -1,0 +1,62 @@
+// Where the voxel grid lies and how fine it is. BVG.md section 3.4.
+// Based on: Botsch, Wiratanaya, Kobbelt 2002, section 3.1: quantisation error and sampling density in balance
+#pragma once
+
+#include "pbm_build/surface.h"
+#include "pbm_format/model.h"
+
+#include <optional>
+
+namespace pbm::build {
+
+// At most one of the first three is set; none asks for a voxel edge close to the sampling distance.
+struct GridRequest {
+    std::optional<int> depth;                // kMinDepth..kMaxDepth
+    std::optional<double> voxel_size;        // model units, > 0; the origin snaps to multiples of it
+    std::optional<std::uint64_t> max_points; // the finest depth with at most so many points
+    Unit unit = Unit::unknown;
+    UpAxis up = UpAxis::y;
+};
+
+// Axis-aligned box of what will be sampled: the corners of triangles, or all points where there are no triangles.
+struct Bounds {
+    glm::dvec3 lowest{}, highest{};
+    double extent() const; // longest edge
+};
+Bounds bounds_of(const Surface &surface);
+
+// Refuses what cannot be put on a grid of doubles.
+//
+// errors  too_large  the box is longer than 1e30 or shorter than 1e-30 (but not zero) model units
+Status check_bounds(const Bounds &bounds);
+
+// A cube of 2^depth voxels per edge, centred on the box, a millionth wider than the box needs, so that nothing falls
+// outside. A box without extent gets an edge of 1, or more where doubles are coarser than that.
+Grid centred_grid(const Bounds &bounds, int depth);
+
+// Voxels of exactly this size whose corners lie at multiples of it; the least depth that holds the box.
+//
+// errors  usage  more than kMaxDepth levels would be needed
+Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size);
+
+// Range of depths chosen by itself. A coarse mesh is sampled finer than its vertices: it should not look like bricks.
+inline constexpr int kLeastMeshDepth = 8, kMostMeshDepth = 12;
+inline constexpr int kLeastPointDepth = 5, kMostPointDepth = 14;
+
+// Median length of the triangles' edges (an inner edge counts twice), to 2 %; 0 if every edge has length zero.
+double median_edge(const Surface &surface, int threads);
+
+// Depth whose voxel edge comes closest to the median edge length, as a ratio.
+int mesh_depth(const Bounds &bounds, double median_edge);
+
+// Number of occupied voxels at depth 0..kMaxDepth of the centred grid.
+std::vector<std::uint64_t> occupied_voxels(const Surface &surface, const Bounds &bounds, int threads);
+
+// Finest depth at which a level still has 2.5 times the voxels of the level above: a densely sampled surface has 4, and
+// at 2.57 a voxel of a surface holds one point on average, when points fall at random.
+int point_depth(const std::vector<std::uint64_t> &occupied);
+
+// Area of all triangles in units of the square of the centred grid's edge.
+double relative_area(const Surface &surface, const Bounds &bounds, int threads);
+
+} // namespace pbm::build

@@ -1,0 +1,69 @@
+// Which triangle passes through which voxel (or which point lies in it), sorted coarsely as it is found: one bucket per
+// node of a coarse octree level, so that voxelize can take one bucket after the other, sort it in cache, and free it.
+#pragma once
+
+#include "pbm_format/octree.h"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace pbm::build {
+
+// One triangle or point in one voxel, 64 bits: [63..31] Morton code of the voxel within its bucket, [30..0] source.
+using Hit = std::uint64_t;
+inline constexpr int kSourceBits = 31;
+inline constexpr std::uint64_t kMaxSources = std::uint64_t{1} << kSourceBits; // triangles or points of one surface
+
+inline std::uint32_t source_of(Hit hit) { return static_cast<std::uint32_t>(hit & (kMaxSources - 1)); }
+inline MortonCode local_code_of(Hit hit) { return hit >> kSourceBits; }
+
+// Several writers fill it side by side, each from one thread. The order of hits within a bucket depends on the threads;
+// everything that is made of them must not.
+class HitStore {
+  public:
+    // `full()` once the hits need more than `max_bytes`: the caller stops and reports it.
+    HitStore(int depth, int writers, std::uint64_t max_bytes);
+
+    std::size_t bucket_count() const { return std::size_t{1} << (3 * bucket_level_); }
+    int local_bits() const { return local_bits_; } // of a Morton code within its bucket, at most 33
+    int writers() const { return static_cast<int>(writers_.size()); }
+    std::uint64_t max_bytes() const { return max_bytes_; }
+    bool full() const { return bytes_.load(std::memory_order_relaxed) > max_bytes_; }
+    std::uint64_t size() const; // hits
+
+    void add(int writer, MortonCode code, std::uint32_t source) {
+        List &list = writers_[static_cast<std::size_t>(writer)][code >> local_bits_];
+        if (list.room == 0)
+            grow(list);
+        --list.room;
+        *list.next++ = (code & local_mask_) << kSourceBits | source;
+    }
+
+    // Moves the hits of one bucket to the end of `out`, those of one writer in the order in which it found them, and
+    // frees their memory. Several threads may take different buckets.
+    void take(std::size_t bucket, std::vector<Hit> &out);
+
+  private:
+    struct Chunk {
+        std::unique_ptr<Hit[]> hits;
+        std::size_t capacity;
+    };
+    struct List {
+        Hit *next = nullptr;
+        std::size_t room = 0;
+        std::vector<Chunk> chunks; // all full but the last, which has `room` left
+    };
+    using Writer = std::vector<List>; // [bucket_count()]
+    void grow(List &list);
+
+    int bucket_level_;
+    int local_bits_;
+    MortonCode local_mask_;
+    std::uint64_t max_bytes_;
+    std::atomic<std::uint64_t> bytes_{0};
+    std::vector<Writer> writers_;
+};
+
+} // namespace pbm::build

@@ -1,0 +1,46 @@
+// What OBJ, OFF and STL files say, checked before OpenMesh sees them. OpenMesh 9 accepts cut-short files, skips lines
+// it cannot read (so that indices shift), loops on counts that lie and rounds to float; what gets past these checks is
+// none of that.
+#pragma once
+
+#include "pbm_build/surface.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace pbm::build {
+
+struct MeshText {
+    // A copy of the file in which everything is blanked that OpenMesh would misread or that would make it open other
+    // files: comments, continued lines, texture coordinates, materials, numbers that are not finite.
+    std::string for_openmesh;
+    bool binary = false; // STL
+
+    std::uint64_t vertices = 0;        // OpenMesh must find as many as these (OBJ, OFF)
+    std::uint64_t faces = 0;           // of three or more different corners
+    std::vector<glm::dvec3> positions; // OBJ, OFF: in double precision, may be not finite
+    std::vector<glm::vec3> colours;    // OBJ, OFF: as in the file; empty unless every vertex has one
+    std::vector<glm::vec3> normals;    // NOFF
+    std::uint64_t dropped_triangles =
+        0; // faces with fewer than three different corners, STL facets that are not finite
+    std::vector<AttributeReport> report;
+};
+
+constexpr std::size_t kMaxCorners = 4096; // of one face: OpenMesh compares each corner with every other one
+
+// Lines may end in LF, CR LF or CR.
+//
+// errors  bad_input            NUL bytes; text that is no number or index; an index out of range; counts or an end line
+// that
+//                              do not fit the file
+//         too_large            a face of more than kMaxCorners, or more than 2^31 - 1 vertices
+//         unsupported_feature  binary or four-dimensional OFF
+Result<MeshText> check_obj(std::span<const std::uint8_t> bytes);
+Result<MeshText> check_off(std::span<const std::uint8_t> bytes);
+Result<MeshText> check_stl(std::span<const std::uint8_t> bytes);
+
+} // namespace pbm::build

@@ -1,0 +1,43 @@
+#include "pbm_build/metadata.h"
+
+#include "pbm_format/layout.h"
+
+#include <nlohmann/json.hpp>
+
+namespace pbm::build {
+
+Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, ColourFormat colour,
+                                  int compression_level) {
+    nlohmann::ordered_json metadata;
+    metadata["generator"] = std::string("pbm-build ") + PBM_BUILD_VERSION;
+    const auto add = [&](const char *key, const std::string &text) {
+        if (!text.empty())
+            metadata[key] = text;
+    };
+    add("name", credits.name);
+    add("licence", credits.licence);
+    add("credit", credits.credit);
+    nlohmann::ordered_json &options = metadata["options"];
+    if (grid.depth)
+        options["depth"] = *grid.depth;
+    if (grid.voxel_size)
+        options["voxel_size"] = *grid.voxel_size;
+    if (grid.max_points)
+        options["max_points"] = *grid.max_points;
+    if (colour != ColourFormat::none)
+        options["colour"] = colour == ColourFormat::rgb565 ? 565 : 888;
+    options["compression_level"] = compression_level;
+
+    std::string text;
+    try {
+        text = metadata.dump();
+    } catch (const nlohmann::json::exception &) {
+        return Error{ErrorCode::usage, 0, "--name, --licence and --credit take UTF-8 text only"};
+    }
+    if (text.size() > kMaxMetadataBytes)
+        return Error{ErrorCode::usage, 0,
+                     "--name, --licence and --credit are too long: metadata is at most 4,096 bytes"};
+    return text;
+}
+
+} // namespace pbm::build

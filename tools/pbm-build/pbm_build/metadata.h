@@ -1,0 +1,20 @@
+// The metadata section of a file: who made what from which options. Nothing normative, nothing about this machine.
+#pragma once
+
+#include "pbm_build/grid_choice.h"
+
+#include <string>
+
+namespace pbm::build {
+
+struct Credits {
+    std::string name, licence, credit; // UTF-8, may be empty
+};
+
+// JSON object. `compression_level` and `colour` as they were used; of `grid` only what was asked for.
+//
+// errors  usage  not UTF-8, or longer than 4 KB
+Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, ColourFormat colour,
+                                  int compression_level);
+
+} // namespace pbm::build

@@ -1,0 +1,33 @@
+// The nearest other voxels of a voxel. The only user of nanoflann.
+#pragma once
+
+#include "pbm_format/octree.h"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace pbm::build {
+
+struct Neighbour {
+    std::uint32_t voxel;    // index into the codes
+    float squared_distance; // between the centres, in voxels
+};
+
+class VoxelNeighbours {
+  public:
+    // `codes` ascending and unique, at most 2^32 - 1.
+    explicit VoxelNeighbours(std::span<const MortonCode> codes);
+    ~VoxelNeighbours();
+
+    // Fills `found` with the nearest voxels around `voxel`, itself left out, nearest first; ties by index. Returns how
+    // many there are (fewer than asked only in a small model). At most kMost. Safe from several threads.
+    static constexpr std::size_t kMost = 31;
+    std::size_t nearest(std::size_t voxel, std::span<Neighbour> found) const;
+
+  private:
+    struct Tree;
+    std::unique_ptr<Tree> tree_;
+};
+
+} // namespace pbm::build

@@ -1,0 +1,234 @@
+#include "pbm_build/pipeline.h"
+
+#include "pbm_build/sample_points.h"
+#include "pbm_build/splat_radius.h"
+#include "pbm_build/surface_reader.h"
+#include "pbm_build/vertex_normals.h"
+#include "pbm_build/voxelize.h"
+#include "pbm_format/parallel.h"
+#include "pbm_format/writer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+namespace pbm::build {
+namespace {
+
+Status check_surface(const Surface &surface) {
+    if (surface.positions.empty())
+        return Error{ErrorCode::bad_input, 0, "the file has no points: there is nothing to build"};
+    if (surface.triangles.empty() && surface.normals.empty())
+        return Error{ErrorCode::unsupported_feature, 0,
+                     "points without faces and without normals; normals from points alone come with the next version"};
+    if (surface.materials.size() > kMaxMaterials)
+        return Error{ErrorCode::unsupported_feature, 0,
+                     std::to_string(surface.materials.size()) + " materials, a .bvg file holds " +
+                         std::to_string(kMaxMaterials) + "; merge some of them"};
+    return check_bounds(bounds_of(surface));
+}
+
+// Vertices that no triangle uses have no surface to belong to.
+Status report_loose_vertices(const Surface &surface, bool strict, BuildStatistics &statistics) {
+    if (surface.triangles.empty())
+        return {};
+    std::vector<bool> used(surface.positions.size(), false);
+    for (const glm::uvec3 &t : surface.triangles)
+        used[t.x] = used[t.y] = used[t.z] = true;
+    const auto loose = std::count(used.begin(), used.end(), false);
+    if (loose == 0)
+        return {};
+    const std::string note =
+        std::to_string(loose) + (loose == 1 ? " vertex belongs" : " vertices belong") + " to no face";
+    if (strict)
+        return Error{ErrorCode::bad_input, 0,
+                     "--strict: " + note + "; remove them from the scan or leave --strict out"};
+    statistics.attributes.push_back({"loose vertices", AttributeReport::Fate::dropped, note});
+    return {};
+}
+
+// Depths to try, finest first, until the voxels are few enough: a surface of area A has at least about A / voxel^2 of
+// them.
+int finest_depth(const Surface &surface, const Bounds &bounds, std::uint64_t max_points, int threads) {
+    int depth = kMaxDepth;
+    if (surface.triangles.empty()) {
+        const auto occupied = occupied_voxels(surface, bounds, threads);
+        while (depth > kMinDepth && occupied[static_cast<std::size_t>(depth)] > max_points)
+            --depth;
+        return depth;
+    }
+    const double area = relative_area(surface, bounds, threads);
+    while (depth > kMinDepth && std::ldexp(area, 2 * depth) > static_cast<double>(max_points))
+        --depth;
+    return depth;
+}
+
+Result<Grid> choose_grid(const Surface &surface, const GridRequest &request, int threads) {
+    const Bounds bounds = bounds_of(surface);
+    Grid grid;
+    if (request.voxel_size) {
+        auto snapped = snapped_grid(bounds, *request.voxel_size);
+        if (!snapped)
+            return snapped;
+        grid = *snapped;
+    } else if (request.depth) {
+        grid = centred_grid(bounds, *request.depth);
+    } else if (request.max_points) {
+        grid = centred_grid(bounds, finest_depth(surface, bounds, *request.max_points, threads));
+    } else if (surface.triangles.empty()) {
+        grid = centred_grid(bounds, point_depth(occupied_voxels(surface, bounds, threads)));
+    } else {
+        grid = centred_grid(bounds, mesh_depth(bounds, median_edge(surface, threads)));
+    }
+    grid.unit = request.unit;
+    grid.up = request.up;
+    return grid;
+}
+
+// Refuses what would run for long only to end in the same error.
+Status check_hit_count(const Surface &surface, const Grid &grid, const BuildOptions &options) {
+    const Bounds bounds = bounds_of(surface);
+    const double edge = centred_grid(bounds, kMinDepth).edge() / grid.voxel_size;
+    const double least =
+        relative_area(surface, bounds, options.threads) * edge * edge; // a column of voxels per voxel^2 or more
+    if (least * sizeof(Hit) <= static_cast<double>(options.max_hit_bytes))
+        return {};
+    return Error{ErrorCode::memory, 0,
+                 "depth " + std::to_string(grid.depth) + " would need at least " +
+                     std::to_string(static_cast<std::uint64_t>(least * sizeof(Hit)) >> 20) +
+                     " MiB for its samples, the limit is " + std::to_string(options.max_hit_bytes >> 20) +
+                     " MiB; choose a smaller --depth, or --max-points"};
+}
+
+AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
+    AttributeSet set;
+    set.colour = surface.colours.empty() ? ColourFormat::none : colour;
+    set.material = surface.materials.size() > 1 && !surface.material_ids.empty();
+    return set;
+}
+
+std::vector<Material> choose_materials(const Surface &surface) {
+    std::vector<Material> materials;
+    for (const SurfaceMaterial &m : surface.materials)
+        materials.push_back({m.ka, m.kd, m.ks, m.power, m.colour, m.environment});
+    if (materials.empty())
+        materials.emplace_back();
+    return materials;
+}
+
+// Samples and voxelizes at the depth of `grid`; with --max-points at smaller ones too, until the points are few enough.
+Result<Voxels> sample_and_voxelize(const Surface &surface, const VertexNormals &normals, const AttributeSet &set,
+                                   Grid &grid, const BuildOptions &options, BuildStatistics &statistics,
+                                   StepClock &clock) {
+    for (;; grid.depth -= 1, grid.voxel_size *= 2) {
+        if (Status checked = check_hit_count(surface, grid, options); !checked)
+            return checked.error();
+        const Bytes radii = given_radii(surface, grid);
+        const SurfaceSampler sampler(surface, normals, radii, grid, options.threads);
+        HitStore hits(grid.depth, resolve_threads(options.threads), options.max_hit_bytes);
+        const Status sampled =
+            clock.run("sample points", [&](auto progress) { return sample_points(sampler, hits, progress); });
+        if (!sampled)
+            return sampled.error();
+        statistics.samples = hits.size();
+        Voxels voxels = clock.run("voxelize", [&] { return voxelize(sampler, hits, set, options.threads); });
+        if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points)
+            return voxels;
+        if (grid.depth == kMinDepth)
+            return Error{ErrorCode::usage, 0,
+                         "even the coarsest grid has " + std::to_string(voxels.codes.size()) +
+                             " points; raise --max-points"};
+    }
+}
+
+// Radii and the normals that are still missing.
+void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads) {
+    fill_normals(voxels, threads);
+    if (!surface.triangles.empty())
+        for (std::uint8_t &radius : voxels.points.radii)
+            radius = radius_class(radius, depth);
+    else if (surface.radii.empty())
+        radii_from_neighbours(voxels, depth, threads);
+}
+
+} // namespace
+
+Result<Model> build_model(Surface surface, const BuildOptions &options, BuildStatistics &statistics,
+                          const Progress &progress) {
+    StepClock clock(statistics, progress);
+    const int threads = options.threads;
+    statistics.vertices = surface.positions.size();
+    statistics.triangles = surface.triangles.size();
+    statistics.attributes = surface.report;
+    if (Status checked = check_surface(surface); !checked)
+        return checked.error();
+    if (Status reported = report_loose_vertices(surface, options.strict, statistics); !reported)
+        return reported.error();
+    const AttributeSet set = choose_attributes(surface, options.colour);
+    Result<std::string> metadata = make_metadata(options.credits, options.grid, set.colour, options.compression_level);
+    if (!metadata)
+        return metadata.error();
+
+    Result<Grid> grid = clock.run("choose grid", [&] { return choose_grid(surface, options.grid, threads); });
+    if (!grid)
+        return grid.error();
+    VertexNormals normals = clock.run("normals", [&] { return vertex_normals(surface, threads); });
+    Result<Voxels> voxels = sample_and_voxelize(surface, normals, set, *grid, options, statistics, clock);
+    if (!voxels)
+        return voxels.error();
+    if (voxels->codes.size() > kMaxPoints)
+        return Error{ErrorCode::too_large, 0,
+                     std::to_string(voxels->codes.size()) + " points, a .bvg file holds 2^32 - 1"};
+    normals = {};
+    clock.run("choose radii", [&] { choose_radii(*voxels, surface, grid->depth, threads); });
+
+    Model model;
+    model.parameters = {
+        .grid = *grid, .attributes = set, .materials = choose_materials(surface), .lights = {}, .texture = {}};
+    model.metadata = std::move(*metadata);
+    surface = {};
+    clock.run("octree", [&] {
+        LevelMasks masks = encode_octree(voxels->codes, grid->depth);
+        voxels->codes = {};
+        model.levels.resize(masks.size());
+        for (std::size_t level = 0; level < masks.size(); ++level)
+            model.levels[level].masks = std::move(masks[level]);
+        model.levels.back().points = std::move(voxels->points);
+    });
+    clock.run("detail levels", [&] { average_levels(model, threads); });
+
+    statistics.points = model.point_count();
+    statistics.depth = grid->depth;
+    statistics.voxel_size = grid->voxel_size;
+    for (const std::uint16_t normal : model.levels.back().points.normals)
+        statistics.two_sided_points += (normal & kTwoSidedBit) != 0 ? 1 : 0;
+    return model;
+}
+
+Result<BuildStatistics> build_file(const std::string &input, const std::string &output, const BuildOptions &options,
+                                   const Progress &progress) {
+    BuildStatistics statistics;
+    StepClock clock(statistics, progress);
+    Result<Surface> surface = clock.run("read", [&](auto read_progress) {
+        return read_surface(input, {.strict = options.strict, .progress = read_progress});
+    });
+    if (!surface)
+        return surface.error();
+    Result<Model> model = build_model(std::move(*surface), options, statistics, progress);
+    if (!model)
+        return model.error();
+    const Result<std::uint64_t> written = clock.run("write", [&](auto write_progress) {
+        const WriteOptions write{
+            .compression_level = options.compression_level, .threads = options.threads, .progress = write_progress};
+        return write_model(output, *model, write);
+    });
+    if (!written)
+        return written.error();
+    statistics.file_bytes = *written;
+    std::error_code unknown;
+    const std::uintmax_t input_bytes = std::filesystem::file_size(input, unknown);
+    statistics.input_bytes = unknown ? 0 : input_bytes;
+    return statistics;
+}
+
+} // namespace pbm::build

@@ -1,0 +1,41 @@
+// The whole walk from a scan to a .bvg file.
+//
+//   read_surface -> choose_grid -> sample_points -> voxelize -> choose_radii -> encode_octree -> average_levels ->
+//   write_model
+#pragma once
+
+#include "pbm_build/build_statistics.h"
+#include "pbm_build/grid_choice.h"
+#include "pbm_build/metadata.h"
+#include "pbm_build/surface.h"
+#include "pbm_format/model.h"
+
+#include <string>
+
+namespace pbm::build {
+
+struct BuildOptions {
+    GridRequest grid;
+    ColourFormat colour = ColourFormat::rgb888; // where the input has colours
+    int compression_level = 9;                  // zstd 1..19
+    Credits credits;
+    bool strict = false;                                  // refuse rather than drop anything
+    int threads = 0;                                      // 0: one per processor
+    std::uint64_t max_hit_bytes = std::uint64_t{4} << 30; // of hits (hit_store.h); more is ErrorCode::memory
+};
+
+// Surface to model, all levels. The same model for any number of threads and any order of equal vertices, triangles and
+// points. Adds to `statistics`.
+//
+// errors  unsupported_feature  points without normals; more than kMaxMaterials materials
+//         bad_input            with `strict`: vertices that no triangle uses
+//         too_large, usage     see grid_choice.h; more than kMaxPoints points
+//         memory               more samples than max_hit_bytes hold
+Result<Model> build_model(Surface surface, const BuildOptions &options, BuildStatistics &statistics,
+                          const Progress &progress = {});
+
+// Reads `input`, builds, replaces `output` atomically.
+Result<BuildStatistics> build_file(const std::string &input, const std::string &output, const BuildOptions &options,
+                                   const Progress &progress = {});
+
+} // namespace pbm::build

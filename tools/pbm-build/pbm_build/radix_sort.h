@@ -1,0 +1,41 @@
+// Least-significant-digit radix sort of 64-bit words by some of their bits.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace pbm::build {
+
+// Sorts `words` ascending by bits [low_bit, low_bit + bits); words whose bits are equal keep their order. `spare` is
+// room that the call may use and leaves in any state.
+inline void radix_sort(std::vector<std::uint64_t> &words, std::vector<std::uint64_t> &spare, int low_bit, int bits) {
+    constexpr int kDigitBits = 11;
+    constexpr std::uint64_t kDigitMask = (1U << kDigitBits) - 1;
+    const std::uint64_t key_mask = bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
+    if (words.size() < 512) { // clearing the counters would take longer
+        std::stable_sort(words.begin(), words.end(), [&](std::uint64_t a, std::uint64_t b) {
+            return (a >> low_bit & key_mask) < (b >> low_bit & key_mask);
+        });
+        return;
+    }
+    spare.resize(words.size());
+    for (int done = 0; done < bits; done += kDigitBits) {
+        const int shift = low_bit + done;
+        const std::uint64_t mask = std::min(kDigitMask, key_mask >> done);
+        std::array<std::size_t, kDigitMask + 1> place{};
+        for (const std::uint64_t word : words)
+            ++place[word >> shift & mask];
+        std::size_t before = 0;
+        for (std::size_t &digit : place)
+            before += std::exchange(digit, before);
+        for (const std::uint64_t word : words)
+            spare[place[word >> shift & mask]++] = word;
+        words.swap(spare);
+    }
+}
+
+} // namespace pbm::build

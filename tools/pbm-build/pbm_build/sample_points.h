@@ -1,0 +1,72 @@
+// From a surface to samples: one per pair of triangle and voxel it passes through, or one per point. First all such
+// pairs are found (8 bytes each); attributes are worked out when the voxel is averaged.
+#pragma once
+
+#include "pbm_build/hit_store.h"
+#include "pbm_build/lattice.h"
+#include "pbm_build/sample.h"
+#include "pbm_build/surface.h"
+#include "pbm_build/vertex_normals.h"
+#include "pbm_format/model.h"
+
+#include <functional>
+#include <span>
+
+namespace pbm::build {
+
+// A surface on the lattice of a grid. Its sources are its triangles, or its points where it has no triangles. Refers to
+// its arguments; all members may be called from several threads.
+class SurfaceSampler {
+  public:
+    // `radii`: radius index per position, or empty.
+    SurfaceSampler(const Surface &surface, const VertexNormals &normals, const Bytes &radii, const Grid &grid,
+                   int threads);
+
+    std::size_t source_count() const { return triangles() ? surface_.triangles.size() : surface_.positions.size(); }
+
+    // Adds every voxel that source `i` passes through.
+    void find_hits(std::size_t i, int writer, HitStore &store) const;
+
+    // The samples of some hits, all from the bucket whose first voxel is `first_code`. Fastest where hits of one source
+    // are neighbours.
+    void sample(std::span<const Hit> hits, MortonCode first_code, std::vector<Sample> &samples) const;
+
+  private:
+    // Everything a corner of a triangle brings along.
+    struct Corner {
+        LatticePoint at;
+        Sample attributes;
+    };
+    struct Triangle {
+        std::array<Corner, 3> corners;      // in an order that does not depend on that of the file
+        std::array<glm::dvec3, 3> places{}; // in voxels
+        ShortNormal flat{};                 // of the plane; zero if there is none
+        bool crease = false;                // a corner's normal is too far from it
+        bool in_one_voxel = false;
+        std::uint8_t radius = 0;
+    };
+    bool triangles() const { return !surface_.triangles.empty(); }
+    Corner corner(std::size_t vertex) const;
+    Triangle triangle(std::size_t i) const;
+    Sample sample(const Triangle &triangle, const glm::ivec3 &voxel) const;
+
+    const Surface &surface_;
+    const VertexNormals &normals_;
+    const Bytes &radii_;
+    std::vector<LatticePoint> lattice_;
+};
+
+// Triangles: every voxel that a triangle passes through gets a sample, so that no hole can open however coarse the mesh
+// is, and every point of the surface lies in an occupied voxel or on its border. It carries the attributes of the
+// triangle's point nearest to the voxel's centre; a triangle inside one voxel gives one sample from its centroid.
+// Across creases, where a corner's normal is more than 45 degrees from the triangle's, samples take the triangle's
+// normal. Vertices that no triangle uses are left out.
+//
+// Points (a surface without triangles): one sample each.
+//
+// progress  is called with 0..1, from any thread, one at a time; may be empty
+// errors    memory     more hits than `store` holds
+//           too_large  more than kMaxSources triangles or points
+Status sample_points(const SurfaceSampler &sampler, HitStore &store, const std::function<void(double)> &progress = {});
+
+} // namespace pbm::build

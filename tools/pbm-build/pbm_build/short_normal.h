@@ -1,0 +1,32 @@
+// A unit vector in three 16-bit integers: what samples carry and what is summed.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace pbm::build {
+
+// Unit vector x 32,767, rounded; {0, 0, 0}: no normal here.
+using ShortNormal = std::array<std::int16_t, 3>;
+inline constexpr double kNormalScale = 32767;
+
+// `v` may have any finite length that survives squaring.
+inline ShortNormal to_short_normal(const glm::dvec3 &v) {
+    const double length = std::sqrt((v.x * v.x + v.y * v.y) + v.z * v.z);
+    if (!(length > 0))
+        return {};
+    const double scale = kNormalScale / length;
+    const auto round = [&](double x) { return static_cast<std::int16_t>(x < 0 ? x * scale - 0.5 : x * scale + 0.5); };
+    return {round(v.x), round(v.y), round(v.z)};
+}
+inline bool is_zero(const ShortNormal &n) { return (n[0] | n[1] | n[2]) == 0; }
+
+// Cosine of the angle between two of them x 32,767^2.
+inline std::int64_t dot(const ShortNormal &a, const ShortNormal &b) {
+    return std::int64_t{a[0]} * b[0] + std::int64_t{a[1]} * b[1] + std::int64_t{a[2]} * b[2];
+}
+
+} // namespace pbm::build

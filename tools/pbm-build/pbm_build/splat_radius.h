@@ -1,0 +1,32 @@
+// How large the splat of each point is, as indices of the normative radius table. BVG.md section 6.2.
+// Based on: Campbell. Point Based Modelling and Rendering. 2006, sections 4.2 and 4.3 (a splat reaches its neighbours)
+#pragma once
+
+#include "pbm_build/surface.h"
+#include "pbm_build/voxelize.h"
+#include "pbm_format/model.h"
+
+namespace pbm::build {
+
+// Radius of points whose voxels leave no gap: 0.89 voxels, a little more than half a voxel's diagonal, so that a splat
+// covers every point of the surface inside its voxel. Below depth 5 the limit of 5 % of the grid's edge makes it
+// smaller.
+std::uint8_t dense_radius(int depth);
+
+// The classes that are stored are dense_radius + 0, 4, 8, ... (factors of 1.26), because finer steps are noise that
+// costs bits. Returns the smallest class that is not below `index`, at most kMaxFinestRadius.
+std::uint8_t radius_class(std::uint8_t index, int depth);
+
+// Radii of the input as table indices; empty where it has none. Triangles are sampled densely: theirs are kept within
+// 0.89 and 2 voxels.
+Bytes given_radii(const Surface &surface, const Grid &grid);
+
+// For points without triangles, in place. Where the input has no radii, a splat reaches the eighth nearest occupied
+// voxel: on a regular grid that is the ring of immediate neighbours, and at random places it leaves a gap once in e^8.
+// Stray points are held at four times the median.
+void radii_from_neighbours(Voxels &voxels, int depth, int threads);
+
+// Replaces kNoNormal: the direction of the mean of the normals of the nearest 16 voxels, else +Z, two-sided.
+void fill_normals(Voxels &voxels, int threads);
+
+} // namespace pbm::build

@@ -1,0 +1,170 @@
+#include "pbm_build/mesh_text.h"
+
+#include "pbm_build/text_lines.h"
+
+#include <array>
+#include <bit>
+#include <cstring>
+
+namespace pbm::build {
+namespace {
+
+constexpr std::size_t kHeaderSize = 84; // of binary STL: 80 bytes of anything, the number of facets
+constexpr std::size_t kFacetSize = 50;  // normal and three corners as floats, two bytes of attributes
+
+static_assert(std::endian::native == std::endian::little, "binary STL is read as it lies in memory");
+
+std::uint32_t announced_facets(std::span<const std::uint8_t> bytes) {
+    std::uint32_t facets = 0;
+    std::memcpy(&facets, bytes.data() + 80, sizeof facets);
+    return facets;
+}
+
+bool same_word(std::string_view word, std::string_view lower_case) {
+    return std::equal(word.begin(), word.end(), lower_case.begin(), lower_case.end(),
+                      [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
+}
+
+bool says_solid(std::span<const std::uint8_t> bytes) {
+    std::size_t at = 0;
+    while (at < bytes.size() && ends_word(static_cast<char>(bytes[at])))
+        ++at;
+    const std::string word = as_text(bytes.subspan(at, std::min<std::size_t>(5, bytes.size() - at)));
+    return same_word(word, "solid");
+}
+
+void report_normals(MeshText &out) {
+    out.report.push_back({"facet normals", AttributeReport::Fate::converted, "follow from the corners"});
+}
+
+// Keeps the facets whose corners are finite.
+MeshText check_binary(std::span<const std::uint8_t> bytes) {
+    MeshText out;
+    out.binary = true;
+    out.for_openmesh = as_text(bytes.first(kHeaderSize));
+    bool attributes = false;
+    for (std::size_t at = kHeaderSize; at < bytes.size(); at += kFacetSize) {
+        std::array<float, 9> corners{};
+        std::memcpy(corners.data(), bytes.data() + at + 12, sizeof corners);
+        attributes = attributes || bytes[at + 48] != 0 || bytes[at + 49] != 0;
+        if (std::all_of(corners.begin(), corners.end(), [](float value) { return std::isfinite(value); }))
+            out.for_openmesh += as_text(bytes.subspan(at, kFacetSize));
+        else
+            ++out.dropped_triangles;
+    }
+    const auto kept = static_cast<std::uint32_t>((out.for_openmesh.size() - kHeaderSize) / kFacetSize);
+    std::memcpy(out.for_openmesh.data() + 80, &kept, sizeof kept);
+    out.faces = kept;
+    report_normals(out);
+    if (attributes)
+        drop_once(out.report, "attribute bytes", "colours of binary STL have no agreed meaning");
+    return out;
+}
+
+class AsciiCheck {
+  public:
+    explicit AsciiCheck(std::span<const std::uint8_t> bytes) : lines_(text_) { text_ = as_text(bytes); }
+    Result<MeshText> run();
+
+  private:
+    bool next_line(std::string_view &keyword); // that says something
+    Status facet();
+
+    std::string text_;
+    Lines lines_;
+    MeshText out_;
+};
+
+bool AsciiCheck::next_line(std::string_view &keyword) {
+    while (lines_.next()) {
+        keyword = lines_.word();
+        if (!keyword.empty())
+            return true;
+    }
+    return false;
+}
+
+// The lines after "facet": they are written anew, in the one spelling that OpenMesh knows.
+Status AsciiCheck::facet() {
+    constexpr std::array<std::string_view, 6> kLines{"outer", "vertex", "vertex", "vertex", "endloop", "endfacet"};
+    std::string facet = "facet normal 0 0 0\nouter loop\n";
+    bool finite = true;
+    for (const std::string_view expected : kLines) {
+        std::string_view keyword;
+        if (!next_line(keyword))
+            return lines_.refuse("the file ends inside a facet: it is cut short; copy or export it again");
+        if (!same_word(keyword, expected))
+            return lines_.refuse(quoted(keyword) + " where '" + std::string(expected) +
+                                 "' belongs; STL holds triangles only");
+        if (expected != "vertex")
+            continue;
+        facet += "vertex";
+        for (int i = 0; i < 3; ++i) {
+            const std::string_view word = lines_.word();
+            double value = 0;
+            if (!is_number(word, value))
+                return lines_.refuse(word.empty() ? "a vertex of fewer than three numbers"
+                                                  : quoted(word) + " is not a number");
+            finite = finite && fits_float(value);
+            facet += " ";
+            facet += word;
+        }
+        facet += "\n";
+    }
+    if (finite) {
+        out_.for_openmesh += facet;
+        ++out_.faces;
+    } else {
+        ++out_.dropped_triangles;
+    }
+    return {};
+}
+
+Result<MeshText> AsciiCheck::run() {
+    if (const Status status = refuse_nul(text_); !status)
+        return status.error();
+    unify_white_space(text_);
+    bool inside = false;
+    std::string_view keyword;
+    while (next_line(keyword)) {
+        if (same_word(keyword, "solid") && !inside) {
+            inside = true;
+        } else if (same_word(keyword, "endsolid") && inside) {
+            inside = false;
+        } else if (same_word(keyword, "facet") && inside) {
+            if (const Status status = facet(); !status)
+                return status.error();
+        } else if (same_word(keyword, "color")) {
+            drop_once(out_.report, "colours", "colours of STL have no agreed meaning");
+        } else {
+            return lines_.refuse(quoted(keyword) + " does not belong here; the file is damaged");
+        }
+    }
+    if (inside)
+        return Error{ErrorCode::bad_input, text_.size(),
+                     "the file has no 'endsolid': it is cut short; copy or export it again"};
+    report_normals(out_);
+    return std::move(out_);
+}
+
+} // namespace
+
+Result<MeshText> check_stl(std::span<const std::uint8_t> bytes) {
+    const bool has_header = bytes.size() >= kHeaderSize;
+    // Some binary files begin with "solid": their size tells.
+    if (has_header && (bytes.size() - kHeaderSize) % kFacetSize == 0 &&
+        (bytes.size() - kHeaderSize) / kFacetSize == announced_facets(bytes))
+        return check_binary(bytes);
+    if (says_solid(bytes))
+        return AsciiCheck(bytes).run();
+    if (!has_header)
+        return Error{ErrorCode::bad_input, bytes.size(),
+                     "not an STL file: shorter than a binary header, and no 'solid'"};
+    return Error{ErrorCode::bad_input, 80,
+                 "binary STL of " + std::to_string(announced_facets(bytes)) + " facets must have " +
+                     std::to_string(kHeaderSize + kFacetSize * std::uint64_t{announced_facets(bytes)}) +
+                     " bytes, but has " + std::to_string(bytes.size()) +
+                     ": it is cut short or damaged; copy or export it again"};
+}
+
+} // namespace pbm::build

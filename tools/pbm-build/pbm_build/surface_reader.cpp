@@ -1,0 +1,161 @@
+#include "pbm_build/surface_reader.h"
+
+#include "pbm_build/mesh_reader.h"
+#include "pbm_build/ply_header.h"
+#include "pbm_build/ply_reader.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <vector>
+
+namespace pbm::build {
+namespace {
+
+Error system_error(const std::string &what) {
+    return Error{ErrorCode::io, 0, what + ": " + std::generic_category().message(errno)};
+}
+
+// Closes the file, whatever happens.
+struct OpenFile {
+    int descriptor;
+    explicit OpenFile(const std::string &path) : descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+    ~OpenFile() {
+        if (descriptor >= 0)
+            ::close(descriptor);
+    }
+    OpenFile(const OpenFile &) = delete;
+    OpenFile &operator=(const OpenFile &) = delete;
+};
+
+Result<std::vector<std::uint8_t>> read_file(const std::string &path) {
+    const OpenFile file(path);
+    if (file.descriptor < 0)
+        return system_error("cannot open the file");
+    struct stat status {};
+    if (::fstat(file.descriptor, &status) != 0)
+        return system_error("cannot read the file");
+    if (!S_ISREG(status.st_mode))
+        return Error{ErrorCode::io, 0, S_ISDIR(status.st_mode) ? "is a directory" : "is not a regular file"};
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(status.st_size));
+    std::size_t at = 0;
+    while (at < bytes.size()) {
+        const ssize_t got = ::read(file.descriptor, bytes.data() + at, bytes.size() - at);
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            return system_error("cannot read the file");
+        if (got == 0)
+            return Error{ErrorCode::io, at, "the file became shorter while it was read"};
+        at += static_cast<std::size_t>(got);
+    }
+    return bytes;
+}
+
+struct ForeignFormat {
+    std::string_view magic;     // how the file begins; empty: only the extension tells
+    std::string_view extension; // lower case, with the dot; empty: only the magic tells
+    std::string_view what;      // "the file is ..."
+};
+
+constexpr std::array<ForeignFormat, 30> kForeign{{
+    {"\x89"
+     "BVG\r\n\x1a\n",
+     "", "a PBM model already; show it with pbm-view"},
+    {"P1\n", "", "a Netpbm bitmap, not a scan"},
+    {"P4\n", "", "a Netpbm bitmap, not a scan"},
+    {"P5\n", "", "a Netpbm image, not a scan"},
+    {"P6\n", "", "a Netpbm image, not a scan"},
+    {"\x89PNG\r\n\x1a\n", "", "a PNG image, not a scan"},
+    {"\xff\xd8\xff", "", "a JPEG image, not a scan"},
+    {"glTF", ".glb", "glTF; convert it to PLY"},
+    {"", ".gltf", "glTF; convert it to PLY"},
+    {"LASF", ".las", "a LAS point cloud; convert it to PLY"},
+    {"", ".laz", "a LAZ point cloud; convert it to PLY"},
+    {"ASTM-E57", ".e57", "an E57 point cloud; convert it to PLY"},
+    {"# .PCD", ".pcd", "a PCD point cloud; convert it to PLY"},
+    {"Kaydara FBX", ".fbx", "FBX; convert it to PLY"},
+    {"DRACO", ".drc", "a Draco mesh; convert it to PLY"},
+    {"ISO-10303", ".step", "STEP; convert it to PLY"},
+    {"# vtk DataFile", ".vtk", "VTK; convert it to PLY"},
+    {"#VRML", ".wrl", "VRML; convert it to PLY"},
+    {"\x1f\x8b", "", "compressed by gzip; unpack it first"},
+    {"\x28\xb5\x2f\xfd", "", "compressed by zstd; unpack it first"},
+    {"BZh", "", "compressed by bzip2; unpack it first"},
+    {"\xfd"
+     "7zXZ",
+     "", "compressed by xz; unpack it first"},
+    {"PK\x03\x04", ".3mf", "a ZIP archive (or 3MF); unpack it or convert it to PLY"},
+    {"", ".dae", "COLLADA; convert it to PLY"},
+    {"", ".xyz", "a list of points without a header; convert it to PLY"},
+    {"", ".pts", "a list of points without a header; convert it to PLY"},
+    {"", ".ptx", "a PTX point cloud; convert it to PLY"},
+    {"", ".pbm", "named like a Netpbm bitmap; PBM's models are .bvg, scans are PLY, OBJ, STL or OFF"},
+    {"", ".bvg", "named like a PBM model but has not its magic number; it is damaged"},
+    {"", ".3ds", "3DS; convert it to PLY"},
+}};
+
+std::string lower_extension(std::string_view path) {
+    const std::size_t dot = path.find_last_of("./");
+    if (dot == std::string_view::npos || path[dot] != '.')
+        return {};
+    std::string extension(path.substr(dot));
+    for (char &c : extension)
+        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return extension;
+}
+
+bool begins_off(std::string_view text) {
+    const std::size_t off = text.substr(0, 8).find("OFF");
+    return off != std::string_view::npos && text.substr(0, off).find_first_not_of("STCN4n") == std::string_view::npos;
+}
+
+bool begins_stl(std::span<const std::uint8_t> bytes, std::string_view text) {
+    if (text.substr(0, 6) == "solid " || text.substr(0, 6) == "solid\n")
+        return true;
+    if (bytes.size() < 84 || (bytes.size() - 84) % 50 != 0)
+        return false;
+    const std::uint64_t facets =
+        bytes[80] | std::uint64_t{bytes[81]} << 8 | std::uint64_t{bytes[82]} << 16 | std::uint64_t{bytes[83]} << 24;
+    return facets == (bytes.size() - 84) / 50;
+}
+
+} // namespace
+
+Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options) {
+    if (bytes.empty())
+        return Error{ErrorCode::bad_input, 0, "the file is empty"};
+    if (is_ply(bytes))
+        return read_ply(bytes, options);
+    const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
+    const std::string extension = lower_extension(path);
+    for (const ForeignFormat &format : kForeign)
+        if (!format.magic.empty() && text.substr(0, format.magic.size()) == format.magic)
+            return Error{ErrorCode::unsupported_feature, 0, "the file is " + std::string(format.what)};
+    if (extension == ".ply")
+        return read_ply(bytes, options); // says what is wrong with it
+    if (extension == ".obj")
+        return read_mesh(bytes, MeshFormat::obj, options);
+    if (extension == ".off" || begins_off(text))
+        return read_mesh(bytes, MeshFormat::off, options);
+    if (extension == ".stl" || begins_stl(bytes, text))
+        return read_mesh(bytes, MeshFormat::stl, options);
+    for (const ForeignFormat &format : kForeign)
+        if (!format.extension.empty() && extension == format.extension)
+            return Error{ErrorCode::unsupported_feature, 0, "the file is " + std::string(format.what)};
+    return Error{ErrorCode::bad_input, 0, "the file is of no known format; scans are PLY, OBJ, STL or OFF"};
+}
+
+Result<Surface> read_surface(const std::string &path, const ReadOptions &options) {
+    const Result<std::vector<std::uint8_t>> bytes = read_file(path);
+    if (!bytes)
+        return bytes.error();
+    return read_surface(*bytes, path, options);
+}
+
+} // namespace pbm::build

@@ -1,0 +1,45 @@
+#include "progress_display.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include <unistd.h>
+
+namespace pbm::build {
+namespace {
+
+constexpr int kBarWidth = 30;
+constexpr std::chrono::milliseconds kRedraw{100};
+constexpr std::chrono::seconds kLong{5};
+
+} // namespace
+
+ProgressDisplay::ProgressDisplay(Verbosity verbosity) : verbosity_(verbosity), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void ProgressDisplay::show(std::string_view step, double done) {
+    if (verbosity_ == Verbosity::quiet)
+        return;
+    const auto now = Clock::now();
+    const bool first = step != step_;
+    if (!terminal_) {
+        if (first && (verbosity_ == Verbosity::verbose || now - begin_ >= kLong))
+            std::fprintf(stderr, "%.*s ...\n", static_cast<int>(step.size()), step.data());
+    } else if (now - drawn_ >= kRedraw) {
+        const int filled = static_cast<int>(std::clamp(done, 0.0, 1.0) * kBarWidth);
+        const std::string bar(static_cast<std::size_t>(filled), '=');
+        std::fprintf(stderr, "\r\x1b[K%-14.*s [%-*s]", static_cast<int>(step.size()), step.data(), kBarWidth,
+                     bar.c_str());
+        std::fflush(stderr);
+        bar_shown_ = true;
+        drawn_ = now;
+    }
+    step_ = step;
+}
+
+void ProgressDisplay::clear() {
+    if (bar_shown_)
+        std::fputs("\r\x1b[K", stderr);
+    bar_shown_ = false;
+}
+
+} // namespace pbm::build
