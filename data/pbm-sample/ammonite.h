@@ -1,0 +1,34 @@
+// The sample model: a fossil ammonite as a range scanner would deliver it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace pbm::sample {
+
+// A closed 2-manifold, counter-clockwise seen from outside.
+struct TriangleMesh {
+    std::vector<std::array<float, 3>> position;         // metres, right-handed, +Y up
+    std::vector<std::array<std::uint8_t, 3>> color;     // sRGB, one per position
+    std::vector<std::array<std::uint32_t, 3>> triangle; // indices into position
+};
+
+struct AmmoniteOptions {
+    std::size_t vertices = 1'000'000; // wanted; kMinVertices..kMaxVertices
+    std::uint32_t seed = 1;
+    unsigned threads = 1;                            // at least 1; does not change the result
+    std::function<void(const char *stage)> on_stage; // if set, called from the calling thread as each stage begins
+};
+
+constexpr std::size_t kMinVertices = 10'000;
+constexpr std::size_t kMaxVertices = 10'000'000;
+
+// Makes the ammonite: 16 cm across, standing on its edge, the coil facing +Z. The result has within 5 % of the wanted
+// vertices, edges of nearly even length, and the same bytes on every machine for the same vertices and seed.
+// Throws std::bad_alloc; needs about 110 bytes per vertex.
+TriangleMesh make_ammonite(const AmmoniteOptions &options);
+
+} // namespace pbm::sample

@@ -1,0 +1,89 @@
+// The shape of a fossil ammonite: a ribbed tube coiled in a logarithmic spiral, with the damage of its long life.
+// Based on: Raup. Geometric Analysis of Shell Coiling: General Problems. 1966 (whorl expansion, section, umbilicus)
+//
+// Shell space: the coil lies in the xy plane around the origin and grows counter-clockwise seen from +z; the radius of
+// the last whorl at the aperture is 1. Position along the coil is counted in turns, 0 at the aperture, negative
+// inwards.
+#pragma once
+
+#include "deterministic_math.h"
+#include "isosurface.h"
+
+#include <array>
+#include <cstdint>
+
+namespace pbm::sample {
+
+constexpr double kExpansion = 1.86;    // radius ratio of neighbouring whorls
+constexpr double kWhorls = 5.7;        // turns from the first chamber to the aperture
+constexpr double kApertureTurn = 0.06; // direction of the aperture, from +x
+constexpr double kSeptaPerTurn = 15.0;
+
+enum class Part { shell, mould, infill, matrix };
+
+// What lies nearest to a point of shell space. Lengths in shell units.
+struct Probe {
+    double distance = 0; // negative inside
+    Part part = Part::shell;
+    double turn = 0;      // along the coil
+    double flank = 0;     // across it: 0 at the inner side of the tube, 1 at the venter
+    double radius = 1;    // of the whorl at this turn; details scale with it
+    double rib = 0;       // 0 in a groove .. 1 on a rib
+    double rib_phase = 0; // whole numbers between ribs
+    double worn = 0;      // 0: shell preserved, 1: worn away to the internal mould
+    double crack = 0;     // 0..1 at the bottom of a crack
+    double broken = 0;    // 0..1 on fresh break surfaces
+};
+
+// A shell grown from `seed`: same proportions, own damage.
+class Shell {
+  public:
+    explicit Shell(std::uint32_t seed);
+
+    Probe probe(const Vec3 &p) const;
+
+    // Distance to the coil with its ribs, but without damage and rock: a cheap part of `probe` to look around with.
+    double outline(const Vec3 &p) const;
+
+    // Contains the whole surface.
+    static Box bounds();
+
+  private:
+    struct Crack {
+        Vec3 normal;
+        double offset = 0;
+        Vec3 centre; // of the stretch that is cracked
+        double reach = 0;
+        double width = 0;
+        double slip = 0; // of the far side along z
+    };
+    struct Chip {
+        Vec3 centre;
+        double radius = 0;
+    };
+
+    struct Tube {
+        double turn = 0;
+        double radius = 1;
+        double norm = 0; // 1 on the surface of the section
+        double distance = 0;
+        double bound = 0; // distance with the ends cut off
+        double flank = 0;
+        double across = 0;
+    };
+
+    static Tube tube_at(const Vec3 &p, double rho, double turn, double radius);
+    Probe detail(const Vec3 &p, double rho, const Tube &tube, double wear_noise) const;
+    double rib_height(double turn, double flank, Probe &out) const;
+    static double wear(double noise, double turn);
+    double crack_distance(const Crack &crack, const Vec3 &p) const;
+    void add_matrix(const Vec3 &p, Probe &nearest) const;
+    void add_cracks(const Vec3 &p, Probe &nearest) const;
+    void add_chips(const Vec3 &p, Probe &nearest) const;
+
+    std::uint32_t seed_;
+    std::array<Crack, 3> cracks_;
+    std::array<Chip, 9> chips_;
+};
+
+} // namespace pbm::sample
