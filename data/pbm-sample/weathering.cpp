@@ -62,9 +62,9 @@ double relief(const Probe &at, const Vec3 &p, double spacing, double line, std::
     const bool rock = at.part == Part::matrix || at.part == Part::infill;
     const double coarse = rock ? 1.6 : at.part == Part::mould ? 0.8 : 0.9;
     double height = 0;
-    height += 0.0060 * coarse * resolved(0.040, spacing) * gradient_noise(p * 25.0, seed ^ 0x21u);
-    height += 0.0040 * coarse * resolved(0.019, spacing) * gradient_noise(p * 53.0, seed ^ 0x22u);
-    height += 0.0012 * coarse * resolved(0.009, spacing) * gradient_noise(p * 111.0, seed ^ 0x23u);
+    height += 0.0095 * coarse * resolved(0.040, spacing) * gradient_noise(p * 25.0, seed ^ 0x21u);
+    height += 0.0024 * coarse * resolved(0.019, spacing) * gradient_noise(p * 53.0, seed ^ 0x22u);
+    height += 0.0008 * coarse * resolved(0.009, spacing) * gradient_noise(p * 111.0, seed ^ 0x23u);
     height += 0.0004 * coarse * resolved(0.0042, spacing) * gradient_noise(p * 237.0, seed ^ 0x24u);
     // Pits, where noise is high; clustered by a slower noise.
     const double cluster = gradient_noise(p * 7.0, seed ^ 0x25u);

@@ -96,7 +96,9 @@ NormalCone bound_normals(std::span<const std::uint16_t> normals) {
     std::int64_t cosine = least / 32767;
     if (cosine * 32767 > least)
         --cosine;
-    cone.cosine = static_cast<std::int16_t>(std::clamp<std::int64_t>(cosine, -32767, 32767));
+    if (cosine <= kNoCone)
+        return {};
+    cone.cosine = static_cast<std::int16_t>(std::min<std::int64_t>(cosine, 32767));
     return cone;
 }
 
@@ -172,7 +174,7 @@ Status check_normals(std::span<const std::uint16_t> normals, const NormalCone &c
     for (const std::uint16_t stored : normals) {
         if ((stored & ~(kNormalIndexMask | kTwoSidedBit)) != 0)
             return Error{ErrorCode::bad_attribute, offset, "6.1.4 a normal has reserved bits"};
-        if (cone.cosine == -32767)
+        if (cone.cosine == kNoCone)
             continue;
         const IntegerNormal &n = integer_normal_table()[stored & kNormalIndexMask];
         if ((stored & kTwoSidedBit) != 0 || axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2] < least)

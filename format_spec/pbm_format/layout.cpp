@@ -114,10 +114,11 @@ Result<FileHeader> decode_header(ByteView file) {
         return Error{ErrorCode::bad_hash, 0, "2.3 the header was changed: its hash does not match"};
     if (header.endian != kEndianTag)
         return Error{ErrorCode::bad_header, 12, "2.4 the endian tag is not 0x01020304"};
-    if (header.major != kMajorVersion)
+    // Before 1.0 every minor version may lay out its bytes anew (section 11).
+    if (header.major != kMajorVersion || header.minor != kMinorVersion)
         return Error{ErrorCode::unsupported_version, 8,
                      "2.5 format version " + std::to_string(header.major) + "." + std::to_string(header.minor) +
-                         ": this program reads " + std::to_string(kMajorVersion) + ".x"};
+                         ": this program reads " + std::to_string(kMajorVersion) + "." + std::to_string(kMinorVersion)};
     if (header.required_features != 0)
         return Error{ErrorCode::unsupported_feature, 40, "2.6 the file requires a feature this program does not know"};
     if (header.file_size > file.size())

@@ -134,10 +134,13 @@ struct StreamEntry {
     bool operator==(const StreamEntry &) const = default;
 };
 
-// All normals n of the chunk's points satisfy n . axis >= cosine (BVG.md 5.7).
+// Cosine of a chunk whose normals no cone holds: a point is two-sided, or they point everywhere.
+inline constexpr std::int16_t kNoCone = -32767;
+
+// All integer normals n of the chunk's points satisfy n . axis >= 32,767 x cosine, unless it is kNoCone (BVG.md 5.7).
 struct NormalCone {
-    std::uint16_t axis = 0;       // normal index
-    std::int16_t cosine = -32767; // x 32,767; -32,767 if any point is two-sided
+    std::uint16_t axis = 0; // normal index; 0 without cone
+    std::int16_t cosine = kNoCone;
     bool operator==(const NormalCone &) const = default;
 };
 

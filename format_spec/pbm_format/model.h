@@ -52,7 +52,7 @@ enum class LightKind : std::uint8_t { directional = 0, point = 1, spot = 2 };
 struct Light {
     LightKind kind = LightKind::directional;
     std::array<float, 3> intensity{1, 1, 1};  // linear RGB, >= 0
-    std::array<float, 3> position{};          // model space; point and spot lights
+    std::array<float, 3> position{};          // model units from the grid's minimum corner; point and spot lights
     std::array<float, 3> direction{0, 0, -1}; // unit length; directional and spot lights
     float exponent = 0;                       // spot lights: intensity x cos^exponent
     bool operator==(const Light &) const = default;

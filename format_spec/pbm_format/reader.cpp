@@ -21,7 +21,7 @@ Status read_section(ByteView file, const SectionEntry &section, T &to, Decode &&
     const ByteView bytes = file.subspan(section.offset, section.stored_bytes);
     if (hash64(bytes) != section.hash)
         return Error{ErrorCode::bad_hash, section.offset,
-                     "3.3 the " + std::string(to_string(section.type)) +
+                     "3.2.14 the " + std::string(to_string(section.type)) +
                          " section was changed: its hash does not match"};
     auto decoded = decode(bytes);
     if (!decoded)
@@ -234,7 +234,7 @@ Status Reader::verify_all(int threads) {
         end = entry.offset + entry.stored_bytes;
         if (hash64(file_.subspan(entry.offset, entry.stored_bytes)) != entry.hash)
             return Error{ErrorCode::bad_hash, entry.offset,
-                         "3.3 the " + std::string(to_string(entry.type)) +
+                         "3.2.14 the " + std::string(to_string(entry.type)) +
                              " section was changed: its hash does not match"};
     }
     const SectionEntry &metadata_section = *section(SectionType::metadata);

@@ -359,7 +359,8 @@ Status check_chunk_entry(const ChunkEntry &chunk, int level, std::uint32_t chunk
         return bad(24, "5.3.5 parent count is impossible for the node count");
     if (level >= 3 ? !fits(shape.parents, shape.bricks) : shape.bricks != 1 || (level == 2 && shape.parents != 1))
         return bad(28, "5.3.6 brick count is impossible for the parent count");
-    if (chunk.cone.axis >= kNormalCount || chunk.cone.cosine < -32767)
+    if (chunk.cone.axis >= kNormalCount || chunk.cone.cosine < kNoCone ||
+        (chunk.cone.cosine == kNoCone && chunk.cone.axis != 0))
         return bad(36, "5.3.7 the normal cone is out of range");
     return {};
 }

@@ -71,9 +71,10 @@ class Validator {
 
     void check_hash(const SectionEntry &entry) {
         if (hash64(stored(entry)) != entry.hash)
-            fault({ErrorCode::bad_hash, entry.offset,
-                   "3.3 the " + std::string(to_string(entry.type)) + " section was changed: its hash does not match"},
-                  name(entry));
+            fault(
+                {ErrorCode::bad_hash, entry.offset,
+                 "3.2.14 the " + std::string(to_string(entry.type)) + " section was changed: its hash does not match"},
+                name(entry));
     }
 
     template <class Decode> auto small_section(SectionType type, Decode &&decode) {

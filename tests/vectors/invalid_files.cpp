@@ -88,6 +88,7 @@ void add_header_files(Collection &files) {
     files.add_unrepaired("2.3-flipped-bit-in-the-version", 8);
     files.add("2.4-big-endian-tag", set<std::uint32_t>(12, 0x04030201));
     files.add("2.5-major-version-7", set<std::uint16_t>(8, 7));
+    files.add("2.5-minor-version-2", set<std::uint16_t>(10, 2));
     files.add("2.6-required-feature-40", set<std::uint64_t>(40, std::uint64_t{1} << 40));
     files.add("2.7-one-byte-short", [](FileEditor &file) { file.bytes().pop_back(); });
     files.add("2.7-one-byte-more", [](FileEditor &file) { file.bytes().push_back(0); });
@@ -150,7 +151,7 @@ void add_table_files(Collection &files) {
 
 void add_section_files(Collection &files) {
     using enum SectionType;
-    files.add_unrepaired("3.3-flipped-bit-in-the-grid", FileEditor(every_attribute_file()).section(grid) + 3);
+    files.add_unrepaired("3.2.14-flipped-bit-in-the-grid", FileEditor(every_attribute_file()).section(grid) + 3);
     files.add("3.3.2-metadata-is-no-json", set_in<std::uint8_t>(metadata, 0, '['));
     files.add("3.3.3-metadata-is-an-array", [](FileEditor &file) {
         const std::size_t at = file.section(metadata);

@@ -1,0 +1,51 @@
+"""Checks the second decoder against the test vectors: check_vectors.py FOLDER [valid.bvg ...]
+
+Every file of FOLDER/valid, and every further file named, must decode; every file of FOLDER/invalid must be refused with
+the code that FOLDER/invalid/table.csv names. Exit code 0: all did, 1: some did not, 77: Python packages are missing.
+"""
+
+import csv
+import sys
+from pathlib import Path
+
+try:
+    import bvg
+except ModuleNotFoundError as missing:
+    print(f"skipped: the Python package {missing.name} is missing (python3-zstandard, python3-xxhash)")
+    sys.exit(77)
+
+def outcome(path):
+    """(code, offset, rule) of the refusal, or ("valid", None, None)."""
+    try:
+        bvg.read(path.read_bytes())
+    except bvg.BvgError as error:
+        return error.code, error.offset, error.rule
+    return "valid", None, None
+
+def wrong_answer(path, expected):
+    """What is wrong with the decoder's answer for a file that must give the code `expected`, or None."""
+    try:
+        code, offset, rule = outcome(path)
+    except Exception as error:                          # a decoder must never end otherwise
+        return f"{path.name}: {type(error).__name__}: {error}"
+    return None if code == expected else f"{path.name}: {code} at {offset} (rule {rule}), not {expected}"
+
+def main(folder, further):
+    invalid = Path(folder, "invalid")
+    with open(invalid / "table.csv", newline="", encoding="utf-8") as table:
+        cases = [(invalid / row["file"], row["code"]) for row in csv.DictReader(table)]
+    listed = {path.name for path, _ in cases}
+    cases += [(path, "a code: it is not in the table") for path in sorted(invalid.glob("*.bvg")) if path.name not in listed]
+    valid = sorted(Path(folder, "valid").glob("*.bvg"))
+    if not cases or not valid:
+        sys.exit(f"{folder}: no vectors")
+    cases += [(path, "valid") for path in valid + [Path(name) for name in further]]
+    wrong = list(filter(None, (wrong_answer(path, expected) for path, expected in cases)))
+    print("\n".join(wrong), end="\n" if wrong else "")
+    print(f"{len(cases) - len(wrong)} passed, {len(wrong)} failed")
+    return 1 if wrong else 0
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    sys.exit(main(sys.argv[1], sys.argv[2:]))
