@@ -19,6 +19,7 @@ ProgressDisplay::ProgressDisplay(Verbosity verbosity) : verbosity_(verbosity), t
 void ProgressDisplay::show(std::string_view step, double done) {
     if (verbosity_ == Verbosity::quiet)
         return;
+    const std::lock_guard lock(mutex_);
     const auto now = Clock::now();
     const bool first = step != step_;
     if (!terminal_) {
@@ -37,6 +38,7 @@ void ProgressDisplay::show(std::string_view step, double done) {
 }
 
 void ProgressDisplay::clear() {
+    const std::lock_guard lock(mutex_);
     if (bar_shown_)
         std::fputs("\r\x1b[K", stderr);
     bar_shown_ = false;

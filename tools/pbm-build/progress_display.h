@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -18,12 +19,13 @@ class ProgressDisplay {
     ProgressDisplay(const ProgressDisplay &) = delete;
     ProgressDisplay &operator=(const ProgressDisplay &) = delete;
 
-    void show(std::string_view step, double done);
-    void clear(); // removes the bar
+    void show(std::string_view step, double done); // from any thread
+    void clear();                                  // removes the bar
 
   private:
     using Clock = std::chrono::steady_clock;
 
+    std::mutex mutex_;
     Verbosity verbosity_;
     bool terminal_;
     bool bar_shown_ = false;

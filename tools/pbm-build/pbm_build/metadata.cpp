@@ -9,7 +9,7 @@ namespace pbm::build {
 Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, ColourFormat colour,
                                   int compression_level) {
     nlohmann::ordered_json metadata;
-    metadata["generator"] = std::string("pbm-build ") + PBM_BUILD_VERSION;
+    metadata["generator"] = std::string("pbm-build ") + PBM_VERSION;
     const auto add = [&](const char *key, const std::string &text) {
         if (!text.empty())
             metadata[key] = text;

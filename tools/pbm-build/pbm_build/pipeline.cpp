@@ -205,30 +205,32 @@ Result<Model> build_model(Surface surface, const BuildOptions &options, BuildSta
     return model;
 }
 
-Result<BuildStatistics> build_file(const std::string &input, const std::string &output, const BuildOptions &options,
-                                   const Progress &progress) {
-    BuildStatistics statistics;
+Result<Model> read_and_build(const std::string &input, const BuildOptions &options, BuildStatistics &statistics,
+                             const Progress &progress) {
     StepClock clock(statistics, progress);
     Result<Surface> surface = clock.run("read", [&](auto read_progress) {
         return read_surface(input, {.strict = options.strict, .progress = read_progress});
     });
     if (!surface)
         return surface.error();
-    Result<Model> model = build_model(std::move(*surface), options, statistics, progress);
-    if (!model)
-        return model.error();
+    std::error_code unknown;
+    const std::uintmax_t bytes = std::filesystem::file_size(input, unknown);
+    statistics.input_bytes = unknown ? 0 : bytes;
+    return build_model(std::move(*surface), options, statistics, progress);
+}
+
+Status write(const std::string &output, const Model &model, const BuildOptions &options, BuildStatistics &statistics,
+             const Progress &progress) {
+    StepClock clock(statistics, progress);
     const Result<std::uint64_t> written = clock.run("write", [&](auto write_progress) {
-        const WriteOptions write{
-            .compression_level = options.compression_level, .threads = options.threads, .progress = write_progress};
-        return write_model(output, *model, write);
+        return write_model(
+            output, model,
+            {.compression_level = options.compression_level, .threads = options.threads, .progress = write_progress});
     });
     if (!written)
         return written.error();
-    statistics.file_bytes = *written;
-    std::error_code unknown;
-    const std::uintmax_t input_bytes = std::filesystem::file_size(input, unknown);
-    statistics.input_bytes = unknown ? 0 : input_bytes;
-    return statistics;
+    statistics.file_bytes = written.value();
+    return {};
 }
 
 } // namespace pbm::build

@@ -34,8 +34,12 @@ struct BuildOptions {
 Result<Model> build_model(Surface surface, const BuildOptions &options, BuildStatistics &statistics,
                           const Progress &progress = {});
 
-// Reads `input`, builds, replaces `output` atomically.
-Result<BuildStatistics> build_file(const std::string &input, const std::string &output, const BuildOptions &options,
-                                   const Progress &progress = {});
+// read_surface, then build_model.
+Result<Model> read_and_build(const std::string &input, const BuildOptions &options, BuildStatistics &statistics,
+                             const Progress &progress = {});
+
+// write_model with the options that concern it.
+Status write(const std::string &output, const Model &model, const BuildOptions &options, BuildStatistics &statistics,
+             const Progress &progress = {});
 
 } // namespace pbm::build

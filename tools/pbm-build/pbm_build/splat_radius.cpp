@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kBlock = 4096;
 constexpr int kClassStep = 4;
 constexpr std::size_t kRing = 8;         // neighbours that a splat reaches
-constexpr double kStray = 4;             // times the median radius
+constexpr double kStray = 3;             // times the median radius
 constexpr std::size_t kNormalVotes = 16; // neighbours that lend a normal
 constexpr double kMostVoxels = 2;        // radius of dense samples
 

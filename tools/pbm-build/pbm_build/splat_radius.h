@@ -23,7 +23,7 @@ Bytes given_radii(const Surface &surface, const Grid &grid);
 
 // For points without triangles, in place. Where the input has no radii, a splat reaches the eighth nearest occupied
 // voxel: on a regular grid that is the ring of immediate neighbours, and at random places it leaves a gap once in e^8.
-// Stray points are held at four times the median.
+// Stray points are held at three times the median.
 void radii_from_neighbours(Voxels &voxels, int depth, int threads);
 
 // Replaces kNoNormal: the direction of the mean of the normals of the nearest 16 voxels, else +Z, two-sided.

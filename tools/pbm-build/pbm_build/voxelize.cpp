@@ -4,6 +4,7 @@
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
+#include <memory>
 
 namespace pbm::build {
 namespace {
@@ -114,31 +115,31 @@ VoxelAttributes average_samples(std::span<const Sample *const> samples) {
 }
 
 Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, int threads) {
-    std::vector<Voxels> buckets(store.bucket_count());
+    std::vector<std::unique_ptr<Voxels>> buckets(store.bucket_count()); // null where the surface is not
     parallel_for(buckets.size(), threads, [&](std::size_t bucket) {
         std::vector<Hit> hits;
         store.take(bucket, hits);
+        const MortonCode first_code = static_cast<MortonCode>(bucket) << store.local_bits();
         if (!hits.empty())
-            buckets[bucket] =
-                voxelize_bucket(sampler, std::move(hits), static_cast<MortonCode>(bucket) << store.local_bits(),
-                                store.local_bits(), set);
+            buckets[bucket] = std::make_unique<Voxels>(
+                voxelize_bucket(sampler, std::move(hits), first_code, store.local_bits(), set));
     });
 
     std::vector<std::size_t> starts(buckets.size() + 1, 0);
     for (std::size_t b = 0; b < buckets.size(); ++b)
-        starts[b + 1] = starts[b] + buckets[b].codes.size();
+        starts[b + 1] = starts[b] + (buckets[b] ? buckets[b]->codes.size() : 0);
     Voxels all;
     all.codes.resize(starts.back());
     all.points.resize(starts.back(), set);
     parallel_for(buckets.size(), threads, [&](std::size_t b) {
-        copy_to(buckets[b].codes, all.codes, starts[b]);
-        copy_to(buckets[b].points.normals, all.points.normals, starts[b]);
-        copy_to(buckets[b].points.radii, all.points.radii, starts[b]);
-        copy_to(buckets[b].points.colours, all.points.colours,
-                starts[b] * static_cast<std::size_t>(set.colour_bytes()));
-        if (set.material)
-            copy_to(buckets[b].points.materials, all.points.materials, starts[b]);
-        buckets[b] = Voxels();
+        const std::unique_ptr<Voxels> part = std::move(buckets[b]);
+        if (!part)
+            return;
+        copy_to(part->codes, all.codes, starts[b]);
+        copy_to(part->points.normals, all.points.normals, starts[b]);
+        copy_to(part->points.radii, all.points.radii, starts[b]);
+        copy_to(part->points.colours, all.points.colours, starts[b] * static_cast<std::size_t>(set.colour_bytes()));
+        copy_to(part->points.materials, all.points.materials, set.material ? starts[b] : 0);
     });
     return all;
 }

@@ -1,0 +1,184 @@
+#include "pbm_build/radix_sort.h"
+#include "pbm_build/splat_radius.h"
+#include "pbm_build/triangle_voxels.h"
+#include "pbm_build/voxelize.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::build;
+
+VoxelAttributes average(const std::vector<Sample> &samples) {
+    std::vector<const Sample *> pointers;
+    pointers.reserve(samples.size());
+    for (const Sample &sample : samples)
+        pointers.push_back(&sample);
+    return average_samples(pointers);
+}
+
+Sample with_normal(double x, double y, double z) { return {.normal = to_short_normal({x, y, z})}; }
+
+using VoxelSet = std::set<std::array<int, 3>>;
+
+VoxelSet voxels_of(const std::array<glm::dvec3, 3> &corners, int depth_axis) {
+    VoxelSet voxels;
+    visit_voxels(corners, depth_axis, [&](const glm::ivec3 &v) { voxels.insert({v.x, v.y, v.z}); });
+    return voxels;
+}
+
+TEST(Average, NormalsAreSummed) {
+    EXPECT_EQ(average({with_normal(1, 0, 0), with_normal(0, 3, 0)}).normal, quantise_normal(1, 1, 0));
+    EXPECT_EQ(average({with_normal(0, 0, 1), with_normal(0, 0, 0)}).normal, quantise_normal(0, 0, 1));
+    EXPECT_EQ(average({with_normal(0, 0, 0)}).normal, kNoNormal);
+}
+
+TEST(Average, CancellingNormalsBecomeTheTwoSidedNormalOfTheirPlane) {
+    EXPECT_EQ(average({with_normal(0, 0, 1), with_normal(0, 0, -1)}).normal, quantise_normal(0, 0, 1) | kTwoSidedBit);
+    EXPECT_EQ(average({with_normal(-3, 0, 1), with_normal(3, 0, -1)}).normal, quantise_normal(3, 0, -1) | kTwoSidedBit);
+    // 100 degrees apart: the sum is 0.64 of the votes
+    EXPECT_EQ(average({with_normal(0.766, 0.643, 0), with_normal(-0.766, 0.643, 0)}).normal & kTwoSidedBit, 0);
+    // 130 degrees: 0.42 of the votes
+    EXPECT_NE(average({with_normal(0.906, 0.423, 0), with_normal(-0.906, 0.423, 0)}).normal & kTwoSidedBit, 0);
+}
+
+TEST(Average, ColoursAreAveragedInLinearLight) {
+    EXPECT_EQ(average({{.colour = {0, 0, 65535}}, {.colour = {65535, 0, 65535}}}).colour, (Rgb8{188, 0, 255}));
+    for (unsigned c = 0; c < 256; ++c) {
+        const std::uint16_t linear = linear_table()[c];
+        EXPECT_EQ(average({{.colour = {linear, linear, linear}}}).colour[0], c);
+    }
+}
+
+TEST(Average, MaterialsGoByMajorityAndTheLargestRadiusWins) {
+    const VoxelAttributes mixed =
+        average({{.material = 5, .radius = 7}, {.material = 2, .radius = 9}, {.material = 5, .radius = 1}});
+    EXPECT_EQ(mixed.material, 5);
+    EXPECT_EQ(mixed.radius, 9);
+    EXPECT_EQ(average({{.material = 6}, {.material = 3}}).material, 3) << "a tie goes to the lowest index";
+}
+
+TEST(TriangleVoxels, EveryPointOfATriangleLiesInAVoxelThatIsVisited) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> place(0, 12), weight(0, 1);
+    for (int round = 0; round < 300; ++round) {
+        std::array<glm::dvec3, 3> corners;
+        for (glm::dvec3 &corner : corners)
+            corner = {place(random), place(random), place(random)};
+        if (round % 3 == 0) // a sliver
+            corners[2] = corners[0] + (corners[1] - corners[0]) * weight(random) + 1e-3;
+        const glm::dvec3 u = corners[1] - corners[0], v = corners[2] - corners[0];
+        const glm::dvec3 n(u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x);
+        const int axis = std::fabs(n.x) > std::fabs(n.y) ? (std::fabs(n.x) > std::fabs(n.z) ? 0 : 2)
+                                                         : (std::fabs(n.y) > std::fabs(n.z) ? 1 : 2);
+        const VoxelSet voxels = voxels_of(corners, axis);
+        for (int i = 0; i < 1000; ++i) {
+            double a = weight(random), b = weight(random);
+            if (a + b > 1) {
+                a = 1 - a;
+                b = 1 - b;
+            }
+            const glm::dvec3 p = corners[0] + a * u + b * v;
+            ASSERT_TRUE(voxels.contains({static_cast<int>(p.x), static_cast<int>(p.y), static_cast<int>(p.z)}));
+        }
+        for (const auto &voxel : voxels) { // and none that it stays away from
+            const glm::dvec3 centre(voxel[0] + 0.5, voxel[1] + 0.5, voxel[2] + 0.5);
+            const auto w = nearest_on_triangle(corners, centre);
+            const glm::dvec3 off = corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2] - centre;
+            ASSERT_LT(off.x * off.x + off.y * off.y + off.z * off.z, 0.75 + 1e-9);
+        }
+    }
+}
+
+TEST(TriangleVoxels, TouchingAVoxelFromOutsideDoesNotCount) {
+    EXPECT_EQ(voxels_of({{{1, 1, 3}, {2, 1, 3}, {2, 2, 3}}}, 2), (VoxelSet{{1, 1, 3}}));
+    EXPECT_EQ(voxels_of({{{1, 1, 2.5}, {2, 1, 3}, {2, 2, 3}}}, 2), (VoxelSet{{1, 1, 2}}));
+}
+
+TEST(TriangleVoxels, TheNearestPointIsFoundInEveryRegion) {
+    const std::array<glm::dvec3, 3> t{{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}}};
+    using Weights = std::array<double, 3>;
+    EXPECT_EQ(nearest_on_triangle(t, {-1, -1, 5}), (Weights{1, 0, 0}));
+    EXPECT_EQ(nearest_on_triangle(t, {5, -1, 1}), (Weights{0, 1, 0}));
+    EXPECT_EQ(nearest_on_triangle(t, {-1, 5, 1}), (Weights{0, 0, 1}));
+    EXPECT_EQ(nearest_on_triangle(t, {1, -1, 1}), (Weights{0.5, 0.5, 0}));
+    EXPECT_EQ(nearest_on_triangle(t, {2, 2, 1}), (Weights{0, 0.5, 0.5}));
+    EXPECT_EQ(nearest_on_triangle(t, {0.5, 0.5, -3}), (Weights{0.5, 0.25, 0.25}));
+}
+
+TEST(RadixSort, SortsByTheBitsItWasGivenAndKeepsTheOrderOfEqualOnes) {
+    std::mt19937_64 random(1);
+    for (const std::size_t count : {0U, 1U, 300U, 20000U}) {
+        std::vector<std::uint64_t> words(count), spare;
+        for (std::uint64_t &word : words)
+            word = random();
+        std::vector<std::uint64_t> expected = words;
+        const auto key = [](std::uint64_t word) { return word >> 7 & 0xFFFF; };
+        std::stable_sort(expected.begin(), expected.end(), [&](auto a, auto b) { return key(a) < key(b); });
+        radix_sort(words, spare, 7, 16);
+        EXPECT_EQ(words, expected);
+    }
+}
+
+TEST(SplatRadius, DenseSamplesCoverTheirVoxel) {
+    for (int depth = 5; depth <= kMaxDepth; ++depth) {
+        const double voxels = radius_fraction(dense_radius(depth)) * static_cast<double>(1 << depth);
+        EXPECT_GT(voxels, 0.87);
+        EXPECT_LT(voxels, 0.9);
+    }
+    EXPECT_EQ(dense_radius(2), kMaxFinestRadius);
+}
+
+TEST(SplatRadius, ClassesRoundUpAndStayBelowTheLimit) {
+    const std::uint8_t dense = dense_radius(9);
+    EXPECT_EQ(radius_class(0, 9), dense);
+    EXPECT_EQ(radius_class(dense, 9), dense);
+    EXPECT_EQ(radius_class(static_cast<std::uint8_t>(dense + 1), 9), dense + 4);
+    EXPECT_EQ(radius_class(255, 9), kMaxFinestRadius);
+}
+
+TEST(SplatRadius, GivenRadiiAreUsed) {
+    Grid grid;
+    grid.depth = 8;
+    grid.voxel_size = 0.5; // edge 128
+    Surface surface;
+    surface.radii = {0.01F, 2.0F, 100.0F};
+    const Bytes points = given_radii(surface, grid);
+    EXPECT_EQ(points[0], dense_radius(8));
+    EXPECT_GE(radius_fraction(points[1]) * 128, 2.0);
+    EXPECT_LE(radius_fraction(points[1]) * 128, 2.0 * 1.26);
+    EXPECT_EQ(points[2], kMaxFinestRadius);
+    surface.triangles = {{0, 1, 2}};
+    EXPECT_LE(radius_fraction(given_radii(surface, grid)[2]) * 128, 1.0 * 1.26) << "two voxels and the step to a class";
+}
+
+TEST(SplatRadius, PointsReachTheRingOfTheirNeighbours) {
+    constexpr int kDepth = 8;
+    Voxels voxels;
+    for (std::uint32_t y = 0; y < 40; ++y)
+        for (std::uint32_t x = 0; x < 40; ++x)
+            voxels.codes.push_back(morton_encode(3 * x, 3 * y, 100));
+    voxels.codes.push_back(morton_encode(250, 250, 250)); // astray
+    std::sort(voxels.codes.begin(), voxels.codes.end());
+    voxels.points.resize(voxels.codes.size(), {});
+    radii_from_neighbours(voxels, kDepth, 2);
+    const double ring = 3 * 1.41421356;
+    for (std::size_t i = 0; i < voxels.codes.size(); ++i) {
+        const auto v = morton_decode(voxels.codes[i]);
+        const double radius = radius_fraction(voxels.points.radii[i]) * (1 << kDepth);
+        const bool inside = v[0] > 0 && v[1] > 0 && v[0] < 117 && v[1] < 117;
+        EXPECT_GE(radius, ring * 0.999);
+        if (inside) {
+            EXPECT_LE(radius, ring * 1.26);
+        } else if (v[2] == 250) {
+            EXPECT_LE(radius, ring * 3 * 1.26);
+        }
+    }
+}
+
+} // namespace
