@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|all]
+#   runtime  to build the format library, the renderer and the programs that show files
+#   all      also pbm-build, the sample generator, the tests, the linters and the fuzzers (default)
+set -euo pipefail
+
+build_system=(g++ cmake ninja-build pkg-config)
+runtime=(libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libpng-dev)
+tools=(libopenmesh-dev libnanoflann-dev)
+tests=(libgtest-dev libembree-dev python3 zstd)
+clang=(clang libclang-rt-14-dev clang-tidy clang-format)
+
+case ${1:-all} in
+runtime) packages=("${build_system[@]}" "${runtime[@]}") ;;
+all) packages=("${build_system[@]}" "${runtime[@]}" "${tools[@]}" "${tests[@]}" "${clang[@]}") ;;
+*)
+    echo "usage: install_packages.sh [runtime|all]" >&2
+    exit 1
+    ;;
+esac
+
+installed=$(dpkg-query -W -f='${db:Status-Status} ${Package}\n' "${packages[@]}" 2>/dev/null |
+    sed -n 's/^installed //p') || true
+missing=()
+for package in "${packages[@]}"; do
+    grep -qxF -- "$package" <<<"$installed" || missing+=("$package")
+done
+if [ ${#missing[@]} -eq 0 ]; then
+    echo "packages: all ${#packages[@]} installed"
+    exit 0
+fi
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || {
+        echo "packages: run as root or install sudo; missing: ${missing[*]}" >&2
+        exit 1
+    }
+    as_root=(sudo)
+fi
+echo "packages: installing ${missing[*]}"
+options=(-q -o DPkg::Lock::Timeout=300)
+"${as_root[@]}" apt-get "${options[@]}" update
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get "${options[@]}" install --yes --no-install-recommends "${missing[@]}"

@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""From a scan to a picture: end_to_end.py PROGRAMS WORK_FOLDER"""
+
+import json
+import math
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import pictures
+
+programs, work = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2])
+shutil.rmtree(work, ignore_errors=True)
+work.mkdir(parents=True)
+
+
+def run(program, *arguments):
+    command = [str(programs / program), *map(str, arguments)]
+    result = subprocess.run(command, cwd=work, capture_output=True, text=True, timeout=300)
+    if result.returncode != 0:
+        sys.exit(f"FAILED with {result.returncode}: {' '.join(command)}\n{result.stdout}{result.stderr}")
+    return result.stdout
+
+
+def check(condition, message):
+    if not condition:
+        sys.exit("FAILED: " + message)
+
+
+def same(a, b):
+    check((work / a).read_bytes() == (work / b).read_bytes(), f"{a} and {b} differ")
+
+
+run("pbm-sample", "--vertices", 20000, "-q", "-o", "scan.ply")
+
+# The same bytes for any number of threads, and again.
+for threads in (1, 2, 5):
+    run("pbm-build", "-q", "-j", threads, "--depth", 8, "scan.ply", "-o", f"j{threads}.bvg")
+same("j1.bvg", "j2.bvg")
+same("j1.bvg", "j5.bvg")
+
+verdict = run("pbm-validate", "j1.bvg")
+check(verdict.startswith("VALID j1.bvg"), "pbm-validate says " + verdict)
+
+info = json.loads(run("pbm-info", "--json", "j1.bvg"))
+check(info["file_bytes"] == (work / "j1.bvg").stat().st_size, "pbm-info: file_bytes is wrong")
+check(info["depth"] == 8 and len(info["levels"]) == 8, "pbm-info: depth or levels are wrong")
+check(info["levels"][-1]["points"] == info["points"] > 10000, f"pbm-info: {info['points']} points")
+points = [level["points"] for level in info["levels"]]
+check(points == sorted(points), "pbm-info: a finer level has fewer points")
+check(info["voxel_size"] > 0, "pbm-info: voxel_size is wrong")
+for stream in info["streams"]:
+    check({"type", "stored_bytes", "raw_bytes"} <= set(stream), "pbm-info: a stream lacks a key")
+stored = sum(stream["stored_bytes"] for stream in info["streams"])
+check(stored <= info["file_bytes"], "pbm-info: streams are larger than the file")
+
+statistics = json.loads(run("pbm-build", "--json", "--depth", 8, "scan.ply", "-o", "again.bvg"))
+check(statistics, "pbm-build --json is empty")
+same("j1.bvg", "again.bvg")
+
+# A picture: the model covers a good part of it, in more than a few colours, away from the border.
+size = ("--resolution", "320,240")
+run("pbm-render", "j1.bvg", "-o", "a.png", "--depth-output", "a.pfm", *size)
+width, height, channels, pixels = pictures.read_png(work / "a.png")
+check((width, height) == (320, 240), f"the picture has {width}x{height} pixels")
+colour = [pixels[i : i + 3] for i in range(0, len(pixels), channels)]
+background = colour[0]
+check(background == b"\x33\x33\x33", f"the background is {background.hex()}, not 0.2 grey")
+border = [colour[y * width + x] for y in range(height) for x in (0, width - 1)]
+border += [colour[y * width + x] for x in range(width) for y in (0, height - 1)]
+check(all(c == background for c in border), "the model touches the border of the picture")
+drawn = [c != background for c in colour]
+check(0.15 < sum(drawn) / len(drawn) < 0.9, f"{sum(drawn)} of {len(drawn)} pixels are drawn")
+check(len(set(colour)) > 200, f"only {len(set(colour))} colours")
+
+# Depth is finite exactly where a point was drawn, and about as far as the model is.
+depth_width, depth_height, depth = pictures.read_pfm(work / "a.pfm")
+check((depth_width, depth_height) == (width, height), "depth has another size")
+wrong = sum(math.isfinite(z) != d for z, d in zip(depth, drawn))
+check(wrong <= len(drawn) // 1000, f"depth and colour disagree about {wrong} pixels")
+check(all(z > 0 for z in depth), "depth is not positive")
+
+# The same again, and transparent.
+run("pbm-render", "j2.bvg", "-o", "b.png", "--depth-output", "b.pfm", *size)
+same("a.png", "b.png")
+same("a.pfm", "b.pfm")
+run("pbm-render", "j1.bvg", "-o", "c.png", "--no-background", *size)
+_, _, channels, pixels = pictures.read_png(work / "c.png")
+check(channels == 4, "--no-background has no alpha")
+alpha = pixels[3::4]
+check(alpha[0] == 0 and max(alpha) == 255, "--no-background is not transparent outside and opaque inside")
+check(sum((a > 0) != math.isfinite(z) for a, z in zip(alpha, depth)) == 0, "alpha and depth disagree")
+
+# From behind it looks different.
+centre = [o + info["voxel_size"] * 2 ** info["depth"] / 2 for o in info["origin"]]
+behind = [centre[0], centre[1], centre[2] - 4 * info["voxel_size"] * 2 ** info["depth"]]
+run("pbm-render", "j1.bvg", "-o", "d.png", *size, "--camera-position", ",".join(map(str, behind)),
+    "--camera-focal-point", ",".join(map(str, centre)))
+check((work / "d.png").read_bytes() != (work / "a.png").read_bytes(), "the camera does not move")
+_, _, channels, pixels = pictures.read_png(work / "d.png")
+check(any(pixels[i : i + 3] != background for i in range(0, len(pixels), channels)), "nothing is seen from behind")
+
+print(f"{info['points']} points, {info['file_bytes']} bytes, {sum(drawn)} pixels drawn")

@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""Installs the build into a fresh prefix, then builds and runs examples/ against nothing but that prefix."""
+
+import argparse
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+
+parser = argparse.ArgumentParser(description=__doc__)
+for name in ("cmake", "build", "examples", "compiler", "sanitize"):
+    parser.add_argument("--" + name, required=True)
+arguments = parser.parse_args()
+
+
+def run(*command, **options):
+    result = subprocess.run([str(c) for c in command], capture_output=True, text=True, **options)
+    if result.returncode != 0:
+        sys.exit(f"FAILED with {result.returncode}: {' '.join(map(str, command))}\n{result.stdout}{result.stderr}")
+    return result.stdout
+
+
+def check(condition, message):
+    if not condition:
+        sys.exit("FAILED: " + message)
+
+
+work = pathlib.Path(arguments.build) / "tests" / "install"
+prefix, outside = work / "prefix", work / "outside"
+shutil.rmtree(prefix, ignore_errors=True)
+shutil.rmtree(outside, ignore_errors=True)
+
+run(arguments.cmake, "--install", arguments.build, "--prefix", prefix)
+for program in ("pbm-build", "pbm-render", "pbm-validate", "pbm-info", "pbm-sample"):
+    check((prefix / "bin" / program).is_file(), program + " is not installed")
+    help_text = run(prefix / "bin" / program, "--help")
+    check(program in help_text, f"{program} --help does not name itself")
+check(list(prefix.glob("share/doc/*/LICENSE")), "LICENSE is not installed")
+check(list(prefix.glob("share/doc/*/BVG.md")), "BVG.md is not installed")
+for file in prefix.rglob("*.cmake"):
+    check(arguments.build not in file.read_text(), f"{file.name} names the build folder")
+
+# The copy sees no header and no target of the source tree.
+shutil.copytree(arguments.examples, outside)
+flags = f"-fsanitize={arguments.sanitize}" if arguments.sanitize else ""
+run(arguments.cmake, "-S", outside, "-B", outside / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}",
+    f"-DCMAKE_CXX_COMPILER={arguments.compiler}", f"-DCMAKE_CXX_FLAGS={flags} -Wall -Wextra -Werror")
+run(arguments.cmake, "--build", outside / "build")
+
+scan, model, picture = work / "sample.ply", work / "sample.bvg", work / "sample.ppm"
+run(prefix / "bin" / "pbm-sample", "--vertices", "10000", "-o", scan)
+run(prefix / "bin" / "pbm-build", "-q", "--depth", "7", scan, "-o", model)
+info = json.loads(run(prefix / "bin" / "pbm-info", "--json", model))
+
+points = [tuple(map(float, line.split())) for line in run(outside / "build" / "read_points", model).splitlines()]
+check(len(points) == info["points"], f"read_points printed {len(points)} points, pbm-info says {info['points']}")
+check(len(set(points)) == len(points), "read_points printed a point twice")
+check(len(run(outside / "build" / "read_points", model, "1").splitlines()) <= 8, "level 1 has more than eight points")
+
+run(outside / "build" / "draw_picture", model, picture)
+header = b"P6\n640 480\n255\n"
+pixels = picture.read_bytes()
+check(pixels.startswith(header) and len(pixels) == len(header) + 640 * 480 * 3, "draw_picture wrote no picture")
+drawn = sum(pixels[i : i + 3] != b"\x33\x33\x33" for i in range(len(header), len(pixels), 3))
+check(drawn > 640 * 480 // 10, f"only {drawn} pixels are drawn")
+print(f"{len(points)} points read, {drawn} pixels drawn")
