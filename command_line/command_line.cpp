@@ -29,6 +29,12 @@ int fail(std::string_view program, std::string_view path, const Error &error) {
     return exit_code(error.code);
 }
 
+int fail_usage(std::string_view program, std::string_view message) {
+    std::cout.flush();
+    std::cerr << program << ": " << message << "; see " << program << " --help" << std::endl;
+    return exit_code(ErrorCode::usage);
+}
+
 Status write_text(const std::string &path, std::string_view text) {
     if (path == "-") {
         std::cout << text;

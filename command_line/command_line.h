@@ -19,6 +19,9 @@ std::vector<std::string> arguments(int argc, char **argv);
 // named where the error has one.
 int fail(std::string_view program, std::string_view path, const Error &error);
 
+// Prints `PROGRAM: MESSAGE; see PROGRAM --help` on standard error and returns 1.
+int fail_usage(std::string_view program, std::string_view message);
+
 // Writes to a file, atomically, or to standard output when `path` is "-".
 Status write_text(const std::string &path, std::string_view text);
 

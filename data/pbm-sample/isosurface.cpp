@@ -35,6 +35,9 @@ struct Block {
     std::array<float, 64> value{};
 };
 
+// A coordinate as an array index.
+constexpr std::size_t slot(int coordinate) { return static_cast<std::size_t>(coordinate); }
+
 // Signs of the lattice points of a block and one layer beyond on the high sides; [z][y][x].
 using SignCube = std::array<std::array<std::array<bool, 5>, 5>, 5>;
 
@@ -226,8 +229,8 @@ SignCube Lattice::signs(const Block &block) {
                 for (int z = 0; z < (dz ? 1 : 4); ++z)
                     for (int y = 0; y < (dy ? 1 : 4); ++y)
                         for (int x = 0; x < (dx ? 1 : 4); ++x)
-                            cube[static_cast<std::size_t>(z + 4 * dz)][static_cast<std::size_t>(y + 4 * dy)]
-                                [static_cast<std::size_t>(x + 4 * dx)] = (mask >> bit(x, y, z) & 1) != 0;
+                            cube[slot(z + 4 * dz)][slot(y + 4 * dy)][slot(x + 4 * dx)] =
+                                (mask >> bit(x, y, z) & 1) != 0;
             }
     return cube;
 }
@@ -292,8 +295,7 @@ bool Lattice::fill_ambiguities(std::size_t index) {
         const int lz = b >> 4;
         unsigned corners = 0;
         for (int c = 0; c < 8; ++c)
-            corners |= static_cast<unsigned>(cube[static_cast<std::size_t>(lz + (c >> 2))][static_cast<std::size_t>(
-                           ly + (c >> 1 & 1))][static_cast<std::size_t>(lx + (c & 1))])
+            corners |= static_cast<unsigned>(cube[slot(lz + (c >> 2))][slot(ly + (c >> 1 & 1))][slot(lx + (c & 1))])
                        << c;
         if (corners == 0 || corners == 0xffu)
             continue;
@@ -409,9 +411,7 @@ template <typename Emit> void Lattice::for_each_quad(const Block &block, const E
         const bool here =
             cube[static_cast<std::size_t>(lz)][static_cast<std::size_t>(ly)][static_cast<std::size_t>(lx)];
         for (int axis = 0; axis < 3; ++axis) {
-            const bool there =
-                cube[static_cast<std::size_t>(lz + (axis == 2))][static_cast<std::size_t>(ly + (axis == 1))]
-                    [static_cast<std::size_t>(lx + (axis == 0))];
+            const bool there = cube[slot(lz + (axis == 2))][slot(ly + (axis == 1))][slot(lx + (axis == 0))];
             if (here == there)
                 continue;
             // u, v: the axes after `axis`, cyclically, so that u x v points along it.

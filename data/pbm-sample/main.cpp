@@ -3,25 +3,18 @@
 #include "ammonite.h"
 #include "ply_writer.h"
 
+#include "command_line/command_line.h"
+#include "pbm_format/platform.h"
+
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <exception>
 #include <string>
 #include <thread>
 
-#ifndef PBM_VERSION
-#define PBM_VERSION "unversioned"
-#endif
-
 namespace {
-
-constexpr int kOk = 0;
-constexpr int kUsage = 1;
-constexpr int kInputOutput = 2;
-constexpr int kMemory = 4;
 
 struct Arguments {
     pbm::sample::AmmoniteOptions ammonite;
@@ -32,6 +25,8 @@ struct Arguments {
 };
 
 int generate(const Arguments &arguments) {
+    if (const pbm::Status status = pbm::check_replaceable(arguments.output); arguments.output != "-" && !status)
+        return pbm::command_line::fail("pbm-sample", arguments.output, status.error());
     const auto start = std::chrono::steady_clock::now();
     pbm::sample::AmmoniteOptions options = arguments.ammonite;
     options.threads = arguments.threads > 0 ? arguments.threads : std::max(1u, std::thread::hardware_concurrency());
@@ -50,52 +45,46 @@ int generate(const Arguments &arguments) {
                                 std::to_string(options.seed);
     const auto encoding =
         arguments.ascii ? pbm::sample::PlyEncoding::ascii : pbm::sample::PlyEncoding::binary_little_endian;
-    if (const std::error_code error = pbm::sample::write_ply(mesh, arguments.output, encoding, comment)) {
-        const std::string name = arguments.output == "-" ? "standard output" : "'" + arguments.output + "'";
-        std::fprintf(stderr, "pbm-sample: cannot write %s: %s\n", name.c_str(), error.message().c_str());
-        return kInputOutput;
-    }
+    const pbm::Bytes file = pbm::sample::encode_ply(mesh, encoding, comment);
+    const std::string_view text(reinterpret_cast<const char *>(file.data()), file.size());
+    if (const pbm::Status status = pbm::command_line::write_text(arguments.output, text); !status)
+        return pbm::command_line::fail("pbm-sample", arguments.output, status.error());
     const std::string done =
         std::to_string(mesh.position.size()) + " vertices, " + std::to_string(mesh.triangle.size()) + " triangles";
     progress(done.c_str());
-    return kOk;
+    return 0;
+}
+
+int run(int argc, char **argv) {
+    Arguments arguments;
+    CLI::App app{"Makes a sample scan: a fossil ammonite as a coloured PLY mesh. The same vertices and seed give "
+                 "the same bytes on every machine.",
+                 "pbm-sample"};
+    app.set_version_flag("-V,--version", "pbm-sample " PBM_VERSION);
+    app.add_option("--vertices", arguments.ammonite.vertices, "wanted number of vertices, met within 5 %")
+        ->check(CLI::Range(pbm::sample::kMinVertices, pbm::sample::kMaxVertices))
+        ->capture_default_str();
+    app.add_option("--seed", arguments.ammonite.seed, "another number, another ammonite")->capture_default_str();
+    app.add_option("-j,--threads", arguments.threads, "0: all; the result is the same")
+        ->check(CLI::Range(0u, 256u))
+        ->capture_default_str();
+    app.add_flag("--ascii", arguments.ascii, "text instead of binary little-endian PLY");
+    app.add_flag("-q,--quiet", arguments.quiet, "say nothing but errors");
+    app.add_option("-o,--output", arguments.output, "PLY file to write, - for standard output")
+        ->required()
+        ->type_name("FILE");
+    try {
+        app.parse(pbm::command_line::arguments(argc, argv));
+    } catch (const CLI::Success &done) {
+        return app.exit(done);
+    } catch (const CLI::ParseError &error) {
+        return pbm::command_line::fail_usage("pbm-sample", error.what());
+    }
+    return generate(arguments);
 }
 
 } // namespace
 
 int main(int argc, char **argv) {
-    try {
-        Arguments arguments;
-        CLI::App app{"Makes a sample scan: a fossil ammonite as a coloured PLY mesh. The same vertices and seed give "
-                     "the same bytes on every machine.",
-                     "pbm-sample"};
-        app.set_version_flag("-V,--version", "pbm-sample " PBM_VERSION);
-        app.add_option("--vertices", arguments.ammonite.vertices, "wanted number of vertices, met within 5 %")
-            ->check(CLI::Range(pbm::sample::kMinVertices, pbm::sample::kMaxVertices))
-            ->capture_default_str();
-        app.add_option("--seed", arguments.ammonite.seed, "another number, another ammonite")->capture_default_str();
-        app.add_option("-j,--threads", arguments.threads, "0: all; the result is the same")
-            ->check(CLI::Range(0u, 256u))
-            ->capture_default_str();
-        app.add_flag("--ascii", arguments.ascii, "text instead of binary little-endian PLY");
-        app.add_flag("-q,--quiet", arguments.quiet, "say nothing but errors");
-        app.add_option("-o,--output", arguments.output, "PLY file to write, - for standard output")
-            ->required()
-            ->type_name("FILE");
-        try {
-            app.parse(argc, argv);
-        } catch (const CLI::Success &done) {
-            return app.exit(done);
-        } catch (const CLI::ParseError &error) {
-            std::fprintf(stderr, "pbm-sample: %s (see pbm-sample --help)\n", error.what());
-            return kUsage;
-        }
-        return generate(arguments);
-    } catch (const std::bad_alloc &) {
-        std::fprintf(stderr, "pbm-sample: not enough memory; ask for fewer --vertices\n");
-        return kMemory;
-    } catch (const std::exception &error) {
-        std::fprintf(stderr, "pbm-sample: %s\n", error.what());
-        return kMemory;
-    }
+    return pbm::command_line::run_program("pbm-sample", [&] { return run(argc, argv); });
 }

@@ -22,7 +22,7 @@ FLOORS = {
     "tools/pbm-validate": {"pbm_format", "command_line"},
     "tools/pbm-info": {"pbm_format", "command_line"},
     "tools/pbm-export": {"pbm_format", "command_line"},
-    "data/pbm-sample": set(),
+    "data/pbm-sample": {"pbm_format", "command_line"},
 }
 
 # Layers of pbm_format, lowest first: a file includes its own header and lower layers.
@@ -64,7 +64,7 @@ HOMES = {
     r"sys/(mman|resource|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/platform\.cpp",
     r"(fcntl|unistd)\.h|sys/.*": (
         r"format_spec/pbm_format/platform\.cpp"
-        r"|tools/pbm-build/(pbm_build/surface_reader|progress_display)\.cpp|data/pbm-sample/ply_writer\.cpp"
+        r"|tools/pbm-build/(pbm_build/surface_reader|progress_display)\.cpp"
     ),
 }
 C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot
@@ -76,7 +76,7 @@ LINKS = {
     "pbm-validate": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
     "pbm-info": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
     "pbm-build": f"{WINDOWS}|libembree|libdeflate",
-    "pbm-sample": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb|libzstd",
+    "pbm-sample": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
 }
 
 # Targets that the CMake files of a folder may not name.
@@ -85,7 +85,7 @@ CMAKE = {
     "command_line": r"pbm[_:]+(render|build|bake)\b|OpenMesh|glfw|CLI11",
     "runtime": r"pbm[_:]+(build|sample)\b|OpenMesh|nanoflann|embree",
     "tools": r"pbm[_:]+render\b|glfw|embree",
-    "data": r"pbm[_:]+(render|build|format)\b",
+    "data": r"pbm[_:]+(render|build)\b",
 }
 
 
@@ -197,7 +197,7 @@ def self_test():
         ("tools/pbm-build/pbm_build/ply_reader.cpp", "#include <OpenMesh/Core/IO/MeshIO.hh>"),
         ("tools/pbm-validate/main.cpp", '#include "pbm_build/surface.h"'),
         ("tools/pbm-info/main.cpp", "#include <boost/any.hpp>"),
-        ("data/pbm-sample/main.cpp", '#include "pbm_format/bytes.h"'),
+        ("data/pbm-sample/main.cpp", '#include "pbm_render/camera.h"'),
         ("command_line/command_line.h", '#include "pbm_render/camera.h"'),
         ("command_line/command_line.cpp", "#include <CLI/CLI.hpp>"),
         ("elsewhere/main.cpp", "#include <vector>"),
@@ -212,7 +212,7 @@ def self_test():
         ("tools/pbm-build/CMakeLists.txt", "target_link_libraries(pbm_build PUBLIC pbm::render)"),
         ("runtime/viewer/CMakeLists.txt", "target_link_libraries(pbm-render PRIVATE pbm_build)"),
         ("format_spec/CMakeLists.txt", "find_package(OpenMesh)"),
-        ("data/pbm-sample/CMakeLists.txt", "target_link_libraries(pbm_sample PUBLIC pbm_format)"),
+        ("data/pbm-sample/CMakeLists.txt", "target_link_libraries(pbm_sample PUBLIC pbm_render)"),
     ]
     bad_links = [
         ("pbm-render", "\tlibc.so.6 => /lib/libc.so.6 (0x1)\n\tlibGL.so.1 => /lib/libGL.so.1 (0x1)"),

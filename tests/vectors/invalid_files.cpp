@@ -38,20 +38,20 @@ class Collection {
   public:
     using Edit = std::function<void(FileEditor &)>;
 
-    void add(std::string name, const Bytes &good, const Edit &edit) {
+    void add(const std::string &name, const Bytes &good, const Edit &edit) {
         FileEditor editor(good);
         edit(editor);
         editor.repair();
         files_.push_back({name + ".bvg", editor.bytes()});
     }
-    void add(std::string name, const Edit &edit) { add(std::move(name), every_attribute_file(), edit); }
+    void add(const std::string &name, const Edit &edit) { add(name, every_attribute_file(), edit); }
     // Damage that a hash must find: nothing is repaired.
-    void add_unrepaired(std::string name, std::size_t at) {
+    void add_unrepaired(const std::string &name, std::size_t at) {
         Bytes file = every_attribute_file();
         file[at] ^= 0x10;
         files_.push_back({name + ".bvg", std::move(file)});
     }
-    void add_as_is(std::string name, Bytes bytes) { files_.push_back({name + ".bvg", std::move(bytes)}); }
+    void add_as_is(const std::string &name, Bytes bytes) { files_.push_back({name + ".bvg", std::move(bytes)}); }
     std::vector<InvalidFile> take() { return std::move(files_); }
 
   private:
@@ -139,7 +139,7 @@ void add_table_files(Collection &files) {
     files.add("3.2.10-bomb", set_entry<std::uint64_t>(level_chunks, 3, 40, std::uint64_t{1} << 40));
     files.add("3.2.11-section-past-the-end", [](FileEditor &file) {
         const std::size_t at = file.entry(level_chunks, 3);
-        for (const std::size_t field : {32, 40})
+        for (const std::size_t field : {std::size_t{32}, std::size_t{40}})
             file.set<std::uint64_t>(at + field, std::uint64_t{1} << 33);
     });
     files.add("3.2.12-padding", [](FileEditor &file) {

@@ -169,15 +169,18 @@ int fail(const std::string &path, const pbm::Error &error) { return pbm::command
 
 int run(int argc, char **argv) {
     CLI::App app{"Says what is in a binary voxel grid file (.bvg): points, levels, streams, sizes.\n"
-                 "Exit code: 0 done, 1 usage, 2 I/O, 3 damaged, 4 memory, 5 unsupported version or feature."};
+                 "Exit code: 0 done, 1 usage, 2 I/O, 3 damaged, 4 memory, 5 unsupported version or feature.",
+                 "pbm-info"};
     std::string path, json_path;
     app.add_option("FILE", path, "The file")->required();
     app.add_option("--json", json_path, "As JSON, to FILE or standard output")->type_name("[=FILE]");
     app.set_version_flag("-V,--version", "pbm-info " PBM_VERSION);
     try {
         app.parse(pbm::command_line::arguments(argc, argv));
+    } catch (const CLI::Success &done) {
+        return app.exit(done);
     } catch (const CLI::ParseError &error) {
-        return app.exit(error) == 0 ? 0 : 1;
+        return pbm::command_line::fail_usage("pbm-info", error.what());
     }
     const pbm::Result<pbm::MappedFile> file = pbm::MappedFile::open(path);
     if (!file)

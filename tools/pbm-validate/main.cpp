@@ -43,6 +43,10 @@ Verdict examine(const std::string &path, const pbm::ValidateOptions &options) {
 
 void print_text(const Verdict &verdict, bool quiet) {
     const pbm::ValidationReport &report = verdict.report;
+    if (verdict.exit_code == pbm::exit_code(pbm::ErrorCode::io)) { // no verdict: the file was not read
+        pbm::command_line::fail("pbm-validate", verdict.path, {pbm::ErrorCode::io, 0, report.findings[0].message});
+        return;
+    }
     if (report.valid()) {
         if (!quiet)
             std::cout << "VALID " << verdict.path << ": " << report.points << " points in " << report.chunks
@@ -84,7 +88,8 @@ int run(int argc, char **argv) {
     CLI::App app{
         "Says whether binary voxel grid files (.bvg) are valid, and if not, what breaks which rule of BVG.md where.\n"
         "Exit code: 0 valid, 1 usage, 2 I/O, 3 invalid, 4 memory, 5 unsupported version or feature; several files: "
-        "the highest."};
+        "the highest.",
+        "pbm-validate"};
     std::vector<std::string> paths;
     std::string json_path;
     pbm::ValidateOptions options;
@@ -101,8 +106,10 @@ int run(int argc, char **argv) {
     app.set_version_flag("-V,--version", "pbm-validate " PBM_VERSION);
     try {
         app.parse(pbm::command_line::arguments(argc, argv));
+    } catch (const CLI::Success &done) {
+        return app.exit(done);
     } catch (const CLI::ParseError &error) {
-        return app.exit(error) == 0 ? 0 : 1;
+        return pbm::command_line::fail_usage("pbm-validate", error.what());
     }
 
     int code = 0;
