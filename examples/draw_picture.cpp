@@ -36,8 +36,8 @@ int main(int argc, char **argv) {
 
     std::ofstream out(argv[2], std::ios::binary);
     out << "P6\n" << picture.width << ' ' << picture.height << "\n255\n";
-    for (const std::uint32_t pixel : picture.colour) {
-        const pbm::Rgba8 c = pbm::unpack_rgba(pixel);
+    for (std::size_t i = 0; i < picture.pixels(); ++i) {
+        const pbm::Rgba8 c = pbm::unpack_rgba(picture.colour[i]);
         out.put(static_cast<char>(c[0])).put(static_cast<char>(c[1])).put(static_cast<char>(c[2]));
     }
     return out.flush() ? 0 : 2;
