@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -53,6 +55,16 @@ void add_choice(CLI::App &app, const std::string &names, T &value, const std::ma
         ->check(CLI::IsMember(known));
 }
 
+// CLI11's own check prints the range of a double, 300 digits.
+std::string positive(const std::string &text) {
+    const char *const end = text.data() + text.size();
+    double value = 0;
+    const auto [stop, failure] = std::from_chars(text.data(), end, value);
+    return failure == std::errc() && stop == end && value > 0 && std::isfinite(value)
+               ? ""
+               : "Value " + text + " is not a positive number";
+}
+
 // Fills `arguments`, or returns the exit code of a program that has said all it had to say.
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     CLI::App app{"Turns a scan (PLY, OBJ, STL, OFF) into a binary voxel grid (.bvg).\n"
@@ -66,10 +78,10 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                       ->check(CLI::Range(kMinDepth, kMaxDepth));
     auto *voxel_size = app.add_option("--voxel-size", options.grid.voxel_size,
                                       "Voxel edge in model units; the grid snaps to multiples of it")
-                           ->check(CLI::PositiveNumber);
+                           ->check(positive);
     auto *max_points =
         app.add_option("--max-points", options.grid.max_points, "Finest depth with at most so many points")
-            ->check(CLI::PositiveNumber);
+            ->check(positive);
     depth->excludes(voxel_size)->excludes(max_points);
     voxel_size->excludes(max_points);
     app.add_option("-z,--compression-level", options.compression_level, "zstd level 1..19")
@@ -105,8 +117,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     } catch (const CLI::Success &done) {
         return app.exit(done);
     } catch (const CLI::ParseError &error) {
-        return command_line::fail(kProgram, "",
-                                  {ErrorCode::usage, 0, std::string(error.what()) + "; see pbm-build --help"});
+        return command_line::fail_usage(kProgram, error.what());
     }
     return std::nullopt;
 }

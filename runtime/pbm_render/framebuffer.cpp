@@ -1,0 +1,22 @@
+#include "pbm_render/framebuffer.h"
+
+#include <algorithm>
+#include <cassert>
+#include <limits>
+
+namespace pbm {
+
+Framebuffer::Framebuffer(int w, int h)
+    : width(w),
+      height(h), limits{static_cast<float>(w), static_cast<float>(w), static_cast<float>(h), static_cast<float>(h)},
+      colour(pixels() + static_cast<std::size_t>(w) + 1), depth(colour.size()) {
+    assert(w >= 1 && h >= 1 && w <= kMaxPictureEdge && h <= kMaxPictureEdge);
+    clear({});
+}
+
+void Framebuffer::clear(Rgba8 background) {
+    std::fill(colour.begin(), colour.end(), pack_rgba(background));
+    std::fill(depth.begin(), depth.end(), std::numeric_limits<float>::infinity());
+}
+
+} // namespace pbm

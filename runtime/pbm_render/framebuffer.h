@@ -1,0 +1,51 @@
+// The picture while it is drawn: colour and z-buffer.
+#pragma once
+
+#include <glm/vec2.hpp>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pbm {
+
+// Four numbers, or two, that are worked on at once.
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+using Long2 = std::int64_t __attribute__((vector_size(16)));
+
+// sRGB with straight (not premultiplied) alpha.
+using Rgba8 = std::array<std::uint8_t, 4>;
+
+// Red in the lowest byte, so that pixels lie in memory as R G B A.
+constexpr std::uint32_t pack_rgba(Rgba8 c) {
+    return std::uint32_t{c[0]} | std::uint32_t{c[1]} << 8 | std::uint32_t{c[2]} << 16 | std::uint32_t{c[3]} << 24;
+}
+constexpr Rgba8 unpack_rgba(std::uint32_t c) {
+    return {static_cast<std::uint8_t>(c), static_cast<std::uint8_t>(c >> 8), static_cast<std::uint8_t>(c >> 16),
+            static_cast<std::uint8_t>(c >> 24)};
+}
+
+inline constexpr int kMaxPictureEdge = 32768;
+// Both arrays are [height][width], top row first, and padding behind, so that blocks of 2 x 2 pixels
+// can be read and written wherever one of them is; the centre of pixel (x, y) is at
+// (x + 0.5, y + 0.5).
+struct Framebuffer {
+    Framebuffer(int width, int height);
+
+    // Fills colour with `background` and depth with +infinity.
+    void clear(Rgba8 background);
+
+    glm::vec2 centre(std::size_t at) const {
+        const auto columns = static_cast<std::size_t>(width);
+        return {static_cast<float>(at % columns) + 0.5F, static_cast<float>(at / columns) + 0.5F};
+    }
+    std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+
+    int width, height;                 // pixels, each 1..kMaxPictureEdge
+    Float4 limits;                     // width, width, height, height
+    std::vector<std::uint32_t> colour; // pack_rgba
+    std::vector<float> depth; // the same; eye space: distance along the view direction, model units; +infinity if empty
+};
+
+} // namespace pbm

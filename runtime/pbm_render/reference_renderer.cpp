@@ -1,0 +1,333 @@
+#include "pbm_render/reference_renderer.h"
+
+#include "pbm_render/normal_table.h"
+#include "pbm_render/shade_table.h"
+#include "pbm_render/splat.h"
+#include "pbm_render/transform_table.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace pbm {
+namespace {
+
+// Voxel edges. What the builder gives points where the scan is dense.
+constexpr double kDenseRadius = 0.87;
+constexpr std::size_t kNoRadius = 256; // no index
+
+// Points nearer to the eye than this, in splat radii, have the eye inside or next to them.
+constexpr float kLeastDistance = 1.25F;
+
+// Everything that stays the same for a whole frame, and the cursors of the walk.
+class Walk {
+  public:
+    Walk(const Model &model, const Projection &projection, int level, Framebuffer &target);
+
+    void draw_root() { draw_odd_point(0, table_.centre); }
+    // Draws octant grid number `octant` among those that exist; `place` is its child number.
+    void draw_octant(std::size_t octant, unsigned place, const std::vector<std::vector<std::uint64_t>> &starts);
+
+    std::uint64_t drawn_points = 0;
+
+  private:
+    void lay_splats(const glm::dvec3 &centre, double half_edge);
+    void draw_node(int level, const glm::vec4 &centre);
+    void draw_points(unsigned mask, const glm::vec4 &centre);
+    void draw_point(std::size_t index, Facing facing, const glm::vec4 &centre);
+    void draw_odd_point(std::size_t index, const glm::vec4 &centre);
+    void draw(const SplatShape &shape, std::size_t index, glm::vec2 pixel, float depth, float inverse_depth);
+
+    const Projection &projection_;
+    const Grid &grid_;
+    const int level_;
+    const std::uint16_t *const point_normals_; // attributes of the points drawn
+    const std::uint8_t *const point_radii_;
+    Framebuffer &target_;
+
+    TransformTable table_;
+    std::vector<ScreenNormal> normals_;
+    std::array<float, 256> radii_;        // model units
+    std::array<float, 256> pixel_splats_; // 1 / depth below which a splat of that radius is one pixel
+    float voxel_;                         // edge at this level
+
+    // Of the octant grid being drawn:
+    std::vector<Facing> facing_;           // mark_facing
+    std::vector<SplatShape> shapes_;       // [kNormalCount], for points of radius table_radius_
+    std::size_t table_radius_ = kNoRadius; // index
+
+    std::array<const std::uint8_t *, kMaxDepth + 1> masks_{}; // [level of the children]
+    std::array<std::size_t, kMaxDepth + 1> cursor_{};         // next node of each level
+};
+
+Walk::Walk(const Model &model, const Projection &projection, int level, Framebuffer &target)
+    : projection_(projection), grid_(model.parameters.grid), level_(level),
+      point_normals_(model.levels[static_cast<std::size_t>(level)].points.normals.data()),
+      point_radii_(model.levels[static_cast<std::size_t>(level)].points.radii.data()), target_(target),
+      table_(grid_, projection), normals_(transform_normals(projection)),
+      voxel_(static_cast<float>(grid_.voxel_size_at(level))), facing_(2 * kNormalCount, Facing::some),
+      shapes_(kNormalCount) {
+    for (std::size_t i = 0; i < radii_.size(); ++i) {
+        radii_[i] = static_cast<float>(radius_fraction(static_cast<std::uint8_t>(i)) * grid_.edge());
+        pixel_splats_[i] = 0.5F / (static_cast<float>(projection.focal) * radii_[i]);
+    }
+    for (std::size_t i = 1; i < model.levels.size(); ++i)
+        masks_[i] = model.levels[i].masks.data();
+}
+
+void Walk::draw_octant(std::size_t octant, unsigned place, const std::vector<std::vector<std::uint64_t>> &starts) {
+    const double half = grid_.edge() / 4;
+    const glm::dvec3 middle = glm::dvec3(grid_.origin[0], grid_.origin[1], grid_.origin[2]) + grid_.edge() / 2;
+    lay_splats(middle + glm::dvec3(place & 1 ? half : -half, place & 2 ? half : -half, place & 4 ? half : -half), half);
+    for (std::size_t level = 1; level < starts.size(); ++level)
+        cursor_[level] = starts[level][octant];
+    const glm::vec4 centre = table_.centre + table_.child[1][place];
+    if (level_ == 1)
+        draw_odd_point(octant, centre);
+    else
+        draw_node(1, centre);
+}
+
+// What all points of an octant grid have in common: which normals face away, and the shape of the splats of each normal
+// in the middle of the octant, for the radius of its dense parts. Where the octant is seen under a wide angle, and for
+// other points, the shape is computed point by point.
+void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
+    constexpr double kNarrow = 0.3; // radians, half the angle of the octant
+    mark_facing(projection_.eye, centre, half_edge, facing_);
+    table_radius_ = kNoRadius;
+    const std::size_t radius = radius_index(kDenseRadius * voxel_ / grid_.edge());
+    const double reach = half_edge * std::sqrt(3.0);
+    const glm::dvec3 image = projection_.point(centre);
+    const bool narrow = reach <= kNarrow * glm::length(centre - projection_.eye);
+    if (!narrow || image.z - reach <= static_cast<double>(kLeastDistance * radii_[radius]))
+        return;
+    table_radius_ = radius;
+    const glm::vec2 pixel(image.x / image.z, image.y / image.z);
+    for (std::size_t i = 0; i < kNormalCount; ++i) {
+        if (facing_[i] == Facing::away)
+            continue;
+        const ScreenNormal &normal = normals_[i];
+        const float facing = glm::dot(normal.plane, glm::vec3(pixel, 1));
+        shapes_[i] = lay_splat(projection_, normal, pixel, facing, {radii_[table_radius_], voxel_, false});
+    }
+}
+
+// Depth first; every level has one cursor, since its nodes stand in the order in which this walk meets them.
+// The depth of the recursion is that of the grid: at most 16.
+void Walk::draw_node(int level, const glm::vec4 &centre) {
+    const auto below = static_cast<std::size_t>(level) + 1;
+    const auto &offset = table_.child[below];
+    unsigned mask = masks_[below][cursor_[below - 1]++];
+    if (level + 1 == level_)
+        return draw_points(mask, centre);
+    for (; mask != 0; mask &= mask - 1)
+        draw_node(level + 1, centre + offset[static_cast<std::size_t>(std::countr_zero(mask))]);
+}
+
+// The children of a node of the last level but one.
+void Walk::draw_points(unsigned mask, const glm::vec4 &centre) {
+    const auto &offset = table_.child[static_cast<std::size_t>(level_)];
+    const std::uint16_t *const normals = point_normals_;
+    const Facing *const facing = facing_.data();
+    std::size_t point = cursor_[static_cast<std::size_t>(level_)];
+    for (; mask != 0; mask &= mask - 1, ++point)
+        if (const Facing way = facing[normals[point]]; way != Facing::away)
+            draw_point(point, way, centre + offset[static_cast<std::size_t>(std::countr_zero(mask))]);
+    cursor_[static_cast<std::size_t>(level_)] = point;
+}
+
+// `centre` is the voxel's centre in screen space (u, v, w). Marks the splat's visible pixels with the point's index.
+inline void Walk::draw_point(std::size_t index, Facing facing, const glm::vec4 &centre) {
+    const std::size_t normal = point_normals_[index];
+    const std::size_t radius = point_radii_[index];
+    if (radius != table_radius_ || facing == Facing::both)
+        return draw_odd_point(index, centre);
+    const float depth = centre.z;
+    const float inverse_depth = 1 / depth;
+    const glm::vec2 pixel(centre.x * inverse_depth, centre.y * inverse_depth);
+    if (facing == Facing::some) {
+        // Cosine of normal and ray at this point.
+        const glm::vec3 &plane = normals_[normal].plane;
+        if (plane.x * pixel.x + plane.y * pixel.y + plane.z > kFacingSlack)
+            return;
+    }
+    draw(shapes_[normal], index, pixel, depth, inverse_depth);
+}
+
+// A point that has no shape in the table.
+void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
+    const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0;
+    const float radius = radii_[point_radii_[index]];
+    const float depth = centre.z;
+    if (depth <= kLeastDistance * radius) // behind the eye, or around it
+        return;
+    const glm::vec2 pixel(centre.x / depth, centre.y / depth);
+    const ScreenNormal *normal = &normals_[point_normals_[index] & kNormalIndexMask];
+    float facing = glm::dot(normal->plane, glm::vec3(pixel, 1));
+    if (two_sided && facing > 0) {
+        normal = &normals_[(point_normals_[index] & kNormalIndexMask) ^ kOppositeNormal];
+        facing = -facing;
+    }
+    if (facing <= kFacingSlack)
+        draw(lay_splat(projection_, *normal, pixel, facing, {radius, voxel_, two_sided}), index, pixel, depth,
+             1 / depth);
+}
+
+inline void Walk::draw(const SplatShape &shape, std::size_t index, glm::vec2 pixel, float depth, float inverse_depth) {
+    ++drawn_points;
+    if (inverse_depth < pixel_splats_[point_radii_[index]])
+        draw_pixel(shape, pixel, depth, inverse_depth, static_cast<std::uint32_t>(index), target_);
+    else
+        draw_splat(shape, pixel, depth, inverse_depth, static_cast<std::uint32_t>(index), target_);
+}
+
+// Turns the point indices in `target` into colours. Only what is seen is shaded, pixel by pixel.
+class Shading {
+  public:
+    Shading(const Model &model, std::span<const Light> lights, const Projection &projection, int level,
+            bool point_colours);
+
+    void resolve(Framebuffer &target) const;
+
+  private:
+    std::uint32_t shade(std::size_t index, std::size_t at, const Framebuffer &target) const;
+    glm::vec3 positional_lights(std::size_t index, std::size_t normal, glm::vec2 pixel, float depth) const;
+    float lit_fraction(std::size_t light, std::size_t index) const;
+
+    const ModelParameters &parameters_;
+    const AttributeSet &set_;
+    std::span<const Light> lights_;
+    const Projection &projection_;
+    const int level_;
+    const PointAttributes &points_;
+    const ColourFormat colour_;
+    ShadeTable table_;
+    ColourTable colours_;
+    std::array<Float4, kMaxMaterials> material_colours_{}; // linear
+    bool positional_ = false;
+};
+
+Shading::Shading(const Model &model, std::span<const Light> lights, const Projection &projection, int level,
+                 bool point_colours)
+    : parameters_(model.parameters), set_(parameters_.attributes), lights_(lights), projection_(projection),
+      level_(level), points_(model.levels[static_cast<std::size_t>(level)].points),
+      colour_(point_colours ? set_.colour : ColourFormat::none),
+      table_(parameters_.materials, lights, set_.lights, -projection.axes.forward) {
+    for (std::size_t i = 0; i < parameters_.materials.size(); ++i)
+        material_colours_[i] = colours_.linear(parameters_.materials[i].colour);
+    for (const Light &light : lights)
+        positional_ |= light.kind != LightKind::directional;
+}
+
+void Shading::resolve(Framebuffer &target) const {
+    const std::size_t pixels = target.pixels();
+    const float *const depths = target.depth.data();
+    std::uint32_t *const colours = target.colour.data();
+    constexpr auto kEmpty = std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity());
+    std::uint32_t last = 0xFFFFFFFF, shaded = 0; // neighbours often show the same point
+    for (std::size_t at = 0; at < pixels; ++at) {
+        if (std::bit_cast<std::uint32_t>(depths[at]) == kEmpty) // as an integer: one instruction
+            continue;
+        if (positional_ || colours[at] != last) {
+            last = colours[at];
+            shaded = shade(last, at, target);
+        }
+        colours[at] = shaded;
+    }
+}
+
+// What point `index` looks like in pixel `at`. Not inlined: the scan over empty pixels needs the registers.
+[[gnu::noinline]] std::uint32_t Shading::shade(std::size_t index, std::size_t at, const Framebuffer &target) const {
+    std::size_t normal = points_.normals[index];
+    if ((normal & kTwoSidedBit) != 0) {
+        const UnitVector &n = normal_table()[normal & kNormalIndexMask];
+        const bool away = glm::dot(projection_.ray(target.centre(at)), glm::dvec3(n[0], n[1], n[2])) > 0;
+        normal = (away ? normal ^ kOppositeNormal : normal) & kNormalIndexMask;
+    }
+    const std::size_t material = set_.material ? points_.materials[index] : 0;
+    Float4 light = table_.unshadowed(material, normal);
+    for (std::size_t l = 0; l < static_cast<std::size_t>(set_.lights); ++l)
+        light += table_.shadowed(l, material, normal) * lit_fraction(l, index);
+    if (positional_) {
+        const glm::vec3 near = positional_lights(index, normal, target.centre(at), target.depth[at]);
+        light += Float4{near.r, near.g, near.b, 0};
+    }
+    const Rgb8 colour =
+        colour_ == ColourFormat::none ? parameters_.materials[material].colour : point_colour(points_, index, colour_);
+    return colours_.pack_srgb(colours_.linear(colour) * light);
+}
+
+float Shading::lit_fraction(std::size_t light, std::size_t index) const {
+    if (light >= static_cast<std::size_t>(set_.lights))
+        return 1;
+    const int bits = set_.shadow_bits[light][static_cast<std::size_t>(level_)];
+    return static_cast<float>(points_.shadows[light][index]) / static_cast<float>((1 << bits) - 1);
+}
+
+// Point and spot lights depend on the place: not in the table. Light does not weaken with distance.
+glm::vec3 Shading::positional_lights(std::size_t index, std::size_t normal, glm::vec2 pixel, float depth) const {
+    const Material &material = parameters_.materials[set_.material ? points_.materials[index] : 0];
+    const glm::dvec3 from_eye = projection_.ray(pixel) * static_cast<double>(depth);
+    const glm::vec3 to_eye = glm::normalize(-from_eye);
+    const UnitVector &n = normal_table()[normal];
+    glm::vec3 sum(0);
+    for (std::size_t l = 0; l < lights_.size(); ++l) {
+        const Light &light = lights_[l];
+        if (light.kind == LightKind::directional)
+            continue;
+        const glm::dvec3 position(light.position[0], light.position[1], light.position[2]);
+        const glm::vec3 to_light = glm::normalize(position - (projection_.eye + from_eye));
+        glm::vec3 term = phong(material, light, glm::vec3(n[0], n[1], n[2]), to_light, to_eye) * lit_fraction(l, index);
+        if (light.kind == LightKind::spot) {
+            const float cosine =
+                -glm::dot(to_light, glm::vec3(light.direction[0], light.direction[1], light.direction[2]));
+            term *= cosine > 0 ? std::pow(cosine, light.exponent) : 0.0F;
+        }
+        sum += term;
+    }
+    return sum;
+}
+
+} // namespace
+
+ReferenceRenderer::ReferenceRenderer(const Model &model) : model_(model), lights_(model.parameters.lights) {
+    if (lights_.empty())
+        lights_ = default_lights(model.parameters.grid.up);
+    LevelMasks masks;
+    for (const Level &level : model.levels)
+        masks.push_back(level.masks);
+    if (masks.size() > 1)
+        octant_starts_ = subtree_starts(masks, 1);
+}
+
+RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOptions &options,
+                                           Framebuffer &target) const {
+    const int level = std::clamp(options.level, 0, static_cast<int>(model_.levels.size()) - 1);
+    target.clear(options.background);
+    const Projection projection(camera, target.width, target.height);
+    Walk walk(model_, projection, level, target);
+    if (level == 0) {
+        walk.draw_root();
+    } else {
+        const unsigned mask = model_.levels[1].masks[0];
+        const Grid &grid = model_.parameters.grid;
+        unsigned nearest = 0; // octant on the eye's side of all three planes that split the cube
+        for (unsigned axis = 0; axis < 3; ++axis)
+            if (camera.position[static_cast<int>(axis)] > grid.origin[axis] + grid.edge() / 2)
+                nearest |= 1U << axis;
+        // Front to back: an octant can only be hidden by those that differ from it on axes where it is farther.
+        for (const unsigned flip : {0U, 1U, 2U, 4U, 3U, 5U, 6U, 7U}) {
+            const unsigned place = nearest ^ flip;
+            if ((mask >> place & 1U) != 0)
+                walk.draw_octant(static_cast<std::size_t>(std::popcount(mask & ((1U << place) - 1))), place,
+                                 octant_starts_);
+        }
+    }
+    Shading(model_, lights_, projection, level, options.point_colours).resolve(target);
+    return {level, model_.levels[static_cast<std::size_t>(level)].points.size(), walk.drawn_points};
+}
+
+} // namespace pbm

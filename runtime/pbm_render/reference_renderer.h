@@ -1,0 +1,44 @@
+// The renderer that is easy to check: the dissertation's walk over the octree, one point after the other, every point
+// of a level. An oracle for faster ones and the baseline of every speed figure. Based on: Botsch, Wiratanaya, Kobbelt
+// 2002, section 4; dissertation sections 4.4 and 5.8
+#pragma once
+
+#include "pbm_format/model.h"
+#include "pbm_render/camera.h"
+#include "pbm_render/framebuffer.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pbm {
+
+struct RenderOptions {
+    int level = kMaxDepth;             // detail level; beyond the finest one there is: the finest
+    Rgba8 background{51, 51, 51, 255}; // sRGB
+    bool point_colours = true;         // else every point has the colour of its material
+};
+
+struct RenderStatistics {
+    int level = 0;                  // drawn
+    std::uint64_t points = 0;       // of that level
+    std::uint64_t drawn_points = 0; // facing the eye and in front of it
+};
+
+class ReferenceRenderer {
+  public:
+    // `model` must be well formed (the reader has proven it), stay unchanged and outlive the renderer. Levels from
+    // the root down to some level must be there; only those can be drawn.
+    explicit ReferenceRenderer(const Model &model);
+
+    // Draws one frame into `target`, whatever was there before. The camera must be usable. One thread, deterministic.
+    RenderStatistics render(const Camera &camera, const RenderOptions &options, Framebuffer &target) const;
+
+  private:
+    const Model &model_;
+    std::vector<Light> lights_;
+    // [level][octant grid]: index of its first node; one more entry at the end of each level (as subtree_starts).
+    std::vector<std::vector<std::uint64_t>> octant_starts_;
+};
+
+} // namespace pbm

@@ -1,0 +1,60 @@
+#include "pbm_render/splat.h"
+
+namespace pbm {
+
+SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, glm::vec2 pixel, float facing,
+                     SplatSize size) {
+    const auto focal = static_cast<float>(projection.focal);
+    const glm::vec2 o = pixel - glm::vec2(projection.middle);
+    // The normal through the Jacobian of the projection at depth 1.
+    const glm::vec2 n(normal.image.x - pixel.x * normal.image.z, normal.image.y - pixel.y * normal.image.z);
+    // The same of the ellipsoid r^2 I - (r^2 - t^2) n n^T: a covariance matrix; the ellipse is its inverse.
+    const float r2 = size.radius * size.radius;
+    const float thickness = normal.thickness * size.voxel;
+    const float flat = std::max(r2 - thickness * thickness, 0.0F);
+    const float xx = r2 * (focal * focal + o.x * o.x) - flat * (n.x * n.x);
+    const float xy = r2 * (o.x * o.y) - flat * (n.x * n.y);
+    const float yy = r2 * (focal * focal + o.y * o.y) - flat * (n.y * n.y);
+
+    const float inverse = 1 / (xx * yy - xy * xy);
+
+    // Depth along the plane, but never farther from the middle's than the disc itself reaches.
+    constexpr float kEdgeOn = 0.02F;
+    glm::vec2 slope = glm::vec2(normal.plane.x, normal.plane.y) / std::max(-facing, kEdgeOn);
+    const float rise = std::sqrt(slope.x * (xx * slope.x + 2 * xy * slope.y) + yy * slope.y * slope.y);
+    slope *= std::min(1.0F, size.radius / rise);
+    glm::vec2 shift(0);
+    float depth_shift = 0;
+    if (!size.two_sided) {
+        // The outline goes back from nothing at 45 degrees to all of it edge-on.
+        const float outline = kOutlineInset * std::clamp(1 + 1.4F * facing, 0.0F, 1.0F) * size.voxel;
+        const float edge_on = std::clamp(1 + facing, 0.0F, 1.0F);
+        const float inset = (normal.inset + kGrazingInset * edge_on * edge_on * edge_on * edge_on) * size.voxel;
+        shift = -outline * n;
+        depth_shift = glm::dot(slope, (inset - outline) * n) - inset * normal.image.z;
+    }
+    const glm::vec2 reach(std::sqrt(xx), std::sqrt(yy));
+    return {.box = Float4{shift.x - reach.x, shift.x + reach.x, shift.y - reach.y, shift.y + reach.y},
+            .shift = Float4{shift.x, shift.x, shift.y, shift.y},
+            .xx = Float4{} + yy * inverse,
+            .xy = Float4{} - 2 * xy * inverse,
+            .yy = Float4{} + xx * inverse,
+            .slope_x = Float4{} + slope.x,
+            .slope_y = Float4{} + slope.y,
+            .depth_shift = Float4{} + depth_shift};
+}
+
+void draw_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
+                 Framebuffer &target) {
+    const int left = box[0], right = box[1], top = box[2], bottom = box[3];
+    const std::ptrdiff_t stride = target.width;
+    for (int row = top; row < bottom; row += 2, y += 2) {
+        float *const depths = target.depth.data() + row * stride;
+        std::uint32_t *const indices = target.colour.data() + row * stride;
+        Float4 x = first_x;
+        for (int column = left; column < right; column += 2, x += 2)
+            draw_block(shape, splat, x, y, depths + column, indices + column, stride);
+    }
+}
+
+} // namespace pbm

@@ -1,0 +1,280 @@
+// pbm-render: pictures of a binary voxel grid without a window.
+#include "pbm_format/layout.h"
+#include "pbm_format/platform.h"
+#include "pbm_format/reader.h"
+#include "pbm_render/reference_renderer.h"
+#include "viewer/command_line.h"
+#include "viewer/image_writer.h"
+
+#include <glm/trigonometric.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <new>
+#include <optional>
+
+namespace {
+
+using namespace pbm;
+
+enum class Verbosity { quiet, normal, verbose };
+
+struct Arguments {
+    std::string input, output, depth_output;
+    std::string json; // file, "-" for stdout, empty for none
+    glm::ivec2 resolution{1280, 720};
+    std::optional<glm::dvec3> position, focal_point, view_up;
+    double view_angle = 30; // degrees
+    RenderOptions render;
+    LoadOptions load;
+    int bench = 0; // further frames
+    Verbosity verbosity = Verbosity::normal;
+};
+
+// What a run cost and drew.
+struct RunStatistics {
+    RenderStatistics drawn;
+    double load_ms = 0, frame_ms = 0, png_ms = 0;
+    std::optional<double> bench_ms; // median
+};
+
+int fail(const std::string &message, int code) {
+    std::cerr << "pbm-render: " << message << "\n";
+    return code;
+}
+
+int fail(const std::string &file, const Error &error) { return fail(describe(file, error), exit_code(error.code)); }
+
+// Stores what `parse` makes of an option's text.
+template <class Parse, class Target> auto stored(Parse parse, Target &target) {
+    return [parse, &target](const std::string &text) {
+        auto value = parse(text);
+        if (!value)
+            throw CLI::ValidationError(value.error().message);
+        target = *value;
+    };
+}
+
+// Fills `arguments`, or returns the exit code of a program that has said all it had to say.
+std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
+    CLI::App app{"Draws a binary voxel grid (.bvg) into a PNG file.\n"
+                 "Exit codes: 0 done, 1 usage, 2 I/O, 3 damaged input, 4 memory, 5 unsupported.",
+                 "pbm-render"};
+    app.add_option("FILE", arguments.input, "Model to draw")->required();
+    app.add_option("-o,--output", arguments.output, "PNG file to write");
+    app.add_option("--depth-output", arguments.depth_output,
+                   "PFM file of depths: distance along the view direction in model units, +inf where empty");
+    const auto text_option = [&](const std::string &names, const char *type, auto store, const std::string &help) {
+        app.add_option_function<std::string>(names, store, help)->type_name(type);
+    };
+    text_option("--resolution", "W,H", stored(parse_resolution, arguments.resolution), "Size of the picture, 1280,720");
+    text_option("--camera-position", "X,Y,Z", stored(parse_vector, arguments.position),
+                "Default: in front of the model, so that all of it is seen");
+    text_option("--camera-focal-point", "X,Y,Z", stored(parse_vector, arguments.focal_point),
+                "Default: the model's centre");
+    text_option("--camera-view-up", "X,Y,Z", stored(parse_vector, arguments.view_up), "Default: the model's up axis");
+    app.add_option("--camera-view-angle", arguments.view_angle, "Vertical angle of view, degrees")
+        ->check(CLI::Range(0.01, 170.0))
+        ->capture_default_str();
+    text_option("--background-color,--background-colour", "R,G,B", stored(parse_colour, arguments.render.background),
+                "sRGB, each 0..1; default 0.2,0.2,0.2");
+    bool no_background = false;
+    app.add_flag("--no-background", no_background, "Transparent where nothing is drawn");
+    bool ignore_colours = false;
+    app.add_flag("--ignore-point-colours,--ignore-point-colors", ignore_colours,
+                 "Draw points in the colour of their material");
+    app.add_option("--level", arguments.render.level, "Detail level to draw, 0..depth; default: the finest")
+        ->check(CLI::Range(0, kMaxDepth));
+    text_option("--max-memory", "BYTES", stored(parse_bytes, arguments.load.max_memory),
+                "Refuse what needs more; k, M, G after the number; default 8G");
+    app.add_option("-j,--threads", arguments.load.threads, "Threads, 0 for all processors")->check(CLI::Range(0, 1024));
+    app.add_option("--bench", arguments.bench, "Draw N further frames and report their median time")
+        ->check(CLI::Range(1, 100000));
+    app.add_option("--json", arguments.json, "Statistics as JSON, to FILE or (--json alone) to stdout")
+        ->type_name("[=FILE]");
+    app.add_flag_callback(
+        "-q,--quiet", [&] { arguments.verbosity = Verbosity::quiet; }, "Say nothing but errors");
+    app.add_flag_callback(
+        "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Say where the camera stands");
+    app.set_version_flag("-V,--version", std::string("pbm-render ") + PBM_RENDER_VERSION + " (bvg format " +
+                                             std::to_string(kMajorVersion) + "." + std::to_string(kMinorVersion) + ")");
+    auto modern = modern_arguments(argc, argv);
+    if (!modern)
+        return fail(modern.error().message + "; see pbm-render --help", 1);
+    try {
+        std::reverse(modern->begin(), modern->end()); // CLI11 wants the last argument first
+        app.parse(*modern);
+    } catch (const CLI::Success &done) {
+        return app.exit(done);
+    } catch (const CLI::ParseError &error) {
+        return fail(std::string(error.what()) + "; see pbm-render --help", 1);
+    }
+    if (arguments.output.empty() && arguments.depth_output.empty() && arguments.bench == 0)
+        return fail("nothing to do: name a picture with -o; see pbm-render --help", 1);
+    if (const std::string extension = std::filesystem::path(arguments.output).extension().string();
+        !extension.empty() && extension != ".png" && extension != ".PNG")
+        return fail(arguments.output + ": pictures are PNG files; choose a name that ends with .png", 1);
+    if (no_background)
+        arguments.render.background = {0, 0, 0, 0};
+    arguments.render.point_colours = !ignore_colours;
+    arguments.load.max_level = arguments.render.level;
+    return std::nullopt;
+}
+
+bool same_file(const std::string &a, const std::string &b) {
+    std::error_code ignored;
+    return a == b || std::filesystem::equivalent(a, b, ignored);
+}
+
+class Stopwatch {
+  public:
+    double milliseconds() const {
+        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
+    }
+
+  private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+Camera choose_camera(const Arguments &arguments, const Model &model) {
+    Camera camera =
+        default_camera(model, arguments.resolution.x, arguments.resolution.y, glm::radians(arguments.view_angle));
+    camera.position = arguments.position.value_or(camera.position);
+    camera.focal_point = arguments.focal_point.value_or(camera.focal_point);
+    camera.up = arguments.view_up.value_or(camera.up);
+    return camera;
+}
+
+std::string to_json(const Arguments &arguments, const RunStatistics &s) {
+    std::array<char, 500> text{};
+    std::snprintf(text.data(), text.size(),
+                  "{\"width\": %d, \"height\": %d, \"level\": %d, \"points\": %llu, \"drawn_points\": %llu, "
+                  "\"load_ms\": %.3f, \"frame_ms\": %.3f, \"png_ms\": %.3f, ",
+                  arguments.resolution.x, arguments.resolution.y, s.drawn.level,
+                  static_cast<unsigned long long>(s.drawn.points),
+                  static_cast<unsigned long long>(s.drawn.drawn_points), s.load_ms, s.frame_ms, s.png_ms);
+    std::string json = text.data();
+    if (s.bench_ms) {
+        std::snprintf(text.data(), text.size(), "\"bench_frames\": %d, \"bench_median_ms\": %.3f, ", arguments.bench,
+                      *s.bench_ms);
+        json += text.data();
+    }
+    return json + "\"peak_memory\": " + std::to_string(peak_memory()) + "}\n";
+}
+
+void report(const Arguments &arguments, const Camera &camera, const RunStatistics &s) {
+    if (arguments.verbosity == Verbosity::verbose)
+        std::printf("camera: position %.9g,%.9g,%.9g, focal point %.9g,%.9g,%.9g, up %.6g,%.6g,%.6g, angle %.6g\n",
+                    camera.position.x, camera.position.y, camera.position.z, camera.focal_point.x, camera.focal_point.y,
+                    camera.focal_point.z, camera.up.x, camera.up.y, camera.up.z, arguments.view_angle);
+    std::printf("%s: %dx%d, level %d, %llu of %llu points drawn, load %.1f ms, frame %.1f ms, png %.1f ms\n",
+                (arguments.output.empty() ? arguments.input : arguments.output).c_str(), arguments.resolution.x,
+                arguments.resolution.y, s.drawn.level, static_cast<unsigned long long>(s.drawn.drawn_points),
+                static_cast<unsigned long long>(s.drawn.points), s.load_ms, s.frame_ms, s.png_ms);
+    if (s.bench_ms)
+        std::printf("bench: %d frames, median %.2f ms\n", arguments.bench, *s.bench_ms);
+    std::fflush(stdout);
+}
+
+int run(const Arguments &arguments) {
+    for (const std::string &output : {arguments.output, arguments.depth_output}) {
+        if (output.empty())
+            continue;
+        if (same_file(arguments.input, output))
+            return fail(output + ": the output is the input; choose another name", 1);
+        if (const Status replaceable = check_replaceable(output); !replaceable)
+            return fail(output, replaceable.error());
+    }
+    // Colour, depth and the encoder's two copies.
+    const auto pixels =
+        static_cast<std::uint64_t>(arguments.resolution.x) * static_cast<std::uint64_t>(arguments.resolution.y);
+    if (pixels * 16 > arguments.load.max_memory)
+        return fail(std::to_string(arguments.resolution.x) + "x" + std::to_string(arguments.resolution.y) +
+                        ": a picture of this size needs more than --max-memory; choose a smaller --resolution",
+                    4);
+
+    RunStatistics statistics;
+    const Stopwatch loading;
+    const auto file = MappedFile::open(arguments.input);
+    if (!file)
+        return fail(arguments.input, file.error());
+    auto reader = Reader::open(file->bytes());
+    if (!reader)
+        return fail(arguments.input, reader.error());
+    const auto model = load_model(*reader, arguments.load);
+    if (!model)
+        return fail(arguments.input, model.error());
+    const ReferenceRenderer renderer(*model);
+    statistics.load_ms = loading.milliseconds();
+
+    const Camera camera = choose_camera(arguments, *model);
+    if (!is_usable(camera))
+        return fail("the camera sees nothing: it stands at its focal point or looks along its view-up; "
+                    "see pbm-render --help",
+                    1);
+    Framebuffer picture(arguments.resolution.x, arguments.resolution.y);
+    const Stopwatch drawing;
+    statistics.drawn = renderer.render(camera, arguments.render, picture);
+    statistics.frame_ms = drawing.milliseconds();
+    if (arguments.bench > 0) {
+        std::vector<double> times(static_cast<std::size_t>(arguments.bench));
+        for (double &time : times) {
+            const Stopwatch frame;
+            renderer.render(camera, arguments.render, picture);
+            time = frame.milliseconds();
+        }
+        std::nth_element(times.begin(), times.begin() + arguments.bench / 2, times.end());
+        statistics.bench_ms = times[times.size() / 2];
+    }
+
+    if (!arguments.output.empty()) {
+        const Stopwatch encoding;
+        const auto png = encode_png(picture);
+        if (!png)
+            return fail(arguments.output, png.error());
+        statistics.png_ms = encoding.milliseconds();
+        if (const Status written = replace_file(arguments.output, *png); !written)
+            return fail(arguments.output, written.error());
+    }
+    if (!arguments.depth_output.empty())
+        if (const Status written = replace_file(arguments.depth_output, encode_depth_pfm(picture)); !written)
+            return fail(arguments.depth_output, written.error());
+
+    const bool stdout_taken =
+        arguments.json == "-" || arguments.output == "/dev/stdout" || arguments.depth_output == "/dev/stdout";
+    if (arguments.verbosity != Verbosity::quiet && !stdout_taken)
+        report(arguments, camera, statistics);
+    if (arguments.json.empty())
+        return 0;
+    const std::string json = to_json(arguments, statistics);
+    if (arguments.json == "-") {
+        std::cout << json << std::flush;
+        return std::cout ? 0 : fail("stdout: cannot be written", 2);
+    }
+    const ByteView bytes(reinterpret_cast<const std::uint8_t *>(json.data()), json.size());
+    if (const Status written = replace_file(arguments.json, bytes); !written)
+        return fail(arguments.json, written.error());
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    make_write_errors_returns();
+    Arguments arguments;
+    try {
+        if (const auto done = parse(argc, argv, arguments))
+            return *done;
+        return run(arguments);
+    } catch (const std::bad_alloc &) {
+        return fail(arguments.input + ": out of memory; draw a coarser --level or a smaller --resolution", 4);
+    } catch (const std::exception &error) {
+        return fail(arguments.input + ": " + error.what(), 4);
+    }
+}
