@@ -8,11 +8,19 @@
 
 namespace pbm::command_line {
 
-std::vector<std::string> arguments(int argc, char **argv) {
+Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<const OldSwitch> switches) {
     std::vector<std::string> result(argv + std::min(argc, 1), argv + argc);
-    for (std::string &argument : result)
+    for (std::string &argument : result) {
         if (argument == "--json")
             argument = "--json=-";
+        const auto old = std::find_if(switches.begin(), switches.end(),
+                                      [&](const OldSwitch &known) { return known.name == argument; });
+        if (old == switches.end())
+            continue;
+        if (old->option.empty())
+            return Error{ErrorCode::unsupported_feature, 0, argument + " is not in this version; leave it out"};
+        argument = old->option;
+    }
     std::reverse(result.begin(), result.end());
     return result;
 }

@@ -5,15 +5,24 @@
 #include "pbm_format/error.h"
 
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace pbm::command_line {
 
-// Arguments after the program's name, ready for CLI11: `--json` alone becomes `--json=-` (standard output), so that
-// it never takes the file name that follows for its value; CLI11 wants them reversed.
-std::vector<std::string> arguments(int argc, char **argv);
+// A single-dash switch of the dissertation's program and today's spelling of it; empty: not in this version.
+struct OldSwitch {
+    std::string_view name;
+    std::string_view option;
+};
+
+// Arguments after the program's name, ready for CLI11, which takes them reversed and knows no single-dash words.
+// `--json` alone becomes `--json=-` (standard output), so that it never takes the file name that follows for its value.
+//
+// errors  unsupported_feature  a switch that is not in this version
+Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<const OldSwitch> switches = {});
 
 // Prints `PROGRAM: PATH: MESSAGE` in one line on standard error and returns the exit code. The offset is
 // named where the error has one.

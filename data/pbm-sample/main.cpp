@@ -74,7 +74,7 @@ int run(int argc, char **argv) {
         ->required()
         ->type_name("FILE");
     try {
-        app.parse(pbm::command_line::arguments(argc, argv));
+        app.parse(pbm::command_line::arguments(argc, argv).value()); // no old switches to refuse
     } catch (const CLI::Success &done) {
         return app.exit(done);
     } catch (const CLI::ParseError &error) {

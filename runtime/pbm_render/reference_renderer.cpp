@@ -278,7 +278,9 @@ glm::vec3 Shading::positional_lights(std::size_t index, std::size_t normal, glm:
         const Light &light = lights_[l];
         if (light.kind == LightKind::directional)
             continue;
-        const glm::dvec3 position(light.position[0], light.position[1], light.position[2]);
+        const auto &corner = parameters_.grid.origin; // positions count from there
+        const glm::dvec3 position(corner[0] + light.position[0], corner[1] + light.position[1],
+                                  corner[2] + light.position[2]);
         const glm::vec3 to_light = glm::normalize(position - (projection_.eye + from_eye));
         glm::vec3 term = phong(material, light, glm::vec3(n[0], n[1], n[2]), to_light, to_eye) * lit_fraction(l, index);
         if (light.kind == LightKind::spot) {

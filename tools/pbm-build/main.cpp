@@ -32,15 +32,8 @@ struct Arguments {
 };
 
 // Switches of the dissertation's program that bake something: they need a builder that can.
-constexpr std::array<std::string_view, 4> kBakingSwitches{"-SHADOW", "-TEXTURE", "-BACKGROUND", "-ENVIRONMENT_MAP"};
-
-std::optional<std::string_view> baking_switch(int argc, char **argv) {
-    for (int i = 1; i < argc; ++i)
-        for (const std::string_view name : kBakingSwitches)
-            if (name == argv[i])
-                return name;
-    return std::nullopt;
-}
+constexpr std::array<command_line::OldSwitch, 4> kBakingSwitches{
+    {{"-SHADOW", ""}, {"-TEXTURE", ""}, {"-BACKGROUND", ""}, {"-ENVIRONMENT_MAP", ""}}};
 
 // An option that takes one of some words.
 template <class T>
@@ -112,8 +105,11 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     app.add_flag_callback(
         "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Name every step");
     app.set_version_flag("-V,--version", "pbm-build " PBM_VERSION);
+    auto given = command_line::arguments(argc, argv, kBakingSwitches);
+    if (!given)
+        return command_line::fail(kProgram, "", given.error());
     try {
-        app.parse(command_line::arguments(argc, argv));
+        app.parse(std::move(given).value());
     } catch (const CLI::Success &done) {
         return app.exit(done);
     } catch (const CLI::ParseError &error) {
@@ -191,11 +187,6 @@ int run(Arguments &arguments) {
 
 int main(int argc, char **argv) {
     return command_line::run_program(kProgram, [&] {
-        if (const auto name = baking_switch(argc, argv))
-            return command_line::fail(
-                kProgram, "",
-                {ErrorCode::unsupported_feature, 0,
-                 std::string(*name) + " is not in this version: it builds points, normals, radii and colours"});
         Arguments arguments;
         if (const auto done = parse(argc, argv, arguments))
             return *done;

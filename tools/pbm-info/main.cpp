@@ -176,7 +176,7 @@ int run(int argc, char **argv) {
     app.add_option("--json", json_path, "As JSON, to FILE or standard output")->type_name("[=FILE]");
     app.set_version_flag("-V,--version", "pbm-info " PBM_VERSION);
     try {
-        app.parse(pbm::command_line::arguments(argc, argv));
+        app.parse(pbm::command_line::arguments(argc, argv).value()); // no old switches to refuse
     } catch (const CLI::Success &done) {
         return app.exit(done);
     } catch (const CLI::ParseError &error) {

@@ -105,7 +105,7 @@ int run(int argc, char **argv) {
     app.add_flag("-q,--quiet", quiet, "Print nothing about valid files");
     app.set_version_flag("-V,--version", "pbm-validate " PBM_VERSION);
     try {
-        app.parse(pbm::command_line::arguments(argc, argv));
+        app.parse(pbm::command_line::arguments(argc, argv).value()); // no old switches to refuse
     } catch (const CLI::Success &done) {
         return app.exit(done);
     } catch (const CLI::ParseError &error) {

@@ -1,14 +1,17 @@
 // pbm-render: pictures of a binary voxel grid without a window.
+#include "command_line/command_line.h"
 #include "pbm_format/layout.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/reader.h"
 #include "pbm_render/reference_renderer.h"
-#include "viewer/command_line.h"
+
 #include "viewer/image_writer.h"
+#include "viewer/option_values.h"
 
 #include <glm/trigonometric.hpp>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -16,7 +19,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
-#include <new>
 #include <optional>
 
 namespace {
@@ -44,12 +46,36 @@ struct RunStatistics {
     std::optional<double> bench_ms; // median
 };
 
-int fail(const std::string &message, int code) {
-    std::cerr << "pbm-render: " << message << "\n";
-    return code;
+constexpr std::string_view kProgram = "pbm-render";
+
+// The dissertation's switches that concern pictures.
+constexpr std::array<command_line::OldSwitch, 7> kOldSwitches{{{"-IGNORE_POINT_COLOURS", "--ignore-point-colours"},
+                                                               {"-AVI", ""},
+                                                               {"-FLYING_CAMERA", ""},
+                                                               {"-BACKGROUND", ""},
+                                                               {"-SHADOW", ""},
+                                                               {"-TEXTURE", ""},
+                                                               {"-ENVIRONMENT_MAP", ""}}};
+
+int fail_usage(const std::string &message) { return command_line::fail_usage(kProgram, message); }
+
+// What a user can do about an error, starting with "; ", or nothing.
+std::string_view advice(ErrorCode code) {
+    switch (code) {
+    case ErrorCode::memory: return "; allow more with --max-memory or draw a coarser --level";
+    case ErrorCode::unsupported_version:
+    case ErrorCode::unsupported_feature: return "; a newer pbm-render is needed";
+    case ErrorCode::usage:
+    case ErrorCode::io:
+    case ErrorCode::not_bvg: return ""; // the message says it
+    default: return "; pbm-validate names all damage, build the file anew";
+    }
 }
 
-int fail(const std::string &file, const Error &error) { return fail(describe(file, error), exit_code(error.code)); }
+int fail(const std::string &file, Error error) {
+    error.message += advice(error.code);
+    return command_line::fail(kProgram, file, error);
+}
 
 // Stores what `parse` makes of an option's text.
 template <class Parse, class Target> auto stored(Parse parse, Target &target) {
@@ -102,24 +128,22 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
         "-q,--quiet", [&] { arguments.verbosity = Verbosity::quiet; }, "Say nothing but errors");
     app.add_flag_callback(
         "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Say where the camera stands");
-    app.set_version_flag("-V,--version", std::string("pbm-render ") + PBM_RENDER_VERSION + " (bvg format " +
-                                             std::to_string(kMajorVersion) + "." + std::to_string(kMinorVersion) + ")");
-    auto modern = modern_arguments(argc, argv);
-    if (!modern)
-        return fail(modern.error().message + "; see pbm-render --help", 1);
+    app.set_version_flag("-V,--version", "pbm-render " PBM_VERSION);
+    auto given = command_line::arguments(argc, argv, kOldSwitches);
+    if (!given)
+        return command_line::fail(kProgram, "", given.error());
     try {
-        std::reverse(modern->begin(), modern->end()); // CLI11 wants the last argument first
-        app.parse(*modern);
+        app.parse(std::move(given).value());
     } catch (const CLI::Success &done) {
         return app.exit(done);
     } catch (const CLI::ParseError &error) {
-        return fail(std::string(error.what()) + "; see pbm-render --help", 1);
+        return fail_usage(error.what());
     }
     if (arguments.output.empty() && arguments.depth_output.empty() && arguments.bench == 0)
-        return fail("nothing to do: name a picture with -o; see pbm-render --help", 1);
+        return fail_usage("nothing to do: name a picture with -o");
     if (const std::string extension = std::filesystem::path(arguments.output).extension().string();
         !extension.empty() && extension != ".png" && extension != ".PNG")
-        return fail(arguments.output + ": pictures are PNG files; choose a name that ends with .png", 1);
+        return fail_usage(arguments.output + ": pictures are PNG files; choose a name that ends with .png");
     if (no_background)
         arguments.render.background = {0, 0, 0, 0};
     arguments.render.point_colours = !ignore_colours;
@@ -152,20 +176,20 @@ Camera choose_camera(const Arguments &arguments, const Model &model) {
 }
 
 std::string to_json(const Arguments &arguments, const RunStatistics &s) {
-    std::array<char, 500> text{};
-    std::snprintf(text.data(), text.size(),
-                  "{\"width\": %d, \"height\": %d, \"level\": %d, \"points\": %llu, \"drawn_points\": %llu, "
-                  "\"load_ms\": %.3f, \"frame_ms\": %.3f, \"png_ms\": %.3f, ",
-                  arguments.resolution.x, arguments.resolution.y, s.drawn.level,
-                  static_cast<unsigned long long>(s.drawn.points),
-                  static_cast<unsigned long long>(s.drawn.drawn_points), s.load_ms, s.frame_ms, s.png_ms);
-    std::string json = text.data();
+    nlohmann::ordered_json json{{"width", arguments.resolution.x},
+                                {"height", arguments.resolution.y},
+                                {"level", s.drawn.level},
+                                {"points", s.drawn.points},
+                                {"drawn_points", s.drawn.drawn_points},
+                                {"load_ms", s.load_ms},
+                                {"frame_ms", s.frame_ms},
+                                {"png_ms", s.png_ms}};
     if (s.bench_ms) {
-        std::snprintf(text.data(), text.size(), "\"bench_frames\": %d, \"bench_median_ms\": %.3f, ", arguments.bench,
-                      *s.bench_ms);
-        json += text.data();
+        json["bench_frames"] = arguments.bench;
+        json["bench_median_ms"] = *s.bench_ms;
     }
-    return json + "\"peak_memory\": " + std::to_string(peak_memory()) + "}\n";
+    json["peak_memory"] = peak_memory();
+    return json.dump(2) + "\n";
 }
 
 void report(const Arguments &arguments, const Camera &camera, const RunStatistics &s) {
@@ -187,7 +211,7 @@ int run(const Arguments &arguments) {
         if (output.empty())
             continue;
         if (same_file(arguments.input, output))
-            return fail(output + ": the output is the input; choose another name", 1);
+            return fail_usage(output + ": the output is the input; choose another name");
         if (const Status replaceable = check_replaceable(output); !replaceable)
             return fail(output, replaceable.error());
     }
@@ -195,9 +219,11 @@ int run(const Arguments &arguments) {
     const auto pixels =
         static_cast<std::uint64_t>(arguments.resolution.x) * static_cast<std::uint64_t>(arguments.resolution.y);
     if (pixels * 16 > arguments.load.max_memory)
-        return fail(std::to_string(arguments.resolution.x) + "x" + std::to_string(arguments.resolution.y) +
-                        ": a picture of this size needs more than --max-memory; choose a smaller --resolution",
-                    4);
+        return command_line::fail(kProgram, arguments.output,
+                                  {ErrorCode::memory, 0,
+                                   "a picture of " + std::to_string(arguments.resolution.x) + "x" +
+                                       std::to_string(arguments.resolution.y) +
+                                       " needs more than --max-memory; choose a smaller --resolution"});
 
     RunStatistics statistics;
     const Stopwatch loading;
@@ -215,9 +241,7 @@ int run(const Arguments &arguments) {
 
     const Camera camera = choose_camera(arguments, *model);
     if (!is_usable(camera))
-        return fail("the camera sees nothing: it stands at its focal point or looks along its view-up; "
-                    "see pbm-render --help",
-                    1);
+        return fail_usage("the camera sees nothing: it stands at its focal point or looks along its view-up");
     Framebuffer picture(arguments.resolution.x, arguments.resolution.y);
     const Stopwatch drawing;
     statistics.drawn = renderer.render(camera, arguments.render, picture);
@@ -252,29 +276,17 @@ int run(const Arguments &arguments) {
         report(arguments, camera, statistics);
     if (arguments.json.empty())
         return 0;
-    const std::string json = to_json(arguments, statistics);
-    if (arguments.json == "-") {
-        std::cout << json << std::flush;
-        return std::cout ? 0 : fail("stdout: cannot be written", 2);
-    }
-    const ByteView bytes(reinterpret_cast<const std::uint8_t *>(json.data()), json.size());
-    if (const Status written = replace_file(arguments.json, bytes); !written)
-        return fail(arguments.json, written.error());
+    if (const Status told = command_line::write_text(arguments.json, to_json(arguments, statistics)); !told)
+        return fail(arguments.json, told.error());
     return 0;
 }
 
 } // namespace
 
 int main(int argc, char **argv) {
-    make_write_errors_returns();
-    Arguments arguments;
-    try {
-        if (const auto done = parse(argc, argv, arguments))
-            return *done;
-        return run(arguments);
-    } catch (const std::bad_alloc &) {
-        return fail(arguments.input + ": out of memory; draw a coarser --level or a smaller --resolution", 4);
-    } catch (const std::exception &error) {
-        return fail(arguments.input + ": " + error.what(), 4);
-    }
+    return command_line::run_program(kProgram, [&] {
+        Arguments arguments;
+        const std::optional<int> done = parse(argc, argv, arguments);
+        return done ? *done : run(arguments);
+    });
 }

@@ -1,25 +1,13 @@
-#include "viewer/command_line.h"
+#include "viewer/option_values.h"
 
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <string_view>
+#include <vector>
 
 namespace pbm {
 namespace {
-
-struct OldSwitch {
-    std::string_view name;
-    std::string_view option; // today's spelling; empty: not there yet
-};
-
-constexpr std::array<OldSwitch, 7> kOldSwitches{{{"-IGNORE_POINT_COLOURS", "--ignore-point-colours"},
-                                                 {"-AVI", ""},
-                                                 {"-FLYING_CAMERA", ""},
-                                                 {"-BACKGROUND", ""},
-                                                 {"-SHADOW", ""},
-                                                 {"-TEXTURE", ""},
-                                                 {"-ENVIRONMENT_MAP", ""}}};
 
 // `count` finite numbers with one of `separators` between them.
 std::optional<std::vector<double>> parse_numbers(std::string_view text, std::string_view separators,
@@ -47,23 +35,6 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text, std::str
 Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
 
 } // namespace
-
-Result<std::vector<std::string>> modern_arguments(int argc, const char *const *argv) {
-    std::vector<std::string> arguments;
-    for (int i = 1; i < argc; ++i) {
-        std::string argument = argv[i];
-        for (const OldSwitch &old : kOldSwitches) {
-            if (argument != old.name)
-                continue;
-            if (old.option.empty())
-                return usage(argument + " is not supported yet; leave it out");
-            argument = old.option;
-            break;
-        }
-        arguments.push_back(argument == "--json" ? "--json=-" : std::move(argument));
-    }
-    return arguments;
-}
 
 Result<glm::ivec2> parse_resolution(const std::string &text) {
     const auto numbers = parse_numbers(text, ",x", 2);
@@ -109,25 +80,6 @@ Result<std::uint64_t> parse_bytes(const std::string &text) {
     if (error != std::errc() || rest != end || number == 0 || number > std::uint64_t{1} << (63 - shift))
         return usage("'" + text + "' is no amount of memory; write bytes like 500M or 8G");
     return number << shift;
-}
-
-std::string_view advice(ErrorCode code) {
-    switch (code) {
-    case ErrorCode::memory: return "; allow more with --max-memory or draw a coarser --level";
-    case ErrorCode::unsupported_version:
-    case ErrorCode::unsupported_feature: return "; a newer pbm-render is needed";
-    case ErrorCode::usage:
-    case ErrorCode::io:
-    case ErrorCode::not_bvg: return ""; // the message says it
-    default: return "; pbm-validate names all damage, build the file anew";
-    }
-}
-
-std::string describe(const std::string &file, const Error &error) {
-    std::string text = file + ": " + error.message + std::string(advice(error.code));
-    if (error.offset != 0)
-        text += " (offset " + std::to_string(error.offset) + ")";
-    return text;
 }
 
 } // namespace pbm

@@ -1,0 +1,23 @@
+// Values of options as people write them: resolutions, vectors, colours, amounts of memory.
+#pragma once
+
+#include "pbm_format/error.h"
+#include "pbm_render/framebuffer.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <string>
+
+namespace pbm {
+
+// "W,H" or "WxH", each 1..kMaxPictureEdge.
+Result<glm::ivec2> parse_resolution(const std::string &text);
+// "x,y,z": finite numbers in the C locale's spelling.
+Result<glm::dvec3> parse_vector(const std::string &text);
+// "r,g,b", each 0..1, sRGB.
+Result<Rgba8> parse_colour(const std::string &text);
+// Bytes: a whole number and an optional k, M, G or T (powers of 1024).
+Result<std::uint64_t> parse_bytes(const std::string &text);
+
+} // namespace pbm
