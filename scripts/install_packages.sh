@@ -7,7 +7,7 @@ set -euo pipefail
 build_system=(g++ cmake ninja-build pkg-config)
 runtime=(libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libpng-dev)
 tools=(libopenmesh-dev libnanoflann-dev)
-tests=(libgtest-dev libembree-dev python3 zstd)
+tests=(libgtest-dev libembree-dev python3 python3-zstandard python3-xxhash valgrind zstd)
 clang=(clang libclang-rt-14-dev clang-tidy clang-format)
 
 case ${1:-all} in
