@@ -33,7 +33,7 @@ FORMAT_LAYERS = [
     {"point_attributes"},
     {"model", "detail_levels"},
     {"content_id"},
-    {"layout", "sections", "metadata"},
+    {"layout", "sections", "directory", "metadata"},
     {"chunk"},
     {"reader"},
     {"writer", "validate"},
@@ -44,6 +44,7 @@ FORMAT_EXCEPTIONS = {
     ("detail_levels.cpp", "model"),
     ("detail_levels.cpp", "parallel"),
     ("sections.cpp", "layout"),
+    ("directory.cpp", "layout"),
     ("metadata.cpp", "layout"),
     ("content_id.cpp", "layout"),
 }
