@@ -38,7 +38,8 @@ struct Framebuffer {
 
     glm::vec2 centre(std::size_t at) const {
         const auto columns = static_cast<std::size_t>(width);
-        return {static_cast<float>(at % columns) + 0.5F, static_cast<float>(at / columns) + 0.5F};
+        const std::size_t x = at % columns, y = at / columns;
+        return {static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F};
     }
     std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
 

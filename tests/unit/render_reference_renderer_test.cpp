@@ -17,7 +17,9 @@ struct Picture {
     Framebuffer target;
     RenderStatistics drawn;
 
-    std::size_t at(int x, int y) const { return static_cast<std::size_t>(y * target.width + x); }
+    std::size_t at(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(target.width) + static_cast<std::size_t>(x);
+    }
     float depth(int x, int y) const { return target.depth[at(x, y)]; }
     Rgba8 colour(int x, int y) const { return unpack_rgba(target.colour[at(x, y)]); }
     std::size_t covered() const {
