@@ -256,11 +256,44 @@ void add_chunk_files(Collection &files) {
 
 } // namespace
 
+namespace {
+
+// A third of the points two-sided, N = 65,536, colours 565.
+Bytes two_sided_file() {
+    Model model = sphere_model(4, {.colour = ColourFormat::rgb565}, 0.3);
+    std::vector<std::uint16_t> &normals = model.levels.back().points.normals;
+    for (std::size_t i = 0; i < normals.size(); i += 3)
+        normals[i] |= kTwoSidedBit;
+    average_levels(model, 1);
+    return encode_model(model, {.compression_level = 19, .threads = 1}).value();
+}
+
+// What later minor versions may add: an optional feature and a section that need not be understood.
+Bytes unknown_extras_file() {
+    Model model = sphere_model(3, {}, 0.2);
+    model.parameters.lights.resize(1); // its section becomes one of an unknown type
+    FileEditor editor(encode(model));
+    const std::size_t entry = editor.entry(SectionType::lights);
+    editor.set<std::uint32_t>(entry, 9);
+    editor.set<std::uint16_t>(entry + 6, 0);
+    editor.set<std::uint64_t>(48, 1);
+    model.parameters.lights.clear(); // nor is it part of content_id
+    const Bytes without = encode(model);
+    for (std::size_t i = 72; i < 88; ++i)
+        editor.set<std::uint8_t>(i, without[i]);
+    editor.repair();
+    return editor.bytes();
+}
+
+} // namespace
+
 std::vector<ValidFile> valid_files() {
     return {{"every-attribute.bvg", every_attribute_file()},
             {"many-chunks.bvg", many_chunks_file()},
             {"colour-565.bvg", colour_565_file()},
-            {"smallest.bvg", encode(sphere_model(2, {}, 0.05))}};
+            {"smallest.bvg", encode(sphere_model(2, {}, 0.05))},
+            {"two-sided.bvg", two_sided_file()},
+            {"unknown-extras.bvg", unknown_extras_file()}};
 }
 
 std::vector<InvalidFile> invalid_files() {
