@@ -25,7 +25,7 @@ constexpr float kLeastDistance = 1.25F;
 // Everything that stays the same for a whole frame, and the cursors of the walk.
 class Walk {
   public:
-    Walk(const Model &model, const Projection &projection, int level, Framebuffer &target);
+    Walk(const Model &model, const Grid &grid, const Projection &projection, int level, Framebuffer &target);
 
     void draw_root() { draw_odd_point(0, table_.centre); }
     // Draws octant grid number `octant` among those that exist; `place` is its child number.
@@ -50,7 +50,7 @@ class Walk {
 
     TransformTable table_;
     std::vector<ScreenNormal> normals_;
-    std::array<float, 256> radii_;        // model units
+    std::array<float, 256> radii_;        // grid edges
     std::array<float, 256> pixel_splats_; // 1 / depth below which a splat of that radius is one pixel
     float voxel_;                         // edge at this level
 
@@ -63,8 +63,8 @@ class Walk {
     std::array<std::size_t, kMaxDepth + 1> cursor_{};         // next node of each level
 };
 
-Walk::Walk(const Model &model, const Projection &projection, int level, Framebuffer &target)
-    : projection_(projection), grid_(model.parameters.grid), level_(level),
+Walk::Walk(const Model &model, const Grid &grid, const Projection &projection, int level, Framebuffer &target)
+    : projection_(projection), grid_(grid), level_(level),
       point_normals_(model.levels[static_cast<std::size_t>(level)].points.normals.data()),
       point_radii_(model.levels[static_cast<std::size_t>(level)].points.radii.data()), target_(target),
       table_(grid_, projection), normals_(transform_normals(projection)),
@@ -224,7 +224,8 @@ Shading::Shading(const Model &model, std::span<const Light> lights, const Projec
 
 void Shading::resolve(Framebuffer &target) const {
     const std::size_t pixels = target.pixels();
-    const float *const depths = target.depth.data();
+    float *const depths = target.depth.data();
+    const auto edge = static_cast<float>(parameters_.grid.edge());
     std::uint32_t *const colours = target.colour.data();
     constexpr auto kEmpty = std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity());
     std::uint32_t last = 0xFFFFFFFF, shaded = 0; // neighbours often show the same point
@@ -236,6 +237,7 @@ void Shading::resolve(Framebuffer &target) const {
             shaded = shade(last, at, target);
         }
         colours[at] = shaded;
+        depths[at] *= edge; // from here on in model units
     }
 }
 
@@ -278,9 +280,8 @@ glm::vec3 Shading::positional_lights(std::size_t index, std::size_t normal, glm:
         const Light &light = lights_[l];
         if (light.kind == LightKind::directional)
             continue;
-        const auto &corner = parameters_.grid.origin; // positions count from there
-        const glm::dvec3 position(corner[0] + light.position[0], corner[1] + light.position[1],
-                                  corner[2] + light.position[2]);
+        const glm::dvec3 position =
+            glm::dvec3(light.position[0], light.position[1], light.position[2]) / parameters_.grid.edge();
         const glm::vec3 to_light = glm::normalize(position - (projection_.eye + from_eye));
         glm::vec3 term = phong(material, light, glm::vec3(n[0], n[1], n[2]), to_light, to_eye) * lit_fraction(l, index);
         if (light.kind == LightKind::spot) {
@@ -291,6 +292,24 @@ glm::vec3 Shading::positional_lights(std::size_t index, std::size_t normal, glm:
         sum += term;
     }
     return sum;
+}
+
+// Floats see a cube of edge 1 at the origin, so that a picture depends neither on the unit of the scan nor on where in
+// the world it lies.
+Grid unit_grid(const Grid &grid) {
+    return {.depth = grid.depth,
+            .origin = {},
+            .voxel_size = std::ldexp(1.0, -grid.depth),
+            .unit = grid.unit,
+            .up = grid.up};
+}
+
+Camera in_unit_grid(const Camera &camera, const Grid &grid) {
+    const glm::dvec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);
+    Camera result = camera;
+    result.position = (camera.position - origin) / grid.edge();
+    result.focal_point = (camera.focal_point - origin) / grid.edge();
+    return result;
 }
 
 } // namespace
@@ -309,16 +328,17 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
                                            Framebuffer &target) const {
     const int level = std::clamp(options.level, 0, static_cast<int>(model_.levels.size()) - 1);
     target.clear(options.background);
-    const Projection projection(camera, target.width, target.height);
-    Walk walk(model_, projection, level, target);
+    const Grid grid = unit_grid(model_.parameters.grid);
+    const Camera unit_camera = in_unit_grid(camera, model_.parameters.grid);
+    const Projection projection(unit_camera, target.width, target.height);
+    Walk walk(model_, grid, projection, level, target);
     if (level == 0) {
         walk.draw_root();
     } else {
         const unsigned mask = model_.levels[1].masks[0];
-        const Grid &grid = model_.parameters.grid;
         unsigned nearest = 0; // octant on the eye's side of all three planes that split the cube
         for (unsigned axis = 0; axis < 3; ++axis)
-            if (camera.position[static_cast<int>(axis)] > grid.origin[axis] + grid.edge() / 2)
+            if (unit_camera.position[static_cast<int>(axis)] > 0.5)
                 nearest |= 1U << axis;
         // Front to back: an octant can only be hidden by those that differ from it on axes where it is farther.
         for (const unsigned flip : {0U, 1U, 2U, 4U, 3U, 5U, 6U, 7U}) {

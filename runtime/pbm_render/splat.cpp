@@ -57,4 +57,23 @@ void draw_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first
     }
 }
 
+void draw_at_right_border(const SplatShape &shape, glm::vec2 pixel, float depth, float inverse_depth,
+                          std::uint32_t index, Int4 box, Framebuffer &target) {
+    const int left = box[0], right = box[1], top = box[2], bottom = box[3];
+    for (int row = top; row < bottom; ++row)
+        for (int column = left; column < right; ++column) {
+            const float x = static_cast<float>(column) + 0.5F - (pixel.x + inverse_depth * shape.shift[0]);
+            const float y = static_cast<float>(row) + 0.5F - (pixel.y + inverse_depth * shape.shift[2]);
+            const float z = depth * (shape.slope_x[0] * x + shape.slope_y[0] * y) + (shape.depth_shift[0] + depth);
+            const auto at = static_cast<std::size_t>(row) * static_cast<std::size_t>(target.width) +
+                            static_cast<std::size_t>(column);
+            const bool inside =
+                x * (shape.xx[0] * x + shape.xy[0] * y) + shape.yy[0] * y * y <= inverse_depth * inverse_depth;
+            if (inside && z < target.depth[at]) {
+                target.depth[at] = z;
+                target.colour[at] = index;
+            }
+        }
+}
+
 } // namespace pbm

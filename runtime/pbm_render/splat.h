@@ -88,6 +88,10 @@ inline void draw_block(const SplatShape &shape, const SplatPixels &splat, Float4
 void draw_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
                  Framebuffer &target);
 
+// The same pixel by pixel, for boxes that the right border of the picture cuts.
+void draw_at_right_border(const SplatShape &shape, glm::vec2 pixel, float depth, float inverse_depth,
+                          std::uint32_t index, Int4 box, Framebuffer &target);
+
 // Draws the splat of a point at `pixel` and `depth` > 0: the pixels whose centres lie in the ellipse and that are
 // nearer than what is there. Any splat is allowed: what lies outside the framebuffer is clipped.
 inline void draw_splat(const SplatShape &shape, glm::vec2 pixel, float depth, float inverse_depth, std::uint32_t index,
@@ -101,6 +105,8 @@ inline void draw_splat(const SplatShape &shape, glm::vec2 pixel, float depth, fl
     const int left = box[0], right = box[1], top = box[2], bottom = box[3];
     if (left >= right || top >= bottom)
         return;
+    if (right == target.width && ((right - left) & 1) != 0) // a block would reach around into the next row
+        return draw_at_right_border(shape, pixel, depth, inverse_depth, index, box, target);
 
     const Float4 first = __builtin_convertvector(box, Float4) + 0.5F - (point + scale * shape.shift);
     const Float4 first_x = first[0] + Float4{0, 1, 0, 1};

@@ -132,6 +132,32 @@ TEST(ReferenceRenderer, SplatsAtTheBorderAreClippedNotDropped) {
     EXPECT_LT(edge.covered(), 200U);
 }
 
+TEST(ReferenceRenderer, SplatsCutByTheRightBorderStayOutOfTheNextRow) {
+    const Model model = make_test_model(4, {{{8, 8, 8}}});
+    for (const int width : {100, 101})
+        for (int step = 0; step < 40; ++step) {
+            const double half_width = 10 * std::tan(kDefaultViewAngle / 2) * width / 60;
+            const Picture picture =
+                draw(model, camera_in_front({8.5 - half_width - 0.8 + 0.05 * step, 8.5, 8.5}, 10), {}, width, 60);
+            for (int y = 0; y < 60; ++y)
+                EXPECT_EQ(picture.depth(0, y), kEmpty) << "width " << width << ", step " << step << ", row " << y;
+        }
+}
+
+TEST(ReferenceRenderer, PicturesDoNotDependOnTheUnitOfTheScan) {
+    Model model = make_wall(4, 8);
+    const Picture metres = draw(model, camera_in_front({8, 8, 8.5}, 20));
+    for (const double unit : {1e-30, 1e-12, 1e8, 1e30}) {
+        Camera camera = camera_in_front({8, 8, 8.5}, 20);
+        model.parameters.grid.voxel_size = unit;
+        camera.position *= unit;
+        camera.focal_point *= unit;
+        const Picture picture = draw(model, camera);
+        EXPECT_EQ(picture.covered(), metres.covered()) << unit;
+        EXPECT_EQ(picture.target.colour, metres.target.colour) << unit;
+    }
+}
+
 TEST(ReferenceRenderer, PicturesOfAnyShapeAreFilled) {
     const Model model = make_wall(6, 20);
     for (const glm::ivec2 size :
