@@ -133,6 +133,15 @@ void encode_chunk(const Level &level, int level_index, const ChunkShape &shape, 
 
 namespace {
 
+// Magic number of RFC 8878 (libraries may also read older ones), single segment (so that no window is larger than the
+// content), reserved bit clear, no dictionary.
+bool is_plain_frame(ByteView stored) {
+    constexpr std::array<std::uint8_t, 4> kFrameMagic{0x28, 0xB5, 0x2F, 0xFD};
+    constexpr unsigned kSingleSegment = 0x20, kReserved = 0x08, kDictionary = 0x03;
+    return stored.size() > kFrameMagic.size() && std::equal(kFrameMagic.begin(), kFrameMagic.end(), stored.begin()) &&
+           (stored[4] & (kSingleSegment | kReserved | kDictionary)) == kSingleSegment;
+}
+
 // Undoes zstd. `raw` has the size that the directory promises.
 Status decode_stream(ByteView stored, const StreamEntry &entry, std::span<std::uint8_t> raw, std::uint64_t offset) {
     if (!entry.zstd) {
@@ -141,8 +150,9 @@ Status decode_stream(ByteView stored, const StreamEntry &entry, std::span<std::u
         return {};
     }
     const std::size_t frame_bytes = ZSTD_findFrameCompressedSize(stored.data(), stored.size());
-    if (ZSTD_isError(frame_bytes) != 0 || frame_bytes != stored.size())
-        return Error{ErrorCode::bad_attribute, offset, "5.6.1 the stream is not one whole zstd frame"};
+    if (!is_plain_frame(stored) || ZSTD_isError(frame_bytes) != 0 || frame_bytes != stored.size())
+        return Error{ErrorCode::bad_attribute, offset,
+                     "5.6.1 the stream is not one whole zstd frame of a single segment"};
     if (ZSTD_getFrameContentSize(stored.data(), stored.size()) != raw.size())
         return Error{ErrorCode::bad_attribute, offset, "5.6.2 the zstd frame does not announce the raw size"};
     const std::size_t size =
@@ -241,6 +251,21 @@ Result<Chunk> decode_chunk(const ChunkEntry &entry, ByteView stored, int level, 
         at += stream.stored_bytes;
     }
     return chunk;
+}
+
+void place_chunk(const Chunk &chunk, const ChunkEntry &entry, const AttributeSet &set, Level &level) {
+    const auto copy = [](const auto &source, auto &target, std::uint64_t at) {
+        std::copy(source.begin(), source.end(), target.begin() + static_cast<std::ptrdiff_t>(at));
+    };
+    const std::uint64_t first = entry.first_point;
+    copy(chunk.masks, level.masks, entry.first_node);
+    copy(chunk.points.normals, level.points.normals, first);
+    copy(chunk.points.radii, level.points.radii, first);
+    copy(chunk.points.colours, level.points.colours, first * static_cast<std::uint64_t>(set.colour_bytes()));
+    copy(chunk.points.materials, level.points.materials, set.material ? first : 0);
+    copy(chunk.points.textures, level.points.textures, set.texture ? first : 0);
+    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
+        copy(chunk.points.shadows[light], level.points.shadows[light], first);
 }
 
 } // namespace pbm

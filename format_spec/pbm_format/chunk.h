@@ -26,7 +26,10 @@ void encode_chunk(const Level &level, int level_index, const ChunkShape &shape, 
 Result<Chunk> decode_chunk(const ChunkEntry &entry, ByteView stored, int level, const AttributeSet &set,
                            std::size_t material_count, bool finest);
 
-// Cone that holds the normals of points [first, first + count).
+// Copies a decoded chunk to its place in a level whose streams have their full size.
+void place_chunk(const Chunk &chunk, const ChunkEntry &entry, const AttributeSet &set, Level &level);
+
+// Narrowest cone around the mean of `normals` that holds them all.
 NormalCone bound_normals(std::span<const std::uint16_t> normals);
 
 } // namespace pbm

@@ -7,6 +7,11 @@ namespace pbm {
 
 std::size_t chunk_entry_bytes(const AttributeSet &set) { return kChunkEntryFixedBytes + 4 * streams_of(set).size(); }
 
+std::uint64_t decoded_bytes(const LevelDirectory &directory, const AttributeSet &set) {
+    const int per_point = 3 + set.colour_bytes() + (set.material ? 1 : 0) + (set.texture ? 1 : 0) + set.lights;
+    return directory.nodes + directory.points * static_cast<std::uint64_t>(per_point);
+}
+
 Bytes encode_directory(const LevelDirectory &directory, const AttributeSet &set) {
     ByteWriter out;
     for (const ChunkEntry &chunk : directory.chunks) {

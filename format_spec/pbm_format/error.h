@@ -30,7 +30,7 @@ enum class ErrorCode : std::uint8_t {
     bad_input,           // a scan (PLY, OBJ, ...) is damaged or says something impossible
     too_large,           // over a limit of BVG.md section 10
     memory,              // an allocation failed or the budget is used up
-    unsupported_version, // a newer major version
+    unsupported_version, // another version of the format
     unsupported_feature, // a required feature, codec or filter this build does not know
 };
 

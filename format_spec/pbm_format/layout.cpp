@@ -203,13 +203,13 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
                      "3.2.8 " + name + ": alignment is not a power of two from 8 to 65,536"};
     if (entry.codec == Codec::raw && entry.raw_bytes != entry.stored_bytes)
         return Error{ErrorCode::bad_table, at + 40, "3.2.9 " + name + ": raw section whose sizes differ"};
+    if (entry.raw_bytes / kMaxExpansion > entry.stored_bytes)
+        return Error{ErrorCode::too_large, at + 40, "3.2.10 " + name + ": expands more than 32,768 times"};
     const bool counted = entry.element_bytes > 0 && entry.raw_bytes % entry.element_bytes == 0 &&
                          entry.raw_bytes / entry.element_bytes == entry.count;
     if (known(entry.type) && (entry.codec == Codec::raw ? !counted : entry.element_bytes != 0))
         return Error{ErrorCode::bad_table, at + 12,
                      "3.2.13 " + name + ": element size and count do not give the raw size"};
-    if (entry.raw_bytes / kMaxExpansion > entry.stored_bytes)
-        return Error{ErrorCode::too_large, at + 40, "3.2.10 " + name + ": expands more than 32,768 times"};
     return {};
 }
 

@@ -167,6 +167,9 @@ struct LevelDirectory {
     std::uint64_t nodes = 0;        // of the level above
 };
 
+// Bytes of a level's streams in memory: masks and PointAttributes.
+std::uint64_t decoded_bytes(const LevelDirectory &directory, const AttributeSet &set);
+
 Bytes encode_directory(const LevelDirectory &directory, const AttributeSet &set);
 // Proves the rules of 5.3 to 5.5, which need no chunk: order, nesting in `above` (null for level 1), counts and running
 // sums against `chunks` (the section that holds them), sizes against kMaxExpansion.

@@ -24,8 +24,8 @@ using IntegerNormal = std::array<std::int32_t, 3>; // unit vector x 32,767, roun
 std::span<const UnitVector> normal_table();
 std::span<const IntegerNormal> integer_normal_table();
 
-// Index of the table entry nearest in angle to (x, y, z); ties go to the lowest index. The vector may have any
-// finite length but zero; zero gives index 0.
+// Index of the table entry nearest in angle to (x, y, z); ties go to the lowest index. Zero gives index 0; else the
+// components are neither so large nor so small that their sums overflow or vanish.
 std::uint16_t quantise_normal(double x, double y, double z);
 
 } // namespace pbm

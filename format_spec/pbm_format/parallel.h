@@ -2,18 +2,23 @@
 // so results never depend on the number of threads.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
 namespace pbm {
 
-// 0 asks for one thread per processor.
+inline constexpr int kMaxThreads = 64;
+
+// At most kMaxThreads; 0 asks for one thread per processor.
 inline int resolve_threads(int threads) {
-    return threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    return std::min(kMaxThreads,
+                    threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
 }
 
 // Calls `work(i)` for 0 <= i < count. The first exception of any item is thrown again here, after all threads ended.
@@ -33,7 +38,8 @@ template <class Work> void parallel_for(std::size_t count, int threads, Work &&w
                 work(i);
         } catch (...) {
             const std::lock_guard lock(failure_mutex);
-            failure = std::current_exception();
+            if (!failure)
+                failure = std::current_exception();
             next = count;
         }
     };
@@ -41,7 +47,11 @@ template <class Work> void parallel_for(std::size_t count, int threads, Work &&w
         std::vector<std::jthread> pool;
         pool.reserve(workers - 1);
         for (std::size_t i = 1; i < workers; ++i)
-            pool.emplace_back(run);
+            try {
+                pool.emplace_back(run);
+            } catch (const std::system_error &) { // no more threads to be had: fewer do the same work
+                break;
+            }
         run();
     }
     if (failure)

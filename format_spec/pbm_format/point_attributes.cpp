@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 namespace pbm {
 
@@ -157,7 +158,7 @@ std::uint8_t radius_index(double fraction) {
         return 0;
     if (fraction >= 1)
         return 255;
-    return first_radius_at_least(static_cast<std::uint64_t>(fraction * 0x1p40));
+    return first_radius_at_least(static_cast<std::uint64_t>(std::ceil(fraction * 0x1p40)));
 }
 
 std::uint8_t covering_radius(std::uint8_t child_index, int level) {

@@ -30,6 +30,11 @@ Status read_section(ByteView file, const SectionEntry &section, T &to, Decode &&
     return {};
 }
 
+Status prove_metadata(ByteView file, const SectionEntry &section) {
+    Status status = check_metadata(file.subspan(section.offset, section.stored_bytes));
+    return status ? status : Status(at_section(std::move(status).error(), section));
+}
+
 } // namespace
 
 const SectionEntry *Reader::section(SectionType type, std::uint32_t instance) const {
@@ -54,6 +59,8 @@ Result<Reader> Reader::open(ByteView file) {
     ModelParameters &parameters = reader.parameters_;
     Status status = read_section(file, *reader.section(SectionType::grid), parameters.grid,
                                  [&](ByteView bytes) { return decode_grid(bytes, depth); });
+    if (status)
+        status = prove_metadata(file, *reader.section(SectionType::metadata));
     if (status)
         status = read_section(file, *reader.section(SectionType::attributes), parameters.attributes,
                               [&](ByteView bytes) { return decode_attributes(bytes, depth); });
@@ -146,23 +153,6 @@ RootRecord root_record(const PointAttributes &points, const AttributeSet &set) {
     return root;
 }
 
-namespace {
-
-void copy_points(const PointAttributes &from, std::uint64_t first, const AttributeSet &set, PointAttributes &to) {
-    const auto copy = [](const auto &source, auto &target, std::uint64_t at) {
-        std::copy(source.begin(), source.end(), target.begin() + static_cast<std::ptrdiff_t>(at));
-    };
-    copy(from.normals, to.normals, first);
-    copy(from.radii, to.radii, first);
-    copy(from.colours, to.colours, first * static_cast<std::uint64_t>(set.colour_bytes()));
-    copy(from.materials, to.materials, set.material ? first : 0);
-    copy(from.textures, to.textures, set.texture ? first : 0);
-    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
-        copy(from.shadows[light], to.shadows[light], first);
-}
-
-} // namespace
-
 Result<Model> load_model(Reader &reader, const LoadOptions &options) {
     const AttributeSet &set = reader.parameters().attributes;
     const int last = std::min(options.max_level, reader.depth());
@@ -173,9 +163,7 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) {
         if (!directory)
             return directory.error();
         directories.push_back(*directory);
-        memory += (*directory)->nodes +
-                  (*directory)->points * static_cast<std::uint64_t>(3 + set.colour_bytes() + (set.material ? 1 : 0) +
-                                                                    (set.texture ? 1 : 0) + set.lights);
+        memory += decoded_bytes(**directory, set);
     }
     if (memory > options.max_memory)
         return Error{ErrorCode::memory, 0,
@@ -213,10 +201,7 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) {
             return;
         }
         const ChunkEntry &entry = directories[static_cast<std::size_t>(job.level)]->chunks[job.chunk];
-        Level &to = model.levels[static_cast<std::size_t>(job.level)];
-        std::copy(chunk->masks.begin(), chunk->masks.end(),
-                  to.masks.begin() + static_cast<std::ptrdiff_t>(entry.first_node));
-        copy_points(chunk->points, entry.first_point, set, to.points);
+        place_chunk(*chunk, entry, set, model.levels[static_cast<std::size_t>(job.level)]);
     });
     for (std::optional<Error> &failure : failures)
         if (failure)
@@ -224,7 +209,7 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) {
     return model;
 }
 
-Status Reader::verify_all(int threads) {
+Status Reader::verify_all(int threads, std::uint64_t max_memory) {
     // Padding between sections, and the sections that nothing else proves.
     std::uint64_t end = kHeaderBytes + sections_.size() * kSectionEntryBytes;
     for (const SectionEntry &entry : sections_) {
@@ -237,11 +222,7 @@ Status Reader::verify_all(int threads) {
                          "3.2.14 the " + std::string(to_string(entry.type)) +
                              " section was changed: its hash does not match"};
     }
-    const SectionEntry &metadata_section = *section(SectionType::metadata);
-    if (Status status = check_metadata(file_.subspan(metadata_section.offset, metadata_section.stored_bytes)); !status)
-        return at_section(std::move(status).error(), metadata_section);
-
-    Result<Model> loaded = load_model(*this, {.max_level = depth(), .threads = threads});
+    Result<Model> loaded = load_model(*this, {.max_level = depth(), .threads = threads, .max_memory = max_memory});
     if (!loaded)
         return std::move(loaded).error();
     Model &model = *loaded;

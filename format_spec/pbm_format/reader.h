@@ -15,6 +15,9 @@
 
 namespace pbm {
 
+// Budget for decoded streams, bytes, unless the caller gives another.
+inline constexpr std::uint64_t kDefaultMaxMemory = std::uint64_t{8} << 30;
+
 class Reader {
   public:
     // `file` must stay readable and unchanged as long as the reader lives. Never allocates because a field says so.
@@ -24,7 +27,7 @@ class Reader {
     const ModelParameters &parameters() const { return parameters_; }
     const std::vector<SectionEntry> &sections() const { return sections_; }
     int depth() const { return header_.depth; }
-    // The metadata JSON as stored (proven by verify_all only).
+    // The metadata: a JSON object of at most 4 KB.
     std::string_view metadata() const;
     // The one section of this type and instance, or null.
     const SectionEntry *section(SectionType type, std::uint32_t instance = 0) const;
@@ -36,7 +39,8 @@ class Reader {
     Result<Chunk> load_chunk(int level, std::size_t index) const;
 
     // Everything: padding, section hashes, directories, chunks, chunk rule, normal cones, averages, content_id.
-    Status verify_all(int threads = 0);
+    // Decodes the whole model; more than `max_memory` bytes of it is ErrorCode::memory.
+    Status verify_all(int threads = 0, std::uint64_t max_memory = kDefaultMaxMemory);
 
   private:
     explicit Reader(ByteView file) : file_(file) {}
@@ -55,7 +59,7 @@ RootRecord root_record(const PointAttributes &points, const AttributeSet &set);
 struct LoadOptions {
     int max_level = kMaxDepth; // levels 0..min(max_level, depth) are loaded
     int threads = 0;
-    std::uint64_t max_memory = std::uint64_t{8} << 30; // bytes of decoded streams; more is ErrorCode::memory
+    std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded streams; more is ErrorCode::memory
 };
 
 // All levels up to `max_level`, each as contiguous streams.

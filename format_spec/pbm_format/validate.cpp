@@ -151,10 +151,10 @@ class Validator {
                 return fault({ErrorCode::bad_directory, entry.offset,
                               "5.5.11 the section table counts other chunks than there are"},
                              name(entry));
-            memory += find(SectionType::level_chunks, level)->raw_bytes;
+            memory += decoded_bytes(*directory, parameters_.attributes);
             directories.push_back(std::move(directory).value());
         }
-        if (memory > LoadOptions{}.max_memory)
+        if (memory > kDefaultMaxMemory)
             return fault(
                 {ErrorCode::memory, 0,
                  "the model needs " + std::to_string(memory >> 20) + " MiB of memory: more than the validator may use"},
@@ -168,31 +168,28 @@ class Validator {
 
     void load_level(const LevelDirectory &directory, const SectionEntry &section) {
         const AttributeSet &set = parameters_.attributes;
-        std::vector<std::optional<Result<Chunk>>> chunks(directory.chunks.size());
-        parallel_for(chunks.size(), options_.threads, [&](std::size_t i) {
-            const ChunkEntry &entry = directory.chunks[i];
-            chunks[i] = decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), directory.level, set,
-                                     parameters_.materials.size(), directory.level == header_.depth);
-        });
         Level &level = model_.levels[static_cast<std::size_t>(directory.level)];
-        const auto append = [](const auto &from, auto &to) { to.insert(to.end(), from.begin(), from.end()); };
-        for (std::size_t i = 0; i < chunks.size(); ++i) {
-            const Result<Chunk> &chunk = *chunks[i];
-            if (!chunk) {
-                fault(chunk.error(), name(section), static_cast<std::int64_t>(i));
+        level.masks.resize(directory.nodes);
+        level.points.resize(directory.points, set);
+        std::vector<std::optional<Error>> failures(directory.chunks.size());
+        parallel_for(failures.size(), options_.threads, [&](std::size_t i) {
+            const ChunkEntry &entry = directory.chunks[i];
+            const Result<Chunk> chunk =
+                decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), directory.level, set,
+                             parameters_.materials.size(), directory.level == header_.depth);
+            if (chunk)
+                place_chunk(*chunk, entry, set, level);
+            else
+                failures[i] = chunk.error();
+        });
+        for (std::size_t i = 0; i < failures.size(); ++i) {
+            if (failures[i]) {
+                fault(*failures[i], name(section), static_cast<std::int64_t>(i));
                 continue;
             }
             ++report_.chunks;
             if (directory.level == header_.depth)
-                report_.points += chunk->points.size();
-            append(chunk->masks, level.masks);
-            append(chunk->points.normals, level.points.normals);
-            append(chunk->points.radii, level.points.radii);
-            append(chunk->points.colours, level.points.colours);
-            append(chunk->points.materials, level.points.materials);
-            append(chunk->points.textures, level.points.textures);
-            for (std::size_t light = 0; light < kMaxLights; ++light)
-                append(chunk->points.shadows[light], level.points.shadows[light]);
+                report_.points += directory.chunks[i].shape.points;
         }
     }
 

@@ -65,6 +65,27 @@ class FileLayout {
     std::vector<Bytes> stored_;
 };
 
+// Parameters as their own bytes say them: what a reader would refuse is refused before any work.
+Status check_encodable(const Model &model) {
+    const ModelParameters &parameters = model.parameters;
+    const int depth = parameters.grid.depth;
+    Status status =
+        check_metadata({reinterpret_cast<const std::uint8_t *>(model.metadata.data()), model.metadata.size()});
+    const auto also = [&](const auto &decoded) {
+        if (status && !decoded)
+            status = decoded.error();
+    };
+    also(decode_grid(encode_grid(parameters.grid), depth));
+    also(decode_attributes(encode_attributes(parameters.attributes, depth), depth));
+    also(decode_materials(encode_materials(parameters.materials)));
+    if (!parameters.lights.empty())
+        also(decode_lights(encode_lights(parameters.lights)));
+    if (!parameters.texture.empty())
+        also(decode_texture(encode_texture(parameters.texture.front())));
+    also(check_parameters(parameters));
+    return status;
+}
+
 struct EncodedChunk {
     ChunkEntry entry;
     Bytes stored;
@@ -76,11 +97,16 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
     const ModelParameters &parameters = model.parameters;
     const AttributeSet &set = parameters.attributes;
     const int depth = parameters.grid.depth;
+    assert(options.chunk_points >= kMinChunkPoints && options.chunk_points <= kDefaultChunkPoints &&
+           std::has_single_bit(options.chunk_points));
     assert(depth >= kMinDepth && depth <= kMaxDepth && model.levels.size() == static_cast<std::size_t>(depth) + 1);
     if (model.point_count() == 0 || model.point_count() > kMaxPoints)
         return Error{ErrorCode::too_large, 0,
                      "2.10 the model has " + std::to_string(model.point_count()) +
                          " points; 1 to 2^32-1 can be stored: choose a smaller depth"};
+
+    if (Status status = check_encodable(model); !status)
+        return std::move(status).error();
 
     LevelMasks masks;
     for (const Level &level : model.levels)
@@ -116,8 +142,6 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
 
     FileLayout layout;
     const Bytes metadata(model.metadata.begin(), model.metadata.end());
-    if (Status status = check_metadata(metadata); !status)
-        return std::move(status).error();
     layout.add_records(SectionType::metadata, 0, 1, metadata);
     layout.add_records(SectionType::grid, 0, 48, encode_grid(parameters.grid));
     layout.add_records(SectionType::attributes, 0, 24, encode_attributes(set, depth));
@@ -160,9 +184,10 @@ Result<std::uint64_t> write_model(const std::string &path, const Model &model, c
     if (!file)
         return std::move(file).error();
     Result<Reader> reader = Reader::open(*file);
-    const Status proof = reader ? reader->verify_all(options.threads) : Status(reader.error());
+    const Status proof = reader ? reader->verify_all(options.threads, ~std::uint64_t{0}) : Status(reader.error());
     if (!proof)
-        return Error{ErrorCode::bad_content, proof.error().offset,
+        return Error{proof.error().code == ErrorCode::memory ? ErrorCode::memory : ErrorCode::bad_content,
+                     proof.error().offset,
                      "what was written does not verify (nothing was replaced): " + proof.error().message};
     if (Status status = replace_file(path, *file); !status)
         return std::move(status).error();
