@@ -15,14 +15,20 @@ Error at_section(Error error, const SectionEntry &section) {
     return error;
 }
 
+Status prove_hash(ByteView file, const SectionEntry &section) {
+    if (hash64(file.subspan(section.offset, section.stored_bytes)) == section.hash)
+        return {};
+    return Error{ErrorCode::bad_hash, section.offset,
+                 "3.2.14 the " + std::string(to_string(section.type)) +
+                     " section was changed: its hash does not match"};
+}
+
 // Decodes a small section into `to` after proving its hash.
 template <class T, class Decode>
 Status read_section(ByteView file, const SectionEntry &section, T &to, Decode &&decode) {
+    if (Status status = prove_hash(file, section); !status)
+        return status;
     const ByteView bytes = file.subspan(section.offset, section.stored_bytes);
-    if (hash64(bytes) != section.hash)
-        return Error{ErrorCode::bad_hash, section.offset,
-                     "3.2.14 the " + std::string(to_string(section.type)) +
-                         " section was changed: its hash does not match"};
     auto decoded = decode(bytes);
     if (!decoded)
         return at_section(std::move(decoded).error(), section);
@@ -31,6 +37,8 @@ Status read_section(ByteView file, const SectionEntry &section, T &to, Decode &&
 }
 
 Status prove_metadata(ByteView file, const SectionEntry &section) {
+    if (Status status = prove_hash(file, section); !status)
+        return status;
     Status status = check_metadata(file.subspan(section.offset, section.stored_bytes));
     return status ? status : Status(at_section(std::move(status).error(), section));
 }
@@ -217,10 +225,8 @@ Status Reader::verify_all(int threads, std::uint64_t max_memory) {
             if (file_[end] != 0)
                 return Error{ErrorCode::bad_table, end, "3.2.12 padding is not zero"};
         end = entry.offset + entry.stored_bytes;
-        if (hash64(file_.subspan(entry.offset, entry.stored_bytes)) != entry.hash)
-            return Error{ErrorCode::bad_hash, entry.offset,
-                         "3.2.14 the " + std::string(to_string(entry.type)) +
-                             " section was changed: its hash does not match"};
+        if (Status status = prove_hash(file_, entry); !status)
+            return status;
     }
     Result<Model> loaded = load_model(*this, {.max_level = depth(), .threads = threads, .max_memory = max_memory});
     if (!loaded)

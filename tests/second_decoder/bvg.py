@@ -143,8 +143,14 @@ def read_metadata(m, e):
     need(e.stored <= 4096, "bad_section", e.offset, "3.3.1")
     def refuse(name):
         raise ValueError(name)
+    def number(text):
+        return float(text) if abs(float(text)) != float("inf") else refuse(text)
+    def depth(value):
+        inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+        return 1 + max(map(depth, inner), default=0) if isinstance(value, (dict, list)) else 0
     try:
-        m.metadata = json.loads(stored(m, e).decode("utf-8"), parse_constant=refuse)
+        m.metadata = json.loads(stored(m, e).decode("utf-8"), parse_constant=refuse, parse_float=number)
+        need(depth(m.metadata) <= 32, "bad_section", e.offset, "3.3.2")
     except (ValueError, RecursionError):
         raise BvgError("bad_section", e.offset, "3.3.2") from None
     need(isinstance(m.metadata, dict), "bad_section", e.offset, "3.3.3")
@@ -314,20 +320,20 @@ def read_directory(m, level, above):
 
 # ---- 4, 5.6, 5.7, 6: chunks
 
-def unpack_part(m, part, code):
+def unpack_part(m, part):
     """5.6.1 to 5.6.3: the raw bytes of a stored stream."""
     data = m.data[part.offset:part.offset + part.stored]
     if not part.zstd:
         return data
+    plain = data[:4] == b"\x28\xb5\x2f\xfd" and len(data) > 4 and data[4] & 0x2B == 0x20
+    need(plain, "bad_attribute", part.offset, "5.6.1")
     try:
-        need(data[:4] == b"\x28\xb5\x2f\xfd", code, part.offset, "5.6.1")
         frame = zstandard.get_frame_parameters(data)
-        need(frame.dict_id == 0, code, part.offset, "5.6.1")
-        need(frame.content_size == part.raw, code, part.offset, "5.6.2")
+        need(frame.content_size == part.raw, "bad_attribute", part.offset, "5.6.2")
         out = zstandard.ZstdDecompressor().decompress(data, max_output_size=part.raw, allow_extra_data=False)
     except zstandard.ZstdError:
-        raise BvgError(code, part.offset, "5.6.1") from None
-    need(len(out) == part.raw, code, part.offset, "5.6.3")
+        raise BvgError("bad_attribute", part.offset, "5.6.3") from None
+    need(len(out) == part.raw, "bad_attribute", part.offset, "5.6.3")
     return out
 
 def unpack_bits(data, bits, count):
@@ -357,12 +363,12 @@ def read_level(m, level, chunks, above):
     for c in chunks:
         end = c.parts[-1].offset + c.parts[-1].stored
         need(c.hash == xxh3(m.data[c.offset:end]), "bad_hash", c.offset, "5.6.4")
-        masks = unpack_part(m, c.parts[0], "bad_octree")
+        masks = unpack_part(m, c.parts[0])
         need(0 not in masks, "bad_octree", c.offset, "4.2")
         need(sum(bin(k).count("1") for k in masks) == c.points, "bad_octree", c.offset, "4.4")
         out.masks += masks
         for stream, part, values in zip(m.streams, c.parts[1:], out.values):
-            data = unpack_part(m, part, "bad_attribute")
+            data = unpack_part(m, part)
             check_values(m, level, c, part, stream, data)
             values += unpack_bits(data, stream.bits[level], c.points) if stream.kind == SHADOW else data
     need(len(out.masks) == len(above), "bad_octree", m.section[CHUNKS, level].offset, "4.3")

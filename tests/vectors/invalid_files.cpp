@@ -153,6 +153,11 @@ void add_section_files(Collection &files) {
     using enum SectionType;
     files.add_unrepaired("3.2.14-flipped-bit-in-the-grid", FileEditor(every_attribute_file()).section(grid) + 3);
     files.add("3.3.2-metadata-is-no-json", set_in<std::uint8_t>(metadata, 0, '['));
+    files.add("3.3.2-metadata-with-a-zero-byte", [](FileEditor &file) {
+        const std::size_t end = file.section(metadata) + file.get<std::uint64_t>(file.entry(metadata) + 32);
+        file.set<std::uint16_t>(end - 2, 0x007D); // "}" and a zero byte where a quote and "}" were
+        file.set<std::uint8_t>(end - 3, '"');
+    });
     files.add("3.3.3-metadata-is-an-array", [](FileEditor &file) {
         const std::size_t at = file.section(metadata);
         const auto size = static_cast<std::size_t>(file.get<std::uint64_t>(file.entry(metadata) + 32));
@@ -197,6 +202,17 @@ void add_section_files(Collection &files) {
     files.add("3.8.3-scale", set_in<float>(texture, 8, 0));
     files.add("3.8.4-reserved", set_in<std::uint8_t>(texture, 20, 1));
     files.add("3.9.1-one-light-for-two-streams", shorten(lights, 48, 48));
+    files.add("3.9.2-texture-values-without-palette", [](FileEditor &file) { // its section becomes an unknown one
+        const std::size_t entry = file.entry(texture);
+        file.set<std::uint32_t>(entry, 9);
+        file.set<std::uint16_t>(entry + 6, 0);
+    });
+    files.add("3.9.3-materials-without-stream", [](FileEditor &file) { // the fourth of seven records goes
+        const std::size_t at = file.section(attributes) + 3 * 24;
+        for (std::size_t i = 0; i < 3 * 24; ++i)
+            file.set<std::uint8_t>(at + i, file.get<std::uint8_t>(at + i + 24));
+        file.shorten(attributes, 0, 24, 24);
+    });
 }
 
 void add_chunk_files(Collection &files) {
@@ -233,6 +249,17 @@ void add_chunk_files(Collection &files) {
     chunk_damage.flip(8 * every_attribute_file().size() - 1);
     chunk_damage.repair(false);
     files.add_as_is("5.6.4-flipped-bit-in-the-finest-level", chunk_damage.bytes());
+    // The masks of the first chunk of level 5 are a zstd frame: magic, descriptor, content size, blocks.
+    const auto in_frame = [](std::size_t at) {
+        return [=](FileEditor &file) {
+            const std::size_t byte = file.section(level_chunks, 5) + at;
+            file.set<std::uint8_t>(byte, static_cast<std::uint8_t>(file.get<std::uint8_t>(byte) ^ 0x20));
+        };
+    };
+    files.add("5.6.1-older-frame", many_chunks_file(), in_frame(1));
+    files.add("5.6.1-frame-with-a-window", many_chunks_file(), in_frame(4));
+    files.add("5.6.2-content-size", many_chunks_file(), in_frame(5));
+    files.add("5.6.3-damaged-block", many_chunks_file(), in_frame(9));
     files.add("5.7.1-cone-too-narrow", many_chunks_file(), set_chunk<std::int16_t>(5, 0, 38, 32767));
     const auto edit_model = [](const std::function<void(Model &)> &edit) {
         Model model = sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.2);
@@ -245,12 +272,6 @@ void add_chunk_files(Collection &files) {
     files.add_as_is("6.4.1-no-such-material",
                     edit_model([](Model &model) { model.levels[3].points.materials[1] = 3; }));
     files.add_as_is("7.1-no-average", edit_model([](Model &model) { model.levels[2].points.colours[1] ^= 1; }));
-    files.add_as_is("3.9.2-texture-values-without-palette",
-                    edit_model([](Model &model) { model.parameters.texture.clear(); }));
-    files.add_as_is("3.9.3-materials-without-stream", edit_model([](Model &model) {
-                        model.parameters.attributes.material = false;
-                        average_levels(model, 1);
-                    }));
     files.add("8.1-content-id", [](FileEditor &file) { file.flip(8 * 72); });
 }
 
