@@ -3,6 +3,8 @@
 #include "pbm_format/platform.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <new>
 
@@ -43,6 +45,37 @@ int fail_usage(std::string_view program, std::string_view message) {
     return exit_code(ErrorCode::usage);
 }
 
+namespace {
+
+bool same_file(const std::string &a, const std::string &b) {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    if (fs::equivalent(a, b, ignored))
+        return fs::is_regular_file(a, ignored); // two names of a device or pipe are no harm
+    return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored) && !fs::exists(a, ignored);
+}
+
+} // namespace
+
+std::optional<int> refuse_outputs(std::string_view program, std::span<const std::string> inputs,
+                                  std::span<const std::string> outputs) {
+    const auto is_file = [](const std::string &name) { return !name.empty() && name != "-"; };
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const std::string &output = outputs[i];
+        if (!is_file(output))
+            continue;
+        for (const std::string &input : inputs)
+            if (same_file(input, output))
+                return fail_usage(program, output + ": the output is the input; choose another name");
+        for (std::size_t j = 0; j < i; ++j)
+            if (is_file(outputs[j]) && same_file(outputs[j], output))
+                return fail_usage(program, output + ": two outputs have this name; choose another one");
+        if (const Status replaceable = check_replaceable(output); !replaceable)
+            return fail(program, output, replaceable.error());
+    }
+    return std::nullopt;
+}
+
 Status write_text(const std::string &path, std::string_view text) {
     if (path == "-") {
         std::cout << text;
@@ -53,6 +86,7 @@ Status write_text(const std::string &path, std::string_view text) {
 
 int run_program(std::string_view program, const std::function<int()> &run) {
     make_write_errors_returns();
+    end_when_mapped_file_shrinks(program);
     int code = 0;
     try {
         code = run();
@@ -61,7 +95,8 @@ int run_program(std::string_view program, const std::function<int()> &run) {
     } catch (const std::exception &error) {
         code = fail(program, "", {ErrorCode::memory, 0, error.what()});
     }
-    if (!std::cout.flush() && code == 0)
+    const bool printed = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+    if ((!std::cout.flush() || !printed) && code == 0)
         code = fail(program, "", {ErrorCode::io, 0, "cannot write to standard output"});
     return code;
 }

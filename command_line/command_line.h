@@ -5,6 +5,7 @@
 #include "pbm_format/error.h"
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,10 +32,16 @@ int fail(std::string_view program, std::string_view path, const Error &error);
 // Prints `PROGRAM: MESSAGE; see PROGRAM --help` on standard error and returns 1.
 int fail_usage(std::string_view program, std::string_view message);
 
+// Refuses, before any work, what would destroy something or fail in the end: an output that is an input, two outputs of
+// one name, an output that cannot be replaced. Prints why and returns the exit code. "" and "-" are no files.
+std::optional<int> refuse_outputs(std::string_view program, std::span<const std::string> inputs,
+                                  std::span<const std::string> outputs);
+
 // Writes to a file, atomically, or to standard output when `path` is "-".
 Status write_text(const std::string &path, std::string_view text);
 
-// The body of `main`: runs `run`, turns exceptions into a line and exit code 4, and a lost standard output into 2.
+// The body of `main`: runs `run`, turns exceptions into a line and exit code 4, and a lost standard output or an input
+// that becomes shorter while it is read into 2.
 int run_program(std::string_view program, const std::function<int()> &run);
 
 } // namespace pbm::command_line

@@ -1,7 +1,10 @@
 #include "pbm_format/platform.h"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <system_error>
@@ -159,6 +162,28 @@ Status replace_file(const std::string &path, ByteView bytes) {
 void make_write_errors_returns() {
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);
+}
+
+namespace {
+
+// What the handler says; only async-signal-safe calls are allowed in it.
+std::array<char, 160> shrink_message{};
+
+extern "C" void report_shrunk_file(int) {
+    const ssize_t written = ::write(STDERR_FILENO, shrink_message.data(), ::strlen(shrink_message.data()));
+    ::_exit(written < 0 ? 2 : exit_code(ErrorCode::io));
+}
+
+} // namespace
+
+void end_when_mapped_file_shrinks(std::string_view program) {
+    std::snprintf(shrink_message.data(), shrink_message.size(),
+                  "%.*s: the file became shorter while it was read; wait until it is written and try again\n",
+                  static_cast<int>(std::min<std::size_t>(program.size(), 40)), program.data());
+    struct sigaction action {};
+    action.sa_handler = report_shrunk_file;
+    ::sigemptyset(&action.sa_mask);
+    ::sigaction(SIGBUS, &action, nullptr);
 }
 
 std::uint64_t peak_memory() {

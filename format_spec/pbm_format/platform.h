@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 namespace pbm {
 
@@ -38,6 +39,10 @@ Status check_replaceable(const std::string &path);
 
 // Signals that would end a program whose write fails (SIGPIPE, SIGXFSZ) become error returns. Call first in `main`.
 void make_write_errors_returns();
+
+// A mapped file that another process makes shorter ends the program with a line on standard error and exit code 2
+// instead of SIGBUS. Call first in `main`.
+void end_when_mapped_file_shrinks(std::string_view program);
 
 // Largest resident memory of this process so far, bytes.
 std::uint64_t peak_memory();

@@ -65,7 +65,7 @@ HOMES = {
     r"sys/(mman|resource|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/platform\.cpp",
     r"(fcntl|unistd)\.h|sys/.*": (
         r"format_spec/pbm_format/platform\.cpp"
-        r"|tools/pbm-build/(pbm_build/surface_reader|progress_display)\.cpp"
+        r"|tools/pbm-build/progress_display\.cpp"
     ),
 }
 C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot

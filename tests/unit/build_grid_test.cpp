@@ -90,7 +90,7 @@ TEST(GridChoice, AGivenVoxelSizeSnapsTheOriginToMultiplesOfIt) {
         EXPECT_GT(origin + grid.value().edge(), bounds.highest[axis]);
     }
     EXPECT_EQ(snapped_grid(bounds, 1e-6).error().code, ErrorCode::usage);
-    EXPECT_EQ(snapped_grid(bounds, 1e6).value().depth, kMinDepth);
+    EXPECT_EQ(snapped_grid(bounds, 1e6).value().depth, kMinBuildDepth);
 }
 
 TEST(GridChoice, AreaIsRelativeToTheEdge) {

@@ -272,7 +272,7 @@ TEST(SurfaceReader, OtherFormatsAreNamed) {
                                   "BVG\r\n\x1a\n",
                                   "x.bvg")
                         .message,
-                    "pbm-view"));
+                    "pbm-render"));
     EXPECT_EQ(surface_error("LASF", "x.las").code, ErrorCode::unsupported_feature);
     EXPECT_EQ(surface_error("", "x.ply").message, "the file is empty");
     EXPECT_EQ(surface_error("hello", "x").code, ErrorCode::bad_input);
@@ -287,7 +287,7 @@ TEST(SurfaceReader, TheSystemsErrorsAreNamed) {
     EXPECT_FALSE(has(missing.error().message, "/no/such"));
     const Result<Surface> folder = pbm::build::read_surface("/", {});
     ASSERT_FALSE(folder.ok());
-    EXPECT_EQ(folder.error().message, "is a directory");
+    EXPECT_EQ(folder.error().message, "cannot open: this is a folder");
 }
 
 } // namespace

@@ -67,14 +67,14 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     app.add_option("INPUT", arguments.input, "Scan to read")->required();
     app.add_option("-o,--output", arguments.output, "File to write; default: the input's name with .bvg");
     app.add_option("-j,--threads", options.threads, "Threads, 0 for all processors")->check(CLI::Range(0, 1024));
-    auto *depth = app.add_option("--depth", options.grid.depth, "Depth: 2^N voxels per edge of the grid, 2..16")
-                      ->check(CLI::Range(kMinDepth, kMaxDepth));
+    auto *depth = app.add_option("--depth", options.grid.depth, "Depth: 2^N voxels per edge of the grid, 5..16")
+                      ->check(CLI::Range(kMinBuildDepth, kMaxDepth));
     auto *voxel_size = app.add_option("--voxel-size", options.grid.voxel_size,
                                       "Voxel edge in model units; the grid snaps to multiples of it")
                            ->check(positive);
-    auto *max_points =
-        app.add_option("--max-points", options.grid.max_points, "Finest depth with at most so many points")
-            ->check(positive);
+    auto *max_points = app.add_option("--max-points", options.grid.max_points,
+                                      "Depth with at most so many points, estimated from the area")
+                           ->check(positive);
     depth->excludes(voxel_size)->excludes(max_points);
     voxel_size->excludes(max_points);
     app.add_option("-z,--compression-level", options.compression_level, "zstd level 1..19")
@@ -97,6 +97,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     app.add_option("--name", options.credits.name, "Name of the model, kept in the file");
     app.add_option("--licence,--license", options.credits.licence, "Licence, kept in the file");
     app.add_option("--credit", options.credits.credit, "Whom to credit, kept in the file");
+    app.add_flag("--flip-faces", options.flip_faces, "Turn all faces around: for scans that look inside out");
     app.add_flag("--strict", options.strict, "Refuse the input if anything of it would be dropped");
     app.add_option("--json", arguments.json, "Statistics as JSON, to FILE or (--json alone) to stdout")
         ->type_name("[=FILE]");
@@ -116,11 +117,6 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
         return command_line::fail_usage(kProgram, error.what());
     }
     return std::nullopt;
-}
-
-bool same_file(const std::string &a, const std::string &b) {
-    std::error_code ignored;
-    return a == b || std::filesystem::equivalent(a, b, ignored);
 }
 
 std::string megabytes(std::uint64_t bytes) {
@@ -155,11 +151,9 @@ std::string report(const Arguments &arguments, const BuildStatistics &statistics
 int run(Arguments &arguments) {
     if (arguments.output.empty())
         arguments.output = std::filesystem::path(arguments.input).replace_extension(".bvg").string();
-    if (same_file(arguments.input, arguments.output))
-        return command_line::fail(kProgram, arguments.output,
-                                  {ErrorCode::usage, 0, "the output is the input; choose another name with -o"});
-    if (const Status replaceable = check_replaceable(arguments.output); !replaceable)
-        return command_line::fail(kProgram, arguments.output, replaceable.error());
+    if (const auto refused =
+            command_line::refuse_outputs(kProgram, {{arguments.input}}, {{arguments.output, arguments.json}}))
+        return *refused;
 
     BuildStatistics statistics;
     {

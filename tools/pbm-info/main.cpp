@@ -182,6 +182,8 @@ int run(int argc, char **argv) {
     } catch (const CLI::ParseError &error) {
         return pbm::command_line::fail_usage("pbm-info", error.what());
     }
+    if (const auto refused = pbm::command_line::refuse_outputs("pbm-info", {{path}}, {{json_path}}))
+        return *refused;
     const pbm::Result<pbm::MappedFile> file = pbm::MappedFile::open(path);
     if (!file)
         return fail(path, file.error());

@@ -112,6 +112,8 @@ int run(int argc, char **argv) {
         return pbm::command_line::fail_usage("pbm-validate", error.what());
     }
 
+    if (const auto refused = pbm::command_line::refuse_outputs("pbm-validate", paths, {{json_path}}))
+        return *refused;
     int code = 0;
     json verdicts = json::array();
     for (const std::string &path : paths) {

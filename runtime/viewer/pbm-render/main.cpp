@@ -115,7 +115,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     bool ignore_colours = false;
     app.add_flag("--ignore-point-colours,--ignore-point-colors", ignore_colours,
                  "Draw points in the colour of their material");
-    app.add_option("--level", arguments.render.level, "Detail level to draw, 0..depth; default: the finest")
+    app.add_option("--level", arguments.render.level, "Detail level to draw; default, and above the depth: the finest")
         ->check(CLI::Range(0, kMaxDepth));
     text_option("--max-memory", "BYTES", stored(parse_bytes, arguments.load.max_memory),
                 "Refuse what needs more; k, M, G after the number; default 8G");
@@ -149,11 +149,6 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     arguments.render.point_colours = !ignore_colours;
     arguments.load.max_level = arguments.render.level;
     return std::nullopt;
-}
-
-bool same_file(const std::string &a, const std::string &b) {
-    std::error_code ignored;
-    return a == b || std::filesystem::equivalent(a, b, ignored);
 }
 
 class Stopwatch {
@@ -207,14 +202,9 @@ void report(const Arguments &arguments, const Camera &camera, const RunStatistic
 }
 
 int run(const Arguments &arguments) {
-    for (const std::string &output : {arguments.output, arguments.depth_output}) {
-        if (output.empty())
-            continue;
-        if (same_file(arguments.input, output))
-            return fail_usage(output + ": the output is the input; choose another name");
-        if (const Status replaceable = check_replaceable(output); !replaceable)
-            return fail(output, replaceable.error());
-    }
+    if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}},
+                                                          {{arguments.output, arguments.depth_output, arguments.json}}))
+        return *refused;
     // Colour, depth and the encoder's two copies.
     const auto pixels =
         static_cast<std::uint64_t>(arguments.resolution.x) * static_cast<std::uint64_t>(arguments.resolution.y);
@@ -241,7 +231,8 @@ int run(const Arguments &arguments) {
 
     const Camera camera = choose_camera(arguments, *model);
     if (!is_usable(camera))
-        return fail_usage("the camera sees nothing: it stands at its focal point or looks along its view-up");
+        return fail_usage(
+            "the camera sees nothing: it stands at its focal point or looks along its view-up, or a number is missing");
     Framebuffer picture(arguments.resolution.x, arguments.resolution.y);
     const Stopwatch drawing;
     statistics.drawn = renderer.render(camera, arguments.render, picture);

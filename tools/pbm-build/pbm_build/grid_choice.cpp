@@ -92,7 +92,9 @@ Grid centred_grid(const Bounds &bounds, int depth) {
 }
 
 Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size) {
-    for (int depth = kMinDepth; depth <= kMaxDepth; ++depth) {
+    if (!std::isnormal(voxel_size) || !std::isfinite(std::ldexp(voxel_size, kMaxDepth)))
+        return Error{ErrorCode::usage, 0, "a voxel size of " + number(voxel_size) + " is out of range"};
+    for (int depth = kMinBuildDepth; depth <= kMaxDepth; ++depth) {
         Grid grid;
         grid.depth = depth;
         grid.voxel_size = voxel_size;

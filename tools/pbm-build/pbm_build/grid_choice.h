@@ -9,9 +9,12 @@
 
 namespace pbm::build {
 
+// On a coarser grid a splat of 5 % of the edge, the most that is allowed, could not cover a voxel: holes would open.
+inline constexpr int kMinBuildDepth = 5;
+
 // At most one of the first three is set; none asks for a voxel edge close to the sampling distance.
 struct GridRequest {
-    std::optional<int> depth;                // kMinDepth..kMaxDepth
+    std::optional<int> depth;                // kMinBuildDepth..kMaxDepth
     std::optional<double> voxel_size;        // model units, > 0; the origin snaps to multiples of it
     std::optional<std::uint64_t> max_points; // the finest depth with at most so many points
     Unit unit = Unit::unknown;

@@ -272,7 +272,10 @@ Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format
     surface.triangles = std::move(importer.triangles);
     surface.dropped_triangles = text->dropped_triangles + importer.degenerate_triangles +
                                 (format == MeshFormat::stl ? text->faces - importer.faces : 0);
-    surface.report = std::move(text->report);
+    surface.report = {
+        {"positions", AttributeReport::Fate::kept, format == MeshFormat::stl ? "equal corners welded" : ""},
+        {"faces", AttributeReport::Fate::kept, "polygons as fans of triangles"}};
+    surface.report.insert(surface.report.end(), text->report.begin(), text->report.end());
     take_normals(importer, *text, surface);
     take_colours(*text, surface);
     if (const Status status = drop_non_finite(surface); !status)

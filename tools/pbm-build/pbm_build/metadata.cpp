@@ -7,7 +7,7 @@
 namespace pbm::build {
 
 Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, ColourFormat colour,
-                                  int compression_level) {
+                                  int compression_level, bool flip_faces) {
     nlohmann::ordered_json metadata;
     metadata["generator"] = std::string("pbm-build ") + PBM_VERSION;
     const auto add = [&](const char *key, const std::string &text) {
@@ -27,6 +27,8 @@ Result<std::string> make_metadata(const Credits &credits, const GridRequest &gri
     if (colour != ColourFormat::none)
         options["colour"] = colour == ColourFormat::rgb565 ? 565 : 888;
     options["compression_level"] = compression_level;
+    if (flip_faces)
+        options["flip_faces"] = true;
 
     std::string text;
     try {

@@ -15,6 +15,6 @@ struct Credits {
 //
 // errors  usage  not UTF-8, or longer than 4 KB
 Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, ColourFormat colour,
-                                  int compression_level);
+                                  int compression_level, bool flip_faces);
 
 } // namespace pbm::build

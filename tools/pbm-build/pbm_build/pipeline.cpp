@@ -8,6 +8,8 @@
 #include "pbm_format/parallel.h"
 #include "pbm_format/writer.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -18,6 +20,10 @@ namespace {
 Status check_surface(const Surface &surface) {
     if (surface.positions.empty())
         return Error{ErrorCode::bad_input, 0, "the file has no points: there is nothing to build"};
+    if (surface.triangles.empty() && surface.dropped_triangles > 0 && surface.normals.empty())
+        return Error{ErrorCode::bad_input, 0,
+                     "no face is left: " + std::to_string(surface.dropped_triangles) +
+                         " are degenerate or have a corner that is not finite; mend the scan"};
     if (surface.triangles.empty() && surface.normals.empty())
         return Error{ErrorCode::unsupported_feature, 0,
                      "points without faces and without normals; normals from points alone come with the next version"};
@@ -26,6 +32,37 @@ Status check_surface(const Surface &surface) {
                      std::to_string(surface.materials.size()) + " materials, a .bvg file holds " +
                          std::to_string(kMaxMaterials) + "; merge some of them"};
     return check_bounds(bounds_of(surface));
+}
+
+// What the readers left out.
+void report_dropped(const Surface &surface, BuildStatistics &statistics) {
+    const auto report = [&](const char *name, std::uint64_t count, const char *why) {
+        if (count > 0)
+            statistics.attributes.push_back(
+                {name, AttributeReport::Fate::dropped, std::to_string(count) + std::string(why)});
+    };
+    report("vertices", surface.dropped_vertices, " with coordinates that are not finite");
+    report("triangles", surface.dropped_triangles, " degenerate, or with a dropped vertex");
+}
+
+// Says when the faces enclose a negative volume that is large for their area. Rooms scanned from within do so rightly,
+// so nothing is turned unasked.
+void report_winding(const Surface &surface, BuildStatistics &statistics) {
+    if (surface.triangles.empty() || !surface.normals.empty())
+        return;
+    constexpr double kClearlyClosed = 0.01; // a sphere has 0.094
+    double volume = 0, area = 0;
+    const glm::dvec3 &origin = surface.positions.front();
+    for (const glm::uvec3 &t : surface.triangles) {
+        const glm::dvec3 a = surface.positions[t.x] - origin, b = surface.positions[t.y] - origin,
+                         c = surface.positions[t.z] - origin;
+        volume += glm::dot(a, glm::cross(b, c)) / 6;
+        area += glm::length(glm::cross(b - a, c - a)) / 2;
+    }
+    if (volume < -kClearlyClosed * area * std::sqrt(area))
+        statistics.attributes.push_back(
+            {"winding", AttributeReport::Fate::kept,
+             "the faces point inwards; if the model looks inside out, build it with --flip-faces"});
 }
 
 // Vertices that no triangle uses have no surface to belong to.
@@ -53,12 +90,12 @@ int finest_depth(const Surface &surface, const Bounds &bounds, std::uint64_t max
     int depth = kMaxDepth;
     if (surface.triangles.empty()) {
         const auto occupied = occupied_voxels(surface, bounds, threads);
-        while (depth > kMinDepth && occupied[static_cast<std::size_t>(depth)] > max_points)
+        while (depth > kMinBuildDepth && occupied[static_cast<std::size_t>(depth)] > max_points)
             --depth;
         return depth;
     }
     const double area = relative_area(surface, bounds, threads);
-    while (depth > kMinDepth && std::ldexp(area, 2 * depth) > static_cast<double>(max_points))
+    while (depth > kMinBuildDepth && std::ldexp(area, 2 * depth) > static_cast<double>(max_points))
         --depth;
     return depth;
 }
@@ -121,20 +158,26 @@ Result<Voxels> sample_and_voxelize(const Surface &surface, const VertexNormals &
                                    Grid &grid, const BuildOptions &options, BuildStatistics &statistics,
                                    StepClock &clock) {
     for (;; grid.depth -= 1, grid.voxel_size *= 2) {
-        if (Status checked = check_hit_count(surface, grid, options); !checked)
+        const bool may_be_coarser = options.grid.max_points.has_value() && grid.depth > kMinBuildDepth;
+        if (Status checked = check_hit_count(surface, grid, options); !checked) {
+            if (may_be_coarser)
+                continue;
             return checked.error();
+        }
         const Bytes radii = given_radii(surface, grid);
         const SurfaceSampler sampler(surface, normals, radii, grid, options.threads);
         HitStore hits(grid.depth, resolve_threads(options.threads), options.max_hit_bytes);
         const Status sampled =
             clock.run("sample points", [&](auto progress) { return sample_points(sampler, hits, progress); });
+        if (!sampled && sampled.error().code == ErrorCode::memory && may_be_coarser)
+            continue;
         if (!sampled)
             return sampled.error();
         statistics.samples = hits.size();
         Voxels voxels = clock.run("voxelize", [&] { return voxelize(sampler, hits, set, options.threads); });
         if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points)
             return voxels;
-        if (grid.depth == kMinDepth)
+        if (grid.depth == kMinBuildDepth)
             return Error{ErrorCode::usage, 0,
                          "even the coarsest grid has " + std::to_string(voxels.codes.size()) +
                              " points; raise --max-points"};
@@ -160,12 +203,18 @@ Result<Model> build_model(Surface surface, const BuildOptions &options, BuildSta
     statistics.vertices = surface.positions.size();
     statistics.triangles = surface.triangles.size();
     statistics.attributes = surface.report;
+    report_dropped(surface, statistics);
+    if (options.flip_faces)
+        for (glm::uvec3 &t : surface.triangles)
+            std::swap(t.y, t.z);
+    report_winding(surface, statistics);
     if (Status checked = check_surface(surface); !checked)
         return checked.error();
     if (Status reported = report_loose_vertices(surface, options.strict, statistics); !reported)
         return reported.error();
     const AttributeSet set = choose_attributes(surface, options.colour);
-    Result<std::string> metadata = make_metadata(options.credits, options.grid, set.colour, options.compression_level);
+    Result<std::string> metadata =
+        make_metadata(options.credits, options.grid, set.colour, options.compression_level, options.flip_faces);
     if (!metadata)
         return metadata.error();
 

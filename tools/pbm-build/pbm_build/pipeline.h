@@ -19,6 +19,7 @@ struct BuildOptions {
     ColourFormat colour = ColourFormat::rgb888; // where the input has colours
     int compression_level = 9;                  // zstd 1..19
     Credits credits;
+    bool flip_faces = false;                              // the scan winds its faces clockwise
     bool strict = false;                                  // refuse rather than drop anything
     int threads = 0;                                      // 0: one per processor
     std::uint64_t max_hit_bytes = std::uint64_t{4} << 30; // of hits (hit_store.h); more is ErrorCode::memory

@@ -3,59 +3,13 @@
 #include "pbm_build/mesh_reader.h"
 #include "pbm_build/ply_header.h"
 #include "pbm_build/ply_reader.h"
-
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include "pbm_format/platform.h"
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <system_error>
-#include <vector>
 
 namespace pbm::build {
 namespace {
-
-Error system_error(const std::string &what) {
-    return Error{ErrorCode::io, 0, what + ": " + std::generic_category().message(errno)};
-}
-
-// Closes the file, whatever happens.
-struct OpenFile {
-    int descriptor;
-    explicit OpenFile(const std::string &path) : descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
-    ~OpenFile() {
-        if (descriptor >= 0)
-            ::close(descriptor);
-    }
-    OpenFile(const OpenFile &) = delete;
-    OpenFile &operator=(const OpenFile &) = delete;
-};
-
-Result<std::vector<std::uint8_t>> read_file(const std::string &path) {
-    const OpenFile file(path);
-    if (file.descriptor < 0)
-        return system_error("cannot open the file");
-    struct stat status {};
-    if (::fstat(file.descriptor, &status) != 0)
-        return system_error("cannot read the file");
-    if (!S_ISREG(status.st_mode))
-        return Error{ErrorCode::io, 0, S_ISDIR(status.st_mode) ? "is a directory" : "is not a regular file"};
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(status.st_size));
-    std::size_t at = 0;
-    while (at < bytes.size()) {
-        const ssize_t got = ::read(file.descriptor, bytes.data() + at, bytes.size() - at);
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got < 0)
-            return system_error("cannot read the file");
-        if (got == 0)
-            return Error{ErrorCode::io, at, "the file became shorter while it was read"};
-        at += static_cast<std::size_t>(got);
-    }
-    return bytes;
-}
 
 struct ForeignFormat {
     std::string_view magic;     // how the file begins; empty: only the extension tells
@@ -66,7 +20,7 @@ struct ForeignFormat {
 constexpr std::array<ForeignFormat, 30> kForeign{{
     {"\x89"
      "BVG\r\n\x1a\n",
-     "", "a PBM model already; show it with pbm-view"},
+     "", "a PBM model already; draw it with pbm-render"},
     {"P1\n", "", "a Netpbm bitmap, not a scan"},
     {"P4\n", "", "a Netpbm bitmap, not a scan"},
     {"P5\n", "", "a Netpbm image, not a scan"},
@@ -152,10 +106,10 @@ Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_vi
 }
 
 Result<Surface> read_surface(const std::string &path, const ReadOptions &options) {
-    const Result<std::vector<std::uint8_t>> bytes = read_file(path);
-    if (!bytes)
-        return bytes.error();
-    return read_surface(*bytes, path, options);
+    const Result<MappedFile> file = MappedFile::open(path);
+    if (!file)
+        return file.error();
+    return read_surface(file->bytes(), path, options);
 }
 
 } // namespace pbm::build
