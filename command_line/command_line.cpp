@@ -52,7 +52,10 @@ bool same_file(const std::string &a, const std::string &b) {
     std::error_code ignored;
     if (fs::equivalent(a, b, ignored))
         return fs::is_regular_file(a, ignored); // two names of a device or pipe are no harm
-    return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored) && !fs::exists(a, ignored);
+    const auto full = [&](const std::string &name) {
+        return fs::weakly_canonical(fs::absolute(name, ignored), ignored);
+    };
+    return full(a) == full(b) && !fs::exists(a, ignored);
 }
 
 } // namespace
