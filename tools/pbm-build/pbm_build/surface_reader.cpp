@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
+#include <vector>
 
 namespace pbm::build {
 namespace {
@@ -79,6 +81,47 @@ bool begins_stl(std::span<const std::uint8_t> bytes, std::string_view text) {
     return facets == (bytes.size() - 84) / 50;
 }
 
+// Calls use(rest of the line) for every line of `text` whose first word begins with `keyword`.
+template <class Use> void for_lines(std::string_view text, std::string_view keyword, Use &&use) {
+    while (!text.empty()) {
+        const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+        std::string_view line = text.substr(0, end);
+        text.remove_prefix(std::min(end + 1, text.size()));
+        line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+        if (!line.starts_with(keyword))
+            continue;
+        line.remove_prefix(std::min(line.find_first_of(" \t"), line.size()));
+        line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+        if (!line.empty())
+            use(line);
+    }
+}
+
+std::string_view as_text(std::span<const std::uint8_t> bytes) {
+    return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
+}
+
+// One line for each texture image that the material files of an OBJ name. Files that are not there, or that are no
+// small text, are passed over: nothing of them is used.
+void report_texture_images(std::span<const std::uint8_t> obj, const std::string &path, Surface &surface) {
+    constexpr std::size_t kMostMaterialBytes = std::size_t{1} << 20, kMostImages = 64;
+    const std::string folder = path.substr(0, path.find_last_of('/') + 1);
+    std::vector<std::string> images;
+    for_lines(as_text(obj), "mtllib", [&](std::string_view name) {
+        const Result<MappedFile> materials = MappedFile::open(folder + std::string(name));
+        if (!materials || materials->bytes().size() > kMostMaterialBytes)
+            return;
+        for_lines(as_text(materials->bytes()), "map_", [&](std::string_view image) {
+            image.remove_prefix(image.find_last_of(" \t") + 1); // options come before the file's name
+            if (images.size() < kMostImages && std::find(images.begin(), images.end(), image) == images.end())
+                images.emplace_back(image);
+        });
+    });
+    for (const std::string &image : images)
+        surface.report.push_back(
+            {"texture image " + quoted(image), AttributeReport::Fate::dropped, "PBM stores point colours"});
+}
+
 } // namespace
 
 Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options) {
@@ -109,7 +152,10 @@ Result<Surface> read_surface(const std::string &path, const ReadOptions &options
     const Result<MappedFile> file = MappedFile::open(path);
     if (!file)
         return file.error();
-    return read_surface(file->bytes(), path, options);
+    Result<Surface> surface = read_surface(file->bytes(), path, options);
+    if (surface && lower_extension(path) == ".obj")
+        report_texture_images(file->bytes(), path, *surface);
+    return surface;
 }
 
 } // namespace pbm::build
