@@ -26,8 +26,9 @@ double mean_front(const UnitVector &n) { return std::min(std::abs(n[0]) + std::a
 
 std::vector<ScreenNormal> transform_normals(const Projection &projection) {
     std::vector<ScreenNormal> screen(kNormalCount);
+    const std::span<const UnitVector> table = normal_table();
     for (std::size_t i = 0; i < kNormalCount; ++i) {
-        const UnitVector &n = normal_table()[i];
+        const UnitVector &n = table[i];
         screen[i] = {projection.vector({n[0], n[1], n[2]}), projection.plane({n[0], n[1], n[2]}),
                      static_cast<float>(least_thickness(n)), static_cast<float>(mean_front(n))};
     }
@@ -39,8 +40,9 @@ void mark_facing(const glm::dvec3 &eye, const glm::dvec3 &centre, double half_ed
     const glm::dvec3 sight = centre - eye;
     // n . (x - eye) over the cube has its extremes at corners; the slack grows with the distance of the point.
     const double slack = static_cast<double>(kFacingSlack) * (glm::length(sight) + half_edge * std::sqrt(3.0));
+    const std::span<const UnitVector> table = normal_table();
     for (std::size_t i = 0; i < kNormalCount; ++i) {
-        const UnitVector &n = normal_table()[i];
+        const UnitVector &n = table[i];
         const double middle = n[0] * sight.x + n[1] * sight.y + n[2] * sight.z;
         const double spread = half_edge * (std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]));
         facing[i] = middle - spread > slack ? Facing::away : middle + spread < 0 ? Facing::front : Facing::some;

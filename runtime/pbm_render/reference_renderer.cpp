@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace pbm {
@@ -222,6 +223,14 @@ Shading::Shading(const Model &model, std::span<const Light> lights, const Projec
         positional_ |= light.kind != LightKind::directional;
 }
 
+// Whether nothing was drawn into four pixels.
+bool are_empty(const float *depths) {
+    Float4 four;
+    std::memcpy(&four, depths, sizeof four);
+    const Long2 drawn = reinterpret_cast<Long2>(four < std::numeric_limits<float>::infinity());
+    return (drawn[0] | drawn[1]) == 0;
+}
+
 void Shading::resolve(Framebuffer &target) const {
     const std::size_t pixels = target.pixels();
     float *const depths = target.depth.data();
@@ -230,8 +239,11 @@ void Shading::resolve(Framebuffer &target) const {
     constexpr auto kEmpty = std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity());
     std::uint32_t last = 0xFFFFFFFF, shaded = 0; // neighbours often show the same point
     for (std::size_t at = 0; at < pixels; ++at) {
-        if (std::bit_cast<std::uint32_t>(depths[at]) == kEmpty) // as an integer: one instruction
+        if (std::bit_cast<std::uint32_t>(depths[at]) == kEmpty) { // as an integer: one instruction
+            while (at + 4 < pixels && are_empty(depths + at + 1)) // most of the background, four pixels at once
+                at += 4;
             continue;
+        }
         if (positional_ || colours[at] != last) {
             last = colours[at];
             shaded = shade(last, at, target);

@@ -32,9 +32,10 @@ ShadeTable::ShadeTable(std::span<const Material> materials, std::span<const Ligh
                        glm::vec3 to_eye)
     : materials_(materials.size()), unshadowed_(materials.size() * kNormalCount),
       shadowed_(static_cast<std::size_t>(shadowed_lights) * materials.size() * kNormalCount) {
+    const std::span<const UnitVector> directions = normal_table();
     for (std::size_t m = 0; m < materials.size(); ++m) {
         for (std::size_t i = 0; i < kNormalCount; ++i) {
-            const UnitVector &n = normal_table()[i];
+            const UnitVector &n = directions[i];
             const glm::vec3 normal(n[0], n[1], n[2]);
             Float4 sum = Float4{} + materials[m].ka;
             for (std::size_t l = 0; l < lights.size(); ++l) {

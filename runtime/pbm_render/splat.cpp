@@ -44,9 +44,31 @@ SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, g
             .depth_shift = Float4{} + depth_shift};
 }
 
+namespace {
+
+// A block that the right border cuts reaches around into the next row, where nothing may be drawn.
+[[gnu::noinline]] void draw_blocks_at_border(const SplatShape &shape, const SplatPixels &splat, Float4 first_x,
+                                             Float4 y, Int4 box, Framebuffer &target) {
+    const int left = box[0], right = box[1], top = box[2], bottom = box[3];
+    const std::ptrdiff_t stride = target.width;
+    for (int row = top; row < bottom; row += 2, y += 2) {
+        Float4 x = first_x;
+        for (int column = left; column < right; column += 2, x += 2) {
+            const std::ptrdiff_t at = row * stride + column;
+            const std::int32_t second = column + 1 < right ? -1 : 0;
+            draw_block(shape, splat, x, y, target.depth.data() + at, target.colour.data() + at, stride,
+                       Int4{-1, second, -1, second});
+        }
+    }
+}
+
+} // namespace
+
 void draw_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
                  Framebuffer &target) {
     const int left = box[0], right = box[1], top = box[2], bottom = box[3];
+    if (right == target.width)
+        return draw_blocks_at_border(shape, splat, first_x, y, box, target);
     const std::ptrdiff_t stride = target.width;
     for (int row = top; row < bottom; row += 2, y += 2) {
         float *const depths = target.depth.data() + row * stride;
@@ -55,25 +77,6 @@ void draw_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first
         for (int column = left; column < right; column += 2, x += 2)
             draw_block(shape, splat, x, y, depths + column, indices + column, stride);
     }
-}
-
-void draw_at_right_border(const SplatShape &shape, glm::vec2 pixel, float depth, float inverse_depth,
-                          std::uint32_t index, Int4 box, Framebuffer &target) {
-    const int left = box[0], right = box[1], top = box[2], bottom = box[3];
-    for (int row = top; row < bottom; ++row)
-        for (int column = left; column < right; ++column) {
-            const float x = static_cast<float>(column) + 0.5F - (pixel.x + inverse_depth * shape.shift[0]);
-            const float y = static_cast<float>(row) + 0.5F - (pixel.y + inverse_depth * shape.shift[2]);
-            const float z = depth * (shape.slope_x[0] * x + shape.slope_y[0] * y) + (shape.depth_shift[0] + depth);
-            const auto at = static_cast<std::size_t>(row) * static_cast<std::size_t>(target.width) +
-                            static_cast<std::size_t>(column);
-            const bool inside =
-                x * (shape.xx[0] * x + shape.xy[0] * y) + shape.yy[0] * y * y <= inverse_depth * inverse_depth;
-            if (inside && z < target.depth[at]) {
-                target.depth[at] = z;
-                target.colour[at] = index;
-            }
-        }
 }
 
 } // namespace pbm

@@ -71,14 +71,14 @@ struct SplatPixels {
     Int4 indices;            // of the point
 };
 
-// Draws four pixels; (x, y) from the middle of the ellipse to their centres.
+// Draws four pixels, those with all bits of `allowed` set; (x, y) from the middle of the ellipse to their centres.
 inline void draw_block(const SplatShape &shape, const SplatPixels &splat, Float4 x, Float4 y, float *depths,
-                       std::uint32_t *indices, std::ptrdiff_t stride) {
+                       std::uint32_t *indices, std::ptrdiff_t stride, Int4 allowed = Int4{-1, -1, -1, -1}) {
     const Float4 z = splat.depth * (shape.slope_x * x + shape.slope_y * y) + splat.at_middle;
     const Int4 old_depths = load_block(depths, stride);
     const Int4 old_indices = load_block(indices, stride);
     const Int4 wins = (x * (shape.xx * x + shape.xy * y) + shape.yy * y * y <= splat.inside) &
-                      (z < reinterpret_cast<Float4>(old_depths));
+                      (z < reinterpret_cast<Float4>(old_depths)) & allowed;
     // Pixels that do not win, beside the box too, are written back as they were.
     store_block(depths, stride, (reinterpret_cast<Int4>(z) & wins) | (old_depths & ~wins));
     store_block(indices, stride, (splat.indices & wins) | (old_indices & ~wins));
@@ -87,10 +87,6 @@ inline void draw_block(const SplatShape &shape, const SplatPixels &splat, Float4
 // The same for all blocks of a box (left, right, top, bottom).
 void draw_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
                  Framebuffer &target);
-
-// The same pixel by pixel, for boxes that the right border of the picture cuts.
-void draw_at_right_border(const SplatShape &shape, glm::vec2 pixel, float depth, float inverse_depth,
-                          std::uint32_t index, Int4 box, Framebuffer &target);
 
 // Draws the splat of a point at `pixel` and `depth` > 0: the pixels whose centres lie in the ellipse and that are
 // nearer than what is there. Any splat is allowed: what lies outside the framebuffer is clipped.
@@ -105,15 +101,13 @@ inline void draw_splat(const SplatShape &shape, glm::vec2 pixel, float depth, fl
     const int left = box[0], right = box[1], top = box[2], bottom = box[3];
     if (left >= right || top >= bottom)
         return;
-    if (right == target.width && ((right - left) & 1) != 0) // a block would reach around into the next row
-        return draw_at_right_border(shape, pixel, depth, inverse_depth, index, box, target);
 
     const Float4 first = __builtin_convertvector(box, Float4) + 0.5F - (point + scale * shape.shift);
     const Float4 first_x = first[0] + Float4{0, 1, 0, 1};
     const Float4 y = first[2] + Float4{0, 0, 1, 1};
     const SplatPixels splat{Float4{} + depth, shape.depth_shift + depth, scale * scale,
                             Int4{} + static_cast<std::int32_t>(index)};
-    if (right - left > 2 || bottom - top > 2)
+    if (right - left > 2 || bottom - top > 2 || right == target.width)
         return draw_blocks(shape, splat, first_x, y, box, target);
     const std::ptrdiff_t stride = target.width; // one block: most splats of a whole model
     const std::ptrdiff_t at = top * stride + left;
