@@ -25,7 +25,7 @@
 namespace pbm {
 
 // Voxel edges. The depth plane of a surface seen edge-on lies farther back, since the foremost of more voxels shows.
-inline constexpr float kOutlineInset = 0.5F;
+inline constexpr float kOutlineInset = 0.4F;
 inline constexpr float kGrazingInset = 0.4F;
 
 // What the image of a splat takes from its normal, its radius and the direction in which it is seen; the same for all
