@@ -47,17 +47,18 @@ SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, g
 namespace {
 
 // A block that the right border cuts reaches around into the next row, where nothing may be drawn.
-[[gnu::noinline]] void draw_blocks_at_border(const SplatShape &shape, const SplatPixels &splat, Float4 first_x,
-                                             Float4 y, Int4 box, Framebuffer &target) {
+template <bool kAtRightBorder>
+void draw_all_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
+                     Framebuffer &target) {
     const int left = box[0], right = box[1], top = box[2], bottom = box[3];
     const std::ptrdiff_t stride = target.width;
     for (int row = top; row < bottom; row += 2, y += 2) {
+        float *const depths = target.depth.data() + row * stride;
+        std::uint32_t *const indices = target.colour.data() + row * stride;
         Float4 x = first_x;
         for (int column = left; column < right; column += 2, x += 2) {
-            const std::ptrdiff_t at = row * stride + column;
-            const std::int32_t second = column + 1 < right ? -1 : 0;
-            draw_block(shape, splat, x, y, target.depth.data() + at, target.colour.data() + at, stride,
-                       Int4{-1, second, -1, second});
+            const std::int32_t second = !kAtRightBorder || column + 1 < right ? -1 : 0;
+            draw_block(shape, splat, x, y, depths + column, indices + column, stride, Int4{-1, second, -1, second});
         }
     }
 }
@@ -66,17 +67,10 @@ namespace {
 
 void draw_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
                  Framebuffer &target) {
-    const int left = box[0], right = box[1], top = box[2], bottom = box[3];
-    if (right == target.width)
-        return draw_blocks_at_border(shape, splat, first_x, y, box, target);
-    const std::ptrdiff_t stride = target.width;
-    for (int row = top; row < bottom; row += 2, y += 2) {
-        float *const depths = target.depth.data() + row * stride;
-        std::uint32_t *const indices = target.colour.data() + row * stride;
-        Float4 x = first_x;
-        for (int column = left; column < right; column += 2, x += 2)
-            draw_block(shape, splat, x, y, depths + column, indices + column, stride);
-    }
+    if (box[1] == target.width)
+        draw_all_blocks<true>(shape, splat, first_x, y, box, target);
+    else
+        draw_all_blocks<false>(shape, splat, first_x, y, box, target);
 }
 
 } // namespace pbm

@@ -1,5 +1,5 @@
 // pbm-render: pictures of a binary voxel grid without a window.
-#include "command_line/command_line.h"
+#include "command_line/parse.h"
 #include "pbm_format/layout.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/reader.h"
@@ -10,7 +10,6 @@
 
 #include <glm/trigonometric.hpp>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -129,16 +128,8 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     app.add_flag_callback(
         "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Say where the camera stands");
     app.set_version_flag("-V,--version", "pbm-render " PBM_VERSION);
-    auto given = command_line::arguments(argc, argv, kOldSwitches);
-    if (!given)
-        return command_line::fail(kProgram, "", given.error());
-    try {
-        app.parse(std::move(given).value());
-    } catch (const CLI::Success &done) {
-        return app.exit(done);
-    } catch (const CLI::ParseError &error) {
-        return fail_usage(error.what());
-    }
+    if (const auto done = command_line::parse(app, kProgram, argc, argv, kOldSwitches))
+        return done;
     if (arguments.output.empty() && arguments.depth_output.empty() && arguments.bench == 0)
         return fail_usage("nothing to do: name a picture with -o");
     if (const std::string extension = std::filesystem::path(arguments.output).extension().string();
