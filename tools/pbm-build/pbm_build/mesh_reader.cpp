@@ -278,12 +278,7 @@ Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format
     surface.report.insert(surface.report.end(), text->report.begin(), text->report.end());
     take_normals(importer, *text, surface);
     take_colours(*text, surface);
-    if (const Status status = drop_non_finite(surface); !status)
-        return status.error();
-    if (options.strict)
-        if (const Status status = refuse_drops(surface); !status)
-            return status.error();
-    return surface;
+    return finished(std::move(surface), options);
 }
 
 } // namespace pbm::build

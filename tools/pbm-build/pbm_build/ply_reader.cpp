@@ -327,12 +327,7 @@ Result<Surface> read_ply(std::span<const std::uint8_t> bytes, const ReadOptions 
         surface.report.push_back({"end of file", Fate::dropped,
                                   std::to_string(trailing) + " bytes after the last element, at byte " +
                                       std::to_string(bytes.size() - trailing)});
-    if (const Status status = drop_non_finite(surface); !status)
-        return status.error();
-    if (options.strict)
-        if (const Status status = refuse_drops(surface); !status)
-            return status.error();
-    return surface;
+    return finished(std::move(surface), options);
 }
 
 } // namespace pbm::build

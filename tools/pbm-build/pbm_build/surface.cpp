@@ -32,8 +32,6 @@ void renumber_triangles(Surface &surface, const std::vector<std::uint32_t> &new_
     surface.triangles.resize(kept);
 }
 
-} // namespace
-
 Status drop_non_finite(Surface &surface) {
     std::size_t bad = 0;
     for (const glm::dvec3 &p : surface.positions)
@@ -75,6 +73,17 @@ Status refuse_drops(const Surface &surface) {
                      "--strict: " + std::to_string(surface.dropped_triangles) +
                          " triangles are degenerate; clean the scan or leave --strict out"};
     return {};
+}
+
+} // namespace
+
+Result<Surface> finished(Surface surface, const ReadOptions &options) {
+    if (Status status = drop_non_finite(surface); !status)
+        return std::move(status).error();
+    if (options.strict)
+        if (Status status = refuse_drops(surface); !status)
+            return std::move(status).error();
+    return surface;
 }
 
 } // namespace pbm::build

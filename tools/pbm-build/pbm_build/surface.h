@@ -48,11 +48,10 @@ struct ReadOptions {
     std::function<void(double done)> progress; // called now and then from the calling thread, 0..1; may be empty
 };
 
-// Removes vertices with a coordinate that is not finite, with everything that hangs on them, and counts them.
-// Refuses (`bad_input`) a surface that has no vertex left.
-Status drop_non_finite(Surface &surface);
-
-// The promise of `ReadOptions::strict`: an error if the surface is less than the file said.
-Status refuse_drops(const Surface &surface);
+// The last step of every reader: removes vertices with a coordinate that is not finite, with everything that hangs on
+// them, and counts them; with ReadOptions::strict refuses a surface that is less than the file said.
+//
+// errors  bad_input  no vertex is left; with `strict` something was dropped
+Result<Surface> finished(Surface surface, const ReadOptions &options);
 
 } // namespace pbm::build
