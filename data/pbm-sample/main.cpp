@@ -3,10 +3,8 @@
 #include "ammonite.h"
 #include "ply_writer.h"
 
-#include "command_line/command_line.h"
+#include "command_line/parse.h"
 #include "pbm_format/platform.h"
-
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -73,13 +71,8 @@ int run(int argc, char **argv) {
     app.add_option("-o,--output", arguments.output, "PLY file to write, - for standard output")
         ->required()
         ->type_name("FILE");
-    try {
-        app.parse(pbm::command_line::arguments(argc, argv).value()); // no old switches to refuse
-    } catch (const CLI::Success &done) {
-        return app.exit(done);
-    } catch (const CLI::ParseError &error) {
-        return pbm::command_line::fail_usage("pbm-sample", error.what());
-    }
+    if (const auto done = pbm::command_line::parse(app, "pbm-sample", argc, argv))
+        return *done;
     return generate(arguments);
 }
 

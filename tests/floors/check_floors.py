@@ -58,7 +58,7 @@ HOMES = {
     r"hwy/.*": r"(format_spec/pbm_format|runtime/pbm_render|runtime/pbm_bake)/.*\.(cpp|h)",
     r"OpenMesh/.*": r"tools/pbm-build/pbm_build/mesh_reader\.cpp",
     r"nanoflann.*": r"tools/pbm-build/pbm_build/neighbours\.cpp",
-    r"CLI/.*": r".*/main\.cpp",
+    r"CLI/.*": r"command_line/parse\.h",
     r"(GLFW|GL|epoxy)/.*|imgui.*": r"runtime/viewer/pbm-view/.*",
     r"(png|libdeflate|zlib)\.h": r"runtime/viewer/.*\.cpp",
     r"(jpeglib|turbojpeg)\.h|stb/.*": r"tools/pbm-build/.*\.cpp",
@@ -123,6 +123,8 @@ def check_includes(path, text):
         elif line[0] == '"' or top.startswith("pbm_"):
             if "/" in header and top not in FLOORS[floor]:
                 found.append(f"{path}: includes {header}; {floor} may include {sorted(FLOORS[floor]) or 'none of us'}")
+            elif header == "command_line/parse.h" and not path.endswith("/main.cpp"):
+                found.append(f"{path}: includes {header} and with it CLI11, which belongs in main.cpp")
             elif top == "pbm_format" and floor == "format_spec/pbm_format":
                 problem = check_format_order(path, header)
                 if problem:
@@ -201,12 +203,15 @@ def self_test():
         ("data/pbm-sample/main.cpp", '#include "pbm_render/camera.h"'),
         ("command_line/command_line.h", '#include "pbm_render/camera.h"'),
         ("command_line/command_line.cpp", "#include <CLI/CLI.hpp>"),
+        ("command_line/command_line.cpp", '#include "command_line/parse.h"'),
+        ("runtime/viewer/pbm-render/png_writer.h", '#include "command_line/parse.h"'),
+        ("runtime/viewer/pbm-render/main.cpp", "#include <CLI/CLI.hpp>"),
         ("elsewhere/main.cpp", "#include <vector>"),
     ]
     good_includes = [
         ("format_spec/pbm_format/reader.cpp", '#include "pbm_format/reader.h"\n#include "pbm_format/chunk.h"\n#include <vector>'),
         ("format_spec/pbm_format/chunk.cpp", "#include <zstd.h>"),
-        ("runtime/viewer/pbm-render/main.cpp", '#include "pbm_render/camera.h"\n#include <CLI/CLI.hpp>\n#include "png_writer.h"'),
+        ("runtime/viewer/pbm-render/main.cpp", '#include "pbm_render/camera.h"\n#include "command_line/parse.h"\n#include "png_writer.h"'),
         ("tools/pbm-build/pbm_build/mesh_reader.cpp", "#include <OpenMesh/Core/IO/importer/BaseImporter.hh>"),
     ]
     bad_cmake = [

@@ -1,5 +1,5 @@
 // pbm-build: turns a scan into a binary voxel grid.
-#include "command_line/command_line.h"
+#include "command_line/parse.h"
 #include "pbm_build/pipeline.h"
 #include "pbm_format/layout.h"
 #include "pbm_format/platform.h"
@@ -14,8 +14,6 @@
 #include <iostream>
 #include <map>
 #include <optional>
-
-#include <CLI/CLI.hpp>
 
 namespace {
 
@@ -106,17 +104,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     app.add_flag_callback(
         "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Name every step");
     app.set_version_flag("-V,--version", "pbm-build " PBM_VERSION);
-    auto given = command_line::arguments(argc, argv, kBakingSwitches);
-    if (!given)
-        return command_line::fail(kProgram, "", given.error());
-    try {
-        app.parse(std::move(given).value());
-    } catch (const CLI::Success &done) {
-        return app.exit(done);
-    } catch (const CLI::ParseError &error) {
-        return command_line::fail_usage(kProgram, error.what());
-    }
-    return std::nullopt;
+    return command_line::parse(app, kProgram, argc, argv, kBakingSwitches);
 }
 
 std::string megabytes(std::uint64_t bytes) {

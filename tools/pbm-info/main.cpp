@@ -1,9 +1,8 @@
 // pbm-info: what is in a .bvg, from its header, tables and directories; no chunk is decoded.
-#include "command_line/command_line.h"
+#include "command_line/parse.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/reader.h"
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <iomanip>
@@ -175,13 +174,8 @@ int run(int argc, char **argv) {
     app.add_option("FILE", path, "The file")->required();
     app.add_option("--json", json_path, "As JSON, to FILE or standard output")->type_name("[=FILE]");
     app.set_version_flag("-V,--version", "pbm-info " PBM_VERSION);
-    try {
-        app.parse(pbm::command_line::arguments(argc, argv).value()); // no old switches to refuse
-    } catch (const CLI::Success &done) {
-        return app.exit(done);
-    } catch (const CLI::ParseError &error) {
-        return pbm::command_line::fail_usage("pbm-info", error.what());
-    }
+    if (const auto done = pbm::command_line::parse(app, "pbm-info", argc, argv))
+        return *done;
     if (const auto refused = pbm::command_line::refuse_outputs("pbm-info", {{path}}, {{json_path}}))
         return *refused;
     const pbm::Result<pbm::MappedFile> file = pbm::MappedFile::open(path);

@@ -1,9 +1,8 @@
 // pbm-validate: is this .bvg valid, and if not, what breaks which rule where.
-#include "command_line/command_line.h"
+#include "command_line/parse.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/validate.h"
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -104,13 +103,8 @@ int run(int argc, char **argv) {
         ->type_name("N");
     app.add_flag("-q,--quiet", quiet, "Print nothing about valid files");
     app.set_version_flag("-V,--version", "pbm-validate " PBM_VERSION);
-    try {
-        app.parse(pbm::command_line::arguments(argc, argv).value()); // no old switches to refuse
-    } catch (const CLI::Success &done) {
-        return app.exit(done);
-    } catch (const CLI::ParseError &error) {
-        return pbm::command_line::fail_usage("pbm-validate", error.what());
-    }
+    if (const auto done = pbm::command_line::parse(app, "pbm-validate", argc, argv))
+        return *done;
 
     if (const auto refused = pbm::command_line::refuse_outputs("pbm-validate", paths, {{json_path}}))
         return *refused;
