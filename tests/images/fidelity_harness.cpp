@@ -1,9 +1,9 @@
 // fidelity_harness MESH FILE.bvg [--level L] [--resolution WxH] [--json]: how true the pictures of a model are to its
 // mesh.
 #include "fidelity.h"
-#include "pbm_build/surface_reader.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/reader.h"
+#include "pbm_scan/surface_reader.h"
 
 #include <cstdio>
 #include <cstdlib>

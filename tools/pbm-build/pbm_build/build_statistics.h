@@ -1,7 +1,7 @@
 // What a build did: for the lines at its end and for --json.
 #pragma once
 
-#include "pbm_build/surface.h"
+#include "pbm_scan/surface.h"
 
 #include <chrono>
 #include <functional>

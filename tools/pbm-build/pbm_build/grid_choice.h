@@ -2,8 +2,8 @@
 // Based on: Botsch, Wiratanaya, Kobbelt 2002, section 3.1: quantisation error and sampling density in balance
 #pragma once
 
-#include "pbm_build/surface.h"
 #include "pbm_format/model.h"
+#include "pbm_scan/surface.h"
 
 #include <optional>
 

@@ -2,11 +2,11 @@
 
 #include "pbm_build/sample_points.h"
 #include "pbm_build/splat_radius.h"
-#include "pbm_build/surface_reader.h"
 #include "pbm_build/vertex_normals.h"
 #include "pbm_build/voxelize.h"
 #include "pbm_format/parallel.h"
 #include "pbm_format/writer.h"
+#include "pbm_scan/surface_reader.h"
 
 #include <glm/geometric.hpp>
 

@@ -7,8 +7,8 @@
 #include "pbm_build/build_statistics.h"
 #include "pbm_build/grid_choice.h"
 #include "pbm_build/metadata.h"
-#include "pbm_build/surface.h"
 #include "pbm_format/model.h"
+#include "pbm_scan/surface.h"
 
 #include <string>
 

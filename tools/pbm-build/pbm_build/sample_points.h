@@ -5,9 +5,9 @@
 #include "pbm_build/hit_store.h"
 #include "pbm_build/lattice.h"
 #include "pbm_build/sample.h"
-#include "pbm_build/surface.h"
 #include "pbm_build/vertex_normals.h"
 #include "pbm_format/model.h"
+#include "pbm_scan/surface.h"
 
 #include <functional>
 #include <span>

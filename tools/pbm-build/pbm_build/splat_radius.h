@@ -2,9 +2,9 @@
 // Based on: Campbell. Point Based Modelling and Rendering. 2006, sections 4.2 and 4.3 (a splat reaches its neighbours)
 #pragma once
 
-#include "pbm_build/surface.h"
 #include "pbm_build/voxelize.h"
 #include "pbm_format/model.h"
+#include "pbm_scan/surface.h"
 
 namespace pbm::build {
 

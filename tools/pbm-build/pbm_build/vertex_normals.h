@@ -3,7 +3,7 @@
 #pragma once
 
 #include "pbm_build/short_normal.h"
-#include "pbm_build/surface.h"
+#include "pbm_scan/surface.h"
 
 namespace pbm::build {
 

@@ -1,6 +1,6 @@
-#include "pbm_build/ply_source.h"
+#include "pbm_scan/ply_source.h"
 
-#include "pbm_build/text_number.h"
+#include "pbm_scan/text_number.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-#include "pbm_build/mesh_reader.h"
-#include "pbm_build/surface_reader.h"
+#include "pbm_scan/mesh_reader.h"
+#include "pbm_scan/surface_reader.h"
 
 #include <gtest/gtest.h>
 

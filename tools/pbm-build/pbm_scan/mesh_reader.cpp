@@ -1,6 +1,6 @@
-#include "pbm_build/mesh_reader.h"
+#include "pbm_scan/mesh_reader.h"
 
-#include "pbm_build/mesh_text.h"
+#include "pbm_scan/mesh_text.h"
 
 #include <OpenMesh/Core/IO/importer/BaseImporter.hh>
 #include <OpenMesh/Core/IO/reader/OBJReader.hh>

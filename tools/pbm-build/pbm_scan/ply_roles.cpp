@@ -1,4 +1,4 @@
-#include "pbm_build/ply_roles.h"
+#include "pbm_scan/ply_roles.h"
 
 #include <array>
 #include <initializer_list>

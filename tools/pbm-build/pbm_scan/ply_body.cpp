@@ -1,7 +1,7 @@
-#include "pbm_build/ply_body.h"
+#include "pbm_scan/ply_body.h"
 
-#include "pbm_build/ply_roles.h"
-#include "pbm_build/ply_source.h"
+#include "pbm_scan/ply_roles.h"
+#include "pbm_scan/ply_source.h"
 
 #include <algorithm>
 #include <cassert>

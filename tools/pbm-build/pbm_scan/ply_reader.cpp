@@ -1,8 +1,8 @@
-#include "pbm_build/ply_reader.h"
+#include "pbm_scan/ply_reader.h"
 
-#include "pbm_build/ply_body.h"
-#include "pbm_build/ply_roles.h"
-#include "pbm_build/text_number.h"
+#include "pbm_scan/ply_body.h"
+#include "pbm_scan/ply_roles.h"
+#include "pbm_scan/text_number.h"
 
 #include <algorithm>
 #include <cmath>

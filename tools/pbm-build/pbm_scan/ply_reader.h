@@ -4,7 +4,7 @@
 // Based on: Campbell. Point Based Modelling and Rendering. 2006 (element material)
 #pragma once
 
-#include "pbm_build/surface.h"
+#include "pbm_scan/surface.h"
 
 #include <cstdint>
 #include <span>

@@ -1,9 +1,9 @@
-#include "pbm_build/surface_reader.h"
+#include "pbm_scan/surface_reader.h"
 
-#include "pbm_build/mesh_reader.h"
-#include "pbm_build/ply_header.h"
-#include "pbm_build/ply_reader.h"
 #include "pbm_format/platform.h"
+#include "pbm_scan/mesh_reader.h"
+#include "pbm_scan/ply_header.h"
+#include "pbm_scan/ply_reader.h"
 
 #include <algorithm>
 #include <array>

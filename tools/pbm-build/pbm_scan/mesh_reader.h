@@ -1,7 +1,7 @@
 // Reads OBJ, OFF and STL files in memory with OpenMesh, into plain arrays.
 #pragma once
 
-#include "pbm_build/surface.h"
+#include "pbm_scan/surface.h"
 
 #include <cstdint>
 #include <span>

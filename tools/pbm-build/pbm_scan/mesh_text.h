@@ -3,7 +3,7 @@
 // none of that.
 #pragma once
 
-#include "pbm_build/surface.h"
+#include "pbm_scan/surface.h"
 
 #include <glm/vec3.hpp>
 

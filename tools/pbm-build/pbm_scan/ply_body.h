@@ -1,8 +1,8 @@
 // The body of a PLY file as columns: the numbers of every property that has a role, before they are interpreted.
 #pragma once
 
-#include "pbm_build/ply_header.h"
-#include "pbm_build/surface.h"
+#include "pbm_scan/ply_header.h"
+#include "pbm_scan/surface.h"
 
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>

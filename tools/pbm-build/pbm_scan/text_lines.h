@@ -1,9 +1,9 @@
 // Lines and words of a text that is edited in place: what mesh_text.h's checks walk over.
 #pragma once
 
-#include "pbm_build/ply_header.h"
-#include "pbm_build/surface.h"
-#include "pbm_build/text_number.h"
+#include "pbm_scan/ply_header.h"
+#include "pbm_scan/surface.h"
+#include "pbm_scan/text_number.h"
 
 #include <algorithm>
 #include <cmath>

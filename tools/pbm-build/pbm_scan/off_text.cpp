@@ -1,6 +1,6 @@
-#include "pbm_build/mesh_text.h"
+#include "pbm_scan/mesh_text.h"
 
-#include "pbm_build/text_lines.h"
+#include "pbm_scan/text_lines.h"
 
 #include <array>
 #include <charconv>

@@ -8,8 +8,8 @@
 // They return false at a fault; `fault` then says what is wrong and `offset` where.
 #pragma once
 
-#include "pbm_build/ply_header.h"
-#include "pbm_build/text_number.h"
+#include "pbm_scan/ply_header.h"
+#include "pbm_scan/text_number.h"
 
 #include <bit>
 #include <cstddef>

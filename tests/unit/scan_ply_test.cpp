@@ -1,4 +1,4 @@
-#include "pbm_build/ply_reader.h"
+#include "pbm_scan/ply_reader.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "pbm_build/surface.h"
+#include "pbm_scan/surface.h"
 
 #include <cstddef>
 #include <limits>

@@ -1,7 +1,7 @@
 // What the elements and properties of a PLY file mean to PBM: all the spellings that are understood, in one place.
 #pragma once
 
-#include "pbm_build/ply_header.h"
+#include "pbm_scan/ply_header.h"
 
 #include <string>
 #include <string_view>

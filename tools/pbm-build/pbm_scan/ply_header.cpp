@@ -1,4 +1,4 @@
-#include "pbm_build/ply_header.h"
+#include "pbm_scan/ply_header.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "pbm_build/text_number.h"
+#include "pbm_scan/text_number.h"
 
 #include <array>
 #include <charconv>

@@ -1,0 +1,22 @@
+// The command line of pbm-build.
+#pragma once
+
+#include "pbm_build/pipeline.h"
+#include "progress_display.h"
+
+#include <optional>
+#include <string>
+
+namespace pbm::build {
+
+struct Arguments {
+    std::string input, output;
+    std::string json; // file, "-" for stdout, empty for none
+    BuildOptions build;
+    Verbosity verbosity = Verbosity::normal;
+};
+
+// Fills `arguments`, or returns the exit code of a program that has said all it had to say.
+std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments);
+
+} // namespace pbm::build
