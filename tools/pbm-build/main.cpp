@@ -48,19 +48,19 @@ std::string report(const Arguments &arguments, const BuildStatistics &statistics
 
 int run(Arguments &arguments) {
     if (arguments.output.empty())
-        arguments.output = std::filesystem::path(arguments.input).replace_extension(".bvg").string();
+        arguments.output = std::filesystem::path(arguments.inputs.front()).replace_extension(".bvg").string();
     if (const auto refused =
-            command_line::refuse_outputs(kProgram, {{arguments.input}}, {{arguments.output, arguments.json}}))
+            command_line::refuse_outputs(kProgram, arguments.inputs, {{arguments.output, arguments.json}}))
         return *refused;
 
     BuildStatistics statistics;
     {
         ProgressDisplay display(arguments.verbosity);
         const Progress progress = [&](std::string_view step, double done) { display.show(step, done); };
-        const Result<Model> model = read_and_build(arguments.input, arguments.build, statistics, progress);
+        const Result<Model> model = read_and_build(arguments.inputs, arguments.build, statistics, progress);
         display.clear();
         if (!model)
-            return command_line::fail(kProgram, arguments.input, model.error());
+            return command_line::fail(kProgram, arguments.inputs.front(), model.error());
         const Status written = write(arguments.output, model.value(), arguments.build, statistics, progress);
         display.clear();
         if (!written)
@@ -71,7 +71,7 @@ int run(Arguments &arguments) {
     if (arguments.json.empty())
         return 0;
     const Status told =
-        command_line::write_text(arguments.json, to_json(statistics, arguments.input, arguments.output));
+        command_line::write_text(arguments.json, to_json(statistics, arguments.inputs, arguments.output));
     return told ? 0 : command_line::fail(kProgram, arguments.json, told.error());
 }
 

@@ -45,7 +45,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
                  "Exit codes: 0 done, 1 usage, 2 I/O, 3 damaged input, 4 memory, 5 unsupported.",
                  "pbm-build"};
     BuildOptions &options = arguments.build;
-    app.add_option("INPUT", arguments.input, "Scan to read")->required();
+    app.add_option("INPUT", arguments.inputs, "Scan to read")->required()->expected(1);
     app.add_option("-o,--output", arguments.output, "File to write; default: the input's name with .bvg");
     app.add_option("-j,--threads", options.threads, "Threads, 0 for all processors")->check(CLI::Range(0, 1024));
     auto *depth = app.add_option("--depth", options.grid.depth, "Depth: 2^N voxels per edge of the grid, 5..16")

@@ -6,11 +6,13 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace pbm::build {
 
 struct Arguments {
-    std::string input, output;
+    std::vector<std::string> inputs; // at least one
+    std::string output;
     std::string json; // file, "-" for stdout, empty for none
     BuildOptions build;
     Verbosity verbosity = Verbosity::normal;

@@ -55,9 +55,9 @@ std::string_view to_string(AttributeReport::Fate fate) {
     return "unknown";
 }
 
-std::string to_json(const BuildStatistics &statistics, const std::string &input, const std::string &output) {
+std::string to_json(const BuildStatistics &statistics, std::span<const std::string> inputs, const std::string &output) {
     nlohmann::ordered_json json;
-    json["input"] = input;
+    json["inputs"] = inputs;
     json["output"] = output;
     json["input_bytes"] = statistics.input_bytes;
     json["vertices"] = statistics.vertices;

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -68,6 +69,6 @@ class StepClock {
 std::string_view to_string(AttributeReport::Fate fate);
 
 // One JSON object, indented, with a final newline.
-std::string to_json(const BuildStatistics &statistics, const std::string &input, const std::string &output);
+std::string to_json(const BuildStatistics &statistics, std::span<const std::string> inputs, const std::string &output);
 
 } // namespace pbm::build

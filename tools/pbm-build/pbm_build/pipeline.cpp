@@ -254,8 +254,9 @@ Result<Model> build_model(Surface surface, const BuildOptions &options, BuildSta
     return model;
 }
 
-Result<Model> read_and_build(const std::string &input, const BuildOptions &options, BuildStatistics &statistics,
-                             const Progress &progress) {
+Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
+                             BuildStatistics &statistics, const Progress &progress) {
+    const std::string &input = inputs.front();
     StepClock clock(statistics, progress);
     Result<Surface> surface = clock.run("read", [&](auto read_progress) {
         return read_surface(input, {.strict = options.strict, .progress = read_progress});

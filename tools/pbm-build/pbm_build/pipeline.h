@@ -10,6 +10,7 @@
 #include "pbm_format/model.h"
 #include "pbm_scan/surface.h"
 
+#include <span>
 #include <string>
 
 namespace pbm::build {
@@ -36,8 +37,8 @@ Result<Model> build_model(Surface surface, const BuildOptions &options, BuildSta
                           const Progress &progress = {});
 
 // read_surface, then build_model.
-Result<Model> read_and_build(const std::string &input, const BuildOptions &options, BuildStatistics &statistics,
-                             const Progress &progress = {});
+Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
+                             BuildStatistics &statistics, const Progress &progress = {});
 
 // write_model with the options that concern it.
 Status write(const std::string &output, const Model &model, const BuildOptions &options, BuildStatistics &statistics,
