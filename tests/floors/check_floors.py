@@ -67,7 +67,7 @@ HOMES = {
     r"sys/(mman|resource|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/platform\.cpp",
     r"(fcntl|unistd)\.h|sys/.*": (
         r"format_spec/pbm_format/platform\.cpp"
-        r"|tools/pbm-build/progress_display\.cpp"
+        r"|command_line/progress_display\.cpp"
     ),
 }
 C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot

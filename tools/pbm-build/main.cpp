@@ -2,7 +2,6 @@
 #include "command_line/command_line.h"
 #include "options.h"
 #include "pbm_build/pipeline.h"
-#include "progress_display.h"
 
 #include <algorithm>
 #include <array>
@@ -33,7 +32,7 @@ std::string report(const Arguments &arguments, const BuildStatistics &statistics
     const auto add = [&](int length) {
         text.append(line.data(), std::min(line.size() - 1, static_cast<std::size_t>(length)));
     };
-    if (arguments.verbosity == Verbosity::verbose)
+    if (arguments.verbosity == command_line::Verbosity::verbose)
         for (const StepStatistics &step : statistics.steps)
             add(std::snprintf(line.data(), line.size(), "%-14s %8.3f s, peak %s\n", step.name.c_str(), step.seconds,
                               megabytes(step.peak_memory).c_str()));
@@ -55,7 +54,7 @@ int run(Arguments &arguments) {
 
     BuildStatistics statistics;
     {
-        ProgressDisplay display(arguments.verbosity);
+        command_line::ProgressDisplay display(arguments.verbosity);
         const Progress progress = [&](std::string_view step, double done) { display.show(step, done); };
         const Result<Model> model = read_and_build(arguments.inputs, arguments.build, statistics, progress);
         display.clear();
@@ -66,7 +65,7 @@ int run(Arguments &arguments) {
         if (!written)
             return command_line::fail(kProgram, arguments.output, written.error());
     }
-    if (arguments.verbosity != Verbosity::quiet && arguments.json != "-")
+    if (arguments.verbosity != command_line::Verbosity::quiet && arguments.json != "-")
         std::cout << report(arguments, statistics);
     if (arguments.json.empty())
         return 0;

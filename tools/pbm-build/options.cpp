@@ -83,9 +83,9 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     app.add_option("--json", arguments.json, "Statistics as JSON, to FILE or (--json alone) to stdout")
         ->type_name("[=FILE]");
     app.add_flag_callback(
-        "-q,--quiet", [&] { arguments.verbosity = Verbosity::quiet; }, "Say nothing but errors");
+        "-q,--quiet", [&] { arguments.verbosity = command_line::Verbosity::quiet; }, "Say nothing but errors");
     app.add_flag_callback(
-        "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Name every step");
+        "-v,--verbose", [&] { arguments.verbosity = command_line::Verbosity::verbose; }, "Name every step");
     app.set_version_flag("-V,--version", "pbm-build " PBM_VERSION);
     return command_line::parse(app, program, argc, argv, kBakingSwitches);
 }

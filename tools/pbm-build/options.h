@@ -1,8 +1,8 @@
 // The command line of pbm-build.
 #pragma once
 
+#include "command_line/progress_display.h"
 #include "pbm_build/pipeline.h"
-#include "progress_display.h"
 
 #include <optional>
 #include <string>
@@ -15,7 +15,7 @@ struct Arguments {
     std::string output;
     std::string json; // file, "-" for stdout, empty for none
     BuildOptions build;
-    Verbosity verbosity = Verbosity::normal;
+    command_line::Verbosity verbosity = command_line::Verbosity::normal;
 };
 
 // Fills `arguments`, or returns the exit code of a program that has said all it had to say.

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace pbm::build {
+namespace pbm::command_line {
 
 enum class Verbosity { quiet, normal, verbose };
 
@@ -34,4 +34,4 @@ class ProgressDisplay {
     Clock::time_point drawn_{};
 };
 
-} // namespace pbm::build
+} // namespace pbm::command_line

@@ -1,11 +1,11 @@
-#include "progress_display.h"
+#include "command_line/progress_display.h"
 
 #include <algorithm>
 #include <cstdio>
 
 #include <unistd.h>
 
-namespace pbm::build {
+namespace pbm::command_line {
 namespace {
 
 constexpr int kBarWidth = 30;
@@ -44,4 +44,4 @@ void ProgressDisplay::clear() {
     bar_shown_ = false;
 }
 
-} // namespace pbm::build
+} // namespace pbm::command_line
