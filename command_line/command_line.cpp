@@ -68,7 +68,7 @@ std::optional<int> refuse_outputs(std::string_view program, std::span<const std:
         if (!is_file(output))
             continue;
         for (const std::string &input : inputs)
-            if (same_file(input, output))
+            if (is_file(input) && same_file(input, output))
                 return fail_usage(program, output + ": the output is the input; choose another name");
         for (std::size_t j = 0; j < i; ++j)
             if (is_file(outputs[j]) && same_file(outputs[j], output))

@@ -81,6 +81,61 @@ Result<MappedFile> MappedFile::open(const std::string &path) {
     return MappedFile(static_cast<const std::uint8_t *>(data), size);
 }
 
+bool is_stream(const std::string &path) {
+    struct stat status {};
+    return path == "-" || (::stat(path.c_str(), &status) == 0 &&
+                           (S_ISFIFO(status.st_mode) || S_ISCHR(status.st_mode) || S_ISSOCK(status.st_mode)));
+}
+
+Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_t max_bytes) {
+    constexpr std::size_t kFirst = std::size_t{1} << 20, kMostAtOnce = std::size_t{1} << 30;
+    const Descriptor file(path == "-" ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!file.ok())
+        return io_error("cannot open", errno);
+    if (::isatty(file.number()) == 1)
+        return Error{ErrorCode::io, 0, "is a terminal; name a file, or send one through a pipe"};
+    const auto too_long = [&] {
+        return Error{ErrorCode::memory, 0,
+                     "more than " + std::to_string(max_bytes >> 20) + " MiB from a stream; write it to a file first"};
+    };
+    std::size_t room = kFirst, size = 0;
+    void *data = ::mmap(nullptr, room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (data == MAP_FAILED)
+        return Error{ErrorCode::memory, 0, "out of memory"};
+    for (;;) {
+        if (size == room) {
+            void *const larger = ::mremap(data, room, 2 * room, MREMAP_MAYMOVE);
+            if (larger == MAP_FAILED) {
+                ::munmap(data, room);
+                return Error{ErrorCode::memory, 0, "out of memory"};
+            }
+            data = larger;
+            room *= 2;
+        }
+        const ssize_t got =
+            ::read(file.number(), static_cast<std::uint8_t *>(data) + size, std::min(room - size, kMostAtOnce));
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got > 0)
+            size += static_cast<std::size_t>(got);
+        if (got > 0 && size <= max_bytes)
+            continue;
+        const int error = got < 0 ? errno : 0;
+        if (got == 0 && size > 0) {
+            // Whole pages: what is beyond the last one goes back.
+            const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+            const std::size_t kept = (size + page - 1) / page * page;
+            if (kept < room)
+                ::munmap(static_cast<std::uint8_t *>(data) + kept, room - kept);
+            return MappedFile(static_cast<const std::uint8_t *>(data), size);
+        }
+        ::munmap(data, room);
+        if (error != 0)
+            return io_error("cannot read", error);
+        return got == 0 ? Result<MappedFile>(MappedFile(nullptr, 0)) : Result<MappedFile>(too_long());
+    }
+}
+
 MappedFile::MappedFile(MappedFile &&other) noexcept
     : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
 

@@ -14,6 +14,11 @@ namespace pbm {
 class MappedFile {
   public:
     static Result<MappedFile> open(const std::string &path);
+    // Reads a stream (is_stream) to its end, into memory that this then holds.
+    //
+    // errors  io      the system's own text; standard input is a terminal
+    //         memory  more than `max_bytes`, or more than there is
+    static Result<MappedFile> read_stream(const std::string &path, std::uint64_t max_bytes);
 
     MappedFile(MappedFile &&other) noexcept;
     MappedFile &operator=(MappedFile &&other) noexcept;
@@ -29,6 +34,9 @@ class MappedFile {
     const std::uint8_t *data_ = nullptr;
     std::size_t size_ = 0;
 };
+
+// "-", which is standard input, and whatever has no size before it is read: a pipe, a socket, a character device.
+bool is_stream(const std::string &path);
 
 // Makes `path` hold `bytes` or leaves it as it was: temporary sibling, write, fsync, rename, fsync of the folder.
 // A path that names a character device or a pipe (/dev/stdout, say) is written to directly.

@@ -103,7 +103,8 @@ TEST(Lattice, CoordinatesAreRoundedAndStayInside) {
     grid.depth = 4;
     grid.origin = {10, 20, 30};
     grid.voxel_size = 0.5;
-    const auto lattice = to_lattice({{10, 20, 30}, {10.5 - 1e-12, 21, 38}, {-100, 1e30, 34}}, grid, 2);
+    const std::vector<glm::dvec3> places{{10, 20, 30}, {10.5 - 1e-12, 21, 38}, {-100, 1e30, 34}};
+    const auto lattice = to_lattice(places, grid, 2);
     EXPECT_EQ(lattice[0], LatticePoint(0, 0, 0));
     EXPECT_EQ(lattice[1], LatticePoint(1 << kLatticeBits, 2 << kLatticeBits, (16 << kLatticeBits) - 1));
     EXPECT_EQ(voxel_of(lattice[2]), glm::ivec3(0, 15, 8));

@@ -26,7 +26,7 @@ std::string megabytes(std::uint64_t bytes) {
 std::string report(const Arguments &arguments, const BuildStatistics &statistics) {
     std::string text;
     for (const AttributeReport &line : statistics.attributes)
-        text += line.name + ": " + std::string(to_string(line.fate)) +
+        text += (line.input.empty() ? "" : line.input + ": ") + line.name + ": " + std::string(to_string(line.fate)) +
                 (line.note.empty() ? "" : " (" + line.note + ")") + "\n";
     std::array<char, 256> line{};
     const auto add = [&](int length) {
@@ -48,9 +48,17 @@ std::string report(const Arguments &arguments, const BuildStatistics &statistics
 int run(Arguments &arguments) {
     if (arguments.output.empty())
         arguments.output = std::filesystem::path(arguments.inputs.front()).replace_extension(".bvg").string();
-    if (const auto refused =
-            command_line::refuse_outputs(kProgram, arguments.inputs, {{arguments.output, arguments.json}}))
+    std::vector<std::string> read = arguments.inputs;
+    if (!arguments.grid_like.empty())
+        read.push_back(arguments.grid_like);
+    if (const auto refused = command_line::refuse_outputs(kProgram, read, {{arguments.output, arguments.json}}))
         return *refused;
+    if (!arguments.grid_like.empty()) {
+        Result<Grid> grid = read_grid(arguments.grid_like);
+        if (!grid)
+            return command_line::fail(kProgram, arguments.grid_like, grid.error());
+        arguments.build.grid.like = *grid;
+    }
 
     BuildStatistics statistics;
     {
@@ -59,7 +67,8 @@ int run(Arguments &arguments) {
         const Result<Model> model = read_and_build(arguments.inputs, arguments.build, statistics, progress);
         display.clear();
         if (!model)
-            return command_line::fail(kProgram, arguments.inputs.front(), model.error());
+            return command_line::fail(kProgram, arguments.inputs.size() > 1 ? "" : arguments.inputs.front(),
+                                      model.error());
         const Status written = write(arguments.output, model.value(), arguments.build, statistics, progress);
         display.clear();
         if (!written)

@@ -13,7 +13,8 @@ namespace pbm::build {
 struct Arguments {
     std::vector<std::string> inputs; // at least one
     std::string output;
-    std::string json; // file, "-" for stdout, empty for none
+    std::string grid_like; // .bvg whose grid is taken, empty for none
+    std::string json;      // file, "-" for stdout, empty for none
     BuildOptions build;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;
 };

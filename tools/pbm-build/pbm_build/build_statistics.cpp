@@ -73,8 +73,12 @@ std::string to_json(const BuildStatistics &statistics, std::span<const std::stri
     json["seconds"] = statistics.seconds();
     json["peak_memory"] = peak_memory();
     json["attributes"] = nlohmann::ordered_json::array();
-    for (const AttributeReport &line : statistics.attributes)
-        json["attributes"].push_back({{"name", line.name}, {"fate", to_string(line.fate)}, {"note", line.note}});
+    for (const AttributeReport &line : statistics.attributes) {
+        nlohmann::ordered_json entry{{"name", line.name}, {"fate", to_string(line.fate)}, {"note", line.note}};
+        if (!line.input.empty())
+            entry["input"] = line.input;
+        json["attributes"].push_back(std::move(entry));
+    }
     json["steps"] = nlohmann::ordered_json::array();
     for (const StepStatistics &step : statistics.steps)
         json["steps"].push_back({{"name", step.name}, {"seconds", step.seconds}, {"peak_memory", step.peak_memory}});

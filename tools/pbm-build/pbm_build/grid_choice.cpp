@@ -4,6 +4,8 @@
 #include "pbm_build/lattice.h"
 #include "pbm_build/radix_sort.h"
 #include "pbm_format/parallel.h"
+#include "pbm_format/platform.h"
+#include "pbm_format/reader.h"
 
 #include <algorithm>
 #include <atomic>
@@ -28,6 +30,20 @@ std::string number(double value) {
     std::snprintf(text.data(), text.size(), "%.3g", value);
     return text.data();
 }
+
+std::string precise(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.12g", value);
+    return text.data();
+}
+
+double farthest_coordinate(const Bounds &bounds) {
+    return std::max({std::fabs(bounds.lowest.x), std::fabs(bounds.lowest.y), std::fabs(bounds.lowest.z),
+                     std::fabs(bounds.highest.x), std::fabs(bounds.highest.y), std::fabs(bounds.highest.z)});
+}
+
+// Of the farthest coordinate, at depth kMaxDepth: 64 doubles lie side by side in such a voxel.
+constexpr double kLeastVoxel = 0x1p-46;
 
 // Squared lengths fall into classes by sign, exponent and six bits of the fraction of the double.
 constexpr int kLengthShift = 46;
@@ -55,17 +71,14 @@ Bounds bounds_of(const Surface &surface) {
     for (const glm::uvec3 &t : surface.triangles)
         for (int corner = 0; corner < 3; ++corner)
             widen(bounds, surface.positions[t[corner]]);
-    if (surface.triangles.empty())
-        for (const glm::dvec3 &p : surface.positions)
-            widen(bounds, p);
+    for (std::size_t i = surface.first_point(); i < surface.positions.size(); ++i)
+        widen(bounds, surface.positions[i]);
     return bounds;
 }
 
 Status check_bounds(const Bounds &bounds) {
     const double extent = bounds.extent();
-    const double farthest =
-        std::max({std::fabs(bounds.lowest.x), std::fabs(bounds.lowest.y), std::fabs(bounds.lowest.z),
-                  std::fabs(bounds.highest.x), std::fabs(bounds.highest.y), std::fabs(bounds.highest.z)});
+    const double farthest = farthest_coordinate(bounds);
     if (!(farthest <= 1e30))
         return Error{ErrorCode::too_large, 0,
                      "coordinates reach " + number(farthest) + ", the limit is 1e30: scale the scan down"};
@@ -82,7 +95,7 @@ Grid centred_grid(const Bounds &bounds, int depth) {
     double edge = bounds.extent() * (1 + kMargin);
     if (!(edge > 0))
         edge = 1;
-    edge = std::max(edge, farthest * 0x1p-30); // a voxel of depth 16 stays above the precision of the coordinates
+    edge = std::max(edge, std::ldexp(farthest * kLeastVoxel, kMaxDepth));
     Grid grid;
     grid.depth = depth;
     grid.voxel_size = std::ldexp(edge, -depth);
@@ -94,6 +107,11 @@ Grid centred_grid(const Bounds &bounds, int depth) {
 Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size) {
     if (!std::isnormal(voxel_size) || !std::isfinite(std::ldexp(voxel_size, kMaxDepth)))
         return Error{ErrorCode::usage, 0, "a voxel size of " + number(voxel_size) + " is out of range"};
+    const double farthest = farthest_coordinate(bounds);
+    if (voxel_size < farthest * kLeastVoxel)
+        return Error{ErrorCode::usage, 0,
+                     "a voxel size of " + number(voxel_size) + " is finer than coordinates of " + number(farthest) +
+                         " can be; use at least " + number(farthest * kLeastVoxel)};
     for (int depth = kMinBuildDepth; depth <= kMaxDepth; ++depth) {
         Grid grid;
         grid.depth = depth;
@@ -112,6 +130,33 @@ Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size) {
     return Error{ErrorCode::usage, 0,
                  "a voxel size of " + number(voxel_size) + " needs more than " + std::to_string(kMaxDepth) +
                      " levels; use at least " + number(least)};
+}
+
+Result<Grid> read_grid(const std::string &path) {
+    const Result<MappedFile> file = MappedFile::open(path);
+    if (!file)
+        return file.error();
+    const Result<Reader> reader = Reader::open(file->bytes());
+    if (!reader)
+        return reader.error();
+    return reader->parameters().grid;
+}
+
+Status check_fits(const Bounds &bounds, const Grid &grid) {
+    if (grid.depth < kMinBuildDepth)
+        return Error{ErrorCode::usage, 0,
+                     "the grid of --grid-like has depth " + std::to_string(grid.depth) + ", the least is " +
+                         std::to_string(kMinBuildDepth)};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double corner = grid.origin[static_cast<std::size_t>(axis)];
+        const double low = bounds.lowest[axis], high = bounds.highest[axis];
+        if (low < corner || high - corner > grid.edge())
+            return Error{ErrorCode::usage, 0,
+                         "the scan reaches from " + precise(low) + " to " + precise(high) + " along " + "xyz"[axis] +
+                             ", the grid of --grid-like from " + precise(corner) + " to " +
+                             precise(corner + grid.edge()) + "; choose a larger grid, or --scale and --origin"};
+    }
+    return {};
 }
 
 double median_edge(const Surface &surface, int threads) {
@@ -154,8 +199,9 @@ int mesh_depth(const Bounds &bounds, double median_edge) {
 
 std::vector<std::uint64_t> occupied_voxels(const Surface &surface, const Bounds &bounds, int threads) {
     std::vector<MortonCode> codes;
-    codes.reserve(surface.positions.size());
-    for (const LatticePoint &p : to_lattice(surface.positions, centred_grid(bounds, kMaxDepth), threads))
+    const std::span<const glm::dvec3> points = std::span(surface.positions).subspan(surface.first_point());
+    codes.reserve(points.size());
+    for (const LatticePoint &p : to_lattice(points, centred_grid(bounds, kMaxDepth), threads))
         codes.push_back(code_of(voxel_of(p)));
     std::vector<MortonCode> spare;
     radix_sort(codes, spare, 0, 3 * kMaxDepth);

@@ -6,22 +6,24 @@
 #include "pbm_scan/surface.h"
 
 #include <optional>
+#include <string>
 
 namespace pbm::build {
 
 // On a coarser grid a splat of 5 % of the edge, the most that is allowed, could not cover a voxel: holes would open.
 inline constexpr int kMinBuildDepth = 5;
 
-// At most one of the first three is set; none asks for a voxel edge close to the sampling distance.
+// At most one of the first four is set; none asks for a voxel edge close to the sampling distance.
 struct GridRequest {
     std::optional<int> depth;                // kMinBuildDepth..kMaxDepth
     std::optional<double> voxel_size;        // model units, > 0; the origin snaps to multiples of it
     std::optional<std::uint64_t> max_points; // the finest depth with at most so many points
+    std::optional<Grid> like;                // this very grid, with its unit and up axis
     Unit unit = Unit::unknown;
     UpAxis up = UpAxis::y;
 };
 
-// Axis-aligned box of what will be sampled: the corners of triangles, or all points where there are no triangles.
+// Axis-aligned box of what will be sampled: the corners of triangles, and points.
 struct Bounds {
     glm::dvec3 lowest{}, highest{};
     double extent() const; // longest edge
@@ -39,8 +41,18 @@ Grid centred_grid(const Bounds &bounds, int depth);
 
 // Voxels of exactly this size whose corners lie at multiples of it; the least depth that holds the box.
 //
-// errors  usage  more than kMaxDepth levels would be needed
+// errors  usage  more than kMaxDepth levels would be needed; voxels finer than doubles are at that place
 Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size);
+
+// The grid of a .bvg file.
+//
+// errors  io, and those of Reader::open (pbm_format/reader.h)
+Result<Grid> read_grid(const std::string &path);
+
+// Nothing that is sampled may lie outside, so that no point is moved.
+//
+// errors  usage  something does; the grid is coarser than kMinBuildDepth
+Status check_fits(const Bounds &bounds, const Grid &grid);
 
 // Range of depths chosen by itself. A coarse mesh is sampled finer than its vertices: it should not look like bricks.
 inline constexpr int kLeastMeshDepth = 8, kMostMeshDepth = 12;
@@ -52,7 +64,7 @@ double median_edge(const Surface &surface, int threads);
 // Depth whose voxel edge comes closest to the median edge length, as a ratio.
 int mesh_depth(const Bounds &bounds, double median_edge);
 
-// Number of occupied voxels at depth 0..kMaxDepth of the centred grid.
+// Number of voxels at depth 0..kMaxDepth of the centred grid that the surface's points occupy.
 std::vector<std::uint64_t> occupied_voxels(const Surface &surface, const Bounds &bounds, int threads);
 
 // Finest depth at which a level still has 2.5 times the voxels of the level above: a densely sampled surface has 4, and

@@ -7,7 +7,7 @@
 
 namespace pbm::build {
 
-std::vector<LatticePoint> to_lattice(const std::vector<glm::dvec3> &positions, const Grid &grid, int threads) {
+std::vector<LatticePoint> to_lattice(std::span<const glm::dvec3> positions, const Grid &grid, int threads) {
     constexpr std::size_t kBlock = 65536;
     const double last = static_cast<double>((std::int64_t{1} << (grid.depth + kLatticeBits)) - 1);
     const glm::dvec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace pbm::build {
@@ -19,7 +20,7 @@ inline constexpr double kLatticeSteps = 1 << kLatticeBits; // per voxel
 using LatticePoint = glm::ivec3;
 
 // Nearest lattice points, clamped into the grid. Positions are finite, in model units.
-std::vector<LatticePoint> to_lattice(const std::vector<glm::dvec3> &positions, const Grid &grid, int threads);
+std::vector<LatticePoint> to_lattice(std::span<const glm::dvec3> positions, const Grid &grid, int threads);
 
 // Voxel of the finest level that holds a lattice point (half open: its lower faces belong to it).
 inline glm::ivec3 voxel_of(const LatticePoint &p) {

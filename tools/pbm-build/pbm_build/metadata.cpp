@@ -6,8 +6,8 @@
 
 namespace pbm::build {
 
-Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, ColourFormat colour,
-                                  int compression_level, bool flip_faces) {
+Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, const Placement &placement,
+                                  ColourFormat colour, int compression_level, bool flip_faces) {
     nlohmann::ordered_json metadata;
     metadata["generator"] = std::string("pbm-build ") + PBM_VERSION;
     const auto add = [&](const char *key, const std::string &text) {
@@ -24,6 +24,12 @@ Result<std::string> make_metadata(const Credits &credits, const GridRequest &gri
         options["voxel_size"] = *grid.voxel_size;
     if (grid.max_points)
         options["max_points"] = *grid.max_points;
+    if (grid.like)
+        options["grid_like"] = true;
+    if (placement.scale)
+        options["scale"] = *placement.scale;
+    if (placement.origin)
+        options["origin"] = *placement.origin;
     if (colour != ColourFormat::none)
         options["colour"] = colour == ColourFormat::rgb565 ? 565 : 888;
     options["compression_level"] = compression_level;

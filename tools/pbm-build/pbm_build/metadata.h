@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_build/grid_choice.h"
+#include "pbm_build/placement.h"
 
 #include <string>
 
@@ -11,10 +12,10 @@ struct Credits {
     std::string name, licence, credit; // UTF-8, may be empty
 };
 
-// JSON object. `compression_level` and `colour` as they were used; of `grid` only what was asked for.
+// JSON object. `compression_level` and `colour` as they were used; of `grid` and `placement` only what was asked for.
 //
 // errors  usage  not UTF-8, or longer than 4 KB
-Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, ColourFormat colour,
-                                  int compression_level, bool flip_faces);
+Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, const Placement &placement,
+                                  ColourFormat colour, int compression_level, bool flip_faces);
 
 } // namespace pbm::build

@@ -1,5 +1,6 @@
 #include "pbm_build/pipeline.h"
 
+#include "pbm_build/merge_surfaces.h"
 #include "pbm_build/sample_points.h"
 #include "pbm_build/splat_radius.h"
 #include "pbm_build/vertex_normals.h"
@@ -11,8 +12,9 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <filesystem>
+#include <cstdio>
 
 namespace pbm::build {
 namespace {
@@ -31,7 +33,7 @@ Status check_surface(const Surface &surface) {
         return Error{ErrorCode::unsupported_feature, 0,
                      std::to_string(surface.materials.size()) + " materials, a .bvg file holds " +
                          std::to_string(kMaxMaterials) + "; merge some of them"};
-    return check_bounds(bounds_of(surface));
+    return {};
 }
 
 // What the readers left out.
@@ -39,7 +41,7 @@ void report_dropped(const Surface &surface, BuildStatistics &statistics) {
     const auto report = [&](const char *name, std::uint64_t count, const char *why) {
         if (count > 0)
             statistics.attributes.push_back(
-                {name, AttributeReport::Fate::dropped, std::to_string(count) + std::string(why)});
+                {name, AttributeReport::Fate::dropped, std::to_string(count) + std::string(why), surface.name});
     };
     report("vertices", surface.dropped_vertices, " with coordinates that are not finite");
     report("triangles", surface.dropped_triangles, " degenerate, or with a dropped vertex");
@@ -62,7 +64,7 @@ void report_winding(const Surface &surface, BuildStatistics &statistics) {
     if (volume < -kClearlyClosed * area * std::sqrt(area))
         statistics.attributes.push_back(
             {"winding", AttributeReport::Fate::kept,
-             "the faces point inwards; if the model looks inside out, build it with --flip-faces"});
+             "the faces point inwards; if the model looks inside out, build it with --flip-faces", surface.name});
 }
 
 // Vertices that no triangle uses have no surface to belong to.
@@ -80,23 +82,76 @@ Status report_loose_vertices(const Surface &surface, bool strict, BuildStatistic
     if (strict)
         return Error{ErrorCode::bad_input, 0,
                      "--strict: " + note + "; remove them from the scan or leave --strict out"};
-    statistics.attributes.push_back({"loose vertices", AttributeReport::Fate::dropped, note});
+    statistics.attributes.push_back({"loose vertices", AttributeReport::Fate::dropped, note, surface.name});
     return {};
+}
+
+Error of_input(const std::string &name, Error error) {
+    if (!name.empty())
+        error.message = name + ": " + error.message;
+    return error;
+}
+
+// What there is to say about one input before it is merged with others, and what refuses it.
+Status examine(Surface &surface, const BuildOptions &options, BuildStatistics &statistics) {
+    statistics.vertices += surface.positions.size();
+    statistics.triangles += surface.triangles.size();
+    statistics.input_bytes += surface.input_bytes;
+    for (AttributeReport &line : surface.report)
+        line.input = surface.name;
+    const auto reported = static_cast<std::ptrdiff_t>(statistics.attributes.size());
+    statistics.attributes.insert(statistics.attributes.begin() + reported, surface.report.begin(),
+                                 surface.report.end());
+    surface.report.clear();
+    report_dropped(surface, statistics);
+    if (options.flip_faces)
+        for (glm::uvec3 &t : surface.triangles)
+            std::swap(t.y, t.z);
+    report_winding(surface, statistics);
+    if (Status checked = check_surface(surface); !checked)
+        return checked;
+    return report_loose_vertices(surface, options.strict, statistics);
+}
+
+// Coordinates of single precision cannot tell places apart that lie closer than their steps.
+struct SinglePrecision {
+    std::string input;
+    double step, near;
+};
+
+void report_steps(const std::vector<SinglePrecision> &inputs, double voxel_size, BuildStatistics &statistics) {
+    for (const SinglePrecision &input : inputs)
+        if (input.step > voxel_size) {
+            std::array<char, 256> note{};
+            std::snprintf(note.data(), note.size(),
+                          "single precision: near %.3g they have steps of %.3g, a voxel has %.3g; export the scan with "
+                          "doubles, or shifted to its place, and give the shift as --origin",
+                          input.near, input.step, voxel_size);
+            statistics.attributes.push_back({"coordinates", AttributeReport::Fate::kept, note.data(), input.input});
+        }
 }
 
 // Depths to try, finest first, until the voxels are few enough: a surface of area A has at least about A / voxel^2 of
 // them.
 int finest_depth(const Surface &surface, const Bounds &bounds, std::uint64_t max_points, int threads) {
     int depth = kMaxDepth;
-    if (surface.triangles.empty()) {
-        const auto occupied = occupied_voxels(surface, bounds, threads);
-        while (depth > kMinBuildDepth && occupied[static_cast<std::size_t>(depth)] > max_points)
-            --depth;
-        return depth;
-    }
     const double area = relative_area(surface, bounds, threads);
-    while (depth > kMinBuildDepth && std::ldexp(area, 2 * depth) > static_cast<double>(max_points))
+    const auto occupied = occupied_voxels(surface, bounds, threads);
+    const auto least = [&] {
+        return std::max(std::ldexp(area, 2 * depth), static_cast<double>(occupied[static_cast<std::size_t>(depth)]));
+    };
+    while (depth > kMinBuildDepth && least() > static_cast<double>(max_points))
         --depth;
+    return depth;
+}
+
+// The finest of what the triangles and the points ask for.
+int chosen_depth(const Surface &surface, const Bounds &bounds, int threads) {
+    int depth = kMinBuildDepth;
+    if (!surface.triangles.empty())
+        depth = std::max(depth, mesh_depth(bounds, median_edge(surface, threads)));
+    if (surface.point_count() > 0)
+        depth = std::max(depth, point_depth(occupied_voxels(surface, bounds, threads)));
     return depth;
 }
 
@@ -112,10 +167,12 @@ Result<Grid> choose_grid(const Surface &surface, const GridRequest &request, int
         grid = centred_grid(bounds, *request.depth);
     } else if (request.max_points) {
         grid = centred_grid(bounds, finest_depth(surface, bounds, *request.max_points, threads));
-    } else if (surface.triangles.empty()) {
-        grid = centred_grid(bounds, point_depth(occupied_voxels(surface, bounds, threads)));
+    } else if (request.like) {
+        if (Status fits = check_fits(bounds, *request.like); !fits)
+            return fits.error();
+        return *request.like;
     } else {
-        grid = centred_grid(bounds, mesh_depth(bounds, median_edge(surface, threads)));
+        grid = centred_grid(bounds, chosen_depth(surface, bounds, threads));
     }
     grid.unit = request.unit;
     grid.up = request.up;
@@ -187,34 +244,36 @@ Result<Voxels> sample_and_voxelize(const Surface &surface, const VertexNormals &
 // Radii and the normals that are still missing.
 void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads) {
     fill_normals(voxels, threads);
-    if (!surface.triangles.empty())
+    if (surface.point_count() > 0)
+        radii_from_neighbours(voxels, depth, threads);
+    else
         for (std::uint8_t &radius : voxels.points.radii)
             radius = radius_class(radius, depth);
-    else if (surface.radii.empty())
-        radii_from_neighbours(voxels, depth, threads);
 }
 
 } // namespace
 
-Result<Model> build_model(Surface surface, const BuildOptions &options, BuildStatistics &statistics,
+Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics &statistics,
                           const Progress &progress) {
     StepClock clock(statistics, progress);
     const int threads = options.threads;
-    statistics.vertices = surface.positions.size();
-    statistics.triangles = surface.triangles.size();
-    statistics.attributes = surface.report;
-    report_dropped(surface, statistics);
-    if (options.flip_faces)
-        for (glm::uvec3 &t : surface.triangles)
-            std::swap(t.y, t.z);
-    report_winding(surface, statistics);
-    if (Status checked = check_surface(surface); !checked)
-        return checked.error();
-    if (Status reported = report_loose_vertices(surface, options.strict, statistics); !reported)
-        return reported.error();
+    std::vector<SinglePrecision> single_precision;
+    for (Surface &surface : surfaces) {
+        if (Status good = examine(surface, options, statistics); !good)
+            return of_input(surface.name, good.error());
+        if (surface.float_step > 0)
+            single_precision.push_back({surface.name, surface.float_step, surface.float_near});
+    }
+    Result<Surface> merged = clock.run("merge", [&] { return merge_surfaces(std::move(surfaces), threads); });
+    if (!merged)
+        return merged.error();
+    Surface &surface = *merged;
+    statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
+    if (Status bounded = check_bounds(bounds_of(surface)); !bounded)
+        return bounded.error();
     const AttributeSet set = choose_attributes(surface, options.colour);
-    Result<std::string> metadata =
-        make_metadata(options.credits, options.grid, set.colour, options.compression_level, options.flip_faces);
+    Result<std::string> metadata = make_metadata(options.credits, options.grid, options.placement, set.colour,
+                                                 options.compression_level, options.flip_faces);
     if (!metadata)
         return metadata.error();
 
@@ -222,6 +281,7 @@ Result<Model> build_model(Surface surface, const BuildOptions &options, BuildSta
     if (!grid)
         return grid.error();
     VertexNormals normals = clock.run("normals", [&] { return vertex_normals(surface, threads); });
+    report_steps(single_precision, grid->voxel_size, statistics);
     Result<Voxels> voxels = sample_and_voxelize(surface, normals, set, *grid, options, statistics, clock);
     if (!voxels)
         return voxels.error();
@@ -254,19 +314,30 @@ Result<Model> build_model(Surface surface, const BuildOptions &options, BuildSta
     return model;
 }
 
+Result<Model> build_model(Surface surface, const BuildOptions &options, BuildStatistics &statistics,
+                          const Progress &progress) {
+    std::vector<Surface> surfaces;
+    surfaces.push_back(std::move(surface));
+    return build_model(std::move(surfaces), options, statistics, progress);
+}
+
 Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
                              BuildStatistics &statistics, const Progress &progress) {
-    const std::string &input = inputs.front();
-    StepClock clock(statistics, progress);
-    Result<Surface> surface = clock.run("read", [&](auto read_progress) {
-        return read_surface(input, {.strict = options.strict, .progress = read_progress});
-    });
-    if (!surface)
-        return surface.error();
-    std::error_code unknown;
-    const std::uintmax_t bytes = std::filesystem::file_size(input, unknown);
-    statistics.input_bytes = unknown ? 0 : bytes;
-    return build_model(std::move(*surface), options, statistics, progress);
+    std::vector<Surface> surfaces;
+    for (const std::string &input : inputs) {
+        StepClock clock(statistics, progress);
+        const std::string name = inputs.size() > 1 ? input : "";
+        Result<Surface> surface = clock.run("read", [&](auto read_progress) {
+            return read_surface(input,
+                                {.strict = options.strict, .format = options.input_format, .progress = read_progress});
+        });
+        if (!surface)
+            return of_input(name, surface.error());
+        surface->name = name;
+        place(*surface, options.placement);
+        surfaces.push_back(std::move(*surface));
+    }
+    return build_model(std::move(surfaces), options, statistics, progress);
 }
 
 Status write(const std::string &output, const Model &model, const BuildOptions &options, BuildStatistics &statistics,

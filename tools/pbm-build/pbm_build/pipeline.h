@@ -1,15 +1,16 @@
 // The whole walk from a scan to a .bvg file.
 //
-//   read_surface -> choose_grid -> sample_points -> voxelize -> choose_radii -> encode_octree -> average_levels ->
-//   write_model
+//   read_surface -> place -> merge_surfaces -> choose_grid -> sample_points -> voxelize -> choose_radii ->
+//   encode_octree -> average_levels -> write_model
 #pragma once
 
 #include "pbm_build/build_statistics.h"
 #include "pbm_build/grid_choice.h"
 #include "pbm_build/metadata.h"
 #include "pbm_format/model.h"
-#include "pbm_scan/surface.h"
+#include "pbm_scan/surface_reader.h"
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -17,6 +18,8 @@ namespace pbm::build {
 
 struct BuildOptions {
     GridRequest grid;
+    Placement placement;
+    std::optional<ScanFormat> input_format;     // where neither content nor name tells
     ColourFormat colour = ColourFormat::rgb888; // where the input has colours
     int compression_level = 9;                  // zstd 1..19
     Credits credits;
@@ -26,17 +29,20 @@ struct BuildOptions {
     std::uint64_t max_hit_bytes = std::uint64_t{4} << 30; // of hits (hit_store.h); more is ErrorCode::memory
 };
 
-// Surface to model, all levels. The same model for any number of threads and any order of equal vertices, triangles and
-// points. Adds to `statistics`.
+// Surfaces in the model's coordinates to a model, all levels. The same model for any number of threads, any order of
+// the surfaces, and any order of equal vertices, triangles and points. Adds to `statistics`.
 //
 // errors  unsupported_feature  points without normals; more than kMaxMaterials materials
 //         bad_input            with `strict`: vertices that no triangle uses
 //         too_large, usage     see grid_choice.h; more than kMaxPoints points
 //         memory               more samples than max_hit_bytes hold
+Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics &statistics,
+                          const Progress &progress = {});
 Result<Model> build_model(Surface surface, const BuildOptions &options, BuildStatistics &statistics,
                           const Progress &progress = {});
 
-// read_surface, then build_model.
+// read_surface and place for each input, then build_model. Of several inputs, errors and lines of the report name
+// theirs.
 Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
                              BuildStatistics &statistics, const Progress &progress = {});
 

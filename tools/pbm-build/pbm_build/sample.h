@@ -14,7 +14,8 @@ struct Sample {
     ShortNormal normal{}; // zero: no vote
     LinearColour colour{};
     std::uint8_t material = 0;
-    std::uint8_t radius = 0; // index of the radius table
+    std::uint8_t radius = 0; // index of the radius table; 0: none given
+    bool two_sided = false;
 };
 
 } // namespace pbm::build

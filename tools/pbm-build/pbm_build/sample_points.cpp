@@ -62,8 +62,8 @@ SurfaceSampler::SurfaceSampler(const Surface &surface, const VertexNormals &norm
 
 void SurfaceSampler::find_hits(std::size_t i, int writer, HitStore &store) const {
     const auto source = static_cast<std::uint32_t>(i);
-    if (!triangles()) {
-        store.add(writer, code_of(voxel_of(lattice_[i])), source);
+    if (!is_triangle(i)) {
+        store.add(writer, code_of(voxel_of(lattice_[vertex_of_point(i)])), source);
         return;
     }
     const glm::uvec3 &t = surface_.triangles[i];
@@ -84,8 +84,8 @@ void SurfaceSampler::sample(std::span<const Hit> hits, MortonCode first_code, st
     std::uint64_t current_source = kMaxSources; // none
     for (const Hit hit : hits) {
         const std::uint32_t source = source_of(hit);
-        if (!triangles()) {
-            samples.push_back(corner(source).attributes);
+        if (!is_triangle(source)) {
+            samples.push_back(corner(vertex_of_point(source)).attributes);
             continue;
         }
         if (source != current_source) {
@@ -106,6 +106,8 @@ SurfaceSampler::Corner SurfaceSampler::corner(std::size_t vertex) const {
         c.attributes.material = surface_.material_ids[vertex];
     if (!radii_.empty())
         c.attributes.radius = radii_[vertex];
+    if (!surface_.two_sided.empty())
+        c.attributes.two_sided = surface_.two_sided[vertex] != 0;
     return c;
 }
 
@@ -126,6 +128,7 @@ SurfaceSampler::Triangle SurfaceSampler::triangle(std::size_t i) const {
         const Sample &attributes = t.corners[c].attributes;
         t.crease |= is_zero(attributes.normal) || (!sliver && across_crease(t.flat, attributes.normal));
         t.radius = std::max(t.radius, attributes.radius);
+        t.two_sided |= attributes.two_sided;
     }
     t.in_one_voxel = voxel_of(t.corners[0].at) == voxel_of(t.corners[1].at) &&
                      voxel_of(t.corners[0].at) == voxel_of(t.corners[2].at);
@@ -135,7 +138,7 @@ SurfaceSampler::Triangle SurfaceSampler::triangle(std::size_t i) const {
 Sample SurfaceSampler::sample(const Triangle &t, const glm::ivec3 &voxel) const {
     const auto weights =
         t.in_one_voxel ? std::array{1.0 / 3, 1.0 / 3, 1.0 / 3} : nearest_on_triangle(t.places, glm::dvec3(voxel) + 0.5);
-    Sample mixed{.normal = t.flat, .radius = t.radius};
+    Sample mixed{.normal = t.flat, .radius = t.radius, .two_sided = t.two_sided};
     if (!t.crease) {
         glm::dvec3 sum(0);
         for (std::size_t c = 0; c < 3; ++c)

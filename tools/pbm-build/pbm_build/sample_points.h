@@ -14,15 +14,15 @@
 
 namespace pbm::build {
 
-// A surface on the lattice of a grid. Its sources are its triangles, or its points where it has no triangles. Refers to
-// its arguments; all members may be called from several threads.
+// A surface on the lattice of a grid. Its sources are its triangles, then its points. Refers to its arguments; all
+// members may be called from several threads.
 class SurfaceSampler {
   public:
     // `radii`: radius index per position, or empty.
     SurfaceSampler(const Surface &surface, const VertexNormals &normals, const Bytes &radii, const Grid &grid,
                    int threads);
 
-    std::size_t source_count() const { return triangles() ? surface_.triangles.size() : surface_.positions.size(); }
+    std::size_t source_count() const { return surface_.triangles.size() + surface_.point_count(); }
 
     // Adds every voxel that source `i` passes through.
     void find_hits(std::size_t i, int writer, HitStore &store) const;
@@ -43,9 +43,13 @@ class SurfaceSampler {
         ShortNormal flat{};                 // of the plane; zero if there is none
         bool crease = false;                // a corner's normal is too far from it
         bool in_one_voxel = false;
+        bool two_sided = false; // a corner is
         std::uint8_t radius = 0;
     };
-    bool triangles() const { return !surface_.triangles.empty(); }
+    bool is_triangle(std::size_t source) const { return source < surface_.triangles.size(); }
+    std::size_t vertex_of_point(std::size_t source) const {
+        return surface_.first_point() + (source - surface_.triangles.size());
+    }
     Corner corner(std::size_t vertex) const;
     Triangle triangle(std::size_t i) const;
     Sample sample(const Triangle &triangle, const glm::ivec3 &voxel) const;
@@ -62,7 +66,7 @@ class SurfaceSampler {
 // Across creases, where a corner's normal is more than 45 degrees from the triangle's, samples take the triangle's
 // normal. Vertices that no triangle uses are left out.
 //
-// Points (a surface without triangles): one sample each.
+// Points: one sample each.
 //
 // progress  is called with 0..1, from any thread, one at a time; may be empty
 // errors    memory     more hits than `store` holds

@@ -29,25 +29,39 @@ std::uint8_t radius_class(std::uint8_t index, int depth) {
 }
 
 Bytes given_radii(const Surface &surface, const Grid &grid) {
+    const std::size_t first_point = surface.first_point();
+    const bool mixed = first_point > 0 && first_point < surface.positions.size();
+    if (surface.radii.empty() && !mixed)
+        return {};
     Bytes radii;
-    radii.reserve(surface.radii.size());
-    const double voxel = 1 / static_cast<double>(std::uint64_t{1} << grid.depth);
-    const double most = surface.triangles.empty() ? 1 : kMostVoxels * voxel;
-    for (const float radius : surface.radii)
+    radii.reserve(surface.positions.size());
+    const double most_of_triangle = kMostVoxels / static_cast<double>(std::uint64_t{1} << grid.depth);
+    for (std::size_t i = 0; i < surface.positions.size(); ++i) {
+        const double given = surface.radii.empty() ? 0 : static_cast<double>(surface.radii[i]);
+        const bool point = i >= first_point;
         radii.push_back(
-            radius_class(radius_index(std::min(static_cast<double>(radius) / grid.edge(), most)), grid.depth));
+            point && !(given > 0)
+                ? std::uint8_t{0}
+                : radius_class(radius_index(std::min(given / grid.edge(), point ? 1 : most_of_triangle)), grid.depth));
+    }
     return radii;
 }
 
 void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
-    const std::size_t count = voxels.codes.size();
+    std::vector<std::size_t> missing;
+    for (std::size_t i = 0; i < voxels.points.radii.size(); ++i)
+        if (voxels.points.radii[i] == 0)
+            missing.push_back(i);
+    if (missing.empty())
+        return;
+    const std::size_t count = missing.size();
     const double edge = static_cast<double>(std::uint64_t{1} << depth); // in voxels
     const VoxelNeighbours neighbours(voxels.codes);
     std::vector<float> reach(count, 0); // squared, in voxels
     parallel_for((count + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
         std::array<Neighbour, kRing> found;
         for (std::size_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i)
-            if (const std::size_t near = neighbours.nearest(i, found); near > 0)
+            if (const std::size_t near = neighbours.nearest(missing[i], found); near > 0)
                 reach[i] = found[near - 1].squared_distance;
     });
     std::vector<float> sorted = reach;
@@ -55,7 +69,7 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
     std::nth_element(sorted.begin(), middle, sorted.end());
     const double most = kStray * std::sqrt(static_cast<double>(*middle));
     for (std::size_t i = 0; i < count; ++i)
-        voxels.points.radii[i] =
+        voxels.points.radii[missing[i]] =
             radius_class(radius_index(std::min(std::sqrt(static_cast<double>(reach[i])), most) / edge), depth);
 }
 

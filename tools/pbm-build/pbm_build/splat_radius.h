@@ -17,13 +17,13 @@ std::uint8_t dense_radius(int depth);
 // costs bits. Returns the smallest class that is not below `index`, at most kMaxFinestRadius.
 std::uint8_t radius_class(std::uint8_t index, int depth);
 
-// Radii of the input as table indices; empty where it has none. Triangles are sampled densely: theirs are kept within
-// 0.89 and 2 voxels.
+// Radii of the input as table indices, a class each; empty where it has none. Triangles are sampled densely: theirs are
+// kept within 0.89 and 2 voxels. Beside triangles, points without a radius get 0.
 Bytes given_radii(const Surface &surface, const Grid &grid);
 
-// For points without triangles, in place. Where the input has no radii, a splat reaches the eighth nearest occupied
-// voxel: on a regular grid that is the ring of immediate neighbours, and at random places it leaves a gap once in e^8.
-// Stray points are held at three times the median.
+// For points that have none, which is radius 0, in place. A splat reaches the eighth nearest occupied voxel: on a
+// regular grid that is the ring of immediate neighbours, and at random places it leaves a gap once in e^8. Stray points
+// are held at three times the median.
 void radii_from_neighbours(Voxels &voxels, int depth, int threads);
 
 // Replaces kNoNormal: the direction of the mean of the normals of the nearest 16 voxels, else +Z, two-sided.

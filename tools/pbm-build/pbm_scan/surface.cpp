@@ -54,6 +54,7 @@ Status drop_non_finite(Surface &surface) {
     compact(surface.colours, new_index);
     compact(surface.radii, new_index);
     compact(surface.material_ids, new_index);
+    compact(surface.two_sided, new_index);
     surface.dropped_vertices += bad;
     return {};
 }

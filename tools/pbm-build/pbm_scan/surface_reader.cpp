@@ -66,6 +66,14 @@ std::string lower_extension(std::string_view path) {
     return extension;
 }
 
+// The extension, as if the file had the name that a scan of this format should have.
+std::string effective_extension(std::string_view path, const std::optional<ScanFormat> &format) {
+    constexpr std::array<std::string_view, 4> kExtensions{".ply", ".obj", ".off", ".stl"};
+    const std::string extension = lower_extension(path);
+    const bool known = std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+    return known || !format ? extension : std::string(kExtensions[static_cast<std::size_t>(*format)]);
+}
+
 bool begins_off(std::string_view text) {
     const std::size_t off = text.substr(0, 8).find("OFF");
     return off != std::string_view::npos && text.substr(0, off).find_first_not_of("STCN4n") == std::string_view::npos;
@@ -130,7 +138,7 @@ Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_vi
     if (is_ply(bytes))
         return read_ply(bytes, options);
     const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
-    const std::string extension = lower_extension(path);
+    const std::string extension = effective_extension(path, options.format);
     for (const ForeignFormat &format : kForeign)
         if (!format.magic.empty() && text.substr(0, format.magic.size()) == format.magic)
             return Error{ErrorCode::unsupported_feature, 0, "the file is " + std::string(format.what)};
@@ -145,14 +153,19 @@ Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_vi
     for (const ForeignFormat &format : kForeign)
         if (!format.extension.empty() && extension == format.extension)
             return Error{ErrorCode::unsupported_feature, 0, "the file is " + std::string(format.what)};
-    return Error{ErrorCode::bad_input, 0, "the file is of no known format; scans are PLY, OBJ, STL or OFF"};
+    return Error{ErrorCode::bad_input, 0,
+                 std::string("the file is of no known format; scans are PLY, OBJ, STL or OFF") +
+                     (extension.empty() ? " (an OBJ without that extension needs --input-format obj)" : "")};
 }
 
 Result<Surface> read_surface(const std::string &path, const ReadOptions &options) {
-    const Result<MappedFile> file = MappedFile::open(path);
+    const Result<MappedFile> file =
+        is_stream(path) ? MappedFile::read_stream(path, kMaxStreamBytes) : MappedFile::open(path);
     if (!file)
         return file.error();
     Result<Surface> surface = read_surface(file->bytes(), path, options);
+    if (surface)
+        surface->input_bytes = file->bytes().size();
     if (surface && lower_extension(path) == ".obj")
         report_texture_images(file->bytes(), path, *surface);
     return surface;

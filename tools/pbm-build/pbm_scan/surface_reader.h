@@ -10,10 +10,15 @@
 
 namespace pbm::build {
 
-// The content decides where it can (PLY, OFF, STL, and all that is known but not read), the extension where it cannot
-// (OBJ). Messages do not contain the path.
+// A stream is read to its end into memory before anything else, at most so many bytes.
+inline constexpr std::uint64_t kMaxStreamBytes = std::uint64_t{8} << 30;
+
+// "-" is standard input; a pipe or a device (/dev/stdin) is a stream too. The content decides where it can (PLY, OFF,
+// STL, and all that is known but not read), the extension where it cannot (OBJ), and ReadOptions::format where there is
+// no extension of a scan. Messages do not contain the path.
 //
-// errors  io                   the system's own text
+// errors  io                   the system's own text; standard input is a terminal
+//         memory               a stream of more than kMaxStreamBytes
 //         bad_input            empty, damaged, or of no known format
 //         unsupported_feature  another known format; the message names it and says what to do
 //         and those of the readers
