@@ -1,20 +1,22 @@
 #include "pbm_scan/mesh_reader.h"
 
+#include "pbm_format/platform.h"
 #include "pbm_scan/mesh_text.h"
+#include "pbm_scan/text_lines.h"
 
 #include <OpenMesh/Core/IO/importer/BaseImporter.hh>
 #include <OpenMesh/Core/IO/reader/OBJReader.hh>
 #include <OpenMesh/Core/IO/reader/OFFReader.hh>
 #include <OpenMesh/Core/IO/reader/STLReader.hh>
-#include <OpenMesh/Core/System/omstream.hh>
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <istream>
-#include <mutex>
 #include <streambuf>
+#include <type_traits>
 #include <utility>
 
 namespace pbm::build {
@@ -26,18 +28,37 @@ using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 using Fate = AttributeReport::Fate;
 
+// What the child process sends: blocks of one part each, told apart by their heads.
+enum class Part : std::uint32_t { positions, triangles, normals, summary };
+
+struct BlockHead {
+    Part part{};
+    std::uint32_t size = 0; // bytes, at most kMostBlock
+};
+constexpr std::size_t kMostBlock = std::size_t{1} << 16;
+
+// What OpenMesh found. Lives in the child while it reads, and comes to the caller at the end.
+struct Summary {
+    std::uint64_t vertices = 0;
+    std::uint64_t faces = 0;                // of three or more different corners
+    std::uint64_t degenerate_triangles = 0; // of faces that are not degenerate as a whole
+    std::uint32_t normals_differ = 0;       // at corners of the same vertex
+    std::uint32_t out_of_range = 0;
+};
+
 // Takes what OpenMesh reads into plain arrays: half the time of a half-edge mesh, and no face is lost at non-manifold
-// edges.
+// edges. Triangles leave as soon as there is a block of them.
 class ArrayImporter final : public OpenMesh::IO::BaseImporter {
   public:
+    explicit ArrayImporter(const ByteSink &send) : send_(send) {}
+    // Sends what is left.
+    void finish(bool with_positions);
+
     std::vector<glm::dvec3> positions;
-    std::vector<glm::uvec3> triangles;
+    std::vector<glm::uvec3> triangles;  // that were not sent yet
     std::vector<glm::vec3> normal_sums; // of the unit normals of a vertex's corners
     std::vector<glm::vec3> first_normals;
-    bool normals_differ = false;
-    bool out_of_range = false;
-    std::size_t faces = 0;                // of three or more different corners
-    std::size_t degenerate_triangles = 0; // of faces that are not degenerate as a whole
+    Summary summary;
 
     VertexHandle add_vertex(const OpenMesh::Vec3f &p) override { return add(glm::dvec3(p[0], p[1], p[2])); }
     VertexHandle add_vertex(const OpenMesh::Vec3d &p) override { return add(glm::dvec3(p[0], p[1], p[2])); }
@@ -46,7 +67,7 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
     void set_normal(VertexHandle vertex, const OpenMesh::Vec3f &n) override;
     void set_normal(VertexHandle vertex, const OpenMesh::Vec3d &n) override { set_normal(vertex, OpenMesh::Vec3f(n)); }
     size_t n_vertices() const override { return positions.size(); }
-    size_t n_faces() const override { return faces; }
+    size_t n_faces() const override { return summary.faces; }
     size_t n_edges() const override { return 0; }
 
     // Nothing else is asked of OpenMesh.
@@ -89,14 +110,37 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
         positions.push_back(position);
         return VertexHandle(static_cast<int>(positions.size()) - 1);
     }
+    template <class T> void send(Part part, const std::vector<T> &values);
+
+    const ByteSink &send_;
 };
+
+template <class T> void ArrayImporter::send(Part part, const std::vector<T> &values) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    constexpr std::size_t kAtOnce = kMostBlock / sizeof(T);
+    for (std::size_t i = 0; i < values.size(); i += kAtOnce) {
+        const std::size_t size = std::min(kAtOnce, values.size() - i) * sizeof(T);
+        const BlockHead head{part, static_cast<std::uint32_t>(size)};
+        send_({reinterpret_cast<const std::uint8_t *>(&head), sizeof head});
+        send_({reinterpret_cast<const std::uint8_t *>(values.data() + i), size});
+    }
+}
+
+void ArrayImporter::finish(bool with_positions) {
+    send(Part::triangles, triangles);
+    if (with_positions)
+        send(Part::positions, positions);
+    send(Part::normals, normal_sums);
+    summary.vertices = positions.size();
+    send(Part::summary, std::vector<Summary>{summary});
+}
 
 FaceHandle ArrayImporter::add_face(const VHandles &corners) {
     const auto bad = [this](VertexHandle v) {
         return v.idx() < 0 || static_cast<std::size_t>(v.idx()) >= positions.size();
     };
     if (std::any_of(corners.begin(), corners.end(), bad)) {
-        out_of_range = true;
+        summary.out_of_range = 1;
         return FaceHandle();
     }
     const std::size_t before = triangles.size();
@@ -108,16 +152,26 @@ FaceHandle ArrayImporter::add_face(const VHandles &corners) {
         else
             ++degenerate;
     }
-    if (triangles.size() == before)
-        return FaceHandle();
-    degenerate_triangles += degenerate;
-    ++faces;
-    return FaceHandle(static_cast<int>(faces) - 1);
+    // A polygon of three or more different corners counts, even if all triangles of its fan are degenerate.
+    if (triangles.size() == before) {
+        std::vector<std::uint32_t> indices;
+        for (const VertexHandle corner : corners)
+            indices.push_back(static_cast<std::uint32_t>(corner.idx()));
+        if (different(std::move(indices)) < 3)
+            return FaceHandle();
+    }
+    summary.degenerate_triangles += degenerate;
+    ++summary.faces;
+    if (triangles.size() * sizeof(glm::uvec3) >= kMostBlock - kMaxCorners * sizeof(glm::uvec3)) {
+        send(Part::triangles, triangles);
+        triangles.clear();
+    }
+    return FaceHandle(static_cast<int>(summary.faces) - 1);
 }
 
 void ArrayImporter::set_normal(VertexHandle vertex, const OpenMesh::Vec3f &n) {
     if (vertex.idx() < 0 || static_cast<std::size_t>(vertex.idx()) >= positions.size()) {
-        out_of_range = true;
+        summary.out_of_range = 1;
         return;
     }
     if (normal_sums.size() != positions.size()) {
@@ -131,7 +185,8 @@ void ArrayImporter::set_normal(VertexHandle vertex, const OpenMesh::Vec3f &n) {
     glm::vec3 &first = first_normals[static_cast<std::size_t>(vertex.idx())];
     if (first == glm::vec3(0.0F))
         first = normal;
-    normals_differ = normals_differ || first != normal;
+    if (first != normal)
+        summary.normals_differ = 1;
     normal_sums[static_cast<std::size_t>(vertex.idx())] += normal / length;
 }
 
@@ -153,19 +208,112 @@ class TextBuffer final : public std::streambuf {
     }
 };
 
-// While it lives, OpenMesh says nothing: the checks have said it better. (Its streams leak when targets are exchanged.)
-class Silence {
+// The blocks of the child as arrays again. What comes is not trusted: a child that has written where it must not may
+// send anything.
+class BlockReader {
   public:
-    Silence() { omerr().disable(), omlog().disable(); }
-    ~Silence() { omerr().enable(), omlog().enable(); }
-    Silence(const Silence &) = delete;
-    Silence &operator=(const Silence &) = delete;
+    BlockReader(const MeshText &text, bool with_positions, const std::function<void(double)> &progress)
+        : text_(text), with_positions_(with_positions), progress_(progress) {}
+
+    Status take(ByteView bytes); // cut anywhere
+    Status check() const;        // when all has come
+
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::uvec3> triangles;
+    std::vector<glm::vec3> normals;
+    Summary summary;
+
+  private:
+    Status block();
+    template <class T> Status append(std::vector<T> &values, std::uint64_t most) const;
+    static Error broken() {
+        return Error{ErrorCode::bad_input, 0, "OpenMesh went astray in this file; convert the scan to PLY"};
+    }
+
+    const MeshText &text_;
+    bool with_positions_;
+    const std::function<void(double)> &progress_;
+    BlockHead head_;
+    std::vector<std::uint8_t> gathered_; // a head, or a block
+    bool in_block_ = false, complete_ = false;
 };
 
-Status import(MeshText &text, MeshFormat format, ArrayImporter &importer) {
-    static std::mutex one_at_a_time;
-    const std::lock_guard lock(one_at_a_time);
-    const Silence silence;
+Status BlockReader::take(ByteView bytes) {
+    while (!bytes.empty()) {
+        const std::size_t wanted = in_block_ ? head_.size : sizeof head_;
+        const std::size_t count = std::min(bytes.size(), wanted - gathered_.size());
+        gathered_.insert(gathered_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
+        bytes = bytes.subspan(count);
+        if (gathered_.size() != wanted)
+            continue;
+        if (in_block_) {
+            if (Status status = block(); !status)
+                return status;
+        } else {
+            std::memcpy(&head_, gathered_.data(), sizeof head_);
+            if (head_.size == 0 || head_.size > kMostBlock || complete_)
+                return broken();
+        }
+        in_block_ = !in_block_;
+        gathered_.clear();
+    }
+    return {};
+}
+
+template <class T> Status BlockReader::append(std::vector<T> &values, std::uint64_t most) const {
+    const std::size_t count = gathered_.size() / sizeof(T), before = values.size();
+    if (gathered_.size() % sizeof(T) != 0 || count > most - before)
+        return broken();
+    if (before == 0)
+        values.reserve(most);
+    values.resize(before + count);
+    std::memcpy(values.data() + before, gathered_.data(), gathered_.size());
+    return {};
+}
+
+Status BlockReader::block() {
+    const std::uint64_t vertices = with_positions_ ? 3 * text_.faces : text_.vertices;
+    switch (head_.part) {
+    case Part::positions: return with_positions_ ? append(positions, vertices) : broken();
+    case Part::normals: return append(normals, vertices);
+    case Part::triangles:
+        if (progress_ && text_.triangles != 0)
+            progress_(0.3 + 0.7 * static_cast<double>(triangles.size()) / static_cast<double>(text_.triangles));
+        return append(triangles, text_.triangles);
+    case Part::summary:
+        if (gathered_.size() != sizeof summary)
+            return broken();
+        std::memcpy(&summary, gathered_.data(), sizeof summary);
+        complete_ = true;
+        return {};
+    }
+    return broken();
+}
+
+// STL's facets may lose corners to each other when they are welded; nothing else may be missing.
+Status BlockReader::check() const {
+    if (!complete_ || summary.out_of_range != 0)
+        return broken();
+    const bool less = with_positions_ ? positions.size() != summary.vertices || summary.faces > text_.faces
+                                      : summary.vertices != text_.vertices || summary.faces != text_.faces;
+    if (less || triangles.size() + summary.degenerate_triangles > text_.triangles)
+        return Error{ErrorCode::bad_input, 0,
+                     "OpenMesh found " + std::to_string(summary.vertices) + " vertices and " +
+                         std::to_string(summary.faces) + " faces where the file says " +
+                         std::to_string(text_.vertices) + " and " + std::to_string(text_.faces) +
+                         "; convert the scan to PLY"};
+    const auto valid = [this](const glm::uvec3 &t) {
+        return t.x < summary.vertices && t.y < summary.vertices && t.z < summary.vertices;
+    };
+    if (!std::all_of(triangles.begin(), triangles.end(), valid) ||
+        (!normals.empty() && normals.size() > summary.vertices))
+        return broken();
+    return {};
+}
+
+// In the child: nothing of it reaches the caller but what is sent.
+Status import(MeshText &text, MeshFormat format, const ByteSink &send) {
+    ArrayImporter importer(send);
     TextBuffer buffer(text.for_openmesh);
     std::istream in(&buffer);
     OpenMesh::IO::Options wanted(OpenMesh::IO::Options::VertexNormal);
@@ -177,26 +325,36 @@ Status import(MeshText &text, MeshFormat format, ArrayImporter &importer) {
     case MeshFormat::off: ok = OpenMesh::IO::OFFReader().read(in, importer, wanted); break;
     case MeshFormat::stl: ok = OpenMesh::IO::STLReader().read(in, importer, wanted); break;
     }
-    if (!ok || importer.out_of_range)
+    if (!ok)
         return Error{ErrorCode::bad_input, 0, "OpenMesh cannot read the file; convert the scan to PLY"};
+    importer.finish(format == MeshFormat::stl);
     return {};
 }
 
-// STL's facets may lose corners to each other when they are welded; nothing else may be missing.
-Status compare(const MeshText &text, MeshFormat format, const ArrayImporter &importer) {
-    const bool welded = format == MeshFormat::stl;
-    if ((!welded && importer.positions.size() != text.vertices) ||
-        (welded ? importer.faces > text.faces : importer.faces != text.faces))
-        return Error{ErrorCode::bad_input, 0,
-                     "OpenMesh found " + std::to_string(importer.positions.size()) + " vertices and " +
-                         std::to_string(importer.faces) + " faces where the file says " +
-                         std::to_string(text.vertices) + " and " + std::to_string(text.faces) +
-                         "; convert the scan to PLY"};
-    return {};
+// Generous: OpenMesh reads 20 MB/s and more, and keeps less than ten bytes per byte of text.
+ChildLimits limits(std::size_t file_size) {
+    const ChildLimits least;
+    constexpr std::size_t kBytesPerSecond = 500'000, kMemoryPerByte = 24;
+    const auto seconds = static_cast<unsigned>(std::min<std::size_t>(file_size / kBytesPerSecond, 1'000'000));
+    return {.cpu_seconds = least.cpu_seconds + seconds,
+            .wall_seconds = least.wall_seconds + 4 * seconds,
+            .memory = least.memory + kMemoryPerByte * file_size};
 }
 
-void take_normals(ArrayImporter &importer, MeshText &text, Surface &surface) {
-    std::vector<glm::vec3> &normals = text.normals.empty() ? importer.normal_sums : text.normals;
+Status import_in_child(MeshText &text, MeshFormat format, BlockReader &reader) {
+    const char *name = format == MeshFormat::obj ? "OBJ" : format == MeshFormat::off ? "OFF" : "STL";
+    const ChildTask task{.name = std::string("OpenMesh's ") + name + " reader",
+                         .advice = "convert the scan to PLY",
+                         .limits = limits(text.for_openmesh.size()),
+                         .work = [&](const ByteSink &send) { return import(text, format, send); },
+                         .receive = [&](ByteView bytes) { return reader.take(bytes); }};
+    if (Status status = run_in_child(task); !status)
+        return status;
+    return reader.check();
+}
+
+void take_normals(BlockReader &found, MeshText &text, Surface &surface) {
+    std::vector<glm::vec3> &normals = text.normals.empty() ? found.normals : text.normals;
     if (normals.empty())
         return;
     normals.resize(surface.positions.size(), glm::vec3(0.0F));
@@ -211,10 +369,11 @@ void take_normals(ArrayImporter &importer, MeshText &text, Surface &surface) {
         surface.report.push_back({"normals", Fate::converted, "all are zero: estimated anew"});
         return;
     }
-    std::string note = importer.normals_differ ? "each vertex has the mean of its corners" : "normals";
+    const bool differ = found.summary.normals_differ != 0;
+    std::string note = differ ? "each vertex has the mean of its corners" : "normals";
     if (absent != 0)
         note += "; " + std::to_string(absent) + " vertices have none: taken from their neighbours";
-    surface.report.push_back({"normals", importer.normals_differ ? Fate::converted : Fate::kept, std::move(note)});
+    surface.report.push_back({"normals", differ ? Fate::converted : Fate::kept, std::move(note)});
     surface.normals = std::move(normals);
 }
 
@@ -259,24 +418,22 @@ Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format
         return text.error();
     if (options.progress)
         options.progress(0.3);
-    ArrayImporter importer;
-    if (const Status status = import(*text, format, importer); !status)
-        return status.error();
-    if (const Status status = compare(*text, format, importer); !status)
+    const bool stl = format == MeshFormat::stl;
+    BlockReader found(*text, stl, options.progress);
+    if (const Status status = import_in_child(*text, format, found); !status)
         return status.error();
     if (options.progress)
         options.progress(1.0);
 
     Surface surface;
-    surface.positions = std::move(format == MeshFormat::stl ? importer.positions : text->positions);
-    surface.triangles = std::move(importer.triangles);
-    surface.dropped_triangles = text->dropped_triangles + importer.degenerate_triangles +
-                                (format == MeshFormat::stl ? text->faces - importer.faces : 0);
-    surface.report = {
-        {"positions", AttributeReport::Fate::kept, format == MeshFormat::stl ? "equal corners welded" : ""},
-        {"faces", AttributeReport::Fate::kept, "polygons as fans of triangles"}};
+    surface.positions = std::move(stl ? found.positions : text->positions);
+    surface.triangles = std::move(found.triangles);
+    surface.dropped_triangles =
+        text->dropped_triangles + found.summary.degenerate_triangles + (stl ? text->faces - found.summary.faces : 0);
+    surface.report = {{"positions", AttributeReport::Fate::kept, stl ? "equal corners welded" : ""},
+                      {"faces", AttributeReport::Fate::kept, "polygons as fans of triangles"}};
     surface.report.insert(surface.report.end(), text->report.begin(), text->report.end());
-    take_normals(importer, *text, surface);
+    take_normals(found, *text, surface);
     take_colours(*text, surface);
     return finished(std::move(surface), options);
 }

@@ -22,6 +22,7 @@ struct MeshText {
 
     std::uint64_t vertices = 0;        // OpenMesh must find as many as these (OBJ, OFF)
     std::uint64_t faces = 0;           // of three or more different corners
+    std::uint64_t triangles = 0;       // of these, degenerate ones included
     std::vector<glm::dvec3> positions; // OBJ, OFF: in double precision, may be not finite
     std::vector<glm::vec3> colours;    // OBJ, OFF: as in the file; empty unless every vertex has one
     std::vector<glm::vec3> normals;    // NOFF

@@ -131,6 +131,7 @@ Status ObjCheck::face() {
         return lines_.refuse("the file ends inside a face: it is cut short; copy or export it again");
     if (different(corners_) >= 3) {
         ++out_.faces;
+        out_.triangles += corners_.size() - 2;
     } else {
         ++out_.dropped_triangles;
         lines_.blank();

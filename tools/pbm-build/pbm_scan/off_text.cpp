@@ -150,10 +150,12 @@ Status OffCheck::face() {
     for (std::uint64_t i = 0; i <= count; ++i)
         lines_.word();
     lines_.blank_rest();
-    if (different(corners_) >= 3)
+    if (different(corners_) >= 3) {
         ++out_.faces;
-    else
+        out_.triangles += corners_.size() - 2;
+    } else {
         ++out_.dropped_triangles;
+    }
     return {};
 }
 

@@ -54,7 +54,7 @@ MeshText check_binary(std::span<const std::uint8_t> bytes) {
     }
     const auto kept = static_cast<std::uint32_t>((out.for_openmesh.size() - kHeaderSize) / kFacetSize);
     std::memcpy(out.for_openmesh.data() + 80, &kept, sizeof kept);
-    out.faces = kept;
+    out.faces = out.triangles = kept;
     report_normals(out);
     if (attributes)
         drop_once(out.report, "attribute bytes", "colours of binary STL have no agreed meaning");
@@ -114,6 +114,7 @@ Status AsciiCheck::facet() {
     if (finite) {
         out_.for_openmesh += facet;
         ++out_.faces;
+        ++out_.triangles;
     } else {
         ++out_.dropped_triangles;
     }
