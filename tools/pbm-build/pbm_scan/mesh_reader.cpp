@@ -384,8 +384,10 @@ void take_colours(const MeshText &text, Surface &surface) {
         highest = std::max(highest, std::max(c.x, std::max(c.y, c.z)));
     if (text.colours.empty())
         return;
+    const bool of_faces = !text.colour_note.empty();
+    const char *name = of_faces ? "face colours" : "vertex colours";
     if (!(highest <= 255.0F)) {
-        surface.report.push_back({"vertex colours", Fate::dropped, "values above 255 are no colours"});
+        surface.report.push_back({name, Fate::dropped, "values above 255 are no colours"});
         return;
     }
     const float factor = highest <= 1.0F ? 255.0F : 1.0F;
@@ -398,7 +400,8 @@ void take_colours(const MeshText &text, Surface &surface) {
         }
         surface.colours.push_back(bytes);
     }
-    surface.report.push_back({"vertex colours", Fate::kept, "sRGB, 8 bits"});
+    surface.report.push_back(of_faces ? AttributeReport{name, Fate::converted, text.colour_note}
+                                      : AttributeReport{name, Fate::kept, "sRGB, 8 bits"});
 }
 
 Result<MeshText> check(std::span<const std::uint8_t> bytes, MeshFormat format) {
@@ -430,8 +433,9 @@ Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format
     surface.triangles = std::move(found.triangles);
     surface.dropped_triangles =
         text->dropped_triangles + found.summary.degenerate_triangles + (stl ? text->faces - found.summary.faces : 0);
-    surface.report = {{"positions", AttributeReport::Fate::kept, stl ? "equal corners welded" : ""},
-                      {"faces", AttributeReport::Fate::kept, "polygons as fans of triangles"}};
+    surface.report.push_back({"positions", Fate::kept, stl ? "equal corners welded" : ""});
+    if (text->faces != 0 || text->dropped_triangles != 0)
+        surface.report.push_back({"faces", Fate::kept, "polygons as fans of triangles"});
     surface.report.insert(surface.report.end(), text->report.begin(), text->report.end());
     take_normals(found, *text, surface);
     take_colours(*text, surface);

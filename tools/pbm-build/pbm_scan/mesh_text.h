@@ -25,7 +25,8 @@ struct MeshText {
     std::uint64_t triangles = 0;       // of these, degenerate ones included
     std::vector<glm::dvec3> positions; // OBJ, OFF: in double precision, may be not finite
     std::vector<glm::vec3> colours;    // OBJ, OFF: as in the file; empty unless every vertex has one
-    std::vector<glm::vec3> normals;    // NOFF
+    std::string colour_note;           // how they came about, if the vertices of the file have none
+    std::vector<glm::vec3> normals;    // NOFF; OBJ: unless faces name them
     std::uint64_t dropped_triangles =
         0; // faces with fewer than three different corners, STL facets that are not finite
     std::vector<AttributeReport> report;

@@ -2,6 +2,8 @@
 
 #include "pbm_scan/text_lines.h"
 
+#include <glm/vec4.hpp>
+
 #include <array>
 #include <charconv>
 
@@ -13,7 +15,7 @@ constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
 class OffCheck {
   public:
     explicit OffCheck(std::span<const std::uint8_t> bytes) : lines_(out_.for_openmesh) {
-        out_.for_openmesh = as_text(bytes);
+        out_.for_openmesh = as_unmarked_text(bytes);
     }
     Result<MeshText> run();
 
@@ -22,6 +24,8 @@ class OffCheck {
     Status header();
     Status vertex();
     Status face();
+    Status face_colour();
+    void finish_colours();
 
     MeshText out_;
     Lines lines_;
@@ -29,6 +33,8 @@ class OffCheck {
     std::uint64_t face_lines_ = 0;
     std::vector<std::uint32_t> corners_;
     std::vector<double> numbers_;
+    std::vector<glm::vec4> face_colours_; // per vertex: sum of those of its faces, and how many
+    bool open_end_ = false;
 };
 
 bool OffCheck::next_line() {
@@ -52,9 +58,14 @@ Status OffCheck::header() {
         keyword.remove_prefix(there ? prefix.size() : 0);
         return there;
     };
-    has_texture_ = take("ST");
-    has_colours_ = take("C");
-    has_normals_ = take("N");
+    bool found = true;
+    while (found) { // the order is fixed, but not everybody keeps it
+        const bool texture = take("ST"), colours = take("C"), normals = take("N");
+        has_texture_ = has_texture_ || texture;
+        has_colours_ = has_colours_ || colours;
+        has_normals_ = has_normals_ || normals;
+        found = texture || colours || normals;
+    }
     if (take("4") || take("n"))
         return lines_.refuse(quoted(whole) + ": only three-dimensional OFF is read", ErrorCode::unsupported_feature);
     if (keyword != "OFF")
@@ -109,7 +120,7 @@ Status OffCheck::vertex() {
     if (has_normals_)
         out_.normals.emplace_back(numbers_[3], numbers_[4], numbers_[5]);
     // Colours also stand in files that do not announce them.
-    if (numbers_.size() >= before_colour + 3 && !has_texture_)
+    if (numbers_.size() >= before_colour + 3 && (has_colours_ || !has_texture_))
         out_.colours.emplace_back(numbers_[before_colour], numbers_[before_colour + 1], numbers_[before_colour + 2]);
     if (std::all_of(numbers_.begin(), numbers_.end(), fits_float)) {
         lines_.rewind();
@@ -144,8 +155,8 @@ Status OffCheck::face() {
                                  std::to_string(out_.vertices) + " vertices");
         corners_.push_back(static_cast<std::uint32_t>(corner));
     }
-    if (!lines_.word().empty())
-        drop_once(out_.report, "face colours", "PBM stores point colours");
+    if (Status status = face_colour(); !status)
+        return status;
     lines_.rewind();
     for (std::uint64_t i = 0; i <= count; ++i)
         lines_.word();
@@ -157,6 +168,49 @@ Status OffCheck::face() {
         ++out_.dropped_triangles;
     }
     return {};
+}
+
+// What follows the corners of a face: nothing, an index into a table of colours that nobody has, or a colour.
+Status OffCheck::face_colour() {
+    glm::vec4 colour(0.0F, 0.0F, 0.0F, 1.0F);
+    int count = 0;
+    for (std::string_view word = lines_.word(); !word.empty(); word = lines_.word(), ++count) {
+        double value = 0;
+        if (!is_number(word, value))
+            return lines_.refuse(quoted(word) + " is not a number");
+        if (count < 3)
+            colour[count] = static_cast<float>(value);
+    }
+    if (count == 1 || count == 2)
+        drop_once(out_.report, "colour indices of faces", "the table of colours is not in the file");
+    if (count < 3)
+        return {};
+    if (out_.colours.size() == out_.positions.size()) {
+        drop_once(out_.report, "face colours", "the vertices have colours of their own");
+        return {};
+    }
+    face_colours_.resize(out_.positions.size(), glm::vec4(0.0F));
+    for (const std::uint32_t corner : corners_)
+        face_colours_[corner] += colour;
+    return {};
+}
+
+void OffCheck::finish_colours() {
+    if (out_.colours.size() == out_.positions.size())
+        return;
+    if (!out_.colours.empty() || has_colours_)
+        drop_once(out_.report, "vertex colours", "not every vertex has one");
+    out_.colours.clear();
+    std::size_t without = 0;
+    for (const glm::vec4 &sum : face_colours_) {
+        out_.colours.push_back(sum.w > 0 ? glm::vec3(sum) / sum.w : glm::vec3(0.0F));
+        without += sum.w > 0 ? 0U : 1U;
+    }
+    if (out_.colours.empty())
+        return;
+    out_.colour_note = "each vertex has the mean of its faces, sRGB, 8 bits";
+    if (without != 0)
+        out_.colour_note += "; " + std::to_string(without) + " vertices without a coloured face are black";
 }
 
 Result<MeshText> OffCheck::run() {
@@ -173,15 +227,15 @@ Result<MeshText> OffCheck::run() {
                                  " vertices and faces: it is cut short; copy or export it again");
         if (const Status status = row < out_.vertices ? vertex() : face(); !status)
             return status.error();
+        open_end_ = !lines_.terminated();
     }
     if (next_line())
         return lines_.refuse("text after the last face: the counts do not fit the file; export it again");
     if (has_texture_)
         drop_once(out_.report, "texture coordinates", "PBM stores point colours");
-    if (!out_.colours.empty() && out_.colours.size() != out_.positions.size()) {
-        drop_once(out_.report, "vertex colours", "not every vertex has one");
-        out_.colours.clear();
-    }
+    finish_colours();
+    if (open_end_)
+        report_open_end(out_.report);
     return std::move(out_);
 }
 

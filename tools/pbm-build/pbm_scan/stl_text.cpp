@@ -20,13 +20,12 @@ std::uint32_t announced_facets(std::span<const std::uint8_t> bytes) {
     return facets;
 }
 
-bool same_word(std::string_view word, std::string_view lower_case) {
-    return std::equal(word.begin(), word.end(), lower_case.begin(), lower_case.end(),
-                      [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
-}
-
+// A NUL where a binary header would end: no text.
 bool says_solid(std::span<const std::uint8_t> bytes) {
-    std::size_t at = 0;
+    const std::span<const std::uint8_t> head = bytes.first(std::min(bytes.size(), kHeaderSize));
+    if (head.size() == kHeaderSize && std::find(head.begin(), head.end(), std::uint8_t{0}) != head.end())
+        return false;
+    std::size_t at = as_text(head).starts_with("\xEF\xBB\xBF") ? 3 : 0;
     while (at < bytes.size() && ends_word(static_cast<char>(bytes[at])))
         ++at;
     const std::string word = as_text(bytes.subspan(at, std::min<std::size_t>(5, bytes.size() - at)));
@@ -63,7 +62,7 @@ MeshText check_binary(std::span<const std::uint8_t> bytes) {
 
 class AsciiCheck {
   public:
-    explicit AsciiCheck(std::span<const std::uint8_t> bytes) : lines_(text_) { text_ = as_text(bytes); }
+    explicit AsciiCheck(std::span<const std::uint8_t> bytes) : lines_(text_) { text_ = as_unmarked_text(bytes); }
     Result<MeshText> run();
 
   private:

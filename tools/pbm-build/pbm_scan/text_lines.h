@@ -45,6 +45,7 @@ class Lines {
             ++word_;
         return std::string_view(text_).substr(first, word_ - first);
     }
+    std::string_view rest() const { return std::string_view(text_).substr(word_, end_ - word_); }
     void rewind() { word_ = begin_; }
     void blank() { std::fill(text_.begin() + as_offset(begin_), text_.begin() + as_offset(end_), ' '); }
     void blank_rest() { std::fill(text_.begin() + as_offset(word_), text_.begin() + as_offset(end_), ' '); }
@@ -63,6 +64,7 @@ class Lines {
         text_.replace(begin_, by.size(), by);
     }
     bool terminated() const { return terminated_; }
+    std::uint64_t number() const { return number_; }
     std::size_t offset() const { return begin_; }
     Error refuse(const std::string &what, ErrorCode code = ErrorCode::bad_input) const {
         return Error{code, begin_, "line " + std::to_string(number_) + ": " + what};
@@ -90,6 +92,14 @@ inline std::string as_text(std::span<const std::uint8_t> bytes) {
     return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
 }
 
+// The same without a byte order mark; the length stays.
+inline std::string as_unmarked_text(std::span<const std::uint8_t> bytes) {
+    std::string text = as_text(bytes);
+    if (text.starts_with("\xEF\xBB\xBF"))
+        text.replace(0, 3, 3, ' ');
+    return text;
+}
+
 inline Status refuse_nul(const std::string &text) {
     const std::size_t nul = text.find('\0');
     if (nul != std::string::npos)
@@ -108,6 +118,11 @@ inline void unify_white_space(std::string &text) {
     }
 }
 
+inline bool same_word(std::string_view word, std::string_view lower_case) {
+    return std::equal(word.begin(), word.end(), lower_case.begin(), lower_case.end(),
+                      [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
+}
+
 inline std::size_t different(std::vector<std::uint32_t> corners) {
     std::sort(corners.begin(), corners.end());
     return static_cast<std::size_t>(std::unique(corners.begin(), corners.end()) - corners.begin());
@@ -117,6 +132,12 @@ inline void drop_once(std::vector<AttributeReport> &report, const std::string &n
     const auto same = [&name](const AttributeReport &line) { return line.name == name; };
     if (std::none_of(report.begin(), report.end(), same))
         report.push_back({name, AttributeReport::Fate::dropped, std::move(note)});
+}
+
+// A text that ends inside a line may have lost a part of it, and many whole files end so.
+inline void report_open_end(std::vector<AttributeReport> &report) {
+    report.push_back({"end of file", AttributeReport::Fate::kept,
+                      "the last line has no line end: if the file was cut, its last number may be wrong"});
 }
 
 } // namespace pbm::build
