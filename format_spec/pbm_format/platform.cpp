@@ -347,7 +347,8 @@ void enter_child(const ChildLimits &limits, pid_t caller, int data, int messages
     lower_limit(RLIMIT_CPU, limits.cpu_seconds, limits.cpu_seconds + 1);
     if (const std::optional<std::uint64_t> mapped = mapped_memory(); mapped && !kSanitized)
         lower_limit(RLIMIT_AS, *mapped + limits.memory, RLIM_INFINITY);
-    ::prctl(PR_SET_DUMPABLE, 0); // a core file limit of zero does not hold for a system that collects crashes
+    std::atexit([] { ::_exit(1); }); // `exit` in the work: first of all handlers, and the caller's do not run
+    ::prctl(PR_SET_DUMPABLE, 0);     // a core file limit of zero does not hold for a system that collects crashes
 }
 
 [[noreturn]] void be_child(const ChildTask &task) {
