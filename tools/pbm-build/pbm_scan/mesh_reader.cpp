@@ -50,7 +50,8 @@ struct Summary {
 // edges. Triangles leave as soon as there is a block of them.
 class ArrayImporter final : public OpenMesh::IO::BaseImporter {
   public:
-    explicit ArrayImporter(const ByteSink &send) : send_(send) {}
+    // `exact`: the positions, where they are known better than OpenMesh's floats.
+    ArrayImporter(const ByteSink &send, std::span<const glm::dvec3> exact) : send_(send), exact_(exact) {}
     // Sends what is left.
     void finish(bool with_positions);
 
@@ -107,12 +108,14 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
 
   private:
     VertexHandle add(const glm::dvec3 &position) {
-        positions.push_back(position);
+        const std::size_t index = positions.size();
+        positions.push_back(index < exact_.size() ? exact_[index] : position);
         return VertexHandle(static_cast<int>(positions.size()) - 1);
     }
     template <class T> void send(Part part, const std::vector<T> &values);
 
     const ByteSink &send_;
+    std::span<const glm::dvec3> exact_;
 };
 
 template <class T> void ArrayImporter::send(Part part, const std::vector<T> &values) {
@@ -313,7 +316,7 @@ Status BlockReader::check() const {
 
 // In the child: nothing of it reaches the caller but what is sent.
 Status import(MeshText &text, MeshFormat format, const ByteSink &send) {
-    ArrayImporter importer(send);
+    ArrayImporter importer(send, text.positions);
     TextBuffer buffer(text.for_openmesh);
     std::istream in(&buffer);
     OpenMesh::IO::Options wanted(OpenMesh::IO::Options::VertexNormal);

@@ -2,6 +2,7 @@
 
 #include "pbm_scan/ply_body.h"
 #include "pbm_scan/ply_roles.h"
+#include "pbm_scan/text_lines.h"
 #include "pbm_scan/text_number.h"
 
 #include <algorithm>
@@ -327,6 +328,8 @@ Result<Surface> read_ply(std::span<const std::uint8_t> bytes, const ReadOptions 
         surface.report.push_back({"end of file", Fate::dropped,
                                   std::to_string(trailing) + " bytes after the last element, at byte " +
                                       std::to_string(bytes.size() - trailing)});
+    else if (header->encoding == PlyEncoding::ascii && !ends_word(static_cast<char>(bytes.back())))
+        report_open_end(surface.report);
     return finished(std::move(surface), options);
 }
 

@@ -1,0 +1,24 @@
+// Counts what a file announces, on its own: without the readers' code, and only as well as the counts need. Where a
+// reader loads something else than is counted here, one of the two is wrong.
+#pragma once
+
+#include "mutants/honest_files.h"
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace pbm::mutants {
+
+struct Announced {
+    std::uint64_t vertices = 0; // not of STL
+    // Triangles, degenerate ones included. A face of n corners, all different, has n - 2; one in which corners are
+    // equal has 1 to n - 2, since readers may take equal corners for one; one of fewer than three counts as one.
+    std::uint64_t least_triangles = 0, most_triangles = 0;
+    bool something_unknown = false; // the file holds more than vertices and faces: the reader must say what it dropped
+};
+
+// Nothing where the text or bytes cannot be counted.
+std::optional<Announced> count(Format format, std::string_view bytes);
+
+} // namespace pbm::mutants

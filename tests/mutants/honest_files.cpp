@@ -1,0 +1,243 @@
+#include "mutants/honest_files.h"
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstring>
+#include <string_view>
+
+namespace pbm::mutants {
+namespace {
+
+// An octahedron's worth of vertices on a bent sheet: a grid of kEdge x kEdge vertices and its triangles.
+constexpr int kEdge = 5;
+constexpr int kVertices = kEdge * kEdge;
+
+struct Vertex {
+    float x, y, z;
+};
+
+Vertex vertex(int i) {
+    const int column = i % kEdge, row = i / kEdge;
+    return {static_cast<float>(column) * 0.25F, static_cast<float>(row) * 0.5F,
+            static_cast<float>((column * column + 3 * row) % 7) * 0.125F};
+}
+
+using Triangle = std::array<int, 3>;
+
+std::vector<Triangle> triangles() {
+    std::vector<Triangle> all;
+    for (int row = 0; row + 1 < kEdge; ++row)
+        for (int column = 0; column + 1 < kEdge; ++column) {
+            const int i = row * kEdge + column;
+            all.push_back({i, i + 1, i + kEdge});
+            all.push_back({i + 1, i + kEdge + 1, i + kEdge});
+        }
+    return all;
+}
+
+std::string number(float value) { // of few decimals
+    std::string text = std::to_string(value);
+    text.erase(text.find_last_not_of('0') + 1);
+    return text + (text.back() == '.' ? "0" : "");
+}
+
+std::string place(int i) {
+    const Vertex v = vertex(i);
+    return number(v.x) + " " + number(v.y) + " " + number(v.z);
+}
+
+std::string corners(const Triangle &t, int first, std::string_view between = " ") {
+    std::string text = std::to_string(t[0] + first);
+    for (const std::size_t k : {1U, 2U})
+        text.append(between).append(std::to_string(t[k] + first));
+    return text;
+}
+
+std::string ply_header(const std::string &encoding, const std::string &vertex_properties, std::size_t vertices,
+                       const std::string &face_properties, std::size_t faces) {
+    return "ply\nformat " + encoding + " 1.0\ncomment made for tests\nelement vertex " + std::to_string(vertices) +
+           "\n" + vertex_properties + "element face " + std::to_string(faces) + "\n" + face_properties + "end_header\n";
+}
+
+constexpr const char *kPlace = "property float x\nproperty float y\nproperty float z\n";
+
+std::string ply_ascii() {
+    const std::vector<Triangle> faces = triangles();
+    std::string text = ply_header("ascii", kPlace, kVertices, "property list uchar int vertex_indices\n", faces.size());
+    for (int i = 0; i < kVertices; ++i)
+        text += place(i) + "\n";
+    for (const Triangle &t : faces)
+        text += "3 " + corners(t, 0) + "\n";
+    return text;
+}
+
+// Normals, colours, a confidence, quads, an element that nobody knows, and CR LF.
+std::string ply_ascii_rich() {
+    std::string text =
+        "ply\r\nformat ascii 1.0\r\nelement camera 2\r\nproperty float view\r\nproperty list uchar float "
+        "lens\r\nelement vertex 25\r\nproperty double x\r\nproperty double y\r\nproperty double z\r\n"
+        "property float nx\r\nproperty float ny\r\nproperty float nz\r\nproperty uchar red\r\n"
+        "property uchar green\r\nproperty uchar blue\r\nproperty float confidence\r\nelement face 16\r\n"
+        "property list uchar int vertex_index\r\nproperty uchar flags\r\nend_header\r\n"
+        "0.5 2 1 2\r\n1.5 0\r\n";
+    for (int i = 0; i < kVertices; ++i)
+        text += place(i) + " 0 0.6 0.8 " + std::to_string(10 * i) + " 128 7 0.5\r\n";
+    for (int row = 0; row + 1 < kEdge; ++row)
+        for (int column = 0; column + 1 < kEdge; ++column) {
+            const int i = row * kEdge + column;
+            text += "4 " + std::to_string(i) + " " + std::to_string(i + 1) + " " + std::to_string(i + kEdge + 1) + " " +
+                    std::to_string(i + kEdge) + " 0\r\n";
+        }
+    return text;
+}
+
+template <class T> void append(std::string &to, T value, bool big_endian = false) {
+    std::array<char, sizeof(T)> bytes{};
+    std::memcpy(bytes.data(), &value, sizeof value);
+    if (big_endian != (std::endian::native == std::endian::big))
+        for (std::size_t i = 0; i < bytes.size() / 2; ++i)
+            std::swap(bytes[i], bytes[bytes.size() - 1 - i]);
+    to.append(bytes.data(), bytes.size());
+}
+
+std::string ply_binary(bool big_endian) {
+    const std::vector<Triangle> faces = triangles();
+    std::string bytes =
+        ply_header(big_endian ? "binary_big_endian" : "binary_little_endian",
+                   std::string(kPlace) + "property uchar red\nproperty uchar green\nproperty uchar blue\n", kVertices,
+                   "property list uchar int vertex_indices\n", faces.size());
+    for (int i = 0; i < kVertices; ++i) {
+        const Vertex v = vertex(i);
+        for (const float value : {v.x, v.y, v.z})
+            append(bytes, value, big_endian);
+        bytes += static_cast<char>(i);
+        bytes += "ab";
+    }
+    for (const Triangle &t : faces) {
+        bytes += static_cast<char>(3);
+        for (const int corner : t)
+            append(bytes, static_cast<std::int32_t>(corner), big_endian);
+    }
+    return bytes;
+}
+
+// Doubles, a list on vertices, ushort counts and uint corners, polygons of several sizes.
+std::string ply_binary_lists() {
+    std::string bytes = ply_header("binary_little_endian",
+                                   "property double x\nproperty double y\nproperty list uchar short marks\n"
+                                   "property double z\n",
+                                   kVertices, "property uchar flags\nproperty list ushort uint vertex_index\n", 8);
+    for (int i = 0; i < kVertices; ++i) {
+        const Vertex v = vertex(i);
+        append(bytes, 8.5e6 + static_cast<double>(v.x));
+        append(bytes, static_cast<double>(v.y));
+        bytes += static_cast<char>(i % 3);
+        for (int k = 0; k < i % 3; ++k)
+            append(bytes, static_cast<std::int16_t>(k));
+        append(bytes, static_cast<double>(v.z));
+    }
+    for (int row = 0; row < 8; ++row) {
+        bytes += static_cast<char>(row);
+        const int count = 3 + row % 3;
+        append(bytes, static_cast<std::uint16_t>(count));
+        for (int k = 0; k < count; ++k)
+            append(bytes, static_cast<std::uint32_t>((row + k * kEdge) % kVertices));
+    }
+    return bytes;
+}
+
+std::string obj(bool announced) {
+    const std::vector<Triangle> faces = triangles();
+    std::string text = "# made for tests\n";
+    if (announced)
+        text += "#\n# Vertices: 25\n# Faces: 32\n#\n";
+    text += "o sheet\n";
+    for (int i = 0; i < kVertices; ++i)
+        text += "v " + place(i) + "\n";
+    for (const Triangle &t : faces)
+        text += "f " + corners(t, 1) + "\n";
+    return text + (announced ? "# 25 vertices, 32 faces\n" : "");
+}
+
+std::string obj_rich() {
+    std::string text = "mtllib sheet.mtl\ng sheet\n";
+    for (int i = 0; i < kVertices; ++i)
+        text += "v " + place(i) + " 0.5 0.25 1\n";
+    text += "vt 0 0\nvt 1 1\nvn 0 0 1\nvn 0 0.6 0.8\nusemtl grey\ns off\n";
+    for (int row = 0; row + 1 < kEdge; ++row) {
+        const int i = row * kEdge + 1;
+        text += "f " + std::to_string(i) + "/1/1 " + std::to_string(i + 1) + "/2/2 " + std::to_string(i + kEdge + 1) +
+                "/1/1 " + std::to_string(i + kEdge) + "/2/1\n";
+        text += "f -1//1 -2//2 \\\n -" + std::to_string(kEdge + 1 + row) + "//1\n";
+    }
+    return text + "l 1 2 3\n";
+}
+
+std::string off(bool rich) {
+    const std::vector<Triangle> faces = triangles();
+    std::string text = rich ? "CNOFF\n# a comment\n25 32 0\n" : "OFF\n25 32 0\n";
+    for (int i = 0; i < kVertices; ++i)
+        text += place(i) + (rich ? " 0 0 1 " + std::to_string(10 * i) + " 0 255 255" : "") + "\n";
+    for (const Triangle &t : faces)
+        text += "3 " + corners(t, 0) + (rich ? "" : " 255 128 0") + "\n";
+    return text;
+}
+
+std::string stl_ascii(bool two) {
+    std::string text = "solid sheet\n";
+    const std::vector<Triangle> faces = triangles();
+    for (std::size_t i = 0; i < faces.size() / (two ? 1 : 2); ++i) {
+        text += "  facet normal 0 0 1\n    outer loop\n";
+        for (const int corner : faces[i])
+            text += "      vertex " + place(corner) + "\n";
+        text += "    endloop\n  endfacet\n";
+        if (two && i == 15)
+            text += "endsolid sheet\nsolid other\n";
+    }
+    return text + "endsolid\n";
+}
+
+std::string stl_binary(std::string header) {
+    const std::vector<Triangle> faces = triangles();
+    header.resize(80, ' ');
+    append(header, static_cast<std::uint32_t>(faces.size()));
+    for (const Triangle &t : faces) {
+        for (int i = 0; i < 3; ++i)
+            append(header, 0.0F);
+        for (const int corner : t) {
+            const Vertex v = vertex(corner);
+            for (const float value : {v.x, v.y, v.z})
+                append(header, value);
+        }
+        append(header, std::uint16_t{0});
+    }
+    return header;
+}
+
+} // namespace
+
+const char *to_string(Format format) {
+    constexpr std::array<const char *, kFormats> kNames{"PLY ASCII", "PLY binary", "OBJ",
+                                                        "OFF",       "STL ASCII",  "STL binary"};
+    return kNames[static_cast<std::size_t>(format)];
+}
+
+std::vector<HonestFile> honest_files() {
+    return {{"plain", Format::ply_ascii, ply_ascii()},
+            {"rich", Format::ply_ascii, ply_ascii_rich()},
+            {"little-endian", Format::ply_binary, ply_binary(false)},
+            {"big-endian", Format::ply_binary, ply_binary(true)},
+            {"lists", Format::ply_binary, ply_binary_lists()},
+            {"plain", Format::obj, obj(false)},
+            {"announced", Format::obj, obj(true)},
+            {"rich", Format::obj, obj_rich()},
+            {"face colours", Format::off, off(false)},
+            {"vertex colours", Format::off, off(true)},
+            {"one solid", Format::stl_ascii, stl_ascii(false)},
+            {"two solids", Format::stl_ascii, stl_ascii(true)},
+            {"plain", Format::stl_binary, stl_binary("made for tests")},
+            {"solid", Format::stl_binary, stl_binary("solid made for tests")}};
+}
+
+} // namespace pbm::mutants
