@@ -215,8 +215,9 @@ class TextBuffer final : public std::streambuf {
 // send anything.
 class BlockReader {
   public:
-    BlockReader(const MeshText &text, bool with_positions, const std::function<void(double)> &progress)
-        : text_(text), with_positions_(with_positions), progress_(progress) {}
+    // `may_weld`: facets may lose corners to each other, and with them their area. `with_positions`: they come too.
+    BlockReader(const MeshText &text, bool may_weld, bool with_positions, const std::function<void(double)> &progress)
+        : text_(text), may_weld_(may_weld), with_positions_(with_positions), progress_(progress) {}
 
     Status take(ByteView bytes); // cut anywhere
     Status check() const;        // when all has come
@@ -234,7 +235,7 @@ class BlockReader {
     }
 
     const MeshText &text_;
-    bool with_positions_;
+    bool may_weld_, with_positions_;
     const std::function<void(double)> &progress_;
     BlockHead head_;
     std::vector<std::uint8_t> gathered_; // a head, or a block
@@ -293,13 +294,12 @@ Status BlockReader::block() {
     return broken();
 }
 
-// STL's facets may lose corners to each other when they are welded; nothing else may be missing.
 Status BlockReader::check() const {
     if (!complete_ || summary.out_of_range != 0)
         return broken();
-    const bool less = with_positions_ ? positions.size() != summary.vertices || summary.faces > text_.faces
-                                      : summary.vertices != text_.vertices || summary.faces != text_.faces;
-    if (less || triangles.size() + summary.degenerate_triangles > text_.triangles)
+    const bool vertices_agree = summary.vertices == (with_positions_ ? positions.size() : text_.vertices);
+    const bool faces_agree = may_weld_ ? summary.faces <= text_.faces : summary.faces == text_.faces;
+    if (!vertices_agree || !faces_agree || triangles.size() + summary.degenerate_triangles > text_.triangles)
         return Error{ErrorCode::bad_input, 0,
                      "OpenMesh found " + std::to_string(summary.vertices) + " vertices and " +
                          std::to_string(summary.faces) + " faces where the file says " +
@@ -330,7 +330,7 @@ Status import(MeshText &text, MeshFormat format, const ByteSink &send) {
     }
     if (!ok)
         return Error{ErrorCode::bad_input, 0, "OpenMesh cannot read the file; convert the scan to PLY"};
-    importer.finish(format == MeshFormat::stl);
+    importer.finish(text.binary);
     return {};
 }
 
@@ -425,14 +425,14 @@ Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format
     if (options.progress)
         options.progress(0.3);
     const bool stl = format == MeshFormat::stl;
-    BlockReader found(*text, stl, options.progress);
+    BlockReader found(*text, stl, text->binary, options.progress);
     if (const Status status = import_in_child(*text, format, found); !status)
         return status.error();
     if (options.progress)
         options.progress(1.0);
 
     Surface surface;
-    surface.positions = std::move(stl ? found.positions : text->positions);
+    surface.positions = std::move(text->binary ? found.positions : text->positions);
     surface.triangles = std::move(found.triangles);
     surface.dropped_triangles =
         text->dropped_triangles + found.summary.degenerate_triangles + (stl ? text->faces - found.summary.faces : 0);

@@ -20,10 +20,10 @@ struct MeshText {
     std::string for_openmesh;
     bool binary = false; // STL
 
-    std::uint64_t vertices = 0;        // OpenMesh must find as many as these (OBJ, OFF)
+    std::uint64_t vertices = 0;        // OpenMesh must find as many as these (not in binary STL)
     std::uint64_t faces = 0;           // of three or more different corners
     std::uint64_t triangles = 0;       // of these, degenerate ones included
-    std::vector<glm::dvec3> positions; // OBJ, OFF: in double precision, may be not finite
+    std::vector<glm::dvec3> positions; // in double precision, of OBJ and OFF may be not finite; not of binary STL
     std::vector<glm::vec3> colours;    // OBJ, OFF: as in the file; empty unless every vertex has one
     std::string colour_note;           // how they came about, if the vertices of the file have none
     std::vector<glm::vec3> normals;    // NOFF; OBJ: unless faces name them

@@ -5,12 +5,15 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <unordered_map>
 
 namespace pbm::build {
 namespace {
 
 constexpr std::size_t kHeaderSize = 84; // of binary STL: 80 bytes of anything, the number of facets
 constexpr std::size_t kFacetSize = 50;  // normal and three corners as floats, two bytes of attributes
+
+constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
 
 static_assert(std::endian::native == std::endian::little, "binary STL is read as it lies in memory");
 
@@ -60,6 +63,33 @@ MeshText check_binary(std::span<const std::uint8_t> bytes) {
     return out;
 }
 
+// Corners with equal coordinates are one vertex. Numbered in the order of the file.
+class Welder {
+  public:
+    explicit Welder(std::vector<glm::dvec3> &positions) : positions_(positions) {}
+
+    std::uint32_t vertex(const glm::dvec3 &position) {
+        const glm::dvec3 key = position + 0.0; // -0 is 0
+        const auto [found, is_new] = numbers_.try_emplace(key, static_cast<std::uint32_t>(positions_.size()));
+        if (is_new)
+            positions_.push_back(position);
+        return found->second;
+    }
+
+  private:
+    struct Hash {
+        std::size_t operator()(const glm::dvec3 &p) const {
+            std::uint64_t hash = 0;
+            for (int i = 0; i < 3; ++i)
+                hash = (hash ^ std::bit_cast<std::uint64_t>(p[i])) * 0x9E3779B97F4A7C15U, hash ^= hash >> 29;
+            return hash;
+        }
+    };
+
+    std::vector<glm::dvec3> &positions_;
+    std::unordered_map<glm::dvec3, std::uint32_t, Hash> numbers_;
+};
+
 class AsciiCheck {
   public:
     explicit AsciiCheck(std::span<const std::uint8_t> bytes) : lines_(text_) { text_ = as_unmarked_text(bytes); }
@@ -72,6 +102,7 @@ class AsciiCheck {
     std::string text_;
     Lines lines_;
     MeshText out_;
+    Welder welder_{out_.positions};
 };
 
 bool AsciiCheck::next_line(std::string_view &keyword) {
@@ -83,10 +114,12 @@ bool AsciiCheck::next_line(std::string_view &keyword) {
     return false;
 }
 
-// The lines after "facet": they are written anew, in the one spelling that OpenMesh knows.
+// The lines after "facet" are written anew, in the one spelling that OpenMesh knows, and with numbers of vertices in
+// place of coordinates: its floats would move them and weld what lies close together.
 Status AsciiCheck::facet() {
     constexpr std::array<std::string_view, 6> kLines{"outer", "vertex", "vertex", "vertex", "endloop", "endfacet"};
-    std::string facet = "facet normal 0 0 0\nouter loop\n";
+    std::array<glm::dvec3, 3> corners{};
+    std::size_t corner = 0;
     bool finite = true;
     for (const std::string_view expected : kLines) {
         std::string_view keyword;
@@ -97,21 +130,28 @@ Status AsciiCheck::facet() {
                                  "' belongs; STL holds triangles only");
         if (expected != "vertex")
             continue;
-        facet += "vertex";
         for (int i = 0; i < 3; ++i) {
             const std::string_view word = lines_.word();
             double value = 0;
             if (!is_number(word, value))
                 return lines_.refuse(word.empty() ? "a vertex of fewer than three numbers"
                                                   : quoted(word) + " is not a number");
-            finite = finite && fits_float(value);
-            facet += " ";
-            facet += word;
+            finite = finite && std::isfinite(value);
+            corners[corner][i] = value;
         }
-        facet += "\n";
+        ++corner;
     }
     if (finite) {
-        out_.for_openmesh += facet;
+        if (out_.positions.size() > kMaxVertices - 3)
+            return lines_.refuse("more than 2^31 - 1 vertices; split the scan", ErrorCode::too_large);
+        constexpr std::uint32_t kHalf = 1U << 16; // a float holds either half of a number
+        out_.for_openmesh += "facet normal 0 0 0\nouter loop\n";
+        for (const glm::dvec3 &position : corners) {
+            const std::uint32_t number = welder_.vertex(position);
+            out_.for_openmesh +=
+                "vertex " + std::to_string(number % kHalf) + " " + std::to_string(number / kHalf) + " 0\n";
+        }
+        out_.for_openmesh += "endloop\nendfacet\n";
         ++out_.faces;
         ++out_.triangles;
     } else {
@@ -143,6 +183,7 @@ Result<MeshText> AsciiCheck::run() {
     if (inside)
         return Error{ErrorCode::bad_input, text_.size(),
                      "the file has no 'endsolid': it is cut short; copy or export it again"};
+    out_.vertices = out_.positions.size();
     report_normals(out_);
     return std::move(out_);
 }
