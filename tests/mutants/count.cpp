@@ -141,8 +141,8 @@ std::optional<Announced> count_stl(std::string_view bytes) {
     Announced sum;
     if (bytes.size() >= 84) {
         std::uint64_t facets = 0;
-        for (int i = 3; i >= 0; --i)
-            facets = facets << 8 | static_cast<unsigned char>(bytes[static_cast<std::size_t>(80 + i)]);
+        for (const std::size_t at : {83U, 82U, 81U, 80U})
+            facets = facets << 8 | static_cast<unsigned char>(bytes[at]);
         if (84 + 50 * facets == bytes.size()) {
             sum.least_triangles = sum.most_triangles = facets;
             return sum;

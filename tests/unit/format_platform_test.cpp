@@ -300,6 +300,7 @@ TEST(ChildProcess, ACallerWithoutStandardDescriptorsOrChildSignalsIsServed) {
 TEST(ChildProcess, OtherThreadsOfTheCallerMayRunAndStartChildrenToo) {
     std::array<int, 4> good{};
     std::vector<std::thread> threads;
+    threads.reserve(good.size());
     for (int &count : good)
         threads.emplace_back([&count] {
             for (int i = 0; i < 10; ++i) {

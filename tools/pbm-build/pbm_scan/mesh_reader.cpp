@@ -53,7 +53,7 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
     // `exact`: the positions, where they are known better than OpenMesh's floats.
     ArrayImporter(const ByteSink &send, std::span<const glm::dvec3> exact) : send_(send), exact_(exact) {}
     // Sends what is left.
-    void finish(bool with_positions);
+    void send_rest(bool with_positions);
 
     std::vector<glm::dvec3> positions;
     std::vector<glm::uvec3> triangles;  // that were not sent yet
@@ -129,7 +129,7 @@ template <class T> void ArrayImporter::send(Part part, const std::vector<T> &val
     }
 }
 
-void ArrayImporter::finish(bool with_positions) {
+void ArrayImporter::send_rest(bool with_positions) {
     send(Part::triangles, triangles);
     if (with_positions)
         send(Part::positions, positions);
@@ -330,7 +330,7 @@ Status import(MeshText &text, MeshFormat format, const ByteSink &send) {
     }
     if (!ok)
         return Error{ErrorCode::bad_input, 0, "OpenMesh cannot read the file; convert the scan to PLY"};
-    importer.finish(text.binary);
+    importer.send_rest(text.binary);
     return {};
 }
 

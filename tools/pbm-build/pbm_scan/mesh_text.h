@@ -16,7 +16,8 @@ namespace pbm::build {
 
 struct MeshText {
     // A copy of the file in which everything is blanked that OpenMesh would misread or that would make it open other
-    // files: comments, continued lines, texture coordinates, materials, numbers that are not finite.
+    // files: comments, continued lines, texture coordinates, materials, numbers that are not finite. ASCII STL is
+    // written anew, with numbers of vertices in place of coordinates.
     std::string for_openmesh;
     bool binary = false; // STL
 
@@ -34,11 +35,10 @@ struct MeshText {
 
 constexpr std::size_t kMaxCorners = 4096; // of one face: OpenMesh compares each corner with every other one
 
-// Lines may end in LF, CR LF or CR.
+// Lines may end in LF, CR LF or CR; a byte order mark is passed over.
 //
-// errors  bad_input            NUL bytes; text that is no number or index; an index out of range; counts or an end line
-// that
-//                              do not fit the file
+// errors  bad_input            NUL bytes; text that is no number, index or statement; an index out of range; counts (of
+//                              OFF, of binary STL, in comments of OBJ) or an end line that do not fit the file
 //         too_large            a face of more than kMaxCorners, or more than 2^31 - 1 vertices
 //         unsupported_feature  binary or four-dimensional OFF
 Result<MeshText> check_obj(std::span<const std::uint8_t> bytes);
