@@ -557,7 +557,7 @@ TEST(PlyReader, RangeGridsKeepTheirPoints) {
 }
 
 TEST(PlyReader, StrictRefusesWhatWouldBeDropped) {
-    const ReadOptions strict{.strict = true, .progress = {}};
+    const ReadOptions strict{.strict = true, .format = {}, .progress = {}};
     EXPECT_TRUE(read(kTriangle, strict).ok());
     EXPECT_TRUE(has(error(kTriangle + "more\n", strict).message, "--strict: end of file"));
     EXPECT_TRUE(has(error(replaced(kTriangle, "1 0 0\n", "1 nan 0\n"), strict).message, "not finite"));
