@@ -135,6 +135,26 @@ TEST(ObjGuard, StatementsThatAreNoneAreRefusedAndUnknownWordsNamed) {
     EXPECT_TRUE(surface(kObj + "s 1\no x\nmg 0\nusemap off\nend\n\x1a", MeshFormat::obj).triangles.size() == 2);
 }
 
+// What takes the square of the file's size would not end here.
+TEST(ObjGuard, LongFilesOfOneOddThingAreReadInOnePass) {
+    constexpr int kMany = 2'000'000;
+    std::string joined, words = kObj, files = kObj;
+    for (int i = 0; i < kMany; ++i)
+        joined += "\\\n";
+    for (int i = 0; i < kMany / 8; ++i) {
+        std::string word = "statement_";
+        for (int rest = i; rest != 0; rest /= 26)
+            word += static_cast<char>('a' + rest % 26);
+        words += word + "\n";
+        files += "mtllib " + word + ".mtl\n";
+    }
+    EXPECT_EQ(surface(joined + "\n" + kObj, MeshFormat::obj).triangles.size(), 2U);
+    const Surface s = surface(words, MeshFormat::obj);
+    EXPECT_TRUE(reports(s, "further statements", Fate::dropped));
+    EXPECT_LT(s.report.size(), 24U);
+    EXPECT_LT(surface(files, MeshFormat::obj).report.size(), 24U);
+}
+
 TEST(ObjGuard, CurvesAndLinesAreNamed) {
     const Surface s =
         surface(kObj + "vp 0.5 0.5\ncstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nl 1 2\np 1\n", MeshFormat::obj);

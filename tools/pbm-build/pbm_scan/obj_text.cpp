@@ -36,18 +36,20 @@ void join_lines(std::string &text) {
     if (text.find('\\') == std::string::npos)
         return;
     for (std::size_t line = 0; line < text.size();) {
+        std::size_t begin = line; // of the part that was joined last
         std::size_t end = std::min(text.find('\n', line), text.size());
         const bool naming = is_one_of(first_word(std::string_view(text).substr(line, end - line)), kNaming);
         while (end < text.size()) {
-            const std::size_t last = text.find_last_not_of(" \t", end - (end > line ? 1 : 0));
-            if (last == std::string::npos || last < line || text[last] != '\\' ||
-                std::string_view(text).substr(line, last - line).find('#') != std::string_view::npos)
+            const std::string_view part = std::string_view(text).substr(begin, end - begin);
+            const std::size_t last = part.find_last_not_of(" \t");
+            if (last == std::string_view::npos || part[last] != '\\' || part.find('#') != std::string_view::npos)
                 break;
             const std::string_view next = first_word(std::string_view(text).substr(end + 1));
             if (naming && (is_one_of(next, kNaming) || is_one_of(next, kOther)))
                 break;
-            text[last] = text[end] = ' ';
-            end = std::min(text.find('\n', end), text.size());
+            text[begin + last] = text[end] = ' ';
+            begin = end + 1;
+            end = std::min(text.find('\n', begin), text.size());
         }
         line = end + 1;
     }
@@ -86,7 +88,7 @@ class ObjCheck {
     std::int64_t highest_ = 0, highest_normal_ = 0;
     std::optional<Error> highest_error_, highest_normal_error_; // if no such vertex follows
     Announcement vertices_, face_lines_, triangles_;            // the highest of each
-    std::uint64_t face_lines_found_ = 0;
+    std::uint64_t face_lines_found_ = 0, material_files_ = 0, unknown_statements_ = 0;
     int numbers_ = 0; // of the last vertex
     bool all_coloured_ = true, names_normals_ = false, has_points_ = false, open_end_ = false;
     std::vector<std::uint32_t> corners_;
@@ -211,8 +213,12 @@ Status ObjCheck::face() {
 }
 
 Status ObjCheck::other(std::string_view keyword) {
+    constexpr std::uint64_t kMostNamed = 16; // a file may name a million
     if (keyword == "mtllib")
-        drop_once(out_.report, "materials and textures named by " + quoted(lines_.word()), "PBM stores point colours");
+        drop_once(out_.report,
+                  ++material_files_ > kMostNamed ? "materials and textures of further files"
+                                                 : "materials and textures named by " + quoted(lines_.word()),
+                  "PBM stores point colours");
     else if (keyword == "vt")
         drop_once(out_.report, "texture coordinates", "PBM stores point colours");
     else if (keyword == "l")
@@ -227,7 +233,9 @@ Status ObjCheck::other(std::string_view keyword) {
                                                             "ABCDEFGHIJKLMNOPQRSTUVWXYZ") == std::string_view::npos;
         if (!word)
             return lines_.refuse(quoted(keyword) + " begins no statement of OBJ: the file is damaged");
-        drop_once(out_.report, "statements " + quoted(keyword), "not known to OBJ");
+        drop_once(out_.report,
+                  ++unknown_statements_ > kMostNamed ? "further statements" : "statements " + quoted(keyword),
+                  "not known to OBJ");
     }
     lines_.blank();
     return {};
