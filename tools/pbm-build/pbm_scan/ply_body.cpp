@@ -1,63 +1,22 @@
 #include "pbm_scan/ply_body.h"
 
+#include "pbm_scan/ply_columns.h"
+#include "pbm_scan/ply_damage.h"
 #include "pbm_scan/ply_roles.h"
 #include "pbm_scan/ply_source.h"
+#include "pbm_scan/polygon.h"
+#include "pbm_scan/range_grid.h"
 
 #include <algorithm>
 #include <cassert>
 #include <limits>
+#include <optional>
 #include <utility>
 
 namespace pbm::build {
 namespace {
 
 constexpr std::size_t kRowsPerBlock = 4096; // of columns gathered one after the other: a block stays in the cache
-
-// Where the values of one property go.
-struct Column {
-    enum class Kind : std::uint8_t { none, float64, float32, uint8 };
-    Kind kind = Kind::none;
-    std::uint8_t *first = nullptr;
-    std::size_t stride = 0; // bytes
-};
-
-template <class To, class From, bool Swap>
-void gather(const std::uint8_t *from, std::size_t row_size, std::size_t rows, std::uint8_t *to, std::size_t stride) {
-    for (std::size_t i = 0; i < rows; ++i) {
-        const To value = static_cast<To>(load_scalar<From, Swap>(from + i * row_size));
-        std::memcpy(to + i * stride, &value, sizeof value);
-    }
-}
-
-template <bool Swap>
-void gather(const std::uint8_t *from, PlyScalar type, std::size_t row_size, std::size_t rows, const Column &column,
-            std::size_t first_row) {
-    std::uint8_t *to = column.first + first_row * column.stride;
-    with_scalar(type, [&](auto example) {
-        using From = decltype(example);
-        switch (column.kind) {
-        case Column::Kind::float64: return gather<double, From, Swap>(from, row_size, rows, to, column.stride);
-        case Column::Kind::float32: return gather<float, From, Swap>(from, row_size, rows, to, column.stride);
-        case Column::Kind::uint8: // only ever from uchar
-            if constexpr (sizeof(From) == 1)
-                gather<std::uint8_t, From, Swap>(from, row_size, rows, to, column.stride);
-            return;
-        case Column::Kind::none: return;
-        }
-    });
-}
-
-void store(const Column &column, std::size_t row, double value) {
-    std::uint8_t *to = column.first + row * column.stride;
-    if (column.kind == Column::Kind::float64) {
-        std::memcpy(to, &value, sizeof value);
-    } else if (column.kind == Column::Kind::float32) {
-        const float narrow = static_cast<float>(value);
-        std::memcpy(to, &narrow, sizeof narrow);
-    } else if (column.kind == Column::Kind::uint8) {
-        *to = static_cast<std::uint8_t>(value);
-    }
-}
 
 // Least number of bytes that a row takes.
 std::size_t least_row_size(const PlyElement &element, bool text) {
@@ -105,9 +64,17 @@ template <class Source> class BodyReader {
         if (const Status status = check_counts(); !status)
             return status.error();
         allocate_vertices();
-        for (const PlyElement &element : header_.elements)
+        for (const PlyElement &element : header_.elements) {
             if (!element.properties.empty() && !read_element(element))
                 return error(element);
+            if (element.kind == PlyKind::vertex) {
+                has_vertices_ = true;
+                if constexpr (!Source::kIsText)
+                    if (const std::optional<Error> wrong = wrong_byte_order(body_.positions, header_))
+                        return *wrong;
+            }
+        }
+        triangulate_waiting();
         body_.end_offset = bytes_.size() - in_.left();
         return std::move(body_);
     }
@@ -121,12 +88,14 @@ template <class Source> class BodyReader {
     bool read_vertex(const PlyElement &element);
     bool read_face(const PlyElement &element);
     bool read_strips(const PlyElement &element);
+    bool read_range_grid(const PlyElement &element);
     bool read_material(const PlyElement &element);
     bool skip_list(const PlyProperty &property);
     bool read_index(PlyScalar type, std::int64_t least, std::int64_t &index);
     std::size_t read_triangle_rows(const TriangleRows &rows, std::size_t most);
     void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, bool count_degenerate);
     void add_polygon(const glm::vec3 &colour);
+    void triangulate_waiting();
 
     // Reads one row; `scalar` gets the value of every property that is no list, `list` the lists that have a role.
     template <class ScalarUse, class ListUse> bool read_row(const PlyElement &element, ScalarUse scalar, ListUse list);
@@ -142,8 +111,16 @@ template <class Source> class BodyReader {
     Source in_;
     PlyBody body_;
     std::uint64_t vertex_count_ = 0;
+    bool has_vertices_ = false;          // their element has been read
     std::vector<std::uint32_t> corners_; // of the face in hand
-    std::size_t row_ = 0;                // in hand, for messages
+    PolygonTriangulator triangulator_;
+    // Polygons of more than three corners that come before the vertices, and their corners one after the other.
+    struct WaitingPolygon {
+        std::size_t triangles_before, corners;
+    };
+    std::vector<WaitingPolygon> waiting_;
+    std::vector<std::uint32_t> waiting_corners_;
+    std::size_t row_ = 0; // in hand, for messages
     const PlyProperty *property_ = nullptr;
 };
 
@@ -259,6 +236,7 @@ template <class Source> bool BodyReader<Source>::read_element(const PlyElement &
     case PlyKind::vertex: return read_vertex(element);
     case PlyKind::face: return read_face(element);
     case PlyKind::tristrips: return read_strips(element);
+    case PlyKind::range_grid: return read_range_grid(element);
     case PlyKind::material: return read_material(element);
     case PlyKind::skipped: break;
     }
@@ -324,9 +302,10 @@ template <class Source> bool BodyReader<Source>::read_index(PlyScalar type, std:
         in_.offset -= size_of(type);
     const bool whole = value >= -2147483648.0 && value <= 4294967295.0;
     in_.fault = "vertex index " + number_text(value) + ", but there are " + std::to_string(vertex_count_) + " vertices";
-    if (!Source::kIsText && whole && size_of(type) == 4 &&
-        __builtin_bswap32(static_cast<std::uint32_t>(static_cast<std::int64_t>(value))) < vertex_count_)
-        in_.fault += " (the header may name the wrong byte order)";
+    if constexpr (!Source::kIsText)
+        if (whole && size_of(type) == 4 &&
+            __builtin_bswap32(static_cast<std::uint32_t>(static_cast<std::int64_t>(value))) < vertex_count_)
+            in_.fault += Source::kOtherOrder;
     return false;
 }
 
@@ -339,13 +318,37 @@ void BodyReader<Source>::add_triangle(std::uint32_t a, std::uint32_t b, std::uin
 }
 
 template <class Source> void BodyReader<Source>::add_polygon(const glm::vec3 &colour) {
-    if (corners_.size() < 3)
-        ++body_.degenerate_triangles;
-    for (std::size_t i = 2; i < corners_.size(); ++i)
-        add_triangle(corners_[0], corners_[i - 1], corners_[i], true);
+    if (corners_.size() == 3) {
+        add_triangle(corners_[0], corners_[1], corners_[2], true);
+    } else if (has_vertices_ || corners_.size() < 3) {
+        body_.degenerate_triangles += triangulator_.triangulate(corners_, body_.positions, body_.triangles);
+    } else {
+        waiting_.push_back({body_.triangles.size(), corners_.size()});
+        waiting_corners_.insert(waiting_corners_.end(), corners_.begin(), corners_.end());
+    }
     if (!body_.face_colours.empty())
         for (const std::uint32_t corner : corners_)
             body_.face_colours[corner] += glm::vec4(colour, 1.0F);
+}
+
+// In the order of the faces, so that it does not matter to the result which element comes first.
+template <class Source> void BodyReader<Source>::triangulate_waiting() {
+    if (waiting_.empty())
+        return;
+    const std::vector<glm::uvec3> others = std::exchange(body_.triangles, {});
+    std::size_t taken = 0, corner = 0;
+    const auto take_until = [&](std::size_t end) {
+        body_.triangles.insert(body_.triangles.end(), others.begin() + static_cast<std::ptrdiff_t>(taken),
+                               others.begin() + static_cast<std::ptrdiff_t>(end));
+        taken = end;
+    };
+    for (const WaitingPolygon &polygon : waiting_) {
+        take_until(polygon.triangles_before);
+        body_.degenerate_triangles += triangulator_.triangulate(
+            std::span(waiting_corners_).subspan(corner, polygon.corners), body_.positions, body_.triangles);
+        corner += polygon.corners;
+    }
+    take_until(others.size());
 }
 
 // The run of plain triangles that begins here: rows are taken while they are triangles with three different corners
@@ -436,6 +439,30 @@ template <class Source> bool BodyReader<Source>::read_strips(const PlyElement &e
                 add_triangle(corners_[odd ? n - 2 : n - 3], corners_[odd ? n - 3 : n - 2], corners_[n - 1], false);
             }
         }
+        return true;
+    };
+    for (; row_ < element.count; ++row_)
+        if (!read_row(
+                element, [](std::size_t, double) {}, list))
+            return false;
+    return true;
+}
+
+template <class Source> bool BodyReader<Source>::read_range_grid(const PlyElement &element) {
+    body_.grid_cells.assign(static_cast<std::size_t>(element.count), kEmptyCell); // check_counts: a byte each at least
+    const auto list = [&](const PlyProperty &property) {
+        std::size_t length = 0;
+        if (!in_.begin_list(property, length))
+            return false;
+        if (length > 1) {
+            in_.fault = "a cell of a range grid holds one vertex or none, this one " + std::to_string(length);
+            return false;
+        }
+        std::int64_t index = 0;
+        if (length == 1 && !read_index(property.type, 0, index))
+            return false;
+        if (length == 1)
+            body_.grid_cells[row_] = static_cast<std::uint32_t>(index);
         return true;
     };
     for (; row_ < element.count; ++row_)

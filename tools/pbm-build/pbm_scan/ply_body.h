@@ -24,6 +24,7 @@ struct PlyBody {
     std::vector<float> material_ids;              // as in the file, unchecked
     std::vector<glm::vec4> face_colours;          // sums over the faces at a vertex, as in the file; w: their number
     std::vector<glm::uvec3> triangles;            // indices in range, three different ones
+    std::vector<std::uint32_t> grid_cells;        // of a range image, row by row: an index in range or kEmptyCell
     std::vector<std::array<double, 8>> materials; // ka kd ks power clr_r clr_g clr_b envmapfactor; NaN where absent
     std::uint64_t degenerate_triangles = 0;       // faces and fan triangles with fewer than three different corners
     std::size_t end_offset = 0;                   // first byte after the last element
@@ -38,7 +39,8 @@ constexpr std::uint64_t kMaxPlyMaterials = 8;
 // In ASCII a row may go on in the next line, but must end with its line.
 //
 // errors  bad_input  a count the file cannot hold, a body that ends early, text that is no number, a value its type
-//                    cannot hold, a row with too many values, a vertex index out of range
+//                    cannot hold, a row with too many values, a vertex index out of range, more than one vertex in a
+//                    cell of a range grid, coordinates that make sense only in the other byte order (ply_damage.h)
 //         too_large  more vertices or materials than the limits above
 Result<PlyBody> read_ply_body(std::span<const std::uint8_t> bytes, const PlyHeader &header, const ReadOptions &options);
 

@@ -77,6 +77,7 @@ class HeaderReader {
     Status property(std::string_view line);
     Status unknown(std::string_view keyword);
     void comment(std::string_view line);
+    void obj_info(std::string_view line);
     Error refuse(const std::string &what, ErrorCode code = ErrorCode::bad_input) const {
         return Error{code, line_offset_, "line " + std::to_string(line_number_) + ": " + what};
     }
@@ -186,6 +187,19 @@ void HeaderReader::comment(std::string_view line) {
         header_.texture_files.emplace_back(trimmed(line));
 }
 
+// Stanford's scanners say here how wide and high a range image is. What is no number is a remark like any other.
+void HeaderReader::obj_info(std::string_view line) {
+    const std::string_view name = take_word(line), value = take_word(line);
+    std::uint64_t number = 0;
+    const auto [end, status] = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (status != std::errc{} || end != value.data() + value.size())
+        return;
+    if (name == "num_cols")
+        header_.grid_columns = number;
+    else if (name == "num_rows")
+        header_.grid_rows = number;
+}
+
 Result<PlyHeader> HeaderReader::read() {
     if (!is_ply({reinterpret_cast<const std::uint8_t *>(text_.data()), text_.size()}))
         return Error{ErrorCode::bad_input, 0, "not a PLY file: the first line is not 'ply'"};
@@ -197,7 +211,7 @@ Result<PlyHeader> HeaderReader::read() {
     while (take_line(line)) {
         const std::string_view keyword = take_word(line);
         Status status;
-        if (line_number_ == 1 || keyword.empty() || keyword == "obj_info")
+        if (line_number_ == 1 || keyword.empty())
             continue;
         if (keyword == "end_header") {
             if (!has_format_)
@@ -208,6 +222,8 @@ Result<PlyHeader> HeaderReader::read() {
         }
         if (keyword == "comment")
             comment(line);
+        else if (keyword == "obj_info")
+            obj_info(line);
         else if (keyword == "format")
             status = format(line);
         else if (keyword == "element")

@@ -36,7 +36,7 @@ enum class PlyRole : std::uint8_t {
     blue,
     radius,
     material_index,
-    corners, // list of vertex indices: a polygon of `face`, strips of `tristrips`
+    corners, // list of vertex indices: a polygon of `face`, strips of `tristrips`, a cell of `range_grid`
     ka,
     kd,
     ks,
@@ -47,7 +47,7 @@ enum class PlyRole : std::uint8_t {
     envmapfactor,
 };
 
-enum class PlyKind : std::uint8_t { skipped, vertex, face, tristrips, material };
+enum class PlyKind : std::uint8_t { skipped, vertex, face, tristrips, range_grid, material };
 
 struct PlyProperty {
     std::string name;
@@ -68,6 +68,8 @@ struct PlyHeader {
     PlyEncoding encoding = PlyEncoding::ascii;
     std::vector<PlyElement> elements;       // in the order of the file; names are unique, also those of properties
     std::vector<std::string> texture_files; // "comment TextureFile NAME", as MeshLab writes it
+    std::uint64_t grid_columns = 0;         // "obj_info num_cols N" of a range image; 0: not given
+    std::uint64_t grid_rows = 0;            // "obj_info num_rows N"
     std::size_t unknown_lines = 0;          // of an ASCII file, with a keyword that means nothing
     std::string first_unknown;              // such a keyword
     std::size_t body_offset = 0;            // first byte after the line of end_header
@@ -81,9 +83,10 @@ constexpr std::size_t kMaxPlyProperties = 256; // per element
 // True where the bytes begin like a PLY file: the word "ply" and a line end.
 bool is_ply(std::span<const std::uint8_t> bytes);
 
-// Reads the header. Lines may end in LF, CR LF or CR; `comment` and `obj_info` may stand anywhere. Lines of other
-// keywords are skipped in an ASCII file, as Turk's reader does (scans of the Stanford repository have some), because
-// its rows show whether a property got lost; a binary body would be misread without a word.
+// Reads the header. Lines may end in LF, CR LF or CR; `comment` and `obj_info` may stand anywhere in it (a body has
+// none: Turk's reader and writer know them only here, and a row that begins with such a word is refused). Lines of
+// other keywords are skipped in an ASCII file, as Turk's reader does (scans of the Stanford repository have some),
+// because its rows show whether a property got lost; a binary body would be misread without a word.
 //
 // errors  bad_input            not a PLY file, no end_header, an unknown keyword or type, a bad or duplicate name, a
 // bad count

@@ -1,12 +1,16 @@
 #include "pbm_scan/ply_reader.h"
 
 #include "pbm_scan/ply_body.h"
+#include "pbm_scan/ply_colours.h"
+#include "pbm_scan/ply_damage.h"
 #include "pbm_scan/ply_roles.h"
+#include "pbm_scan/range_grid.h"
 #include "pbm_scan/text_lines.h"
 #include "pbm_scan/text_number.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -14,87 +18,11 @@ namespace pbm::build {
 namespace {
 
 using Fate = AttributeReport::Fate;
-
-// What became of a group of properties; ends up in the report.
-struct Outcome {
-    Fate fate = Fate::kept;
-    std::string note;
-};
+using Outcome = PlyOutcome;
 
 struct Outcomes {
-    Outcome positions, normals, colours, face_colours, radii, material_ids, faces, strips, materials;
+    Outcome positions, normals, colours, face_colours, radii, material_ids, faces, strips, grid, materials;
 };
-
-// Factor from the file's colours to 0..255; zero where the numbers are no colours. The type alone does not tell:
-// floats in 0..255 and ushorts that never leave a byte are common.
-float colour_factor(PlyScalar type, float highest) {
-    if (is_float(type) && highest <= 1.0F)
-        return 255.0F;
-    if (highest <= 255.0F)
-        return 1.0F;
-    return highest <= 65535.0F ? 255.0F / 65535.0F : 0.0F;
-}
-
-std::array<std::uint8_t, 3> to_bytes(const glm::vec3 &colour, float factor) {
-    std::array<std::uint8_t, 3> bytes{};
-    for (int i = 0; i < 3; ++i) {
-        const float value = colour[i] * factor + 0.5F;
-        bytes[static_cast<std::size_t>(i)] =
-            value >= 0.0F ? static_cast<std::uint8_t>(std::min(value, 255.0F)) : 0; // NaN: 0
-    }
-    return bytes;
-}
-
-// Also for means of faces, where they stand per vertex already.
-Outcome convert_colours(PlyScalar type, std::vector<glm::vec3> &wide, Surface &surface) {
-    float highest = 0;
-    for (glm::vec3 &colour : wide)
-        for (int i = 0; i < 3; ++i) {
-            if (type == PlyScalar::int8 && colour[i] < 0)
-                colour[i] += 256; // a byte that was declared with a sign
-            if (std::isfinite(colour[i]))
-                highest = std::max(highest, colour[i]);
-        }
-    const float factor = colour_factor(type, highest);
-    if (factor == 0.0F)
-        return {Fate::dropped, "values up to " + number_text(static_cast<double>(highest)) + " are no colours"};
-    surface.colours.reserve(wide.size());
-    for (const glm::vec3 &colour : wide)
-        surface.colours.push_back(to_bytes(colour, factor));
-    const char *range = factor == 1.0F ? "0..255" : factor == 255.0F ? "0..1" : "0..65535";
-    return {Fate::converted, std::string(to_string(type)) + " in " + range + " to sRGB of 8 bits"};
-}
-
-Outcome finish_colours(const PlyElement &vertex, PlyBody &body, Surface &surface) {
-    surface.colours = std::move(body.colours);
-    if (body.wide_colours.empty())
-        return {Fate::kept, "sRGB, 8 bits"};
-    PlyScalar type = PlyScalar::int8; // the widest of the three
-    for (const PlyRole role : {PlyRole::red, PlyRole::green, PlyRole::blue})
-        type = std::max(type, find_property(vertex, role)->type);
-    return convert_colours(type, body.wide_colours, surface);
-}
-
-Outcome finish_face_colours(const PlyElement &face, PlyBody &body, Surface &surface) {
-    std::vector<glm::vec3> means(body.face_colours.size(), glm::vec3(0.0F));
-    std::size_t without = 0;
-    for (std::size_t i = 0; i < means.size(); ++i) {
-        const glm::vec4 &sum = body.face_colours[i];
-        if (sum.w > 0)
-            means[i] = glm::vec3(sum) / sum.w;
-        else
-            ++without;
-    }
-    if (without == means.size())
-        return {Fate::dropped, "no vertex belongs to a face"};
-    Outcome outcome = convert_colours(find_property(face, PlyRole::red)->type, means, surface);
-    if (outcome.fate != Fate::dropped) {
-        outcome.note = "each vertex has the mean of its faces, sRGB, 8 bits";
-        if (without != 0)
-            outcome.note += "; " + std::to_string(without) + " vertices without a face are black";
-    }
-    return outcome;
-}
 
 Outcome finish_normals(PlyBody &body, Surface &surface) {
     std::size_t absent = 0;
@@ -176,6 +104,17 @@ Result<Outcome> finish_material_ids(const PlyBody &body, Surface &surface) {
     return Outcome{Fate::kept, "material"};
 }
 
+Outcome finish_range_grid(const PlyHeader &header, const PlyBody &body, Surface &surface) {
+    std::vector<glm::uvec3> triangles =
+        triangulate_range_grid(body.grid_cells, static_cast<std::size_t>(header.grid_columns), surface.positions);
+    if (triangles.empty())
+        return {Fate::dropped, "no three neighbours in it; the vertices are kept as points"};
+    surface.triangles = std::move(triangles);
+    return {Fate::converted, "a range image of " + std::to_string(header.grid_columns) + " x " +
+                                 std::to_string(header.grid_rows) +
+                                 " to triangles; steps in depth of more than 4 grid steps stay open"};
+}
+
 Result<Outcomes> finish(const PlyHeader &header, PlyBody &body, Surface &surface) {
     Outcomes outcomes;
     const PlyElement &vertex = *find_element(header, PlyKind::vertex);
@@ -206,7 +145,9 @@ Result<Outcomes> finish(const PlyHeader &header, PlyBody &body, Surface &surface
         outcomes.material_ids = *ids;
     }
     outcomes.positions.note = "positions";
-    outcomes.faces = {Fate::kept, "polygons as fans of triangles"};
+    if (!body.grid_cells.empty())
+        outcomes.grid = finish_range_grid(header, body, surface);
+    outcomes.faces = {Fate::kept, "polygons as triangles"};
     outcomes.strips = {Fate::converted, "strips to triangles"};
     outcomes.materials.note = "material";
     return outcomes;
@@ -227,7 +168,9 @@ const Outcome *outcome_of(const PlyElement &element, const PlyProperty &property
     if (role == PlyRole::material_index)
         return &outcomes.material_ids;
     if (role == PlyRole::corners)
-        return element.kind == PlyKind::face ? &outcomes.faces : &outcomes.strips;
+        return element.kind == PlyKind::face        ? &outcomes.faces
+               : element.kind == PlyKind::tristrips ? &outcomes.strips
+                                                    : &outcomes.grid;
     return &outcomes.materials;
 }
 
@@ -269,7 +212,7 @@ void write_report(const PlyHeader &header, const Outcomes &outcomes, Surface &su
             report_element(element, outcomes, surface.report);
         else if (element.count != 0 && !element.properties.empty()) {
             const std::string name = quoted(element.name);
-            surface.report.push_back({"element " + name, Fate::dropped, std::string(drop_reason(element))});
+            surface.report.push_back({"element " + name, Fate::dropped, std::string(drop_reason(header, element))});
         }
     }
 }
@@ -282,27 +225,6 @@ std::size_t trailing_bytes(std::span<const std::uint8_t> bytes, const PlyHeader 
     return word == bytes.size() || header.encoding == PlyEncoding::ascii ? bytes.size() - word : bytes.size() - at;
 }
 
-// How many bytes a transfer in text mode has inserted: a CR in front of every LF of a binary body. 0: it was none.
-// Few such pairs may be chance.
-std::size_t translated_line_ends(std::span<const std::uint8_t> bytes, const PlyHeader &header) {
-    constexpr std::size_t kNoChance = 4;
-    if (header.encoding == PlyEncoding::ascii)
-        return 0;
-    std::size_t inserted = 0;
-    for (std::size_t i = header.body_offset; i < bytes.size(); ++i)
-        if (bytes[i] == '\n') {
-            if (i == header.body_offset || bytes[i - 1] != '\r')
-                return 0;
-            ++inserted;
-        }
-    return inserted >= kNoChance ? inserted : 0;
-}
-
-Error translated_error(const PlyHeader &header) {
-    return Error{ErrorCode::bad_input, header.body_offset,
-                 "a transfer has translated the line ends of this binary file; copy it again in binary mode"};
-}
-
 } // namespace
 
 Result<Surface> read_ply(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
@@ -311,13 +233,19 @@ Result<Surface> read_ply(std::span<const std::uint8_t> bytes, const ReadOptions 
         return header.error();
     if (const Status status = assign_roles(*header); !status)
         return status.error();
+    if (const std::optional<Error> text = text_in_binary_body(bytes, *header))
+        return *text;
     Result<PlyBody> body = read_ply_body(bytes, *header, options);
-    const std::size_t inserted = translated_line_ends(bytes, *header);
-    if (!body)
-        return inserted != 0 ? translated_error(*header) : body.error();
+    const std::size_t inserted = inserted_line_ends(bytes, *header);
+    if (!body) {
+        if (inserted != 0)
+            return inserted_line_ends_error(*header);
+        body.error().message += body_hint(bytes, *header, static_cast<std::size_t>(body.error().offset));
+        return body.error();
+    }
     const std::size_t trailing = trailing_bytes(bytes, *header, body->end_offset);
     if (inserted != 0 && trailing != 0 && trailing <= inserted)
-        return translated_error(*header);
+        return inserted_line_ends_error(*header);
 
     Surface surface;
     const Result<Outcomes> outcomes = finish(*header, *body, surface);

@@ -11,10 +11,10 @@
 
 namespace pbm::build {
 
-// Understood (ply_roles.h has the spellings): positions; normals; colours (uchar as they are, 0..65535 and 0..1 scaled
-// to 0..255), else the mean of the colours of the adjacent faces; splat radii; materials and their indices; polygons
-// (fanned) and triangle strips. Everything else is skipped by its size and reported as dropped. Vertices that are not
-// finite are dropped with their triangles, and counted.
+// Understood (ply_roles.h has the spellings): positions; normals (all zero: none); colours (ply_colours.h), else the
+// mean of the colours of the adjacent faces; splat radii; materials and their indices; polygons (polygon.h), triangle
+// strips and range images (range_grid.h). Everything else is skipped by its size and reported as dropped. Vertices that
+// are not finite are dropped with their triangles, and counted.
 //
 // errors  bad_input            damaged or cut short; `offset` is where, the message names line (ASCII) or byte
 // (binary),

@@ -39,7 +39,10 @@ bool assign_triple(PlyElement &element, PlyRole first, std::initializer_list<Spe
 
 bool assign_colours(PlyElement &element) {
     return assign_triple(element, PlyRole::red,
-                         {{"red", "green", "blue"}, {"r", "g", "b"}, {"diffuse_red", "diffuse_green", "diffuse_blue"}});
+                         {{"red", "green", "blue"},
+                          {"r", "g", "b"},
+                          {"diffuse_red", "diffuse_green", "diffuse_blue"},
+                          {"f_dc_0", "f_dc_1", "f_dc_2"}});
 }
 
 void assign_one(PlyElement &element, PlyRole role, std::initializer_list<std::string_view> names, bool is_list) {
@@ -96,6 +99,18 @@ bool is_any(std::string_view name, std::initializer_list<std::string_view> names
     return false;
 }
 
+bool has_faces(const PlyHeader &header) {
+    for (const PlyElement &element : header.elements)
+        if ((element.kind == PlyKind::face || element.kind == PlyKind::tristrips) && element.count != 0)
+            return true;
+    return false;
+}
+
+bool grid_size_fits(const PlyHeader &header, const PlyElement &grid) {
+    return header.grid_columns != 0 && grid.count % header.grid_columns == 0 &&
+           grid.count / header.grid_columns == header.grid_rows;
+}
+
 } // namespace
 
 Status assign_roles(PlyHeader &header) {
@@ -117,6 +132,11 @@ Status assign_roles(PlyHeader &header) {
         if (find_property(*strips, PlyRole::corners) != nullptr)
             strips->kind = PlyKind::tristrips;
     }
+    if (PlyElement *grid = element_named(header, "range_grid")) {
+        assign_one(*grid, PlyRole::corners, {"vertex_indices", "vertex_index"}, true);
+        if (find_property(*grid, PlyRole::corners) != nullptr && !has_faces(header) && grid_size_fits(header, *grid))
+            grid->kind = PlyKind::range_grid;
+    }
     if (PlyElement *material = element_named(header, "material"))
         assign_material(*material);
     return {};
@@ -136,8 +156,15 @@ const PlyProperty *find_property(const PlyElement &element, PlyRole role) {
     return nullptr;
 }
 
+bool has_splat_colours(const PlyElement &element) {
+    const PlyProperty *red = find_property(element, PlyRole::red);
+    return red != nullptr && red->name == "f_dc_0";
+}
+
 std::string_view drop_reason(const PlyElement &element, const PlyProperty &property) {
     const std::string_view name = property.name;
+    if (property.is_list && element.kind == PlyKind::vertex)
+        return "a list; a point has single numbers";
     if (is_any(name, {"alpha", "a", "diffuse_alpha", "opacity"}))
         return "PBM's points are opaque";
     if (is_any(name, {"s", "t", "u", "v", "texcoord", "texnumber", "texture_u", "texture_v", "s0", "t0"}))
@@ -150,16 +177,26 @@ std::string_view drop_reason(const PlyElement &element, const PlyProperty &prope
                                                : "the vertices have colours of their own";
     if (starts_with_any(name, {"f_dc_", "f_rest_", "scale_", "rot_"}))
         return "a Gaussian splat's parameters; PBM shows points";
+    if (is_any(name, {"confidence", "quality", "intensity", "value", "curvature"}) ||
+        starts_with_any(name, {"scalar_"}))
+        return "a measurement that is not shown";
     return "not used by PBM";
 }
 
-std::string_view drop_reason(const PlyElement &element) {
-    if (element.name == "range_grid")
-        return "the grid is not triangulated; the vertices are kept as points";
-    if (element.name == "face" || element.name == "tristrips")
+std::string_view drop_reason(const PlyHeader &header, const PlyElement &element) {
+    if (element.name == "range_grid" && find_property(element, PlyRole::corners) != nullptr)
+        return has_faces(header)
+                   ? "the file has faces of its own"
+                   : "obj_info num_cols and num_rows do not say how wide and high it is; the vertices are "
+                     "kept as points";
+    if (element.name == "range_grid" || element.name == "face" || element.name == "tristrips")
         return "it has no list vertex_indices; the vertices are kept as points";
     if (element.name == "edge")
         return "PBM shows no lines";
+    if (element.name == "camera")
+        return "PBM's cameras are chosen when a model is shown";
+    if (element.name == "material")
+        return "it has none of ka, kd, ks, power, clr_r, clr_g, clr_b, envmapfactor";
     return "not used by PBM";
 }
 

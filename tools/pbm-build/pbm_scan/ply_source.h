@@ -85,12 +85,18 @@ template <bool Swap> class BinarySource {
         if (!is_length(value, left() / size_of(property.type))) {
             offset = start;
             fault = "a list of " + number_text(value) + " entries does not fit into the rest of the file";
+            if (other_order_fits(property, left() / size_of(property.type)))
+                fault += kOtherOrder;
             return false;
         }
         length = static_cast<std::size_t>(value);
         return true;
     }
     bool end_row() { return true; }
+    static constexpr const char *kOtherOrder =
+        Swap == (std::endian::native == std::endian::little)
+            ? " (in the other byte order it would fit: 'format binary_big_endian 1.0' is probably wrong)"
+            : " (in the other byte order it would fit: 'format binary_little_endian 1.0' is probably wrong)";
     bool skip(std::size_t size) {
         if (left() < size)
             return ended();
@@ -105,6 +111,12 @@ template <bool Swap> class BinarySource {
     std::string fault;
 
   private:
+    // Whether the length that could not be read at `offset` would do with its bytes the other way round.
+    bool other_order_fits(const PlyProperty &property, std::uint64_t most) const {
+        BinarySource<!Swap> other(bytes_, offset);
+        double value = 0;
+        return size_of(property.count_type) > 1 && other.number(property.count_type, value) && is_length(value, most);
+    }
     bool ended() {
         fault = "the file ends here: it is cut short";
         return false;

@@ -34,7 +34,7 @@ struct AttributeReport {
 struct Surface {
     std::string name;                  // which of several inputs, for reports; empty where there is only one
     std::vector<glm::dvec3> positions; // model units, all finite
-    std::vector<glm::uvec3> triangles; // indices < positions.size(); polygons are fanned, strips unrolled
+    std::vector<glm::uvec3> triangles; // indices < positions.size(), three different ones; wound as in the file
     std::vector<glm::vec3> normals;    // as given, any length; zero length means "none here"
     std::vector<std::array<std::uint8_t, 3>> colours; // sRGB
     std::vector<float> radii;                         // splat radius, model units; 0: none here
