@@ -142,6 +142,12 @@ TEST(Polygon, RepeatedCornersAreCountedAndLeftOut) {
     EXPECT_EQ(triangulated(points, {}, 1), Triangles());
 }
 
+TEST(Polygon, AnOutlineThatGoesRoundTwiceCountsOnce) {
+    const Points points = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}};
+    EXPECT_EQ(triangulated(points, {0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3}, 8), (Triangles{{0, 1, 2}, {0, 2, 3}}));
+    EXPECT_EQ(triangulated(points, {0, 1, 2, 0, 1, 2}, 3), (Triangles{{0, 1, 2}}));
+}
+
 TEST(Polygon, WithoutAreaOrWithACrossingOutlineItIsStillBounded) {
     Points points;
     for (int i = 0; i < 9; ++i)

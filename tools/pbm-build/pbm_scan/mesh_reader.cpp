@@ -2,6 +2,7 @@
 
 #include "pbm_format/platform.h"
 #include "pbm_scan/mesh_text.h"
+#include "pbm_scan/polygon.h"
 #include "pbm_scan/text_lines.h"
 
 #include <OpenMesh/Core/IO/importer/BaseImporter.hh>
@@ -50,8 +51,9 @@ struct Summary {
 // edges. Triangles leave as soon as there is a block of them.
 class ArrayImporter final : public OpenMesh::IO::BaseImporter {
   public:
-    // `exact`: the positions, where they are known better than OpenMesh's floats.
-    ArrayImporter(const ByteSink &send, std::span<const glm::dvec3> exact) : send_(send), exact_(exact) {}
+    // Of `text` it takes the positions, where it has them: they are better than OpenMesh's floats.
+    ArrayImporter(const ByteSink &send, const MeshText &text)
+        : send_(send), exact_(text.positions), outlines_(text.outlines) {}
     // Sends what is left.
     void send_rest(bool with_positions);
 
@@ -116,6 +118,10 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
 
     const ByteSink &send_;
     std::span<const glm::dvec3> exact_;
+    std::span<const FaceOutline> outlines_; // instead of what OpenMesh makes of these faces
+    std::size_t next_outline_ = 0;
+    PolygonTriangulator triangulator_;
+    std::vector<std::uint32_t> corners_; // of the face in hand
 };
 
 template <class T> void ArrayImporter::send(Part part, const std::vector<T> &values) {
@@ -146,23 +152,21 @@ FaceHandle ArrayImporter::add_face(const VHandles &corners) {
         summary.out_of_range = 1;
         return FaceHandle();
     }
-    const std::size_t before = triangles.size();
-    std::size_t degenerate = 0;
-    for (std::size_t i = 2; i < corners.size(); ++i) {
-        const glm::uvec3 t(corners[0].idx(), corners[i - 1].idx(), corners[i].idx());
-        if (t.x != t.y && t.y != t.z && t.x != t.z)
-            triangles.push_back(t);
-        else
-            ++degenerate;
-    }
-    // A polygon of three or more different corners counts, even if all triangles of its fan are degenerate.
-    if (triangles.size() == before) {
-        std::vector<std::uint32_t> indices;
-        for (const VertexHandle corner : corners)
-            indices.push_back(static_cast<std::uint32_t>(corner.idx()));
-        if (different(std::move(indices)) < 3)
+    corners_.clear();
+    for (const VertexHandle v : corners)
+        corners_.push_back(static_cast<std::uint32_t>(v.idx()));
+    if (next_outline_ < outlines_.size() && outlines_[next_outline_].face == summary.faces) {
+        corners_ = outlines_[next_outline_++].corners;
+        if (std::any_of(corners_.begin(), corners_.end(), [this](std::uint32_t v) { return v >= positions.size(); })) {
+            summary.out_of_range = 1;
             return FaceHandle();
+        }
     }
+    const std::size_t before = triangles.size();
+    const std::size_t degenerate = triangulator_.triangulate(corners_, positions, triangles);
+    // A polygon of three or more different corners counts, even if all its triangles are degenerate.
+    if (triangles.size() == before && different(corners_) < 3)
+        return FaceHandle();
     summary.degenerate_triangles += degenerate;
     ++summary.faces;
     if (triangles.size() * sizeof(glm::uvec3) >= kMostBlock - kMaxCorners * sizeof(glm::uvec3)) {
@@ -316,7 +320,7 @@ Status BlockReader::check() const {
 
 // In the child: nothing of it reaches the caller but what is sent.
 Status import(MeshText &text, MeshFormat format, const ByteSink &send) {
-    ArrayImporter importer(send, text.positions);
+    ArrayImporter importer(send, text);
     TextBuffer buffer(text.for_openmesh);
     std::istream in(&buffer);
     OpenMesh::IO::Options wanted(OpenMesh::IO::Options::VertexNormal);
@@ -438,7 +442,7 @@ Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format
         text->dropped_triangles + found.summary.degenerate_triangles + (stl ? text->faces - found.summary.faces : 0);
     surface.report.push_back({"positions", Fate::kept, stl ? "equal corners welded" : ""});
     if (text->faces != 0 || text->dropped_triangles != 0)
-        surface.report.push_back({"faces", Fate::kept, "polygons as fans of triangles"});
+        surface.report.push_back({"faces", Fate::kept, "polygons as triangles"});
     surface.report.insert(surface.report.end(), text->report.begin(), text->report.end());
     take_normals(found, *text, surface);
     take_colours(*text, surface);

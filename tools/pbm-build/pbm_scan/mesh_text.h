@@ -14,6 +14,12 @@
 
 namespace pbm::build {
 
+// A face as it stands in the text.
+struct FaceOutline {
+    std::uint64_t face = 0; // how many faces (as MeshText counts them) come before it
+    std::vector<std::uint32_t> corners;
+};
+
 struct MeshText {
     // A copy of the file in which everything is blanked that OpenMesh would misread or that would make it open other
     // files: comments, continued lines, texture coordinates, materials, numbers that are not finite. ASCII STL is
@@ -30,6 +36,9 @@ struct MeshText {
     std::vector<glm::vec3> normals;    // NOFF; OBJ: unless faces name them
     std::uint64_t dropped_triangles =
         0; // faces with fewer than three different corners, STL facets that are not finite
+    // Faces that pass a vertex more than once (a hole reached by a slit), in their order: OpenMesh's OBJ reader takes
+    // the second passage away and with it a part of the polygon.
+    std::vector<FaceOutline> outlines;
     std::vector<AttributeReport> report;
 };
 

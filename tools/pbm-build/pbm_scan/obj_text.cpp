@@ -202,7 +202,12 @@ Status ObjCheck::face() {
     if (corners_.size() < 3 && !lines_.terminated())
         return lines_.refuse("the file ends inside a face: it is cut short; copy or export it again");
     ++face_lines_found_;
-    if (different(corners_) >= 3) {
+    if (const std::size_t count = different(corners_); count >= 3) {
+        if (count < corners_.size()) {
+            for (std::uint32_t &corner : corners_)
+                --corner; // from 0
+            out_.outlines.push_back({out_.faces, corners_});
+        }
         ++out_.faces;
         out_.triangles += corners_.size() - 2;
     } else {

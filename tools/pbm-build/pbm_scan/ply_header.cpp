@@ -87,6 +87,7 @@ class HeaderReader {
     std::size_t line_offset_ = 0; // of the line in hand
     std::uint64_t line_number_ = 0;
     char line_end_ = '\n';
+    std::uint64_t first_unknown_line_ = 0;
     bool has_format_ = false;
     PlyHeader header_;
 };
@@ -177,8 +178,10 @@ Status HeaderReader::property(std::string_view line) {
 Status HeaderReader::unknown(std::string_view keyword) {
     if (!has_format_ || header_.encoding != PlyEncoding::ascii)
         return refuse("unknown keyword " + quoted(keyword) + " in the header; the file is damaged");
-    if (header_.unknown_lines++ == 0)
+    if (header_.unknown_lines++ == 0) {
         header_.first_unknown = keyword;
+        first_unknown_line_ = line_number_;
+    }
     return {};
 }
 
@@ -237,7 +240,10 @@ Result<PlyHeader> HeaderReader::read() {
     }
     if (text_.size() >= kMaxPlyHeaderBytes)
         return Error{ErrorCode::too_large, at_, "no end_header within the first MiB: the file is damaged"};
-    return Error{ErrorCode::bad_input, at_, "the header has no end_header: the file is cut short or damaged"};
+    const std::string where = header_.unknown_lines == 0 ? std::string()
+                                                         : " (line " + std::to_string(first_unknown_line_) +
+                                                               " begins with " + quoted(header_.first_unknown) + ")";
+    return Error{ErrorCode::bad_input, at_, "the header has no end_header: the file is cut short or damaged" + where};
 }
 
 } // namespace

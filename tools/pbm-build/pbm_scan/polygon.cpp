@@ -27,6 +27,18 @@ bool first_diagonal_is_inside(const glm::dvec3 &a, const glm::dvec3 &b, const gl
 
 } // namespace
 
+// An outline that repeats itself goes round more than once. Returns the number of corners that count.
+std::size_t PolygonTriangulator::keep_one_lap() {
+    const std::size_t count = vertices_.size();
+    for (std::size_t lap = 3; lap <= count / 2; ++lap)
+        if (vertices_[lap] == vertices_[0] && count % lap == 0 &&
+            std::equal(vertices_.begin() + static_cast<std::ptrdiff_t>(lap), vertices_.end(), vertices_.begin())) {
+            vertices_.resize(lap);
+            break;
+        }
+    return vertices_.size();
+}
+
 void PolygonTriangulator::fan(std::size_t first, std::vector<glm::uvec3> &triangles) const {
     const std::size_t count = vertices_.size();
     for (std::size_t i = 1; i + 1 < count; ++i)
@@ -134,7 +146,7 @@ std::size_t PolygonTriangulator::triangulate(std::span<const std::uint32_t> corn
     }
     while (vertices_.size() > 1 && vertices_.back() == vertices_.front())
         vertices_.pop_back();
-    const std::size_t begin = triangles.size(), count = vertices_.size();
+    const std::size_t begin = triangles.size(), count = keep_one_lap();
     if (count < 3)
         return corners.size() - 2;
 

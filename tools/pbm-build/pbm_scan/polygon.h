@@ -24,9 +24,10 @@ class PolygonTriangulator {
     //
     // A polygon that its first corner sees as a whole (every convex one, most quads) becomes a fan from there. Others
     // are clipped ear by ear in the plane of Newell's normal, going round the outline from the first corner. Corners at
-    // the same place are allowed (a hole is reached by a slit). Where no ear is left (the outline crosses itself, or
-    // has no area) the rest is fanned: no triangulation of it is right. A polygon with a corner that is not finite is
-    // fanned from that corner, so that it goes as a whole with the vertex.
+    // the same place are allowed (a hole is reached by a slit); an outline that goes round more than once counts once.
+    // Where no ear is left (the outline crosses itself, or has no area) the rest is fanned: no triangulation of it is
+    // right. A polygon with a corner that is not finite is fanned from that corner, so that it goes as a whole with the
+    // vertex.
     std::size_t triangulate(std::span<const std::uint32_t> corners, std::span<const glm::dvec3> positions,
                             std::vector<glm::uvec3> &triangles);
 
@@ -38,6 +39,7 @@ class PolygonTriangulator {
         bool reflex = false;
     };
 
+    std::size_t keep_one_lap();
     bool flatten(std::span<const glm::dvec3> positions);
     double turn(std::uint32_t corner) const;
     bool is_ear(std::uint32_t corner);

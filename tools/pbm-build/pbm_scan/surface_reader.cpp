@@ -19,7 +19,7 @@ struct ForeignFormat {
     std::string_view what;      // "the file is ..."
 };
 
-constexpr std::array<ForeignFormat, 30> kForeign{{
+constexpr std::array<ForeignFormat, 32> kForeign{{
     {"\x89"
      "BVG\r\n\x1a\n",
      "", "a PBM model already; draw it with pbm-render"},
@@ -48,6 +48,8 @@ constexpr std::array<ForeignFormat, 30> kForeign{{
      "", "compressed by xz; unpack it first"},
     {"PK\x03\x04", ".3mf", "a ZIP archive (or 3MF); unpack it or convert it to PLY"},
     {"", ".dae", "COLLADA; convert it to PLY"},
+    {"[Expe/PointSet/", "", "an Expe point set; convert it to PLY"},
+    {"camera ", ".conf", "a list of scans and where they lie, not a scan; build the PLY files that it names"},
     {"", ".xyz", "a list of points without a header; convert it to PLY"},
     {"", ".pts", "a list of points without a header; convert it to PLY"},
     {"", ".ptx", "a PTX point cloud; convert it to PLY"},
