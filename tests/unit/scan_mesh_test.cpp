@@ -143,10 +143,25 @@ TEST(ObjReader, VerticesThatAreNotFiniteGoWithTheirFaces) {
     EXPECT_EQ(s.triangles[0], glm::uvec3(0, 1, 2));
 }
 
+TEST(ObjReader, AHoleReachedByASlitStaysOpen) {
+    const Surface s = surface("v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\nv 3 3 0\nv 3 1 0\n"
+                              "f 1 2 3\nf 1 2 3 4 1 5 6 7 8 5\nf 1 2 4\n",
+                              MeshFormat::obj);
+    ASSERT_EQ(s.triangles.size(), 1U + 8U + 1U);
+    double area = 0;
+    for (std::size_t i = 1; i < 9; ++i) {
+        const glm::uvec3 t = s.triangles[i];
+        const glm::dvec3 u = s.positions[t.y] - s.positions[t.x], v = s.positions[t.z] - s.positions[t.x];
+        EXPECT_GT(u.x * v.y - u.y * v.x, 0.0);
+        area += 0.5 * (u.x * v.y - u.y * v.x);
+    }
+    EXPECT_DOUBLE_EQ(area, 16.0 - 4.0);
+}
+
 TEST(ObjReader, DegenerateFacesAreCounted) {
     const Surface s = surface(kObj + "f 1 1 2\nf 1 2\nf 1 2 2 3\n", MeshFormat::obj);
     EXPECT_EQ(s.triangles.size(), 3U);
-    EXPECT_EQ(s.dropped_triangles, 2U);
+    EXPECT_EQ(s.dropped_triangles, 3U);
 }
 
 TEST(ObjReader, DamagedTextIsRefusedWithItsLine) {

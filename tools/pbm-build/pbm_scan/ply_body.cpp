@@ -238,7 +238,7 @@ template <class Source> bool BodyReader<Source>::read_element(const PlyElement &
     case PlyKind::tristrips: return read_strips(element);
     case PlyKind::range_grid: return read_range_grid(element);
     case PlyKind::material: return read_material(element);
-    case PlyKind::skipped: break;
+    case PlyKind::skipped: break; // none of its properties has a role
     }
     if constexpr (!Source::kIsText)
         if (!has_lists(element)) // check_counts has seen that the product fits the file

@@ -103,9 +103,9 @@ std::string body_hint(std::span<const std::uint8_t> bytes, const PlyHeader &head
     const double by_chance =
         static_cast<double>(returns) * static_cast<double>(feeds) / static_cast<double>(body.size() + 1);
     const bool no_returns = returns == 0 && feeds >= kExpectedReturns;
-    if (pairs != 0 || !(no_returns || by_chance >= kExpectedPairs))
+    if (!no_returns && !(by_chance >= kExpectedPairs && static_cast<double>(pairs) * kExpectedPairs <= by_chance))
         return "";
-    return " (there is no CR LF in it: a transfer in text mode has probably taken CRs out; copy it again in binary "
+    return " (hardly a CR LF is in it: a transfer in text mode has probably taken CRs out; copy it again in binary "
            "mode)";
 }
 

@@ -133,9 +133,11 @@ Status assign_roles(PlyHeader &header) {
             strips->kind = PlyKind::tristrips;
     }
     if (PlyElement *grid = element_named(header, "range_grid")) {
-        assign_one(*grid, PlyRole::corners, {"vertex_indices", "vertex_index"}, true);
-        if (find_property(*grid, PlyRole::corners) != nullptr && !has_faces(header) && grid_size_fits(header, *grid))
-            grid->kind = PlyKind::range_grid;
+        if (!has_faces(header) && grid_size_fits(header, *grid)) {
+            assign_one(*grid, PlyRole::corners, {"vertex_indices", "vertex_index"}, true);
+            if (find_property(*grid, PlyRole::corners) != nullptr)
+                grid->kind = PlyKind::range_grid;
+        }
     }
     if (PlyElement *material = element_named(header, "material"))
         assign_material(*material);
@@ -184,11 +186,10 @@ std::string_view drop_reason(const PlyElement &element, const PlyProperty &prope
 }
 
 std::string_view drop_reason(const PlyHeader &header, const PlyElement &element) {
-    if (element.name == "range_grid" && find_property(element, PlyRole::corners) != nullptr)
-        return has_faces(header)
-                   ? "the file has faces of its own"
-                   : "obj_info num_cols and num_rows do not say how wide and high it is; the vertices are "
-                     "kept as points";
+    if (element.name == "range_grid" && has_faces(header))
+        return "the file has faces of its own";
+    if (element.name == "range_grid" && !grid_size_fits(header, element))
+        return "obj_info num_cols and num_rows do not say how wide and high it is; the vertices are kept as points";
     if (element.name == "range_grid" || element.name == "face" || element.name == "tristrips")
         return "it has no list vertex_indices; the vertices are kept as points";
     if (element.name == "edge")
