@@ -75,6 +75,13 @@ TEST(RangeGrid, AnEmptyCellLeavesTheTriangleOfTheOtherThree) {
     EXPECT_EQ(triangles(grid).size(), 1U);
 }
 
+TEST(RangeGrid, AVertexInTwoCellsMakesNoDegenerateTriangle) {
+    Grid grid = plane(2, 2);
+    grid.cells[1] = 0;
+    ASSERT_EQ(triangles(grid).size(), 1U);
+    EXPECT_EQ(triangles(grid)[0], glm::uvec3(0, 3, 2));
+}
+
 TEST(RangeGrid, QuadsAreCutAlongTheShorterDiagonal) {
     Grid grid = plane(2, 2);
     grid.positions[0].z = -1; // 0-3 is longer than 1-2

@@ -18,19 +18,6 @@ namespace {
 
 constexpr std::size_t kRowsPerBlock = 4096; // of columns gathered one after the other: a block stays in the cache
 
-// Least number of bytes that a row takes.
-std::size_t least_row_size(const PlyElement &element, bool text) {
-    std::size_t size = 0;
-    for (const PlyProperty &property : element.properties)
-        size += text ? 2 : size_of(property.is_list ? property.count_type : property.type);
-    return size;
-}
-
-bool has_lists(const PlyElement &element) {
-    return std::any_of(element.properties.begin(), element.properties.end(),
-                       [](const PlyProperty &property) { return property.is_list; });
-}
-
 // Faces that may be read by the row: one list of 32-bit corners with a byte for its length, and nothing of use around.
 struct TriangleRows {
     bool possible = false;
@@ -129,18 +116,20 @@ template <class Source> Status BodyReader<Source>::check_counts() {
     for (const PlyElement &element : header_.elements) {
         const std::uint64_t least = least_row_size(element, Source::kIsText);
         if (least != 0 && element.count > left / least)
-            return Error{ErrorCode::bad_input, header_.body_offset,
-                         "element " + quoted(element.name) + " announces " + std::to_string(element.count) +
-                             " rows, but the rest of the file can hold at most " + std::to_string(left / least) +
-                             ": it is cut short or damaged; copy or export it again"};
+            return Error{ErrorCode::bad_input, element.offset,
+                         in_line(element) + "element " + quoted(element.name) + " announces " +
+                             std::to_string(element.count) + " rows, but the rest of the file can hold at most " +
+                             std::to_string(left / least) + ": it is cut short or damaged; copy or export it again"};
         left -= element.count * least;
         if (element.kind == PlyKind::vertex)
             vertex_count_ = element.count;
         if (element.kind == PlyKind::vertex && element.count > kMaxPlyVertices)
-            return Error{ErrorCode::too_large, header_.body_offset, "more than 2^32 - 2 vertices; split the scan"};
+            return Error{ErrorCode::too_large, element.offset,
+                         in_line(element) + "more than 2^32 - 2 vertices; split the scan"};
         if (element.kind == PlyKind::material && element.count > kMaxPlyMaterials)
-            return Error{ErrorCode::too_large, header_.body_offset,
-                         std::to_string(element.count) + " materials, but a model has at most 8; merge some"};
+            return Error{ErrorCode::too_large, element.offset,
+                         in_line(element) + std::to_string(element.count) +
+                             " materials, but a model has at most 8; merge some"};
     }
     return {};
 }
@@ -402,11 +391,14 @@ template <class Source> bool BodyReader<Source>::read_face(const PlyElement &ele
     // A triangle takes at least four numbers, so this stays below a small multiple of the file's size.
     const std::size_t least = Source::kIsText ? 8 : rows.size;
     body_.triangles.reserve(body_.triangles.size() + std::min<std::size_t>(element.count, in_.left() / least + 1));
+    constexpr std::size_t kFirstBlock = 8;
+    std::size_t block = kFirstBlock; // grows while all rows are triangles: a run that ends early has cost little
     while (row_ < element.count) {
         if (rows.possible) {
-            const std::size_t most = std::min<std::size_t>(kRowsPerBlock, element.count - row_);
+            const std::size_t most = std::min<std::size_t>(block, element.count - row_);
             const std::size_t done = read_triangle_rows(rows, most);
             row_ += done;
+            block = done == most ? std::min(2 * block, kRowsPerBlock) : kFirstBlock;
             if (done == most)
                 continue;
         }

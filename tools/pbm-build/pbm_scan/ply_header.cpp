@@ -138,7 +138,8 @@ Status HeaderReader::element(std::string_view line) {
             return refuse("element " + quoted(name) + " is announced twice; the file is damaged");
     if (header_.elements.size() == kMaxPlyElements)
         return refuse("more than " + std::to_string(kMaxPlyElements) + " elements", ErrorCode::too_large);
-    header_.elements.push_back({.name = std::string(name), .count = count, .properties = {}});
+    header_.elements.push_back(
+        {.name = std::string(name), .count = count, .properties = {}, .line = line_number_, .offset = line_offset_});
     return {};
 }
 
@@ -255,6 +256,18 @@ std::size_t size_of(PlyScalar type) {
 
 std::string_view to_string(PlyScalar type) { return kScalarNames[static_cast<std::size_t>(type)].first; }
 
+bool has_lists(const PlyElement &element) {
+    return std::any_of(element.properties.begin(), element.properties.end(),
+                       [](const PlyProperty &property) { return property.is_list; });
+}
+
+std::size_t least_row_size(const PlyElement &element, bool text) {
+    std::size_t size = 0;
+    for (const PlyProperty &property : element.properties)
+        size += text ? 2 : size_of(property.is_list ? property.count_type : property.type);
+    return size;
+}
+
 bool is_ply(std::span<const std::uint8_t> bytes) {
     if (bytes.size() < 4 || bytes[0] != 'p' || bytes[1] != 'l' || bytes[2] != 'y')
         return false;
@@ -265,6 +278,8 @@ bool is_ply(std::span<const std::uint8_t> bytes) {
 }
 
 Result<PlyHeader> read_ply_header(std::span<const std::uint8_t> bytes) { return HeaderReader(bytes).read(); }
+
+std::string in_line(const PlyElement &element) { return "line " + std::to_string(element.line) + ": "; }
 
 std::string printable(std::string_view text) {
     constexpr std::size_t kMost = 40;

@@ -62,7 +62,12 @@ struct PlyElement {
     std::uint64_t count = 0; // untrusted
     std::vector<PlyProperty> properties;
     PlyKind kind = PlyKind::skipped;
+    std::uint64_t line = 0; // of the header, from 1
+    std::size_t offset = 0; // of that line
 };
+
+bool has_lists(const PlyElement &element);
+std::size_t least_row_size(const PlyElement &element, bool text); // bytes; a row without lists takes just that (binary)
 
 struct PlyHeader {
     PlyEncoding encoding = PlyEncoding::ascii;
@@ -93,6 +98,9 @@ bool is_ply(std::span<const std::uint8_t> bytes);
 //         too_large            over one of the limits above
 //         unsupported_version  a format version other than 1.0
 Result<PlyHeader> read_ply_header(std::span<const std::uint8_t> bytes);
+
+// "line 4: ", for messages about the element as it is announced.
+std::string in_line(const PlyElement &element);
 
 // Text of the file for a message of one line: printable ASCII, at most 40 characters; `quoted` adds quotes.
 std::string printable(std::string_view text);

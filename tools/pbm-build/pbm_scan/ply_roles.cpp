@@ -57,10 +57,12 @@ Status assign_vertex(PlyElement &vertex) {
     vertex.kind = PlyKind::vertex;
     for (const std::string_view name : {"x", "y", "z"})
         if (property_named(vertex, name) == nullptr)
-            return Error{ErrorCode::bad_input, 0,
-                         "element vertex has no number " + quoted(name) + ": a scan needs x, y and z for each vertex"};
+            return Error{ErrorCode::bad_input, vertex.offset,
+                         in_line(vertex) + "element vertex has no number " + quoted(name) +
+                             ": a scan needs x, y and z for each vertex"};
     if (vertex.count == 0)
-        return Error{ErrorCode::bad_input, 0, "element vertex has no vertices: there is nothing to build"};
+        return Error{ErrorCode::bad_input, vertex.offset,
+                     in_line(vertex) + "element vertex has no vertices: there is nothing to build"};
     assign_triple(vertex, PlyRole::x, {{"x", "y", "z"}});
     assign_triple(vertex, PlyRole::nx, {{"nx", "ny", "nz"}, {"normal_x", "normal_y", "normal_z"}});
     assign_colours(vertex);

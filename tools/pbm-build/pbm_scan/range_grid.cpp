@@ -54,6 +54,12 @@ class RangeGrid {
 
     bool is_short(std::size_t a, std::size_t b, Edge edge) const { return distance(a, b) <= longest_[edge]; }
 
+    // A damaged file may give one vertex to two cells.
+    static void add(std::vector<glm::uvec3> &out, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        if (a != b && b != c && a != c)
+            out.emplace_back(a, b, c);
+    }
+
     // The quad whose lower left cell this is.
     void add_cell(std::size_t cell, std::vector<glm::uvec3> &out) const {
         const std::size_t right = cell + 1, up = cell + columns_, opposite = up + 1;
@@ -63,14 +69,14 @@ class RangeGrid {
         const bool take_rising = std::isnan(falling) || rising <= falling;
         if (take_rising && rising <= longest_[diagonal]) {
             if (bottom && far)
-                out.emplace_back(cells_[cell], cells_[right], cells_[opposite]);
+                add(out, cells_[cell], cells_[right], cells_[opposite]);
             if (left && top)
-                out.emplace_back(cells_[cell], cells_[opposite], cells_[up]);
+                add(out, cells_[cell], cells_[opposite], cells_[up]);
         } else if (!take_rising && falling <= longest_[diagonal]) {
             if (bottom && left)
-                out.emplace_back(cells_[cell], cells_[right], cells_[up]);
+                add(out, cells_[cell], cells_[right], cells_[up]);
             if (far && top)
-                out.emplace_back(cells_[right], cells_[opposite], cells_[up]);
+                add(out, cells_[right], cells_[opposite], cells_[up]);
         }
     }
 
