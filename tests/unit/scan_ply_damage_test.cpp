@@ -217,7 +217,8 @@ TEST(PlyDamage, TranslatedLineEndsOfABinaryBodyAreNamed) {
 }
 
 TEST(PlyDamage, StrictRefusesWhatWouldBeDropped) {
-    const ReadOptions strict{.strict = true, .progress = {}};
+    ReadOptions strict;
+    strict.strict = true;
     EXPECT_TRUE(read(kTriangle, strict).ok());
     EXPECT_TRUE(has(error(kTriangle + "more\n", strict).message, "--strict: end of file"));
     EXPECT_TRUE(has(error(replaced(kTriangle, "1 0 0\n", "1 nan 0\n"), strict).message, "not finite"));
