@@ -150,6 +150,13 @@ TEST(PlyDamage, CountsAndIndicesShowTheWrongByteOrder) {
     }
 }
 
+TEST(PlyDamage, CoordinatesThatMakeSenseClearTheByteOrder) {
+    std::string file = binary_square(false);
+    const std::size_t corner = file.size() - 4;
+    file.replace(corner, 4, std::string("\0\0\0\1", 4)); // 1 in the other byte order
+    EXPECT_TRUE(has(error(file).message, "vertex index 16777216, but there are 4 vertices;")) << error(file).message;
+}
+
 TEST(PlyDamage, TextInABinaryBodyAndBinaryInATextBodyAreNamed) {
     std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex 6\n" + kXyz + "end_header\n";
     for (int i = 0; i < 6; ++i)

@@ -56,9 +56,11 @@ template <class Source> class BodyReader {
                 return error(element);
             if (element.kind == PlyKind::vertex) {
                 has_vertices_ = true;
-                if constexpr (!Source::kIsText)
+                if constexpr (!Source::kIsText) {
                     if (const std::optional<Error> wrong = wrong_byte_order(body_.positions, header_))
                         return *wrong;
+                    in_.order_is_open = !is_float(find_property(element, PlyRole::x)->type);
+                }
             }
         }
         triangulate_waiting();
@@ -292,7 +294,7 @@ template <class Source> bool BodyReader<Source>::read_index(PlyScalar type, std:
     const bool whole = value >= -2147483648.0 && value <= 4294967295.0;
     in_.fault = "vertex index " + number_text(value) + ", but there are " + std::to_string(vertex_count_) + " vertices";
     if constexpr (!Source::kIsText)
-        if (whole && size_of(type) == 4 &&
+        if (in_.order_is_open && whole && size_of(type) == 4 &&
             __builtin_bswap32(static_cast<std::uint32_t>(static_cast<std::int64_t>(value))) < vertex_count_)
             in_.fault += Source::kOtherOrder;
     return false;

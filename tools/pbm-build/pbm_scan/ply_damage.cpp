@@ -93,7 +93,7 @@ std::string body_hint(std::span<const std::uint8_t> bytes, const PlyHeader &head
         return binary ? " (the header says ascii, but these bytes are no text: is the body binary?)" : "";
     }
     constexpr std::size_t kExpectedReturns = 64;
-    constexpr double kExpectedPairs = 16.0;
+    constexpr double kExpectedPairs = 8.0;
     std::size_t returns = 0, feeds = 0, pairs = 0;
     for (std::size_t i = 0; i < body.size(); ++i) {
         returns += body[i] == '\r' ? 1U : 0U;

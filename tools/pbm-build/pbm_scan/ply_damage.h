@@ -21,9 +21,9 @@ std::optional<Error> text_in_binary_body(std::span<const std::uint8_t> bytes, co
 std::size_t inserted_line_ends(std::span<const std::uint8_t> bytes, const PlyHeader &header);
 Error inserted_line_ends_error(const PlyHeader &header);
 
-// What to add to the message about a body that cannot be read: a transfer has taken CRs out (there are at most a 16th
-// of the pairs CR LF that chance alone would give, where that is 16 or more; or no CR beside 64 LFs), or the body of a
-// file that says `ascii` is binary. Empty where the data shows neither. `at`: where reading failed.
+// What to add to the message about a body that cannot be read: a transfer has taken CRs out (there are at most an
+// eighth of the pairs CR LF that chance alone would give, where that is 8 or more; or no CR beside 64 LFs), or the body
+// of a file that says `ascii` is binary. Empty where the data shows neither. `at`: where reading failed.
 std::string body_hint(std::span<const std::uint8_t> bytes, const PlyHeader &header, std::size_t at);
 
 // Coordinates that are absurd (not finite, above 1e32 or below 1e-12 but not zero) in more than a quarter of the

@@ -109,13 +109,15 @@ template <bool Swap> class BinarySource {
 
     std::size_t offset; // of the next number, or of a fault
     std::string fault;
+    bool order_is_open = true; // nothing has shown yet that the byte order is the right one
 
   private:
     // Whether the length that could not be read at `offset` would do with its bytes the other way round.
     bool other_order_fits(const PlyProperty &property, std::uint64_t most) const {
         BinarySource<!Swap> other(bytes_, offset);
         double value = 0;
-        return size_of(property.count_type) > 1 && other.number(property.count_type, value) && is_length(value, most);
+        return order_is_open && size_of(property.count_type) > 1 && other.number(property.count_type, value) &&
+               is_length(value, most);
     }
     bool ended() {
         fault = "the file ends here: it is cut short";
