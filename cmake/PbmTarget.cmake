@@ -13,11 +13,23 @@ if(PBM_SANITIZE)
     add_link_options(-fsanitize=${PBM_SANITIZE})
 endif()
 
-# pbm_program(NAME LIBRARIES... ): one of the installed programs, from main.cpp of the current folder and further SOURCES.
+# All man pages; each is made by its own program.
+add_custom_target(man ALL)
+
+# pbm_program(NAME LIBRARIES... ): one of the installed programs, from main.cpp of the current folder and further SOURCES,
+# and its man page.
 function(pbm_program name)
     cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
     add_executable(${name} main.cpp ${ARG_SOURCES})
     target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} pbm_warnings)
     target_compile_definitions(${name} PRIVATE PBM_VERSION="${PROJECT_VERSION}")
-    install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    install(TARGETS ${name} EXPORT pbmTargets RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+
+    set(page ${CMAKE_BINARY_DIR}/man/${name}.1)
+    file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/man)
+    add_custom_command(OUTPUT ${page} COMMAND ${name} --help=man > ${page} DEPENDS ${name}
+        COMMENT "Writing man page ${name}.1" VERBATIM)
+    add_custom_target(${name}-man DEPENDS ${page})
+    add_dependencies(man ${name}-man)
+    install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 endfunction()

@@ -1,8 +1,10 @@
 #include "command_line/command_line.h"
 
+#include "command_line/error_log.h"
 #include "pbm_format/platform.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -10,15 +12,47 @@
 
 namespace pbm::command_line {
 
+namespace {
+
+// The switches of the dissertation's program (its chapter 5), and the program that knows them today.
+struct DissertationSwitch {
+    std::string_view name, program;
+};
+constexpr std::array<DissertationSwitch, 7> kDissertation{{{"-AVI", ""},
+                                                           {"-FLYING_CAMERA", ""},
+                                                           {"-IGNORE_POINT_COLOURS", "pbm-render"},
+                                                           {"-BACKGROUND", ""},
+                                                           {"-SHADOW", ""},
+                                                           {"-TEXTURE", ""},
+                                                           {"-ENVIRONMENT_MAP", ""}}};
+
+Status refuse_switch(const std::string &argument) {
+    const auto known = std::find_if(kDissertation.begin(), kDissertation.end(),
+                                    [&](const DissertationSwitch &s) { return s.name == argument; });
+    if (known == kDissertation.end())
+        return {};
+    if (known->program.empty())
+        return Error{ErrorCode::unsupported_feature, 0, argument + " is not in this version; leave it out"};
+    return Error{ErrorCode::usage, 0,
+                 argument + " is a switch of " + std::string(known->program) + "; leave it out here"};
+}
+
+} // namespace
+
 Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<const OldSwitch> switches) {
     std::vector<std::string> result(argv + std::min(argc, 1), argv + argc);
     for (std::string &argument : result) {
         if (argument == "--json")
             argument = "--json=-";
+        if (argument.size() > 3 && argument.starts_with("--") && argument.find('=') == argument.size() - 1)
+            return Error{ErrorCode::usage, 0, argument + ": nothing follows; give a value"};
         const auto old = std::find_if(switches.begin(), switches.end(),
                                       [&](const OldSwitch &known) { return known.name == argument; });
-        if (old == switches.end())
+        if (old == switches.end()) {
+            if (const Status refused = refuse_switch(argument); !refused)
+                return refused.error();
             continue;
+        }
         if (old->option.empty())
             return Error{ErrorCode::unsupported_feature, 0, argument + " is not in this version; leave it out"};
         argument = old->option;
@@ -27,25 +61,62 @@ Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<cons
     return result;
 }
 
-int fail(std::string_view program, std::string_view path, const Error &error) {
+std::string printable(std::string_view text) {
+    constexpr std::string_view kHex = "0123456789abcdef";
+    std::string out;
+    out.reserve(text.size());
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto c = static_cast<unsigned char>(text[i]);
+        const auto next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : 0);
+        const bool c1 = c == 0xC2 && next >= 0x80 && next < 0xA0; // a control character of terminals, in UTF-8
+        const auto add_hex = [&](unsigned char byte) { (out += "\\x") += {kHex[byte >> 4], kHex[byte & 15]}; };
+        if (c == '\n' || c == '\t') {
+            out += c == '\n' ? "\\n" : "\\t";
+        } else if (c < 0x20 || c == 0x7F) {
+            add_hex(c);
+        } else if (c1) {
+            add_hex(c);
+            add_hex(next);
+            ++i;
+        } else {
+            out += text[i];
+        }
+    }
+    return out;
+}
+
+namespace {
+
+void say_error(std::string_view program, const std::string &line) {
     std::cout.flush();
-    std::cerr << program << ": ";
+    std::cerr << program << ": " << printable(line) << std::endl;
+    log_line(program, LogKind::error, line);
+}
+
+std::string &file_worked_on() {
+    static std::string path;
+    return path;
+}
+
+} // namespace
+
+void work_on(std::string_view path) { file_worked_on() = path; }
+
+int fail(std::string_view program, std::string_view path, const Error &error) {
+    std::string line(path);
     if (!path.empty())
-        std::cerr << path << ": ";
-    std::cerr << error.message;
-    if (error.offset != 0)
-        std::cerr << " (offset " << error.offset << ')';
-    std::cerr << std::endl;
+        line += ": ";
+    line += error.message;
+    if (has_offset(error))
+        line += " (offset " + std::to_string(error.offset) + ")";
+    say_error(program, line);
     return exit_code(error.code);
 }
 
 int fail_usage(std::string_view program, std::string_view message) {
-    std::cout.flush();
-    std::cerr << program << ": " << message << "; see " << program << " --help" << std::endl;
+    say_error(program, std::string(message) + "; see " + std::string(program) + " --help");
     return exit_code(ErrorCode::usage);
 }
-
-namespace {
 
 bool same_file(const std::string &a, const std::string &b) {
     namespace fs = std::filesystem;
@@ -58,11 +129,11 @@ bool same_file(const std::string &a, const std::string &b) {
     return full(a) == full(b) && !fs::exists(a, ignored);
 }
 
-} // namespace
-
 std::optional<int> refuse_outputs(std::string_view program, std::span<const std::string> inputs,
                                   std::span<const std::string> outputs) {
     const auto is_file = [](const std::string &name) { return !name.empty() && name != "-"; };
+    if (std::count(outputs.begin(), outputs.end(), "-") > 1)
+        return fail_usage(program, "standard output takes one output; name a file for the other");
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         const std::string &output = outputs[i];
         if (!is_file(output))
@@ -73,18 +144,23 @@ std::optional<int> refuse_outputs(std::string_view program, std::span<const std:
         for (std::size_t j = 0; j < i; ++j)
             if (is_file(outputs[j]) && same_file(outputs[j], output))
                 return fail_usage(program, output + ": two outputs have this name; choose another one");
+        if (!log_path().empty() && same_file(log_path(), output))
+            return fail_usage(program, output + ": the output is the log; choose another name");
         if (const Status replaceable = check_replaceable(output); !replaceable)
             return fail(program, output, replaceable.error());
     }
     return std::nullopt;
 }
 
+Status write_bytes(const std::string &path, ByteView bytes) {
+    if (path != "-")
+        return replace_file(path, bytes);
+    std::cout.write(reinterpret_cast<const char *>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    return {};
+}
+
 Status write_text(const std::string &path, std::string_view text) {
-    if (path == "-") {
-        std::cout << text;
-        return {};
-    }
-    return replace_file(path, {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
+    return write_bytes(path, {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
 }
 
 int run_program(std::string_view program, const std::function<int()> &run) {
@@ -94,13 +170,16 @@ int run_program(std::string_view program, const std::function<int()> &run) {
     try {
         code = run();
     } catch (const std::bad_alloc &) {
-        code = fail(program, "", {ErrorCode::memory, 0, "out of memory"});
+        code = fail(program, file_worked_on(),
+                    {ErrorCode::memory, 0, "out of memory; end other programs or choose a coarser model"});
     } catch (const std::exception &error) {
-        code = fail(program, "", {ErrorCode::memory, 0, error.what()});
+        code = fail(program, file_worked_on(), {ErrorCode::memory, 0, error.what()});
     }
     const bool printed = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
     if ((!std::cout.flush() || !printed) && code == 0)
         code = fail(program, "", {ErrorCode::io, 0, "cannot write to standard output"});
+    if (const Status logged = log_status(); !logged && code == 0)
+        code = fail(program, log_path(), logged.error());
     return code;
 }
 

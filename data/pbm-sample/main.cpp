@@ -4,7 +4,6 @@
 #include "ply_writer.h"
 
 #include "command_line/parse.h"
-#include "pbm_format/platform.h"
 
 #include <algorithm>
 #include <chrono>
@@ -23,8 +22,8 @@ struct Arguments {
 };
 
 int generate(const Arguments &arguments) {
-    if (const pbm::Status status = pbm::check_replaceable(arguments.output); arguments.output != "-" && !status)
-        return pbm::command_line::fail("pbm-sample", arguments.output, status.error());
+    if (const auto refused = pbm::command_line::refuse_outputs("pbm-sample", {}, {{arguments.output}}))
+        return *refused;
     const auto start = std::chrono::steady_clock::now();
     pbm::sample::AmmoniteOptions options = arguments.ammonite;
     options.threads = arguments.threads > 0 ? arguments.threads : std::max(1u, std::thread::hardware_concurrency());
@@ -44,8 +43,7 @@ int generate(const Arguments &arguments) {
     const auto encoding =
         arguments.ascii ? pbm::sample::PlyEncoding::ascii : pbm::sample::PlyEncoding::binary_little_endian;
     const pbm::Bytes file = pbm::sample::encode_ply(mesh, encoding, comment);
-    const std::string_view text(reinterpret_cast<const char *>(file.data()), file.size());
-    if (const pbm::Status status = pbm::command_line::write_text(arguments.output, text); !status)
+    if (const pbm::Status status = pbm::command_line::write_bytes(arguments.output, file); !status)
         return pbm::command_line::fail("pbm-sample", arguments.output, status.error());
     const std::string done =
         std::to_string(mesh.position.size()) + " vertices, " + std::to_string(mesh.triangle.size()) + " triangles";
@@ -55,23 +53,23 @@ int generate(const Arguments &arguments) {
 
 int run(int argc, char **argv) {
     Arguments arguments;
-    CLI::App app{"Makes a sample scan: a fossil ammonite as a coloured PLY mesh. The same vertices and seed give "
-                 "the same bytes on every machine.",
+    CLI::App app{"Makes a sample scan: a fossil ammonite as a coloured PLY mesh.\n"
+                 "The same vertices and seed give the same bytes on every machine.",
                  "pbm-sample"};
     app.set_version_flag("-V,--version", "pbm-sample " PBM_VERSION);
-    app.add_option("--vertices", arguments.ammonite.vertices, "wanted number of vertices, met within 5 %")
+    app.add_option("--vertices", arguments.ammonite.vertices, "Wanted number of vertices, met within 5 %")
         ->check(CLI::Range(pbm::sample::kMinVertices, pbm::sample::kMaxVertices))
         ->capture_default_str();
-    app.add_option("--seed", arguments.ammonite.seed, "another number, another ammonite")->capture_default_str();
-    app.add_option("-j,--threads", arguments.threads, "0: all; the result is the same")
-        ->check(CLI::Range(0u, 256u))
-        ->capture_default_str();
-    app.add_flag("--ascii", arguments.ascii, "text instead of binary little-endian PLY");
-    app.add_flag("-q,--quiet", arguments.quiet, "say nothing but errors");
+    app.add_option("--seed", arguments.ammonite.seed, "Another number, another ammonite")->capture_default_str();
+    app.add_option("-j,--threads", arguments.threads, "Threads, 0 for all processors")->check(CLI::Range(0u, 1024u));
+    app.add_flag("--ascii", arguments.ascii, "Text instead of binary little-endian PLY");
+    app.add_flag("-q,--quiet", arguments.quiet, "Say nothing but errors");
     app.add_option("-o,--output", arguments.output, "PLY file to write, - for standard output")
         ->required()
         ->type_name("FILE");
-    if (const auto done = pbm::command_line::parse(app, "pbm-sample", argc, argv))
+    if (const auto done = pbm::command_line::parse(
+            app, "pbm-sample", argc, argv, {},
+            {.examples = {{"pbm-sample --vertices 1000000 -o scan.ply", "A scan of a million vertices."}}}))
         return *done;
     return generate(arguments);
 }

@@ -25,6 +25,21 @@ std::string_view to_string(ErrorCode code) {
     return "unknown";
 }
 
+bool has_offset(const Error &error) {
+    switch (error.code) {
+    case ErrorCode::truncated:
+    case ErrorCode::bad_hash:
+    case ErrorCode::bad_header:
+    case ErrorCode::bad_table:
+    case ErrorCode::bad_section:
+    case ErrorCode::bad_directory:
+    case ErrorCode::bad_octree:
+    case ErrorCode::bad_attribute:
+    case ErrorCode::bad_content: return true;
+    default: return error.offset != 0;
+    }
+}
+
 int exit_code(ErrorCode code) {
     switch (code) {
     case ErrorCode::usage: return 1;

@@ -42,9 +42,13 @@ int exit_code(ErrorCode code);
 
 struct Error {
     ErrorCode code{};
-    std::uint64_t offset = 0; // byte offset in the file; 0 where there is none
+    std::uint64_t offset = 0; // byte offset in the file; see has_offset
     std::string message;      // one line; starts with the paragraph of BVG.md where one applies ("4.2 ...")
 };
+
+// Whether `offset` says something: damage in a .bvg always has a place, which may be its first byte; everything else has
+// one where it is not 0.
+bool has_offset(const Error &error);
 
 // A value or an `Error`. Test with `ok()` (or bool) before `value()`.
 template <class T> class [[nodiscard]] Result {

@@ -140,7 +140,8 @@ void print_text(const std::string &path, const pbm::Reader &reader, const FileSi
     const auto points = static_cast<double>(header.point_count);
     const auto bits = [&](std::uint64_t bytes) { return 8.0 * static_cast<double>(bytes) / points; };
     const pbm::Grid &grid = parameters.grid;
-    std::cout << path << ": binary voxel grid " << header.major << '.' << header.minor << '\n'
+    std::cout << pbm::command_line::printable(path) << ": binary voxel grid " << header.major << '.' << header.minor
+              << '\n'
               << "points      " << header.point_count << " at depth " << +header.depth << '\n'
               << "file        " << header.file_size << " bytes, " << std::fixed << std::setprecision(2)
               << bits(header.file_size) << " bits per point\n"
@@ -167,14 +168,14 @@ void print_text(const std::string &path, const pbm::Reader &reader, const FileSi
 int fail(const std::string &path, const pbm::Error &error) { return pbm::command_line::fail("pbm-info", path, error); }
 
 int run(int argc, char **argv) {
-    CLI::App app{"Says what is in a binary voxel grid file (.bvg): points, levels, streams, sizes.\n"
-                 "Exit code: 0 done, 1 usage, 2 I/O, 3 damaged, 4 memory, 5 unsupported version or feature.",
-                 "pbm-info"};
+    CLI::App app{"Says what is in a binary voxel grid (.bvg): points, levels, streams, sizes.", "pbm-info"};
     std::string path, json_path;
-    app.add_option("FILE", path, "The file")->required();
-    app.add_option("--json", json_path, "As JSON, to FILE or standard output")->type_name("[=FILE]");
+    app.add_option("FILE", path, "Model to look into")->required();
+    app.add_option("--json", json_path, "All of it as JSON, to FILE or (--json alone) to stdout")->type_name("[=FILE]");
     app.set_version_flag("-V,--version", "pbm-info " PBM_VERSION);
-    if (const auto done = pbm::command_line::parse(app, "pbm-info", argc, argv))
+    if (const auto done = pbm::command_line::parse(
+            app, "pbm-info", argc, argv, {},
+            {.examples = {{"pbm-info --json scan.bvg", "Everything about a model, for other programs."}}}))
         return *done;
     if (const auto refused = pbm::command_line::refuse_outputs("pbm-info", {{path}}, {{json_path}}))
         return *refused;

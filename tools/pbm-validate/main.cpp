@@ -48,11 +48,12 @@ void print_text(const Verdict &verdict, bool quiet) {
     }
     if (report.valid()) {
         if (!quiet)
-            std::cout << "VALID " << verdict.path << ": " << report.points << " points in " << report.chunks
-                      << " chunks\n";
+            std::cout << "VALID " << pbm::command_line::printable(verdict.path) << ": " << report.points
+                      << " points in " << report.chunks << " chunks\n";
         return;
     }
-    std::cout << "INVALID " << verdict.path << ": " << report.total << (report.total == 1 ? " fault\n" : " faults\n");
+    std::cout << "INVALID " << pbm::command_line::printable(verdict.path) << ": " << report.total
+              << (report.total == 1 ? " fault\n" : " faults\n");
     for (const pbm::Finding &finding : report.findings) {
         std::cout << "  " << pbm::to_string(finding.code) << " at offset " << finding.offset << ", " << finding.section;
         if (finding.chunk >= 0)
@@ -84,26 +85,24 @@ json to_json(const Verdict &verdict) {
 }
 
 int run(int argc, char **argv) {
-    CLI::App app{
-        "Says whether binary voxel grid files (.bvg) are valid, and if not, what breaks which rule of BVG.md where.\n"
-        "Exit code: 0 valid, 1 usage, 2 I/O, 3 invalid, 4 memory, 5 unsupported version or feature; several files: "
-        "the highest.",
-        "pbm-validate"};
+    CLI::App app{"Says whether binary voxel grids (.bvg) are valid, and if not, what breaks which rule where.\n"
+                 "The rules are those of BVG.md. Of several files the highest exit code counts.",
+                 "pbm-validate"};
     std::vector<std::string> paths;
     std::string json_path;
     pbm::ValidateOptions options;
     bool quiet = false;
-    app.add_option("FILE", paths, "Files to examine")->required();
-    app.add_option("--json", json_path, "Verdict as JSON, to FILE or standard output")->type_name("[=FILE]");
-    app.add_option("-j,--threads", options.threads, "Threads, 0 for one per processor")
-        ->check(CLI::Range(0, 1024))
-        ->type_name("N");
+    app.add_option("FILE", paths, "Models to examine")->required();
+    app.add_option("--json", json_path, "Verdicts as JSON, to FILE or (--json alone) to stdout")->type_name("[=FILE]");
+    app.add_option("-j,--threads", options.threads, "Threads, 0 for all processors")->check(CLI::Range(0, 1024));
     app.add_option("--max-findings", options.max_findings, "Findings to print per file")
         ->check(CLI::Range(1, 1000000))
-        ->type_name("N");
-    app.add_flag("-q,--quiet", quiet, "Print nothing about valid files");
+        ->capture_default_str();
+    app.add_flag("-q,--quiet", quiet, "Say nothing about valid files");
     app.set_version_flag("-V,--version", "pbm-validate " PBM_VERSION);
-    if (const auto done = pbm::command_line::parse(app, "pbm-validate", argc, argv))
+    if (const auto done = pbm::command_line::parse(
+            app, "pbm-validate", argc, argv, {},
+            {.examples = {{"pbm-validate -q *.bvg", "Names the files that are not valid, and nothing else."}}}))
         return *done;
 
     if (const auto refused = pbm::command_line::refuse_outputs("pbm-validate", paths, {{json_path}}))
@@ -111,6 +110,7 @@ int run(int argc, char **argv) {
     int code = 0;
     json verdicts = json::array();
     for (const std::string &path : paths) {
+        pbm::command_line::work_on(path);
         const Verdict verdict = examine(path, options);
         code = std::max(code, verdict.exit_code);
         if (!json_path.empty())

@@ -47,14 +47,7 @@ struct RunStatistics {
 
 constexpr std::string_view kProgram = "pbm-render";
 
-// The dissertation's switches that concern pictures.
-constexpr std::array<command_line::OldSwitch, 7> kOldSwitches{{{"-IGNORE_POINT_COLOURS", "--ignore-point-colours"},
-                                                               {"-AVI", ""},
-                                                               {"-FLYING_CAMERA", ""},
-                                                               {"-BACKGROUND", ""},
-                                                               {"-SHADOW", ""},
-                                                               {"-TEXTURE", ""},
-                                                               {"-ENVIRONMENT_MAP", ""}}};
+constexpr std::array<command_line::OldSwitch, 1> kOldSwitches{{{"-IGNORE_POINT_COLOURS", "--ignore-point-colours"}}};
 
 int fail_usage(const std::string &message) { return command_line::fail_usage(kProgram, message); }
 
@@ -88,17 +81,18 @@ template <class Parse, class Target> auto stored(Parse parse, Target &target) {
 
 // Fills `arguments`, or returns the exit code of a program that has said all it had to say.
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
-    CLI::App app{"Draws a binary voxel grid (.bvg) into a PNG file.\n"
-                 "Exit codes: 0 done, 1 usage, 2 I/O, 3 damaged input, 4 memory, 5 unsupported.",
-                 "pbm-render"};
+    CLI::App app{"Draws a binary voxel grid (.bvg) into a PNG file.", "pbm-render"};
     app.add_option("FILE", arguments.input, "Model to draw")->required();
-    app.add_option("-o,--output", arguments.output, "PNG file to write");
+    app.option_defaults()->group("Output");
+    app.add_option("-o,--output", arguments.output, "PNG file to write, - for standard output")->type_name("FILE");
     app.add_option("--depth-output", arguments.depth_output,
-                   "PFM file of depths: distance along the view direction in model units, +inf where empty");
+                   "PFM file of depths: distance along the view direction in model units, +inf where empty")
+        ->type_name("FILE");
     const auto text_option = [&](const std::string &names, const char *type, auto store, const std::string &help) {
         app.add_option_function<std::string>(names, store, help)->type_name(type);
     };
     text_option("--resolution", "W,H", stored(parse_resolution, arguments.resolution), "Size of the picture, 1280,720");
+    app.option_defaults()->group("Camera");
     text_option("--camera-position", "X,Y,Z", stored(parse_vector, arguments.position),
                 "Default: in front of the model, so that all of it is seen");
     text_option("--camera-focal-point", "X,Y,Z", stored(parse_vector, arguments.focal_point),
@@ -107,6 +101,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     app.add_option("--camera-view-angle", arguments.view_angle, "Vertical angle of view, degrees")
         ->check(CLI::Range(0.01, 170.0))
         ->capture_default_str();
+    app.option_defaults()->group("Look");
     text_option("--background-color,--background-colour", "R,G,B", stored(parse_colour, arguments.render.background),
                 "sRGB, each 0..1; default 0.2,0.2,0.2");
     bool no_background = false;
@@ -116,6 +111,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                  "Draw points in the colour of their material");
     app.add_option("--level", arguments.render.level, "Detail level to draw; default, and above the depth: the finest")
         ->check(CLI::Range(0, kMaxDepth));
+    app.option_defaults()->group("Options");
     text_option("--max-memory", "BYTES", stored(parse_bytes, arguments.load.max_memory),
                 "Refuse what needs more; k, M, G after the number; default 8G");
     app.add_option("-j,--threads", arguments.load.threads, "Threads, 0 for all processors")->check(CLI::Range(0, 1024));
@@ -128,7 +124,12 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     app.add_flag_callback(
         "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Say where the camera stands");
     app.set_version_flag("-V,--version", "pbm-render " PBM_VERSION);
-    if (const auto done = command_line::parse(app, kProgram, argc, argv, kOldSwitches))
+    if (const auto done = command_line::parse(
+            app, kProgram, argc, argv, kOldSwitches,
+            {.most_used = {"--output", "--resolution", "--camera-position", "--no-background", "--help"},
+             .examples = {{"pbm-render scan.bvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
+                          {"pbm-render scan.bvg -o - --no-background | display",
+                           "A transparent picture for the next program."}}}))
         return done;
     if (arguments.output.empty() && arguments.depth_output.empty() && arguments.bench == 0)
         return fail_usage("nothing to do: name a picture with -o");
@@ -184,9 +185,10 @@ void report(const Arguments &arguments, const Camera &camera, const RunStatistic
                     camera.position.x, camera.position.y, camera.position.z, camera.focal_point.x, camera.focal_point.y,
                     camera.focal_point.z, camera.up.x, camera.up.y, camera.up.z, arguments.view_angle);
     std::printf("%s: %dx%d, level %d, %llu of %llu points drawn, load %.1f ms, frame %.1f ms, png %.1f ms\n",
-                (arguments.output.empty() ? arguments.input : arguments.output).c_str(), arguments.resolution.x,
-                arguments.resolution.y, s.drawn.level, static_cast<unsigned long long>(s.drawn.drawn_points),
-                static_cast<unsigned long long>(s.drawn.points), s.load_ms, s.frame_ms, s.png_ms);
+                command_line::printable(arguments.output.empty() ? arguments.input : arguments.output).c_str(),
+                arguments.resolution.x, arguments.resolution.y, s.drawn.level,
+                static_cast<unsigned long long>(s.drawn.drawn_points), static_cast<unsigned long long>(s.drawn.points),
+                s.load_ms, s.frame_ms, s.png_ms);
     if (s.bench_ms)
         std::printf("bench: %d frames, median %.2f ms\n", arguments.bench, *s.bench_ms);
     std::fflush(stdout);
@@ -245,15 +247,17 @@ int run(const Arguments &arguments) {
         if (!png)
             return fail(arguments.output, png.error());
         statistics.png_ms = encoding.milliseconds();
-        if (const Status written = replace_file(arguments.output, *png); !written)
+        if (const Status written = command_line::write_bytes(arguments.output, *png); !written)
             return fail(arguments.output, written.error());
     }
     if (!arguments.depth_output.empty())
-        if (const Status written = replace_file(arguments.depth_output, encode_depth_pfm(picture)); !written)
+        if (const Status written = command_line::write_bytes(arguments.depth_output, encode_depth_pfm(picture));
+            !written)
             return fail(arguments.depth_output, written.error());
 
+    const auto takes_stdout = [](const std::string &name) { return name == "-" || name == "/dev/stdout"; };
     const bool stdout_taken =
-        arguments.json == "-" || arguments.output == "/dev/stdout" || arguments.depth_output == "/dev/stdout";
+        takes_stdout(arguments.json) || takes_stdout(arguments.output) || takes_stdout(arguments.depth_output);
     if (arguments.verbosity != Verbosity::quiet && !stdout_taken)
         report(arguments, camera, statistics);
     if (arguments.json.empty())

@@ -1,0 +1,77 @@
+#include "command_line/error_log.h"
+
+#include "command_line/command_line.h"
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <ctime>
+#include <mutex>
+#include <system_error>
+
+namespace pbm::command_line {
+namespace {
+
+struct Log {
+    std::mutex mutex;
+    std::string path;
+    std::FILE *file = nullptr; // open until the process ends
+    int error = 0;             // errno of the first line that was lost
+};
+
+Log &the_log() {
+    static Log log;
+    return log;
+}
+
+std::string_view name_of(LogKind kind) {
+    switch (kind) {
+    case LogKind::error: return "error";
+    case LogKind::warning: return "warning";
+    case LogKind::progress: return "progress";
+    }
+    return "unknown";
+}
+
+std::string time_stamp() {
+    const std::time_t now = std::time(nullptr);
+    std::tm utc{};
+    ::gmtime_r(&now, &utc);
+    std::array<char, 32> text{};
+    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+    return text.data();
+}
+
+} // namespace
+
+Status open_log(const std::string &path) {
+    Log &log = the_log();
+    log.file = std::fopen(path.c_str(), "ae");
+    if (log.file == nullptr)
+        return Error{ErrorCode::io, 0, "cannot open the log: " + std::generic_category().message(errno)};
+    std::setvbuf(log.file, nullptr, _IOFBF, std::size_t{1} << 16); // a line leaves in one call
+    log.path = path;
+    return {};
+}
+
+const std::string &log_path() { return the_log().path; }
+
+void log_line(std::string_view program, LogKind kind, std::string_view text) {
+    Log &log = the_log();
+    if (log.file == nullptr)
+        return;
+    const std::string line =
+        time_stamp() + " " + std::string(program) + ": " + std::string(name_of(kind)) + ": " + printable(text) + "\n";
+    const std::lock_guard lock(log.mutex);
+    if ((std::fwrite(line.data(), 1, line.size(), log.file) != line.size() || std::fflush(log.file) != 0) &&
+        log.error == 0)
+        log.error = errno;
+}
+
+Status log_status() {
+    if (const int error = the_log().error; error != 0)
+        return Error{ErrorCode::io, 0, "cannot write the log: " + std::generic_category().message(error)};
+    return {};
+}
+
+} // namespace pbm::command_line

@@ -1,0 +1,282 @@
+#include "command_line/help.h"
+
+#include "command_line/spelling.h"
+
+#include <algorithm>
+#include <array>
+
+namespace pbm::command_line {
+namespace {
+
+constexpr std::size_t kTextColumn = 28;
+
+struct ExitStatus {
+    int code;
+    std::string_view meaning;
+};
+constexpr std::array<ExitStatus, 6> kExitStatus{{{0, "done or valid"},
+                                                 {1, "usage"},
+                                                 {2, "input or output"},
+                                                 {3, "invalid or damaged input"},
+                                                 {4, "memory or another limit of the running program"},
+                                                 {5, "unsupported version or feature"}}};
+constexpr std::array<std::string_view, 5> kFamily{"pbm-build", "pbm-info", "pbm-render", "pbm-sample", "pbm-validate"};
+constexpr std::string_view kExitLine = "Exit codes: 0 done, 1 usage, 2 I/O, 3 damaged input, 4 memory, 5 unsupported.";
+
+std::string topic_word(std::string_view title) {
+    std::string word(title);
+    for (char &c : word)
+        c = c == ' ' ? '-' : c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return word;
+}
+
+std::vector<std::string> titles(const ProgramHelp &help) {
+    std::vector<std::string> found;
+    for (const OptionHelp &option : help.options)
+        if (option.needs_name && std::find(found.begin(), found.end(), option.topic) == found.end())
+            found.push_back(option.topic);
+    std::stable_partition(found.begin(), found.end(), [](const std::string &title) { return title != "General"; });
+    return found;
+}
+
+// `text` in lines of at most `width` columns, broken at spaces and line feeds.
+std::vector<std::string> wrapped(std::string_view text, std::size_t width) {
+    std::vector<std::string> lines;
+    while (!text.empty()) {
+        std::size_t end = std::min(text.find('\n'), text.size());
+        if (end > width) {
+            end = text.rfind(' ', width);
+            if (end == std::string_view::npos || end == 0)
+                end = std::min(text.find_first_of(" \n"), text.size());
+        }
+        lines.emplace_back(text.substr(0, end));
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return lines;
+}
+
+std::string paragraph(std::string_view text) {
+    std::string page;
+    for (const std::string &line : wrapped(text, kPageColumns - 1))
+        page += line + "\n";
+    return page;
+}
+
+// "  -o, --output FILE         What it does", the text in its column, on as many lines as it needs.
+std::string entry(std::string left, std::string_view text) {
+    left = "  " + left;
+    std::string lines = left;
+    std::size_t column = left.size();
+    if (column + 2 > kTextColumn) {
+        lines += "\n";
+        column = 0;
+    }
+    bool first = true;
+    for (const std::string &line : wrapped(text, kPageColumns - 1 - kTextColumn)) {
+        lines += std::string(first ? kTextColumn - column : kTextColumn, ' ') + line + "\n";
+        first = false;
+    }
+    return first ? left + "\n" : lines;
+}
+
+std::string entry(const OptionHelp &option) {
+    std::string left = option.names.front().starts_with("--") ? "    " : "";
+    for (const std::string &name : option.names)
+        left += (&name == &option.names.front() ? "" : ", ") + name;
+    if (!option.needs_name && option.several)
+        left += "...";
+    if (option.value.starts_with("[="))
+        left += option.value;
+    else if (!option.value.empty())
+        left += " " + option.value;
+    return entry(std::move(left), option.text);
+}
+
+// "[OPTIONS] FILE..."
+std::string arguments_of(const ProgramHelp &help) {
+    std::string line = "[OPTIONS]";
+    for (const OptionHelp &option : help.options)
+        if (!option.needs_name) {
+            const std::string name = option.names.front() + (option.several ? "..." : "");
+            line += option.required ? " " + name : " [" + name + "]";
+        }
+    return line;
+}
+
+std::string entries_without_name(const ProgramHelp &help) {
+    std::string text;
+    for (const OptionHelp &option : help.options)
+        if (!option.needs_name)
+            text += entry(option);
+    return text;
+}
+
+std::string entries_of(const ProgramHelp &help, const std::string &title) {
+    std::string text = title + ":\n";
+    for (const OptionHelp &option : help.options)
+        if (option.needs_name && option.topic == title)
+            text += entry(option);
+    return text;
+}
+
+std::string beginning(const ProgramHelp &help) {
+    return paragraph(help.summary) + "Usage: " + help.program + " " + arguments_of(help) + "\n" +
+           entries_without_name(help);
+}
+
+std::string everything(const ProgramHelp &help) {
+    std::string page = beginning(help);
+    for (const std::string &title : titles(help))
+        page += entries_of(help, title);
+    return page + std::string(kExitLine) + "\n" + paragraph(help.description);
+}
+
+bool is_most_used(const ProgramHelp &help, const OptionHelp &option) {
+    if (help.most_used.empty())
+        return option.has_short_name();
+    return std::any_of(option.names.begin(), option.names.end(), [&](const std::string &name) {
+        return std::find(help.most_used.begin(), help.most_used.end(), name) != help.most_used.end();
+    });
+}
+
+// "  grid                      --depth --voxel-size", cut short where the line ends.
+std::string topic_line(const ProgramHelp &help, const std::string &title) {
+    std::string names;
+    for (const OptionHelp &option : help.options) {
+        if (!option.needs_name || option.topic != title)
+            continue;
+        const auto longer = std::find_if(option.names.begin(), option.names.end(),
+                                         [](const std::string &name) { return name.starts_with("--"); });
+        const std::string &name = longer == option.names.end() ? option.names.front() : *longer;
+        if (kTextColumn + names.size() + 1 + name.size() > kPageColumns - 5) {
+            names += " ...";
+            break;
+        }
+        names += (names.empty() ? "" : " ") + name;
+    }
+    return entry(topic_word(title), names);
+}
+
+std::string first_page(const ProgramHelp &help) {
+    std::string all = everything(help);
+    if (static_cast<std::size_t>(std::count(all.begin(), all.end(), '\n')) <= kPageLines)
+        return all;
+    std::string page = beginning(help) + "Options used most:\n";
+    for (const OptionHelp &option : help.options)
+        if (option.needs_name && is_most_used(help, option))
+            page += entry(option);
+    page += "Topics; " + help.program + " --help TOPIC tells more, --help all tells everything:\n";
+    for (const std::string &title : titles(help))
+        page += topic_line(help, title);
+    return page + std::string(kExitLine) + "\n";
+}
+
+// Text that roff prints as it is: no request, no escape, a minus that can be copied.
+std::string roff(std::string_view text) {
+    std::string out;
+    for (const char c : text) {
+        if (c == '\\')
+            out += "\\e";
+        else if (c == '-')
+            out += "\\-";
+        else if ((c == '.' || c == '\'') && (out.empty() || out.back() == '\n'))
+            out += std::string("\\&") + c;
+        else
+            out += c;
+    }
+    return out;
+}
+
+// Text in lines of their own.
+std::string roff_lines(std::string_view text) {
+    std::string lines;
+    for (const std::string &line : wrapped(text, kPageColumns - 8)) // escapes make them longer
+        lines += roff(line) + "\n";
+    return lines;
+}
+
+std::string roff_entry(const OptionHelp &option) {
+    std::string text = ".TP\n";
+    for (const std::string &name : option.names)
+        text += (&name == &option.names.front() ? "" : ", ") + std::string(option.needs_name ? "\\fB" : "\\fI") +
+                roff(name) + "\\fR";
+    if (option.value.starts_with("[="))
+        text += "[=\\fI" + roff(option.value.substr(2, option.value.size() - 3)) + "\\fR]";
+    else if (!option.value.empty())
+        text += " \\fI" + roff(option.value) + "\\fR";
+    return text + "\n" + roff_lines(option.text);
+}
+
+} // namespace
+
+bool OptionHelp::has_short_name() const {
+    return std::any_of(names.begin(), names.end(), [](const std::string &name) { return name.size() == 2; });
+}
+
+std::vector<std::string> help_topics(const ProgramHelp &help) {
+    std::vector<std::string> words;
+    for (const std::string &title : titles(help))
+        words.push_back(topic_word(title));
+    return words;
+}
+
+Result<std::string> help_page(const ProgramHelp &help, std::string_view topic) {
+    if (topic.empty())
+        return first_page(help);
+    if (topic == "all")
+        return everything(help);
+    if (topic == "man")
+        return man_page(help);
+    for (const std::string &title : titles(help))
+        if (topic_word(title) == topic)
+            return entries_of(help, title);
+    std::vector<std::string> topics = help_topics(help);
+    topics.emplace_back("all");
+    std::string message = "there is no help on '" + std::string(topic) + "'; ";
+    if (const std::string nearest = nearest_word(topic, topics); !nearest.empty())
+        return Error{ErrorCode::usage, 0, message + "did you mean '" + nearest + "'?"};
+    message += "topics are";
+    for (const std::string &word : topics)
+        message += (&word == &topics.front() ? " " : ", ") + word;
+    return Error{ErrorCode::usage, 0, message};
+}
+
+std::string man_page(const ProgramHelp &help) {
+    std::string name = help.program, summary = help.summary;
+    for (char &c : name)
+        c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+    if (summary.ends_with('.'))
+        summary.pop_back();
+    if (summary.size() > 1 && summary[0] >= 'A' && summary[0] <= 'Z')
+        summary[0] = static_cast<char>(summary[0] - 'A' + 'a');
+    std::string page = ".TH " + roff(name) + " 1 \"\" \"pbm " + roff(help.version) + "\" \"Point\\-based models\"\n";
+    page += ".SH NAME\n" + roff(help.program) + " \\-\n" + roff_lines(summary);
+    page += ".SH SYNOPSIS\n.B " + roff(help.program) + "\n" + roff(arguments_of(help)) + "\n";
+    page += ".SH DESCRIPTION\n" + roff_lines(help.summary);
+    for (const std::string &text : wrapped(help.description, help.description.size() + 1))
+        page += ".PP\n" + roff_lines(text);
+    page += ".SH OPTIONS\n";
+    for (const OptionHelp &option : help.options)
+        if (!option.needs_name)
+            page += roff_entry(option);
+    for (const std::string &title : titles(help)) {
+        page += ".SS " + roff(title) + "\n";
+        for (const OptionHelp &option : help.options)
+            if (option.needs_name && option.topic == title)
+                page += roff_entry(option);
+    }
+    page += ".SH EXIT STATUS\n";
+    for (const ExitStatus &status : kExitStatus)
+        page += ".TP\n.B " + std::to_string(status.code) + "\n" + std::string(status.meaning) + "\n";
+    if (!help.examples.empty())
+        page += ".SH EXAMPLES\n";
+    for (const Example &example : help.examples)
+        page += ".TP\n.B " + roff(example.command) + "\n" + roff_lines(example.text);
+    std::string others;
+    for (const std::string_view other : kFamily)
+        if (other != help.program)
+            others += (others.empty() ? "" : ",\n") + std::string(".BR ") + roff(other) + " (1)";
+    return page + ".SH SEE ALSO\n" + others + "\n";
+}
+
+} // namespace pbm::command_line
