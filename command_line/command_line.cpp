@@ -90,7 +90,7 @@ namespace {
 void say_error(std::string_view program, const std::string &line) {
     std::cout.flush();
     std::cerr << program << ": " << printable(line) << std::endl;
-    log_line(program, LogKind::error, line);
+    log_line(LogKind::error, line);
 }
 
 std::string &file_worked_on() {

@@ -14,7 +14,7 @@ namespace {
 
 struct Log {
     std::mutex mutex;
-    std::string path;
+    std::string program, path;
     std::FILE *file = nullptr; // open until the process ends
     int error = 0;             // errno of the first line that was lost
 };
@@ -44,24 +44,25 @@ std::string time_stamp() {
 
 } // namespace
 
-Status open_log(const std::string &path) {
+Status open_log(std::string_view program, const std::string &path) {
     Log &log = the_log();
     log.file = std::fopen(path.c_str(), "ae");
     if (log.file == nullptr)
         return Error{ErrorCode::io, 0, "cannot open the log: " + std::generic_category().message(errno)};
     std::setvbuf(log.file, nullptr, _IOFBF, std::size_t{1} << 16); // a line leaves in one call
+    log.program = program;
     log.path = path;
     return {};
 }
 
 const std::string &log_path() { return the_log().path; }
 
-void log_line(std::string_view program, LogKind kind, std::string_view text) {
+void log_line(LogKind kind, std::string_view text) {
     Log &log = the_log();
     if (log.file == nullptr)
         return;
     const std::string line =
-        time_stamp() + " " + std::string(program) + ": " + std::string(name_of(kind)) + ": " + printable(text) + "\n";
+        time_stamp() + " " + log.program + ": " + std::string(name_of(kind)) + ": " + printable(text) + "\n";
     const std::lock_guard lock(log.mutex);
     if ((std::fwrite(line.data(), 1, line.size(), log.file) != line.size() || std::fflush(log.file) != 0) &&
         log.error == 0)

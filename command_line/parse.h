@@ -194,7 +194,7 @@ inline std::optional<int> parse(CLI::App &app, std::string_view program, int arg
     const std::string log = detail::first_result(app.get_option("--log"));
     const std::string unusable = detail::unusable_name(app, log);
     if (!log.empty() && unusable.empty())
-        if (const Status opened = open_log(log); !opened)
+        if (const Status opened = open_log(program, log); !opened)
             return fail(program, log, opened.error());
     if (refusal)
         return fail(program, refusal->path, refusal->error);

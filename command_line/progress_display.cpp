@@ -1,5 +1,7 @@
 #include "command_line/progress_display.h"
 
+#include "command_line/error_log.h"
+
 #include <algorithm>
 #include <cstdio>
 
@@ -22,6 +24,8 @@ void ProgressDisplay::show(std::string_view step, double done) {
     const std::lock_guard lock(mutex_);
     const auto now = Clock::now();
     const bool first = step != step_;
+    if (first && verbosity_ == Verbosity::verbose)
+        log_line(LogKind::progress, step);
     if (!terminal_) {
         if (first && (verbosity_ == Verbosity::verbose || now - begin_ >= kLong))
             std::fprintf(stderr, "%.*s ...\n", static_cast<int>(step.size()), step.data());

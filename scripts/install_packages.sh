@@ -6,8 +6,8 @@ set -euo pipefail
 
 build_system=(g++ cmake ninja-build pkg-config)
 runtime=(libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libpng-dev)
-tools=(libopenmesh-dev libnanoflann-dev)
-tests=(libgtest-dev libembree-dev python3 python3-zstandard python3-xxhash valgrind zstd)
+tools=(libopenmesh-dev libnanoflann-dev libtomlplusplus-dev)
+tests=(libgtest-dev libembree-dev python3 python3-zstandard python3-xxhash valgrind zstd make mandoc groff-base)
 clang=(clang libclang-rt-14-dev clang-tidy clang-format)
 
 case ${1:-all} in

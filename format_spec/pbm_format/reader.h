@@ -4,6 +4,8 @@
 //   directory   proves the chunk directory of a level (and of those above) when it is first needed
 //   load_chunk  proves a chunk before first use: hash, masks, counts, ranges
 //   verify_all  proves everything; agrees with `validate` on every input
+//
+// verify_stored lies between: that nothing was changed since it was written, not that it was written rightly.
 #pragma once
 
 #include "pbm_format/chunk.h"
@@ -37,6 +39,9 @@ class Reader {
 
     // Decodes chunk `index` of `level`, whose directory was read before. Safe to call from several threads.
     Result<Chunk> load_chunk(int level, std::size_t index) const;
+
+    // That every byte is as it was written: padding and the hashes of all sections. Decodes nothing.
+    Status verify_stored() const;
 
     // Everything: padding, section hashes, directories, chunks, chunk rule, normal cones, averages, content_id.
     // Decodes the whole model; more than `max_memory` bytes of it is ErrorCode::memory.

@@ -61,6 +61,7 @@ HOMES = {
     r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh_reader\.cpp",
     r"nanoflann.*": r"tools/pbm-build/pbm_build/neighbours\.cpp",
     r"CLI/.*": r"command_line/parse\.h",
+    r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",
     r"(GLFW|GL|epoxy)/.*|imgui.*": r"runtime/viewer/pbm-view/.*",
     r"(png|libdeflate|zlib)\.h": r"runtime/viewer/.*\.cpp",
     r"(jpeglib|turbojpeg)\.h|stb/.*": r"tools/pbm-build/.*\.cpp",
@@ -70,6 +71,8 @@ HOMES = {
         r"|command_line/progress_display\.cpp"
     ),
 }
+# Headers that bring CLI11 along.
+WITH_CLI11 = {"command_line/parse.h", "command_line/settings_file.h"}
 C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot
 
 # Programs and what they may not need at run time.
@@ -125,7 +128,7 @@ def check_includes(path, text):
         elif line[0] == '"' or top.startswith("pbm_"):
             if "/" in header and top not in FLOORS[floor]:
                 found.append(f"{path}: includes {header}; {floor} may include {sorted(FLOORS[floor]) or 'none of us'}")
-            elif header == "command_line/parse.h" and not re.search(r"/(main|options)\.cpp$", path):
+            elif header in WITH_CLI11 and path not in WITH_CLI11 and not re.search(r"/(main|options)\.cpp$", path):
                 found.append(f"{path}: includes {header} and with it CLI11, which belongs in main.cpp or options.cpp")
             elif top == "pbm_format" and floor == "format_spec/pbm_format":
                 problem = check_format_order(path, header)
@@ -208,10 +211,14 @@ def self_test():
         ("command_line/command_line.cpp", "#include <CLI/CLI.hpp>"),
         ("command_line/command_line.cpp", '#include "command_line/parse.h"'),
         ("runtime/viewer/pbm-render/png_writer.h", '#include "command_line/parse.h"'),
+        ("tools/pbm-build/recipe.h", '#include "command_line/settings_file.h"'),
+        ("tools/pbm-build/options.cpp", "#include <toml++/toml.h>"),
         ("runtime/viewer/pbm-render/main.cpp", "#include <CLI/CLI.hpp>"),
         ("elsewhere/main.cpp", "#include <vector>"),
     ]
     good_includes = [
+        ("tools/pbm-build/options.cpp", '#include "command_line/settings_file.h"'),
+        ("tools/pbm-build/recipe.cpp", "#include <toml++/toml.h>"),
         ("format_spec/pbm_format/reader.cpp", '#include "pbm_format/reader.h"\n#include "pbm_format/chunk.h"\n#include <vector>'),
         ("format_spec/pbm_format/chunk.cpp", "#include <zstd.h>"),
         ("runtime/viewer/pbm-render/main.cpp", '#include "pbm_render/camera.h"\n#include "command_line/parse.h"\n#include "png_writer.h"'),

@@ -84,9 +84,9 @@ TEST(Errors, StandardOutputTakesOneOutput) {
 TEST(ErrorLog, KeepsWhatWasThereAndAddsALineEach) {
     const std::string path = testing::TempDir() + "error_log_test.log";
     std::ofstream(path) << "earlier\n";
-    ASSERT_TRUE(open_log(path).ok());
+    ASSERT_TRUE(open_log("pbm-x", path).ok());
     EXPECT_EQ(log_path(), path);
-    log_line("pbm-x", LogKind::warning, "two\nlines");
+    log_line(LogKind::warning, "two\nlines");
     said_by([] { return fail("pbm-x", "f", {ErrorCode::io, 0, "gone"}); }, 2);
     std::stringstream text;
     text << std::ifstream(path).rdbuf();

@@ -1,7 +1,11 @@
 // pbm-build: turns a scan into a binary voxel grid.
 #include "command_line/command_line.h"
+#include "command_line/error_log.h"
+#include "depfile.h"
 #include "options.h"
 #include "pbm_build/pipeline.h"
+#include "pbm_format/platform.h"
+#include "source_record.h"
 
 #include <algorithm>
 #include <array>
@@ -22,12 +26,23 @@ std::string megabytes(std::uint64_t bytes) {
     return text.data();
 }
 
+std::string figures(const BuildStatistics &statistics) {
+    std::array<char, 128> line{};
+    std::snprintf(line.data(), line.size(), "%llu points, depth %d, voxel size %.6g, %s",
+                  static_cast<unsigned long long>(statistics.points), statistics.depth, statistics.voxel_size,
+                  megabytes(statistics.file_bytes).c_str());
+    return line.data();
+}
+
+std::string full_name(const AttributeReport &line) { return (line.input.empty() ? "" : line.input + ": ") + line.name; }
+
+std::string note(const AttributeReport &line) { return line.note.empty() ? "" : " (" + line.note + ")"; }
+
 // What became of the input, and what came out.
 std::string report(const Arguments &arguments, const BuildStatistics &statistics) {
     std::string text;
     for (const AttributeReport &line : statistics.attributes)
-        text += (line.input.empty() ? "" : line.input + ": ") + line.name + ": " + std::string(to_string(line.fate)) +
-                (line.note.empty() ? "" : " (" + line.note + ")") + "\n";
+        text += command_line::printable(full_name(line) + ": " + std::string(to_string(line.fate)) + note(line)) + "\n";
     std::array<char, 256> line{};
     const auto add = [&](int length) {
         text.append(line.data(), std::min(line.size() - 1, static_cast<std::size_t>(length)));
@@ -36,51 +51,137 @@ std::string report(const Arguments &arguments, const BuildStatistics &statistics
         for (const StepStatistics &step : statistics.steps)
             add(std::snprintf(line.data(), line.size(), "%-14s %8.3f s, peak %s\n", step.name.c_str(), step.seconds,
                               megabytes(step.peak_memory).c_str()));
-    text += arguments.output + ": ";
-    add(std::snprintf(line.data(), line.size(),
-                      "%llu points, depth %d, voxel size %.6g, %s, %.2f bits per point, %.3f of the input, %.2f s\n",
-                      static_cast<unsigned long long>(statistics.points), statistics.depth, statistics.voxel_size,
-                      megabytes(statistics.file_bytes).c_str(), statistics.bits_per_point(), statistics.ratio(),
-                      statistics.seconds()));
+    text += command_line::printable(arguments.output) + ": " + figures(statistics);
+    switch (statistics.outcome) {
+    case Outcome::up_to_date: return text + ", up to date\n";
+    case Outcome::unchanged: return text + ", unchanged\n";
+    case Outcome::written: break;
+    }
+    add(std::snprintf(line.data(), line.size(), ", %.2f bits per point, %.3f of the input, %.2f s\n",
+                      statistics.bits_per_point(), statistics.ratio(), statistics.seconds()));
     return text;
+}
+
+void log_dropped(const BuildStatistics &statistics) {
+    for (const AttributeReport &line : statistics.attributes)
+        if (line.fate == AttributeReport::Fate::dropped)
+            command_line::log_line(command_line::LogKind::warning, full_name(line) + " dropped" + note(line));
+}
+
+int fail(const std::string &path, const Error &error) { return command_line::fail(kProgram, path, error); }
+
+// What cannot be, seen before any work.
+std::optional<int> refuse(const Arguments &arguments, std::span<const std::string> files) {
+    const bool to_stdout = arguments.output == "-";
+    if (to_stdout && (arguments.if_changed || arguments.depfile))
+        return command_line::fail_usage(kProgram,
+                                        "--if-changed and dependency files need an output with a name; use -o");
+    if (arguments.if_changed || arguments.source_hash)
+        for (const std::string &file : files)
+            if (is_stream(file))
+                return command_line::fail_usage(
+                    kProgram, file + ": --if-changed and --source-hash read the input twice: a stream cannot be");
+    if (const auto refused =
+            command_line::refuse_outputs(kProgram, files, {{arguments.output, arguments.depfile_name, arguments.json}}))
+        return refused;
+    if (!arguments.depfile)
+        return std::nullopt;
+    std::vector<std::string> names(files.begin(), files.end());
+    names.push_back(arguments.output);
+    for (const std::string &name : names)
+        if (const Status writable = check_depfile_name(name); !writable)
+            return fail(name, writable.error());
+    return std::nullopt;
+}
+
+std::vector<std::string> without_streams(std::vector<std::string> files) {
+    files.erase(std::remove_if(files.begin(), files.end(), is_stream), files.end());
+    return files;
+}
+
+void take_figures(const EarlierOutput &earlier, Outcome outcome, BuildStatistics &statistics) {
+    statistics.outcome = outcome;
+    statistics.points = earlier.points;
+    statistics.depth = earlier.depth;
+    statistics.voxel_size = earlier.voxel_size;
+    statistics.file_bytes = earlier.file_bytes;
+}
+
+// Builds and writes, unless with --if-changed what is there is what would come out. Returns the exit code.
+int build(const Arguments &arguments, std::span<const std::string> sources, BuildStatistics &statistics) {
+    SourceRecord record;
+    std::optional<EarlierOutput> earlier;
+    if (arguments.if_changed || arguments.source_hash) {
+        auto made = make_record(sources, arguments.request);
+        if (!made)
+            return fail("", made.error());
+        record = std::move(*made);
+    }
+    if (arguments.if_changed)
+        earlier = find_earlier_output(arguments.output);
+    if (earlier && earlier->record == record) {
+        take_figures(*earlier, Outcome::up_to_date, statistics);
+        return 0;
+    }
+
+    command_line::ProgressDisplay display(arguments.verbosity);
+    const Progress progress = [&](std::string_view step, double done) { display.show(step, done); };
+    Result<Model> model = read_and_build(arguments.inputs, arguments.build, statistics, progress);
+    display.clear();
+    const std::string input = arguments.inputs.size() > 1 ? "" : arguments.inputs.front(); // errors name it
+    if (!model)
+        return fail(input, model.error());
+    log_dropped(statistics);
+    if (!record.source_hash.empty()) {
+        auto metadata = with_record(model->metadata, record);
+        if (!metadata)
+            return fail(input, metadata.error());
+        model->metadata = std::move(*metadata);
+    }
+    if (earlier && is_same(*earlier, *model)) {
+        take_figures(*earlier, Outcome::unchanged, statistics);
+        return 0;
+    }
+    const std::string output = arguments.output == "-" ? "/dev/stdout" : arguments.output;
+    const Status written = write(output, *model, arguments.build, statistics, progress);
+    display.clear();
+    return written ? 0 : fail(arguments.output, written.error());
 }
 
 int run(Arguments &arguments) {
     if (arguments.output.empty())
         arguments.output = std::filesystem::path(arguments.inputs.front()).replace_extension(".bvg").string();
-    std::vector<std::string> read = arguments.inputs;
-    if (!arguments.grid_like.empty())
-        read.push_back(arguments.grid_like);
-    if (const auto refused = command_line::refuse_outputs(kProgram, read, {{arguments.output, arguments.json}}))
+    if (arguments.depfile && arguments.depfile_name.empty())
+        arguments.depfile_name = arguments.output + ".d";
+    const std::vector<std::string> sources = files_read(arguments.sources);
+    std::vector<std::string> files = sources;
+    if (!arguments.recipe.empty())
+        files.push_back(arguments.recipe);
+    if (const auto refused = refuse(arguments, files))
         return *refused;
     if (!arguments.grid_like.empty()) {
         Result<Grid> grid = read_grid(arguments.grid_like);
         if (!grid)
-            return command_line::fail(kProgram, arguments.grid_like, grid.error());
+            return fail(arguments.grid_like, grid.error());
         arguments.build.grid.like = *grid;
     }
 
     BuildStatistics statistics;
-    {
-        command_line::ProgressDisplay display(arguments.verbosity);
-        const Progress progress = [&](std::string_view step, double done) { display.show(step, done); };
-        const Result<Model> model = read_and_build(arguments.inputs, arguments.build, statistics, progress);
-        display.clear();
-        if (!model)
-            return command_line::fail(kProgram, arguments.inputs.size() > 1 ? "" : arguments.inputs.front(),
-                                      model.error());
-        const Status written = write(arguments.output, model.value(), arguments.build, statistics, progress);
-        display.clear();
+    if (const int code = build(arguments, sources, statistics); code != 0)
+        return code;
+    if (arguments.depfile) {
+        const Status written =
+            command_line::write_text(arguments.depfile_name, depfile_text(arguments.output, without_streams(files)));
         if (!written)
-            return command_line::fail(kProgram, arguments.output, written.error());
+            return fail(arguments.depfile_name, written.error());
     }
-    if (arguments.verbosity != command_line::Verbosity::quiet && arguments.json != "-")
+    if (arguments.verbosity != command_line::Verbosity::quiet && arguments.json != "-" && arguments.output != "-")
         std::cout << report(arguments, statistics);
     if (arguments.json.empty())
         return 0;
     const Status told =
         command_line::write_text(arguments.json, to_json(statistics, arguments.inputs, arguments.output));
-    return told ? 0 : command_line::fail(kProgram, arguments.json, told.error());
+    return told ? 0 : fail(arguments.json, told.error());
 }
 
 } // namespace

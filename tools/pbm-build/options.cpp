@@ -1,21 +1,24 @@
 #include "options.h"
 
 #include "command_line/parse.h"
+#include "command_line/settings_file.h"
 #include "pbm_format/layout.h"
 #include "pbm_format/platform.h"
+#include "recipe.h"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <map>
 
 namespace pbm::build {
 namespace {
 
-// Switches of the dissertation's program that bake something: they need a builder that can.
-constexpr std::array<command_line::OldSwitch, 4> kBakingSwitches{
-    {{"-SHADOW", ""}, {"-TEXTURE", ""}, {"-BACKGROUND", ""}, {"-ENVIRONMENT_MAP", ""}}};
+// The spellings of compilers.
+constexpr std::array<command_line::OldSwitch, 2> kSwitches{
+    {{"-MD", "--write-dependencies"}, {"-MF", "--dependency-file"}}};
 
 // An option that takes one of some words.
 template <class T>
@@ -69,16 +72,82 @@ std::optional<int> check_inputs(std::string_view program, const Arguments &argum
     return std::nullopt;
 }
 
-} // namespace
+// Options that say where things go, how fast and how loud: the result is the same whatever they are.
+bool changes_result(const CLI::Option &option) {
+    constexpr std::array<const char *, 13> kHarmless{
+        "output",          "threads", "json",       "quiet",       "verbose", "log",    "write-dependencies",
+        "dependency-file", "recipe",  "if-changed", "source-hash", "help",    "version"};
+    return std::none_of(kHarmless.begin(), kHarmless.end(), [&](const char *name) { return option.check_lname(name); });
+}
 
-std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
-    CLI::App app{"Turns a scan (PLY, OBJ, STL, OFF) into a binary voxel grid (.bvg).\n"
-                 "Exit codes: 0 done, 1 usage, 2 I/O, 3 damaged input, 4 memory, 5 unsupported.",
-                 "pbm-build"};
+// Numbers in their shortest spelling; several stand between commas.
+std::string in_one_spelling(const CLI::Option &option, const std::string &text) {
+    if (command_line::names_file(option)) // its content counts, and its extension, which can say how it is read
+        return std::filesystem::path(text).extension().string();
+    if (option.get_type_name() == "TEXT")
+        return text;
+    std::string result;
+    for (const std::string &part : CLI::detail::split(text, ',')) {
+        double number = 0;
+        const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
+        std::array<char, 32> shortest{};
+        const auto shortest_end = std::to_chars(shortest.data(), shortest.data() + shortest.size(), number).ptr;
+        const bool is_number = error == std::errc() && end == part.data() + part.size();
+        result += (result.empty() ? "" : ",") + (is_number ? std::string(shortest.data(), shortest_end) : part);
+    }
+    return result;
+}
+
+// An option that is added later is part of the request, and its file is a source, unless changes_result says otherwise.
+void describe_request(const CLI::App &app, Arguments &arguments) {
+    for (const CLI::Option *option : app.get_options()) {
+        if (!changes_result(*option))
+            continue;
+        for (const std::string &text : option->results()) {
+            arguments.request += option->get_name() + "=" + in_one_spelling(*option, text) + '\n';
+            if (command_line::names_file(*option))
+                arguments.sources.push_back(text);
+        }
+    }
+}
+
+void add_input_options(CLI::App &app, Arguments &arguments) {
     BuildOptions &options = arguments.build;
+    app.option_defaults()->group("Input");
     app.add_option("INPUT", arguments.inputs, "Scans to read, merged if several; - for standard input")->required();
-    app.add_option("-o,--output", arguments.output, "File to write; default: the one input's name with .bvg");
-    app.add_option("-j,--threads", options.threads, "Threads, 0 for all processors")->check(CLI::Range(0, 1024));
+    add_choice<Unit>(app, "--unit", options.grid.unit,
+                     {{"unknown", Unit::unknown},
+                      {"m", Unit::metre},
+                      {"mm", Unit::millimetre},
+                      {"cm", Unit::centimetre},
+                      {"in", Unit::inch},
+                      {"ft", Unit::foot},
+                      {"km", Unit::kilometre}},
+                     "Unit of the coordinates");
+    add_choice<UpAxis>(app, "--up", options.grid.up, {{"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}},
+                       "Axis that points up; default y");
+    app.add_option_function<double>(
+           "--scale", [&](double scale) { options.placement.scale = scale; },
+           "Factor from the input's coordinates and radii to the model's")
+        ->check(positive);
+    app.add_option_function<std::string>(
+           "--origin", [&](const std::string &place) { options.placement.origin = three_numbers(place); },
+           "Place of the input's origin in the model; added after --scale")
+        ->check([](const std::string &text) {
+            return three_numbers(text) ? "" : "Value " + text + " is not X,Y,Z: three finite numbers";
+        })
+        ->type_name("X,Y,Z");
+    add_choice<std::optional<ScanFormat>>(
+        app, "--input-format", options.input_format,
+        {{"ply", ScanFormat::ply}, {"obj", ScanFormat::obj}, {"off", ScanFormat::off}, {"stl", ScanFormat::stl}},
+        "Format of inputs that show it neither in content nor in name");
+    app.add_flag("--flip-faces", options.flip_faces, "Turn all faces around: for scans that look inside out");
+    app.add_flag("--strict", options.strict, "Refuse the input if anything of it would be dropped");
+}
+
+void add_grid_options(CLI::App &app, Arguments &arguments) {
+    BuildOptions &options = arguments.build;
+    app.option_defaults()->group("Grid");
     auto *depth = app.add_option("--depth", options.grid.depth, "Depth: 2^N voxels per edge of the grid, 5..16")
                       ->check(CLI::Range(kMinBuildDepth, kMaxDepth));
     auto *voxel_size = app.add_option("--voxel-size", options.grid.voxel_size,
@@ -87,48 +156,51 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     auto *max_points = app.add_option("--max-points", options.grid.max_points,
                                       "Depth with at most so many points, estimated from the area")
                            ->check(positive);
+    auto *grid_like =
+        app.add_option("--grid-like", arguments.grid_like, "Very same grid, unit and up axis as this .bvg file")
+            ->type_name("FILE");
     depth->excludes(voxel_size)->excludes(max_points);
     voxel_size->excludes(max_points);
-    auto *grid_like =
-        app.add_option("--grid-like", arguments.grid_like, "Very same grid, unit and up axis as this .bvg file");
     grid_like->excludes(depth)->excludes(voxel_size)->excludes(max_points);
+    grid_like->excludes(app.get_option("--unit"))->excludes(app.get_option("--up"));
+}
+
+void add_output_options(CLI::App &app, Arguments &arguments) {
+    BuildOptions &options = arguments.build;
+    app.option_defaults()->group("Output");
+    app.add_option("-o,--output", arguments.output,
+                   "File to write, - for standard output; default: the one input's name with .bvg")
+        ->type_name("FILE");
     app.add_option("-z,--compression-level", options.compression_level, "zstd level 1..19")
         ->check(CLI::Range(1, 19))
         ->capture_default_str();
     add_choice<ColourFormat>(app, "--colour,--color", options.colour,
                              {{"565", ColourFormat::rgb565}, {"888", ColourFormat::rgb888}},
                              "Bits of a colour; default 888");
-    auto *unit = add_choice<Unit>(app, "--unit", options.grid.unit,
-                                  {{"unknown", Unit::unknown},
-                                   {"m", Unit::metre},
-                                   {"mm", Unit::millimetre},
-                                   {"cm", Unit::centimetre},
-                                   {"in", Unit::inch},
-                                   {"ft", Unit::foot},
-                                   {"km", Unit::kilometre}},
-                                  "Unit of the coordinates");
-    auto *up = add_choice<UpAxis>(app, "--up", options.grid.up, {{"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}},
-                                  "Axis that points up; default y");
-    grid_like->excludes(unit)->excludes(up);
-    app.add_option_function<double>(
-           "--scale", [&](double scale) { options.placement.scale = scale; },
-           "Factor from the input's coordinates and radii to the model's")
-        ->check(positive);
-    app.add_option_function<std::string>(
-           "--origin", [&](const std::string &place) { options.placement.origin = three_numbers(place); },
-           "X,Y,Z of the input's origin in the model; added after --scale")
-        ->check([](const std::string &text) {
-            return three_numbers(text) ? "" : "Value " + text + " is not X,Y,Z: three finite numbers";
-        });
-    add_choice<std::optional<ScanFormat>>(
-        app, "--input-format", options.input_format,
-        {{"ply", ScanFormat::ply}, {"obj", ScanFormat::obj}, {"off", ScanFormat::off}, {"stl", ScanFormat::stl}},
-        "Format of inputs that show it neither in content nor in name");
     app.add_option("--name", options.credits.name, "Name of the model, kept in the file");
     app.add_option("--licence,--license", options.credits.licence, "Licence, kept in the file");
     app.add_option("--credit", options.credits.credit, "Whom to credit, kept in the file");
-    app.add_flag("--flip-faces", options.flip_faces, "Turn all faces around: for scans that look inside out");
-    app.add_flag("--strict", options.strict, "Refuse the input if anything of it would be dropped");
+}
+
+void add_build_system_options(CLI::App &app, Arguments &arguments) {
+    app.option_defaults()->group("Build systems");
+    command_line::add_settings_file(app, "--recipe", "Take the options from a TOML file; the command line wins over it",
+                                    read_recipe);
+    app.add_flag(
+        "--if-changed", arguments.if_changed,
+        "Build only if the output is not what the input and options would give, and leave it and its time "
+        "alone if it turns out the same. An input that did not change is read, not built. Keeps --source-hash");
+    app.add_flag("--source-hash", arguments.source_hash,
+                 "Keep hashes (XXH3) of the input and of the options in the file's metadata");
+    app.add_flag("--write-dependencies", arguments.depfile,
+                 "Write what was read, for Make and Ninja, to the output's name with .d");
+    app.add_option("--dependency-file", arguments.depfile_name, "The same, to FILE")->type_name("FILE");
+}
+
+void add_general_options(CLI::App &app, Arguments &arguments) {
+    app.option_defaults()->group("General");
+    app.add_option("-j,--threads", arguments.build.threads, "Threads, 0 for all processors")
+        ->check(CLI::Range(0, 1024));
     app.add_option("--json", arguments.json, "Statistics as JSON, to FILE or (--json alone) to stdout")
         ->type_name("[=FILE]");
     app.add_flag_callback(
@@ -136,9 +208,38 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     app.add_flag_callback(
         "-v,--verbose", [&] { arguments.verbosity = command_line::Verbosity::verbose; }, "Name every step");
     app.set_version_flag("-V,--version", "pbm-build " PBM_VERSION);
-    if (const auto done = command_line::parse(app, program, argc, argv, kBakingSwitches))
+}
+
+} // namespace
+
+std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
+    CLI::App app{"Turns a scan (PLY, OBJ, STL, OFF) into a binary voxel grid (.bvg).\n"
+                 "Says of every attribute of the scan whether it was kept, converted or dropped.\n"
+                 "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, and names of "
+                 "files are relative to the recipe's folder. The command line wins over the recipe.",
+                 "pbm-build"};
+    add_input_options(app, arguments);
+    add_grid_options(app, arguments);
+    add_output_options(app, arguments);
+    add_build_system_options(app, arguments);
+    add_general_options(app, arguments);
+    const command_line::Manual manual{
+        .most_used = {"--output", "--depth", "--unit", "--up", "--recipe", "--help"},
+        .examples = {
+            {"pbm-build scan.ply -o scan.bvg", "A scan at the depth that fits its points."},
+            {"pbm-build left.ply right.ply --depth 10 --unit mm --up z --strict -o scan.bvg",
+             "Two scans as one model of at most 1,024 voxels per edge; an error if anything of them would be "
+             "dropped."},
+            {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.bvg", "As build systems call it."}}};
+    if (const auto done = command_line::parse(app, program, argc, argv, kSwitches, manual))
         return done;
-    return check_inputs(program, arguments);
+    if (const auto refused = check_inputs(program, arguments))
+        return refused;
+    arguments.depfile = arguments.depfile || !arguments.depfile_name.empty();
+    const auto recipe = app.get_config_ptr()->results();
+    arguments.recipe = recipe.empty() ? "" : recipe.back();
+    describe_request(app, arguments);
+    return std::nullopt;
 }
 
 } // namespace pbm::build

@@ -15,6 +15,12 @@ struct Arguments {
     std::string output;
     std::string grid_like; // .bvg whose grid is taken, empty for none
     std::string json;      // file, "-" for stdout, empty for none
+    bool if_changed = false, source_hash = false;
+    bool depfile = false;
+    std::string depfile_name;         // empty: the output's with .d
+    std::string recipe;               // file, empty for none
+    std::vector<std::string> sources; // every file on the command line (or in the recipe) that is read
+    std::string request;              // everything there that can change the result, in one spelling
     BuildOptions build;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;
 };

@@ -55,10 +55,20 @@ std::string_view to_string(AttributeReport::Fate fate) {
     return "unknown";
 }
 
+std::string_view to_string(Outcome outcome) {
+    switch (outcome) {
+    case Outcome::written: return "written";
+    case Outcome::unchanged: return "unchanged";
+    case Outcome::up_to_date: return "up to date";
+    }
+    return "unknown";
+}
+
 std::string to_json(const BuildStatistics &statistics, std::span<const std::string> inputs, const std::string &output) {
     nlohmann::ordered_json json;
     json["inputs"] = inputs;
     json["output"] = output;
+    json["outcome"] = to_string(statistics.outcome);
     json["input_bytes"] = statistics.input_bytes;
     json["vertices"] = statistics.vertices;
     json["triangles"] = statistics.triangles;

@@ -22,7 +22,11 @@ struct StepStatistics {
     std::uint64_t peak_memory = 0; // bytes, of the process so far, at the end of the step
 };
 
+// What became of the output; the latter two with --if-changed only.
+enum class Outcome { written, unchanged, up_to_date };
+
 struct BuildStatistics {
+    Outcome outcome = Outcome::written;
     std::vector<AttributeReport> attributes;
     std::vector<StepStatistics> steps; // in order; a step done several times (--max-points) is summed
     std::uint64_t input_bytes = 0, vertices = 0, triangles = 0;
@@ -67,6 +71,7 @@ class StepClock {
 };
 
 std::string_view to_string(AttributeReport::Fate fate);
+std::string_view to_string(Outcome outcome);
 
 // One JSON object, indented, with a final newline.
 std::string to_json(const BuildStatistics &statistics, std::span<const std::string> inputs, const std::string &output);

@@ -111,22 +111,32 @@ std::string_view as_text(std::span<const std::uint8_t> bytes) {
     return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
 }
 
+std::vector<std::string> material_files(std::span<const std::uint8_t> obj, const std::string &path) {
+    const std::string folder = path.substr(0, path.find_last_of('/') + 1);
+    std::vector<std::string> files;
+    for_lines(as_text(obj), "mtllib", [&](std::string_view name) {
+        std::string file = folder + std::string(name);
+        if (std::find(files.begin(), files.end(), file) == files.end() && MappedFile::open(file).ok())
+            files.push_back(std::move(file));
+    });
+    return files;
+}
+
 // One line for each texture image that the material files of an OBJ name. Files that are not there, or that are no
 // small text, are passed over: nothing of them is used.
 void report_texture_images(std::span<const std::uint8_t> obj, const std::string &path, Surface &surface) {
     constexpr std::size_t kMostMaterialBytes = std::size_t{1} << 20, kMostImages = 64;
-    const std::string folder = path.substr(0, path.find_last_of('/') + 1);
     std::vector<std::string> images;
-    for_lines(as_text(obj), "mtllib", [&](std::string_view name) {
-        const Result<MappedFile> materials = MappedFile::open(folder + std::string(name));
+    for (const std::string &file : material_files(obj, path)) {
+        const Result<MappedFile> materials = MappedFile::open(file);
         if (!materials || materials->bytes().size() > kMostMaterialBytes)
-            return;
+            continue;
         for_lines(as_text(materials->bytes()), "map_", [&](std::string_view image) {
             image.remove_prefix(image.find_last_of(" \t") + 1); // options come before the file's name
             if (images.size() < kMostImages && std::find(images.begin(), images.end(), image) == images.end())
                 images.emplace_back(image);
         });
-    });
+    }
     for (const std::string &image : images)
         surface.report.push_back(
             {"texture image " + quoted(image), AttributeReport::Fate::dropped, "PBM stores point colours"});
@@ -171,6 +181,13 @@ Result<Surface> read_surface(const std::string &path, const ReadOptions &options
     if (surface && lower_extension(path) == ".obj")
         report_texture_images(file->bytes(), path, *surface);
     return surface;
+}
+
+std::vector<std::string> material_files(const std::string &path) {
+    if (lower_extension(path) != ".obj")
+        return {};
+    const Result<MappedFile> file = MappedFile::open(path);
+    return file ? material_files(file->bytes(), path) : std::vector<std::string>();
 }
 
 } // namespace pbm::build

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace pbm::build {
 
@@ -26,5 +27,8 @@ Result<Surface> read_surface(const std::string &path, const ReadOptions &options
 
 // The same for a file in memory; `path` only says its extension.
 Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options);
+
+// Names of the further files that reading `path` opens: the material files that an OBJ names and that are there.
+std::vector<std::string> material_files(const std::string &path);
 
 } // namespace pbm::build

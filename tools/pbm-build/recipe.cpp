@@ -1,0 +1,100 @@
+#include "recipe.h"
+
+#include "pbm_format/platform.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+
+namespace pbm::build {
+namespace {
+
+using command_line::Setting;
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+
+Error refuse(std::size_t line, const std::string &what) {
+    return {ErrorCode::usage, 0, "line " + std::to_string(line) + ": " + what};
+}
+
+template <class Number> std::string spelled(Number number) {
+    std::array<char, 64> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+    return {text.data(), end};
+}
+
+struct Value {
+    Setting::Kind kind;
+    std::string text;
+};
+
+std::optional<Value> value_of(const toml::node &node) {
+    using Kind = Setting::Kind;
+    if (const auto *text = node.as_string())
+        return Value{Kind::text, text->get()};
+    if (const auto *number = node.as_integer())
+        return Value{Kind::number, spelled(number->get())};
+    if (const auto *number = node.as_floating_point())
+        return Value{Kind::number, spelled(number->get())};
+    if (const auto *flag = node.as_boolean())
+        return Value{Kind::flag, flag->get() ? "true" : "false"};
+    return std::nullopt;
+}
+
+Result<Setting> setting_of(std::string key, const toml::node &node) {
+    Setting entry{
+        .key = std::move(key), .kind = {}, .values = {}, .is_array = node.is_array(), .line = node.source().begin.line};
+    const auto add = [&](const toml::node &item) {
+        const auto value = value_of(item);
+        if (!value || (!entry.values.empty() && value->kind != entry.kind))
+            return false;
+        entry.kind = value->kind;
+        entry.values.push_back(value->text);
+        return true;
+    };
+    if (node.is_table())
+        return refuse(entry.line, "'" + entry.key + "' is a table; write options alone, like depth = 9");
+    bool good = true;
+    if (const toml::array *items = node.as_array())
+        for (const toml::node &item : *items)
+            good = good && add(item);
+    else
+        good = add(node);
+    if (!good)
+        return refuse(entry.line,
+                      "'" + entry.key + "' is neither a string, a number, true, false nor an array of one of them");
+    return entry;
+}
+
+} // namespace
+
+Result<std::vector<Setting>> read_recipe(const std::string &path) {
+    const Result<MappedFile> file = MappedFile::open(path);
+    if (!file)
+        return file.error();
+    const ByteView bytes = file->bytes();
+    if (bytes.size() > kMostBytes)
+        return Error{ErrorCode::usage, 0, "larger than 1 MiB: this is no recipe"};
+    toml::table table;
+    try {
+        table = toml::parse(std::string_view(reinterpret_cast<const char *>(bytes.data()), bytes.size()));
+    } catch (const toml::parse_error &error) {
+        const toml::source_position at = error.source().begin;
+        return refuse(at.line, "column " + std::to_string(at.column) + ": " + std::string(error.description()));
+    }
+    std::vector<Setting> entries;
+    for (const auto &[key, node] : table) {
+        Result<Setting> entry = setting_of(std::string(key.str()), node);
+        if (!entry)
+            return entry.error();
+        entries.push_back(std::move(*entry));
+    }
+    std::stable_sort(entries.begin(), entries.end(),
+                     [](const Setting &a, const Setting &b) { return a.line < b.line; });
+    return entries;
+}
+
+} // namespace pbm::build

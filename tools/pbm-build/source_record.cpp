@@ -1,0 +1,129 @@
+#include "source_record.h"
+
+#include "pbm_format/layout.h"
+#include "pbm_format/platform.h"
+#include "pbm_format/reader.h"
+#include "pbm_scan/surface_reader.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace pbm::build {
+namespace {
+
+constexpr const char *kSourceHash = "source_hash", *kRequestHash = "request_hash";
+
+// The most significant byte first.
+std::array<std::uint8_t, 16> canonical(const Hash128 &hash) {
+    std::array<std::uint8_t, 16> bytes{};
+    for (std::size_t i = 0; i < bytes.size(); ++i)
+        bytes[i] = static_cast<std::uint8_t>(hash[i < 8 ? 1 : 0] >> (56 - 8 * (i % 8)));
+    return bytes;
+}
+
+std::string hex(const std::array<std::uint8_t, 16> &bytes) {
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    std::string text;
+    for (const std::uint8_t byte : bytes)
+        (text += kDigits[byte >> 4]) += kDigits[byte & 15];
+    return text;
+}
+
+ByteView as_bytes(const std::string &text) {
+    return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()};
+}
+
+std::array<std::uint8_t, 16> hash_of(ByteView bytes) {
+    StreamingHash hash;
+    hash.add(bytes);
+    return canonical(hash.finish());
+}
+
+std::string text_of(const nlohmann::ordered_json &metadata, const char *key) {
+    const auto found = metadata.find(key);
+    return found != metadata.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+std::string without_record(nlohmann::ordered_json metadata) {
+    metadata.erase(kSourceHash);
+    metadata.erase(kRequestHash);
+    return metadata.dump();
+}
+
+} // namespace
+
+std::vector<std::string> files_read(std::span<const std::string> given) {
+    std::vector<std::string> files;
+    const auto add = [&](const std::string &file) {
+        if (std::find(files.begin(), files.end(), file) == files.end())
+            files.push_back(file);
+    };
+    for (const std::string &file : given) {
+        add(file);
+        for (const std::string &further : material_files(file))
+            add(further);
+    }
+    return files;
+}
+
+Result<SourceRecord> make_record(std::span<const std::string> files, const std::string &request) {
+    std::vector<std::array<std::uint8_t, 16>> hashes;
+    for (const std::string &path : files) {
+        const Result<MappedFile> file = MappedFile::open(path);
+        if (!file)
+            return Error{file.error().code, 0, path + ": " + file.error().message};
+        hashes.push_back(hash_of(file->bytes()));
+    }
+    std::sort(hashes.begin(), hashes.end());
+    StreamingHash all;
+    for (const auto &hash : hashes)
+        all.add(hash);
+    return SourceRecord{.source_hash = hex(hashes.size() == 1 ? hashes.front() : canonical(all.finish())),
+                        .request_hash = hex(hash_of(as_bytes(request)))};
+}
+
+Result<std::string> with_record(const std::string &metadata, const SourceRecord &record) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::parse(metadata);
+    json[kSourceHash] = record.source_hash;
+    json[kRequestHash] = record.request_hash;
+    std::string text = json.dump();
+    if (text.size() > kMaxMetadataBytes)
+        return Error{ErrorCode::usage, 0,
+                     "--name, --licence and --credit are too long: metadata is at most 4,096 bytes"};
+    return text;
+}
+
+std::optional<EarlierOutput> find_earlier_output(const std::string &path) {
+    const Result<MappedFile> file = MappedFile::open(path);
+    if (!file)
+        return std::nullopt;
+    const Result<Reader> reader = Reader::open(file->bytes());
+    if (!reader || !reader->verify_stored())
+        return std::nullopt;
+    auto metadata = nlohmann::ordered_json::parse(reader->metadata(), nullptr, false);
+    if (!metadata.is_object() || text_of(metadata, "generator") != "pbm-build " PBM_VERSION)
+        return std::nullopt;
+    EarlierOutput earlier{.record = {text_of(metadata, kSourceHash), text_of(metadata, kRequestHash)},
+                          .metadata = {},
+                          .content_id = reader->header().content_id,
+                          .file_bytes = reader->header().file_size,
+                          .points = reader->header().point_count,
+                          .depth = reader->depth(),
+                          .voxel_size = reader->parameters().grid.voxel_size};
+    if (earlier.record.source_hash.empty() || earlier.record.request_hash.empty())
+        return std::nullopt;
+    earlier.metadata = without_record(std::move(metadata));
+    return earlier;
+}
+
+bool is_same(const EarlierOutput &earlier, const Model &model) {
+    if (without_record(nlohmann::ordered_json::parse(model.metadata)) != earlier.metadata)
+        return false;
+    LevelMasks masks;
+    for (const Level &level : model.levels)
+        masks.push_back(level.masks);
+    return content_id(model, split_into_chunks(masks, kDefaultChunkPoints), kDefaultChunkPoints) == earlier.content_id;
+}
+
+} // namespace pbm::build
