@@ -1,4 +1,4 @@
-# find_package(pbm) for outside projects: pbm::format, pbm::render.
+# find_package(pbm) for outside projects: pbm::format, pbm::render, pbm::pbm-build and pbm_add_asset().
 include(CMakePackageConfigHelpers)
 set(PBM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pbm)
 
@@ -26,4 +26,5 @@ configure_package_config_file(cmake/pbmConfig.cmake.in ${CMAKE_CURRENT_BINARY_DI
 # Before 1.0 a minor version may change everything.
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/pbmConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/pbmConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/pbmConfigVersion.cmake
+    cmake/PbmAddAsset.cmake
     DESTINATION ${PBM_CMAKE_DIR})

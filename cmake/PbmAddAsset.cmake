@@ -1,0 +1,67 @@
+# pbm_add_asset(NAME
+#     [SOURCES scan...]     files to build from; may be left out where the recipe names them
+#     [RECIPE recipe.toml]  options of pbm-build as TOML
+#     [OPTIONS option...]   options of pbm-build; they win over the recipe
+#     [OUTPUT model.bvg]    default: NAME.bvg
+#     [DEPENDS file...])    further files and targets that must be there first
+#
+# Adds a target NAME that is part of `all` and builds OUTPUT. Sources, recipe and DEPENDS are relative to the current
+# source folder, OUTPUT to the current binary folder. Files that the scans or the recipe name (material files, further
+# inputs) are dependencies too, by way of a dependency file. Whatever depends on OUTPUT is built again only if its
+# content changed: pbm-build leaves it and its time alone otherwise. `get_target_property(file NAME PBM_OUTPUT)` tells
+# the full name.
+#
+# Needs Ninja or Makefiles and the imported target pbm::pbm-build.
+cmake_policy(PUSH)
+cmake_policy(SET CMP0116 NEW) # paths in dependency files: made to fit the build folder
+
+function(pbm_add_asset name)
+    cmake_parse_arguments(PARSE_ARGV 1 ARG "" "OUTPUT;RECIPE" "SOURCES;OPTIONS;DEPENDS")
+    if(DEFINED ARG_UNPARSED_ARGUMENTS)
+        message(FATAL_ERROR "pbm_add_asset(${name}): unknown argument: ${ARG_UNPARSED_ARGUMENTS}")
+    endif()
+    if(NOT ARG_SOURCES AND NOT ARG_RECIPE)
+        message(FATAL_ERROR "pbm_add_asset(${name}): name SOURCES, or a RECIPE that has an input")
+    endif()
+    if(NOT TARGET pbm::pbm-build)
+        message(FATAL_ERROR "pbm_add_asset(${name}): this installation of PBM has no pbm-build")
+    endif()
+    if(NOT DEFINED ARG_OUTPUT)
+        set(ARG_OUTPUT ${name}.bvg)
+    endif()
+    cmake_path(ABSOLUTE_PATH ARG_OUTPUT BASE_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}" NORMALIZE)
+    set(sources "")
+    foreach(source IN LISTS ARG_SOURCES)
+        cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" NORMALIZE)
+        list(APPEND sources "${source}")
+    endforeach()
+    set(recipe "")
+    if(DEFINED ARG_RECIPE)
+        cmake_path(ABSOLUTE_PATH ARG_RECIPE BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" NORMALIZE)
+        set(recipe --recipe "${ARG_RECIPE}")
+    endif()
+    set(depends "")
+    foreach(item IN LISTS ARG_DEPENDS)
+        if(NOT TARGET "${item}")
+            cmake_path(ABSOLUTE_PATH item BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" NORMALIZE)
+        endif()
+        list(APPEND depends "${item}")
+    endforeach()
+
+    # Make does not see that a command changed: it sees that this file did. It is written only when its text differs.
+    set(options_file "${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${name}.pbm-options")
+    file(GENERATE OUTPUT "${options_file}" CONTENT "${recipe}\n${ARG_OPTIONS}\n${sources}\n")
+    cmake_path(GET ARG_OUTPUT PARENT_PATH folder)
+    file(MAKE_DIRECTORY "${folder}")
+    cmake_path(RELATIVE_PATH ARG_OUTPUT BASE_DIRECTORY "${CMAKE_BINARY_DIR}" OUTPUT_VARIABLE shown)
+    add_custom_command(OUTPUT "${ARG_OUTPUT}"
+        COMMAND pbm::pbm-build --quiet --if-changed --dependency-file "${ARG_OUTPUT}.d" ${recipe} ${ARG_OPTIONS}
+            --output "${ARG_OUTPUT}" -- ${sources}
+        DEPENDS pbm::pbm-build ${sources} ${ARG_RECIPE} ${depends} "${options_file}"
+        DEPFILE "${ARG_OUTPUT}.d"
+        COMMENT "Building ${shown}"
+        VERBATIM)
+    add_custom_target(${name} ALL DEPENDS "${ARG_OUTPUT}")
+    set_target_properties(${name} PROPERTIES PBM_OUTPUT "${ARG_OUTPUT}")
+endfunction()
+cmake_policy(POP)

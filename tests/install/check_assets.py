@@ -1,0 +1,154 @@
+#!/usr/bin/env python3
+"""Builds assets with an installed PBM, as a project outside would, and changes one thing after the other: exactly what
+must be built again is, with Ninja and with Make."""
+
+import argparse
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+
+parser = argparse.ArgumentParser(description=__doc__)
+for option in ("cmake", "build", "project", "compiler", "sanitize"):
+    parser.add_argument("--" + option, required=True)
+arguments = parser.parse_args()
+
+TRIANGLE = """ply
+format ascii 1.0
+comment {comment}
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0
+{size} 0 0
+0 1 0
+3 0 1 2
+"""
+OBJECT = "mtllib material.mtl\nv 0 0 0\nv {size} 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"
+
+
+def run(*command, **options):
+    result = subprocess.run([str(c) for c in command], capture_output=True, text=True, **options)
+    if result.returncode != 0:
+        sys.exit(f"FAILED with {result.returncode}: {' '.join(map(str, command))}\n{result.stdout}{result.stderr}")
+    return result.stdout
+
+
+class Project:
+    """The project in a folder of its own, with spaces in its name, built with one generator."""
+
+    MODELS = {"by_recipe": "models/by recipe.bvg", "plain": "plain.bvg", "with_material": "with_material.bvg"}
+
+    def __init__(self, work, prefix, generator):
+        self.generator = generator
+        self.source, self.build = work / f"source of {generator}", work / f"build of {generator}"
+        shutil.copytree(arguments.project, self.source)
+        for folder in ("scans", "recipes"):
+            (self.source / folder).mkdir()
+        self.write("scans/plain scan.ply", TRIANGLE.format(comment="first", size=1))
+        self.write("scans/recipe scan.ply", TRIANGLE.format(comment="first", size=2))
+        self.write("scans/material.obj", OBJECT.format(size=1))
+        self.write("scans/material.mtl", "newmtl red\nKd 1 0 0\n")
+        self.write("recipes/by recipe.toml", 'input = "../scans/recipe scan.ply"\ndepth = 6\n')
+        self.prefix = prefix
+        self.configure()
+        self.before = self.stamps()
+
+    def configure(self, *options):
+        run(arguments.cmake, "-S", self.source, "-B", self.build, "-G", self.generator,
+            f"-DCMAKE_PREFIX_PATH={self.prefix}", f"-DCMAKE_CXX_COMPILER={arguments.compiler}", *options)
+
+    def write(self, name, text):
+        time.sleep(0.02)  # longer than the tick of a file system's clock
+        (self.source / name).write_text(text)
+
+    def touch(self, name):
+        time.sleep(0.02)
+        os.utime(self.source / name)
+
+    def model(self, asset):
+        return self.build / self.MODELS[asset]
+
+    def stamps(self):
+        files = {asset: self.model(asset) for asset in self.MODELS}
+        return {a: (f.stat().st_ino, f.stat().st_mtime_ns, f.read_bytes()) for a, f in files.items() if f.exists()}
+
+    def expect(self, what, built, used=None, looked_at=None):
+        """Builds; `built` have a new file, something is made of `used`, pbm-build is called for `looked_at`."""
+        log = self.build / "used.log"
+        log.unlink(missing_ok=True)
+        output = run(arguments.cmake, "--build", self.build)
+        after = self.stamps()
+        found = {
+            "built": {asset for asset in self.MODELS if after.get(asset) != self.before.get(asset)},
+            "used": set(log.read_text().split()) if log.exists() else set(),
+            "looked at": {asset for asset, name in self.MODELS.items() if f"Building {name}" in output},
+        }
+        expected = {
+            "built": set(built),
+            "used": set(built if used is None else used),
+            "looked at": set(built if looked_at is None else looked_at),
+        }
+        for kind, assets in expected.items():
+            if found[kind] != assets:
+                sys.exit(f"FAILED: {self.generator}: {what}: {kind} is {found[kind]}, expected {assets}\n{output}")
+        self.before = after
+
+
+def walk(project):
+    every = set(Project.MODELS)
+    # Make knows times only: it asks again until the output is newer. pbm-build then reads and hashes, no more.
+    again = lambda assets: set() if project.generator == "Ninja" else set(assets)
+    project.expect("first build", every)
+    project.expect("nothing changed", set())
+
+    for scan in ("plain scan.ply", "recipe scan.ply", "material.obj", "material.mtl"):
+        project.touch(f"scans/{scan}")
+    project.expect("inputs touched", set(), looked_at=every)
+    project.expect("nothing changed after touching", set(), looked_at=again(every))
+
+    project.write("scans/plain scan.ply", TRIANGLE.format(comment="second", size=1))
+    project.expect("a comment of an input changed", set(), looked_at={"plain"} | again(every))
+    project.write("scans/plain scan.ply", TRIANGLE.format(comment="second", size=3))
+    project.expect("an input changed", {"plain"}, looked_at={"plain"} | again(every))
+    project.write("scans/recipe scan.ply", TRIANGLE.format(comment="first", size=3))
+    project.expect("an input that the recipe names changed", {"by_recipe"},
+                   looked_at={"by_recipe"} | again({"by_recipe", "with_material"}))
+    project.write("scans/material.mtl", "newmtl red\nKd 0 1 0\n")
+    project.expect("a material file changed that the model does not show", set(), looked_at={"with_material"})
+    project.write("scans/material.obj", OBJECT.format(size=2))
+    project.expect("an object changed", {"with_material"})
+    project.expect("nothing changed after changes", set())
+
+    project.write("recipes/by recipe.toml", 'input = "../scans/recipe scan.ply"\ndepth = 7\n')
+    project.expect("the recipe changed", {"by_recipe"})
+    project.model("plain").unlink()
+    project.expect("an output was deleted", {"plain"})
+    project.configure("-DGIVEN_OPTIONS=--up;z")
+    project.expect("an option was added", {"plain"})
+    project.configure()
+    project.expect("configured again", set())
+
+    damaged = project.model("with_material")
+    data = bytearray(damaged.read_bytes())
+    data[-20] ^= 1
+    damaged.write_bytes(data)
+    project.touch("scans/material.obj")
+    project.expect("an output was damaged", {"with_material"})
+    run(project.prefix / "bin" / "pbm-validate", "-q", *(project.model(a) for a in every))
+
+
+work = pathlib.Path(arguments.build).resolve() / "tests" / "install" / "assets"
+shutil.rmtree(work, ignore_errors=True)
+work.mkdir(parents=True)
+prefix = work / "prefix of pbm"
+run(arguments.cmake, "--install", arguments.build, "--prefix", prefix)
+for generator in ("Ninja", "Unix Makefiles"):
+    walk(Project(work, prefix, generator))
+    print(f"{generator}: good")
