@@ -43,7 +43,8 @@ def run(*command, **options):
 class Project:
     """The project in a folder of its own, with spaces in its name, built with one generator."""
 
-    MODELS = {"by_recipe": "models/by recipe.bvg", "plain": "plain.bvg", "with_material": "with_material.bvg"}
+    MODELS = {"by_recipe": "models/by recipe.bvg", "plain": "plain.bvg", "with_material": "with_material.bvg",
+              "merged": "merged.bvg"}
 
     def __init__(self, work, prefix, generator):
         self.generator = generator
@@ -53,6 +54,8 @@ class Project:
             (self.source / folder).mkdir()
         self.write("scans/plain scan.ply", TRIANGLE.format(comment="first", size=1))
         self.write("scans/recipe scan.ply", TRIANGLE.format(comment="first", size=2))
+        self.write("scans/left scan.ply", TRIANGLE.format(comment="left", size=1))
+        self.write("scans/right.ply", TRIANGLE.format(comment="right", size=4))
         self.write("scans/material.obj", OBJECT.format(size=1))
         self.write("scans/material.mtl", "newmtl red\nKd 1 0 0\n")
         self.write("recipes/by recipe.toml", 'input = "../scans/recipe scan.ply"\ndepth = 6\n')
@@ -108,7 +111,7 @@ def walk(project):
     project.expect("first build", every)
     project.expect("nothing changed", set())
 
-    for scan in ("plain scan.ply", "recipe scan.ply", "material.obj", "material.mtl"):
+    for scan in ("plain scan.ply", "recipe scan.ply", "material.obj", "material.mtl", "right.ply"):
         project.touch(f"scans/{scan}")
     project.expect("inputs touched", set(), looked_at=every)
     project.expect("nothing changed after touching", set(), looked_at=again(every))
@@ -119,7 +122,9 @@ def walk(project):
     project.expect("an input changed", {"plain"}, looked_at={"plain"} | again(every))
     project.write("scans/recipe scan.ply", TRIANGLE.format(comment="first", size=3))
     project.expect("an input that the recipe names changed", {"by_recipe"},
-                   looked_at={"by_recipe"} | again({"by_recipe", "with_material"}))
+                   looked_at={"by_recipe"} | again({"with_material", "merged"}))
+    project.write("scans/left scan.ply", TRIANGLE.format(comment="left", size=8))
+    project.expect("one of two merged inputs changed", {"merged"}, looked_at={"merged"} | again({"with_material"}))
     project.write("scans/material.mtl", "newmtl red\nKd 0 1 0\n")
     project.expect("a material file changed that the model does not show", set(), looked_at={"with_material"})
     project.write("scans/material.obj", OBJECT.format(size=2))
