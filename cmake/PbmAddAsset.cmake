@@ -48,16 +48,13 @@ function(pbm_add_asset name)
         list(APPEND depends "${item}")
     endforeach()
 
-    # Make does not see that a command changed: it sees that this file did. It is written only when its text differs.
-    set(options_file "${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${name}.pbm-options")
-    file(GENERATE OUTPUT "${options_file}" CONTENT "${recipe}\n${ARG_OPTIONS}\n${sources}\n")
     cmake_path(GET ARG_OUTPUT PARENT_PATH folder)
     file(MAKE_DIRECTORY "${folder}")
     cmake_path(RELATIVE_PATH ARG_OUTPUT BASE_DIRECTORY "${CMAKE_BINARY_DIR}" OUTPUT_VARIABLE shown)
     add_custom_command(OUTPUT "${ARG_OUTPUT}"
         COMMAND pbm::pbm-build --quiet --if-changed --dependency-file "${ARG_OUTPUT}.d" ${recipe} ${ARG_OPTIONS}
             --output "${ARG_OUTPUT}" -- ${sources}
-        DEPENDS pbm::pbm-build ${sources} ${ARG_RECIPE} ${depends} "${options_file}"
+        DEPENDS pbm::pbm-build ${sources} ${ARG_RECIPE} ${depends}
         DEPFILE "${ARG_OUTPUT}.d"
         COMMENT "Building ${shown}"
         VERBATIM)

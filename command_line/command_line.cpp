@@ -42,6 +42,8 @@ Status refuse_switch(const std::string &argument) {
 Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<const OldSwitch> switches) {
     std::vector<std::string> result(argv + std::min(argc, 1), argv + argc);
     for (std::string &argument : result) {
+        if (argument == "--") // names of files follow
+            break;
         if (argument == "--json")
             argument = "--json=-";
         if (argument.size() > 3 && argument.starts_with("--") && argument.find('=') == argument.size() - 1)

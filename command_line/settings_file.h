@@ -104,7 +104,7 @@ class SettingsFile : public CLI::Config {
         set.push_back(option);
         if (setting.values.empty())
             return "'" + setting.key + "' is empty";
-        if (const std::string wrong = wrong_type(setting, *option); !wrong.empty())
+        if (std::string wrong = wrong_type(setting, *option); !wrong.empty())
             return wrong;
         bool overruled = contains(given, option);
         for (const CLI::Option *other : option->get_excludes())

@@ -46,8 +46,8 @@ struct Error {
     std::string message;      // one line; starts with the paragraph of BVG.md where one applies ("4.2 ...")
 };
 
-// Whether `offset` says something: damage in a .bvg always has a place, which may be its first byte; everything else has
-// one where it is not 0.
+// Whether `offset` says something: damage in a .bvg always has a place, which may be its first byte; everything else
+// has one where it is not 0.
 bool has_offset(const Error &error);
 
 // A value or an `Error`. Test with `ok()` (or bool) before `value()`.

@@ -73,6 +73,8 @@ TEST(Errors, SwitchesOfTheDissertationAreRefusedOrMapped) {
     const std::array<OldSwitch, 1> known{{{"-IGNORE_POINT_COLOURS", "--ignore-point-colours"}}};
     EXPECT_EQ(given({"-IGNORE_POINT_COLOURS"}, known).value().front(), "--ignore-point-colours");
     EXPECT_EQ(exit_code(given({"-IGNORE_POINT_COLOURS"}, {}).error().code), 1);
+    EXPECT_EQ(given({"--", "-SHADOW", "--json"}, {}).value(),
+              (std::vector<std::string>{"--json", "-SHADOW", "--"})); // names of files
 }
 
 TEST(Errors, StandardOutputTakesOneOutput) {

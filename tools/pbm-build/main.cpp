@@ -175,7 +175,8 @@ int run(Arguments &arguments) {
         if (!written)
             return fail(arguments.depfile_name, written.error());
     }
-    if (arguments.verbosity != command_line::Verbosity::quiet && arguments.json != "-" && arguments.output != "-")
+    const bool stdout_taken = arguments.json == "-" || arguments.output == "-" || arguments.depfile_name == "-";
+    if (arguments.verbosity != command_line::Verbosity::quiet && !stdout_taken)
         std::cout << report(arguments, statistics);
     if (arguments.json.empty())
         return 0;
