@@ -27,9 +27,10 @@ struct Refusal {
     Error error;
 };
 
-// A value names a file if its type says FILE, or if it needs no option's name.
+// A value names a file if its type says FILE, if it is the output, or if it needs no option's name.
 inline bool names_file(const CLI::Option &option) {
-    return option.get_positional() || option.get_type_name().find("FILE") != std::string::npos;
+    return option.get_positional() || option.check_lname("output") ||
+           option.get_type_name().find("FILE") != std::string::npos;
 }
 
 namespace detail {
@@ -47,6 +48,8 @@ inline std::string value_name(const CLI::Option &option) {
         std::replace(joined.begin(), joined.end(), ',', '|');
         return joined;
     }
+    if (names_file(option) && base == "TEXT")
+        return "FILE";
     return base == "INT" || base == "UINT" || base == "FLOAT" ? "N" : base;
 }
 
@@ -61,10 +64,10 @@ inline std::string topic_of(const CLI::Option &option) {
 
 inline ProgramHelp describe(const CLI::App &app, std::string_view program, std::span<const OldSwitch> switches,
                             const Manual &manual) {
-    const std::string text = app.get_description();
+    const std::string text = app.get_description(), version = app.version(); // "pbm-x 1.2.3"
     const std::size_t line = std::min(text.find('\n'), text.size());
     ProgramHelp help{.program = std::string(program),
-                     .version = PBM_VERSION,
+                     .version = version.substr(version.rfind(' ') + 1),
                      .summary = text.substr(0, line),
                      .description = line < text.size() ? text.substr(line + 1) : "",
                      .options = {},
