@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -159,6 +160,25 @@ Status write_bytes(const std::string &path, ByteView bytes) {
         return replace_file(path, bytes);
     std::cout.write(reinterpret_cast<const char *>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     return {};
+}
+
+Result<std::uint64_t> parse_bytes(const std::string &text) {
+    std::uint64_t number = 0;
+    const char *const end = text.data() + text.size();
+    const auto [after, error] = std::from_chars(text.data(), end, number);
+    constexpr std::string_view kUnits = "kMGT";
+    std::size_t shift = 0;
+    const char *rest = after;
+    if (error == std::errc() && rest != end) {
+        const std::size_t unit = kUnits.find(*rest == 'K' ? 'k' : *rest);
+        if (unit != std::string_view::npos) {
+            shift = 10 * (unit + 1);
+            ++rest;
+        }
+    }
+    if (error != std::errc() || rest != end || number == 0 || number > std::uint64_t{1} << (63 - shift))
+        return Error{ErrorCode::usage, 0, "'" + text + "' is no amount of memory; write bytes like 500M or 8G"};
+    return number << shift;
 }
 
 Status write_text(const std::string &path, std::string_view text) {

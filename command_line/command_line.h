@@ -48,6 +48,11 @@ bool same_file(const std::string &a, const std::string &b);
 std::optional<int> refuse_outputs(std::string_view program, std::span<const std::string> inputs,
                                   std::span<const std::string> outputs);
 
+// Bytes: a whole number and an optional k, M, G or T (powers of 1024).
+//
+// errors  usage
+Result<std::uint64_t> parse_bytes(const std::string &text);
+
 // Writes to a file, atomically, or to standard output when `path` is "-".
 Status write_bytes(const std::string &path, ByteView bytes);
 Status write_text(const std::string &path, std::string_view text);

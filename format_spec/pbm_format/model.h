@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace pbm {
@@ -21,6 +22,15 @@ enum class Unit : std::uint8_t {
     kilometre = 6
 };
 enum class UpAxis : std::uint8_t { y = 0, z = 1, x = 2 };
+
+inline std::string_view to_string(Unit unit) {
+    constexpr std::array<std::string_view, 7> kNames{"unknown", "m", "mm", "cm", "in", "ft", "km"};
+    return kNames[static_cast<std::size_t>(unit)];
+}
+inline std::string_view to_string(UpAxis up) {
+    constexpr std::array<std::string_view, 3> kNames{"+y", "+z", "+x"};
+    return kNames[static_cast<std::size_t>(up)];
+}
 
 // Where the cube of 2^depth voxels per edge lies in model space (right-handed). BVG.md section 3.4.
 struct Grid {

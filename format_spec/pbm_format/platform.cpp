@@ -189,50 +189,82 @@ Status check_replaceable(const std::string &path) {
     return {};
 }
 
-Status replace_file(const std::string &path, ByteView bytes) {
+FileReplacement::FileReplacement(FileReplacement &&other) noexcept
+    : file_(std::exchange(other.file_, -1)), target_(std::move(other.target_)),
+      sibling_(std::exchange(other.sibling_, {})), mode_(other.mode_) {}
+
+FileReplacement::~FileReplacement() {
+    if (file_ >= 0)
+        ::close(file_);
+    if (!sibling_.empty())
+        ::unlink(sibling_.c_str());
+}
+
+Result<FileReplacement> FileReplacement::begin(const std::string &path) {
+    FileReplacement file;
+    if (path == "-") {
+        file.file_ = ::dup(STDOUT_FILENO);
+        return file.file_ >= 0 ? Result<FileReplacement>(std::move(file)) : io_error("cannot write", errno);
+    }
     if (Status status = check_replaceable(path); !status)
-        return status;
+        return status.error();
     struct stat old {};
     const bool exists = ::stat(path.c_str(), &old) == 0;
     if (exists && !S_ISREG(old.st_mode)) {
-        Descriptor device(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-        if (!device.ok())
-            return io_error("cannot write", errno);
-        if (const int error = write_all(device.number(), bytes); error != 0)
-            return io_error("cannot write", error);
-        return {};
+        file.file_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+        return file.file_ >= 0 ? Result<FileReplacement>(std::move(file)) : io_error("cannot write", errno);
     }
     // A link is followed, so that the file it names is replaced and the link stays.
-    std::string target = path;
+    file.target_ = path;
     if (exists) {
         if (char *resolved = ::realpath(path.c_str(), nullptr); resolved != nullptr) {
-            target = resolved;
+            file.target_ = resolved;
             std::free(resolved);
         }
     }
-    std::string sibling = target + ".XXXXXX";
-    Descriptor file(::mkostemp(sibling.data(), O_CLOEXEC));
-    if (!file.ok())
-        return io_error("cannot write into " + folder_of(target), errno);
+    std::string sibling = file.target_ + ".XXXXXX";
+    file.file_ = ::mkostemp(sibling.data(), O_CLOEXEC);
+    if (file.file_ < 0)
+        return io_error("cannot write into " + folder_of(file.target_), errno);
+    file.sibling_ = std::move(sibling);
     const mode_t mask = ::umask(0);
     ::umask(mask);
-    const mode_t mode = exists ? old.st_mode & 07777 : 0666 & ~mask;
-    int error = write_all(file.number(), bytes);
-    if (error == 0 && (::fchmod(file.number(), mode) != 0 || ::fsync(file.number()) != 0))
+    file.mode_ = exists ? old.st_mode & 07777 : 0666 & ~mask;
+    return file;
+}
+
+Status FileReplacement::write(ByteView bytes) {
+    const int error = write_all(file_, bytes);
+    return error == 0 ? Status() : io_error("cannot write", error);
+}
+
+Status FileReplacement::finish() {
+    int error = 0;
+    if (!sibling_.empty() && (::fchmod(file_, mode_) != 0 || ::fsync(file_) != 0))
         error = errno;
-    if (file.close() != 0 && error == 0)
+    if (::close(std::exchange(file_, -1)) != 0 && error == 0)
         error = errno;
-    if (error == 0 && ::rename(sibling.c_str(), target.c_str()) != 0)
+    if (error == 0 && !sibling_.empty() && ::rename(sibling_.c_str(), target_.c_str()) != 0)
         error = errno;
-    if (error != 0) {
-        ::unlink(sibling.c_str());
+    if (error != 0)
         return io_error("cannot write", error);
-    }
+    if (sibling_.empty())
+        return {};
+    sibling_.clear();
     // The rename itself survives a power cut only when the folder reached the disk; some file systems cannot do it.
-    const Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    const Descriptor folder(::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (folder.ok())
         static_cast<void>(::fsync(folder.number()));
     return {};
+}
+
+Status replace_file(const std::string &path, ByteView bytes) {
+    Result<FileReplacement> file = FileReplacement::begin(path);
+    if (!file)
+        return file.error();
+    if (Status written = file->write(bytes); !written)
+        return written;
+    return file->finish();
 }
 
 void make_write_errors_returns() {

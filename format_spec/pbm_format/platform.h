@@ -39,8 +39,30 @@ class MappedFile {
 // "-", which is standard input, and whatever has no size before it is read: a pipe, a socket, a character device.
 bool is_stream(const std::string &path);
 
-// Makes `path` hold `bytes` or leaves it as it was: temporary sibling, write, fsync, rename, fsync of the folder.
-// A path that names a character device or a pipe (/dev/stdout, say) is written to directly.
+// Writes a file piece by piece and makes `path` name it at the end, or leaves `path` as it was: temporary sibling,
+// writes, fsync, rename, fsync of the folder. "-", which is standard output, and a path that names a character device
+// or a pipe are written to directly.
+class FileReplacement {
+  public:
+    static Result<FileReplacement> begin(const std::string &path);
+    Status write(ByteView bytes);
+    Status finish(); // the last call
+
+    FileReplacement(FileReplacement &&other) noexcept;
+    FileReplacement &operator=(FileReplacement &&) = delete;
+    FileReplacement(const FileReplacement &) = delete;
+    FileReplacement &operator=(const FileReplacement &) = delete;
+    ~FileReplacement(); // without `finish`, `path` stays as it was
+
+  private:
+    FileReplacement() = default;
+
+    int file_ = -1;
+    std::string target_, sibling_; // empty where it is written to directly
+    unsigned mode_ = 0;
+};
+
+// The same in one piece.
 Status replace_file(const std::string &path, ByteView bytes);
 
 // Says early whether `path` can be replaced: the folder exists and takes a file, `path` is no folder.

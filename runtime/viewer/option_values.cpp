@@ -63,23 +63,4 @@ Result<Rgba8> parse_colour(const std::string &text) {
     return colour;
 }
 
-Result<std::uint64_t> parse_bytes(const std::string &text) {
-    std::uint64_t number = 0;
-    const char *const end = text.data() + text.size();
-    const auto [after, error] = std::from_chars(text.data(), end, number);
-    constexpr std::string_view kUnits = "kMGT";
-    std::size_t shift = 0;
-    const char *rest = after;
-    if (error == std::errc() && rest != end) {
-        const std::size_t unit = kUnits.find(*rest == 'K' ? 'k' : *rest);
-        if (unit != std::string_view::npos) {
-            shift = 10 * (unit + 1);
-            ++rest;
-        }
-    }
-    if (error != std::errc() || rest != end || number == 0 || number > std::uint64_t{1} << (63 - shift))
-        return usage("'" + text + "' is no amount of memory; write bytes like 500M or 8G");
-    return number << shift;
-}
-
 } // namespace pbm

@@ -1,4 +1,4 @@
-// Values of options as people write them: resolutions, vectors, colours, amounts of memory.
+// Values of options as people write them: resolutions, vectors, colours.
 #pragma once
 
 #include "pbm_format/error.h"
@@ -17,7 +17,5 @@ Result<glm::ivec2> parse_resolution(const std::string &text);
 Result<glm::dvec3> parse_vector(const std::string &text);
 // "r,g,b", each 0..1, sRGB.
 Result<Rgba8> parse_colour(const std::string &text);
-// Bytes: a whole number and an optional k, M, G or T (powers of 1024).
-Result<std::uint64_t> parse_bytes(const std::string &text);
 
 } // namespace pbm

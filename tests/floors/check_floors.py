@@ -81,6 +81,7 @@ LINKS = {
     "pbm-render": f"{WINDOWS}|libOpenMesh|libembree|libjpeg|libstb",
     "pbm-validate": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
     "pbm-info": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
+    "pbm-export": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
     "pbm-build": f"{WINDOWS}|libembree|libdeflate",
     "pbm-sample": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
 }

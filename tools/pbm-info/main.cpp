@@ -69,16 +69,6 @@ pbm::Result<FileSizes> measure(pbm::Reader &reader) {
     return sizes;
 }
 
-std::string_view unit_name(pbm::Unit unit) {
-    constexpr std::array<std::string_view, 7> kNames{"unknown", "m", "mm", "cm", "in", "ft", "km"};
-    return kNames[static_cast<std::size_t>(unit)];
-}
-
-std::string_view up_name(pbm::UpAxis up) {
-    constexpr std::array<std::string_view, 3> kNames{"+y", "+z", "+x"};
-    return kNames[static_cast<std::size_t>(up)];
-}
-
 std::string_view colour_name(pbm::ColourFormat format) {
     constexpr std::array<std::string_view, 3> kNames{"none", "565", "888"};
     return kNames[static_cast<std::size_t>(format)];
@@ -123,8 +113,8 @@ json to_json(const std::string &path, const pbm::Reader &reader, const FileSizes
             {"depth", header.depth},
             {"voxel_size", parameters.grid.voxel_size},
             {"origin", parameters.grid.origin},
-            {"unit", unit_name(parameters.grid.unit)},
-            {"up", up_name(parameters.grid.up)},
+            {"unit", pbm::to_string(parameters.grid.unit)},
+            {"up", pbm::to_string(parameters.grid.up)},
             {"colour", colour_name(parameters.attributes.colour)},
             {"content_id", hex(header.content_id)},
             {"materials", std::move(materials)},
@@ -147,9 +137,9 @@ void print_text(const std::string &path, const pbm::Reader &reader, const FileSi
               << bits(header.file_size) << " bits per point\n"
               << std::defaultfloat << std::setprecision(9) << "voxel size  " << grid.voxel_size
               << (grid.unit == pbm::Unit::unknown ? "" : " ")
-              << (grid.unit == pbm::Unit::unknown ? std::string_view() : unit_name(grid.unit)) << '\n'
+              << (grid.unit == pbm::Unit::unknown ? std::string_view() : pbm::to_string(grid.unit)) << '\n'
               << "grid        from " << grid.origin[0] << ' ' << grid.origin[1] << ' ' << grid.origin[2] << ", edge "
-              << grid.edge() << ", up " << up_name(grid.up) << '\n'
+              << grid.edge() << ", up " << pbm::to_string(grid.up) << '\n'
               << "colour      " << colour_name(parameters.attributes.colour) << '\n'
               << "materials   " << parameters.materials.size() << ", lights " << parameters.lights.size() << '\n'
               << "content id  " << hex(header.content_id) << '\n'

@@ -112,7 +112,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     app.add_option("--level", arguments.render.level, "Detail level to draw; default, and above the depth: the finest")
         ->check(CLI::Range(0, kMaxDepth));
     app.option_defaults()->group("Options");
-    text_option("--max-memory", "BYTES", stored(parse_bytes, arguments.load.max_memory),
+    text_option("--max-memory", "BYTES", stored(command_line::parse_bytes, arguments.load.max_memory),
                 "Refuse what needs more; k, M, G after the number; default 8G");
     app.add_option("-j,--threads", arguments.load.threads, "Threads, 0 for all processors")->check(CLI::Range(0, 1024));
     app.add_option("--bench", arguments.bench, "Draw N further frames and report their median time")

@@ -152,6 +152,8 @@ template <class Source> void BodyReader<Source>::allocate_vertices() {
         body_.radii.resize(count);
     if (find_property(vertex, PlyRole::material_index) != nullptr)
         body_.material_ids.resize(count);
+    if (find_property(vertex, PlyRole::two_sided) != nullptr)
+        body_.two_sided.resize(count);
     const PlyElement *face = find_element(header_, PlyKind::face);
     if (face != nullptr && find_property(*face, PlyRole::red) != nullptr)
         body_.face_colours.resize(count);
@@ -174,6 +176,8 @@ template <class Source> Column BodyReader<Source>::column(const PlyProperty &pro
         return place(body_.radii, Column::Kind::float32, 4, role);
     if (role == PlyRole::material_index)
         return place(body_.material_ids, Column::Kind::float32, 4, role);
+    if (role == PlyRole::two_sided)
+        return place(body_.two_sided, Column::Kind::uint8, 1, role);
     return {};
 }
 

@@ -22,6 +22,7 @@ struct PlyBody {
     std::vector<glm::vec3> wide_colours;              // where they are not: as in the file
     std::vector<float> radii;
     std::vector<float> material_ids;              // as in the file, unchecked
+    std::vector<std::uint8_t> two_sided;          // as in the file
     std::vector<glm::vec4> face_colours;          // sums over the faces at a vertex, as in the file; w: their number
     std::vector<glm::uvec3> triangles;            // indices in range, three different ones
     std::vector<std::uint32_t> grid_cells;        // of a range image, row by row: an index in range or kEmptyCell

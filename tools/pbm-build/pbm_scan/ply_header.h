@@ -36,6 +36,7 @@ enum class PlyRole : std::uint8_t {
     blue,
     radius,
     material_index,
+    two_sided,
     corners, // list of vertex indices: a polygon of `face`, strips of `tristrips`, a cell of `range_grid`
     ka,
     kd,

@@ -21,7 +21,7 @@ using Fate = AttributeReport::Fate;
 using Outcome = PlyOutcome;
 
 struct Outcomes {
-    Outcome positions, normals, colours, face_colours, radii, material_ids, faces, strips, grid, materials;
+    Outcome positions, normals, colours, face_colours, radii, material_ids, two_sided, faces, strips, grid, materials;
 };
 
 Outcome finish_normals(PlyBody &body, Surface &surface) {
@@ -144,6 +144,8 @@ Result<Outcomes> finish(const PlyHeader &header, PlyBody &body, Surface &surface
             return ids.error();
         outcomes.material_ids = *ids;
     }
+    surface.two_sided = std::move(body.two_sided);
+    outcomes.two_sided.note = "points that show both of their sides";
     outcomes.positions.note = "positions";
     if (!body.grid_cells.empty())
         outcomes.grid = finish_range_grid(header, body, surface);
@@ -167,6 +169,8 @@ const Outcome *outcome_of(const PlyElement &element, const PlyProperty &property
         return &outcomes.radii;
     if (role == PlyRole::material_index)
         return &outcomes.material_ids;
+    if (role == PlyRole::two_sided)
+        return &outcomes.two_sided;
     if (role == PlyRole::corners)
         return element.kind == PlyKind::face        ? &outcomes.faces
                : element.kind == PlyKind::tristrips ? &outcomes.strips

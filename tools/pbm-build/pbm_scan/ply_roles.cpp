@@ -68,6 +68,9 @@ Status assign_vertex(PlyElement &vertex) {
     assign_colours(vertex);
     assign_one(vertex, PlyRole::radius, {"radius"}, false);
     assign_one(vertex, PlyRole::material_index, {"material_index", "material"}, false);
+    if (PlyProperty *two_sided = property_named(vertex, "two_sided");
+        two_sided != nullptr && two_sided->type == PlyScalar::uint8)
+        two_sided->role = PlyRole::two_sided;
     return {};
 }
 

@@ -8,12 +8,12 @@
 
 namespace pbm::build {
 
-// Sets `kind` and `role` throughout: vertex (x y z; nx ny nz; red green blue; radius; material_index), face and
-// tristrips (vertex_indices; red green blue of a face), range_grid (vertex_indices), and the dissertation's material
-// (ka kd ks power clr_r clr_g clr_b envmapfactor). A group of three counts only as a whole; of two spellings the first
-// one here wins; a Gaussian splat's f_dc_0 f_dc_1 f_dc_2 are the last spelling of red green blue. Faces only keep their
-// colours where vertices have none. A range grid counts only where there are no faces and obj_info gives its width and
-// height.
+// Sets `kind` and `role` throughout: vertex (x y z; nx ny nz; red green blue; radius; material_index; two_sided), face
+// and tristrips (vertex_indices; red green blue of a face), range_grid (vertex_indices), and the dissertation's
+// material (ka kd ks power clr_r clr_g clr_b envmapfactor). A group of three counts only as a whole; of two spellings
+// the first one here wins; a Gaussian splat's f_dc_0 f_dc_1 f_dc_2 are the last spelling of red green blue. Faces only
+// keep their colours where vertices have none. A range grid counts only where there are no faces and obj_info gives its
+// width and height.
 //
 // errors  bad_input  no element vertex, no x y z in it, no vertices at all, or a coordinate that is a list
 Status assign_roles(PlyHeader &header);

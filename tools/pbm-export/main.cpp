@@ -1,0 +1,194 @@
+// pbm-export: the points of a .bvg file as PLY.
+#include "command_line/parse.h"
+#include "command_line/progress_display.h"
+#include "pbm_format/platform.h"
+#include "ply_points.h"
+
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <iostream>
+#include <sstream>
+
+namespace {
+
+using namespace pbm;
+using command_line::Verbosity;
+
+constexpr std::string_view kProgram = "pbm-export";
+
+struct Arguments {
+    std::string input, output;
+    std::string json;         // file, "-" for stdout, empty for none
+    std::optional<int> level; // none: the finest
+    StreamOptions stream;
+    PlyFormat format;
+    Verbosity verbosity = Verbosity::normal;
+};
+
+struct Outcome {
+    int level = 0;
+    std::uint64_t points = 0, bytes = 0;
+    std::vector<std::string> dropped; // what PLY has no place for
+    double seconds = 0;
+};
+
+std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
+    CLI::App app{
+        "Writes the points of a binary voxel grid file (.bvg) as PLY: position, normal, radius, colour, material.\n"
+        "Exit code: 0 done, 1 usage, 2 I/O, 3 damaged, 4 memory, 5 unsupported version or feature.",
+        "pbm-export"};
+    app.add_option("FILE", arguments.input, "The .bvg file")->required();
+    app.add_option("-o,--output", arguments.output, "PLY file to write, - for standard output")->required();
+    app.add_option("--level", arguments.level, "Detail level 0..depth; default the finest")
+        ->check(CLI::Range(0, kMaxDepth))
+        ->type_name("L");
+    app.add_flag("--ascii", arguments.format.ascii, "As text; default binary, little-endian");
+    app.add_flag("--float", arguments.format.single_precision, "Coordinates in single precision, where that is enough");
+    app.add_option("-j,--threads", arguments.stream.threads, "Threads, 0 for all processors")
+        ->check(CLI::Range(0, 1024))
+        ->type_name("N");
+    app.add_option_function<std::string>(
+           "--max-memory",
+           [&](const std::string &text) { arguments.stream.max_memory = *command_line::parse_bytes(text); },
+           "Most memory to use, like 500M; default 8G")
+        ->type_name("BYTES")
+        ->check([](const std::string &text) {
+            const auto bytes = command_line::parse_bytes(text);
+            return bytes ? std::string() : bytes.error().message;
+        });
+    app.add_option("--json", arguments.json, "Statistics as JSON, to FILE or (--json alone) to stdout")
+        ->type_name("[=FILE]");
+    app.add_flag_callback(
+        "-q,--quiet", [&] { arguments.verbosity = Verbosity::quiet; }, "Say nothing but errors");
+    app.add_flag_callback(
+        "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Say more");
+    app.set_version_flag("-V,--version", "pbm-export " PBM_VERSION);
+    if (const auto done = command_line::parse(app, kProgram, argc, argv))
+        return done;
+    if (arguments.output == "-" && arguments.json == "-")
+        return command_line::fail_usage(kProgram, "points and JSON cannot both go to standard output");
+    return std::nullopt;
+}
+
+// Lights, shadows and solid textures belong to no point's row.
+std::vector<std::string> left_out(const ModelParameters &parameters) {
+    std::vector<std::string> lines;
+    if (!parameters.lights.empty())
+        lines.push_back(std::to_string(parameters.lights.size()) + " lights");
+    if (parameters.attributes.lights > 0)
+        lines.push_back("shadows of " + std::to_string(parameters.attributes.lights) + " lights");
+    if (parameters.attributes.texture)
+        lines.emplace_back("the solid texture");
+    return lines;
+}
+
+ByteView view_of(const std::string &text) { return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}; }
+
+// Whose fault it was: the input's, the output's.
+struct Failure {
+    const std::string &path;
+    Error error;
+};
+
+std::optional<Failure> write_points(const Arguments &arguments, Reader &reader, Outcome &outcome) {
+    const std::string &input = arguments.input, &output = arguments.output;
+    std::uint64_t count = 1;
+    if (outcome.level > 0) {
+        const Result<const LevelDirectory *> directory = reader.directory(outcome.level);
+        if (!directory)
+            return Failure{input, directory.error()};
+        count = (*directory)->points;
+    }
+    const Result<PlyPoints> ply = PlyPoints::of(reader, outcome.level, count, arguments.format);
+    if (!ply)
+        return Failure{input, ply.error()};
+    Result<FileReplacement> file = FileReplacement::begin(output);
+    if (!file)
+        return Failure{output, file.error()};
+    std::optional<Error> not_written;
+    const auto write = [&](ByteView bytes) {
+        outcome.bytes += bytes.size();
+        Status status = file->write(bytes);
+        if (!status)
+            not_written = status.error();
+        return status;
+    };
+    command_line::ProgressDisplay display(arguments.verbosity);
+    Status status = write(view_of(ply->header()));
+    StreamOptions options = arguments.stream;
+    options.level = outcome.level;
+    if (status)
+        status = stream_points(
+            reader, options, ply->row_bytes(), [&](const PointBlock &block) { return ply->rows(block); }, write,
+            [&](double done) { display.show("export points", done); });
+    display.clear();
+    if (status)
+        status = write(view_of(ply->materials()));
+    if (!status)
+        return Failure{not_written ? output : input, status.error()};
+    if (Status finished = file->finish(); !finished)
+        return Failure{output, finished.error()};
+    outcome.points = count;
+    return std::nullopt;
+}
+
+std::string report(const Arguments &arguments, const Outcome &outcome) {
+    std::ostringstream text;
+    for (const std::string &what : outcome.dropped)
+        text << what << ": dropped (PLY has no place for them)\n";
+    text.precision(2);
+    text << std::fixed << (arguments.output == "-" ? "standard output" : arguments.output) << ": " << outcome.points
+         << " points of level " << outcome.level << ", " << static_cast<double>(outcome.bytes) * 1e-6 << " MB, "
+         << outcome.seconds << " s\n";
+    return text.str();
+}
+
+std::string to_json(const Arguments &arguments, const Outcome &outcome) {
+    const nlohmann::ordered_json json{{"input", arguments.input},
+                                      {"output", arguments.output},
+                                      {"level", outcome.level},
+                                      {"points", outcome.points},
+                                      {"file_bytes", outcome.bytes},
+                                      {"encoding", arguments.format.ascii ? "ascii" : "binary_little_endian"},
+                                      {"coordinates", arguments.format.single_precision ? "float" : "double"},
+                                      {"dropped", outcome.dropped},
+                                      {"seconds", outcome.seconds},
+                                      {"peak_memory", peak_memory()}};
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+int run(int argc, char **argv) {
+    Arguments arguments;
+    if (const auto done = parse(argc, argv, arguments))
+        return *done;
+    if (const auto refused =
+            command_line::refuse_outputs(kProgram, {{arguments.input}}, {{arguments.output, arguments.json}}))
+        return *refused;
+    const auto begin = std::chrono::steady_clock::now();
+    const Result<MappedFile> file = MappedFile::open(arguments.input);
+    if (!file)
+        return command_line::fail(kProgram, arguments.input, file.error());
+    Result<Reader> reader = Reader::open(file->bytes());
+    if (!reader)
+        return command_line::fail(kProgram, arguments.input, reader.error());
+    if (arguments.level && *arguments.level > reader->depth())
+        return command_line::fail_usage(kProgram, "--level: " + arguments.input + " has levels 0 to " +
+                                                      std::to_string(reader->depth()));
+    Outcome outcome{.level = arguments.level.value_or(reader->depth()), .dropped = left_out(reader->parameters())};
+    if (const auto failure = write_points(arguments, *reader, outcome))
+        return command_line::fail(kProgram, failure->path == "-" ? "standard output" : failure->path, failure->error);
+    outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (arguments.verbosity != Verbosity::quiet && arguments.json != "-")
+        (arguments.output == "-" ? std::cerr : std::cout) << report(arguments, outcome);
+    if (arguments.json.empty())
+        return 0;
+    const Status told = command_line::write_text(arguments.json, to_json(arguments, outcome));
+    return told ? 0 : command_line::fail(kProgram, arguments.json, told.error());
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    return pbm::command_line::run_program(kProgram, [&] { return run(argc, argv); });
+}

@@ -1,0 +1,192 @@
+#include "ply_points.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace pbm {
+namespace {
+
+// The shortest text that reads back as the same number.
+template <class T> std::string text_of(T value) {
+    std::array<char, 32> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+    return {text.data(), end};
+}
+
+// A comment ends with its line, whatever the metadata hold.
+std::string one_line(std::string text) {
+    for (char &c : text)
+        c = static_cast<unsigned char>(c) < ' ' || c == 0x7F ? ' ' : c;
+    return text;
+}
+
+std::string credits(std::string_view metadata) {
+    const nlohmann::json json = nlohmann::json::parse(metadata, nullptr, false);
+    std::string lines;
+    for (const char *const key : {"name", "licence", "credit"})
+        if (const auto found = json.find(key); found != json.end() && found->is_string())
+            lines += std::string("comment ") + key + " " + one_line(found->get<std::string>()) + "\n";
+    return lines;
+}
+
+// Numbers one after the other, as bytes or as words.
+class Row {
+  public:
+    Row(std::uint8_t *at, bool ascii) : begin_(at), at_(at), ascii_(ascii) {}
+
+    template <class T> void add(T value) {
+        if (!ascii_) {
+            std::memcpy(at_, &value, sizeof value);
+            at_ += sizeof value;
+            return;
+        }
+        if (at_ != begin_)
+            *at_++ = ' ';
+        auto *const text = reinterpret_cast<char *>(at_);
+        at_ += std::to_chars(text, text + kLongestNumber, value).ptr - text;
+    }
+
+    std::uint8_t *end() {
+        if (ascii_)
+            *at_++ = '\n';
+        return at_;
+    }
+
+    static constexpr std::size_t kLongestNumber = 24; // -1.7976931348623157e+308
+
+  private:
+    std::uint8_t *begin_;
+    std::uint8_t *at_;
+    bool ascii_;
+};
+
+// Doubles and floats that can tell a voxel's centre from its faces: so many steps per voxel at the least.
+constexpr double kLeastSteps = 4;
+
+double farthest_coordinate(const Grid &grid) {
+    double farthest = 0;
+    for (const double corner : grid.origin)
+        farthest = std::max({farthest, std::fabs(corner), std::fabs(corner + grid.edge())});
+    return farthest;
+}
+
+} // namespace
+
+Result<PlyPoints> PlyPoints::of(const Reader &reader, int level, std::uint64_t count, PlyFormat format) {
+    const Grid &grid = reader.parameters().grid;
+    const double voxel = grid.voxel_size_at(level), farthest = farthest_coordinate(grid);
+    if (!(voxel >= kLeastSteps * farthest * std::numeric_limits<double>::epsilon()))
+        return Error{ErrorCode::unsupported_feature, 0,
+                     "voxels of " + text_of(voxel) + " near " + text_of(farthest) +
+                         " are finer than double precision: their centres have no coordinates"};
+    const double radius = radius_fraction(255) * grid.edge();
+    const bool representable = farthest + radius < static_cast<double>(std::numeric_limits<float>::max());
+    if (format.single_precision &&
+        !(representable &&
+          voxel >= kLeastSteps * farthest * static_cast<double>(std::numeric_limits<float>::epsilon())))
+        return Error{ErrorCode::usage, 0,
+                     "voxels of " + text_of(voxel) + " near " + text_of(farthest) +
+                         " are finer than single precision; leave --float out, or export a coarser level"};
+    return PlyPoints(reader, level, count, format);
+}
+
+bool PlyPoints::has_materials() const {
+    const std::vector<Material> &materials = reader_->parameters().materials;
+    return materials.size() > 1 || materials.front() != Material{};
+}
+
+std::string PlyPoints::header() const {
+    const Grid &grid = reader_->parameters().grid;
+    std::string text = "ply\nformat ";
+    text += format_.ascii ? "ascii" : "binary_little_endian";
+    text += " 1.0\ncomment generator pbm-export " PBM_VERSION "\n";
+    text += credits(reader_->metadata());
+    text += "comment unit " + std::string(to_string(grid.unit)) + "\n";
+    text += "comment up " + std::string(to_string(grid.up)) + "\n";
+    text += "comment grid origin " + text_of(grid.origin[0]) + " " + text_of(grid.origin[1]) + " " +
+            text_of(grid.origin[2]) + " voxel_size " + text_of(grid.voxel_size) + " depth " + text_of(grid.depth) +
+            "\n";
+    if (level_ != grid.depth)
+        text += "comment level " + text_of(level_) + "\n";
+    text += "element vertex " + text_of(count_) + "\n";
+    const auto properties = [&](std::string_view type, std::initializer_list<std::string_view> names) {
+        for (const std::string_view name : names)
+            text.append("property ").append(type).append(" ").append(name).append("\n");
+    };
+    properties(format_.single_precision ? "float" : "double", {"x", "y", "z"});
+    properties("float", {"nx", "ny", "nz", "radius"});
+    if (attributes().colour != ColourFormat::none)
+        properties("uchar", {"red", "green", "blue"});
+    if (attributes().material)
+        properties("uchar", {"material_index"});
+    properties("uchar", {"two_sided"});
+    if (has_materials()) {
+        text += "element material " + text_of(reader_->parameters().materials.size()) + "\n";
+        properties("float", {"ka", "kd", "ks", "power"});
+        properties("uchar", {"clr_r", "clr_g", "clr_b"});
+        properties("float", {"envmapfactor"});
+    }
+    return text + "end_header\n";
+}
+
+std::size_t PlyPoints::row_bytes() const {
+    constexpr std::size_t kMostNumbers = 3 + 3 + 1 + 3 + 1 + 1;
+    return format_.ascii ? kMostNumbers * (Row::kLongestNumber + 1) : kMostNumbers * sizeof(double);
+}
+
+Bytes PlyPoints::rows(const PointBlock &block) const {
+    const Grid &grid = reader_->parameters().grid;
+    const double voxel = grid.voxel_size_at(level_);
+    const ColourFormat colour = attributes().colour;
+    std::array<float, 256> radii{};
+    for (std::size_t i = 0; i < radii.size(); ++i)
+        radii[i] =
+            std::nextafter(static_cast<float>(radius_fraction(static_cast<std::uint8_t>(i)) * grid.edge()), 0.0F);
+
+    Bytes bytes(block.codes.size() * row_bytes());
+    std::uint8_t *at = bytes.data();
+    for (std::size_t i = 0; i < block.codes.size(); ++i) {
+        Row row(at, format_.ascii);
+        const auto place = morton_decode(block.codes[i]);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double centre = grid.origin[axis] + (static_cast<double>(place[axis]) + 0.5) * voxel;
+            format_.single_precision ? row.add(static_cast<float>(centre)) : row.add(centre);
+        }
+        const std::uint16_t normal = block.points.normals[i];
+        for (const double component : normal_table()[normal & kNormalIndexMask])
+            row.add(static_cast<float>(component));
+        row.add(radii[block.points.radii[i]]);
+        if (colour != ColourFormat::none)
+            for (const std::uint8_t channel : point_colour(block.points, i, colour))
+                row.add(channel);
+        if (attributes().material)
+            row.add(block.points.materials[i]);
+        row.add(static_cast<std::uint8_t>((normal & kTwoSidedBit) != 0 ? 1 : 0));
+        at = row.end();
+    }
+    bytes.resize(static_cast<std::size_t>(at - bytes.data()));
+    return bytes;
+}
+
+std::string PlyPoints::materials() const {
+    if (!has_materials())
+        return {};
+    std::string all;
+    for (const Material &m : reader_->parameters().materials) {
+        std::array<std::uint8_t, 9 * (Row::kLongestNumber + 1)> bytes{};
+        Row row(bytes.data(), format_.ascii);
+        for (const float factor : {m.ka, m.kd, m.ks, m.power})
+            row.add(factor);
+        for (const std::uint8_t channel : m.colour)
+            row.add(channel);
+        row.add(m.environment);
+        all.append(bytes.data(), row.end());
+    }
+    return all;
+}
+
+} // namespace pbm

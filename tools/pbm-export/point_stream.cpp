@@ -1,0 +1,146 @@
+#include "point_stream.h"
+
+#include "pbm_format/parallel.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace pbm {
+namespace {
+
+// A chunk of the level that is wanted, and the nodes above its points.
+struct Job {
+    std::size_t chunk = 0;
+    std::vector<MortonCode> parents;
+    std::optional<Error> failure;
+    Bytes bytes;
+};
+
+// Depth first through the tree of chunks, which is the Morton order of the points; a batch of jobs at a time.
+class ChunkWalk {
+  public:
+    ChunkWalk(Reader &reader, const StreamOptions &options, std::size_t batch,
+              const std::function<Bytes(const PointBlock &)> &encode, const std::function<Status(ByteView)> &write,
+              const std::function<void(double)> &progress)
+        : reader_(reader), options_(options), batch_(batch), encode_(encode), write_(write), progress_(progress) {
+        for (int level = 1; level <= options.level; ++level)
+            directories_.push_back(reader.directory(level).value());
+        next_.resize(directories_.size(), 0);
+    }
+
+    Status run() {
+        const std::vector<MortonCode> root{0};
+        while (next_.front() < directories_[0]->chunks.size())
+            if (Status status = visit(1, root, 0); !status)
+                return status;
+        return flush();
+    }
+
+  private:
+    // The next chunk of `level`; `parents` are codes of the level above from its node `first` on.
+    Status visit(int level, std::span<const MortonCode> parents, std::uint64_t first) {
+        const auto index = static_cast<std::size_t>(level) - 1;
+        const std::size_t chunk = next_[index]++;
+        const ChunkEntry &entry = directories_[index]->chunks[chunk];
+        const auto own = parents.subspan(static_cast<std::size_t>(entry.first_node - first), entry.shape.nodes);
+        if (level == options_.level) {
+            jobs_.push_back({chunk, {own.begin(), own.end()}, {}, {}});
+            return jobs_.size() < batch_ ? Status() : flush();
+        }
+        const Result<Chunk> decoded = reader_.load_chunk(level, chunk);
+        if (!decoded)
+            return decoded.error();
+        const Result<std::vector<MortonCode>> codes = expand_level(own, decoded->masks, entry.shape.points);
+        if (!codes)
+            return codes.error();
+        const std::vector<ChunkEntry> &below = directories_[index + 1]->chunks;
+        std::size_t &next = next_[index + 1];
+        while (next < below.size() && below[next].shape.parent_chunk == chunk)
+            if (Status status = visit(level + 1, *codes, entry.first_point); !status)
+                return status;
+        return {};
+    }
+
+    void do_job(Job &job) const {
+        const Result<Chunk> chunk = reader_.load_chunk(options_.level, job.chunk);
+        if (!chunk) {
+            job.failure = chunk.error();
+            return;
+        }
+        const Result<std::vector<MortonCode>> codes = expand_level(job.parents, chunk->masks, chunk->points.size());
+        if (!codes) {
+            job.failure = codes.error();
+            return;
+        }
+        job.bytes = encode_({*codes, chunk->points});
+    }
+
+    Status flush() {
+        parallel_for(jobs_.size(), options_.threads, [&](std::size_t i) { do_job(jobs_[i]); });
+        for (Job &job : jobs_) {
+            if (job.failure)
+                return *job.failure;
+            if (Status status = write_(job.bytes); !status)
+                return status;
+        }
+        if (progress_ && !jobs_.empty())
+            progress_(static_cast<double>(jobs_.back().chunk + 1) /
+                      static_cast<double>(directories_.back()->chunks.size()));
+        jobs_.clear();
+        return {};
+    }
+
+    Reader &reader_;
+    const StreamOptions &options_;
+    std::size_t batch_;
+    const std::function<Bytes(const PointBlock &)> &encode_;
+    const std::function<Status(ByteView)> &write_;
+    const std::function<void(double)> &progress_;
+    std::vector<const LevelDirectory *> directories_; // [level - 1]
+    std::vector<std::size_t> next_;                   // [level - 1] chunk to visit
+    std::vector<Job> jobs_;
+};
+
+// Bytes of a decoded chunk with the codes of its points, at most.
+std::uint64_t chunk_bytes(const Reader &reader) {
+    const AttributeSet &set = reader.parameters().attributes;
+    std::uint64_t row = sizeof(MortonCode) + 1; // and a mask
+    for (const StreamInfo &stream : streams_of(set))
+        row += stream.kind == StreamKind::shadow ? 1 : raw_stream_bytes(stream, set, 1, 0, 1);
+    return row * reader.header().chunk_points;
+}
+
+} // namespace
+
+Status stream_points(Reader &reader, const StreamOptions &options, std::size_t row_bytes,
+                     const std::function<Bytes(const PointBlock &)> &encode,
+                     const std::function<Status(ByteView)> &write, const std::function<void(double)> &progress) {
+    assert(options.level >= 0 && options.level <= reader.depth());
+    std::uint64_t fixed = 0;
+    for (int level = 1; level <= options.level; ++level) {
+        const Result<const LevelDirectory *> directory = reader.directory(level);
+        if (!directory)
+            return directory.error();
+        fixed += (*directory)->chunks.size() *
+                 (sizeof(ChunkEntry) + streams_of(reader.parameters().attributes).size() * sizeof(StreamEntry));
+        fixed += chunk_bytes(reader);
+    }
+    // Its parents' codes, its points twice (stored and decoded), its rows.
+    const std::uint64_t per_job =
+        2 * chunk_bytes(reader) + (sizeof(MortonCode) + row_bytes) * reader.header().chunk_points;
+    if (options.max_memory < fixed + per_job)
+        return Error{ErrorCode::memory, 0,
+                     "the level needs " + std::to_string((fixed + per_job) >> 20) +
+                         " MiB of memory, more than allowed (" + std::to_string(options.max_memory >> 20) +
+                         " MiB): export a coarser level or allow more"};
+    if (options.level == 0) {
+        const PointAttributes root = root_points(reader.header().root, reader.parameters().attributes);
+        const std::vector<MortonCode> codes{0};
+        return write(encode({codes, root}));
+    }
+    const auto useful = static_cast<std::uint64_t>(2 * resolve_threads(options.threads));
+    const auto batch = static_cast<std::size_t>(std::min(useful, (options.max_memory - fixed) / per_job));
+    return ChunkWalk(reader, options, batch, encode, write, progress).run();
+}
+
+} // namespace pbm
