@@ -64,8 +64,13 @@ class Row {
     bool ascii_;
 };
 
-// Doubles and floats that can tell a voxel's centre from its faces: so many steps per voxel at the least.
-constexpr double kLeastSteps = 4;
+// So many numbers of type T lie side by side in a voxel at the least: enough to tell its centre from its faces.
+template <class T> bool resolves(double voxel, double farthest) {
+    constexpr double kLeastSteps = 4;
+    const T size = static_cast<T>(farthest);
+    const double step = static_cast<double>(std::nextafter(size, std::numeric_limits<T>::infinity()) - size);
+    return voxel >= kLeastSteps * step;
+}
 
 double farthest_coordinate(const Grid &grid) {
     double farthest = 0;
@@ -79,15 +84,12 @@ double farthest_coordinate(const Grid &grid) {
 Result<PlyPoints> PlyPoints::of(const Reader &reader, int level, std::uint64_t count, PlyFormat format) {
     const Grid &grid = reader.parameters().grid;
     const double voxel = grid.voxel_size_at(level), farthest = farthest_coordinate(grid);
-    if (!(voxel >= kLeastSteps * farthest * std::numeric_limits<double>::epsilon()))
+    if (!resolves<double>(voxel, farthest))
         return Error{ErrorCode::unsupported_feature, 0,
                      "voxels of " + text_of(voxel) + " near " + text_of(farthest) +
                          " are finer than double precision: their centres have no coordinates"};
-    const double radius = radius_fraction(255) * grid.edge();
-    const bool representable = farthest + radius < static_cast<double>(std::numeric_limits<float>::max());
     if (format.single_precision &&
-        !(representable &&
-          voxel >= kLeastSteps * farthest * static_cast<double>(std::numeric_limits<float>::epsilon())))
+        !(farthest < static_cast<double>(std::numeric_limits<float>::max()) && resolves<float>(voxel, farthest)))
         return Error{ErrorCode::usage, 0,
                      "voxels of " + text_of(voxel) + " near " + text_of(farthest) +
                          " are finer than single precision; leave --float out, or export a coarser level"};

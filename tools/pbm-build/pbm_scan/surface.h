@@ -63,7 +63,7 @@ enum class ScanFormat : std::uint8_t { ply, obj, off, stl };
 // What a caller may ask of every reader.
 struct ReadOptions {
     bool strict = false;                       // refuse (`bad_input`) instead of dropping anything
-    std::optional<ScanFormat> format;          // surface_reader.h: where neither content nor name tells
+    std::optional<ScanFormat> format{};        // surface_reader.h: where neither content nor name tells
     std::function<void(double done)> progress; // called now and then from the calling thread, 0..1; may be empty
 };
 
