@@ -147,6 +147,7 @@ TEST(SplatRadius, GivenRadiiAreUsed) {
     grid.depth = 8;
     grid.voxel_size = 0.5; // edge 128
     Surface surface;
+    surface.positions.resize(3);
     surface.radii = {0.01F, 2.0F, 100.0F};
     const Bytes points = given_radii(surface, grid);
     EXPECT_EQ(points[0], dense_radius(8));

@@ -326,7 +326,7 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
     std::vector<Surface> surfaces;
     for (const std::string &input : inputs) {
         StepClock clock(statistics, progress);
-        const std::string name = inputs.size() > 1 ? input : "";
+        const std::string name = inputs.size() > 1 ? name_of(input) : "";
         Result<Surface> surface = clock.run("read", [&](auto read_progress) {
             return read_surface(input,
                                 {.strict = options.strict, .format = options.input_format, .progress = read_progress});

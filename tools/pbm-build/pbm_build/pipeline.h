@@ -41,6 +41,9 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
 Result<Model> build_model(Surface surface, const BuildOptions &options, BuildStatistics &statistics,
                           const Progress &progress = {});
 
+// What errors and reports call an input.
+inline std::string name_of(const std::string &input) { return input == "-" ? "standard input" : input; }
+
 // read_surface and place for each input, then build_model. Of several inputs, errors and lines of the report name
 // theirs.
 Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
