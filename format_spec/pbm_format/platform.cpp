@@ -114,7 +114,7 @@ Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_
     if (!file.ok())
         return io_error("cannot open", errno);
     if (::isatty(file.number()) == 1)
-        return Error{ErrorCode::io, 0, "is a terminal; name a file, or send one through a pipe"};
+        return Error{ErrorCode::io, 0, "cannot read: this is a terminal; name a file, or send one through a pipe"};
     const auto too_long = [&] {
         return Error{ErrorCode::memory, 0,
                      "more than " + std::to_string(max_bytes >> 20) + " MiB from a stream; write it to a file first"};

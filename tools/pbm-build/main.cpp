@@ -128,7 +128,7 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
     const Progress progress = [&](std::string_view step, double done) { display.show(step, done); };
     Result<Model> model = read_and_build(arguments.inputs, arguments.build, statistics, progress);
     display.clear();
-    const std::string input = arguments.inputs.size() > 1 ? "" : arguments.inputs.front(); // errors name it
+    const std::string input = arguments.inputs.size() > 1 ? "" : name_of(arguments.inputs.front()); // errors name it
     if (!model)
         return fail(input, model.error());
     log_dropped(statistics);
