@@ -17,10 +17,10 @@ namespace {
 using namespace pbm;
 namespace fs = std::filesystem;
 
-class Platform : public testing::Test {
+class Streams : public testing::Test {
   protected:
-    Platform() { fs::create_directory(folder_); }
-    ~Platform() override { fs::remove_all(folder_); }
+    Streams() { fs::create_directory(folder_); }
+    ~Streams() override { fs::remove_all(folder_); }
 
     std::string path(const std::string &name) const { return (folder_ / name).string(); }
     std::string text_of(const std::string &name) const {
@@ -30,7 +30,7 @@ class Platform : public testing::Test {
     std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {})); }
 
   private:
-    fs::path folder_ = fs::temp_directory_path() / ("pbm_platform_test_" + std::to_string(::getpid()));
+    fs::path folder_ = fs::temp_directory_path() / ("pbm_streams_test_" + std::to_string(::getpid()));
 };
 
 ByteView view_of(const std::string &text) { return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}; }
@@ -48,7 +48,7 @@ Result<std::string> through_a_pipe(const std::string &pipe, const std::string &t
     return std::string(file->bytes().begin(), file->bytes().end());
 }
 
-TEST_F(Platform, APipeIsReadToItsEnd) {
+TEST_F(Streams, APipeIsReadToItsEnd) {
     make_write_errors_returns();
     std::string text;
     for (std::size_t i = 0; i < 3'333'333; ++i)
@@ -61,7 +61,7 @@ TEST_F(Platform, APipeIsReadToItsEnd) {
     }
 }
 
-TEST_F(Platform, AStreamOverTheLimitIsRefused) {
+TEST_F(Streams, AStreamOverTheLimitIsRefused) {
     make_write_errors_returns();
     const auto got = through_a_pipe(path("pipe"), std::string((std::size_t{3} << 20) + 1, 'x'), std::uint64_t{3} << 20);
     ASSERT_FALSE(got.ok());
@@ -72,7 +72,7 @@ TEST_F(Platform, AStreamOverTheLimitIsRefused) {
     EXPECT_EQ(endless.error().code, ErrorCode::memory);
 }
 
-TEST_F(Platform, WhatIsAStream) {
+TEST_F(Streams, WhatIsAStream) {
     EXPECT_TRUE(is_stream("-"));
     EXPECT_TRUE(is_stream("/dev/null"));
     EXPECT_FALSE(is_stream(path("none")));
@@ -84,7 +84,7 @@ TEST_F(Platform, WhatIsAStream) {
     EXPECT_EQ(MappedFile::read_stream(path("none"), 1).error().code, ErrorCode::io);
 }
 
-TEST_F(Platform, AFileInPiecesAppearsAtItsEnd) {
+TEST_F(Streams, AFileInPiecesAppearsAtItsEnd) {
     std::ofstream(path("file")) << "old";
     {
         Result<FileReplacement> file = FileReplacement::begin(path("file"));
@@ -98,7 +98,7 @@ TEST_F(Platform, AFileInPiecesAppearsAtItsEnd) {
     EXPECT_EQ(files(), 1U) << "no temporary file is left";
 }
 
-TEST_F(Platform, AFileThatIsNotFinishedLeavesEverythingAsItWas) {
+TEST_F(Streams, AFileThatIsNotFinishedLeavesEverythingAsItWas) {
     std::ofstream(path("file")) << "old";
     {
         Result<FileReplacement> file = FileReplacement::begin(path("file"));
@@ -114,7 +114,7 @@ TEST_F(Platform, AFileThatIsNotFinishedLeavesEverythingAsItWas) {
     EXPECT_EQ(FileReplacement::begin("/dev/full")->write(view_of("x")).error().code, ErrorCode::io);
 }
 
-TEST_F(Platform, PermissionsAndLinksStay) {
+TEST_F(Streams, PermissionsAndLinksStay) {
     std::ofstream(path("file")) << "old";
     fs::permissions(path("file"), fs::perms(0640));
     fs::create_symlink("file", path("link"));

@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""Exported points, built again on the same grid, are the same model: round_trips.py PROGRAMS WORK_FOLDER SOURCE_FOLDER LARGEST [SCANS]
+
+Always with the sample scan; with real scans too where they are found, as scans.py finds them. The same is a content id,
+which covers grid, unit, materials, the voxels of all levels and all attributes of the finest; and the pictures.
+"""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+programs, work, source = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
+largest = float(sys.argv[4]) * 1e6
+scans = os.environ.get("PBM_SCANS_DIR") or (sys.argv[5] if len(sys.argv) > 5 else "")
+work.mkdir(parents=True, exist_ok=True)
+
+# Names of scans as ../shared/data has them; those that are not there are passed over.
+DEPTHS = range(5, 12)
+CASES = [("sample.ply", ["--depth", str(depth)]) for depth in DEPTHS]
+CASES += [("sample.ply", ["--depth", "8", "--unit", unit]) for unit in ("unknown", "m", "mm", "cm", "in", "ft", "km")]
+CASES += [("sample.ply", ["--depth", "8", "--up", axis]) for axis in "xyz"]
+CASES += [
+    ("sample.ply", ["--origin", "8500000.123,-8412345.678,512.25"]),
+    ("sample.ply", ["--origin", "8500000.123,-8412345.678,512.25", "--scale", "0.001"]),
+    ("sample.ply", ["--voxel-size", "0.01", "--colour", "565"]),
+]
+CASES += [("lion_takanawa_rgb_normals_le.ply", ["--depth", str(depth)]) for depth in DEPTHS]
+CASES += [("gargo.ply", ["--depth", str(depth)]) for depth in DEPTHS]
+CASES += [
+    ("lion_takanawa_rgb_normals_le.ply", ["--colour", "565", "--origin", "8500000.123,5123456.789,80"]),
+    ("happy_points_normals_be_thin.ply", []),
+    ("colored_airplane.ply", []),
+    ("spot.obj", ["--voxel-size", "0.01"]),
+    ("bunny_draco.stl", []),
+]
+
+
+def run(program, *arguments):
+    result = subprocess.run([str(programs / program), *map(str, arguments)], capture_output=True, text=True, timeout=600)
+    if result.returncode != 0:
+        raise RuntimeError(f"{program}: {result.returncode}: {result.stderr}")
+    return result.stdout
+
+
+def content(model):
+    return json.loads(run("pbm-info", "--json", model))["content_id"]
+
+
+def find(name):
+    if name == "sample.ply":
+        scan = work / name
+        if not scan.exists():
+            run("pbm-sample", "-q", "--vertices", 20000, "-o", scan)
+        return scan
+    folder = pathlib.Path(scans) if scans else work.parent / "scans" / "unpacked"
+    scan = folder / name
+    return scan if scan.exists() and scan.stat().st_size <= largest else None
+
+
+def round_trip(scan, options):
+    first, points, second = (work / name for name in ("first.bvg", "points.ply", "second.bvg"))
+    run("pbm-build", "-q", scan, "-o", first, *options)
+    run("pbm-export", "-q", first, "-o", points)
+    colour = ["--colour", "565"] if "565" in options else []
+    run("pbm-build", "-q", "--strict", points, "--grid-like", first, "-o", second, *colour)
+    if content(first) != content(second):
+        return "another content"
+    if options:
+        return None
+    pictures = []
+    for model in (first, second):
+        run("pbm-render", model, "-o", work / "picture.png", "--resolution", "320,240")
+        pictures.append((work / "picture.png").read_bytes())
+    return None if pictures[0] == pictures[1] else "another picture"
+
+
+done = failed = 0
+for name, options in CASES:
+    scan = find(name)
+    if scan is None or (largest < 100e6 and "--depth" in options and int(options[1]) > 9):
+        continue
+    done += 1
+    try:
+        problem = round_trip(scan, options)
+    except RuntimeError as error:
+        problem = str(error)
+    failed += problem is not None
+    print(f"{name} {' '.join(options)}: {problem or 'same'}", flush=True)
+print(f"{done} round trips, {failed} failed")
+sys.exit(1 if failed or done == 0 else 0)
