@@ -138,7 +138,7 @@ Status stream_points(Reader &reader, const StreamOptions &options, std::size_t r
         const std::vector<MortonCode> codes{0};
         return write(encode({codes, root}));
     }
-    const auto useful = static_cast<std::uint64_t>(2 * resolve_threads(options.threads));
+    const std::uint64_t useful = 2 * static_cast<std::uint64_t>(resolve_threads(options.threads));
     const auto batch = static_cast<std::size_t>(std::min(useful, (options.max_memory - fixed) / per_job));
     return ChunkWalk(reader, options, batch, encode, write, progress).run();
 }

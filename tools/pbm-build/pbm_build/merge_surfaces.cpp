@@ -66,6 +66,7 @@ void adapt(Surface &surface, const Has &has, const std::vector<SurfaceMaterial> 
     if (has.materials && surface.materials.empty())
         surface.report.push_back({"materials", Fate::converted, "it has none: the default one", surface.name});
     std::vector<std::uint8_t> new_id;
+    new_id.reserve(own.size());
     for (const SurfaceMaterial &material : own)
         new_id.push_back(static_cast<std::uint8_t>(
             std::find_if(materials.begin(), materials.end(), [&](const auto &m) { return m == material; }) -

@@ -37,11 +37,10 @@ NormalSum plane_normal(std::span<const Sample *const> samples) {
 
 std::uint16_t average_normal(std::span<const Sample *const> samples) {
     NormalSum sum{};
-    std::int64_t votes = 0;
-    bool two_sided = false;
+    std::int64_t votes = 0, two_sided = 0;
     for (const Sample *s : samples) {
         votes += is_zero(s->normal) ? 0 : 1;
-        two_sided |= s->two_sided;
+        two_sided += s->two_sided && !is_zero(s->normal) ? 1 : 0;
         for (std::size_t axis = 0; axis < 3; ++axis)
             sum[axis] += s->normal[axis];
     }
@@ -49,7 +48,7 @@ std::uint16_t average_normal(std::span<const Sample *const> samples) {
         return kNoNormal;
     const double half = kNormalScale / 2 * static_cast<double>(votes);
     if (squared(sum) >= half * half)
-        return static_cast<std::uint16_t>(quantise(sum) | (two_sided ? kTwoSidedBit : 0));
+        return static_cast<std::uint16_t>(quantise(sum) | (2 * two_sided >= votes ? kTwoSidedBit : 0));
     return quantise(plane_normal(samples)) | kTwoSidedBit;
 }
 

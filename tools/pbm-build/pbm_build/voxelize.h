@@ -18,9 +18,9 @@ struct Voxels {
 };
 
 // Attributes of one voxel from all its samples: integer sums, one vote each, so that their order does not matter.
-// A thin wall, whose normals cancel to less than half the votes, becomes two-sided with the normal of its plane; so
-// does a voxel with a sample that is two-sided itself, which keeps the direction of the sum where there is one. Colours
-// are averaged in linear light; materials by majority, ties to the lowest index; the largest radius wins.
+// A thin wall, whose normals cancel to less than half the votes, becomes two-sided with the normal of its plane. So
+// does a voxel half of whose votes are two-sided themselves, with the direction of their sum where they do not cancel.
+// Colours are averaged in linear light; materials by majority, ties to the lowest index; the largest radius wins.
 struct VoxelAttributes {
     std::uint16_t normal; // index | kTwoSidedBit, or kNoNormal
     Rgb8 colour;
