@@ -34,20 +34,20 @@ struct Outcome {
 };
 
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
-    CLI::App app{
-        "Writes the points of a binary voxel grid file (.bvg) as PLY: position, normal, radius, colour, material.\n"
-        "Exit code: 0 done, 1 usage, 2 I/O, 3 damaged, 4 memory, 5 unsupported version or feature.",
-        "pbm-export"};
-    app.add_option("FILE", arguments.input, "The .bvg file")->required();
-    app.add_option("-o,--output", arguments.output, "PLY file to write, - for standard output")->required();
+    CLI::App app{"Writes the points of a binary voxel grid (.bvg) as PLY.\n"
+                 "Each with its position, normal, radius, colour and material, in the coordinates of the scan.",
+                 "pbm-export"};
+    app.add_option("FILE", arguments.input, "Model whose points are wanted")->required();
+    app.add_option("-o,--output", arguments.output, "PLY file to write, - for standard output")
+        ->required()
+        ->type_name("FILE");
     app.add_option("--level", arguments.level, "Detail level 0..depth; default the finest")
         ->check(CLI::Range(0, kMaxDepth))
         ->type_name("L");
     app.add_flag("--ascii", arguments.format.ascii, "As text; default binary, little-endian");
     app.add_flag("--float", arguments.format.single_precision, "Coordinates in single precision, where that is enough");
     app.add_option("-j,--threads", arguments.stream.threads, "Threads, 0 for all processors")
-        ->check(CLI::Range(0, 1024))
-        ->type_name("N");
+        ->check(CLI::Range(0, 1024));
     app.add_option_function<std::string>(
            "--max-memory",
            [&](const std::string &text) { arguments.stream.max_memory = *command_line::parse_bytes(text); },
@@ -64,7 +64,9 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     app.add_flag_callback(
         "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Say more");
     app.set_version_flag("-V,--version", "pbm-export " PBM_VERSION);
-    if (const auto done = command_line::parse(app, kProgram, argc, argv))
+    if (const auto done = command_line::parse(
+            app, kProgram, argc, argv, {},
+            {.most_used = {}, .examples = {{"pbm-export scan.bvg -o points.ply", "The points of the finest level."}}}))
         return done;
     if (arguments.output == "-" && arguments.json == "-")
         return command_line::fail_usage(kProgram, "points and JSON cannot both go to standard output");
