@@ -129,6 +129,7 @@ TEST(Merge, TheOrderOfTheInputsDoesNotChangeTheBytes) {
         std::vector<std::size_t> order{0, 1, 2, 3};
         while (std::next_permutation(order.begin(), order.end())) {
             std::vector<Surface> other;
+            other.reserve(order.size());
             for (const std::size_t i : order)
                 other.push_back(surfaces[i]);
             ASSERT_EQ(file_of(built(std::move(other), options)), file);
