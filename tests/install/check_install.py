@@ -32,7 +32,7 @@ shutil.rmtree(prefix, ignore_errors=True)
 shutil.rmtree(outside, ignore_errors=True)
 
 run(arguments.cmake, "--install", arguments.build, "--prefix", prefix)
-for program in ("pbm-build", "pbm-render", "pbm-validate", "pbm-info", "pbm-sample"):
+for program in ("pbm-build", "pbm-render", "pbm-validate", "pbm-info", "pbm-export", "pbm-sample"):
     check((prefix / "bin" / program).is_file(), program + " is not installed")
     help_text = run(prefix / "bin" / program, "--help")
     check(program in help_text, f"{program} --help does not name itself")
