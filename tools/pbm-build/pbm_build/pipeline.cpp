@@ -99,9 +99,7 @@ Status examine(Surface &surface, const BuildOptions &options, BuildStatistics &s
     statistics.input_bytes += surface.input_bytes;
     for (AttributeReport &line : surface.report)
         line.input = surface.name;
-    const auto reported = static_cast<std::ptrdiff_t>(statistics.attributes.size());
-    statistics.attributes.insert(statistics.attributes.begin() + reported, surface.report.begin(),
-                                 surface.report.end());
+    statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
     surface.report.clear();
     report_dropped(surface, statistics);
     if (options.flip_faces)
