@@ -29,9 +29,6 @@ if not scans:
         subprocess.run(["bash", archive, scans], check=True)
         (scans / "complete").touch()
 
-# Points without normals are refused as unsupported for now: one line, exit code 5.
-WITHOUT_NORMALS = {"Guanyin.ply", "churo_uav_thin.ply", "open3d_fragment_002.ply"}
-
 
 def run(program, *arguments):
     command = [str(programs / program), *map(str, arguments)]
@@ -43,9 +40,6 @@ def walk(scan):
     model, picture = work / (scan.name + ".bvg"), work / (scan.name + ".png")
     model.unlink(missing_ok=True)
     built = run("pbm-build", "-q", scan, "-o", model)
-    if built.returncode == 5 and scan.name in WITHOUT_NORMALS:
-        lines = built.stderr.splitlines()
-        return None if len(lines) == 1 and not model.exists() else f"refused with {lines}"
     if built.returncode != 0:
         return f"pbm-build: {built.returncode}: {built.stderr}"
     validated = run("pbm-validate", model)

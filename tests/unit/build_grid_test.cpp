@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 namespace {
 
@@ -96,6 +97,25 @@ TEST(GridChoice, AGivenVoxelSizeSnapsTheOriginToMultiplesOfIt) {
 TEST(GridChoice, AreaIsRelativeToTheEdge) {
     const Surface surface = sheet(10);
     EXPECT_NEAR(relative_area(surface, bounds_of(surface), 2), 1.0, 1e-5);
+}
+
+TEST(GridChoice, AreasBeyondAMillionTimesTheBoxAreSummed) {
+    Surface soup; // half the face of the box, three million times
+    soup.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    soup.triangles.assign(3000000, {0, 1, 2});
+    EXPECT_NEAR(relative_area(soup, bounds_of(soup), 2), 1.5e6, 10);
+}
+
+TEST(GridChoice, PointsAtRandomGetAVoxelEdgeWithinSqrtTwoOfTheirDistance) {
+    Surface points;
+    std::mt19937 bits(5);
+    const auto random = [&] { return static_cast<double>(bits()) * 0x1p-32; };
+    for (int i = 0; i < 100000; ++i)
+        points.positions.emplace_back(random(), random(), 0);
+    const double distance = std::sqrt(1e-5);
+    const double voxel = std::ldexp(1, -point_depth(occupied_voxels(points, bounds_of(points), 2)));
+    EXPECT_GT(voxel, distance / 1.45);
+    EXPECT_LT(voxel, distance * 1.45);
 }
 
 TEST(Lattice, CoordinatesAreRoundedAndStayInside) {

@@ -253,12 +253,170 @@ TEST(Pipeline, DegenerateSurfacesBuild) {
     EXPECT_EQ(built(dot, {}).point_count(), 1U);
 }
 
-TEST(Pipeline, PointsWithoutNormalsAreRefused) {
-    Surface points;
-    points.positions = {{0, 0, 0}, {1, 1, 1}};
-    const Error error = refused(points);
-    EXPECT_EQ(error.code, ErrorCode::unsupported_feature);
-    EXPECT_EQ(exit_code(error.code), 5);
+Surface without_normals(Surface points) {
+    points.normals.clear();
+    return points;
+}
+
+TEST(Pipeline, TheOrderOfPointsWithoutNormalsDoesNotChangeAByte) {
+    Surface surface = without_normals(as_points(bumpy_sphere(60)));
+    surface.positions.insert(surface.positions.end(), surface.positions.begin(), surface.positions.begin() + 1000);
+    surface.colours.insert(surface.colours.end(), surface.colours.begin(), surface.colours.begin() + 1000);
+    surface.material_ids.resize(surface.positions.size(), 1);
+    surface.positions.back() = {5, 5, 5}; // astray
+    for (const bool remove_outliers : {false, true}) {
+        BuildOptions options;
+        options.remove_outliers = remove_outliers;
+        options.threads = 2;
+        const Bytes file = file_of(built(surface, options));
+        unsigned seed = 1;
+        for (const int threads : {1, 8}) {
+            options.threads = threads;
+            EXPECT_EQ(file_of(built(shuffled(surface, seed++), options)), file);
+        }
+    }
+}
+
+TEST(Pipeline, CopiesOfPointsDoNotChangeTheirNormals) {
+    const Surface once = without_normals(as_points(bumpy_sphere(60)));
+    Surface thrice = once;
+    for (int i = 0; i < 2; ++i) {
+        thrice.positions.insert(thrice.positions.end(), once.positions.begin(), once.positions.end());
+        thrice.colours.insert(thrice.colours.end(), once.colours.begin(), once.colours.end());
+        thrice.material_ids.insert(thrice.material_ids.end(), once.material_ids.begin(), once.material_ids.end());
+    }
+    EXPECT_EQ(file_of(built(thrice, {})), file_of(built(once, {})));
+}
+
+TEST(Pipeline, StrictTakesPointsWithoutNormals) {
+    BuildOptions options;
+    options.strict = true;
+    BuildStatistics statistics;
+    const Result<Model> model = build_model(without_normals(as_points(bumpy_sphere(60))), options, statistics);
+    ASSERT_TRUE(model.ok());
+    ASSERT_EQ(statistics.attributes.size(), 1U);
+    EXPECT_EQ(statistics.attributes[0].name, "normals");
+    EXPECT_EQ(statistics.attributes[0].fate, AttributeReport::Fate::estimated);
+    EXPECT_EQ(statistics.two_sided_points, 0U);
+}
+
+TEST(Pipeline, OutliersAreCountedAndStaySmallOrAreDroppedBeforeTheGridIsChosen) {
+    Surface surface = without_normals(as_points(bumpy_sphere(60)));
+    const double edge = built(surface, {}).parameters.grid.edge();
+    surface.positions.emplace_back(4, 4, 4);
+    surface.colours.push_back({1, 2, 3});
+    surface.material_ids.push_back(0);
+    BuildOptions options;
+    BuildStatistics statistics;
+    const Result<Model> kept = build_model(surface, options, statistics);
+    ASSERT_TRUE(kept.ok());
+    EXPECT_EQ(statistics.attributes.front().name, "outliers");
+    EXPECT_EQ(statistics.attributes.front().note.rfind("1 point far from all others", 0), 0U);
+    EXPECT_EQ(statistics.attributes.front().fate, AttributeReport::Fate::kept);
+    Bytes radii = kept.value().levels.back().points.radii; // the outlier is the last voxel
+    const std::uint8_t of_outlier = radii.back();
+    std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
+    EXPECT_LE(of_outlier, radii[radii.size() / 2] + 12) << "more than twice the median";
+
+    options.remove_outliers = true;
+    BuildStatistics dropped;
+    const Result<Model> model = build_model(surface, options, dropped);
+    ASSERT_TRUE(model.ok());
+    EXPECT_EQ(dropped.attributes.front().fate, AttributeReport::Fate::dropped);
+    EXPECT_EQ(model.value().parameters.grid.edge(), edge);
+    EXPECT_NE(model.value().metadata.find("\"remove_outliers\":true"), std::string::npos);
+}
+
+TEST(Pipeline, PointsOfUtmSizeKeepTheirPrecision) {
+    Surface here = without_normals(as_points(bumpy_sphere(60)));
+    for (glm::dvec3 &p : here.positions) // to 2^-20, so that the shift loses nothing
+        for (int axis = 0; axis < 3; ++axis)
+            p[axis] = std::nearbyint(p[axis] * 0x1p20) * 0x1p-20;
+    Surface far = here;
+    for (glm::dvec3 &p : far.positions)
+        p += glm::dvec3(500000.0, 8.5e6, 1234.0);
+    const Model near_model = built(here, {}), far_model = built(far, {});
+    EXPECT_EQ(voxels_of(near_model), voxels_of(far_model));
+    EXPECT_EQ(near_model.levels.back().points.normals, far_model.levels.back().points.normals);
+}
+
+TEST(Pipeline, AScanTooSmallForItsPlaceIsReported) {
+    Surface far = cube(0, 0.001);
+    for (glm::dvec3 &p : far.positions)
+        p += 8.5e6;
+    BuildStatistics statistics;
+    ASSERT_TRUE(build_model(far, at_depth(8), statistics).ok());
+    ASSERT_EQ(statistics.attributes.size(), 1U);
+    EXPECT_EQ(statistics.attributes[0].name, "precision");
+    BuildStatistics silent;
+    ASSERT_TRUE(build_model(cube(0, 0.001), at_depth(8), silent).ok());
+    EXPECT_TRUE(silent.attributes.empty());
+}
+
+// Every point set that says nothing of a surface still makes a model, whose points are two-sided.
+TEST(Pipeline, DegeneratePointSetsBuild) {
+    const auto points = [](std::vector<glm::dvec3> positions) {
+        Surface surface;
+        surface.positions = std::move(positions);
+        return surface;
+    };
+    std::vector<glm::dvec3> line;
+    line.reserve(100);
+    for (int i = 0; i < 100; ++i)
+        line.push_back(glm::dvec3(1, 2, 3) * 0.1 * static_cast<double>(i));
+    const struct {
+        Surface surface;
+        std::size_t least, most;
+    } cases[] = {
+        {points({{1, 2, 3}}), 1, 1},
+        {points({{0, 0, 0}, {1, 0, 0}}), 2, 2},
+        {points(std::vector<glm::dvec3>(1000000, {7, 8, 9})), 1, 1},
+        {points({{-5e29, 0, 0}, {5e29, 0, 0}}), 2, 2},
+        {points(line), 50, 100},
+    };
+    for (const auto &[surface, least, most] : cases) {
+        const Model model = built(surface, {});
+        EXPECT_GE(model.point_count(), least);
+        EXPECT_LE(model.point_count(), most);
+        for (const std::uint16_t normal : model.levels.back().points.normals)
+            EXPECT_NE(normal & kTwoSidedBit, 0);
+        EXPECT_GT(file_of(model).size(), 0U);
+    }
+}
+
+TEST(Pipeline, PlanesOfPointsHaveTheNormalOfThePlane) {
+    for (const glm::dvec3 &n : {glm::dvec3(0, 0, 1), glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0), glm::dvec3(2, 3, 6)}) {
+        const glm::dvec3 u = n.x == 0 ? glm::dvec3(1, 0, 0) : glm::dvec3(-n.y, n.x, 0) / std::hypot(n.x, n.y);
+        const glm::dvec3 v = glm::dvec3(n.y * u.z - n.z * u.y, n.z * u.x - n.x * u.z, n.x * u.y - n.y * u.x) /
+                             std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+        Surface plane;
+        for (int y = 0; y < 30; ++y)
+            for (int x = 0; x < 30; ++x)
+                plane.positions.push_back(static_cast<double>(x) * u + static_cast<double>(y) * v);
+        const Model model = built(plane, {});
+        EXPECT_GT(model.point_count(), 500U);
+        for (const std::uint16_t normal : model.levels.back().points.normals) {
+            const UnitVector &found = normal_table()[normal & kNormalIndexMask];
+            const double cosine =
+                (found[0] * n.x + found[1] * n.y + found[2] * n.z) / std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+            ASSERT_GT(n == glm::dvec3(1, 0, 0) ? std::fabs(cosine) : cosine, 0.999);
+            ASSERT_EQ((normal & kTwoSidedBit) != 0, n == glm::dvec3(1, 0, 0)) << "nothing says where X planes face";
+        }
+    }
+}
+
+// A search among points that share a lattice point would take the square of their number.
+TEST(Pipeline, AScanThatAStrayPointShrinksToNothingBuildsInTime) {
+    Surface surface;
+    std::mt19937 bits(3);
+    const auto random = [&] { return static_cast<double>(bits()) * 0x1p-32; };
+    for (int i = 0; i < 300000; ++i)
+        surface.positions.emplace_back(random(), random(), random());
+    surface.positions.emplace_back(1e30, 0, 0);
+    EXPECT_EQ(built(surface, {}).point_count(), 2U);
+    BuildOptions options;
+    options.remove_outliers = true;
+    EXPECT_GT(built(surface, options).point_count(), 1000U);
 }
 
 TEST(Pipeline, NormalsOfNoLengthTakeTheirNeighboursMean) {

@@ -1,5 +1,6 @@
 #include "pbm_build/radix_sort.h"
 #include "pbm_build/splat_radius.h"
+#include "pbm_build/tangent_cell.h"
 #include "pbm_build/triangle_voxels.h"
 #include "pbm_build/voxelize.h"
 
@@ -158,27 +159,44 @@ TEST(SplatRadius, GivenRadiiAreUsed) {
     EXPECT_LE(radius_fraction(given_radii(surface, grid)[2]) * 128, 1.0 * 1.26) << "two voxels and the step to a class";
 }
 
-TEST(SplatRadius, PointsReachTheRingOfTheirNeighbours) {
+TEST(TangentCell, ASquareGridLeavesASquare) {
+    TangentCell cell(4);
+    for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x)
+            if (x != 0 || y != 0)
+                cell.cut({x, y});
+    EXPECT_FALSE(cell.reach().open);
+    EXPECT_NEAR(cell.reach().closed, std::sqrt(0.5), 1e-12);
+}
+
+TEST(TangentCell, WithoutNeighboursOnOneSideItIsOpen) {
+    TangentCell cell(4);
+    EXPECT_TRUE(cell.reach().open);
+    EXPECT_EQ(cell.reach().closed, 0);
+    for (const glm::dvec2 other : {glm::dvec2(0, 1), glm::dvec2(0, -1), glm::dvec2(1, 0)})
+        cell.cut(other);
+    EXPECT_TRUE(cell.reach().open);
+    EXPECT_NEAR(cell.reach().closed, std::sqrt(0.5), 1e-12);
+}
+
+TEST(SplatRadius, PointsCoverTheirCell) {
     constexpr int kDepth = 8;
-    Voxels voxels;
-    for (std::uint32_t y = 0; y < 40; ++y)
+    Voxels voxels; // a grid of points, three voxels apart one way and two the other
+    for (std::uint32_t y = 0; y < 60; ++y)
         for (std::uint32_t x = 0; x < 40; ++x)
-            voxels.codes.push_back(morton_encode(3 * x, 3 * y, 100));
+            voxels.codes.push_back(morton_encode(3 * x, 2 * y, 100));
     voxels.codes.push_back(morton_encode(250, 250, 250)); // astray
     std::sort(voxels.codes.begin(), voxels.codes.end());
     voxels.points.resize(voxels.codes.size(), {});
+    std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
     radii_from_neighbours(voxels, kDepth, 2);
-    const double ring = 3 * 1.41421356;
+    const double cell = std::hypot(1.5, 1);
     for (std::size_t i = 0; i < voxels.codes.size(); ++i) {
         const auto v = morton_decode(voxels.codes[i]);
         const double radius = radius_fraction(voxels.points.radii[i]) * (1 << kDepth);
-        const bool inside = v[0] > 0 && v[1] > 0 && v[0] < 117 && v[1] < 117;
-        EXPECT_GE(radius, ring * 0.999);
-        if (inside) {
-            EXPECT_LE(radius, ring * 1.26);
-        } else if (v[2] == 250) {
-            EXPECT_LE(radius, ring * 3 * 1.26);
-        }
+        const bool inside = v[0] > 0 && v[1] > 0 && v[0] < 117 && v[1] < 118;
+        EXPECT_GE(radius, cell * 1.099);
+        EXPECT_LE(radius, (inside ? cell * 1.1 : std::hypot(3, 4)) * 1.26);
     }
 }
 

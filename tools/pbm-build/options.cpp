@@ -142,7 +142,17 @@ void add_input_options(CLI::App &app, Arguments &arguments) {
         {{"ply", ScanFormat::ply}, {"obj", ScanFormat::obj}, {"off", ScanFormat::off}, {"stl", ScanFormat::stl}},
         "Format of inputs that show it neither in content nor in name");
     app.add_flag("--flip-faces", options.flip_faces, "Turn all faces around: for scans that look inside out");
-    app.add_flag("--strict", options.strict, "Refuse the input if anything of it would be dropped");
+    app.add_option_function<std::string>(
+           "--viewpoint", [&](const std::string &place) { options.viewpoint = three_numbers(place); },
+           "Where the scanner stood, in the model: estimated normals are turned to it")
+        ->check([](const std::string &text) {
+            return three_numbers(text) ? "" : "Value " + text + " is not X,Y,Z: three finite numbers";
+        })
+        ->type_name("X,Y,Z");
+    auto *remove_outliers =
+        app.add_flag("--remove-outliers", options.remove_outliers, "Drop points without faces far from all others");
+    app.add_flag("--strict", options.strict, "Refuse the input if anything of it would be dropped")
+        ->excludes(remove_outliers);
 }
 
 void add_grid_options(CLI::App &app, Arguments &arguments) {

@@ -51,6 +51,7 @@ std::string_view to_string(AttributeReport::Fate fate) {
     case AttributeReport::Fate::kept: return "kept";
     case AttributeReport::Fate::converted: return "converted";
     case AttributeReport::Fate::dropped: return "dropped";
+    case AttributeReport::Fate::estimated: return "estimated";
     }
     return "unknown";
 }

@@ -37,11 +37,6 @@ std::string precise(double value) {
     return text.data();
 }
 
-double farthest_coordinate(const Bounds &bounds) {
-    return std::max({std::fabs(bounds.lowest.x), std::fabs(bounds.lowest.y), std::fabs(bounds.lowest.z),
-                     std::fabs(bounds.highest.x), std::fabs(bounds.highest.y), std::fabs(bounds.highest.z)});
-}
-
 // Of the farthest coordinate, at depth kMaxDepth: 64 doubles lie side by side in such a voxel.
 constexpr double kLeastVoxel = 0x1p-46;
 
@@ -63,6 +58,18 @@ double squared_length(const glm::dvec3 &v) { return (v.x * v.x + v.y * v.y) + v.
 } // namespace
 
 double Bounds::extent() const { return std::max({highest.x - lowest.x, highest.y - lowest.y, highest.z - lowest.z}); }
+
+double farthest_coordinate(const Bounds &bounds) {
+    return std::max({std::fabs(bounds.lowest.x), std::fabs(bounds.lowest.y), std::fabs(bounds.lowest.z),
+                     std::fabs(bounds.highest.x), std::fabs(bounds.highest.y), std::fabs(bounds.highest.z)});
+}
+
+Bounds bounds_of(std::span<const glm::dvec3> positions) {
+    Bounds bounds{positions.front(), positions.front()};
+    for (const glm::dvec3 &p : positions)
+        widen(bounds, p);
+    return bounds;
+}
 
 Bounds bounds_of(const Surface &surface) {
     const glm::dvec3 first =
@@ -221,25 +228,30 @@ std::vector<std::uint64_t> occupied_voxels(const Surface &surface, const Bounds 
 int point_depth(const std::vector<std::uint64_t> &occupied) {
     int depth = kMostPointDepth;
     while (depth > kLeastPointDepth &&
-           2 * occupied[static_cast<std::size_t>(depth)] < 5 * occupied[static_cast<std::size_t>(depth) - 1])
+           6 * occupied[static_cast<std::size_t>(depth)] < 11 * occupied[static_cast<std::size_t>(depth) - 1])
         --depth;
     return depth;
 }
 
 double relative_area(const Surface &surface, const Bounds &bounds, int threads) {
-    constexpr double kAreaScale = 0x1p44; // of the square of the edge: sums do not depend on the order of the triangles
+    // Sums of integers do not depend on the order of the triangles. A triangle's area is below 1, or 2^44 units; their
+    // sum may need 75 bits, so the low 32 bits of each are summed apart.
+    constexpr double kAreaScale = 0x1p44;
     const double edge = centred_grid(bounds, kMinDepth).edge();
-    std::atomic<std::uint64_t> area{0};
+    std::atomic<std::uint64_t> high{0}, low{0};
     parallel_for((surface.triangles.size() + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
-        std::uint64_t sum = 0;
+        std::uint64_t high_sum = 0, low_sum = 0;
         for (std::size_t i = block * kBlock; i < std::min((block + 1) * kBlock, surface.triangles.size()); ++i) {
             const glm::uvec3 &t = surface.triangles[i];
             const glm::dvec3 n = face_normal(surface.positions[t.x], surface.positions[t.y], surface.positions[t.z]);
-            sum += static_cast<std::uint64_t>(length_of(n) / 2 / edge / edge * kAreaScale + 0.5);
+            const auto area = static_cast<std::uint64_t>(length_of(n) / 2 / edge / edge * kAreaScale + 0.5);
+            high_sum += area >> 32;
+            low_sum += area & 0xFFFFFFFF;
         }
-        area += sum;
+        high += high_sum;
+        low += low_sum;
     });
-    return static_cast<double>(area.load()) / kAreaScale;
+    return (static_cast<double>(high.load()) * 0x1p32 + static_cast<double>(low.load())) / kAreaScale;
 }
 
 } // namespace pbm::build

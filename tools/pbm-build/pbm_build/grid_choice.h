@@ -6,6 +6,7 @@
 #include "pbm_scan/surface.h"
 
 #include <optional>
+#include <span>
 #include <string>
 
 namespace pbm::build {
@@ -29,6 +30,8 @@ struct Bounds {
     double extent() const; // longest edge
 };
 Bounds bounds_of(const Surface &surface);
+Bounds bounds_of(std::span<const glm::dvec3> positions); // not empty
+double farthest_coordinate(const Bounds &bounds);        // without its sign
 
 // Refuses what cannot be put on a grid of doubles.
 //
@@ -67,8 +70,9 @@ int mesh_depth(const Bounds &bounds, double median_edge);
 // Number of voxels at depth 0..kMaxDepth of the centred grid that the surface's points occupy.
 std::vector<std::uint64_t> occupied_voxels(const Surface &surface, const Bounds &bounds, int threads);
 
-// Finest depth at which a level still has 2.5 times the voxels of the level above: a densely sampled surface has 4, and
-// at 2.57 a voxel of a surface holds one point on average, when points fall at random.
+// Finest depth at which a level still has 11/6 times the voxels of the level above: a densely sampled surface has 4,
+// and where points fall at random at 1.82 a voxel's face holds half a point on average. So the voxel edge is within a
+// factor of sqrt(2) of the distance between points.
 int point_depth(const std::vector<std::uint64_t> &occupied);
 
 // Area of all triangles in units of the square of the centred grid's edge.

@@ -7,7 +7,8 @@
 namespace pbm::build {
 
 Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, const Placement &placement,
-                                  ColourFormat colour, int compression_level, bool flip_faces) {
+                                  const PointRequest &points, ColourFormat colour, int compression_level,
+                                  bool flip_faces) {
     nlohmann::ordered_json metadata;
     metadata["generator"] = std::string("pbm-build ") + PBM_VERSION;
     const auto add = [&](const char *key, const std::string &text) {
@@ -35,6 +36,10 @@ Result<std::string> make_metadata(const Credits &credits, const GridRequest &gri
     options["compression_level"] = compression_level;
     if (flip_faces)
         options["flip_faces"] = true;
+    if (points.viewpoint)
+        options["viewpoint"] = *points.viewpoint;
+    if (points.remove_outliers)
+        options["remove_outliers"] = true;
 
     std::string text;
     try {

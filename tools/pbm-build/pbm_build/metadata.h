@@ -1,6 +1,7 @@
 // The metadata section of a file: who made what from which options. Nothing normative, nothing about this machine.
 #pragma once
 
+#include "pbm_build/estimate_normals.h"
 #include "pbm_build/grid_choice.h"
 #include "pbm_build/placement.h"
 
@@ -16,6 +17,7 @@ struct Credits {
 //
 // errors  usage  not UTF-8, or longer than 4 KB
 Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, const Placement &placement,
-                                  ColourFormat colour, int compression_level, bool flip_faces);
+                                  const PointRequest &points, ColourFormat colour, int compression_level,
+                                  bool flip_faces);
 
 } // namespace pbm::build

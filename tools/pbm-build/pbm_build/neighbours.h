@@ -1,6 +1,7 @@
-// The nearest other voxels of a voxel. The only user of nanoflann.
+// The nearest other voxels of a voxel, and points of a point. The only user of nanoflann.
 #pragma once
 
+#include "pbm_build/lattice.h"
 #include "pbm_format/octree.h"
 
 #include <memory>
@@ -24,6 +25,28 @@ class VoxelNeighbours {
     // many there are (fewer than asked only in a small model). At most kMost. Safe from several threads.
     static constexpr std::size_t kMost = 31;
     std::size_t nearest(std::size_t voxel, std::span<Neighbour> found) const;
+
+  private:
+    struct Tree;
+    std::unique_ptr<Tree> tree_;
+};
+
+struct NearPoint {
+    std::uint32_t point;     // index into the points
+    double squared_distance; // in lattice steps
+};
+
+class PointNeighbours {
+  public:
+    // At most 2^32 - 1 points, which may lie in one place.
+    explicit PointNeighbours(std::vector<LatticePoint> points);
+    ~PointNeighbours();
+
+    // As VoxelNeighbours::nearest.
+    static constexpr std::size_t kMost = 63;
+    std::size_t nearest(std::size_t point, std::span<NearPoint> found) const;
+
+    const std::vector<LatticePoint> &points() const;
 
   private:
     struct Tree;

@@ -1,5 +1,6 @@
 #include "pbm_build/pipeline.h"
 
+#include "pbm_build/estimate_normals.h"
 #include "pbm_build/merge_surfaces.h"
 #include "pbm_build/sample_points.h"
 #include "pbm_build/splat_radius.h"
@@ -26,9 +27,6 @@ Status check_surface(const Surface &surface) {
         return Error{ErrorCode::bad_input, 0,
                      "no face is left: " + std::to_string(surface.dropped_triangles) +
                          " are degenerate or have a corner that is not finite; mend the scan"};
-    if (surface.triangles.empty() && surface.normals.empty())
-        return Error{ErrorCode::unsupported_feature, 0,
-                     "points without faces and without normals; normals from points alone come with the next version"};
     if (surface.materials.size() > kMaxMaterials)
         return Error{ErrorCode::unsupported_feature, 0,
                      std::to_string(surface.materials.size()) + " materials, a .bvg file holds " +
@@ -47,8 +45,8 @@ void report_dropped(const Surface &surface, BuildStatistics &statistics) {
     report("triangles", surface.dropped_triangles, " degenerate, or with a dropped vertex");
 }
 
-// Says when the faces enclose a negative volume that is large for their area. Rooms scanned from within do so rightly,
-// so nothing is turned unasked.
+// Says when the faces have no area, or enclose a negative volume that is large for it. Rooms scanned from within do so
+// rightly, so nothing is turned unasked.
 void report_winding(const Surface &surface, BuildStatistics &statistics) {
     if (surface.triangles.empty() || !surface.normals.empty())
         return;
@@ -61,6 +59,9 @@ void report_winding(const Surface &surface, BuildStatistics &statistics) {
         volume += glm::dot(a, glm::cross(b, c)) / 6;
         area += glm::length(glm::cross(b - a, c - a)) / 2;
     }
+    if (!(area > 0))
+        statistics.attributes.push_back(
+            {"faces", AttributeReport::Fate::kept, "none of them has an area: the model is a line or a point"});
     if (volume < -kClearlyClosed * area * std::sqrt(area))
         statistics.attributes.push_back(
             {"winding", AttributeReport::Fate::kept,
@@ -192,6 +193,19 @@ Status check_hit_count(const Surface &surface, const Grid &grid, const BuildOpti
                      " MiB; choose a smaller --depth, or --max-points"};
 }
 
+// Says where the precision of the coordinates, not the scan, sets the size of the voxels.
+void report_precision(const Bounds &bounds, const Grid &grid, BuildStatistics &statistics) {
+    const double extent = bounds.extent();
+    if (!(extent > 0) || grid.edge() <= 2 * extent)
+        return;
+    std::array<char, 200> note{};
+    std::snprintf(note.data(), note.size(),
+                  "the scan is %.3g long and lies %.3g from the origin: its grid is %.3g long, finer voxels would be "
+                  "below the precision of coordinates; move the scan to its origin",
+                  extent, farthest_coordinate(bounds), grid.edge());
+    statistics.attributes.push_back({"precision", AttributeReport::Fate::converted, note.data()});
+}
+
 AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
     AttributeSet set;
     set.colour = surface.colours.empty() ? ColourFormat::none : colour;
@@ -239,6 +253,15 @@ Result<Voxels> sample_and_voxelize(const Surface &surface, const VertexNormals &
     }
 }
 
+PointRequest point_request(const BuildOptions &options) {
+    return {options.viewpoint, options.remove_outliers, options.grid.like ? options.grid.like->up : options.grid.up};
+}
+
+// Points may become fewer.
+VertexNormals find_normals(Surface &surface, const BuildOptions &options, BuildStatistics &statistics) {
+    return estimate_normals(surface, point_request(options), options.threads, statistics);
+}
+
 // Radii and the normals that are still missing.
 void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads) {
     fill_normals(voxels, threads);
@@ -270,16 +293,19 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (Status bounded = check_bounds(bounds_of(surface)); !bounded)
         return bounded.error();
     const AttributeSet set = choose_attributes(surface, options.colour);
-    Result<std::string> metadata = make_metadata(options.credits, options.grid, options.placement, set.colour,
-                                                 options.compression_level, options.flip_faces);
+    Result<std::string> metadata =
+        make_metadata(options.credits, options.grid, options.placement, point_request(options), set.colour,
+                      options.compression_level, options.flip_faces);
     if (!metadata)
         return metadata.error();
 
+    VertexNormals normals = clock.run("normals", [&] { return find_normals(surface, options, statistics); });
     Result<Grid> grid = clock.run("choose grid", [&] { return choose_grid(surface, options.grid, threads); });
     if (!grid)
         return grid.error();
-    VertexNormals normals = clock.run("normals", [&] { return vertex_normals(surface, threads); });
     report_steps(single_precision, grid->voxel_size, statistics);
+    if (!options.grid.voxel_size && !options.grid.like)
+        report_precision(bounds_of(surface), *grid, statistics);
     Result<Voxels> voxels = sample_and_voxelize(surface, normals, set, *grid, options, statistics, clock);
     if (!voxels)
         return voxels.error();

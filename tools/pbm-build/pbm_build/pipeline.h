@@ -1,7 +1,7 @@
 // The whole walk from a scan to a .bvg file.
 //
-//   read_surface -> place -> merge_surfaces -> choose_grid -> sample_points -> voxelize -> choose_radii ->
-//   encode_octree -> average_levels -> write_model
+//   read_surface -> place -> merge_surfaces -> estimate_normals -> choose_grid -> sample_points -> voxelize ->
+//   choose_radii -> encode_octree -> average_levels -> write_model
 #pragma once
 
 #include "pbm_build/build_statistics.h"
@@ -24,6 +24,8 @@ struct BuildOptions {
     int compression_level = 9;                  // zstd 1..19
     Credits credits;
     bool flip_faces = false;                              // the scan winds its faces clockwise
+    std::optional<std::array<double, 3>> viewpoint;       // estimated normals face it; model units
+    bool remove_outliers = false;                         // of points without faces; outliers.h
     bool strict = false;                                  // refuse rather than drop anything
     int threads = 0;                                      // 0: one per processor
     std::uint64_t max_hit_bytes = std::uint64_t{4} << 30; // of hits (hit_store.h); more is ErrorCode::memory
@@ -32,7 +34,7 @@ struct BuildOptions {
 // Surfaces in the model's coordinates to a model, all levels. The same model for any number of threads, any order of
 // the surfaces, and any order of equal vertices, triangles and points. Adds to `statistics`.
 //
-// errors  unsupported_feature  points without normals; more than kMaxMaterials materials
+// errors  unsupported_feature  more than kMaxMaterials materials
 //         bad_input            with `strict`: vertices that no triangle uses
 //         too_large, usage     see grid_choice.h; more than kMaxPoints points
 //         memory               more samples than max_hit_bytes hold

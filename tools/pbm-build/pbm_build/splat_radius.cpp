@@ -1,6 +1,8 @@
 #include "pbm_build/splat_radius.h"
 
 #include "pbm_build/neighbours.h"
+#include "pbm_build/outliers.h"
+#include "pbm_build/tangent_cell.h"
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
@@ -11,10 +13,59 @@ namespace {
 
 constexpr std::size_t kBlock = 4096;
 constexpr int kClassStep = 4;
-constexpr std::size_t kRing = 8;         // neighbours that a splat reaches
-constexpr double kStray = 3;             // times the median radius
-constexpr std::size_t kNormalVotes = 16; // neighbours that lend a normal
-constexpr double kMostVoxels = 2;        // radius of dense samples
+constexpr std::size_t kRing = 8;            // neighbours that a splat reaches
+constexpr double kStray = 3;                // times the median radius
+constexpr std::size_t kNormalVotes = 16;    // neighbours that lend a normal
+constexpr double kMostVoxels = 2;           // radius of dense samples
+constexpr std::size_t kCellNeighbours = 12; // that bound a cell
+constexpr std::size_t kBorder = 5;          // neighbours that a splat reaches at a border
+constexpr double kOverlap = 1.1;            // of splats, since neighbours lie a little above or below the plane
+
+float distance_of(std::span<const Neighbour> near, std::size_t neighbour) {
+    return near.empty() ? 0 : std::sqrt(near[std::min(neighbour, near.size()) - 1].squared_distance);
+}
+
+double median_of(std::vector<float> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return static_cast<double>(*middle);
+}
+
+// Radius in voxels that covers the Voronoi cell of a voxel's centre in its tangent plane. Neighbours count that belong
+// to the same sheet: normals within 60 degrees, on a slope of less than 45 degrees or a step of a voxel.
+float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Neighbour> near) {
+    if (near.empty())
+        return 0;
+    const std::vector<std::uint16_t> &normals = voxels.points.normals;
+    const auto normal_of = [&](std::size_t i) {
+        const UnitVector &n = normal_table()[normals[i] & kNormalIndexMask];
+        return glm::dvec3(n[0], n[1], n[2]);
+    };
+    const auto place_of = [&](std::size_t i) {
+        const auto v = morton_decode(voxels.codes[i]);
+        return glm::dvec3(v[0], v[1], v[2]);
+    };
+    const auto dot = [](const glm::dvec3 &a, const glm::dvec3 &b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; };
+    const glm::dvec3 n = normal_of(voxel), centre = place_of(voxel);
+    // Based on: Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin. Building an Orthonormal Basis, Revisited.
+    // 2017
+    const double sign = n.z < 0 ? -1 : 1, a = -1 / (sign + n.z), b = n.x * n.y * a;
+    const glm::dvec3 right(1 + sign * n.x * n.x * a, sign * b, -sign * n.x), up(b, sign + n.y * n.y * a, -n.y);
+
+    TangentCell cell(static_cast<double>(distance_of(near, near.size())));
+    for (const Neighbour &neighbour : near) {
+        const glm::dvec3 offset = place_of(neighbour.voxel) - centre, m = normal_of(neighbour.voxel);
+        const bool either = ((normals[voxel] | normals[neighbour.voxel]) & kTwoSidedBit) != 0;
+        const double cosine = either ? std::fabs(dot(n, m)) : dot(n, m);
+        const glm::dvec2 flat(dot(offset, right), dot(offset, up));
+        const double height = std::fabs(dot(offset, n)), squared = flat.x * flat.x + flat.y * flat.y;
+        if (cosine > 0.5 && squared > 0.25 && (height <= 1 || height * height < squared))
+            cell.cut(flat);
+    }
+    const TangentCell::Reach reach = cell.reach();
+    const double closed = std::min(kOverlap * reach.closed, static_cast<double>(distance_of(near, kRing)));
+    return static_cast<float>(reach.open ? std::max(closed, static_cast<double>(distance_of(near, kBorder))) : closed);
+}
 
 } // namespace
 
@@ -57,20 +108,21 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
     const std::size_t count = missing.size();
     const double edge = static_cast<double>(std::uint64_t{1} << depth); // in voxels
     const VoxelNeighbours neighbours(voxels.codes);
-    std::vector<float> reach(count, 0); // squared, in voxels
+    std::vector<float> reach(count, 0), ring(count, 0); // in voxels
     parallel_for((count + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
-        std::array<Neighbour, kRing> found;
-        for (std::size_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i)
-            if (const std::size_t near = neighbours.nearest(missing[i], found); near > 0)
-                reach[i] = found[near - 1].squared_distance;
+        std::array<Neighbour, kCellNeighbours> found;
+        for (std::size_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i) {
+            const auto near = std::span(found).first(neighbours.nearest(missing[i], found));
+            ring[i] = distance_of(near, kRing);
+            reach[i] = reach_of_cell(voxels, missing[i], near);
+        }
     });
-    std::vector<float> sorted = reach;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(count / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double most = kStray * std::sqrt(static_cast<double>(*middle));
-    for (std::size_t i = 0; i < count; ++i)
+    const double median = median_of(ring);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double most = ring[i] > kOutlierFactor * median ? median : kStray * median;
         voxels.points.radii[missing[i]] =
-            radius_class(radius_index(std::min(std::sqrt(static_cast<double>(reach[i])), most) / edge), depth);
+            radius_class(radius_index(std::min(static_cast<double>(reach[i]), most) / edge), depth);
+    }
 }
 
 void fill_normals(Voxels &voxels, int threads) {

@@ -21,9 +21,10 @@ std::uint8_t radius_class(std::uint8_t index, int depth);
 // kept within 0.89 and 2 voxels. Beside triangles, points without a radius get 0.
 Bytes given_radii(const Surface &surface, const Grid &grid);
 
-// For points that have none, which is radius 0, in place. A splat reaches the eighth nearest occupied voxel: on a
-// regular grid that is the ring of immediate neighbours, and at random places it leaves a gap once in e^8. Stray points
-// are held at three times the median.
+// For points that have none, which is radius 0, in place. A splat covers the Voronoi cell of its voxel in the tangent
+// plane, but reaches no farther than the eighth nearest voxel; where the cell is open, at a border, the fifth. Sparse
+// points are held at three times the median distance to the eighth, outliers (outliers.h) at that median. Normals must
+// be complete.
 void radii_from_neighbours(Voxels &voxels, int depth, int threads);
 
 // Replaces kNoNormal: the direction of the mean of the normals of the nearest 16 voxels, else +Z, two-sided.

@@ -23,7 +23,7 @@ struct SurfaceMaterial {
 
 // What became of one attribute of the input file.
 struct AttributeReport {
-    enum class Fate : std::uint8_t { kept, converted, dropped };
+    enum class Fate : std::uint8_t { kept, converted, dropped, estimated };
     std::string name; // as the input names it, e.g. "vertex.confidence"
     Fate fate = Fate::kept;
     std::string note;    // what it became, or why it was dropped

@@ -1,0 +1,161 @@
+#include "pbm_build/fit_planes.h"
+
+#include "pbm_format/parallel.h"
+
+#include <algorithm>
+
+namespace pbm::build {
+namespace {
+
+constexpr std::size_t kBlock = 1024;
+constexpr std::array<std::size_t, 3> kScales{kLeastNeighbours, 18, kMostNeighbours};
+constexpr double kSmooth = 0.03;       // roughness up to which the smallest scale will do
+constexpr double kFarthestLoss = 0.75; // of its weight
+constexpr double kLine = 1e-4;         // of the largest moment: below, the middle one is that of a line
+
+using Matrix = std::array<std::array<double, 3>, 3>;
+
+// Eigenvectors of a symmetric matrix as columns of `vectors`, eigenvalues on the diagonal of `m`.
+// Based on: Golub, Van Loan. Matrix Computations. Section 8.5, cyclic Jacobi rotations
+void diagonalise(Matrix &m, Matrix &vectors) {
+    vectors = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    constexpr int kMostSweeps = 12; // convergence is quadratic: 4 or 5 do
+    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+        const double off = std::fabs(m[0][1]) + std::fabs(m[0][2]) + std::fabs(m[1][2]);
+        if (off <= 1e-14 * (m[0][0] + m[1][1] + m[2][2]))
+            return;
+        for (const auto &[p, q, r] : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 1}, {1, 2, 0}}) {
+            if (m[p][q] == 0)
+                continue;
+            const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
+            const double t = (theta < 0 ? -1 : 1) / (std::fabs(theta) + std::sqrt(theta * theta + 1));
+            const double c = 1 / std::sqrt(t * t + 1), s = t * c;
+            const double pq = m[p][q], pr = m[p][r], qr = m[q][r];
+            m[p][p] -= t * pq;
+            m[q][q] += t * pq;
+            m[p][q] = m[q][p] = 0;
+            m[p][r] = m[r][p] = c * pr - s * qr;
+            m[q][r] = m[r][q] = s * pr + c * qr;
+            for (auto &row : vectors) {
+                const double vp = row[p], vq = row[q];
+                row[p] = c * vp - s * vq;
+                row[q] = s * vp + c * vq;
+            }
+        }
+    }
+}
+
+struct Plane {
+    glm::dvec3 normal{0}; // zero where the points lie on a line
+    double roughness = 1; // least moment to middle one, 0..1
+};
+
+// Through a point and others at `offsets` from it.
+Plane fit_plane(std::span<const glm::dvec3> offsets, std::span<const double> weights) {
+    double weight = 1; // of the point itself, at offset 0
+    glm::dvec3 mean(0);
+    for (std::size_t i = 0; i < offsets.size(); ++i) {
+        weight += weights[i];
+        mean += weights[i] * offsets[i];
+    }
+    mean /= weight;
+    Matrix m{};
+    const auto add = [&](const glm::dvec3 &d, double w) {
+        m[0][0] += w * d.x * d.x;
+        m[0][1] += w * d.x * d.y;
+        m[0][2] += w * d.x * d.z;
+        m[1][1] += w * d.y * d.y;
+        m[1][2] += w * d.y * d.z;
+        m[2][2] += w * d.z * d.z;
+    };
+    add(mean, 1);
+    for (std::size_t i = 0; i < offsets.size(); ++i)
+        add(offsets[i] - mean, weights[i]);
+    m[1][0] = m[0][1];
+    m[2][0] = m[0][2];
+    m[2][1] = m[1][2];
+    Matrix vectors;
+    diagonalise(m, vectors);
+    std::size_t least = 0, most = 0;
+    for (std::size_t k = 1; k < 3; ++k) {
+        least = m[k][k] < m[least][least] ? k : least;
+        most = m[k][k] >= m[most][most] ? k : most;
+    }
+    const std::size_t middle = least == most ? most : 3 - least - most;
+    if (!(m[middle][middle] > kLine * m[most][most]))
+        return {};
+    return {{vectors[0][least], vectors[1][least], vectors[2][least]},
+            std::max(0.0, m[least][least]) / m[middle][middle]};
+}
+
+Plane plane_at(const std::vector<LatticePoint> &points, std::size_t point, std::span<const NearPoint> found) {
+    const double farthest = found.empty() ? 0 : found.back().squared_distance;
+    if (!(farthest > 0))
+        return {};
+    const double scale = 1 / std::sqrt(farthest);
+    std::array<glm::dvec3, kMostNeighbours> offsets;
+    std::array<double, kMostNeighbours> weights{};
+    for (std::size_t k = 0; k < found.size(); ++k) {
+        offsets[k] = glm::dvec3(points[found[k].point] - points[point]) * scale;
+        weights[k] = 1 - kFarthestLoss * (found[k].squared_distance / farthest);
+    }
+    return fit_plane(std::span(offsets).first(found.size()), std::span(weights).first(found.size()));
+}
+
+PointLinks room_for_links(std::size_t points) {
+    PointLinks links;
+    links.nearest.resize(points * kLinks);
+    links.spacing.resize(points);
+    return links;
+}
+
+void keep_links(PointLinks &links, std::size_t point, std::span<const NearPoint> found) {
+    const std::size_t count = std::min(kLinks, found.size());
+    double sum = 0;
+    for (std::size_t k = 0; k < kLinks; ++k) {
+        links.nearest[point * kLinks + k] = k < count ? found[k].point : static_cast<std::uint32_t>(point);
+        sum += k < count ? std::sqrt(found[k].squared_distance) : 0;
+    }
+    links.spacing[point] = count > 0 ? static_cast<float>(sum / static_cast<double>(count)) : 0;
+}
+
+template <class Work> void for_each_point(std::size_t count, int threads, Work &&work) {
+    parallel_for((count + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
+        for (std::size_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i)
+            work(i);
+    });
+}
+
+} // namespace
+
+PointLinks link_points(const PointNeighbours &neighbours, int threads) {
+    PointLinks links = room_for_links(neighbours.points().size());
+    for_each_point(neighbours.points().size(), threads, [&](std::size_t i) {
+        std::array<NearPoint, kLinks> found;
+        keep_links(links, i, std::span(found).first(neighbours.nearest(i, found)));
+    });
+    return links;
+}
+
+PlaneFits fit_planes(const PointNeighbours &neighbours, int threads) {
+    const std::vector<LatticePoint> &points = neighbours.points();
+    PlaneFits fits{room_for_links(points.size()), std::vector<ShortNormal>(points.size())};
+    for_each_point(points.size(), threads, [&](std::size_t i) {
+        std::array<NearPoint, kMostNeighbours> found;
+        auto near = std::span(found).first(neighbours.nearest(i, std::span(found).first(kScales.front())));
+        keep_links(fits.links, i, near);
+        Plane best = plane_at(points, i, near);
+        if (best.roughness > kSmooth) {
+            near = std::span(found).first(neighbours.nearest(i, found));
+            for (std::size_t scale = 1; scale < kScales.size(); ++scale) {
+                const Plane plane = plane_at(points, i, near.first(std::min(near.size(), kScales[scale])));
+                if (plane.roughness < best.roughness)
+                    best = plane;
+            }
+        }
+        fits.normals[i] = to_short_normal(best.normal);
+    });
+    return fits;
+}
+
+} // namespace pbm::build

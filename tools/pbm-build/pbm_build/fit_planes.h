@@ -1,0 +1,31 @@
+// Planes through the points around each point: the normals of a cloud that has none, of either sign. orient_normals.h
+// turns them.
+// Based on: Hoppe, DeRose, Duchamp, McDonald, Stuetzle. Surface Reconstruction from Unorganized Points. 1992
+#pragma once
+
+#include "pbm_build/neighbours.h"
+#include "pbm_build/short_normal.h"
+
+namespace pbm::build {
+
+inline constexpr std::size_t kLeastNeighbours = 10, kMostNeighbours = 30; // that a plane is fitted to
+inline constexpr std::size_t kLinks = 8;                                  // nearest neighbours that are kept
+
+struct PointLinks {
+    std::vector<std::uint32_t> nearest; // [points][kLinks] nearest first; the point itself where there are fewer
+    std::vector<float> spacing;         // [points] mean distance to them in lattice steps; 0 where there is none
+};
+
+struct PlaneFits {
+    PointLinks links;
+    std::vector<ShortNormal> normals; // [points] of either sign; zero: no plane, the points around lie on a line
+};
+
+PointLinks link_points(const PointNeighbours &neighbours, int threads);
+
+// The plane of least squares through the points around each, near ones counting more. Where the nearest few do not lie
+// on a plane, more are taken if they do so better: noise needs many points, edges and thin walls few.
+// Based on: Demantké, Mallet, David, Vallet. Dimensionality Based Scale Selection in 3D Lidar Point Clouds. 2011
+PlaneFits fit_planes(const PointNeighbours &neighbours, int threads);
+
+} // namespace pbm::build
