@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Sets everything up and walks from a scan to a picture: demo.sh [VERTICES [FOLDER]]
-# Makes the sample scan, builds a .bvg from it, validates it, draws it; ends with the numbers.
+# Makes the sample scan, builds a .bvg from it, validates it, draws it; ends with the numbers and how to see it in a window.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 vertices=${1:-1000000}
@@ -8,7 +8,7 @@ out=${2:-out}
 
 scripts/install_packages.sh all
 cmake --preset release >/dev/null
-cmake --build --preset release -j "$(nproc)" --target pbm-sample pbm-build pbm-validate pbm-info pbm-render
+cmake --build --preset release -j "$(nproc)" --target pbm-sample pbm-build pbm-validate pbm-info pbm-render pbm-view
 bin=build/release/bin
 mkdir -p "$out"
 scan=$out/ammonite_$vertices.ply
@@ -45,3 +45,4 @@ print()
 for name, value in rows:
     print(f"{name:18}{value}")
 PY
+echo "to look at it from all sides: $bin/pbm-view $model"

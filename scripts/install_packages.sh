@@ -1,20 +1,27 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|all]
-#   runtime  to build the format library, the renderer and the programs that show files
+# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|all]
+#   runtime  to build the format library, the renderer and pbm-render: nothing that knows of displays
+#   viewer   also pbm-view
 #   all      also pbm-build, the sample generator, the tests, the linters and the fuzzers (default)
 set -euo pipefail
 
 build_system=(g++ cmake ninja-build pkg-config)
 runtime=(libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libpng-dev)
+viewer=(libglfw3-dev libepoxy-dev libimgui-dev)
 tools=(libopenmesh-dev libnanoflann-dev libtomlplusplus-dev)
 tests=(libgtest-dev libembree-dev python3 python3-zstandard python3-xxhash valgrind zstd make mandoc groff-base)
+window_tests=(xvfb xdotool imagemagick libgl1-mesa-dri)
 clang=(clang libclang-rt-14-dev clang-tidy clang-format)
 
 case ${1:-all} in
 runtime) packages=("${build_system[@]}" "${runtime[@]}") ;;
-all) packages=("${build_system[@]}" "${runtime[@]}" "${tools[@]}" "${tests[@]}" "${clang[@]}") ;;
+viewer) packages=("${build_system[@]}" "${runtime[@]}" "${viewer[@]}") ;;
+all)
+    packages=("${build_system[@]}" "${runtime[@]}" "${viewer[@]}" "${tools[@]}" "${tests[@]}" "${window_tests[@]}"
+        "${clang[@]}")
+    ;;
 *)
-    echo "usage: install_packages.sh [runtime|all]" >&2
+    echo "usage: install_packages.sh [runtime|viewer|all]" >&2
     exit 1
     ;;
 esac

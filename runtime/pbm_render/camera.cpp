@@ -80,15 +80,17 @@ glm::dvec3 up_direction(UpAxis up) {
 glm::dvec3 front_direction(UpAxis up) { return up == UpAxis::z ? glm::dvec3(0, -1, 0) : glm::dvec3(0, 0, 1); }
 
 Camera default_camera(const Model &model, int width, int height, double view_angle) {
+    return default_camera(bounding_sphere(model), model.parameters.grid.up, width, height, view_angle);
+}
+
+Camera default_camera(const Sphere &bounds, UpAxis up, int width, int height, double view_angle) {
     Camera camera;
     camera.view_angle = view_angle;
-    const Sphere sphere = bounding_sphere(model);
     const double vertical = camera.view_angle / 2;
     const double horizontal = std::atan(std::tan(vertical) * width / height);
-    camera.focal_point = sphere.centre;
-    camera.up = up_direction(model.parameters.grid.up);
-    camera.position = sphere.centre + front_direction(model.parameters.grid.up) * sphere.radius /
-                                          std::sin(std::min(vertical, horizontal));
+    camera.focal_point = bounds.centre;
+    camera.up = up_direction(up);
+    camera.position = bounds.centre + front_direction(up) * bounds.radius / std::sin(std::min(vertical, horizontal));
     return camera;
 }
 

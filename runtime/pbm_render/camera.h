@@ -44,5 +44,7 @@ glm::dvec3 front_direction(UpAxis up);
 // Looks from the front at the whole model: its bounding sphere touches the nearer borders of a picture of width x
 // height.
 Camera default_camera(const Model &model, int width, int height, double view_angle = kDefaultViewAngle);
+// The same where the bounding sphere is known.
+Camera default_camera(const Sphere &bounds, UpAxis up, int width, int height, double view_angle = kDefaultViewAngle);
 
 } // namespace pbm

@@ -62,7 +62,9 @@ HOMES = {
     r"nanoflann.*": r"tools/pbm-build/pbm_build/neighbours\.cpp",
     r"CLI/.*": r"command_line/parse\.h",
     r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",
-    r"(GLFW|GL|epoxy)/.*|imgui.*": r"runtime/viewer/pbm-view/.*",
+    r"GLFW/.*": r"runtime/viewer/pbm-view/window\.cpp",
+    r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/presenter\.cpp",
+    r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/overlay\.cpp",
     r"(png|libdeflate|zlib)\.h": r"runtime/viewer/.*\.cpp",
     r"(jpeglib|turbojpeg)\.h|stb/.*": r"tools/pbm-build/.*\.cpp",
     r"sys/(mman|resource|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/platform\.cpp",
@@ -79,6 +81,7 @@ C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot
 WINDOWS = "libGL|libEGL|libOpenGL|libX11|libxcb|libwayland|libglfw|libepoxy"
 LINKS = {
     "pbm-render": f"{WINDOWS}|libOpenMesh|libembree|libjpeg|libstb",
+    "pbm-view": "libOpenMesh|libembree|libjpeg",
     "pbm-validate": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
     "pbm-info": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
     "pbm-export": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
@@ -129,8 +132,8 @@ def check_includes(path, text):
         elif line[0] == '"' or top.startswith("pbm_"):
             if "/" in header and top not in FLOORS[floor]:
                 found.append(f"{path}: includes {header}; {floor} may include {sorted(FLOORS[floor]) or 'none of us'}")
-            elif header in WITH_CLI11 and path not in WITH_CLI11 and not re.search(r"/(main|options)\.cpp$", path):
-                found.append(f"{path}: includes {header} and with it CLI11, which belongs in main.cpp or options.cpp")
+            elif header in WITH_CLI11 and path not in WITH_CLI11 and not re.search(r"/(main|(\w+_)?options)\.cpp$", path):
+                found.append(f"{path}: includes {header} and with it CLI11, which belongs in main.cpp, options.cpp or *_options.cpp")
             elif top == "pbm_format" and floor == "format_spec/pbm_format":
                 problem = check_format_order(path, header)
                 if problem:
@@ -201,6 +204,12 @@ def self_test():
         ("runtime/pbm_render/camera.cpp", "#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>"),
         ("runtime/pbm_bake/shadow_map.h", '#include "pbm_render/camera.h"'),
         ("runtime/viewer/pbm-render/main.cpp", "#include <GLFW/glfw3.h>"),
+        ("runtime/viewer/camera_control.cpp", "#include <GLFW/glfw3.h>"),
+        ("runtime/viewer/pbm-view/viewer.cpp", "#include <GLFW/glfw3.h>"),
+        ("runtime/viewer/pbm-view/window.cpp", "#include <epoxy/gl.h>"),
+        ("runtime/viewer/pbm-view/window.cpp", "#include <imgui.h>"),
+        ("runtime/viewer/pbm-view/window.cpp", "#include <backends/imgui_impl_glfw.h>"),
+        ("runtime/viewer/pbm-view/window.cpp", '#include "pbm_build/pipeline.h"'),
         ("runtime/viewer/pbm-render/png_writer.h", "#include <CLI/CLI.hpp>"),
         ("tools/pbm-build/pbm_build/pipeline.cpp", '#include "pbm_render/camera.h"'),
         ("tools/pbm-build/pbm_scan/surface.h", '#include "pbm_build/pipeline.h"'),
@@ -223,6 +232,10 @@ def self_test():
         ("format_spec/pbm_format/reader.cpp", '#include "pbm_format/reader.h"\n#include "pbm_format/chunk.h"\n#include <vector>'),
         ("format_spec/pbm_format/chunk.cpp", "#include <zstd.h>"),
         ("runtime/viewer/pbm-render/main.cpp", '#include "pbm_render/camera.h"\n#include "command_line/parse.h"\n#include "png_writer.h"'),
+        ("runtime/viewer/view_options.cpp", '#include "command_line/parse.h"'),
+        ("runtime/viewer/pbm-view/window.cpp", "#include <GLFW/glfw3.h>"),
+        ("runtime/viewer/pbm-view/presenter.cpp", "#include <epoxy/gl.h>"),
+        ("runtime/viewer/pbm-view/overlay.cpp", "#include <imgui.h>\n#include <backends/imgui_impl_opengl3.h>"),
         ("tools/pbm-build/pbm_scan/mesh_reader.cpp", "#include <OpenMesh/Core/IO/importer/BaseImporter.hh>"),
     ]
     bad_cmake = [
@@ -235,6 +248,7 @@ def self_test():
         ("pbm-render", "\tlibc.so.6 => /lib/libc.so.6 (0x1)\n\tlibGL.so.1 => /lib/libGL.so.1 (0x1)"),
         ("pbm-render", "\tlibX11.so.6 => /lib/libX11.so.6 (0x1)"),
         ("pbm-render", "\tlibOpenMeshCore.so.9.0 => /lib/libOpenMeshCore.so.9.0 (0x1)"),
+        ("pbm-view", "\tlibOpenMeshCore.so.9.0 => /lib/libOpenMeshCore.so.9.0 (0x1)"),
         ("pbm-validate", "\tlibOpenMeshCore.so.9.0 => /lib/libOpenMeshCore.so.9.0 (0x1)"),
         ("pbm-info", "\tlibpng16.so.16 => /lib/libpng16.so.16 (0x1)"),
         ("pbm-build", "\tlibglfw.so.3 => /lib/libglfw.so.3 (0x1)"),

@@ -36,6 +36,9 @@ for program in ("pbm-build", "pbm-render", "pbm-validate", "pbm-info", "pbm-expo
     check((prefix / "bin" / program).is_file(), program + " is not installed")
     help_text = run(prefix / "bin" / program, "--help")
     check(program in help_text, f"{program} --help does not name itself")
+if (prefix / "bin" / "pbm-view").exists():
+    check("pbm-view" in run(prefix / "bin" / "pbm-view", "--help"), "pbm-view --help does not name itself")
+    run(prefix / "bin" / "pbm-validate", prefix / "share" / "pbm" / "sample.bvg")
 check(list(prefix.glob("share/doc/*/LICENSE")), "LICENSE is not installed")
 check(list(prefix.glob("share/doc/*/BVG.md")), "BVG.md is not installed")
 for file in prefix.rglob("*.cmake"):

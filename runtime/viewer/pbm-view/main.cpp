@@ -1,0 +1,56 @@
+// pbm-view: a binary voxel grid in a window.
+#include "options.h"
+#include "sample_model.h"
+#include "viewer.h"
+#include "window.h"
+
+#include "command_line/command_line.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+
+namespace {
+
+using namespace pbm;
+
+constexpr std::string_view kProgram = "pbm-view";
+
+int run(int argc, char **argv, std::unique_ptr<BackgroundThread> &background) {
+    const auto start = Viewer::Clock::now();
+    Arguments arguments;
+    if (const auto done = parse(kProgram, argc, argv, arguments))
+        return *done;
+    if (const Status affordable = check_picture_memory(arguments.view.resolution, arguments.view.load); !affordable)
+        return command_line::fail(kProgram, "", affordable.error());
+    std::string path = arguments.input;
+    if (path.empty()) {
+        auto sample = sample_model();
+        if (!sample)
+            return command_line::fail(kProgram, "", sample.error());
+        path = std::move(*sample);
+    }
+    // What is no model at all is said before a window opens.
+    if (const Status good = check_scene(path); !good)
+        return command_line::fail(kProgram, path, with_advice(kProgram, good.error()));
+
+    background = std::make_unique<BackgroundThread>();
+    Loading loading = begin_loading(*background, path, arguments.view.load);
+    const auto window = Window::open(std::filesystem::path(path).filename().string() + " - " + std::string(kProgram),
+                                     arguments.view.resolution);
+    if (!window)
+        return command_line::fail(kProgram, "", window.error());
+    Viewer viewer(kProgram, arguments, **window, *background, path, std::move(loading), start);
+    return viewer.run();
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    std::unique_ptr<BackgroundThread> background;
+    const int code = command_line::run_program(kProgram, [&] { return run(argc, argv, background); });
+    // Who quits while a model is loading or drawn need not wait for it: all that was to be written has been.
+    if (background && background->busy())
+        std::quick_exit(code);
+    return code;
+}

@@ -1,0 +1,23 @@
+// The command line of pbm-view.
+#pragma once
+
+#include "viewer/camera_control.h"
+#include "viewer/view_options.h"
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace pbm {
+
+struct Arguments {
+    std::string input; // empty: the sample
+    ViewOptions view;
+    CameraMode camera_mode = CameraMode::orbit;
+    bool show_frame_time = false;
+};
+
+// Fills `arguments`, or returns the exit code of a program that has said all it had to say.
+std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments);
+
+} // namespace pbm

@@ -1,0 +1,423 @@
+#include "viewer.h"
+
+#include "command_line/command_line.h"
+#include "viewer/picture_file.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <new>
+
+namespace pbm {
+namespace {
+
+constexpr double kDoubleClick = 0.4;       // seconds
+constexpr double kDoubleClickReach = 0.01; // picture heights
+constexpr double kNoticeTime = 4, kProblemTime = 10;
+constexpr double kBusyPoll = 0.1; // seconds; should a wake-up ever be lost while the background works
+
+std::string file_name(const std::string &path) { return std::filesystem::path(path).filename().string(); }
+
+// 1234567 as 1,234,567.
+std::string grouped(std::uint64_t number) {
+    const std::string digits = std::to_string(number);
+    std::string text;
+    for (std::size_t i = 0; i < digits.size(); ++i) {
+        if (i > 0 && (digits.size() - i) % 3 == 0)
+            text += ',';
+        text += digits[i];
+    }
+    return text;
+}
+
+std::string milliseconds(double seconds) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.1f ms", 1e3 * seconds);
+    return text.data();
+}
+
+std::string size_text(glm::ivec2 size) { return std::to_string(size.x) + "x" + std::to_string(size.y); }
+
+std::vector<OverlayRow> help_rows(CameraMode mode) {
+    std::vector<OverlayRow> rows;
+    if (mode == CameraMode::orbit)
+        rows = {{"Drag", "turn the model"},
+                {"Wheel, right drag, Up, Down", "change the distance"},
+                {"Left, Right", "turn the model"}};
+    else
+        rows = {{"Drag", "turn the camera"},
+                {"Wheel, Up, Down", "fly along the view direction"},
+                {"Left, Right", "fly sideways"}};
+    const std::vector<OverlayRow> common{{"Middle drag, Shift + drag", "move the model in the picture"},
+                                         {"W, A, S, D", "as the arrow keys"},
+                                         {"F, Enter, double click", "back to the first view"},
+                                         {"C", mode == CameraMode::orbit ? "flying camera" : "target camera"},
+                                         {"Space, F12", "save a picture"},
+                                         {"F1, H", "this help"},
+                                         {"F2", "what a picture costs"},
+                                         {"F11", "full screen"},
+                                         {"Drop a file", "open it"},
+                                         {"Escape", "quit"}};
+    rows.insert(rows.end(), common.begin(), common.end());
+    return rows;
+}
+
+} // namespace
+
+Loading begin_loading(BackgroundThread &background, const std::string &path, const LoadOptions &options) {
+    return background.post([path, options]() -> Result<LoadedScene> {
+        try {
+            auto scene = load_scene(path, options);
+            if (!scene)
+                return scene.error();
+            const Sphere bounds = bounding_sphere((*scene)->model);
+            return LoadedScene{path, std::move(*scene), bounds};
+        } catch (const std::bad_alloc &) {
+            return Error{ErrorCode::memory, 0, "out of memory"};
+        }
+    });
+}
+
+Viewer::Viewer(std::string_view program, const Arguments &arguments, Window &window, BackgroundThread &background,
+               const std::string &path, Loading loading, Clock::time_point start)
+    : program_(program), options_(arguments.view), window_(window), background_(background),
+      overlay_(window.content_scale()), start_(start), context_(Window::now()), loading_(std::move(loading)),
+      loading_path_(path), mode_(arguments.camera_mode), show_frame_time_(arguments.show_frame_time) {
+    background_.set_wake(Window::wake);
+}
+
+Viewer::~Viewer() { background_.set_wake({}); }
+
+int Viewer::run() {
+    while (!quit_ && !window_.close_requested()) {
+        for (const Event &event : window_.wait(timeout()))
+            std::visit([this](const auto &e) { handle(e); }, event);
+        if (quit_)
+            break;
+        if (const glm::dvec2 steps = arrows_.take_steps(Window::now()); model_ && steps != glm::dvec2(0))
+            move_to(after_arrows(camera_, mode_, steps, model_->bounds.radius));
+        if (const auto failed = receive_model())
+            return *failed;
+        receive_saves(false);
+        receive_picture();
+        draw_due_picture();
+        if (!notice_.text.empty() && Window::now() >= notice_.until) {
+            notice_ = {};
+            stale_ = true;
+        }
+        if (stale_)
+            present();
+    }
+    receive_saves(true);
+    if (verbose())
+        std::cout << "frames: " << frames_ << std::endl;
+    return 0;
+}
+
+void Viewer::handle(const KeyEvent &event) {
+    const auto arrow = [&](Arrow which) {
+        if (event.pressed)
+            arrows_.press(which, Window::now());
+        else
+            arrows_.release(which, Window::now());
+    };
+    switch (event.key) {
+    case Key::left: return arrow(Arrow::left);
+    case Key::right: return arrow(Arrow::right);
+    case Key::up: return arrow(Arrow::up);
+    case Key::down: return arrow(Arrow::down);
+    default: break;
+    }
+    if (!event.pressed)
+        return;
+    switch (event.key) {
+    case Key::quit: quit_ = true; break;
+    case Key::save: save(); break;
+    case Key::reset: reset_camera(); break;
+    case Key::help: show_help_ = !show_help_; break;
+    case Key::frame_time: show_frame_time_ = !show_frame_time_; break;
+    case Key::full_screen: window_.toggle_full_screen(); break;
+    case Key::switch_camera:
+        mode_ = mode_ == CameraMode::orbit ? CameraMode::fly : CameraMode::orbit;
+        notify(mode_ == CameraMode::orbit ? "Target camera" : "Flying camera", false);
+        break;
+    default: break;
+    }
+    stale_ = true;
+}
+
+void Viewer::handle(const ButtonEvent &event) {
+    if (!event.pressed) {
+        if (dragging_ == event.button)
+            dragging_.reset();
+        return;
+    }
+    if (dragging_)
+        return;
+    dragging_ = event.button;
+    drag_with_shift_ = event.shift;
+    if (event.button != MouseButton::left || !mouse_)
+        return;
+    const double now = Window::now();
+    if (now - last_click_ < kDoubleClick && glm::length(*mouse_ - last_click_place_) < kDoubleClickReach) {
+        reset_camera();
+        last_click_ = -1; // a third click is the first of another pair
+        return;
+    }
+    last_click_ = now;
+    last_click_place_ = *mouse_;
+}
+
+void Viewer::handle(const MoveEvent &event) {
+    const glm::dvec2 moved = event.position - mouse_.value_or(event.position);
+    mouse_ = event.position;
+    if (!dragging_ || !model_ || moved == glm::dvec2(0))
+        return;
+    Drag drag = Drag::turn;
+    if (*dragging_ == MouseButton::middle || (*dragging_ == MouseButton::left && drag_with_shift_))
+        drag = Drag::pan;
+    else if (*dragging_ == MouseButton::right)
+        drag = Drag::distance;
+    move_to(after_drag(camera_, mode_, drag, {moved.x, -moved.y}, model_->bounds.radius));
+}
+
+void Viewer::handle(const WheelEvent &event) {
+    if (model_ && event.notches != 0)
+        move_to(after_wheel(camera_, mode_, event.notches, model_->bounds.radius));
+}
+
+void Viewer::handle(const DropEvent &event) {
+    loading_ = begin_loading(background_, event.path, options_.load);
+    loading_path_ = event.path;
+    stale_ = true;
+}
+
+void Viewer::handle(const RefreshEvent & /*event*/) { stale_ = true; }
+
+// Takes the model that was loaded, if one was. The exit code if it is the first one and cannot be shown.
+std::optional<int> Viewer::receive_model() {
+    if (!is_ready(loading_))
+        return std::nullopt;
+    auto loaded = loading_.get();
+    const std::string path = std::exchange(loading_path_, "");
+    stale_ = true;
+    if (!loaded) {
+        const Error error = with_advice(program_, loaded.error());
+        if (!model_)
+            return command_line::fail(program_, path, error);
+        notify(file_name(path) + ": " + error.message, true);
+        return std::nullopt;
+    }
+    if (const Status shown = show(std::move(*loaded)); !shown)
+        return command_line::fail_usage(program_, shown.error().message);
+    return std::nullopt;
+}
+
+Status Viewer::show(LoadedScene loaded) {
+    if (model_) // where to stand for the model named on the command line says nothing about others
+        options_.position = options_.focal_point = options_.view_up = std::nullopt;
+    const auto camera = first_camera(loaded);
+    if (!camera)
+        return camera.error();
+    model_ = std::move(loaded);
+    scheduler_.emplace(level_points(model_->scene->model), options_.render.level);
+    camera_ = *camera;
+    change_view();
+    window_.set_title(file_name(model_->path) + " - " + std::string(program_) + " (F1: help)");
+    return {};
+}
+
+void Viewer::move_to(const Camera &camera) {
+    if (!is_usable(camera))
+        return;
+    camera_ = camera;
+    change_view();
+}
+
+void Viewer::change_view() {
+    ++view_;
+    scheduler_->view_changed(Window::now());
+}
+
+// For the window as it is; one without pixels has the size it had.
+Result<Camera> Viewer::first_camera(const LoadedScene &model) const {
+    glm::ivec2 size = picture_size();
+    if (size == glm::ivec2(0))
+        size = view_size_ == glm::ivec2(0) ? options_.resolution : view_size_;
+    return choose_camera(options_, model.bounds, model.scene->model.parameters.grid.up, size);
+}
+
+void Viewer::reset_camera() {
+    if (!model_)
+        return;
+    if (const auto camera = first_camera(*model_))
+        move_to(*camera);
+}
+
+void Viewer::draw_due_picture() {
+    const glm::ivec2 size = picture_size();
+    if (!model_ || size == glm::ivec2(0))
+        return;
+    if (size != view_size_) {
+        view_size_ = size;
+        change_view();
+    }
+    const auto step = scheduler_->next(Window::now());
+    if (!step)
+        return;
+    if (step->at_once)
+        draw_now(step->level);
+    else if (!refining_.valid())
+        draw_in_background(step->level);
+}
+
+void Viewer::draw_now(int level) {
+    if (!canvas_ || glm::ivec2(canvas_->width, canvas_->height) != view_size_)
+        canvas_.emplace(view_size_.x, view_size_.y);
+    const bool first_of_view = !scheduler_->shown();
+    RenderOptions options = options_.render;
+    options.level = level;
+    const double begin = Window::now();
+    const RenderStatistics drawn = model_->scene->renderer.render(camera_, options, *canvas_);
+    show_picture(*canvas_, drawn, Window::now() - begin);
+    if (first_of_view && verbose())
+        std::cout << "view: " << view_as_options(camera_, options_.view_angle, view_size_) << std::endl;
+}
+
+void Viewer::draw_in_background(int level) {
+    RenderOptions options = options_.render;
+    options.level = level;
+    refining_ = background_.post([scene = model_->scene, camera = camera_, options, size = view_size_, view = view_] {
+        const auto begin = Clock::now();
+        Framebuffer pixels(size.x, size.y);
+        const RenderStatistics drawn = scene->renderer.render(camera, options, pixels);
+        const std::chrono::duration<double> taken = Clock::now() - begin;
+        return Picture{view, std::move(pixels), drawn, taken.count()};
+    });
+}
+
+// Shows the fine picture that was drawn in the background, unless the view is another by now.
+void Viewer::receive_picture() {
+    if (!is_ready(refining_))
+        return;
+    const Picture picture = refining_.get();
+    if (picture.view == view_)
+        show_picture(picture.pixels, picture.drawn, picture.seconds);
+}
+
+void Viewer::show_picture(const Framebuffer &pixels, const RenderStatistics &drawn, double seconds) {
+    presenter_.upload(pixels);
+    scheduler_->drawn(drawn.level, seconds);
+    drawn_ = drawn;
+    drawn_seconds_ = seconds;
+    stale_ = true;
+}
+
+// Draws the view once more, at the finest level, whatever is shown at the moment.
+void Viewer::save() {
+    if (!model_ || view_size_ == glm::ivec2(0))
+        return;
+    const std::string name = std::filesystem::path(model_->path).stem().string();
+    saves_.push_back(
+        background_.post([scene = model_->scene, camera = camera_, options = options_.render, size = view_size_, name] {
+            Framebuffer pixels(size.x, size.y);
+            scene->renderer.render(camera, options, pixels);
+            return save_picture(std::filesystem::path(), name, pixels);
+        }));
+}
+
+// Tells what became of pictures that were to be saved; waits for those not yet done if `all` are wanted.
+void Viewer::receive_saves(bool all) {
+    while (!saves_.empty() && (all || is_ready(saves_.front()))) {
+        const auto saved = saves_.front().get();
+        saves_.erase(saves_.begin());
+        if (saved && options_.verbosity != command_line::Verbosity::quiet)
+            std::cout << "saved " << *saved << std::endl;
+        if (!saved)
+            command_line::fail(program_, "", saved.error());
+        notify(saved ? "Saved " + std::filesystem::absolute(*saved).string() : saved.error().message, !saved);
+    }
+}
+
+void Viewer::notify(std::string text, bool is_problem) {
+    notice_ = {std::move(text), is_problem, Window::now() + (is_problem ? kProblemTime : kNoticeTime)};
+    stale_ = true;
+}
+
+// How long nothing is to be done unless something happens.
+std::optional<double> Viewer::timeout() const {
+    const double now = Window::now();
+    std::optional<double> at;
+    const auto no_later_than = [&](std::optional<double> time) {
+        if (time)
+            at = at ? std::min(*at, *time) : *time;
+    };
+    if (stale_)
+        no_later_than(now);
+    if (!notice_.text.empty())
+        no_later_than(notice_.until);
+    if (background_.busy())
+        no_later_than(now + kBusyPoll);
+    no_later_than(arrows_.next_step(now));
+    // A fine picture that is due waits for the one under way.
+    if (scheduler_ && picture_size() != glm::ivec2(0) && !(scheduler_->shown() && refining_.valid()))
+        no_later_than(scheduler_->due());
+    return at ? std::optional(std::max(0.0, *at - now)) : std::nullopt;
+}
+
+// Pixels of the window, as far as OpenGL can show them; 0 x 0 if there are none.
+glm::ivec2 Viewer::picture_size() const {
+    const glm::ivec2 size = window_.framebuffer_size();
+    if (size.x <= 0 || size.y <= 0)
+        return glm::ivec2(0);
+    return glm::min(size, std::min(presenter_.max_edge(), kMaxPictureEdge));
+}
+
+OverlayText Viewer::overlay_text() const {
+    OverlayText text;
+    if (loading_.valid())
+        text.middle = "Loading " + file_name(loading_path_) + " ...";
+    if (show_help_) {
+        text.help_title = std::string(program_) + " " PBM_VERSION;
+        text.help = help_rows(mode_);
+    }
+    if (show_frame_time_ && scheduler_ && scheduler_->shown())
+        text.corner = milliseconds(drawn_seconds_) + "   level " + std::to_string(drawn_.level) + " of " +
+                      std::to_string(model_->scene->model.levels.size() - 1) + "   " + grouped(drawn_.drawn_points) +
+                      " of " + grouped(drawn_.points) + " points   " + size_text(view_size_);
+    text.notice = notice_.text;
+    text.notice_is_problem = notice_.is_problem;
+    return text;
+}
+
+void Viewer::present() {
+    const glm::ivec2 size = window_.framebuffer_size();
+    stale_ = false;
+    if (size.x <= 0 || size.y <= 0)
+        return;
+    presenter_.draw(size, options_.render.background);
+    if (const OverlayText text = overlay_text(); !text.empty())
+        overlay_.draw(size, text);
+    window_.swap();
+    ++frames_;
+    if (!verbose())
+        return;
+    if (scheduler_ && scheduler_->shown()) {
+        if (std::exchange(first_picture_, false)) {
+            const std::chrono::duration<double> since_start = Clock::now() - start_;
+            std::cout << "first picture: " << milliseconds(since_start.count()) << " after the start, "
+                      << milliseconds(Window::now() - context_) << " after the OpenGL context\n";
+        }
+        std::cout << "frame " << frames_ << ": level " << drawn_.level << " of "
+                  << model_->scene->model.levels.size() - 1 << ", " << milliseconds(drawn_seconds_) << ", "
+                  << size_text(view_size_) << std::endl;
+    } else {
+        std::cout << "frame " << frames_ << ": no picture yet" << std::endl;
+    }
+}
+
+} // namespace pbm

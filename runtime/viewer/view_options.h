@@ -1,0 +1,49 @@
+// The part of a command line that says which view of which model is wanted; pbm-render and pbm-view share it.
+#pragma once
+
+#include "command_line/progress_display.h"
+#include "pbm_format/reader.h"
+#include "pbm_render/camera.h"
+#include "pbm_render/reference_renderer.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <optional>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace pbm {
+
+struct ViewOptions {
+    glm::ivec2 resolution{1280, 720};                         // pixels
+    std::optional<glm::dvec3> position, focal_point, view_up; // model space; absent: the default camera's
+    double view_angle = 30;                                   // degrees
+    RenderOptions render;
+    LoadOptions load;
+    command_line::Verbosity verbosity = command_line::Verbosity::normal;
+};
+
+// Declares the options of a view and -q, -v; the next option belongs to the group "Options". `options` must outlive the
+// parsing.
+void add_view_options(CLI::App &app, ViewOptions &options);
+
+// The default camera for a picture of `size`, but for what the command line says. `bounds` is the model's bounding
+// sphere, `up` the axis of its grid.
+//
+// errors  usage  it sees nothing
+Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size);
+
+// The options that make pbm-render draw this very view: every number reads back as the same double. `view_angle` in
+// degrees, since the camera's radians do not.
+std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size);
+
+// Fails if the pictures of `size` that a program keeps would take more than the memory granted.
+//
+// errors  memory
+Status check_picture_memory(glm::ivec2 size, const LoadOptions &load);
+
+} // namespace pbm

@@ -1,0 +1,19 @@
+// Preloaded by window_test.py: decompression waits as long as the file $PBM_TEST_HOLD exists, so that a test can look
+// at a program while it loads.
+#include <dlfcn.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdlib>
+#include <thread>
+
+extern "C" std::size_t ZSTD_decompressDCtx(void *context, void *target, std::size_t capacity, const void *source,
+                                           std::size_t size) {
+    using Decompress = std::size_t(void *, void *, std::size_t, const void *, std::size_t);
+    auto *const decompress = reinterpret_cast<Decompress *>(dlsym(RTLD_NEXT, "ZSTD_decompressDCtx"));
+    const char *const hold = std::getenv("PBM_TEST_HOLD");
+    while (hold != nullptr && access(hold, F_OK) == 0)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return decompress(context, target, capacity, source, size);
+}

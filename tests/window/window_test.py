@@ -1,0 +1,529 @@
+#!/usr/bin/env python3
+"""The window as a user has it, on a display of its own: window_test.py PROGRAMS WORK_FOLDER SOURCE_FOLDER HOLD [TEST...]
+
+HOLD is the library of hold_zstd.cpp. What the window shows is grabbed from the screen and compared, pixel for pixel, with what pbm-render draws for the view
+that `pbm-view -v` prints. Exit code 77: Xvfb, xdotool or ImageMagick is not installed.
+"""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
+import pictures  # noqa: E402
+import x11  # noqa: E402
+
+programs, work, source, hold = (pathlib.Path(a).resolve() for a in sys.argv[1:5])
+for tool in ("Xvfb", "xdotool", "import"):
+    if not shutil.which(tool):
+        print(f"skipped: {tool} is not installed")
+        sys.exit(77)
+shutil.rmtree(work, ignore_errors=True)
+work.mkdir(parents=True)
+
+SCREEN = (900, 700)
+SIZE = (480, 360)
+PATIENCE = 60  # seconds until something that does not happen is a failure
+
+
+def check(condition, message):
+    if not condition:
+        raise AssertionError(message)
+
+
+class Display:
+    def __init__(self, *options):
+        reader, writer = os.pipe()
+        screen = f"{SCREEN[0]}x{SCREEN[1]}x24"
+        command = ["Xvfb", "-displayfd", str(writer), "-screen", "0", screen, "-nolisten", "tcp", *options]
+        self.process = subprocess.Popen(command, pass_fds=[writer], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(writer)
+        number = os.fdopen(reader).readline().strip()
+        check(number, "Xvfb does not start")
+        self.name = f":{number}"
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait()
+
+
+def environment(display):
+    # Leaks of the driver are not ours.
+    result = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", "LC_ALL": "C",
+              "ASAN_OPTIONS": "detect_leaks=0:verify_asan_link_order=0"}
+    result.pop("DISPLAY", None)
+    result.pop("WAYLAND_DISPLAY", None)
+    return {**result, "DISPLAY": display} if display else result
+
+
+def run(program, *arguments, display=None, **more):
+    command = [str(programs / program), *map(str, arguments)]
+    return subprocess.run(command, cwd=work, capture_output=True, text=True, timeout=300,
+                          env={**environment(display), **more})
+
+
+class View:
+    """A running pbm-view; its standard output says what it did."""
+
+    def __init__(self, display, *arguments, size=SIZE, loading=False, **more):
+        self.display = display
+        self.log = work / f"log-{time.monotonic_ns()}.txt"
+        options = ["-v", f"--resolution={size[0]},{size[1]}"]
+        with open(self.log, "w") as log:
+            self.process = subprocess.Popen([str(programs / "pbm-view"), *options, *map(str, arguments)], cwd=work,
+                                            stdout=log, stderr=subprocess.STDOUT, env={**environment(display), **more})
+        if loading:
+            self.wait(lambda: self.lines("frame "), "first frame")
+        else:
+            self.settle(0)
+        self.window = int(self.xdotool("search", "--class", "pbm-view").split()[-1])
+        self.xdotool("windowfocus", "--sync", self.window)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+
+    def xdotool(self, *arguments):
+        return subprocess.run(["xdotool", *map(str, arguments)], env=environment(self.display), check=True,
+                              capture_output=True, text=True).stdout
+
+    def text(self):
+        return self.log.read_text()
+
+    def lines(self, kind):
+        return [line for line in self.text().splitlines() if line.startswith(kind)]
+
+    def wait(self, condition, what):
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            check(self.process.poll() is None, f"the program ended while {what} was waited for:\n{self.text()}")
+            check(time.monotonic() < end, f"no {what}; so far:\n{self.text()}")
+            time.sleep(0.02)
+
+    def settle(self, views):
+        """Waits until there were more than `views` views and the last one is shown at its finest level."""
+
+        def is_settled():
+            text = self.text()
+            if text.count("\nview: ") + text.startswith("view: ") <= views:
+                return False
+            frames = re.findall(r"^frame \d+: level (\d+) of (\d+)", text[text.rindex("view: "):], re.MULTILINE)
+            return bool(frames) and frames[-1][0] == frames[-1][1]
+
+        self.wait(is_settled, "finished picture of a new view")
+
+    def act(self, *arguments):
+        """Does something that changes the view, with xdotool."""
+        before = len(self.lines("view: "))
+        self.xdotool(*arguments)
+        self.settle(before)
+
+    def next_frame(self, *arguments):
+        """Does something that changes the window but not the view."""
+        before = len(self.lines("frame "))
+        self.xdotool(*arguments)
+        self.wait(lambda: len(self.lines("frame ")) > before, "new frame")
+
+    def view(self):
+        return self.lines("view: ")[-1].removeprefix("view: ").split()
+
+    def vectors(self):
+        """Position and focal point of the camera."""
+        text = " ".join(self.view())
+        return [[float(n) for n in re.search(rf"--camera-{name}=(\S+)", text)[1].split(",")]
+                for name in ("position", "focal-point")]
+
+    def grab(self):
+        """(width, height, RGB bytes) of the window on the screen."""
+        data = subprocess.run(["import", "-silent", "-window", str(self.window), "-depth", "8", "ppm:-"],
+                              env=environment(self.display), check=True, capture_output=True).stdout
+        kind, size, depth, pixels = data.split(b"\n", 3)
+        check((kind, depth) == (b"P6", b"255"), f"import made {kind} {depth}")
+        return (*map(int, size.split()), pixels)
+
+    def key(self, name):
+        self.act("key", name)
+
+    def quit(self):
+        self.xdotool("key", "Escape")
+        return self.process.wait(PATIENCE)
+
+
+def rendered(model, *options):
+    result = run("pbm-render", "-q", model, "-o", "expected.png", *options)
+    check(result.returncode == 0, f"pbm-render {options}: {result.stderr}")
+    width, height, channels, pixels = pictures.read_png(work / "expected.png")
+    check(channels == 3, "pbm-render drew something transparent")
+    return width, height, pixels
+
+
+def check_same(view, model, what):
+    """The window shows what pbm-render draws for the view that was printed."""
+    expected, shown = rendered(model, *view.view()), view.grab()
+    check(shown[:2] == expected[:2], f"{what}: the window has {shown[:2]}, the picture {expected[:2]}")
+    different = sum(a != b for a, b in zip(shown[2], expected[2]))
+    check(len(shown[2]) == len(expected[2]) and different == 0, f"{what}: {different} bytes differ")
+    check(len(set(zip(*[iter(expected[2])] * 3))) > 100, f"{what}: nothing is to be seen")
+    return shown
+
+
+def check_same_in_the_end(view, model, what):
+    """The same while the window may still be about to draw what it was told."""
+    end = time.monotonic() + PATIENCE
+    while True:
+        view.settle(0)
+        try:
+            return check_same(view, model, what)
+        except AssertionError:
+            if time.monotonic() > end:
+                raise
+
+
+def length(v):
+    return sum(n * n for n in v) ** 0.5
+
+
+def minus(a, b):
+    return [x - y for x, y in zip(a, b)]
+
+
+def dragged(button, start, end, *modifiers):
+    down = [part for m in modifiers for part in ("keydown", m)]
+    up = [part for m in modifiers for part in ("keyup", m)]
+    return ["mousemove", *start, *down, "mousedown", button, "mousemove", *end, "mouseup", button, *up]
+
+
+def test_first_picture(display):
+    with View(display, "model.bvg") as view:
+        shown = view.grab()
+        expected = rendered("model.bvg", "--resolution", f"{SIZE[0]},{SIZE[1]}")
+        check(shown == expected, "the first picture is not pbm-render's")
+        check_same(view, "model.bvg", "the printed view")
+        check(len(view.lines("first picture: ")) == 1, f"the first picture is not told once: {view.text()}")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_loading(display):
+    """The window says that it loads, answers meanwhile and can be left at once."""
+    held = work / "held"
+    # The driver keeps its shaders in files, with zstd too.
+    more = {"loading": True, "LD_PRELOAD": str(hold), "PBM_TEST_HOLD": str(held), "MESA_SHADER_CACHE_DISABLE": "true"}
+    for action in ("wait", "Escape", "close"):
+        held.touch()
+        with View(display, "model.bvg", **more) as view:
+            shown = view.grab()
+            bright = sum(min(p) > 180 for p in zip(*[iter(shown[2])] * 3))
+            check(shown[2][:3] == b"\x33\x33\x33" and bright > 100, "the window does not say that it loads")
+            for key in ("F1", "Left", "F2", "space", "f"):
+                view.xdotool("key", key)
+            view.next_frame("key", "F1")
+            view.next_frame("windowsize", view.window, 500, 300)
+            check(view.grab()[:2] == (500, 300), "the window does not take another size while it loads")
+            check(not view.lines("view: ") and not view.lines("saved "), "there is a view before there is a model")
+            if action == "wait":
+                held.unlink()
+                view.settle(0)
+                view.next_frame("key", "F2")
+                check_same(view, "model.bvg", "after loading")
+                check(view.quit() == 0, "Escape does not end with 0")
+                continue
+            if action == "Escape":
+                view.xdotool("key", "Escape")
+            else:
+                x11.Desktop(display).close(view.window)
+            check(view.process.wait(PATIENCE) == 0, f"{action} does not end with 0")
+            check(held.exists() and not view.lines("view: "), "the end waited for the model")
+    held.unlink()
+
+
+def test_target_camera(display):
+    with View(display, "model.bvg") as view:
+        first = view.grab()
+        position, focus = view.vectors()
+        distance = length(minus(position, focus))
+
+        def acted(what, *arguments):
+            view.act(*arguments)
+            check(check_same(view, "model.bvg", what) != first, f"{what}: the picture is the same")
+            now, centre = view.vectors()
+            return now, centre, length(minus(now, centre))
+
+        check(acted("Up", "key", "Up")[2] < distance * 0.99, "Up does not come nearer")
+        view.key("f")
+        check(view.grab() == first, "F does not bring the first view back")
+        check(acted("Down", "key", "Down")[2] > distance * 1.01, "Down does not go away")
+        view.key("Return")
+        check(view.grab() == first, "Enter does not bring the first view back")
+        check(acted("wheel up", "mousemove", 100, 100, "click", 4)[2] < distance * 0.99, "the wheel does not come nearer")
+        view.act("click", 5)
+        check(abs(length(minus(*view.vectors())) / distance - 1) < 1e-9, "the wheel does not go back")
+        view.key("f")
+        for what, arguments in (("Left", ("key", "Left")), ("A", ("key", "a")),
+                                ("a drag", dragged(1, (200, 150), (260, 190)))):
+            now, centre, reach = acted(what, *arguments)
+            check(now != position and centre == focus, f"{what} does not turn around the focal point")
+            check(abs(reach / distance - 1) < 1e-9, f"{what} changes the distance")
+        view.key("f")
+        now, centre, reach = acted("a drag with the right button", *dragged(3, (200, 150), (200, 100)))
+        check(centre == focus and reach < distance * 0.99, "a drag with the right button does not come nearer")
+        view.key("f")
+        for what, arguments in (("a drag with the middle button", dragged(2, (200, 150), (220, 150))),
+                                ("a drag with Shift", dragged(1, (220, 150), (220, 180), "shift"))):
+            before = view.vectors()
+            now, centre, reach = acted(what, *arguments)
+            moved = length(minus(minus(now, before[0]), minus(centre, before[1])))
+            check(centre != before[1] and moved < 1e-9 * distance, f"{what} does not move both ends of the view")
+        time.sleep(0.5)  # the clicks of drags are no part of the double click
+        view.act("mousemove", 100, 100, "click", 1, "click", 1)
+        check(view.grab() == first, "a double click does not bring the first view back")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_flying_camera(display):
+    with View(display, "-FLYING_CAMERA", "model.bvg") as view:
+        (position, focus), first = view.vectors(), view.grab()
+        sight = minus(focus, position)
+        view.key("Up")
+        now, centre = view.vectors()
+        step = minus(now, position)
+        along = sum(a * b for a, b in zip(step, sight)) / length(step) / length(sight)
+        check(along > 1 - 1e-9, f"Up does not fly along the view direction but {step}")
+        check(length(minus(minus(centre, now), sight)) < 1e-9 * length(sight), "Up turns the camera")
+        check(check_same(view, "model.bvg", "flying ahead") != first, "flying shows nothing new")
+        before = view.vectors()
+        view.act(*dragged(1, (200, 150), (230, 170)))
+        now, centre = view.vectors()
+        check(now == before[0] and centre != before[1], "a drag does not turn the camera where it stands")
+        check_same(view, "model.bvg", "turned")
+        view.key("s")
+        view.key("Right")
+        check_same(view, "model.bvg", "flown to the right")
+        view.next_frame("key", "c")
+        before = view.vectors()
+        view.key("Left")
+        check(view.vectors()[1] == before[1], "C does not switch to the target camera")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_a_held_key_moves_on(display):
+    with View(display, "model.bvg") as view:
+        before = len(view.lines("view: "))
+        view.xdotool("keydown", "Left")
+        view.wait(lambda: len(view.lines("view: ")) > before + 5, "steady motion")
+        view.xdotool("keyup", "Left")
+        check_same_in_the_end(view, "model.bvg", "after a long press")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_overlays(display):
+    with View(display, "model.bvg") as view:
+        first = view.grab()
+        for key, name in (("F1", "help"), ("h", "help"), ("F2", "the frame time")):
+            view.next_frame("key", key)
+            with_text = view.grab()
+            pixels = list(zip(*[iter(with_text[2])] * 3))
+            check(with_text != first, f"{key} does not show {name}")
+            check(sum(min(p) > 180 for p in pixels) > 100, f"{name} has no bright text")
+            view.next_frame("key", key)
+            check(view.grab() == first, f"{key} does not hide {name}")
+        check(view.quit() == 0, "Escape does not end with 0")
+    with View(display, "--show-frame-time", "model.bvg") as view:
+        check(view.grab() != first, "--show-frame-time shows nothing")
+        view.next_frame("key", "F2")
+        check(view.grab() == first, "F2 does not hide the frame time")
+
+
+def test_saving(display):
+    precious = work / "model-1.png"
+    precious.write_text("precious")
+    with View(display, "model.bvg") as view:
+        for number, key in ((2, "space"), (3, "F12")):
+            view.key("Left")
+            view.xdotool("key", key)
+            view.wait(lambda: len(view.lines("saved ")) == number - 1, "saved picture")
+            check(view.lines("saved ")[-1] == f"saved model-{number}.png", view.text())
+            rendered("model.bvg", *view.view())
+            check((work / f"model-{number}.png").read_bytes() == (work / "expected.png").read_bytes(),
+                  f"model-{number}.png is not pbm-render's picture")
+        # One more, and out at once: it is not lost.
+        view.xdotool("key", "space", "key", "Escape")
+        check(view.process.wait(PATIENCE) == 0, "Escape does not end with 0")
+        check((work / "model-4.png").read_bytes() == (work / "expected.png").read_bytes(), "the last picture is lost")
+    check(precious.read_text() == "precious", "a picture was overwritten")
+    precious.unlink()
+
+
+def test_window_sizes(display):
+    desktop = x11.Desktop(display)
+    with View(display, "model.bvg") as view:
+        view.act("windowsize", view.window, 333, 251)
+        check(view.view()[0] == "--resolution=333,251", f"another size: {view.view()}")
+        check_same(view, "model.bvg", "resized")
+        view.key("F11")
+        check(view.view()[0] == f"--resolution={SCREEN[0]},{SCREEN[1]}", f"no full screen: {view.view()}")
+        check_same(view, "model.bvg", "full screen")
+        view.key("F11")
+        check(view.view()[0] == "--resolution=333,251", f"not the size before full screen: {view.view()}")
+        view.xdotool("windowfocus", "--sync", view.window)
+        # Minimised there is nothing to draw; afterwards there is.
+        desktop.set_minimised(view.window, True)
+        time.sleep(0.3)
+        frames, views = len(view.lines("frame ")), len(view.lines("view: "))
+        view.xdotool("key", "Left")
+        time.sleep(0.5)
+        check(len(view.lines("frame ")) == frames, "draws while minimised")
+        desktop.set_minimised(view.window, False)
+        view.settle(views)
+        check_same(view, "model.bvg", "no longer minimised")
+        desktop.close(view.window)
+        check(view.process.wait(PATIENCE) == 0, "the close button does not end with 0")
+
+
+def test_dropping_a_file(display):
+    desktop = x11.Desktop(display)
+    with View(display, "model.bvg", "--camera-position=0,0.1,0.5") as view:
+        check_same(view, "model.bvg", "a camera of the command line")
+        views = len(view.lines("view: "))
+        desktop.drop(view.window, (work / "other.bvg").as_uri())
+        view.settle(views)
+        check_same(view, "other.bvg", "the dropped model")
+        expected = rendered("other.bvg", "--resolution", f"{SIZE[0]},{SIZE[1]}")
+        check(view.grab() == expected, "a dropped model is not shown by the default camera")
+        title = view.xdotool("getwindowname", view.window)
+        check(title.startswith("other.bvg"), f"the title is {title}")
+        # What is no model is said in the window, which goes on.
+        frames = len(view.lines("frame "))
+        desktop.drop(view.window, (work / "scan.ply").as_uri())
+        view.wait(lambda: len(view.lines("frame ")) > frames + 1, "word about a bad file")
+        check(view.grab() != expected, "nothing is said about a file that is no model")
+        view.key("Left")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_rest(display):
+    """Nothing is drawn while nothing changes."""
+    with View(display, "model.bvg") as view:
+        time.sleep(0.5)
+        frames, spent = len(view.lines("frame ")), processor_time(view.process.pid)
+        time.sleep(1)
+        idle = processor_time(view.process.pid) - spent
+        check(view.quit() == 0, "Escape does not end with 0")
+        check(view.lines("frames: ") == [f"frames: {frames}"], f"frames were drawn: {view.lines('frames: ')}, {frames}")
+        print(f"  processor time of an idle second: {1000 * idle:.0f} ms")
+
+
+def processor_time(process):
+    fields = pathlib.Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def test_options(display):
+    with View(display, "model.bvg", "-IGNORE_POINT_COLOURS", "--background-color=0.1,0.2,0.9", "--level=4") as view:
+        shown = view.grab()
+        expected = rendered("model.bvg", *view.view(), "--ignore-point-colours", "--background-color=0.1,0.2,0.9",
+                            "--level=4")
+        check(shown == expected, "colours or level are not those of pbm-render")
+        check(view.quit() == 0, "Escape does not end with 0")
+    with View(display, "-q", "model.bvg", "-v") as view:
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_sample(display):
+    with View(display) as view:
+        sample = programs / ".." / "share" / "pbm" / "sample.bvg"
+        check_same(view, sample, "the sample")
+        title = view.xdotool("getwindowname", view.window)
+        check(title.startswith("sample.bvg"), f"the title is {title}")
+        # A drag through many views ends at the finest level of the last one.
+        path = [part for x in range(200, 300, 4) for part in ("mousemove", x, 150)]
+        view.act("mousemove", 200, 150, "mousedown", 1, *path, "mouseup", 1)
+        check_same_in_the_end(view, sample, "the sample after a long drag")
+        check(view.quit() == 0, "Escape does not end with 0")
+    elsewhere = work / "elsewhere" / "bin"
+    elsewhere.mkdir(parents=True)
+    shutil.copy(programs / "pbm-view", elsewhere)
+    result = subprocess.run([str(elsewhere / "pbm-view")], capture_output=True, text=True, env=environment(display))
+    check(result.returncode == 2, f"without a sample: exit code {result.returncode}")
+    check("is not there; make one: pbm-sample" in result.stderr, result.stderr)
+    check(len(result.stderr.splitlines()) == 1, result.stderr)
+
+
+def test_bad_files(display):
+    good = bytearray((work / "model.bvg").read_bytes())
+    (work / "short.bvg").write_bytes(good[:1000])
+    good[-100] ^= 1
+    (work / "flipped.bvg").write_bytes(good)  # found only when the finest level is loaded
+    invalid = source / "format_spec" / "vectors" / "invalid"
+    codes = set()
+    for file in ("none.bvg", ".", "scan.ply", "short.bvg", "flipped.bvg", invalid / "2.5-major-version-7.bvg",
+                 invalid / "2.6-required-feature-40.bvg", invalid / "4.2-zero-mask.bvg"):
+        shown, drawn = run("pbm-view", file, display=display), run("pbm-render", file, "-o", "bad.png")
+        check(shown.returncode == drawn.returncode != 0, f"{file}: {shown.returncode}, pbm-render {drawn.returncode}")
+        check(shown.stderr == drawn.stderr.replace("pbm-render", "pbm-view"), f"{file}: {shown.stderr}{drawn.stderr}")
+        codes.add(shown.returncode)
+    check(codes == {2, 3, 5}, f"exit codes {codes}")
+    for arguments, code in ((("--max-memory=1k", "model.bvg"), 4), (("--camera-mode=walk", "model.bvg"), 1),
+                            (("-SHADOW", "model.bvg"), 5),
+                            (("--camera-position=1,2,3", "--camera-focal-point=1,2,3", "model.bvg"), 1)):
+        result = run("pbm-view", *arguments, display=display)
+        check(result.returncode == code and len(result.stderr.splitlines()) == 1, f"{arguments}: {result}")
+
+
+def test_no_window():
+    """Without display or OpenGL: one line, exit code 4."""
+
+    def refused(result, words):
+        check(result.returncode == 4, f"exit code {result.returncode}: {result.stderr}")
+        check(re.fullmatch(f"pbm-view: {words}[^\n]*; pbm-render draws without display and OpenGL\n", result.stderr),
+              result.stderr)
+
+    refused(run("pbm-view", "model.bvg"), "there is no display: ")
+    refused(run("pbm-view", "model.bvg", display=":54321"), "there is no display: ")
+    with Display("-extension", "GLX") as display:
+        refused(run("pbm-view", "model.bvg", display=display.name), "the display has no OpenGL 3.2: ")
+    with Display() as display:
+        refused(run("pbm-view", "model.bvg", display=display.name, MESA_GL_VERSION_OVERRIDE="2.1"),
+                "the display has no OpenGL 3.2: ")
+    check(run("pbm-view", "--help").returncode == 0, "--help needs a display")
+    check(run("pbm-view", "-V").stdout.startswith("pbm-view "), "-V needs a display")
+
+
+def main():
+    for arguments in (("pbm-sample", "-q", "--vertices", 20000, "-o", "scan.ply"),
+                      ("pbm-build", "-q", "--depth", 7, "scan.ply", "-o", "model.bvg"),
+                      ("pbm-build", "-q", "--depth", 6, "scan.ply", "-o", "other.bvg")):
+        result = run(*arguments)
+        if result.returncode != 0:
+            sys.exit(f"FAILED: {arguments}: {result.stderr}")
+    failed, tests = 0, [(name, test) for name, test in globals().items() if name.startswith("test_")]
+    wanted = sys.argv[5:]
+    for name, test in tests:
+        if wanted and name.removeprefix("test_") not in wanted:
+            continue
+        print(name.removeprefix("test_"), flush=True)
+        try:
+            if test is test_no_window:
+                test()
+            else:
+                with Display() as display:
+                    test(display.name)
+        except (AssertionError, subprocess.SubprocessError) as problem:
+            failed += 1
+            print(f"  FAILED: {problem}", flush=True)
+    print(f"{len(tests)} tests, {failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
