@@ -28,7 +28,6 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
         });
     app.option_defaults()->group("Look");
     app.add_flag("--show-frame-time", arguments.show_frame_time, "Show what a picture costs; F2 does too");
-    app.option_defaults()->group("Look");
     add_view_options(app, arguments.view);
     app.set_version_flag("-V,--version", std::string(program) + " " PBM_VERSION);
     return command_line::parse(
