@@ -15,13 +15,13 @@ namespace pbm::command_line {
 
 namespace {
 
-// The switches of the dissertation's program (its chapter 5), and the program that knows them today.
+// The switches of the dissertation's program (its chapter 5), and who knows them today.
 struct DissertationSwitch {
-    std::string_view name, program;
+    std::string_view name, programs;
 };
 constexpr std::array<DissertationSwitch, 7> kDissertation{{{"-AVI", ""},
-                                                           {"-FLYING_CAMERA", ""},
-                                                           {"-IGNORE_POINT_COLOURS", "pbm-render"},
+                                                           {"-FLYING_CAMERA", "pbm-view"},
+                                                           {"-IGNORE_POINT_COLOURS", "pbm-render and pbm-view"},
                                                            {"-BACKGROUND", ""},
                                                            {"-SHADOW", ""},
                                                            {"-TEXTURE", ""},
@@ -32,10 +32,10 @@ Status refuse_switch(const std::string &argument) {
                                     [&](const DissertationSwitch &s) { return s.name == argument; });
     if (known == kDissertation.end())
         return {};
-    if (known->program.empty())
+    if (known->programs.empty())
         return Error{ErrorCode::unsupported_feature, 0, argument + " is not in this version; leave it out"};
     return Error{ErrorCode::usage, 0,
-                 argument + " is a switch of " + std::string(known->program) + "; leave it out here"};
+                 argument + " is a switch of " + std::string(known->programs) + "; leave it out here"};
 }
 
 } // namespace

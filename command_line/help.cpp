@@ -20,8 +20,8 @@ constexpr std::array<ExitStatus, 6> kExitStatus{{{0, "done or valid"},
                                                  {3, "invalid or damaged input"},
                                                  {4, "memory or another limit of the running program"},
                                                  {5, "unsupported version or feature"}}};
-constexpr std::array<std::string_view, 6> kFamily{"pbm-build",  "pbm-export", "pbm-info",
-                                                  "pbm-render", "pbm-sample", "pbm-validate"};
+constexpr std::array<std::string_view, 7> kFamily{"pbm-build",  "pbm-export",   "pbm-info", "pbm-render",
+                                                  "pbm-sample", "pbm-validate", "pbm-view"};
 constexpr std::string_view kExitLine = "Exit codes: 0 done, 1 usage, 2 I/O, 3 damaged input, 4 memory, 5 unsupported.";
 
 std::string topic_word(std::string_view title) {
