@@ -45,7 +45,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
         ->check(CLI::Range(0, kMaxDepth))
         ->type_name("L");
     app.add_flag("--ascii", arguments.format.ascii, "As text; default binary, little-endian");
-    app.add_flag("--float", arguments.format.single_precision, "Coordinates in single precision, where that is enough");
+    app.add_flag("--float", arguments.format.single_precision, "Single precision, refused where it is not enough");
     app.add_option("-j,--threads", arguments.stream.threads, "Threads, 0 for all processors")
         ->check(CLI::Range(0, 1024));
     app.add_option_function<std::string>(
@@ -62,11 +62,12 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     app.add_flag_callback(
         "-q,--quiet", [&] { arguments.verbosity = Verbosity::quiet; }, "Say nothing but errors");
     app.add_flag_callback(
-        "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Say more");
+        "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Name every step");
     app.set_version_flag("-V,--version", "pbm-export " PBM_VERSION);
-    if (const auto done = command_line::parse(
-            app, kProgram, argc, argv, {},
-            {.most_used = {}, .examples = {{"pbm-export scan.bvg -o points.ply", "The points of the finest level."}}}))
+    const command_line::Manual manual{
+        .examples = {{"pbm-export scan.bvg -o points.ply", "The points of the finest level."},
+                     {"pbm-build points.ply --grid-like scan.bvg -o again.bvg", "The same model again."}}};
+    if (const auto done = command_line::parse(app, kProgram, argc, argv, {}, manual))
         return done;
     if (arguments.output == "-" && arguments.json == "-")
         return command_line::fail_usage(kProgram, "points and JSON cannot both go to standard output");
