@@ -337,6 +337,13 @@ def test_overlays(display):
             check(sum(min(p) > 180 for p in pixels) > 100, f"{name} has no bright text")
             view.next_frame("key", key)
             check(view.grab() == first, f"{key} does not hide {name}")
+        # In a small window the help is smaller, and all of it is there.
+        view.act("windowsize", view.window, 320, 240)
+        view.next_frame("key", "F1")
+        width, height, shown = view.grab()
+        rows = [shown[3 * width * y : 3 * width * (y + 1)] for y in range(height)]
+        check(rows[-1] == b"\x33" * 3 * width and {row[-3:] for row in rows} == {b"\x33" * 3}, "the help is cut off")
+        check(sum(min(p) > 180 for p in zip(*[iter(shown)] * 3)) > 100, "the help of a small window has no text")
         check(view.quit() == 0, "Escape does not end with 0")
     with View(display, "--show-frame-time", "model.bvg") as view:
         check(view.grab() != first, "--show-frame-time shows nothing")

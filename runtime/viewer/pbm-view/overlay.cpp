@@ -12,8 +12,9 @@
 namespace pbm {
 namespace {
 
-constexpr float kFontSize = 16; // pixels at scale 1
-constexpr ImU32 kCard = IM_COL32(18, 20, 24, 224);
+constexpr float kFontSize = 16;       // pixels at scale 1
+constexpr float kSmallestText = 0.6F; // of the usual size
+constexpr ImU32 kCard = IM_COL32(18, 20, 24, 240);
 constexpr ImU32 kBorder = IM_COL32(255, 255, 255, 40);
 constexpr ImU32 kText = IM_COL32(235, 235, 235, 255);
 constexpr ImU32 kKey = IM_COL32(255, 205, 120, 255);
@@ -41,28 +42,35 @@ class Page {
     Page(ImDrawList &list, glm::ivec2 size, float scale)
         : list_(list), size_(static_cast<float>(size.x), static_cast<float>(size.y)), scale_(scale) {}
 
-    // A line on a card; the place of its middle as fractions of the free space.
-    void line(const std::string &text, ImU32 colour, ImVec2 place) {
-        const ImVec2 extent = measure(text);
-        const ImVec2 corner = card(extent, place);
-        list_.AddText(corner, colour, text.c_str());
+    // Text on a card, in as many lines as the window's width asks for; the place of its middle as fractions of the free
+    // space.
+    void text(const std::string &text, ImU32 colour, ImVec2 place) {
+        const float width = most().x, font_size = ImGui::GetFontSize();
+        const ImVec2 extent = ImGui::GetFont()->CalcTextSizeA(font_size, width, width, text.c_str());
+        list_.AddText(nullptr, font_size, card(extent, place), colour, text.c_str(), nullptr, width);
     }
 
     void table(const std::string &title, const std::vector<OverlayRow> &rows) {
-        const float line_height = std::round(ImGui::GetFontSize() * 1.45F);
+        const float font_size = ImGui::GetFontSize();
+        const float gap = 20 * scale_, line_height = 1.45F * font_size;
         float keys = 0, meanings = measure(title).x;
         for (const OverlayRow &row : rows) {
             keys = std::max(keys, measure(row.key).x);
             meanings = std::max(meanings, measure(row.meaning).x);
         }
-        const float gap = 20 * scale_;
         const ImVec2 extent(keys + gap + meanings, line_height * (static_cast<float>(rows.size()) + 1.5F));
-        const ImVec2 corner = card(extent, {0.5F, 0.5F});
-        list_.AddText(corner, kText, title.c_str());
-        float y = std::round(corner.y + 1.5F * line_height);
+        // In a window that is too small the text gets smaller, as far as it can be read.
+        const float fit = std::clamp(std::min(most().x / extent.x, most().y / extent.y), kSmallestText, 1.0F);
+        const ImVec2 corner = card({fit * extent.x, fit * extent.y}, {0.5F, 0.5F});
+        const auto add = [&](float x, float y, ImU32 colour, const std::string &text) {
+            list_.AddText(nullptr, fit * font_size, {corner.x + std::round(fit * x), corner.y + std::round(fit * y)},
+                          colour, text.c_str());
+        };
+        add(0, 0, kText, title);
+        float y = 1.5F * line_height;
         for (const OverlayRow &row : rows) {
-            list_.AddText({corner.x, y}, kKey, row.key.c_str());
-            list_.AddText({corner.x + keys + gap, y}, kText, row.meaning.c_str());
+            add(0, y, kKey, row.key);
+            add(keys + gap, y, kText, row.meaning);
             y += line_height;
         }
     }
@@ -70,19 +78,24 @@ class Page {
   private:
     static ImVec2 measure(const std::string &text) { return ImGui::CalcTextSize(text.c_str()); }
 
+    ImVec2 padding() const { return {14 * scale_, 10 * scale_}; }
+    float margin() const { return 12 * scale_; }
+    // What a card can hold.
+    ImVec2 most() const {
+        return {std::max(1.0F, size_.x - 2 * (margin() + padding().x)),
+                std::max(1.0F, size_.y - 2 * (margin() + padding().y))};
+    }
+
     // Draws the card around an area of `extent` and returns the area's upper left corner.
     ImVec2 card(ImVec2 extent, ImVec2 place) {
-        const ImVec2 padding(14 * scale_, 10 * scale_);
-        const float margin = 12 * scale_;
-        const ImVec2 outer(extent.x + 2 * padding.x, extent.y + 2 * padding.y);
         // In a window that is too small the beginning stays readable.
-        const ImVec2 space(std::max(0.0F, size_.x - outer.x - 2 * margin),
-                           std::max(0.0F, size_.y - outer.y - 2 * margin));
-        const ImVec2 corner(std::round(margin + place.x * space.x), std::round(margin + place.y * space.y));
-        const ImVec2 end(corner.x + outer.x, corner.y + outer.y);
+        const ImVec2 space(std::max(0.0F, most().x - extent.x), std::max(0.0F, most().y - extent.y));
+        const ImVec2 corner(std::round(margin() + place.x * space.x), std::round(margin() + place.y * space.y));
+        const ImVec2 end(corner.x + std::ceil(extent.x) + 2 * padding().x,
+                         corner.y + std::ceil(extent.y) + 2 * padding().y);
         list_.AddRectFilled(corner, end, kCard, 6 * scale_);
         list_.AddRect(corner, end, kBorder, 6 * scale_);
-        return {corner.x + padding.x, corner.y + padding.y};
+        return {corner.x + padding().x, corner.y + padding().y};
     }
 
     ImDrawList &list_;
@@ -110,13 +123,14 @@ void Overlay::draw(glm::ivec2 size, const OverlayText &text) {
     ImGui::NewFrame();
     Page page(*ImGui::GetForegroundDrawList(), size, scale_);
     if (!text.corner.empty())
-        page.line(text.corner, kText, {0, 0});
+        page.text(text.corner, kText, {0, 0});
+    // There is one middle: what would stand there is the title of the help.
     if (!text.help.empty())
-        page.table(text.help_title, text.help);
-    if (!text.middle.empty())
-        page.line(text.middle, kText, {0.5F, 0.5F});
+        page.table(text.middle.empty() ? text.help_title : text.middle, text.help);
+    else if (!text.middle.empty())
+        page.text(text.middle, kText, {0.5F, 0.5F});
     if (!text.notice.empty())
-        page.line(text.notice, text.notice_is_problem ? kProblem : kText, {0.5F, 1});
+        page.text(text.notice, text.notice_is_problem ? kProblem : kText, {0.5F, 1});
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }

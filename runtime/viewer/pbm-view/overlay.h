@@ -14,7 +14,7 @@ struct OverlayRow {
 
 // Every card is shown if it has text.
 struct OverlayText {
-    std::string middle;     // a line in the middle
+    std::string middle;     // in the middle; while there is help, in place of its title
     std::string help_title; // in the middle, over the rows
     std::vector<OverlayRow> help;
     std::string corner; // upper left

@@ -45,9 +45,7 @@ std::string size_text(glm::ivec2 size) { return std::to_string(size.x) + "x" + s
 std::vector<OverlayRow> help_rows(CameraMode mode) {
     std::vector<OverlayRow> rows;
     if (mode == CameraMode::orbit)
-        rows = {{"Drag", "turn the model"},
-                {"Wheel, right drag, Up, Down", "change the distance"},
-                {"Left, Right", "turn the model"}};
+        rows = {{"Drag, Left, Right", "turn the model"}, {"Wheel, right drag, Up, Down", "change the distance"}};
     else
         rows = {{"Drag", "turn the camera"},
                 {"Wheel, Up, Down", "fly along the view direction"},
