@@ -219,7 +219,7 @@ def test_loading(display):
     held = work / "held"
     # The driver keeps its shaders in files, with zstd too.
     more = {"loading": True, "LD_PRELOAD": str(hold), "PBM_TEST_HOLD": str(held), "MESA_SHADER_CACHE_DISABLE": "true"}
-    for action in ("wait", "Escape", "close"):
+    for action in ("wait", "drop", "Escape", "close"):
         held.touch()
         with View(display, "model.bvg", **more) as view:
             shown = view.grab()
@@ -236,6 +236,14 @@ def test_loading(display):
                 view.settle(0)
                 view.next_frame("key", "F2")
                 check_same(view, "model.bvg", "after loading")
+                check(view.quit() == 0, "Escape does not end with 0")
+                continue
+            if action == "drop":
+                # It has its turn when the first model is there, and what is no model does not end the program.
+                x11.Desktop(display).drop(view.window, (work / "scan.ply").as_uri())
+                held.unlink()
+                view.wait(lambda: "scan.ply: " in view.text(), "word about the dropped file")
+                check(len(view.lines("view: ")) == 1, "the first model is not shown")
                 check(view.quit() == 0, "Escape does not end with 0")
                 continue
             if action == "Escape":

@@ -189,9 +189,12 @@ void Viewer::handle(const WheelEvent &event) {
 }
 
 void Viewer::handle(const DropEvent &event) {
-    loading_ = begin_loading(background_, event.path, options_.load);
-    loading_path_ = event.path;
-    stale_ = true;
+    // One after the other: the model that the program was started with is shown or refused whatever is dropped
+    // meanwhile.
+    if (loading_.valid())
+        dropped_path_ = event.path;
+    else
+        open(event.path);
 }
 
 void Viewer::handle(const RefreshEvent & /*event*/) { stale_ = true; }
@@ -205,14 +208,22 @@ std::optional<int> Viewer::receive_model() {
     stale_ = true;
     if (!loaded) {
         const Error error = with_advice(program_, loaded.error());
+        const int code = command_line::fail(program_, path, error); // into the log, too
         if (!model_)
-            return command_line::fail(program_, path, error);
+            return code;
         notify(file_name(path) + ": " + error.message, true);
-        return std::nullopt;
-    }
-    if (const Status shown = show(std::move(*loaded)); !shown)
+    } else if (const Status shown = show(std::move(*loaded)); !shown) {
         return command_line::fail_usage(program_, shown.error().message);
+    }
+    if (const std::string next = std::exchange(dropped_path_, ""); !next.empty())
+        open(next);
     return std::nullopt;
+}
+
+void Viewer::open(const std::string &path) {
+    loading_ = begin_loading(background_, path, options_.load);
+    loading_path_ = path;
+    stale_ = true;
 }
 
 Status Viewer::show(LoadedScene loaded) {

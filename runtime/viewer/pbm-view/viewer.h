@@ -67,6 +67,7 @@ class Viewer {
     void handle(const RefreshEvent &event);
 
     std::optional<int> receive_model();
+    void open(const std::string &path);
     Status show(LoadedScene loaded);
     void move_to(const Camera &camera);
     void change_view();
@@ -100,6 +101,7 @@ class Viewer {
 
     Loading loading_;
     std::string loading_path_;
+    std::string dropped_path_; // to be opened when what is being loaded is there; empty for none
     std::optional<LoadedScene> model_;
     Camera camera_;
     CameraMode mode_;
