@@ -9,7 +9,7 @@ std::string escaped(const std::string &name) {
     for (const char c : name) {
         if (c == ' ' || c == '\t')
             out.append(backslashes + 1, '\\');
-        else if (c == '#')
+        else if (c == '#' || c == ':')
             out += '\\';
         else if (c == '$')
             out += '$';
@@ -29,9 +29,12 @@ std::string depfile_text(const std::string &target, std::span<const std::string>
 }
 
 Status check_depfile_name(const std::string &name) {
-    if (name.find_first_of("\r\n") == std::string::npos)
-        return {};
-    return Error{ErrorCode::usage, 0, "a name with a line feed cannot stand in a dependency file; rename the file"};
+    if (name.find_first_of("\r\n") != std::string::npos)
+        return Error{ErrorCode::usage, 0, "a name with a line feed cannot stand in a dependency file; rename the file"};
+    if (name.ends_with('\\')) // the space that follows would belong to the name
+        return Error{ErrorCode::usage, 0,
+                     "a name that ends with \\ cannot stand in a dependency file; rename the file"};
+    return {};
 }
 
 } // namespace pbm::build
