@@ -181,6 +181,15 @@ Result<std::uint64_t> parse_bytes(const std::string &text) {
     return number << shift;
 }
 
+std::ostream *report_stream(std::span<const std::string> outputs, const std::string &json) {
+    const auto takes_stdout = [](const std::string &name) { return name == "-" || name == "/dev/stdout"; };
+    if (takes_stdout(json))
+        return nullptr;
+    if (std::none_of(outputs.begin(), outputs.end(), takes_stdout))
+        return &std::cout;
+    return std::cout.flush() ? &std::cerr : nullptr;
+}
+
 Status write_text(const std::string &path, std::string_view text) {
     return write_bytes(path, {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
 }

@@ -6,6 +6,7 @@
 #include "pbm_format/error.h"
 
 #include <functional>
+#include <iosfwd>
 #include <optional>
 #include <span>
 #include <string>
@@ -56,6 +57,10 @@ Result<std::uint64_t> parse_bytes(const std::string &text);
 // Writes to a file, atomically, or to standard output when `path` is "-".
 Status write_bytes(const std::string &path, ByteView bytes);
 Status write_text(const std::string &path, std::string_view text);
+
+// Where a program tells what it did: standard output; standard error if one of `outputs` takes that; nowhere if it was
+// lost, or if JSON takes it, which tells the same.
+std::ostream *report_stream(std::span<const std::string> outputs, const std::string &json);
 
 // Names the file that is worked on, for errors that come as exceptions (out of memory). Parsing the command line sets
 // it to the first file; programs with several files call it for each.

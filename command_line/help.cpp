@@ -22,7 +22,6 @@ constexpr std::array<ExitStatus, 6> kExitStatus{{{0, "done or valid"},
                                                  {5, "unsupported version or feature"}}};
 constexpr std::array<std::string_view, 7> kFamily{"pbm-build",  "pbm-export",   "pbm-info", "pbm-render",
                                                   "pbm-sample", "pbm-validate", "pbm-view"};
-constexpr std::string_view kExitLine = "Exit codes: 0 done, 1 usage, 2 I/O, 3 damaged input, 4 memory, 5 unsupported.";
 
 std::string topic_word(std::string_view title) {
     std::string word(title);
@@ -120,6 +119,15 @@ std::string entries_of(const ProgramHelp &help, const std::string &title) {
     return text;
 }
 
+std::size_t line_count(const std::string &page) {
+    return static_cast<std::size_t>(std::count(page.begin(), page.end(), '\n'));
+}
+
+std::string exit_line(const ProgramHelp &help) {
+    return paragraph("Exit codes: 0 done, 1 usage, 2 I/O, 3 damaged input, 4 memory" +
+                     (help.run_time_limits.empty() ? "" : " or " + help.run_time_limits) + ", 5 unsupported.");
+}
+
 std::string beginning(const ProgramHelp &help) {
     return paragraph(help.summary) + "Usage: " + help.program + " " + arguments_of(help) + "\n" +
            entries_without_name(help);
@@ -129,7 +137,7 @@ std::string everything(const ProgramHelp &help) {
     std::string page = beginning(help);
     for (const std::string &title : titles(help))
         page += entries_of(help, title);
-    return page + std::string(kExitLine) + "\n" + paragraph(help.description);
+    return page + exit_line(help) + paragraph(help.description);
 }
 
 bool is_most_used(const ProgramHelp &help, const OptionHelp &option) {
@@ -160,7 +168,7 @@ std::string topic_line(const ProgramHelp &help, const std::string &title) {
 
 std::string first_page(const ProgramHelp &help) {
     std::string all = everything(help);
-    if (static_cast<std::size_t>(std::count(all.begin(), all.end(), '\n')) <= kPageLines)
+    if (line_count(all) <= kPageLines)
         return all;
     std::string page = beginning(help) + "Options used most:\n";
     for (const OptionHelp &option : help.options)
@@ -169,7 +177,9 @@ std::string first_page(const ProgramHelp &help) {
     page += "Topics; " + help.program + " --help TOPIC tells more, --help all tells everything:\n";
     for (const std::string &title : titles(help))
         page += topic_line(help, title);
-    return page + std::string(kExitLine) + "\n";
+    page += exit_line(help);
+    const std::string further = page + paragraph(help.description);
+    return line_count(further) <= kPageLines ? further : page;
 }
 
 // Text that roff prints as it is: no request, no escape, a minus that can be copied.
@@ -268,7 +278,8 @@ std::string man_page(const ProgramHelp &help) {
     }
     page += ".SH EXIT STATUS\n";
     for (const ExitStatus &status : kExitStatus)
-        page += ".TP\n.B " + std::to_string(status.code) + "\n" + std::string(status.meaning) + "\n";
+        page += ".TP\n.B " + std::to_string(status.code) + "\n" + std::string(status.meaning) +
+                (status.code == 4 && !help.run_time_limits.empty() ? ": " + help.run_time_limits : "") + "\n";
     if (!help.examples.empty())
         page += ".SH EXAMPLES\n";
     for (const Example &example : help.examples)

@@ -32,13 +32,15 @@ struct ProgramHelp {
     std::vector<OptionHelp> options;
     std::vector<std::string> most_used; // names; empty: those with a short name
     std::vector<Example> examples;
+    std::string run_time_limits{}; // what ends with exit code 4 beside memory; may be empty
 };
 
 // Names of the topics in the order of their pages: lower case, "-" for spaces. "General" comes last.
 std::vector<std::string> help_topics(const ProgramHelp &help);
 
 // `topic`: one of help_topics; "" for the first page, which tells everything if that fits a screen, else the options
-// used most and the topics; "all" for everything on one page; "man" for the man page.
+// used most, the topics and, where there is room, the description; "all" for everything on one page; "man" for the man
+// page.
 //
 // errors  usage  no such topic; the message names the nearest or all
 Result<std::string> help_page(const ProgramHelp &help, std::string_view topic);

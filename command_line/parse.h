@@ -19,6 +19,8 @@ namespace pbm::command_line {
 struct Manual {
     std::vector<std::string> most_used{}; // long names on the first page; empty: the options with a short name
     std::vector<Example> examples{};
+    std::string run_time_limits{}; // what ends with exit code 4 beside memory
+    bool logs_steps = false;       // with -v and --log
 };
 
 // Thrown by what handles an option: the error is about `path`.
@@ -54,7 +56,8 @@ inline std::string value_name(const CLI::Option &option) {
 }
 
 inline std::string topic_of(const CLI::Option &option) {
-    static const std::vector<std::string> kGeneral{"threads", "quiet", "verbose", "json", "log", "help", "version"};
+    static const std::vector<std::string> kGeneral{"threads", "max-memory", "quiet", "verbose",
+                                                   "json",    "log",        "help",  "version"};
     if (option.get_group() != "Options")
         return option.get_group();
     const bool general = std::any_of(kGeneral.begin(), kGeneral.end(),
@@ -72,7 +75,8 @@ inline ProgramHelp describe(const CLI::App &app, std::string_view program, std::
                      .description = line < text.size() ? text.substr(line + 1) : "",
                      .options = {},
                      .most_used = manual.most_used,
-                     .examples = manual.examples};
+                     .examples = manual.examples,
+                     .run_time_limits = manual.run_time_limits};
     for (const CLI::Option *option : app.get_options()) {
         if (option->get_group().empty())
             continue;
@@ -85,10 +89,16 @@ inline ProgramHelp describe(const CLI::App &app, std::string_view program, std::
                          .several = option->get_items_expected_max() > 1};
         for (const std::string &name : option->get_snames())
             entry.names.push_back("-" + name);
-        for (const OldSwitch &old : switches)
-            if (!old.option.empty() && old.option.starts_with("--") &&
-                option->check_lname(std::string(old.option.substr(2, old.option.find('=') - 2))))
+        std::string with_value; // an old switch that stands for one value of the option
+        for (const OldSwitch &old : switches) {
+            const std::size_t equals = old.option.find('=');
+            if (!old.option.starts_with("--") || !option->check_lname(std::string(old.option.substr(2, equals - 2))))
+                continue;
+            if (equals == std::string_view::npos)
                 entry.names.emplace_back(old.name);
+            else
+                with_value += "; " + std::string(old.name) + ": " + std::string(old.option.substr(equals + 1));
+        }
         for (const std::string &name : option->get_lnames())
             entry.names.push_back("--" + name);
         if (!entry.needs_name) {
@@ -97,6 +107,7 @@ inline ProgramHelp describe(const CLI::App &app, std::string_view program, std::
         }
         if (const std::string given = option->get_default_str(); entry.needs_name && !given.empty())
             entry.text += "; default " + given;
+        entry.text += with_value;
         help.options.push_back(std::move(entry));
     }
     return help;
@@ -164,7 +175,9 @@ inline int print_help(const ProgramHelp &help, const std::string &topic) {
 inline std::optional<int> parse(CLI::App &app, std::string_view program, int argc, char **argv,
                                 std::span<const OldSwitch> switches = {}, const Manual &manual = {}) {
     app.set_help_flag();
-    app.add_option("--log", "Add errors and warnings to FILE, a line each; progress too with -v")->type_name("FILE");
+    app.add_option("--log")->type_name("FILE")->description(
+        std::string("Add errors and warnings to FILE, a line each") +
+        (manual.logs_steps ? "; the steps too with -v" : ""));
     if (CLI::Option *const version = app.get_version_ptr(); version != nullptr)
         version->description("The program's name and version");
     bool asked = false;

@@ -3,7 +3,7 @@
 #include "ammonite.h"
 #include "ply_writer.h"
 
-#include "command_line/parse.h"
+#include "command_line/common_options.h"
 
 #include <algorithm>
 #include <chrono>
@@ -61,7 +61,7 @@ int run(int argc, char **argv) {
         ->check(CLI::Range(pbm::sample::kMinVertices, pbm::sample::kMaxVertices))
         ->capture_default_str();
     app.add_option("--seed", arguments.ammonite.seed, "Another number, another ammonite")->capture_default_str();
-    app.add_option("-j,--threads", arguments.threads, "Threads, 0 for all processors")->check(CLI::Range(0u, 1024u));
+    pbm::command_line::add_threads(app, arguments.threads);
     app.add_flag("--ascii", arguments.ascii, "Text instead of binary little-endian PLY");
     app.add_flag("-q,--quiet", arguments.quiet, "Say nothing but errors");
     app.add_option("-o,--output", arguments.output, "PLY file to write, - for standard output")

@@ -1,6 +1,6 @@
 #include "viewer/view_options.h"
 
-#include "command_line/parse.h"
+#include "command_line/common_options.h"
 #include "viewer/option_values.h"
 
 #include <glm/trigonometric.hpp>
@@ -38,7 +38,8 @@ void add_view_options(CLI::App &app, ViewOptions &options) {
     const auto text_option = [&](const std::string &names, const char *type, auto store, const std::string &help) {
         app.add_option_function<std::string>(names, store, help)->type_name(type);
     };
-    text_option("--resolution", "W,H", stored(parse_resolution, options.resolution), "Size of the picture, 1280,720");
+    text_option("--resolution", "W,H", stored(parse_resolution, options.resolution),
+                "Size of the picture; default 1280,720");
     app.option_defaults()->group("Camera");
     text_option("--camera-position", "X,Y,Z", stored(parse_vector, options.position),
                 "Default: in front of the model, so that all of it is seen");
@@ -59,14 +60,10 @@ void add_view_options(CLI::App &app, ViewOptions &options) {
            "Detail level to draw; default, and above the depth: the finest")
         ->check(CLI::Range(0, kMaxDepth));
     app.option_defaults()->group("Options");
-    text_option("--max-memory", "BYTES", stored(command_line::parse_bytes, options.load.max_memory),
-                "Refuse what needs more; k, M, G after the number; default 8G");
-    app.add_option("-j,--threads", options.load.threads, "Threads, 0 for all processors")->check(CLI::Range(0, 1024));
-    app.add_flag_callback(
-        "-q,--quiet", [&options] { options.verbosity = command_line::Verbosity::quiet; }, "Say nothing but errors");
-    app.add_flag_callback(
-        "-v,--verbose", [&options] { options.verbosity = command_line::Verbosity::verbose; },
-        "Say where the camera stands");
+    command_line::add_max_memory(app, options.load.max_memory);
+    command_line::add_threads(app, options.load.threads);
+    command_line::add_quiet(app, options.verbosity);
+    command_line::add_verbose(app, options.verbosity, "Say where the camera stands");
 }
 
 Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size) {

@@ -74,7 +74,7 @@ HOMES = {
     ),
 }
 # Headers that bring CLI11 along.
-WITH_CLI11 = {"command_line/parse.h", "command_line/settings_file.h"}
+WITH_CLI11 = {"command_line/parse.h", "command_line/common_options.h", "command_line/settings_file.h"}
 C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot
 
 # Programs and what they may not need at run time.

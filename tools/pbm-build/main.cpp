@@ -51,7 +51,8 @@ std::string report(const Arguments &arguments, const BuildStatistics &statistics
         for (const StepStatistics &step : statistics.steps)
             add(std::snprintf(line.data(), line.size(), "%-14s %8.3f s, peak %s\n", step.name.c_str(), step.seconds,
                               megabytes(step.peak_memory).c_str()));
-    text += command_line::printable(arguments.output) + ": " + figures(statistics);
+    text += command_line::printable(arguments.output == "-" ? "standard output" : arguments.output) + ": " +
+            figures(statistics);
     switch (statistics.outcome) {
     case Outcome::up_to_date: return text + ", up to date\n";
     case Outcome::unchanged: return text + ", unchanged\n";
@@ -175,9 +176,10 @@ int run(Arguments &arguments) {
         if (!written)
             return fail(arguments.depfile_name, written.error());
     }
-    const bool stdout_taken = arguments.json == "-" || arguments.output == "-" || arguments.depfile_name == "-";
-    if (arguments.verbosity != command_line::Verbosity::quiet && !stdout_taken)
-        std::cout << report(arguments, statistics);
+    std::ostream *const stream =
+        command_line::report_stream({{arguments.output, arguments.depfile_name}}, arguments.json);
+    if (arguments.verbosity != command_line::Verbosity::quiet && stream != nullptr)
+        *stream << report(arguments, statistics);
     if (arguments.json.empty())
         return 0;
     const Status told =

@@ -1,6 +1,6 @@
 #include "options.h"
 
-#include "command_line/parse.h"
+#include "command_line/common_options.h"
 #include "command_line/settings_file.h"
 #include "pbm_format/layout.h"
 #include "pbm_format/platform.h"
@@ -123,7 +123,7 @@ void add_input_options(CLI::App &app, Arguments &arguments) {
                       {"in", Unit::inch},
                       {"ft", Unit::foot},
                       {"km", Unit::kilometre}},
-                     "Unit of the coordinates");
+                     "Unit of the coordinates; default unknown");
     add_choice<UpAxis>(app, "--up", options.grid.up, {{"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}},
                        "Axis that points up; default y");
     app.add_option_function<double>(
@@ -209,14 +209,10 @@ void add_build_system_options(CLI::App &app, Arguments &arguments) {
 
 void add_general_options(CLI::App &app, Arguments &arguments) {
     app.option_defaults()->group("General");
-    app.add_option("-j,--threads", arguments.build.threads, "Threads, 0 for all processors")
-        ->check(CLI::Range(0, 1024));
-    app.add_option("--json", arguments.json, "Statistics as JSON, to FILE or (--json alone) to stdout")
-        ->type_name("[=FILE]");
-    app.add_flag_callback(
-        "-q,--quiet", [&] { arguments.verbosity = command_line::Verbosity::quiet; }, "Say nothing but errors");
-    app.add_flag_callback(
-        "-v,--verbose", [&] { arguments.verbosity = command_line::Verbosity::verbose; }, "Name every step");
+    command_line::add_threads(app, arguments.build.threads);
+    command_line::add_json(app, arguments.json, "Statistics");
+    command_line::add_quiet(app, arguments.verbosity);
+    command_line::add_verbose(app, arguments.verbosity, "Name every step");
     app.set_version_flag("-V,--version", "pbm-build " PBM_VERSION);
 }
 
@@ -235,12 +231,12 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     add_general_options(app, arguments);
     const command_line::Manual manual{
         .most_used = {"--output", "--depth", "--unit", "--up", "--recipe", "--help"},
-        .examples = {
-            {"pbm-build scan.ply -o scan.bvg", "A scan at the depth that fits its points."},
-            {"pbm-build left.ply right.ply --depth 10 --unit mm --up z --strict -o scan.bvg",
-             "Two scans as one model of at most 1,024 voxels per edge; an error if anything of them would be "
-             "dropped."},
-            {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.bvg", "As build systems call it."}}};
+        .examples = {{"pbm-build scan.ply -o scan.bvg", "A scan at the depth that fits its points."},
+                     {"pbm-build left.ply right.ply --depth 10 --unit mm --up z --strict -o scan.bvg",
+                      "Two scans as one model of at most 1,024 voxels per edge; an error if anything of them would be "
+                      "dropped."},
+                     {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.bvg", "As build systems call it."}},
+        .logs_steps = true};
     if (const auto done = command_line::parse(app, program, argc, argv, kSwitches, manual))
         return done;
     if (const auto refused = check_inputs(program, arguments))

@@ -1,6 +1,5 @@
 // pbm-export: the points of a .bvg file as PLY.
-#include "command_line/parse.h"
-#include "command_line/progress_display.h"
+#include "command_line/common_options.h"
 #include "pbm_format/platform.h"
 #include "ply_points.h"
 
@@ -46,32 +45,17 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
         ->type_name("L");
     app.add_flag("--ascii", arguments.format.ascii, "As text; default binary, little-endian");
     app.add_flag("--float", arguments.format.single_precision, "Single precision, refused where it is not enough");
-    app.add_option("-j,--threads", arguments.stream.threads, "Threads, 0 for all processors")
-        ->check(CLI::Range(0, 1024));
-    app.add_option_function<std::string>(
-           "--max-memory",
-           [&](const std::string &text) { arguments.stream.max_memory = *command_line::parse_bytes(text); },
-           "Most memory to use, like 500M; default 8G")
-        ->type_name("BYTES")
-        ->check([](const std::string &text) {
-            const auto bytes = command_line::parse_bytes(text);
-            return bytes ? std::string() : bytes.error().message;
-        });
-    app.add_option("--json", arguments.json, "Statistics as JSON, to FILE or (--json alone) to stdout")
-        ->type_name("[=FILE]");
-    app.add_flag_callback(
-        "-q,--quiet", [&] { arguments.verbosity = Verbosity::quiet; }, "Say nothing but errors");
-    app.add_flag_callback(
-        "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; }, "Name every step");
+    command_line::add_threads(app, arguments.stream.threads);
+    command_line::add_max_memory(app, arguments.stream.max_memory);
+    command_line::add_json(app, arguments.json, "Statistics");
+    command_line::add_quiet(app, arguments.verbosity);
+    command_line::add_verbose(app, arguments.verbosity, "Name every step");
     app.set_version_flag("-V,--version", "pbm-export " PBM_VERSION);
     const command_line::Manual manual{
         .examples = {{"pbm-export scan.bvg -o points.ply", "The points of the finest level."},
-                     {"pbm-build points.ply --grid-like scan.bvg -o again.bvg", "The same model again."}}};
-    if (const auto done = command_line::parse(app, kProgram, argc, argv, {}, manual))
-        return done;
-    if (arguments.output == "-" && arguments.json == "-")
-        return command_line::fail_usage(kProgram, "points and JSON cannot both go to standard output");
-    return std::nullopt;
+                     {"pbm-build points.ply --grid-like scan.bvg -o again.bvg", "The same model again."}},
+        .logs_steps = true};
+    return command_line::parse(app, kProgram, argc, argv, {}, manual);
 }
 
 // Lights, shadows and solid textures belong to no point's row.
@@ -141,9 +125,9 @@ std::string report(const Arguments &arguments, const Outcome &outcome) {
     for (const std::string &what : outcome.dropped)
         text << what << ": dropped (PLY has no place for them)\n";
     text.precision(2);
-    text << std::fixed << (arguments.output == "-" ? "standard output" : arguments.output) << ": " << outcome.points
-         << " points of level " << outcome.level << ", " << static_cast<double>(outcome.bytes) * 1e-6 << " MB, "
-         << outcome.seconds << " s\n";
+    text << std::fixed << command_line::printable(arguments.output == "-" ? "standard output" : arguments.output)
+         << ": " << outcome.points << " points of level " << outcome.level << ", "
+         << static_cast<double>(outcome.bytes) * 1e-6 << " MB, " << outcome.seconds << " s\n";
     return text.str();
 }
 
@@ -182,8 +166,9 @@ int run(int argc, char **argv) {
     if (const auto failure = write_points(arguments, *reader, outcome))
         return command_line::fail(kProgram, failure->path == "-" ? "standard output" : failure->path, failure->error);
     outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    if (arguments.verbosity != Verbosity::quiet && arguments.json != "-")
-        (arguments.output == "-" ? std::cerr : std::cout) << report(arguments, outcome);
+    std::ostream *const stream = command_line::report_stream({{arguments.output}}, arguments.json);
+    if (arguments.verbosity != Verbosity::quiet && stream != nullptr)
+        *stream << report(arguments, outcome);
     if (arguments.json.empty())
         return 0;
     const Status told = command_line::write_text(arguments.json, to_json(arguments, outcome));

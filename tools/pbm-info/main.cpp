@@ -1,5 +1,5 @@
 // pbm-info: what is in a .bvg, from its header, tables and directories; no chunk is decoded.
-#include "command_line/parse.h"
+#include "command_line/common_options.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/reader.h"
 
@@ -161,7 +161,9 @@ int run(int argc, char **argv) {
     CLI::App app{"Says what is in a binary voxel grid (.bvg): points, levels, streams, sizes.", "pbm-info"};
     std::string path, json_path;
     app.add_option("FILE", path, "Model to look into")->required();
-    app.add_option("--json", json_path, "All of it as JSON, to FILE or (--json alone) to stdout")->type_name("[=FILE]");
+    pbm::command_line::add_json(app, json_path, "All of it");
+    auto verbosity = pbm::command_line::Verbosity::normal;
+    pbm::command_line::add_quiet(app, verbosity);
     app.set_version_flag("-V,--version", "pbm-info " PBM_VERSION);
     if (const auto done = pbm::command_line::parse(
             app, "pbm-info", argc, argv, {},
@@ -179,7 +181,8 @@ int run(int argc, char **argv) {
     if (!sizes)
         return fail(path, sizes.error());
     if (json_path.empty()) {
-        print_text(path, *reader, *sizes);
+        if (verbosity != pbm::command_line::Verbosity::quiet)
+            print_text(path, *reader, *sizes);
         return 0;
     }
     const std::string text = to_json(path, *reader, *sizes).dump(2, ' ', false, json::error_handler_t::replace) + "\n";

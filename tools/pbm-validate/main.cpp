@@ -1,5 +1,5 @@
 // pbm-validate: is this .bvg valid, and if not, what breaks which rule where.
-#include "command_line/parse.h"
+#include "command_line/common_options.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/validate.h"
 
@@ -93,8 +93,8 @@ int run(int argc, char **argv) {
     pbm::ValidateOptions options;
     bool quiet = false;
     app.add_option("FILE", paths, "Models to examine")->required();
-    app.add_option("--json", json_path, "Verdicts as JSON, to FILE or (--json alone) to stdout")->type_name("[=FILE]");
-    app.add_option("-j,--threads", options.threads, "Threads, 0 for all processors")->check(CLI::Range(0, 1024));
+    pbm::command_line::add_json(app, json_path, "Verdicts");
+    pbm::command_line::add_threads(app, options.threads);
     app.add_option("--max-findings", options.max_findings, "Findings to print per file")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();

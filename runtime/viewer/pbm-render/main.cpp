@@ -1,5 +1,5 @@
 // pbm-render: pictures of a binary voxel grid without a window.
-#include "command_line/parse.h"
+#include "command_line/common_options.h"
 #include "pbm_format/platform.h"
 
 #include "viewer/image_writer.h"
@@ -11,10 +11,11 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
-#include <iostream>
+#include <iomanip>
 #include <optional>
+#include <ostream>
+#include <sstream>
 
 namespace {
 
@@ -57,9 +58,9 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     bool no_background = false;
     app.add_flag("--no-background", no_background, "Transparent where nothing is drawn")->group("Look");
     app.add_option("--bench", arguments.bench, "Draw N further frames and report their median time")
-        ->check(CLI::Range(1, 100000));
-    app.add_option("--json", arguments.json, "Statistics as JSON, to FILE or (--json alone) to stdout")
-        ->type_name("[=FILE]");
+        ->check(CLI::Range(1, 100000))
+        ->group("Output");
+    command_line::add_json(app, arguments.json, "Statistics");
     app.set_version_flag("-V,--version", "pbm-render " PBM_VERSION);
     if (const auto done = command_line::parse(
             app, kProgram, argc, argv, kOldSwitches,
@@ -105,17 +106,19 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
     return json.dump(2) + "\n";
 }
 
-void report(const Arguments &arguments, const Camera &camera, const RunStatistics &s) {
+std::string report(const Arguments &arguments, const Camera &camera, const RunStatistics &s) {
     const glm::ivec2 size = arguments.view.resolution;
+    const std::string name = arguments.output.empty() ? arguments.input : arguments.output;
+    std::ostringstream text;
     if (arguments.view.verbosity == command_line::Verbosity::verbose)
-        std::printf("view: %s\n", view_as_options(camera, arguments.view.view_angle, size).c_str());
-    std::printf("%s: %dx%d, level %d, %llu of %llu points drawn, load %.1f ms, frame %.1f ms, png %.1f ms\n",
-                command_line::printable(arguments.output.empty() ? arguments.input : arguments.output).c_str(), size.x,
-                size.y, s.drawn.level, static_cast<unsigned long long>(s.drawn.drawn_points),
-                static_cast<unsigned long long>(s.drawn.points), s.load_ms, s.frame_ms, s.png_ms);
+        text << "view: " << view_as_options(camera, arguments.view.view_angle, size) << '\n';
+    text << std::fixed << std::setprecision(1) << command_line::printable(name == "-" ? "standard output" : name)
+         << ": " << size.x << 'x' << size.y << ", level " << s.drawn.level << ", " << s.drawn.drawn_points << " of "
+         << s.drawn.points << " points drawn, load " << s.load_ms << " ms, frame " << s.frame_ms << " ms, png "
+         << s.png_ms << " ms\n";
     if (s.bench_ms)
-        std::printf("bench: %d frames, median %.2f ms\n", arguments.bench, *s.bench_ms);
-    std::fflush(stdout);
+        text << "bench: " << arguments.bench << " frames, median " << std::setprecision(2) << *s.bench_ms << " ms\n";
+    return text.str();
 }
 
 int run(const Arguments &arguments) {
@@ -167,11 +170,10 @@ int run(const Arguments &arguments) {
             !written)
             return fail(arguments.depth_output, written.error());
 
-    const auto takes_stdout = [](const std::string &name) { return name == "-" || name == "/dev/stdout"; };
-    const bool stdout_taken =
-        takes_stdout(arguments.json) || takes_stdout(arguments.output) || takes_stdout(arguments.depth_output);
-    if (view.verbosity != command_line::Verbosity::quiet && !stdout_taken)
-        report(arguments, *camera, statistics);
+    std::ostream *const stream =
+        command_line::report_stream({{arguments.output, arguments.depth_output}}, arguments.json);
+    if (view.verbosity != command_line::Verbosity::quiet && stream != nullptr)
+        *stream << report(arguments, *camera, statistics);
     if (arguments.json.empty())
         return 0;
     if (const Status told = command_line::write_text(arguments.json, to_json(arguments, statistics)); !told)

@@ -34,7 +34,8 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
         app, program, argc, argv, kOldSwitches,
         {.most_used = {"--camera-mode", "--resolution", "--show-frame-time", "--help"},
          .examples = {{"pbm-view scan.bvg", "The model in a window; drag it, Space saves a picture."},
-                      {"pbm-view scan.bvg --camera-mode fly", "Through the model; the arrow keys fly."}}});
+                      {"pbm-view scan.bvg --camera-mode fly", "Through the model; the arrow keys fly."}},
+         .run_time_limits = "no display or OpenGL"});
 }
 
 } // namespace pbm
