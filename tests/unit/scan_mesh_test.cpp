@@ -121,6 +121,7 @@ TEST(ObjReader, MaterialsTexturesAndLinesAreReportedAndNoFileIsOpened) {
     EXPECT_TRUE(reports(s, "'no_such_file.mtl'", Fate::dropped));
     EXPECT_TRUE(reports(s, "texture coordinates", Fate::dropped));
     EXPECT_TRUE(reports(s, "lines", Fate::dropped));
+    EXPECT_TRUE(reports(surface("mtllib  a.mtl b.mtl \r\n" + kObj, MeshFormat::obj), "'a.mtl b.mtl'", Fate::dropped));
 }
 
 TEST(ObjReader, LineEndsCommentsAndContinuedLinesAreUnderstood) {

@@ -9,7 +9,7 @@ std::string escaped(const std::string &name) {
     for (const char c : name) {
         if (c == ' ' || c == '\t')
             out.append(backslashes + 1, '\\');
-        else if (c == '#' || c == ':')
+        else if (c == '#')
             out += '\\';
         else if (c == '$')
             out += '$';

@@ -9,8 +9,8 @@
 namespace pbm::build {
 
 // `target: file file ...` with gcc's escapes: a backslash before spaces, tabs and #, $$ for $, and backslashes doubled
-// where they stand before a space; also a backslash before colons, where Make would end a target. Names stay relative
-// or absolute as they are.
+// where they stand before a space. Colons stay, as gcc leaves them: Ninja takes them so, CMake understands no escape,
+// and Make has none that both read. Names stay relative or absolute as they are.
 std::string depfile_text(const std::string &target, std::span<const std::string> files);
 
 // errors  usage  a name with a line feed, or with a backslash at its end: the syntax has no way to write it

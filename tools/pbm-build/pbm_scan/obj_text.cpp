@@ -222,7 +222,7 @@ Status ObjCheck::other(std::string_view keyword) {
     if (keyword == "mtllib")
         drop_once(out_.report,
                   ++material_files_ > kMostNamed ? "materials and textures of further files"
-                                                 : "materials and textures named by " + quoted(lines_.word()),
+                                                 : "materials and textures named by " + quoted(lines_.trimmed_rest()),
                   "PBM stores point colours");
     else if (keyword == "vt")
         drop_once(out_.report, "texture coordinates", "PBM stores point colours");

@@ -91,7 +91,8 @@ bool begins_stl(std::span<const std::uint8_t> bytes, std::string_view text) {
     return facets == (bytes.size() - 84) / 50;
 }
 
-// Calls use(rest of the line) for every line of `text` whose first word begins with `keyword`.
+// Calls use(rest of the line, without white space around it) for every line of `text` whose first word begins with
+// `keyword`.
 template <class Use> void for_lines(std::string_view text, std::string_view keyword, Use &&use) {
     while (!text.empty()) {
         const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
@@ -102,6 +103,7 @@ template <class Use> void for_lines(std::string_view text, std::string_view keyw
             continue;
         line.remove_prefix(std::min(line.find_first_of(" \t"), line.size()));
         line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+        line.remove_suffix(line.size() - (line.find_last_not_of(" \t") + 1));
         if (!line.empty())
             use(line);
     }
@@ -111,13 +113,28 @@ std::string_view as_text(std::span<const std::uint8_t> bytes) {
     return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
 }
 
+// A line may name several files (Wavefront) or one whose name has spaces (most writers): one if it is there, else those
+// of the several that are.
 std::vector<std::string> material_files(std::span<const std::uint8_t> obj, const std::string &path) {
     const std::string folder = path.substr(0, path.find_last_of('/') + 1);
     std::vector<std::string> files;
-    for_lines(as_text(obj), "mtllib", [&](std::string_view name) {
+    const auto add = [&](std::string_view name) {
         std::string file = folder + std::string(name);
-        if (std::find(files.begin(), files.end(), file) == files.end() && MappedFile::open(file).ok())
-            files.push_back(std::move(file));
+        if (std::find(files.begin(), files.end(), file) != files.end())
+            return true;
+        if (!MappedFile::open(file).ok())
+            return false;
+        files.push_back(std::move(file));
+        return true;
+    };
+    for_lines(as_text(obj), "mtllib", [&](std::string_view names) {
+        if (add(names))
+            return;
+        while (!names.empty()) {
+            const std::size_t end = std::min(names.find_first_of(" \t"), names.size());
+            add(names.substr(0, end));
+            names.remove_prefix(std::min(names.find_first_not_of(" \t", end), names.size()));
+        }
     });
     return files;
 }

@@ -46,6 +46,15 @@ class Lines {
         return std::string_view(text_).substr(first, word_ - first);
     }
     std::string_view rest() const { return std::string_view(text_).substr(word_, end_ - word_); }
+    // The same without white space around it.
+    std::string_view trimmed_rest() const {
+        std::string_view text = rest();
+        while (!text.empty() && ends_word(text.front()))
+            text.remove_prefix(1);
+        while (!text.empty() && ends_word(text.back()))
+            text.remove_suffix(1);
+        return text;
+    }
     void rewind() { word_ = begin_; }
     void blank() { std::fill(text_.begin() + as_offset(begin_), text_.begin() + as_offset(end_), ' '); }
     void blank_rest() { std::fill(text_.begin() + as_offset(word_), text_.begin() + as_offset(end_), ' '); }
