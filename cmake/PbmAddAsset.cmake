@@ -6,10 +6,10 @@
 #     [DEPENDS file...])    further files and targets that must be there first
 #
 # Adds a target NAME that is part of `all` and builds OUTPUT. Sources, recipe and DEPENDS are relative to the current
-# source folder, OUTPUT to the current binary folder. Files that the scans or the recipe name (material files, further
-# inputs) are dependencies too, by way of a dependency file. Whatever depends on OUTPUT is built again only if its
-# content changed: pbm-build leaves it and its time alone otherwise. `get_target_property(file NAME PBM_OUTPUT)` tells
-# the full name.
+# source folder, OUTPUT and files in OPTIONS to the current binary folder. Files that the scans, the recipe or OPTIONS
+# name (material files, further inputs) are dependencies too, by way of a dependency file; those that are built need
+# DEPENDS. Whatever depends on OUTPUT is built again only if its content changed: pbm-build leaves it and its time
+# alone otherwise. `get_target_property(file NAME PBM_OUTPUT)` tells the full name.
 #
 # Needs Ninja or Makefiles and the imported target pbm::pbm-build.
 cmake_policy(PUSH)
