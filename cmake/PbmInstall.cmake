@@ -15,9 +15,6 @@ install(TARGETS pbm_format pbm_render EXPORT pbmTargets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY format_spec/pbm_format runtime/pbm_render DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
     FILES_MATCHING PATTERN "*.h")
-if(TARGET pbm-sample)
-    install(TARGETS pbm-sample RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-endif()
 install(FILES LICENSE README.md format_spec/BVG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
 
 install(EXPORT pbmTargets NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR})

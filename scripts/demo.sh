@@ -8,7 +8,7 @@ out=${2:-out}
 
 scripts/install_packages.sh all
 cmake --preset release >/dev/null
-cmake --build --preset release -j "$(nproc)" --target pbm-sample pbm-build pbm-validate pbm-info pbm-render pbm-view
+cmake --build --preset release -j "$(nproc)" --target man sample_model # all that is installed
 bin=build/release/bin
 mkdir -p "$out"
 scan=$out/ammonite_$vertices.ply
