@@ -141,6 +141,14 @@ inline std::string unknown_option(const CLI::App &app, const ProgramHelp &help) 
     return {};
 }
 
+// CLI11 says "--depth: 1 required INT:INT in [5 - 16] missing" and "--depth: At Most 1 required but received 2".
+inline std::string wrong_count(const CLI::ArgumentMismatch &error) {
+    const std::string text = error.what(), name = text.substr(0, text.find(':'));
+    if (text.ends_with(" missing"))
+        return name + ": its value is missing";
+    return text.find(": At Most 1 ") == std::string::npos ? text : name + " is given twice; once is enough";
+}
+
 // A name that is empty, or a log that is no file of its own.
 inline std::string unusable_name(const CLI::App &app, const std::string &log) {
     for (const CLI::Option *option : app.get_options()) {
@@ -201,6 +209,8 @@ inline std::optional<int> parse(CLI::App &app, std::string_view program, int arg
         const std::string path = detail::first_result(app.get_config_ptr());
         const auto file = MappedFile::open(path);
         refusal = Refusal{path, file ? Error{ErrorCode::io, 0, error.what()} : file.error()};
+    } catch (const CLI::ArgumentMismatch &error) {
+        problem = detail::wrong_count(error);
     } catch (const CLI::ParseError &error) {
         const std::string unknown = detail::unknown_option(app, help);
         problem = unknown.empty() ? error.what() : unknown;

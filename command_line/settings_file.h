@@ -111,6 +111,9 @@ class SettingsFile : public CLI::Config {
             overruled = overruled || contains(given, other);
         if (overruled || (setting.kind == Setting::Kind::flag && setting.values.front() == "false"))
             return {};
+        for (const CLI::Option *other : option->get_excludes())
+            if (other->count() > 0) // by an earlier line
+                return "'" + setting.key + "' excludes '" + other->get_lnames().front() + "'; keep one of them";
         try {
             for (const std::string &value : values_of(setting, *option, path))
                 option->add_result(value);

@@ -180,9 +180,9 @@ void Window::toggle_full_screen() {
     glfwGetWindowPos(window_, &windowed_place_.x, &windowed_place_.y);
     glfwGetWindowSize(window_, &windowed_size_.x, &windowed_size_.y);
     GLFWmonitor *const monitor = monitor_of(windowed_place_, windowed_size_);
-    if (monitor == nullptr)
+    const GLFWvidmode *const mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+    if (mode == nullptr)
         return;
-    const GLFWvidmode *const mode = glfwGetVideoMode(monitor);
     glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
 }
 
