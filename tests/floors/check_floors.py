@@ -31,7 +31,8 @@ FLOORS = {
 FORMAT_LAYERS = [
     {"error"},
     {"bytes"},
-    {"hash", "normal", "octree", "chunk_rule", "parallel", "platform"},
+    {"hash", "normal", "octree", "chunk_rule", "parallel", "descriptor"},
+    {"platform", "child_process"},
     {"point_attributes"},
     {"model", "detail_levels"},
     {"content_id"},
@@ -67,9 +68,11 @@ HOMES = {
     r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/overlay\.cpp",
     r"(png|libdeflate|zlib)\.h": r"runtime/viewer/.*\.cpp",
     r"(jpeglib|turbojpeg)\.h|stb/.*": r"tools/pbm-build/.*\.cpp",
-    r"sys/(mman|resource|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/platform\.cpp",
+    r"sys/mman\.h": r"format_spec/pbm_format/platform\.cpp",
+    r"sys/resource\.h": r"format_spec/pbm_format/(platform|child_process)\.cpp",
+    r"sys/(prctl|syscall|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/child_process\.cpp",
     r"(fcntl|unistd)\.h|sys/.*": (
-        r"format_spec/pbm_format/platform\.cpp"
+        r"format_spec/pbm_format/(platform|child_process|descriptor)\.cpp"
         r"|command_line/progress_display\.cpp"
     ),
 }

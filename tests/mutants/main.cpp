@@ -1,6 +1,7 @@
 // mutants [COUNT [FIRST]] [--seed N] [--save FILE]: COUNT mutants from number FIRST on are read and judged; exit code 1
 // if a law is broken. --save writes mutant FIRST to a file.
 #include "mutants/laws.h"
+#include "pbm_format/child_process.h"
 #include "pbm_format/platform.h"
 
 #include <algorithm>

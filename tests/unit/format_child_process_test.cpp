@@ -1,3 +1,4 @@
+#include "pbm_format/child_process.h"
 #include "pbm_format/platform.h"
 
 #include <gtest/gtest.h>

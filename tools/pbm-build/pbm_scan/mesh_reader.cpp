@@ -1,6 +1,6 @@
 #include "pbm_scan/mesh_reader.h"
 
-#include "pbm_format/platform.h"
+#include "pbm_format/child_process.h"
 #include "pbm_scan/mesh_text.h"
 #include "pbm_scan/polygon.h"
 #include "pbm_scan/text_lines.h"

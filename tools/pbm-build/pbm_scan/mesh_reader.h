@@ -10,7 +10,7 @@ namespace pbm::build {
 
 enum class MeshFormat : std::uint8_t { obj, off, stl };
 
-// mesh_text.h's checks run first; then OpenMesh reads in a child process (platform.h), and what it found is compared
+// mesh_text.h's checks run first; then OpenMesh reads in a child process (child_process.h), and what it found is compared
 // with them, so that a damaged or cut-short file is refused instead of becoming a smaller model. An OBJ cut between two
 // lines cannot be told from a whole one unless its comments announce counts; a text without a last line end is
 // reported. Polygons: polygon.h. STL is welded by equal coordinates. Positions are in double precision where the file
