@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <random>
 #include <span>
 #include <string>
 #include <string_view>
@@ -268,6 +272,36 @@ TEST(StlGuard, ManyVerticesAreWeldedByTheirNumbers) {
     for (std::uint32_t i = 0; i < kFacets; ++i)
         ASSERT_EQ(s.triangles[i], glm::uvec3(i, i + 1, i + 2));
     EXPECT_EQ(s.positions[kFacets + 1], glm::dvec3((kFacets + 1) / 2, (kFacets + 1) % 2, 0));
+}
+
+// One step of a hash that multiplies, as hash tables of coordinates do: whoever knows it can undo it.
+std::uint64_t mixed(std::uint64_t bits) {
+    const std::uint64_t product = bits * 0x9E3779B97F4A7C15U;
+    return product ^ product >> 29;
+}
+
+// What searches all vertices before it would not end here.
+TEST(StlGuard, CoordinatesThatFoolAHashAreWeldedAllTheSame) {
+    constexpr std::size_t kFacets = 60'000;
+    std::mt19937_64 random(1);
+    std::vector<std::string> corners;
+    while (corners.size() < 3 * kFacets) {
+        const double x = static_cast<double>(random() >> 11) * 0x1p-53;
+        const auto y =
+            std::bit_cast<double>(mixed(std::bit_cast<std::uint64_t>(x)) ^ std::bit_cast<std::uint64_t>(1.5));
+        if (!(std::fabs(y) > 1e-9 && std::fabs(y) < 1e3))
+            continue;
+        std::array<char, 80> text{};
+        std::snprintf(text.data(), text.size(), "%.17g %.17g 1", x, y);
+        corners.emplace_back(text.data());
+    }
+    std::string file = "solid\n";
+    for (std::size_t i = 0; i < corners.size(); i += 3)
+        file += facet(corners[i], corners[i + 1], corners[i + 2]) + facet(corners[i + 1], corners[i], corners[i + 2]);
+    const Surface s = surface(file + "endsolid\n", MeshFormat::stl);
+    ASSERT_EQ(s.positions.size(), 3 * kFacets);
+    ASSERT_EQ(s.triangles.size(), 2 * kFacets);
+    EXPECT_EQ(s.triangles.back(), glm::uvec3(3 * kFacets - 2, 3 * kFacets - 3, 3 * kFacets - 1));
 }
 
 TEST(StlGuard, OddSpellingsAreUnderstood) {

@@ -5,7 +5,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
-#include <unordered_map>
+#include <numeric>
 
 namespace pbm::build {
 namespace {
@@ -63,32 +63,30 @@ MeshText check_binary(std::span<const std::uint8_t> bytes) {
     return out;
 }
 
-// Corners with equal coordinates are one vertex. Numbered in the order of the file.
-class Welder {
-  public:
-    explicit Welder(std::vector<glm::dvec3> &positions) : positions_(positions) {}
-
-    std::uint32_t vertex(const glm::dvec3 &position) {
-        const glm::dvec3 key = position + 0.0; // -0 is 0
-        const auto [found, is_new] = numbers_.try_emplace(key, static_cast<std::uint32_t>(positions_.size()));
-        if (is_new)
-            positions_.push_back(position);
-        return found->second;
-    }
-
-  private:
-    struct Hash {
-        std::size_t operator()(const glm::dvec3 &p) const {
-            std::uint64_t hash = 0;
-            for (int i = 0; i < 3; ++i)
-                hash = (hash ^ std::bit_cast<std::uint64_t>(p[i])) * 0x9E3779B97F4A7C15U, hash ^= hash >> 29;
-            return hash;
-        }
+// Corners with equal coordinates are one vertex: its number for each corner. Numbered in the order of the file. Sorted,
+// since coordinates can be chosen so that any hash of them is the same.
+std::vector<std::uint32_t> weld(std::span<const glm::dvec3> corners, std::vector<glm::dvec3> &vertices) {
+    const auto before = [&](std::uint32_t a, std::uint32_t b) {
+        const glm::dvec3 &p = corners[a], &q = corners[b];
+        return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.z != q.z ? p.z < q.z : a < b;
     };
-
-    std::vector<glm::dvec3> &positions_;
-    std::unordered_map<glm::dvec3, std::uint32_t, Hash> numbers_;
-};
+    std::vector<std::uint32_t> order(corners.size()), numbers(corners.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::sort(order.begin(), order.end(), before);
+    for (std::size_t i = 0, first = 0; i < order.size(); ++i) { // of each corner the first one that equals it
+        first = corners[order[i]] == corners[order[first]] ? first : i;
+        numbers[order[i]] = order[first];
+    }
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        if (numbers[i] == i) {
+            numbers[i] = static_cast<std::uint32_t>(vertices.size());
+            vertices.push_back(corners[i]);
+        } else {
+            numbers[i] = numbers[numbers[i]];
+        }
+    }
+    return numbers;
+}
 
 class AsciiCheck {
   public:
@@ -98,11 +96,12 @@ class AsciiCheck {
   private:
     bool next_line(std::string_view &keyword); // that says something
     Status facet();
+    void write_facets();
 
     std::string text_;
     Lines lines_;
     MeshText out_;
-    Welder welder_{out_.positions};
+    std::vector<glm::dvec3> corners_; // three of each facet that is kept
 };
 
 bool AsciiCheck::next_line(std::string_view &keyword) {
@@ -114,8 +113,6 @@ bool AsciiCheck::next_line(std::string_view &keyword) {
     return false;
 }
 
-// The lines after "facet" are written anew, in the one spelling that OpenMesh knows, and with numbers of vertices in
-// place of coordinates: its floats would move them and weld what lies close together.
 Status AsciiCheck::facet() {
     constexpr std::array<std::string_view, 6> kLines{"outer", "vertex", "vertex", "vertex", "endloop", "endfacet"};
     std::array<glm::dvec3, 3> corners{};
@@ -141,23 +138,31 @@ Status AsciiCheck::facet() {
         }
         ++corner;
     }
-    if (finite) {
-        if (out_.positions.size() > kMaxVertices - 3)
-            return lines_.refuse("more than 2^31 - 1 vertices; split the scan", ErrorCode::too_large);
-        constexpr std::uint32_t kHalf = 1U << 16; // a float holds either half of a number
-        out_.for_openmesh += "facet normal 0 0 0\nouter loop\n";
-        for (const glm::dvec3 &position : corners) {
-            const std::uint32_t number = welder_.vertex(position);
-            out_.for_openmesh +=
-                "vertex " + std::to_string(number % kHalf) + " " + std::to_string(number / kHalf) + " 0\n";
-        }
-        out_.for_openmesh += "endloop\nendfacet\n";
-        ++out_.faces;
-        ++out_.triangles;
-    } else {
+    if (!finite) {
         ++out_.dropped_triangles;
+        return {};
     }
+    if (corners_.size() > kMaxVertices - 3)
+        return lines_.refuse("more than 2^31 - 1 corners; split the scan", ErrorCode::too_large);
+    corners_.insert(corners_.end(), corners.begin(), corners.end());
     return {};
+}
+
+// In the one spelling that OpenMesh knows, and with numbers of vertices in place of coordinates: its floats would move
+// them and weld what lies close together.
+void AsciiCheck::write_facets() {
+    constexpr std::uint32_t kHalf = 1U << 16; // a float holds either half of a number
+    const std::vector<std::uint32_t> numbers = weld(corners_, out_.positions);
+    std::vector<glm::dvec3>().swap(corners_);
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        if (i % 3 == 0)
+            out_.for_openmesh += "facet normal 0 0 0\nouter loop\n";
+        out_.for_openmesh +=
+            "vertex " + std::to_string(numbers[i] % kHalf) + " " + std::to_string(numbers[i] / kHalf) + " 0\n";
+        if (i % 3 == 2)
+            out_.for_openmesh += "endloop\nendfacet\n";
+    }
+    out_.faces = out_.triangles = numbers.size() / 3;
 }
 
 Result<MeshText> AsciiCheck::run() {
@@ -183,6 +188,8 @@ Result<MeshText> AsciiCheck::run() {
     if (inside)
         return Error{ErrorCode::bad_input, text_.size(),
                      "the file has no 'endsolid': it is cut short; copy or export it again"};
+    std::string().swap(text_);
+    write_facets();
     out_.vertices = out_.positions.size();
     report_normals(out_);
     return std::move(out_);
