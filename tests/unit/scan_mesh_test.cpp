@@ -7,9 +7,12 @@
 #include <clocale>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace {
 
@@ -304,6 +307,20 @@ TEST(SurfaceReader, TheSystemsErrorsAreNamed) {
     const Result<Surface> folder = pbm::build::read_surface("/", {});
     ASSERT_FALSE(folder.ok());
     EXPECT_EQ(folder.error().message, "cannot open: this is a folder");
+}
+
+TEST(SurfaceReader, AMaterialFileOfManySpellingsIsNotReadForEach) {
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "pbm_many_spellings";
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "skin.mtl") << "map_Kd skin.png\n";
+    std::ofstream obj(folder / "scan.obj");
+    constexpr int kSpellings = 1000;
+    for (int i = 1; i <= kSpellings; ++i)
+        obj << "mtllib " << std::string(static_cast<std::size_t>(i), '/') << "skin.mtl\n";
+    obj.close();
+    const std::vector<std::string> files = pbm::build::material_files((folder / "scan.obj").string());
+    EXPECT_EQ(files.size(), pbm::build::kMaxMaterialFiles);
+    std::filesystem::remove_all(folder);
 }
 
 } // namespace

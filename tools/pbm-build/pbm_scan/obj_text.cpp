@@ -176,7 +176,8 @@ Status ObjCheck::face() {
             return lines_.refuse(quoted(word) + " is not a vertex of this file");
         if (*vertex > highest_) {
             highest_ = *vertex;
-            highest_error_ = lines_.refuse("vertex " + std::to_string(*vertex) + " does not exist");
+            if (out_.positions.size() < static_cast<std::uint64_t>(highest_))
+                highest_error_ = lines_.refuse("vertex " + std::to_string(*vertex) + " does not exist");
         }
         if (slash != std::string_view::npos) {
             const std::string_view texture =
@@ -191,7 +192,8 @@ Status ObjCheck::face() {
                 return lines_.refuse(quoted(word) + " names a normal that does not exist");
             if (*normal > highest_normal_) {
                 highest_normal_ = *normal;
-                highest_normal_error_ = lines_.refuse("normal " + std::to_string(*normal) + " does not exist");
+                if (normals_ < static_cast<std::uint64_t>(highest_normal_))
+                    highest_normal_error_ = lines_.refuse("normal " + std::to_string(*normal) + " does not exist");
             }
         }
         if (corners_.size() == kMaxCorners)

@@ -118,17 +118,19 @@ std::string_view as_text(std::span<const std::uint8_t> bytes) {
 std::vector<std::string> material_files(std::span<const std::uint8_t> obj, const std::string &path) {
     const std::string folder = path.substr(0, path.find_last_of('/') + 1);
     std::vector<std::string> files;
+    std::size_t looked_for = 0;
+    // Whether it is there, new or not.
     const auto add = [&](std::string_view name) {
         std::string file = folder + std::string(name);
         if (std::find(files.begin(), files.end(), file) != files.end())
             return true;
-        if (!MappedFile::open(file).ok())
+        if (++looked_for > kMaxMaterialFiles || !MappedFile::open(file).ok())
             return false;
         files.push_back(std::move(file));
         return true;
     };
     for_lines(as_text(obj), "mtllib", [&](std::string_view names) {
-        if (add(names))
+        if (looked_for >= kMaxMaterialFiles || add(names))
             return;
         while (!names.empty()) {
             const std::size_t end = std::min(names.find_first_of(" \t"), names.size());

@@ -28,6 +28,9 @@ Result<Surface> read_surface(const std::string &path, const ReadOptions &options
 // The same for a file in memory; `path` only says its extension.
 Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options);
 
+// Of the material files that an OBJ names only so many, the first ones, are looked for: a text may name millions.
+inline constexpr std::size_t kMaxMaterialFiles = 64;
+
 // Names of the further files that reading `path` opens: the material files that an OBJ names and that are there.
 std::vector<std::string> material_files(const std::string &path);
 
