@@ -113,6 +113,16 @@ TEST(PlyHeader, TexturesAndTheirCoordinatesAreReported) {
     EXPECT_EQ(report(s, "texture image 'skin?.png'").fate, Fate::dropped);
 }
 
+TEST(PlyHeader, OfManyTexturesTheFirstAreNamedAndTheOthersCounted) {
+    std::string comments;
+    for (int i = 0; i < 1000; ++i)
+        comments += "comment TextureFile skin" + std::to_string(i) + ".png\n";
+    const Surface s = surface(replaced(kTriangle, "element vertex", comments + "element vertex"));
+    EXPECT_EQ(report(s, "texture image 'skin15.png'").fate, Fate::dropped);
+    EXPECT_EQ(report(s, "984 further texture images").fate, Fate::dropped);
+    EXPECT_LT(s.report.size(), 24U);
+}
+
 TEST(PlyHeader, AMissingEndIsSaidWithTheFirstLineThatIsNoHeader) {
     const Error e = error(replaced(kTriangle, "end_header\n", ""));
     EXPECT_TRUE(has(e.message, "no end_header")) << e.message;

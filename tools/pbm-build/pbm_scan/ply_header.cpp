@@ -187,8 +187,12 @@ Status HeaderReader::unknown(std::string_view keyword) {
 }
 
 void HeaderReader::comment(std::string_view line) {
-    if (same_word(take_word(line), "texturefile") && !trimmed(line).empty())
+    if (!same_word(take_word(line), "texturefile") || trimmed(line).empty())
+        return;
+    if (header_.texture_files.size() < kMaxPlyTextures)
         header_.texture_files.emplace_back(trimmed(line));
+    else
+        ++header_.further_textures;
 }
 
 // Stanford's scanners say here how wide and high a range image is. What is no number is a remark like any other.

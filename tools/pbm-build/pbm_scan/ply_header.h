@@ -73,7 +73,8 @@ std::size_t least_row_size(const PlyElement &element, bool text); // bytes; a ro
 struct PlyHeader {
     PlyEncoding encoding = PlyEncoding::ascii;
     std::vector<PlyElement> elements;       // in the order of the file; names are unique, also those of properties
-    std::vector<std::string> texture_files; // "comment TextureFile NAME", as MeshLab writes it
+    std::vector<std::string> texture_files; // "comment TextureFile NAME", as MeshLab writes it; at most kMaxPlyTextures
+    std::size_t further_textures = 0;       // such comments beyond these
     std::uint64_t grid_columns = 0;         // "obj_info num_cols N" of a range image; 0: not given
     std::uint64_t grid_rows = 0;            // "obj_info num_rows N"
     std::size_t unknown_lines = 0;          // of an ASCII file, with a keyword that means nothing
@@ -83,6 +84,7 @@ struct PlyHeader {
 };
 
 constexpr std::size_t kMaxPlyHeaderBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxPlyTextures = 16; // that are named
 constexpr std::size_t kMaxPlyElements = 256;
 constexpr std::size_t kMaxPlyProperties = 256; // per element
 

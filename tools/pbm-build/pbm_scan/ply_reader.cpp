@@ -211,6 +211,9 @@ void write_report(const PlyHeader &header, const Outcomes &outcomes, Surface &su
                                       " lines of no meaning, the first begins with " + quoted(header.first_unknown)});
     for (const std::string &file : header.texture_files)
         surface.report.push_back({"texture image " + quoted(file), Fate::dropped, "PBM stores point colours"});
+    if (header.further_textures != 0)
+        surface.report.push_back({std::to_string(header.further_textures) + " further texture images", Fate::dropped,
+                                  "PBM stores point colours"});
     for (const PlyElement &element : header.elements) {
         if (element.kind != PlyKind::skipped)
             report_element(element, outcomes, surface.report);
