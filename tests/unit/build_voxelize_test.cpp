@@ -1,4 +1,6 @@
+#include "pbm_build/grid_choice.h"
 #include "pbm_build/radix_sort.h"
+#include "pbm_build/sample_points.h"
 #include "pbm_build/splat_radius.h"
 #include "pbm_build/tangent_cell.h"
 #include "pbm_build/triangle_voxels.h"
@@ -110,6 +112,28 @@ TEST(TriangleVoxels, TheNearestPointIsFoundInEveryRegion) {
     EXPECT_EQ(nearest_on_triangle(t, {1, -1, 1}), (Weights{0.5, 0.5, 0}));
     EXPECT_EQ(nearest_on_triangle(t, {2, 2, 1}), (Weights{0, 0.5, 0.5}));
     EXPECT_EQ(nearest_on_triangle(t, {0.5, 0.5, -3}), (Weights{0.5, 0.25, 0.25}));
+}
+
+// Long and thin triangles have no area that would say beforehand how many voxels they pass through.
+TEST(Samples, TheLimitOfMemoryHoldsForSliversAsWell) {
+    constexpr int kDepth = 14, kSlivers = 2000;
+    constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 20;
+    Surface surface;
+    for (std::uint32_t i = 0; i < kSlivers; ++i) {
+        const double height = static_cast<double>(i) / kSlivers;
+        surface.positions.insert(surface.positions.end(), {{0, height, 0}, {1, height, 1}, {1, height, 1 + 1e-9}});
+        surface.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    const VertexNormals normals{.normals = std::vector<ShortNormal>(surface.positions.size())};
+    const Grid grid = centred_grid(bounds_of(surface), kDepth);
+    const Bytes radii;
+    const SurfaceSampler sampler(surface, normals, radii, grid, 2);
+    HitStore hits(kDepth, 2, kMostBytes);
+    const Status sampled = sample_points(sampler, hits);
+    ASSERT_FALSE(sampled.ok());
+    EXPECT_EQ(sampled.error().code, ErrorCode::memory);
+    constexpr std::uint64_t kMostOfOne = std::uint64_t{4} << kDepth; // hits of a sliver
+    EXPECT_LT(hits.size() * sizeof(Hit), kMostBytes + 2 * kMostOfOne * sizeof(Hit));
 }
 
 TEST(RadixSort, SortsByTheBitsItWasGivenAndKeepsTheOrderOfEqualOnes) {

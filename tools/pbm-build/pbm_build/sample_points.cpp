@@ -169,7 +169,7 @@ Status sample_points(const SurfaceSampler &sampler, HitStore &store, const std::
     parallel_for(writers, store.writers(), [&](std::size_t writer) {
         for (std::size_t begin = next.fetch_add(kBlock); begin < count && !store.full();
              begin = next.fetch_add(kBlock)) {
-            for (std::size_t i = begin; i < std::min(begin + kBlock, count); ++i)
+            for (std::size_t i = begin; i < std::min(begin + kBlock, count) && !store.full(); ++i)
                 sampler.find_hits(i, static_cast<int>(writer), store);
             if (progress && progress_mutex.try_lock()) {
                 const std::lock_guard lock(progress_mutex, std::adopt_lock);
