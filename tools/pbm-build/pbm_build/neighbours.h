@@ -21,8 +21,9 @@ class VoxelNeighbours {
     explicit VoxelNeighbours(std::span<const MortonCode> codes);
     ~VoxelNeighbours();
 
-    // Fills `found` with the nearest voxels around `voxel`, itself left out, nearest first; ties by index. Returns how
-    // many there are (fewer than asked only in a small model). At most kMost. Safe from several threads.
+    // Fills `found` with the nearest voxels around `voxel`, itself left out, nearest first; ties by index, but
+    // which of the farthest come where not all of a tie do, the tree decides. Returns how many there are (fewer than
+    // asked only in a small model). At most kMost. Safe from several threads.
     static constexpr std::size_t kMost = 31;
     std::size_t nearest(std::size_t voxel, std::span<Neighbour> found) const;
 

@@ -2,10 +2,11 @@
 
 #include "pbm_build/outside_view.h"
 #include "pbm_build/parity_sets.h"
-#include "pbm_build/radix_sort.h"
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
+#include <array>
+#include <numeric>
 
 namespace pbm::build {
 namespace {
@@ -60,7 +61,6 @@ std::vector<Vote> votes_of_links(const std::vector<LatticePoint> &points, const 
 
 // A spanning forest of the sure links: Kruskal's algorithm, surest first, ties by index.
 void join_along_sure_links(const PointLinks &links, const std::vector<Vote> &votes, ParitySets &sets) {
-    constexpr int kWeightBit = 56;
     const auto is_taken = [&](std::size_t link) { // once, though both ends may name each other
         if (std::abs(votes[link]) < kStrong)
             return false;
@@ -68,19 +68,18 @@ void join_along_sure_links(const PointLinks &links, const std::vector<Vote> &vot
         const auto back = links.nearest.begin() + static_cast<std::ptrdiff_t>(to * kLinks);
         return from < to || std::find(back, back + kLinks, from) == back + kLinks;
     };
-    std::size_t taken = 0;
-    for (std::size_t link = 0; link < votes.size(); ++link)
-        taken += is_taken(link) ? 1 : 0;
-    std::vector<std::uint64_t> order, spare;
-    order.reserve(taken);
+    const auto rank = [&](std::size_t link) { return static_cast<std::size_t>(kSure - std::abs(votes[link])); };
+    std::array<std::size_t, kSure - kStrong + 2> place{}; // of the links of a rank; counted one behind
     for (std::size_t link = 0; link < votes.size(); ++link)
         if (is_taken(link))
-            order.push_back(static_cast<std::uint64_t>(kSure - std::abs(votes[link])) << kWeightBit | link);
-    radix_sort(order, spare, kWeightBit, 8);
-    for (const std::uint64_t entry : order) {
-        const std::size_t link = entry & ((std::uint64_t{1} << kWeightBit) - 1);
+            ++place[rank(link) + 1];
+    std::partial_sum(place.begin(), place.end(), place.begin());
+    std::vector<std::uint64_t> order(place.back());
+    for (std::size_t link = 0; link < votes.size(); ++link)
+        if (is_taken(link))
+            order[place[rank(link)]++] = link;
+    for (const std::uint64_t link : order)
         sets.join(static_cast<std::uint32_t>(link / kLinks), links.nearest[link], votes[link] < 0);
-    }
 }
 
 // Connected points whose normals agree, by the lowest of them, their root; with what the views from outside say of it.
@@ -196,6 +195,20 @@ Turned turned_to_roots(ParitySets &sets, const std::vector<ShortNormal> &normals
     return turned;
 }
 
+// Makes of the root of each point the number of its piece; returns the roots by these numbers. A root is the lowest of
+// its piece.
+std::vector<std::uint32_t> number_pieces(std::vector<std::uint32_t> &roots) {
+    std::vector<std::uint32_t> pieces;
+    for (std::uint32_t i = 0; i < roots.size(); ++i)
+        if (roots[i] == i) {
+            roots[i] = static_cast<std::uint32_t>(pieces.size());
+            pieces.push_back(i);
+        } else {
+            roots[i] = roots[roots[i]];
+        }
+    return pieces;
+}
+
 double median_spacing(std::vector<float> spacing) {
     const auto middle = spacing.begin() + static_cast<std::ptrdiff_t>(spacing.size() / 2);
     std::nth_element(spacing.begin(), middle, spacing.end());
@@ -222,10 +235,10 @@ OutsideView look_from_outside(const std::vector<LatticePoint> &points, const Pla
 }
 
 // Points of a closed piece that are seen from behind: with their sign there would be a hole.
-void mark_seen_from_behind(const OutsideView &view, const std::vector<std::uint32_t> &roots,
+void mark_seen_from_behind(const OutsideView &view, const std::vector<std::uint32_t> &piece_of,
                            const std::vector<bool> &closed, const std::vector<bool> &flipped, Bytes &two_sided) {
     for (std::size_t i = 0; i < view.seen.size(); ++i) {
-        if (!closed[roots[i]])
+        if (!closed[piece_of[i]])
             continue;
         const std::int32_t towards = flipped[i] ? -view.towards[i] : view.towards[i];
         if (view.seen[i] > kGlimpse * kNormalScale && towards < -kBehind * view.seen[i])
@@ -284,39 +297,40 @@ Orientation orient_normals(const std::vector<LatticePoint> &points, PlaneFits &f
         view = look_from_outside(points, fits, patches, threads);
     join_patches(fits.links, votes, patches);
 
-    const Turned turned = turned_to_roots(patches.sets, fits.normals);
-    std::vector<std::array<std::int64_t, 3>> normal_sums(count); // of pieces, at their roots
-    std::vector<std::int64_t> sizes(count);
+    Turned turned = turned_to_roots(patches.sets, fits.normals);
+    const std::vector<std::uint32_t> roots = number_pieces(turned.roots); // [pieces]
+    const std::vector<std::uint32_t> &piece_of = turned.roots;
+    std::vector<std::array<std::int64_t, 3>> normal_sums(roots.size());
+    std::vector<std::int64_t> sizes(roots.size());
     for (std::size_t i = 0; i < count; ++i) {
-        sizes[turned.roots[i]] += 1;
+        sizes[piece_of[i]] += 1;
         for (std::size_t axis = 0; axis < 3; ++axis)
-            normal_sums[turned.roots[i]][axis] += turned.normals[i][axis];
+            normal_sums[piece_of[i]][axis] += turned.normals[i][axis];
     }
-    std::vector<Side> sides(count, Side::unknown); // of pieces, at their roots
-    std::vector<bool> closed(count);               // of pieces, at their roots
+    std::vector<Side> sides(roots.size(), Side::unknown);
+    std::vector<bool> closed(roots.size());
     Orientation result{Bytes(count), 0};
-    for (std::size_t i = 0; i < count; ++i)
-        if (turned.roots[i] == i) {
-            closed[i] = is_closed(patches.towards[i], patches.seen[i], sizes[i]);
-            sides[i] = !closed[i]               ? side_of_sheet(normal_sums[i], sizes[i], up)
-                       : patches.towards[i] > 0 ? Side::as_is
-                                                : Side::opposite;
-            result.pieces += is_zero(turned.normals[i]) ? 0 : 1;
-        }
-    if (first_given < count) {
-        const auto given = patches.sets.find(static_cast<std::uint32_t>(first_given));
-        sides[given.root] = given.opposite ? Side::opposite : Side::as_is;
+    for (std::size_t piece = 0; piece < roots.size(); ++piece) {
+        const std::uint32_t root = roots[piece];
+        closed[piece] = is_closed(patches.towards[root], patches.seen[root], sizes[piece]);
+        sides[piece] = !closed[piece]              ? side_of_sheet(normal_sums[piece], sizes[piece], up)
+                       : patches.towards[root] > 0 ? Side::as_is
+                                                   : Side::opposite;
+        result.pieces += is_zero(turned.normals[root]) ? 0 : 1;
     }
+    if (first_given < count)
+        sides[piece_of[first_given]] =
+            patches.sets.find(static_cast<std::uint32_t>(first_given)).opposite ? Side::opposite : Side::as_is;
     std::vector<bool> flipped(count);
     for (std::size_t i = 0; i < count; ++i) {
-        const Side side = sides[turned.roots[i]];
+        const Side side = sides[piece_of[i]];
         const ShortNormal normal = side == Side::opposite ? negated(turned.normals[i]) : turned.normals[i];
         flipped[i] = normal != fits.normals[i];
         fits.normals[i] = normal;
         result.two_sided[i] = side == Side::unknown ? 1 : 0;
     }
     mark_doubtful(fits.links, votes, flipped, result.two_sided);
-    mark_seen_from_behind(view, turned.roots, closed, flipped, result.two_sided);
+    mark_seen_from_behind(view, piece_of, closed, flipped, result.two_sided);
     for (std::size_t i = 0; i < count; ++i)
         if (is_given_at(is_given, i))
             result.two_sided[i] = 0;
