@@ -57,6 +57,8 @@ Result<Pipe> make_pipe() {
         return io_error("cannot make a pipe", errno);
     Pipe pipe{Descriptor(ends[0]), Descriptor(ends[1])};
     Descriptor high(::fcntl(ends[1], F_DUPFD_CLOEXEC, 10));
+    if (!high.ok() && errno == EINVAL)
+        return io_error("cannot make a pipe", EMFILE); // the limit of open files is below that number
     if (!high.ok() || ::fcntl(ends[0], F_SETFL, O_NONBLOCK) != 0)
         return io_error("cannot make a pipe", errno);
     pipe.write = std::move(high);

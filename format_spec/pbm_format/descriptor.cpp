@@ -25,7 +25,8 @@ int write_all(int file, ByteView bytes) {
 }
 
 Error io_error(const std::string &what, int number) {
-    return {ErrorCode::io, 0, what + ": " + std::generic_category().message(number)};
+    const ErrorCode code = number == ENOMEM ? ErrorCode::memory : ErrorCode::io;
+    return {code, 0, what + ": " + std::generic_category().message(number)};
 }
 
 } // namespace pbm

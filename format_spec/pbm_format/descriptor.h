@@ -30,7 +30,7 @@ class Descriptor {
 // Writes all of it, whatever the system takes at once. 0, or errno.
 int write_all(int file, ByteView bytes);
 
-// "`what`: " and the system's own text for an errno.
+// "`what`: " and the system's own text for an errno; `memory` for ENOMEM, else `io`.
 Error io_error(const std::string &what, int number);
 
 } // namespace pbm

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
+#include <climits>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include <fcntl.h>
@@ -28,7 +30,47 @@ std::string folder_of(const std::string &path) {
 
 } // namespace
 
+namespace {
+
+// The number of an open file of this process that `path` stands for: /dev/stdout and its like, "-" for standard output.
+// Opening such a name anew would start at the beginning of a file that others append to, or fail where only this
+// process may write; replacing what it names would break the name for everybody.
+std::optional<int> open_file_of(const std::string &path) {
+    if (path == "-" || path == "/dev/stdout")
+        return STDOUT_FILENO;
+    if (path == "/dev/stderr")
+        return STDERR_FILENO;
+    for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"}) {
+        if (!path.starts_with(folder))
+            continue;
+        int number = 0;
+        const char *const end = path.data() + path.size();
+        const auto [stop, failure] = std::from_chars(path.data() + folder.size(), end, number);
+        if (failure == std::errc() && stop == end)
+            return number;
+    }
+    return std::nullopt;
+}
+
+// Where a chain of links ends, whether or not there is something: the file that is replaced while the links stay.
+Result<std::string> follow_links(std::string path) {
+    constexpr int kMostLinks = 40;
+    std::array<char, PATH_MAX> text{};
+    for (int i = 0; i < kMostLinks; ++i) {
+        const ssize_t length = ::readlink(path.c_str(), text.data(), text.size());
+        if (length < 0)
+            return path; // no link, or not there
+        std::string next(text.data(), static_cast<std::size_t>(length));
+        path = next.starts_with('/') ? next : folder_of(path) + "/" + next;
+    }
+    return io_error("cannot write", ELOOP);
+}
+
+} // namespace
+
 Result<MappedFile> MappedFile::open(const std::string &path) {
+    if (path == "-")
+        return Error{ErrorCode::io, 0, "standard input cannot be read here; write it to a file first"};
     // O_NONBLOCK: a pipe without a writer is refused below instead of waited for.
     const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (!file.ok())
@@ -39,7 +81,7 @@ Result<MappedFile> MappedFile::open(const std::string &path) {
     if (S_ISDIR(status.st_mode))
         return Error{ErrorCode::io, 0, "cannot open: this is a folder"};
     if (!S_ISREG(status.st_mode))
-        return Error{ErrorCode::io, 0, "cannot open: not a regular file"};
+        return Error{ErrorCode::io, 0, "cannot open: not a regular file; write what it sends to a file first"};
     const auto size = static_cast<std::size_t>(status.st_size);
     if (size == 0)
         return MappedFile(nullptr, 0);
@@ -119,14 +161,19 @@ MappedFile::~MappedFile() {
 }
 
 Status check_replaceable(const std::string &path) {
+    if (const auto number = open_file_of(path))
+        return ::fcntl(*number, F_GETFD) >= 0 ? Status() : io_error("cannot write", errno);
+    const Result<std::string> target = follow_links(path);
+    if (!target)
+        return target.error();
     struct stat status {};
-    if (::stat(path.c_str(), &status) == 0) {
+    if (::stat(target->c_str(), &status) == 0) {
         if (S_ISDIR(status.st_mode))
             return Error{ErrorCode::io, 0, "cannot write: this is a folder"};
         if (!S_ISREG(status.st_mode))
             return {};
     }
-    const std::string folder = folder_of(path);
+    const std::string folder = folder_of(*target);
     if (::stat(folder.c_str(), &status) != 0)
         return io_error("cannot write into " + folder, errno);
     if (!S_ISDIR(status.st_mode))
@@ -149,25 +196,18 @@ FileReplacement::~FileReplacement() {
 
 Result<FileReplacement> FileReplacement::begin(const std::string &path) {
     FileReplacement file;
-    if (path == "-") {
-        file.file_ = ::dup(STDOUT_FILENO);
-        return file.file_ >= 0 ? Result<FileReplacement>(std::move(file)) : io_error("cannot write", errno);
-    }
     if (Status status = check_replaceable(path); !status)
         return status.error();
+    if (const auto number = open_file_of(path)) {
+        file.file_ = ::fcntl(*number, F_DUPFD_CLOEXEC, 0);
+        return file.file_ >= 0 ? Result<FileReplacement>(std::move(file)) : io_error("cannot write", errno);
+    }
+    file.target_ = *follow_links(path);
     struct stat old {};
-    const bool exists = ::stat(path.c_str(), &old) == 0;
+    const bool exists = ::stat(file.target_.c_str(), &old) == 0;
     if (exists && !S_ISREG(old.st_mode)) {
         file.file_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
         return file.file_ >= 0 ? Result<FileReplacement>(std::move(file)) : io_error("cannot write", errno);
-    }
-    // A link is followed, so that the file it names is replaced and the link stays.
-    file.target_ = path;
-    if (exists) {
-        if (char *resolved = ::realpath(path.c_str(), nullptr); resolved != nullptr) {
-            file.target_ = resolved;
-            std::free(resolved);
-        }
     }
     std::string sibling = file.target_ + ".XXXXXX";
     file.file_ = ::mkostemp(sibling.data(), O_CLOEXEC);
@@ -215,6 +255,10 @@ Status replace_file(const std::string &path, ByteView bytes) {
 }
 
 void make_write_errors_returns() {
+    // A standard stream that is closed gets a number whose use fails, or the next file would be taken for it.
+    for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (::fcntl(number, F_GETFD) < 0)
+            static_cast<void>(::open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY));
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);
 }

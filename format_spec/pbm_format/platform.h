@@ -39,8 +39,9 @@ class MappedFile {
 bool is_stream(const std::string &path);
 
 // Writes a file piece by piece and makes `path` name it at the end, or leaves `path` as it was: temporary sibling,
-// writes, fsync, rename, fsync of the folder. "-", which is standard output, and a path that names a character device
-// or a pipe are written to directly.
+// writes, fsync, rename, fsync of the folder. Links stay; the file that they name is replaced, or made. Written to
+// directly: open files of this process ("-", which is standard output, /dev/stdout, /dev/stderr, /dev/fd/N), character
+// devices, pipes.
 class FileReplacement {
   public:
     static Result<FileReplacement> begin(const std::string &path);
@@ -67,7 +68,8 @@ Status replace_file(const std::string &path, ByteView bytes);
 // Says early whether `path` can be replaced: the folder exists and takes a file, `path` is no folder.
 Status check_replaceable(const std::string &path);
 
-// Signals that would end a program whose write fails (SIGPIPE, SIGXFSZ) become error returns. Call first in `main`.
+// Signals that would end a program whose write fails (SIGPIPE, SIGXFSZ) become error returns, and so does the use of a
+// standard stream that the caller has closed. Call first in `main`.
 void make_write_errors_returns();
 
 // A mapped file that another process makes shorter ends the program with a line on standard error and exit code 2

@@ -9,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -122,6 +123,32 @@ TEST_F(Streams, PermissionsAndLinksStay) {
     EXPECT_TRUE(fs::is_symlink(path("link")));
     EXPECT_EQ(text_of("file"), "new");
     EXPECT_EQ(fs::status(path("file")).permissions(), fs::perms(0640));
+}
+
+TEST_F(Streams, AFileIsMadeWhereALinkLeads) {
+    fs::create_symlink("middle", path("link"));
+    fs::create_symlink(path("end"), path("middle"));
+    ASSERT_TRUE(replace_file(path("link"), view_of("new")).ok());
+    EXPECT_TRUE(fs::is_symlink(path("link")) && fs::is_symlink(path("middle")));
+    EXPECT_EQ(text_of("end"), "new");
+
+    fs::create_symlink("loop", path("loop"));
+    EXPECT_EQ(replace_file(path("loop"), view_of("new")).error().code, ErrorCode::io);
+    fs::create_symlink("none/file", path("nowhere"));
+    EXPECT_EQ(check_replaceable(path("nowhere")).error().code, ErrorCode::io);
+    EXPECT_TRUE(fs::is_symlink(path("loop")) && fs::is_symlink(path("nowhere")));
+}
+
+TEST_F(Streams, OpenFilesOfThisProcessAreContinued) {
+    const int file = ::open(path("file").c_str(), O_WRONLY | O_CREAT, 0600);
+    ASSERT_GE(file, 0);
+    ASSERT_EQ(::write(file, "head ", 5), 5);
+    for (const std::string folder : {"/dev/fd/", "/proc/self/fd/"})
+        ASSERT_TRUE(replace_file(folder + std::to_string(file), view_of("body ")).ok());
+    ASSERT_EQ(::write(file, "tail", 4), 4);
+    ::close(file);
+    EXPECT_EQ(text_of("file"), "head body body tail");
+    EXPECT_EQ(replace_file("/dev/fd/" + std::to_string(file), view_of("x")).error().code, ErrorCode::io);
 }
 
 } // namespace

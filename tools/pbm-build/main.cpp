@@ -143,8 +143,7 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
         take_figures(*earlier, Outcome::unchanged, statistics);
         return 0;
     }
-    const std::string output = arguments.output == "-" ? "/dev/stdout" : arguments.output;
-    const Status written = write(output, *model, arguments.build, statistics, progress);
+    const Status written = write(arguments.output, *model, arguments.build, statistics, progress);
     display.clear();
     return written ? 0 : fail(arguments.output, written.error());
 }
