@@ -17,7 +17,7 @@ scans = os.environ.get("PBM_SCANS_DIR") or (sys.argv[5] if len(sys.argv) > 5 els
 work.mkdir(parents=True, exist_ok=True)
 
 # Names of scans as ../shared/data has them; those that are not there are passed over.
-DEPTHS = range(5, 12)
+DEPTHS = range(5, 10)  # a mesh at depth 11 has 15 million points: minutes
 CASES = [("sample.ply", ["--depth", str(depth)]) for depth in DEPTHS]
 CASES += [("sample.ply", ["--depth", "8", "--unit", unit]) for unit in ("unknown", "m", "mm", "cm", "in", "ft", "km")]
 CASES += [("sample.ply", ["--depth", "8", "--up", axis]) for axis in "xyz"]
@@ -26,7 +26,7 @@ CASES += [
     ("sample.ply", ["--origin", "8500000.123,-8412345.678,512.25", "--scale", "0.001"]),
     ("sample.ply", ["--voxel-size", "0.01", "--colour", "565"]),
 ]
-CASES += [("lion_takanawa_rgb_normals_le.ply", ["--depth", str(depth)]) for depth in DEPTHS]
+CASES += [("lion_takanawa_rgb_normals_le.ply", ["--depth", str(depth)]) for depth in range(5, 12)]
 CASES += [("gargo.ply", ["--depth", str(depth)]) for depth in DEPTHS]
 CASES += [
     ("lion_takanawa_rgb_normals_le.ply", ["--colour", "565", "--origin", "8500000.123,5123456.789,80"]),

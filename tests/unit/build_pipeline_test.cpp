@@ -1,3 +1,4 @@
+#include "pbm_build/hit_store.h"
 #include "pbm_build/pipeline.h"
 #include "pbm_format/writer.h"
 
@@ -468,6 +469,40 @@ TEST(Pipeline, MaxPointsIsTheFinestDepthThatFits) {
 TEST(Pipeline, ADepthThatNeedsTooMuchMemoryIsRefusedAtOnce) {
     BuildOptions options = at_depth(16);
     EXPECT_EQ(refused(cube(0, 1), options).code, ErrorCode::memory);
+}
+
+TEST(Pipeline, ADepthThatNobodyAskedForFitsIntoMemory) {
+    BuildOptions options;
+    options.threads = 1; // each takes memory of its own
+    const Surface surface = bumpy_sphere(30);
+    BuildStatistics statistics;
+    ASSERT_TRUE(build_model(surface, options, statistics).ok());
+    const int wished = statistics.depth;
+    options.max_hit_bytes = statistics.samples * sizeof(Hit) - 1; // less than they need
+    statistics = {};
+    const Result<Model> model = build_model(surface, options, statistics);
+    ASSERT_TRUE(model.ok()) << model.error().message;
+    EXPECT_LT(model->parameters.grid.depth, wished);
+    const auto said = [](const AttributeReport &line) { return line.name == "depth"; };
+    EXPECT_EQ(std::count_if(statistics.attributes.begin(), statistics.attributes.end(), said), 1);
+    options.grid.depth = wished;
+    EXPECT_EQ(refused(surface, options).code, ErrorCode::memory);
+}
+
+TEST(Pipeline, OptionsThatChangeNothingAreNamed) {
+    BuildOptions options = at_depth(5);
+    options.viewpoint = {0, 0, 5};
+    options.remove_outliers = true;
+    BuildStatistics statistics;
+    ASSERT_TRUE(build_model(cube(0, 1), options, statistics).ok());
+    const auto dropped = [&](std::string_view name) {
+        return std::any_of(statistics.attributes.begin(), statistics.attributes.end(), [&](const auto &line) {
+            return line.name == name && line.fate == AttributeReport::Fate::dropped;
+        });
+    };
+    EXPECT_TRUE(dropped("--viewpoint"));
+    EXPECT_TRUE(dropped("--remove-outliers"));
+    EXPECT_FALSE(dropped("--flip-faces"));
 }
 
 TEST(Pipeline, ColoursAndMaterialsArriveInThePoints) {

@@ -514,6 +514,15 @@ def test_no_window():
     check(run("pbm-view", "-V").stdout.startswith("pbm-view "), "-V needs a display")
 
 
+def test_display_goes_away():
+    """A server that ends takes the window with it: a line of ours last, exit code 4."""
+    with Display() as display, View(display.name, "model.bvg") as view:
+        display.process.terminate()
+        code = view.process.wait(PATIENCE)
+        check(code == 4, f"exit code {code}: {view.text()}")
+        check(view.text().splitlines()[-1].startswith("pbm-view: the display has taken the window away"), view.text())
+
+
 def main():
     for arguments in (("pbm-sample", "-q", "--vertices", 20000, "-o", "scan.ply"),
                       ("pbm-build", "-q", "--depth", 7, "scan.ply", "-o", "model.bvg"),
@@ -528,7 +537,7 @@ def main():
             continue
         print(name.removeprefix("test_"), flush=True)
         try:
-            if test is test_no_window:
+            if test in (test_no_window, test_display_goes_away):
                 test()
             else:
                 with Display() as display:

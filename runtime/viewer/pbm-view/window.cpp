@@ -4,6 +4,8 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 namespace pbm {
@@ -13,6 +15,19 @@ namespace {
 std::string &last_complaint() {
     static std::string text;
     return text;
+}
+
+// Xlib ends the process by exit(1), after lines of its own, when the server goes away or takes the window.
+bool &window_is_open() {
+    static bool open = false;
+    return open;
+}
+
+void say_that_the_display_is_lost() {
+    if (!window_is_open())
+        return;
+    std::fputs("pbm-view: the display has taken the window away; pictures that were saved are whole\n", stderr);
+    std::_Exit(exit_code(ErrorCode::memory));
 }
 
 Error no_window(const std::string &what) {
@@ -101,12 +116,16 @@ Result<std::unique_ptr<Window>> Window::open(const std::string &title, glm::ivec
     }
     glfwMakeContextCurrent(window);
     glfwSwapInterval(1);
+    window_is_open() = true;
+    static const int registered = std::atexit(say_that_the_display_is_lost);
+    static_cast<void>(registered);
     return std::unique_ptr<Window>(new Window(window));
 }
 
 Window::Window(GLFWwindow *window) : window_(window) { receive_events(); }
 
 Window::~Window() {
+    window_is_open() = false;
     glfwDestroyWindow(window_);
     glfwTerminate();
 }

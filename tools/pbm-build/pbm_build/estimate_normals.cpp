@@ -138,12 +138,22 @@ void report_normals(const PointRequest &request, const Orientation &orientation,
     statistics.attributes.push_back({"normals", Fate::estimated, note});
 }
 
+// Options that have nothing to act on.
+void report_unused(const PointRequest &request, bool has_points, BuildStatistics &statistics) {
+    if (request.remove_outliers && !has_points)
+        statistics.attributes.push_back({"--remove-outliers", Fate::dropped, "there are no points without faces"});
+    if (request.viewpoint)
+        statistics.attributes.push_back({"--viewpoint", Fate::dropped, "no normal had to be estimated from points"});
+}
+
 } // namespace
 
 VertexNormals estimate_normals(Surface &surface, const PointRequest &request, int threads,
                                BuildStatistics &statistics) {
-    if (surface.point_count() == 0)
+    if (surface.point_count() == 0) {
+        report_unused(request, false, statistics);
         return vertex_normals(surface, threads);
+    }
     if (request.remove_outliers)
         remove_outliers(surface, threads, statistics);
     const Grid grid = finest_grid(surface);
@@ -160,6 +170,7 @@ VertexNormals estimate_normals(Surface &surface, const PointRequest &request, in
     const std::span<ShortNormal> normals = std::span(result.normals).subspan(first);
     const auto missing = static_cast<std::uint64_t>(std::count_if(normals.begin(), normals.end(), is_zero));
     if (missing == 0) {
+        report_unused(request, true, statistics);
         if (!request.remove_outliers)
             report_kept_outliers(link_points(neighbours, threads));
         return result;

@@ -254,4 +254,56 @@ double relative_area(const Surface &surface, const Bounds &bounds, int threads) 
     return (static_cast<double>(high.load()) * 0x1p32 + static_cast<double>(low.load())) / kAreaScale;
 }
 
+namespace {
+
+// Depths to try, finest first, until the voxels are few enough: a surface of area A has at least about A / voxel^2 of
+// them.
+int finest_depth(const Surface &surface, const Bounds &bounds, std::uint64_t max_points, int threads) {
+    int depth = kMaxDepth;
+    const double area = relative_area(surface, bounds, threads);
+    const auto occupied = occupied_voxels(surface, bounds, threads);
+    const auto least = [&] {
+        return std::max(std::ldexp(area, 2 * depth), static_cast<double>(occupied[static_cast<std::size_t>(depth)]));
+    };
+    while (depth > kMinBuildDepth && least() > static_cast<double>(max_points))
+        --depth;
+    return depth;
+}
+
+// The finest of what the triangles and the points ask for.
+int chosen_depth(const Surface &surface, const Bounds &bounds, int threads) {
+    int depth = kMinBuildDepth;
+    if (!surface.triangles.empty())
+        depth = std::max(depth, mesh_depth(bounds, median_edge(surface, threads)));
+    if (surface.point_count() > 0)
+        depth = std::max(depth, point_depth(occupied_voxels(surface, bounds, threads)));
+    return depth;
+}
+
+} // namespace
+
+Result<Grid> choose_grid(const Surface &surface, const GridRequest &request, int threads) {
+    const Bounds bounds = bounds_of(surface);
+    Grid grid;
+    if (request.voxel_size) {
+        auto snapped = snapped_grid(bounds, *request.voxel_size);
+        if (!snapped)
+            return snapped;
+        grid = *snapped;
+    } else if (request.depth) {
+        grid = centred_grid(bounds, *request.depth);
+    } else if (request.max_points) {
+        grid = centred_grid(bounds, finest_depth(surface, bounds, *request.max_points, threads));
+    } else if (request.like) {
+        if (Status fits = check_fits(bounds, *request.like); !fits)
+            return fits.error();
+        return *request.like;
+    } else {
+        grid = centred_grid(bounds, chosen_depth(surface, bounds, threads));
+    }
+    grid.unit = request.unit;
+    grid.up = request.up;
+    return grid;
+}
+
 } // namespace pbm::build

@@ -1,6 +1,7 @@
 #include "pbm_build/pipeline.h"
 
 #include "pbm_build/estimate_normals.h"
+#include "pbm_build/examine_surface.h"
 #include "pbm_build/merge_surfaces.h"
 #include "pbm_build/sample_points.h"
 #include "pbm_build/splat_radius.h"
@@ -10,172 +11,15 @@
 #include "pbm_format/writer.h"
 #include "pbm_scan/surface_reader.h"
 
-#include <glm/geometric.hpp>
-
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdio>
 
 namespace pbm::build {
 namespace {
-
-Status check_surface(const Surface &surface) {
-    if (surface.positions.empty())
-        return Error{ErrorCode::bad_input, 0, "the file has no points: there is nothing to build"};
-    if (surface.triangles.empty() && surface.dropped_triangles > 0 && surface.normals.empty())
-        return Error{ErrorCode::bad_input, 0,
-                     "no face is left: " + std::to_string(surface.dropped_triangles) +
-                         " are degenerate or have a corner that is not finite; mend the scan"};
-    if (surface.materials.size() > kMaxMaterials)
-        return Error{ErrorCode::unsupported_feature, 0,
-                     std::to_string(surface.materials.size()) + " materials, a .bvg file holds " +
-                         std::to_string(kMaxMaterials) + "; merge some of them"};
-    return {};
-}
-
-// What the readers left out.
-void report_dropped(const Surface &surface, BuildStatistics &statistics) {
-    const auto report = [&](const char *name, std::uint64_t count, const char *why) {
-        if (count > 0)
-            statistics.attributes.push_back(
-                {name, AttributeReport::Fate::dropped, std::to_string(count) + std::string(why), surface.name});
-    };
-    report("vertices", surface.dropped_vertices, " with coordinates that are not finite");
-    report("triangles", surface.dropped_triangles, " degenerate, or with a dropped vertex");
-}
-
-// Says when the faces have no area, or enclose a negative volume that is large for it. Rooms scanned from within do so
-// rightly, so nothing is turned unasked.
-void report_winding(const Surface &surface, BuildStatistics &statistics) {
-    if (surface.triangles.empty() || !surface.normals.empty())
-        return;
-    constexpr double kClearlyClosed = 0.01; // a sphere has 0.094
-    double volume = 0, area = 0;
-    const glm::dvec3 &origin = surface.positions.front();
-    for (const glm::uvec3 &t : surface.triangles) {
-        const glm::dvec3 a = surface.positions[t.x] - origin, b = surface.positions[t.y] - origin,
-                         c = surface.positions[t.z] - origin;
-        volume += glm::dot(a, glm::cross(b, c)) / 6;
-        area += glm::length(glm::cross(b - a, c - a)) / 2;
-    }
-    if (!(area > 0))
-        statistics.attributes.push_back(
-            {"faces", AttributeReport::Fate::kept, "none of them has an area: the model is a line or a point"});
-    if (volume < -kClearlyClosed * area * std::sqrt(area))
-        statistics.attributes.push_back(
-            {"winding", AttributeReport::Fate::kept,
-             "the faces point inwards; if the model looks inside out, build it with --flip-faces", surface.name});
-}
-
-// Vertices that no triangle uses have no surface to belong to.
-Status report_loose_vertices(const Surface &surface, bool strict, BuildStatistics &statistics) {
-    if (surface.triangles.empty())
-        return {};
-    std::vector<bool> used(surface.positions.size(), false);
-    for (const glm::uvec3 &t : surface.triangles)
-        used[t.x] = used[t.y] = used[t.z] = true;
-    const auto loose = std::count(used.begin(), used.end(), false);
-    if (loose == 0)
-        return {};
-    const std::string note =
-        std::to_string(loose) + (loose == 1 ? " vertex belongs" : " vertices belong") + " to no face";
-    if (strict)
-        return Error{ErrorCode::bad_input, 0,
-                     "--strict: " + note + "; remove them from the scan or leave --strict out"};
-    statistics.attributes.push_back({"loose vertices", AttributeReport::Fate::dropped, note, surface.name});
-    return {};
-}
 
 Error of_input(const std::string &name, Error error) {
     if (!name.empty())
         error.message = name + ": " + error.message;
     return error;
-}
-
-// What there is to say about one input before it is merged with others, and what refuses it.
-Status examine(Surface &surface, const BuildOptions &options, BuildStatistics &statistics) {
-    statistics.vertices += surface.positions.size();
-    statistics.triangles += surface.triangles.size();
-    statistics.input_bytes += surface.input_bytes;
-    for (AttributeReport &line : surface.report)
-        line.input = surface.name;
-    statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
-    surface.report.clear();
-    report_dropped(surface, statistics);
-    if (options.flip_faces)
-        for (glm::uvec3 &t : surface.triangles)
-            std::swap(t.y, t.z);
-    report_winding(surface, statistics);
-    if (Status checked = check_surface(surface); !checked)
-        return checked;
-    return report_loose_vertices(surface, options.strict, statistics);
-}
-
-// Coordinates of single precision cannot tell places apart that lie closer than their steps.
-struct SinglePrecision {
-    std::string input;
-    double step, near;
-};
-
-void report_steps(const std::vector<SinglePrecision> &inputs, double voxel_size, BuildStatistics &statistics) {
-    for (const SinglePrecision &input : inputs)
-        if (input.step > voxel_size) {
-            std::array<char, 256> note{};
-            std::snprintf(note.data(), note.size(),
-                          "single precision: near %.3g they have steps of %.3g, a voxel has %.3g; export the scan with "
-                          "doubles, or shifted to its place, and give the shift as --origin",
-                          input.near, input.step, voxel_size);
-            statistics.attributes.push_back({"coordinates", AttributeReport::Fate::kept, note.data(), input.input});
-        }
-}
-
-// Depths to try, finest first, until the voxels are few enough: a surface of area A has at least about A / voxel^2 of
-// them.
-int finest_depth(const Surface &surface, const Bounds &bounds, std::uint64_t max_points, int threads) {
-    int depth = kMaxDepth;
-    const double area = relative_area(surface, bounds, threads);
-    const auto occupied = occupied_voxels(surface, bounds, threads);
-    const auto least = [&] {
-        return std::max(std::ldexp(area, 2 * depth), static_cast<double>(occupied[static_cast<std::size_t>(depth)]));
-    };
-    while (depth > kMinBuildDepth && least() > static_cast<double>(max_points))
-        --depth;
-    return depth;
-}
-
-// The finest of what the triangles and the points ask for.
-int chosen_depth(const Surface &surface, const Bounds &bounds, int threads) {
-    int depth = kMinBuildDepth;
-    if (!surface.triangles.empty())
-        depth = std::max(depth, mesh_depth(bounds, median_edge(surface, threads)));
-    if (surface.point_count() > 0)
-        depth = std::max(depth, point_depth(occupied_voxels(surface, bounds, threads)));
-    return depth;
-}
-
-Result<Grid> choose_grid(const Surface &surface, const GridRequest &request, int threads) {
-    const Bounds bounds = bounds_of(surface);
-    Grid grid;
-    if (request.voxel_size) {
-        auto snapped = snapped_grid(bounds, *request.voxel_size);
-        if (!snapped)
-            return snapped;
-        grid = *snapped;
-    } else if (request.depth) {
-        grid = centred_grid(bounds, *request.depth);
-    } else if (request.max_points) {
-        grid = centred_grid(bounds, finest_depth(surface, bounds, *request.max_points, threads));
-    } else if (request.like) {
-        if (Status fits = check_fits(bounds, *request.like); !fits)
-            return fits.error();
-        return *request.like;
-    } else {
-        grid = centred_grid(bounds, chosen_depth(surface, bounds, threads));
-    }
-    grid.unit = request.unit;
-    grid.up = request.up;
-    return grid;
 }
 
 // Refuses what would run for long only to end in the same error.
@@ -191,19 +35,6 @@ Status check_hit_count(const Surface &surface, const Grid &grid, const BuildOpti
                      std::to_string(static_cast<std::uint64_t>(least * sizeof(Hit)) >> 20) +
                      " MiB for its samples, the limit is " + std::to_string(options.max_hit_bytes >> 20) +
                      " MiB; choose a smaller --depth, or --max-points"};
-}
-
-// Says where the precision of the coordinates, not the scan, sets the size of the voxels.
-void report_precision(const Bounds &bounds, const Grid &grid, BuildStatistics &statistics) {
-    const double extent = bounds.extent();
-    if (!(extent > 0) || grid.edge() <= 2 * extent)
-        return;
-    std::array<char, 200> note{};
-    std::snprintf(note.data(), note.size(),
-                  "the scan is %.3g long and lies %.3g from the origin: its grid is %.3g long, finer voxels would be "
-                  "below the precision of coordinates; move the scan to its origin",
-                  extent, farthest_coordinate(bounds), grid.edge());
-    statistics.attributes.push_back({"precision", AttributeReport::Fate::converted, note.data()});
 }
 
 AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
@@ -222,12 +53,15 @@ std::vector<Material> choose_materials(const Surface &surface) {
     return materials;
 }
 
-// Samples and voxelizes at the depth of `grid`; with --max-points at smaller ones too, until the points are few enough.
+// Samples and voxelizes at the depth of `grid`; where the depth is free at smaller ones too, until the points are few
+// enough and their samples fit into memory.
 Result<Voxels> sample_and_voxelize(const Surface &surface, const VertexNormals &normals, const AttributeSet &set,
                                    Grid &grid, const BuildOptions &options, BuildStatistics &statistics,
                                    StepClock &clock) {
+    const bool depth_is_free = !options.grid.depth && !options.grid.voxel_size && !options.grid.like;
+    const int first_depth = grid.depth;
     for (;; grid.depth -= 1, grid.voxel_size *= 2) {
-        const bool may_be_coarser = options.grid.max_points.has_value() && grid.depth > kMinBuildDepth;
+        const bool may_be_coarser = depth_is_free && grid.depth > kMinBuildDepth;
         if (Status checked = check_hit_count(surface, grid, options); !checked) {
             if (may_be_coarser)
                 continue;
@@ -244,8 +78,14 @@ Result<Voxels> sample_and_voxelize(const Surface &surface, const VertexNormals &
             return sampled.error();
         statistics.samples = hits.size();
         Voxels voxels = clock.run("voxelize", [&] { return voxelize(sampler, hits, set, options.threads); });
-        if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points)
+        if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points) {
+            if (!options.grid.max_points && grid.depth < first_depth)
+                statistics.attributes.push_back({"depth", AttributeReport::Fate::converted,
+                                                 std::to_string(grid.depth) + " instead of " +
+                                                     std::to_string(first_depth) +
+                                                     ", which needs too much memory for its samples"});
             return voxels;
+        }
         if (grid.depth == kMinBuildDepth)
             return Error{ErrorCode::usage, 0,
                          "even the coarsest grid has " + std::to_string(voxels.codes.size()) +
@@ -280,7 +120,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     const int threads = options.threads;
     std::vector<SinglePrecision> single_precision;
     for (Surface &surface : surfaces) {
-        if (Status good = examine(surface, options, statistics); !good)
+        if (Status good = examine_surface(surface, options.flip_faces, options.strict, statistics); !good)
             return of_input(surface.name, good.error());
         if (surface.float_step > 0)
             single_precision.push_back({surface.name, surface.float_step, surface.float_near});

@@ -37,13 +37,18 @@ std::array<std::uint8_t, 3> to_bytes(const glm::vec3 &colour, float factor) {
 // Also for means of faces, where they stand per vertex already.
 PlyOutcome convert_colours(PlyScalar type, std::vector<glm::vec3> &wide, Surface &surface) {
     float highest = 0;
-    for (glm::vec3 &colour : wide)
+    std::size_t strange = 0;
+    for (glm::vec3 &colour : wide) {
+        bool in_range = true;
         for (int i = 0; i < 3; ++i) {
             if (type == PlyScalar::int8 && colour[i] < 0)
                 colour[i] += 256; // a byte that was declared with a sign
             if (std::isfinite(colour[i]))
                 highest = std::max(highest, colour[i]);
+            in_range = in_range && std::isfinite(colour[i]) && colour[i] >= 0;
         }
+        strange += in_range ? 0U : 1U;
+    }
     const float factor = colour_factor(type, highest);
     if (factor == 0.0F)
         return {Fate::dropped, "values up to " + number_text(static_cast<double>(highest)) + " are no colours"};
@@ -51,7 +56,10 @@ PlyOutcome convert_colours(PlyScalar type, std::vector<glm::vec3> &wide, Surface
     for (const glm::vec3 &colour : wide)
         surface.colours.push_back(to_bytes(colour, factor));
     const char *range = factor == 1.0F ? "0..255" : factor == 255.0F ? "0..1" : "0..65535";
-    return {Fate::converted, std::string(to_string(type)) + " in " + range + " to sRGB of 8 bits"};
+    std::string note = std::string(to_string(type)) + " in " + range + " to sRGB of 8 bits";
+    if (strange > 0)
+        note += "; " + std::to_string(strange) + " of them negative or not finite, which is 0 or 255";
+    return {Fate::converted, note};
 }
 
 PlyOutcome convert_splat_colours(const std::vector<glm::vec3> &coefficients, Surface &surface) {
