@@ -60,8 +60,9 @@ Result<std::string> follow_links(std::string path) {
         const ssize_t length = ::readlink(path.c_str(), text.data(), text.size());
         if (length < 0)
             return path; // no link, or not there
-        std::string next(text.data(), static_cast<std::size_t>(length));
-        path = next.starts_with('/') ? next : folder_of(path) + "/" + next;
+        const std::string_view next(text.data(), static_cast<std::size_t>(length));
+        path = next.starts_with('/') ? std::string() : folder_of(path) + '/';
+        path += next;
     }
     return io_error("cannot write", ELOOP);
 }
