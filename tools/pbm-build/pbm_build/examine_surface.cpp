@@ -17,7 +17,8 @@ Status check_surface(const Surface &surface) {
     if (surface.triangles.empty() && surface.dropped_triangles > 0 && surface.normals.empty())
         return Error{ErrorCode::bad_input, 0,
                      "no face is left: " + std::to_string(surface.dropped_triangles) +
-                         " are degenerate or have a corner that is not finite; mend the scan"};
+                         (surface.dropped_triangles == 1 ? " is degenerate or has" : " are degenerate or have") +
+                         " a corner that is not finite; mend the scan"};
     if (surface.materials.size() > kMaxMaterials)
         return Error{ErrorCode::unsupported_feature, 0,
                      std::to_string(surface.materials.size()) + " materials, a .bvg file holds " +
