@@ -36,7 +36,8 @@ struct ChildTask {
 // part of the message).
 //
 // Best called while the process has one thread. Of others the child has no copy, so that `work` may wait for a lock
-// that one of them held (those of malloc and stdio are safe); it then ends at `wall_seconds`, as an error like others.
+// that one of them held (those of the system's malloc and stdio are safe, those of a sanitizer's malloc are not); it
+// then ends at `wall_seconds`, as an error like others.
 //
 // errors  io         the system refuses pipes
 //         memory     over a limit, killed by the system, or no child process can be had
