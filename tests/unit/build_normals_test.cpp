@@ -192,6 +192,23 @@ TEST(EstimateNormals, AHollowBall) {
     EXPECT_NEAR(s.two_sided, 0.5, 0.001);
 }
 
+// Drums whose corners are all that is there, as in the vertices of a CAD model: through their sides one sees the backs
+// of the others.
+TEST(EstimateNormals, CurvesAreNoSurface) {
+    Truth truth;
+    for (int drum = 0; drum < 27; ++drum)
+        for (int side = -1; side <= 1; side += 2)
+            for (int i = 0; i < 60; ++i) {
+                const double a = 2 * kPi * i / 60, r = 0.3 + 0.02 * (drum % 7);
+                const glm::dvec3 centre(drum % 3, drum / 3 % 3, drum / 9);
+                const glm::dvec3 out(std::cos(a), std::sin(a), side);
+                truth.add(centre + out * glm::dvec3(r, r, 0.4), out / std::sqrt(2.0));
+            }
+    const Score s = score(truth);
+    EXPECT_LT(s.wrong, 0.1);
+    EXPECT_GT(s.two_sided, 0.4);
+}
+
 TEST(EstimateNormals, AnOpenPlaneFacesUp) {
     const Score s = score(terrain(20000, 0));
     EXPECT_EQ(s.bent, 0);

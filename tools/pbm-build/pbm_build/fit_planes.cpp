@@ -2,6 +2,8 @@
 
 #include "pbm_format/parallel.h"
 
+#include <glm/vec2.hpp>
+
 #include <algorithm>
 
 namespace pbm::build {
@@ -11,6 +13,7 @@ constexpr std::size_t kBlock = 1024;
 constexpr std::array<std::size_t, 3> kScales{kLeastNeighbours, 18, kMostNeighbours};
 constexpr double kSmooth = 0.03;       // roughness up to which the smallest scale will do
 constexpr double kFarthestLoss = 0.75; // of its weight
+constexpr double kWideGap = 0.75;      // squared cosine of 150 degrees
 constexpr double kLine = 1e-4;         // of the largest moment: below, the middle one is that of a line
 
 using Matrix = std::array<std::array<double, 3>, 3>;
@@ -47,6 +50,7 @@ void diagonalise(Matrix &m, Matrix &vectors) {
 
 struct Plane {
     glm::dvec3 normal{0}; // zero where the points lie on a line
+    glm::dvec3 along{0};  // in the plane; zero with the normal
     double roughness = 1; // least moment to middle one, 0..1
 };
 
@@ -85,6 +89,7 @@ Plane fit_plane(std::span<const glm::dvec3> offsets, std::span<const double> wei
     if (!(m[middle][middle] > kLine * m[most][most]))
         return {};
     return {{vectors[0][least], vectors[1][least], vectors[2][least]},
+            {vectors[0][most], vectors[1][most], vectors[2][most]},
             std::max(0.0, m[least][least]) / m[middle][middle]};
 }
 
@@ -100,6 +105,29 @@ Plane plane_at(const std::vector<LatticePoint> &points, std::size_t point, std::
         weights[k] = 1 - kFarthestLoss * (found[k].squared_distance / farthest);
     }
     return fit_plane(std::span(offsets).first(found.size()), std::span(weights).first(found.size()));
+}
+
+// Whether there is a gap of 150 degrees between the directions of the nearest few. Each direction then has another one
+// that follows within so much; those on the other side of the gap have none.
+bool is_at_border(const std::vector<LatticePoint> &points, std::size_t point, std::span<const NearPoint> near,
+                  const Plane &plane) {
+    const glm::dvec3 &n = plane.normal, &u = plane.along;
+    const glm::dvec3 v(n.y * u.z - n.z * u.y, n.z * u.x - n.x * u.z, n.x * u.y - n.y * u.x);
+    std::array<glm::dvec2, kLeastNeighbours> at;
+    const std::size_t count = std::min(near.size(), at.size());
+    for (std::size_t k = 0; k < count; ++k) {
+        const glm::dvec3 e = glm::dvec3(points[near[k].point] - points[point]);
+        at[k] = {(e.x * u.x + e.y * u.y) + e.z * u.z, (e.x * v.x + e.y * v.y) + e.z * v.z};
+    }
+    const auto follows = [](const glm::dvec2 &a, const glm::dvec2 &b) { // within 150 degrees to the left
+        const double inner = a.x * b.x + a.y * b.y;
+        return a.x * b.y - a.y * b.x > 0 &&
+               (inner >= 0 || inner * inner < kWideGap * (a.x * a.x + a.y * a.y) * (b.x * b.x + b.y * b.y));
+    };
+    const auto directions = std::span(at).first(count);
+    return std::any_of(directions.begin(), directions.end(), [&](const glm::dvec2 &a) {
+        return std::none_of(directions.begin(), directions.end(), [&](const glm::dvec2 &b) { return follows(a, b); });
+    });
 }
 
 PointLinks room_for_links(std::size_t points) {
@@ -139,10 +167,11 @@ PointLinks link_points(const PointNeighbours &neighbours, int threads) {
 
 PlaneFits fit_planes(const PointNeighbours &neighbours, int threads) {
     const std::vector<LatticePoint> &points = neighbours.points();
-    PlaneFits fits{room_for_links(points.size()), std::vector<ShortNormal>(points.size())};
+    PlaneFits fits{room_for_links(points.size()), std::vector<ShortNormal>(points.size()), Bytes(points.size())};
     for_each_point(points.size(), threads, [&](std::size_t i) {
         std::array<NearPoint, kMostNeighbours> found;
-        auto near = std::span(found).first(neighbours.nearest(i, std::span(found).first(kScales.front())));
+        const std::size_t few = neighbours.nearest(i, std::span(found).first(kScales.front()));
+        auto near = std::span(found).first(few);
         keep_links(fits.links, i, near);
         Plane best = plane_at(points, i, near);
         if (best.roughness > kSmooth) {
@@ -154,6 +183,7 @@ PlaneFits fit_planes(const PointNeighbours &neighbours, int threads) {
             }
         }
         fits.normals[i] = to_short_normal(best.normal);
+        fits.at_border[i] = is_at_border(points, i, near.first(few), best) ? 1 : 0;
     });
     return fits;
 }

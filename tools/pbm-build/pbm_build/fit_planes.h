@@ -5,6 +5,7 @@
 
 #include "pbm_build/neighbours.h"
 #include "pbm_build/short_normal.h"
+#include "pbm_format/bytes.h"
 
 namespace pbm::build {
 
@@ -19,13 +20,16 @@ struct PointLinks {
 struct PlaneFits {
     PointLinks links;
     std::vector<ShortNormal> normals; // [points] of either sign; zero: no plane, the points around lie on a line
+    Bytes at_border;                  // [points] 1: no neighbour in 150 degrees around, as at borders and along curves
 };
 
 PointLinks link_points(const PointNeighbours &neighbours, int threads);
 
 // The plane of least squares through the points around each, near ones counting more. Where the nearest few do not lie
-// on a plane, more are taken if they do so better: noise needs many points, edges and thin walls few.
+// on a plane, more are taken if they do so better: noise needs many points, edges and thin walls few. A border is a gap
+// between the directions of the nearest few in that plane.
 // Based on: Demantké, Mallet, David, Vallet. Dimensionality Based Scale Selection in 3D Lidar Point Clouds. 2011
+//           Bendels, Schnabel, Klein. Detecting Holes in Point Set Surfaces. 2006 (the angle criterion)
 PlaneFits fit_planes(const PointNeighbours &neighbours, int threads);
 
 } // namespace pbm::build

@@ -1,7 +1,7 @@
 #include "pbm_build/orient_normals.h"
 
-#include "pbm_build/outside_view.h"
 #include "pbm_build/parity_sets.h"
+#include "pbm_build/reconsider_signs.h"
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
@@ -12,16 +12,10 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kBlock = 4096;
-constexpr int kSure = 255;         // a vote of full weight
-constexpr int kStrong = 128;       // of the links that the spanning tree takes
-constexpr double kClosed = 0.25;   // of what is seen must agree on an outside
-constexpr double kHidden = 0.005;  // views of a point, on average: fewer are leaks
-constexpr double kGlimpse = 0.5;   // views of a point: fewer are chance
-constexpr double kBehind = 0.5;    // of what is seen of a point
-constexpr double kFacing = 0.5;    // cosine of the mean normal of a sheet to the axis that it faces
-constexpr double kDoubt = 1.0 / 3; // share of the votes against a point's sign
-
-using Vote = std::int16_t; // -kSure..kSure; positive: the normals of both ends point to one side as they are
+constexpr int kStrong = 128;      // of the links that the spanning tree takes
+constexpr double kClosed = 0.25;  // of what is seen must agree on an outside
+constexpr double kHidden = 0.005; // views of a point, on average: fewer are leaks
+constexpr double kFacing = 0.5;   // cosine of the mean normal of a sheet to the axis that it faces
 
 bool is_given_at(const Bytes &is_given, std::size_t point) { return !is_given.empty() && is_given[point] != 0; }
 
@@ -234,18 +228,6 @@ OutsideView look_from_outside(const std::vector<LatticePoint> &points, const Pla
     return view;
 }
 
-// Points of a closed piece that are seen from behind: with their sign there would be a hole.
-void mark_seen_from_behind(const OutsideView &view, const std::vector<std::uint32_t> &piece_of,
-                           const std::vector<bool> &closed, const std::vector<bool> &flipped, Bytes &two_sided) {
-    for (std::size_t i = 0; i < view.seen.size(); ++i) {
-        if (!closed[piece_of[i]])
-            continue;
-        const std::int32_t towards = flipped[i] ? -view.towards[i] : view.towards[i];
-        if (view.seen[i] > kGlimpse * kNormalScale && towards < -kBehind * view.seen[i])
-            two_sided[i] = 1;
-    }
-}
-
 enum class Side : std::uint8_t { as_is, opposite, unknown };
 
 // Whether a piece of `points` points is closed by and large, so that it is seen from one side.
@@ -263,19 +245,14 @@ Side side_of_sheet(const std::array<std::int64_t, 3> &normal_sum, std::int64_t p
     return Side::unknown;
 }
 
-// Points whose links contradict the sign that they have, or that have none that says anything.
-void mark_doubtful(const PointLinks &links, const std::vector<Vote> &votes, const std::vector<bool> &turned,
-                   Bytes &two_sided) {
-    for (std::size_t i = 0; i < two_sided.size(); ++i) {
-        int agree = 0, disagree = 0;
-        for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link) {
-            const bool kept = turned[i] == turned[links.nearest[link]];
-            const int vote = kept ? votes[link] : -votes[link];
-            (vote > 0 ? agree : disagree) += std::abs(vote);
-        }
-        if (disagree > kDoubt * (agree + disagree) || agree == 0)
-            two_sided[i] = 1;
-    }
+// Of normals as they are, made of those that were turned: `flipped` ([points], 1: turned).
+void turn_evidence(const PointLinks &links, const Bytes &flipped, SignEvidence &evidence) {
+    for (std::size_t link = 0; link < evidence.votes.size(); ++link)
+        if (flipped[link / kLinks] != flipped[links.nearest[link]])
+            evidence.votes[link] = static_cast<Vote>(-evidence.votes[link]);
+    for (std::size_t i = 0; i < evidence.view.towards.size(); ++i)
+        if (flipped[i] != 0)
+            evidence.view.towards[i] = -evidence.view.towards[i];
 }
 
 } // namespace
@@ -290,7 +267,7 @@ Orientation orient_normals(const std::vector<LatticePoint> &points, PlaneFits &f
             first_given = std::min(first_given, i);
             patches.sets.join(static_cast<std::uint32_t>(first_given), static_cast<std::uint32_t>(i), false);
         }
-    const std::vector<Vote> votes = votes_of_links(points, fits, threads);
+    std::vector<Vote> votes = votes_of_links(points, fits, threads);
     join_along_sure_links(fits.links, votes, patches.sets);
     OutsideView view;
     if (is_given.empty())
@@ -321,19 +298,26 @@ Orientation orient_normals(const std::vector<LatticePoint> &points, PlaneFits &f
     if (first_given < count)
         sides[piece_of[first_given]] =
             patches.sets.find(static_cast<std::uint32_t>(first_given)).opposite ? Side::opposite : Side::as_is;
-    std::vector<bool> flipped(count);
+    Bytes flipped(count);
+    SignEvidence evidence{std::move(votes), std::move(view), Bytes(count), is_given};
     for (std::size_t i = 0; i < count; ++i) {
         const Side side = sides[piece_of[i]];
         const ShortNormal normal = side == Side::opposite ? negated(turned.normals[i]) : turned.normals[i];
-        flipped[i] = normal != fits.normals[i];
+        flipped[i] = normal != fits.normals[i] ? 1 : 0;
         fits.normals[i] = normal;
+        evidence.has_outside[i] = closed[piece_of[i]] ? 1 : 0;
         result.two_sided[i] = side == Side::unknown ? 1 : 0;
     }
-    mark_doubtful(fits.links, votes, flipped, result.two_sided);
-    mark_seen_from_behind(view, piece_of, closed, flipped, result.two_sided);
-    for (std::size_t i = 0; i < count; ++i)
+    turn_evidence(fits.links, flipped, evidence);
+    const std::vector<Verdict> verdicts = reconsider_signs(fits, evidence, threads);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (verdicts[i] == Verdict::turn)
+            fits.normals[i] = negated(fits.normals[i]);
+        if (verdicts[i] == Verdict::unknown)
+            result.two_sided[i] = 1;
         if (is_given_at(is_given, i))
             result.two_sided[i] = 0;
+    }
     return result;
 }
 
