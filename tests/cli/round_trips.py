@@ -1,19 +1,21 @@
 #!/usr/bin/env python3
-"""Exported points, built again on the same grid, are the same model: round_trips.py PROGRAMS WORK_FOLDER SOURCE_FOLDER LARGEST [SCANS]
+"""Exported points, built again on the same grid, are the same model: round_trips.py PROGRAMS WORK_FOLDER SOURCE_FOLDER LARGEST UNPACKED [SCANS]
 
-Always with the sample scan; with real scans too where they are found, as scans.py finds them. The same is a content id,
+Always with the sample scan; with real scans too where they are found, as scan_folder.py says. The same is a content id,
 which covers grid, unit, materials, the voxels of all levels and all attributes of the finest; and the pictures.
 """
 
 import json
-import os
 import pathlib
 import subprocess
 import sys
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from scan_folder import find_scans
+
 programs, work, source = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 largest = float(sys.argv[4]) * 1e6
-scans = os.environ.get("PBM_SCANS_DIR") or (sys.argv[5] if len(sys.argv) > 5 else "")
+scans = find_scans(pathlib.Path(sys.argv[5]).resolve(), source, sys.argv[6] if len(sys.argv) > 6 else "")
 work.mkdir(parents=True, exist_ok=True)
 
 # Names of scans as ../shared/data has them; those that are not there are passed over.
@@ -54,8 +56,9 @@ def find(name):
         if not scan.exists():
             run("pbm-sample", "-q", "--vertices", 20000, "-o", scan)
         return scan
-    folder = pathlib.Path(scans) if scans else work.parent / "scans" / "unpacked"
-    scan = folder / name
+    if scans is None:
+        return None
+    scan = scans / name
     return scan if scan.exists() and scan.stat().st_size <= largest else None
 
 

@@ -1,33 +1,26 @@
 #!/usr/bin/env python3
-"""Real scans become pictures: scans.py PROGRAMS WORK_FOLDER SOURCE_FOLDER LARGEST [SCANS]
+"""Real scans become pictures: scans.py PROGRAMS WORK_FOLDER SOURCE_FOLDER LARGEST UNPACKED [SCANS]
 
-SCANS (or the environment's PBM_SCANS_DIR) is a folder of PLY, OBJ, STL and OFF files. Without it, ../shared/data beside
-the checkout is unpacked, if it is there; else the test is skipped (exit code 77). LARGEST is the size in MB of the
-largest file to walk with: sanitizers are slow.
+SCANS is a folder of PLY, OBJ, STL and OFF files, found as scan_folder.py says; without one the test is skipped (exit code
+77). LARGEST is the size in MB of the largest file to walk with: sanitizers are slow.
 """
 
-import os
 import pathlib
-import shutil
 import subprocess
 import sys
 
 import pictures
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from scan_folder import find_scans
+
 programs, work, source = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 largest = float(sys.argv[4]) * 1e6
-scans = os.environ.get("PBM_SCANS_DIR") or (sys.argv[5] if len(sys.argv) > 5 else "")
+scans = find_scans(pathlib.Path(sys.argv[5]).resolve(), source, sys.argv[6] if len(sys.argv) > 6 else "")
 work.mkdir(parents=True, exist_ok=True)
-
-if not scans:
-    archive = source.parent / "shared" / "data" / "unpack.sh"
-    if not archive.exists() or not shutil.which("zstd"):
-        print("skipped: no folder of scans (PBM_SCANS_DIR)")
-        sys.exit(77)
-    scans = work / "unpacked"
-    if not (scans / "complete").exists():
-        subprocess.run(["bash", archive, scans], check=True)
-        (scans / "complete").touch()
+if scans is None:
+    print("skipped: no folder of scans (PBM_SCANS_DIR)")
+    sys.exit(77)
 
 
 def run(program, *arguments):
@@ -53,7 +46,7 @@ def walk(scan):
     return None if seen > width * height // 50 else f"only {seen} pixels are drawn"
 
 
-files = sorted(f for f in pathlib.Path(scans).iterdir() if f.suffix in (".ply", ".obj", ".stl", ".off"))
+files = sorted(f for f in scans.iterdir() if f.suffix in (".ply", ".obj", ".stl", ".off"))
 files = [f for f in files if f.stat().st_size <= largest]
 failed = 0
 for scan in files:

@@ -2,26 +2,27 @@
 """What the readers make of odd and damaged scans, against tables of what is right.
 
   check_odd.py own DESCRIBE_SCAN WORK_FOLDER                     our own small files: files/, and those of make_files.py
-  check_odd.py scans DESCRIBE_SCAN WORK_FOLDER SOURCE [SCANS]    real scans; skipped (77) where there are none
+  check_odd.py scans DESCRIBE_SCAN UNPACKED SOURCE [SCANS]       real scans; skipped (77) where there are none
 
 Columns of own_files.csv and real_scans.csv: `exit` is 0 where a file loads, else the exit code of the refusal; counts
 and attributes (colours, normals, radii, materials) of what loaded; `says`: texts, separated by " | ", that the message
 or the report of attributes must contain; `why`: what is particular about the file. Every word of `why` in
 real_scans.csv must also stand in own_files.csv: what real files need is tested where they are not at hand.
 
-SCANS (or the environment's PBM_SCANS_DIR) is a folder of scans that has a folder `odd`. Without it, ../shared/data
-beside the checkout is unpacked, if it is there.
+SCANS is a folder of scans that has a folder `odd`, found as scan_folder.py says.
 """
 
 import csv
 import json
-import os
 import pathlib
 import shutil
 import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent))
+from scan_folder import find_scans
+
 COUNTS = ("vertices", "triangles", "dropped_vertices", "dropped_triangles")
 
 
@@ -88,20 +89,8 @@ def own_files(program, work):
     return failed + len(missing) or check(program, rows, work)
 
 
-def find_scans(work, source, given):
-    if given:
-        return pathlib.Path(given)
-    archive = source.parent / "shared" / "data" / "unpack.sh"
-    if not archive.exists() or not shutil.which("zstd"):
-        return None
-    if not (work / "complete").exists():
-        subprocess.run(["bash", archive, work], check=True)
-        (work / "complete").touch()
-    return work
-
-
-def real_scans(program, work, source, given):
-    scans = find_scans(work, source, given)
+def real_scans(program, unpacked, source, given):
+    scans = find_scans(unpacked, source, given)
     if scans is None or not (scans / "odd").is_dir():
         print("skipped: no folder of scans with a folder 'odd' (PBM_SCANS_DIR)")
         return 77
@@ -112,12 +101,12 @@ def real_scans(program, work, source, given):
 
 
 def main():
-    mode, program, work = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), pathlib.Path(sys.argv[3]).resolve()
-    work.mkdir(parents=True, exist_ok=True)
+    mode, program, folder = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), pathlib.Path(sys.argv[3]).resolve()
     if mode == "own":
-        return min(1, own_files(program, work))
-    given = os.environ.get("PBM_SCANS_DIR") or (sys.argv[5] if len(sys.argv) > 5 else "")
-    return real_scans(program, work, pathlib.Path(sys.argv[4]).resolve(), given)
+        folder.mkdir(parents=True, exist_ok=True)
+        return min(1, own_files(program, folder))
+    given = sys.argv[5] if len(sys.argv) > 5 else ""
+    return real_scans(program, folder, pathlib.Path(sys.argv[4]).resolve(), given)
 
 
 sys.exit(main())

@@ -1,0 +1,27 @@
+"""Where the real scans are that tests may read."""
+
+import fcntl
+import os
+import pathlib
+import shutil
+import subprocess
+
+
+def find_scans(unpacked, source, given):
+    """`given` (or the environment's PBM_SCANS_DIR) is a folder of scans. Without it, ../shared/data beside the checkout
+    `source` is unpacked into `unpacked`, once for all tests, if it is there; else None."""
+    given = os.environ.get("PBM_SCANS_DIR") or given
+    if given:
+        if not pathlib.Path(given).is_dir():
+            raise SystemExit(f"PBM_SCANS_DIR is no folder: {given}")
+        return pathlib.Path(given)
+    archive = source.parent / "shared" / "data" / "unpack.sh"
+    if not archive.exists() or not shutil.which("zstd"):
+        return None
+    unpacked.mkdir(parents=True, exist_ok=True)
+    with open(unpacked.with_suffix(".lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (unpacked / "complete").exists():
+            subprocess.run(["bash", archive, unpacked], check=True)
+            (unpacked / "complete").touch()
+    return unpacked
