@@ -1,7 +1,6 @@
 // Several inputs, scaled, shifted, on another file's grid.
 #include "pbm_build/merge_surfaces.h"
-#include "pbm_build/pipeline.h"
-#include "pbm_format/writer.h"
+#include "unit/built_models.h"
 
 #include <gtest/gtest.h>
 
@@ -15,6 +14,9 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
+using test::built;
+using test::file_of;
+using test::refused;
 
 // Corners of a cube of edge 2 around `centre`; faces point outside.
 Surface cube(glm::dvec3 centre) {
@@ -44,26 +46,6 @@ BuildOptions at_depth(int depth) {
     options.grid.depth = depth;
     options.threads = 2;
     return options;
-}
-
-Model built(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics *said = nullptr) {
-    BuildStatistics statistics;
-    Result<Model> model = build_model(std::move(surfaces), options, said != nullptr ? *said : statistics);
-    EXPECT_TRUE(model.ok()) << (model.ok() ? "" : model.error().message);
-    return model.ok() ? std::move(*model) : Model{};
-}
-
-Error refused(std::vector<Surface> surfaces, const BuildOptions &options) {
-    BuildStatistics statistics;
-    const Result<Model> model = build_model(std::move(surfaces), options, statistics);
-    EXPECT_FALSE(model.ok());
-    return model.ok() ? Error{} : model.error();
-}
-
-Bytes file_of(const Model &model) {
-    Result<Bytes> file = encode_model(model);
-    EXPECT_TRUE(file.ok()) << (file.ok() ? "" : file.error().message);
-    return file.ok() ? std::move(*file) : Bytes{};
 }
 
 // Index of the point whose voxel holds `place`, or the number of points.

@@ -1,6 +1,5 @@
 #include "pbm_build/hit_store.h"
-#include "pbm_build/pipeline.h"
-#include "pbm_format/writer.h"
+#include "unit/built_models.h"
 
 #include <gtest/gtest.h>
 
@@ -15,6 +14,9 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
+using test::built;
+using test::file_of;
+using test::refused;
 
 // Corners of [low, high]^3, two triangles per face, outside where they run counter-clockwise.
 Surface cube(double low, double high) {
@@ -86,26 +88,6 @@ BuildOptions at_depth(int depth, int threads = 2) {
     options.grid.depth = depth;
     options.threads = threads;
     return options;
-}
-
-Model built(Surface surface, const BuildOptions &options) {
-    BuildStatistics statistics;
-    Result<Model> model = build_model(std::move(surface), options, statistics);
-    EXPECT_TRUE(model.ok()) << (model.ok() ? "" : model.error().message);
-    return model.ok() ? std::move(*model) : Model{};
-}
-
-Error refused(Surface surface, const BuildOptions &options = {}) {
-    BuildStatistics statistics;
-    const Result<Model> model = build_model(std::move(surface), options, statistics);
-    EXPECT_FALSE(model.ok());
-    return model.ok() ? Error{} : model.error();
-}
-
-Bytes file_of(const Model &model) {
-    Result<Bytes> file = encode_model(model);
-    EXPECT_TRUE(file.ok()) << (file.ok() ? "" : file.error().message);
-    return file.ok() ? std::move(*file) : Bytes{};
 }
 
 std::vector<std::array<std::uint32_t, 3>> voxels_of(const Model &model) {

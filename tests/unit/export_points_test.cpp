@@ -1,6 +1,5 @@
-#include "pbm_build/pipeline.h"
-#include "pbm_format/writer.h"
 #include "ply_points.h"
+#include "unit/built_models.h"
 #include "unit/test_models.h"
 
 #include <gtest/gtest.h>
@@ -11,6 +10,7 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
+using test::file_of;
 using test::Random;
 
 // Points at random places of `grid`, with every attribute that a row of a PLY file has. All normals occur, on one-sided
@@ -49,12 +49,6 @@ Model colourful_model(const Grid &grid, ColourFormat colour, std::size_t count) 
     }
     average_levels(model, 2);
     return model;
-}
-
-Bytes file_of(const Model &model, const WriteOptions &options = {}) {
-    Result<Bytes> file = encode_model(model, options);
-    EXPECT_TRUE(file.ok()) << (file.ok() ? "" : file.error().message);
-    return file.ok() ? std::move(*file) : Bytes{};
 }
 
 Result<Bytes> exported(const Bytes &file, PlyFormat format, StreamOptions options) {
