@@ -26,37 +26,50 @@ struct Anchor {
     float sign = 0, weight = 0; // |sign| <= weight
 };
 
-std::vector<Anchor> anchors_of(const PlaneFits &fits, const SignEvidence &evidence) {
-    std::vector<Anchor> anchors(fits.normals.size());
-    for (std::size_t i = 0; i < anchors.size(); ++i)
-        if (!evidence.is_given.empty() && evidence.is_given[i] != 0) {
-            anchors[i] = {kFixed, kFixed};
-        } else if (evidence.has_outside[i] != 0) {
-            anchors[i].sign = static_cast<float>(kViewWeight / kNormalScale * evidence.view.towards[i]);
-            anchors[i].weight = std::fabs(anchors[i].sign) + (fits.at_border[i] != 0 ? kBorderWeight : 0.0F);
-        }
-    return anchors;
+Anchor anchor_of(const PlaneFits &fits, const SignEvidence &evidence, std::size_t point) {
+    if (!evidence.is_given.empty() && evidence.is_given[point] != 0)
+        return {kFixed, kFixed};
+    if (evidence.has_outside[point] == 0)
+        return {};
+    const auto sign = static_cast<float>(kViewWeight / kNormalScale * evidence.view.towards[point]);
+    return {sign, std::fabs(sign) + (fits.at_border[point] != 0 ? kBorderWeight : 0.0F)};
+}
+
+// The margin of a point is `alone` plus `share` times the margins of its neighbours, each times the vote of the link.
+struct Mean {
+    float alone = 0, share = 0;
+};
+
+std::vector<Mean> means_of(const PlaneFits &fits, const SignEvidence &evidence) {
+    std::vector<Mean> means(fits.normals.size());
+    for (std::size_t i = 0; i < means.size(); ++i) {
+        int votes = 0;
+        for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link)
+            votes += std::abs(evidence.votes[link]);
+        const Anchor anchor = anchor_of(fits, evidence, i);
+        if (const float weight = static_cast<float>(votes) + anchor.weight * kSure; weight > 0)
+            means[i] = {anchor.sign * kSure / weight, 1 / weight};
+    }
+    return means;
 }
 
 // 1: the sign is right beyond doubt, -1: wrong beyond doubt. Sweeps of Gauss-Seidel within blocks, of Jacobi between
 // them, from the signs as they are: so only what contradicts decays, whatever the distance to what is seen.
-std::vector<float> margins_of_signs(const PointLinks &links, const SignEvidence &evidence,
-                                    const std::vector<Anchor> &anchors, int threads) {
-    const std::size_t count = anchors.size();
+std::vector<float> margins_of_signs(const PlaneFits &fits, const SignEvidence &evidence, int threads) {
+    const std::vector<Mean> means = means_of(fits, evidence);
+    const std::size_t count = means.size();
     std::vector<float> margins(count, 1.0F), next(count);
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
         parallel_for((count + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
             const std::size_t first = block * kBlock;
             for (std::size_t i = first; i < std::min(count, first + kBlock); ++i) {
                 float sum = 0;
-                int weight = 0;
                 for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link) {
-                    const std::size_t j = links.nearest[link];
-                    sum += static_cast<float>(evidence.votes[link]) * (j >= first && j < i ? next[j] : margins[j]);
-                    weight += std::abs(evidence.votes[link]);
+                    const std::size_t j = fits.links.nearest[link];
+                    const std::vector<float> &known = j - first < i - first ? next : margins; // of this block: the new
+                    sum += static_cast<float>(evidence.votes[link]) * known[j];
                 }
-                const float all = static_cast<float>(weight) + anchors[i].weight * kSure;
-                next[i] = all > 0 ? (sum + anchors[i].sign * kSure) / all : 0.0F;
+                next[i] = means[i].alone + means[i].share * sum;
             }
         });
         std::swap(margins, next);
@@ -126,8 +139,7 @@ void doubt_points_seen_from_behind(const SignEvidence &evidence, std::vector<Ver
 } // namespace
 
 std::vector<Verdict> reconsider_signs(const PlaneFits &fits, const SignEvidence &evidence, int threads) {
-    const std::vector<Anchor> anchors = anchors_of(fits, evidence);
-    std::vector<Verdict> verdicts = verdicts_of(margins_of_signs(fits.links, evidence, anchors, threads));
+    std::vector<Verdict> verdicts = verdicts_of(margins_of_signs(fits, evidence, threads));
     judge_parts(fits.links, evidence, verdicts);
     doubt_points_seen_from_behind(evidence, verdicts);
     return verdicts;
