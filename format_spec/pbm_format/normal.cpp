@@ -40,12 +40,9 @@ struct NormalTables {
 
     NormalTables() {
         for (int index = 0; index < kNormalCount; ++index) {
-            const Triangle t = subdivide(index & 1023);
-            std::array<double, 3> c{};
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                const int sum = t[0][axis] + t[1][axis] + t[2][axis];
-                c[axis] = (index >> (10 + axis) & 1) != 0 ? -sum : sum;
-            }
+            const std::array<int, 3> sum = normal_lattice_sum(static_cast<std::uint16_t>(index));
+            const std::array<double, 3> c{static_cast<double>(sum[0]), static_cast<double>(sum[1]),
+                                          static_cast<double>(sum[2])};
             const double length = std::sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 const double n = c[axis] / length;
@@ -106,6 +103,16 @@ const CandidateTable &candidate_table() {
 }
 
 } // namespace
+
+std::array<int, 3> normal_lattice_sum(std::uint16_t index) {
+    const Triangle t = subdivide(index & 1023);
+    std::array<int, 3> c{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const int sum = t[0][axis] + t[1][axis] + t[2][axis];
+        c[axis] = (index >> (10 + axis) & 1) != 0 ? -sum : sum;
+    }
+    return c;
+}
 
 std::span<const UnitVector> normal_table() { return tables().unit; }
 std::span<const IntegerNormal> integer_normal_table() { return tables().integer; }

@@ -20,6 +20,9 @@ inline constexpr std::uint16_t kTwoSidedBit = 0x2000; // bit 13 of a stored norm
 using UnitVector = std::array<double, 3>;
 using IntegerNormal = std::array<std::int32_t, 3>; // unit vector x 32,767, rounded half away from zero
 
+// The vector c of rule 6.1.2, whose direction the normal is: integers, |x| + |y| + |z| = 96. Bits 13..15 do not matter.
+std::array<int, 3> normal_lattice_sum(std::uint16_t index);
+
 // [kNormalCount]; computed once with + - * / sqrt of IEEE 754 doubles only, so the same on every machine.
 std::span<const UnitVector> normal_table();
 std::span<const IntegerNormal> integer_normal_table();

@@ -33,7 +33,7 @@ FORMAT_LAYERS = [
     {"bytes"},
     {"hash", "normal", "octree", "chunk_rule", "parallel", "descriptor"},
     {"platform", "child_process"},
-    {"point_attributes"},
+    {"point_attributes", "mask_ranks"},
     {"model", "detail_levels"},
     {"content_id"},
     {"layout", "sections", "directory", "metadata"},

@@ -41,6 +41,7 @@ if (prefix / "bin" / "pbm-view").exists():
     run(prefix / "bin" / "pbm-validate", prefix / "share" / "pbm" / "sample.bvg")
 check(list(prefix.glob("share/doc/*/LICENSE")), "LICENSE is not installed")
 check(list(prefix.glob("share/doc/*/BVG.md")), "BVG.md is not installed")
+check(list(prefix.glob("share/doc/*/mask_ranks.txt")), "mask_ranks.txt, a table of BVG.md, is not installed")
 for file in prefix.rglob("*.cmake"):
     check(arguments.build not in file.read_text(), f"{file.name} names the build folder")
 
