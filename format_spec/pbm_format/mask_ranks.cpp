@@ -50,13 +50,13 @@ using Surroundings = std::uint16_t;
 
 // What orders the axes of a normal. Both fields are ready to be added to an index.
 struct SortedNormal {
-    std::uint16_t normal_class = 0; // x kNearby
-    std::uint16_t order = 0;        // x kNearby
+    std::uint16_t normal_class = 0; // << kNearbyBits
+    std::uint16_t order = 0;        // << kNearbyBits
 };
 
 struct SymmetryTables {
-    std::array<std::array<std::uint8_t, kMasks>, kSymmetries> image{}, original{}; // of masks
-    std::array<SortedNormal, 1024> normal{};                                       // by index bits 0..9
+    std::array<std::uint8_t, kSymmetries * kMasks> image{}, original{}; // [symmetry][mask], of masks
+    std::array<SortedNormal, 1024> normal{};                            // by index bits 0..9
     std::array<Surroundings, 6 * kNearby> turned{}; // [order of the axes][surroundings, the place mirrored before]
     // Of the children of a parent's mask, one after the other.
     std::array<std::array<Surroundings, 8>, kMasks> children{};
@@ -68,12 +68,12 @@ struct SymmetryTables {
         for (std::size_t mask = 0; mask < kMasks; ++mask)
             for (std::uint8_t p = 0; p < 8; ++p)
                 if ((mask >> p & 1) != 0)
-                    children[mask][child_count[mask]++] = surroundings(p, image[p][mask]);
+                    children[mask][child_count[mask]++] = surroundings(p, image[p * kMasks + mask]);
         for (std::size_t order = 0; order < kAxisOrders.size(); ++order)
             for (std::size_t place = 0; place < 8; ++place)
                 for (std::size_t mask = 1; mask < kMasks; mask += 2)
                     turned[order * kNearby + surroundings(place, mask)] =
-                        surroundings(place_image(place, 8 * order), image[8 * order][mask]);
+                        surroundings(place_image(place, 8 * order), image[8 * order * kMasks + mask]);
         for (std::size_t digits = 0; digits < normal.size(); ++digits)
             normal[digits] = sort_normal(static_cast<std::uint16_t>(digits));
     }
@@ -88,9 +88,9 @@ struct SymmetryTables {
         for (std::size_t p = 0; p < 8; ++p)
             bit[p] = static_cast<std::uint8_t>(1U << place_image(p, symmetry));
         for (std::size_t mask = 1; mask < kMasks; ++mask) {
-            const std::uint8_t all = image[symmetry][mask & (mask - 1)] | bit[lowest_bit(mask)];
-            image[symmetry][mask] = all;
-            original[symmetry][all] = static_cast<std::uint8_t>(mask);
+            const std::uint8_t all = image[symmetry * kMasks + (mask & (mask - 1))] | bit[lowest_bit(mask)];
+            image[symmetry * kMasks + mask] = all;
+            original[symmetry * kMasks + all] = static_cast<std::uint8_t>(mask);
         }
     }
 
@@ -114,15 +114,20 @@ const SymmetryTables &symmetries() {
     return instance;
 }
 
-inline PlacedMask place_mask(const SymmetryTables &tables, Surroundings parent, unsigned normal) {
+// A PlacedMask as the loops want it.
+struct Lookup {
+    std::size_t context = 0;
+    std::size_t images = 0; // symmetry x kMasks
+};
+
+inline Lookup look_up(const SymmetryTables &tables, Surroundings parent, std::size_t normal) {
     const SortedNormal sorted = tables.normal[normal & 1023U];
-    const unsigned mirrored = normal >> 10 & 7U;
-    const unsigned nearby = tables.turned[sorted.order | (parent ^ mirrored << kPlaceShift)];
-    return {static_cast<std::uint16_t>(sorted.normal_class | nearby),
-            static_cast<std::uint8_t>(sorted.order >> (kNearbyBits - 3) | mirrored)};
+    const std::size_t symmetry = sorted.order | (normal >> 3 & 7U << kPlaceShift);
+    // One number is both an index into `turned`, where it mirrors the place, and the symmetry.
+    return {.context = sorted.normal_class | std::size_t{tables.turned[symmetry ^ parent]}, .images = 2 * symmetry};
 }
 
-// Calls visit(i, placed) for every node, i ascending; `visit` is a copy, so that its pointers stay in registers
+// Calls visit(i, lookup) for every node, i ascending; `visit` is a copy, so that its pointers stay in registers
 // whatever bytes it writes. Blocks keep the expanded surroundings in the nearest cache and the loops free of branches
 // that depend on the data.
 template <class Visit> void for_each_node(const MaskContext &context, const Visit visit) {
@@ -145,7 +150,7 @@ template <class Visit> void for_each_node(const MaskContext &context, const Visi
         }
         const std::size_t end = first + std::min(filled, nodes - first);
         for (const Surroundings *surroundings = block.data(); first < end; ++first)
-            visit(first, place_mask(tables, *surroundings++, normals[first]));
+            visit(first, look_up(tables, *surroundings++, normals[first]));
     }
 }
 
@@ -168,29 +173,31 @@ const CodeTable &code_table() {
 void rank_masks(ByteView masks, const MaskContext &context, std::span<std::uint8_t> codes) {
     assert(masks.size() == codes.size() && context.node_normals.size() == codes.size());
     const auto visit = [code_of = code_table().data(), image = symmetries().image.data(), from = masks.data(),
-                        to = codes.data()](std::size_t i, PlacedMask placed) {
-        to[i] = code_of[kRankingOf[placed.context]][image[placed.symmetry][from[i]]];
+                        to = codes.data()](std::size_t i, Lookup at) {
+        to[i] = code_of[kRankingOf[at.context]][image[at.images | from[i]]];
     };
     for_each_node(context, visit);
 }
 
 void unrank_masks(std::span<const std::uint8_t> codes, const MaskContext &context, std::span<std::uint8_t> masks) {
     assert(masks.size() == codes.size() && context.node_normals.size() == codes.size());
-    const auto visit = [original = symmetries().original.data(), from = codes.data(),
-                        to = masks.data()](std::size_t i, PlacedMask placed) {
-        to[i] = original[placed.symmetry][kMaskOf[kRankingOf[placed.context] * kMasks + from[i]]];
+    const auto visit = [original = symmetries().original.data(), from = codes.data(), to = masks.data()](std::size_t i,
+                                                                                                         Lookup at) {
+        to[i] = original[at.images | kMaskOf[kRankingOf[at.context] * kMasks + from[i]]];
     };
     for_each_node(context, visit);
 }
 
 void place_masks(const MaskContext &context, std::span<PlacedMask> placed) {
     assert(context.node_normals.size() == placed.size());
-    for_each_node(context, [to = placed.data()](std::size_t i, PlacedMask one) { to[i] = one; });
+    for_each_node(context, [to = placed.data()](std::size_t i, Lookup at) {
+        to[i] = {static_cast<std::uint16_t>(at.context), static_cast<std::uint8_t>(at.images / kMasks)};
+    });
 }
 
 std::uint8_t mask_image(std::uint8_t mask, std::uint8_t symmetry) {
     assert(symmetry < kSymmetries);
-    return symmetries().image[symmetry][mask];
+    return symmetries().image[symmetry * kMasks + mask];
 }
 
 ByteView mask_rank_table() { return kTable; }
