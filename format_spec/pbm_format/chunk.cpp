@@ -1,79 +1,13 @@
 #include "pbm_format/chunk.h"
 
-#include <algorithm>
-#include <memory>
+#include "pbm_format/frame.h"
+#include "pbm_format/mask_ranks.h"
+#include "pbm_format/unfilter.h"
 
-#include <zstd.h>
+#include <algorithm>
+#include <bit>
 
 namespace pbm {
-
-namespace {
-
-struct FreeContext {
-    void operator()(ZSTD_CCtx *context) const { ZSTD_freeCCtx(context); }
-    void operator()(ZSTD_DCtx *context) const { ZSTD_freeDCtx(context); }
-};
-
-// One context per thread: frames do not depend on what a context compressed before.
-ZSTD_CCtx *compression_context() {
-    thread_local const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
-    if (!context)
-        throw std::bad_alloc();
-    return context.get();
-}
-
-ZSTD_DCtx *decompression_context() {
-    thread_local const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
-    if (!context)
-        throw std::bad_alloc();
-    return context.get();
-}
-
-// Shadow values of `bits` bits each, lowest bits first. BVG.md 6.6
-Bytes pack_bits(ByteView values, unsigned bits) {
-    Bytes packed((values.size() * bits + 7) / 8, 0);
-    for (std::size_t i = 0; i < values.size(); ++i)
-        packed[i * bits / 8] = static_cast<std::uint8_t>(packed[i * bits / 8] | values[i] << i * bits % 8);
-    return packed;
-}
-
-void unpack_bits(ByteView packed, unsigned bits, std::span<std::uint8_t> values) {
-    const unsigned mask = (1U << bits) - 1;
-    for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] = static_cast<std::uint8_t>(packed[i * bits / 8] >> i * bits % 8 & mask);
-}
-
-Bytes slice(ByteView bytes, std::size_t first, std::size_t count) {
-    const ByteView part = bytes.subspan(first, count);
-    return {part.begin(), part.end()};
-}
-
-// The unfiltered bytes of one stream of the points [first_point, first_point + shape.points).
-Bytes raw_stream(const Level &level, int level_index, const StreamInfo &stream, const ChunkShape &shape,
-                 std::uint64_t first_node, std::uint64_t first_point, const AttributeSet &set) {
-    const PointAttributes &points = level.points;
-    switch (stream.kind) {
-    case StreamKind::masks: return slice(level.masks, first_node, shape.nodes);
-    case StreamKind::normal: {
-        Bytes raw(std::size_t{2} * shape.points);
-        std::memcpy(raw.data(), points.normals.data() + first_point, raw.size());
-        return raw;
-    }
-    case StreamKind::radius: return slice(points.radii, first_point, shape.points);
-    case StreamKind::colour: {
-        const auto bytes = static_cast<std::size_t>(set.colour_bytes());
-        return slice(points.colours, bytes * first_point, bytes * shape.points);
-    }
-    case StreamKind::material: return slice(points.materials, first_point, shape.points);
-    case StreamKind::texture: return slice(points.textures, first_point, shape.points);
-    case StreamKind::shadow:
-        return pack_bits(ByteView(points.shadows[stream.light]).subspan(first_point, shape.points),
-                         set.shadow_bits[stream.light][static_cast<std::size_t>(level_index)]);
-    }
-    return {};
-}
-
-} // namespace
 
 NormalCone bound_normals(std::span<const std::uint16_t> normals) {
     std::array<std::int64_t, 3> sum{};
@@ -102,155 +36,379 @@ NormalCone bound_normals(std::span<const std::uint16_t> normals) {
     return cone;
 }
 
-void encode_chunk(const Level &level, int level_index, const ChunkShape &shape, std::uint64_t first_node,
-                  std::uint64_t first_point, const AttributeSet &set, int compression_level, ChunkEntry &entry,
-                  Bytes &out) {
-    assert(compression_level >= 1 && compression_level <= 19);
-    entry.shape = shape;
-    entry.first_node = first_node;
-    entry.first_point = first_point;
-    entry.cone = bound_normals(std::span(level.points.normals).subspan(first_point, shape.points));
+ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t first_mask,
+                         const PointAttributes &points, std::uint64_t first_point, const AttributeSet &set) {
+    assert(entry.first_node >= first_point && entry.first_parent >= first_mask);
+    return {.masks = masks.subspan(entry.first_parent - first_mask, entry.shape.parents),
+            .nodes = view_points(points, entry.first_node - first_point, entry.shape.nodes, set)};
+}
+
+namespace {
+
+Bytes to_bytes(ByteView view) { return {view.begin(), view.end()}; }
+
+// The unfiltered bytes of one stream.
+Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &points) {
+    switch (context.stream.kind) {
+    case StreamKind::masks: return to_bytes(masks);
+    case StreamKind::normal: {
+        Bytes raw(points.normals.size_bytes());
+        std::memcpy(raw.data(), points.normals.data(), raw.size());
+        return raw;
+    }
+    case StreamKind::radius: return to_bytes(points.radii);
+    case StreamKind::colour: return to_bytes(points.colours);
+    case StreamKind::material: return to_bytes(points.materials);
+    case StreamKind::texture: return to_bytes(points.textures);
+    case StreamKind::shadow:
+        return pack_bits(points.shadows[context.stream.light],
+                         context.set.shadow_bits[context.stream.light][static_cast<std::size_t>(context.level)]);
+    }
+    return {};
+}
+
+// Planes with their entries in front.
+void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &out) {
+    const std::size_t entries = out.size();
+    out.resize(entries + kPlaneEntryBytes * planes.size());
+    for (std::size_t p = 0; p < planes.size(); ++p) {
+        const StoredFrame frame = append_frame(planes[p], compression_level, out);
+        const std::uint32_t entry = frame.stored_bytes | (frame.zstd ? 1U << 31 : 0U);
+        std::memcpy(out.data() + entries + kPlaneEntryBytes * p, &entry, kPlaneEntryBytes);
+    }
+}
+
+// The smaller of filtered and plain.
+StreamEntry append_stream(const StreamContext &context, ByteView masks, const PointView &points,
+                          const ParentNodes &parents, const ChunkCoding &coding, Bytes &out) {
+    thread_local Bytes plain, filtered;
+    plain.clear();
+    filtered.clear();
+    const Bytes raw = raw_stream(context, masks, points);
+    const StoredFrame frame = append_frame(raw, coding.compression_level, plain);
+    StreamEntry entry{.stored_bytes = frame.stored_bytes, .filter = Filter::none, .zstd = frame.zstd};
+    const auto planes = coding.filters ? filter_stream(context, masks, points, parents) : std::nullopt;
+    if (planes) {
+        append_planes(*planes, coding.compression_level, filtered);
+        if (filtered.size() < plain.size())
+            entry = {.stored_bytes = static_cast<std::uint32_t>(filtered.size()),
+                     .filter = filter_of(context.stream, context.set),
+                     .zstd = false};
+    }
+    const Bytes &stored = entry.filter == Filter::none ? plain : filtered;
+    out.insert(out.end(), stored.begin(), stored.end());
+    return entry;
+}
+
+} // namespace
+
+void encode_chunk(const Model &model, int level, const ChunkCoding &coding, ChunkEntry &entry, Bytes &out) {
+    assert(level >= 1);
+    const AttributeSet &set = model.parameters.attributes;
+    const Level &here = model.levels[static_cast<std::size_t>(level)];
+    const Level &above = model.levels[static_cast<std::size_t>(level) - 1];
+    const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
+    const ByteView masks = ByteView(here.masks).subspan(entry.first_node, entry.shape.nodes);
+    const PointView points = view_points(here.points, entry.first_point, entry.shape.points, set);
+    const bool finest = static_cast<std::size_t>(level) + 1 == model.levels.size();
+    entry.cone = bound_normals(points.normals);
     entry.streams.clear();
     const std::size_t start = out.size();
-    Bytes frame;
-    for (const StreamInfo &stream : streams_of(set)) {
-        const Bytes raw = raw_stream(level, level_index, stream, shape, first_node, first_point, set);
-        frame.resize(ZSTD_compressBound(raw.size()));
-        const std::size_t size = ZSTD_compressCCtx(compression_context(), frame.data(), frame.size(), raw.data(),
-                                                   raw.size(), compression_level);
-        if (ZSTD_isError(size) != 0)
-            throw std::bad_alloc(); // the only way to fail with a buffer of compressBound bytes
-        // A frame may not be larger than its raw bytes, nor expand beyond the limit readers accept.
-        const bool smaller = size < raw.size() && raw.size() / kMaxExpansion <= size;
-        const ByteView stored = smaller ? ByteView(frame.data(), size) : ByteView(raw);
-        entry.streams.push_back(
-            {.stored_bytes = static_cast<std::uint32_t>(stored.size()), .filter = 0, .zstd = smaller});
-        out.insert(out.end(), stored.begin(), stored.end());
-    }
+    for (const StreamInfo &stream : streams_of(set))
+        entry.streams.push_back(append_stream({.set = set, .stream = stream, .level = level, .finest = finest}, masks,
+                                              points, parents, coding, out));
     entry.stored_bytes = out.size() - start;
     entry.hash = hash64(ByteView(out).subspan(start));
 }
 
 namespace {
 
-// Magic number of RFC 8878 (libraries may also read older ones), single segment (so that no window is larger than the
-// content), reserved bit clear, no dictionary.
-bool is_plain_frame(ByteView stored) {
-    constexpr std::array<std::uint8_t, 4> kFrameMagic{0x28, 0xB5, 0x2F, 0xFD};
-    constexpr unsigned kSingleSegment = 0x20, kReserved = 0x08, kDictionary = 0x03;
-    return stored.size() > kFrameMagic.size() && std::equal(kFrameMagic.begin(), kFrameMagic.end(), stored.begin()) &&
-           (stored[4] & (kSingleSegment | kReserved | kDictionary)) == kSingleSegment;
-}
-
-// Undoes zstd. `raw` has the size that the directory promises.
-Status decode_stream(ByteView stored, const StreamEntry &entry, std::span<std::uint8_t> raw, std::uint64_t offset) {
-    if (!entry.zstd) {
-        assert(stored.size() == raw.size());
-        std::memcpy(raw.data(), stored.data(), raw.size());
-        return {};
-    }
-    const std::size_t frame_bytes = ZSTD_findFrameCompressedSize(stored.data(), stored.size());
-    if (!is_plain_frame(stored) || ZSTD_isError(frame_bytes) != 0 || frame_bytes != stored.size())
-        return Error{ErrorCode::bad_attribute, offset,
-                     "5.6.1 the stream is not one whole zstd frame of a single segment"};
-    if (ZSTD_getFrameContentSize(stored.data(), stored.size()) != raw.size())
-        return Error{ErrorCode::bad_attribute, offset, "5.6.2 the zstd frame does not announce the raw size"};
-    const std::size_t size =
-        ZSTD_decompressDCtx(decompression_context(), raw.data(), raw.size(), stored.data(), stored.size());
-    if (ZSTD_isError(size) != 0 || size != raw.size())
-        return Error{ErrorCode::bad_attribute, offset, "5.6.3 the zstd frame does not decode"};
-    return {};
-}
-
 Status check_values(ByteView values, unsigned limit, std::uint64_t offset, const char *message) {
-    const auto bad = std::find_if(values.begin(), values.end(), [&](std::uint8_t value) { return value >= limit; });
-    if (bad != values.end())
+    if (!values.empty() && *std::max_element(values.begin(), values.end()) >= limit)
         return Error{ErrorCode::bad_attribute, offset, message};
     return {};
 }
 
-Status check_masks(ByteView masks, const ChunkEntry &entry) {
-    if (std::find(masks.begin(), masks.end(), std::uint8_t{0}) != masks.end())
-        return Error{ErrorCode::bad_octree, entry.offset, "4.2 zero child mask"};
-    if (count_children(masks) != entry.shape.points)
-        return Error{ErrorCode::bad_octree, entry.offset,
-                     "4.4 the masks announce another number of points than the directory"};
-    return {};
-}
-
-Status check_normals(std::span<const std::uint16_t> normals, const NormalCone &cone, std::uint64_t offset) {
-    const IntegerNormal &axis = integer_normal_table()[cone.axis];
+bool cone_holds(const NormalCone &cone, const NormalOccurrence &occurs) {
+    const std::span<const IntegerNormal> normals = integer_normal_table();
+    const IntegerNormal axis = normals[cone.axis];
     const std::int32_t least = cone.cosine * 32767;
-    for (const std::uint16_t stored : normals) {
-        if ((stored & ~(kNormalIndexMask | kTwoSidedBit)) != 0)
-            return Error{ErrorCode::bad_attribute, offset, "6.1.4 a normal has reserved bits"};
-        if (cone.cosine == kNoCone)
-            continue;
-        const IntegerNormal &n = integer_normal_table()[stored & kNormalIndexMask];
-        if ((stored & kTwoSidedBit) != 0 || axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2] < least)
-            return Error{ErrorCode::bad_attribute, offset, "5.7.1 a normal lies outside the chunk's normal cone"};
+    for (std::size_t first = 0; first < occurs.size(); first += 8) {
+        std::uint64_t eight = 0;
+        std::memcpy(&eight, occurs.data() + first, 8);
+        for (; eight != 0; eight &= eight - 1) {
+            const IntegerNormal &n = normals[first + static_cast<std::size_t>(std::countr_zero(eight)) / 8];
+            if (axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2] < least)
+                return false;
+        }
     }
+    return true;
+}
+
+Status check_normals(std::span<const std::uint16_t> normals, const NormalOccurrence &occurs, const NormalCone &cone,
+                     std::uint64_t offset) {
+    unsigned bits = 0;
+    for (const std::uint16_t stored : normals)
+        bits |= stored;
+    if ((bits & ~unsigned{kNormalIndexMask | kTwoSidedBit}) != 0)
+        return Error{ErrorCode::bad_attribute, offset, "6.1.4 a normal has reserved bits"};
+    if (cone.cosine != kNoCone && ((bits & kTwoSidedBit) != 0 || !cone_holds(cone, occurs)))
+        return Error{ErrorCode::bad_attribute, offset, "5.7.1 a normal lies outside the chunk's normal cone"};
     return {};
 }
 
-// Reads one decoded stream into its place and proves its values.
-Status place_stream(Bytes raw, const StreamInfo &stream, const ChunkEntry &entry, std::uint64_t offset, int level,
-                    const AttributeSet &set, std::size_t material_count, bool finest, Chunk &chunk) {
-    PointAttributes &points = chunk.points;
-    switch (stream.kind) {
-    case StreamKind::masks: chunk.masks = std::move(raw); return check_masks(chunk.masks, entry);
-    case StreamKind::normal:
-        points.normals.resize(entry.shape.points);
-        std::memcpy(points.normals.data(), raw.data(), raw.size());
-        return check_normals(points.normals, entry.cone, offset);
-    case StreamKind::radius:
-        points.radii = std::move(raw);
-        return finest ? check_values(points.radii, kMaxFinestRadius + 1U, offset,
-                                     "6.2.2 a radius is more than 5 % of the grid's edge")
-                      : Status{};
-    case StreamKind::colour: points.colours = std::move(raw); return {};
-    case StreamKind::material:
-        points.materials = std::move(raw);
-        return check_values(points.materials, static_cast<unsigned>(material_count), offset,
-                            "6.4.1 a material index names no material");
-    case StreamKind::texture: points.textures = std::move(raw); return {};
-    case StreamKind::shadow: {
-        const unsigned bits = set.shadow_bits[stream.light][static_cast<std::size_t>(level)];
-        const std::size_t used = std::size_t{entry.shape.points} * bits % 8;
-        if (used != 0 && raw.back() >> used != 0)
-            return Error{ErrorCode::bad_attribute, offset, "6.6.1 bits after the last lit fraction are not zero"};
-        Bytes &values = points.shadows[stream.light];
-        values.resize(entry.shape.points);
-        unpack_bits(raw, bits, values);
+// One chunk on its way from the file to `to`.
+class Decoder {
+  public:
+    Decoder(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ParentNodes &parents, Chunk &to)
+        : entry_(entry), stored_(stored), rules_(rules), parents_(parents), to_(to), scratch_(scratch()) {}
+
+    Status run() {
+        to_.masks.resize(entry_.shape.nodes);
+        to_.points.resize(entry_.shape.points, rules_.set);
+        scratch_.occurs.fill(0);
+        const std::vector<StreamInfo> streams = streams_of(rules_.set);
+        for (std::size_t s = 0; s < streams.size(); ++s) {
+            const StreamEntry &stream = entry_.streams[s];
+            offset_ = entry_.offset + at_;
+            const ByteView bytes = stored_.subspan(at_, stream.stored_bytes);
+            at_ += stream.stored_bytes;
+            Status status = stream.filter == Filter::none ? read_plain(bytes, streams[s], stream.zstd)
+                                                          : read_filtered(bytes, streams[s], stream.filter);
+            if (status)
+                status = prove(streams[s]);
+            if (!status)
+                return status;
+        }
         return {};
     }
+
+  private:
+    // Kept by each thread, so that a chunk costs no allocation.
+    static UnfilterScratch &scratch() {
+        thread_local UnfilterScratch scratch;
+        return scratch;
     }
-    return {};
-}
+
+    Error bad(const char *message) const { return {ErrorCode::bad_attribute, offset_, message}; }
+
+    Bytes &bytes_of(const StreamInfo &stream) {
+        PointAttributes &points = to_.points;
+        switch (stream.kind) {
+        case StreamKind::masks: return to_.masks;
+        case StreamKind::radius: return points.radii;
+        case StreamKind::colour: return points.colours;
+        case StreamKind::material: return points.materials;
+        case StreamKind::texture: return points.textures;
+        case StreamKind::shadow: return points.shadows[stream.light];
+        case StreamKind::normal: break; // two bytes each
+        }
+        assert(false);
+        return to_.masks;
+    }
+
+    unsigned shadow_bits(const StreamInfo &stream, int level) const {
+        return rules_.set.shadow_bits[stream.light][static_cast<std::size_t>(level)];
+    }
+
+    Status read_plain(ByteView bytes, const StreamInfo &stream, bool zstd) {
+        std::vector<std::uint16_t> &normals = to_.points.normals;
+        if (stream.kind == StreamKind::normal) {
+            Status status = decode_frame(
+                bytes, zstd, {reinterpret_cast<std::uint8_t *>(normals.data()), 2 * normals.size()}, offset_);
+            for (const std::uint16_t normal : normals)
+                scratch_.occurs[normal & kNormalIndexMask] = 1;
+            return status;
+        }
+        if (stream.kind == StreamKind::shadow)
+            return read_lit_fractions(bytes, stream, zstd, to_.points.shadows[stream.light]);
+        return decode_frame(bytes, zstd, bytes_of(stream), offset_);
+    }
+
+    Status read_lit_fractions(ByteView bytes, const StreamInfo &stream, bool zstd, std::span<std::uint8_t> values) {
+        const unsigned bits = shadow_bits(stream, rules_.level);
+        const std::size_t count = entry_.shape.points, used = count * bits % 8;
+        scratch_.packed.resize((count * bits + 7) / 8);
+        if (Status status = decode_frame(bytes, zstd, scratch_.packed, offset_); !status)
+            return status;
+        if (used != 0 && scratch_.packed.back() >> used != 0)
+            return bad("6.6.1 bits after the last lit fraction are not zero");
+        unpack_bits(scratch_.packed, bits, values);
+        return {};
+    }
+
+    // Cuts the planes apart and decodes one after the other, each with the size that those before give it.
+    class Planes {
+      public:
+        Planes(ByteView bytes, std::size_t count) : bytes_(bytes), at_(kPlaneEntryBytes * count) {}
+
+        bool next(ByteView &plane, bool &zstd) {
+            std::uint32_t entry = 0;
+            std::memcpy(&entry, bytes_.data() + kPlaneEntryBytes * index_++, kPlaneEntryBytes);
+            const std::size_t size = entry & 0xFFFFFF;
+            zstd = entry >> 31 != 0;
+            if ((entry & 0x7F000000) != 0 || size > bytes_.size() - at_)
+                return false;
+            plane = bytes_.subspan(at_, size);
+            at_ += size;
+            return true;
+        }
+        bool finished() const { return at_ == bytes_.size(); }
+
+      private:
+        ByteView bytes_;
+        std::size_t at_;
+        std::size_t index_ = 0;
+    };
+
+    // Plane `index` as `size` bytes with kSlack bytes behind them.
+    Status read_plane(Planes &planes, std::size_t index, std::size_t size, ByteView &plane) {
+        Bytes &memory = scratch_.planes[index];
+        memory.resize(std::max(memory.size(), size + kSlack));
+        ByteView stored;
+        bool zstd = false;
+        if (!planes.next(stored, zstd) || (zstd ? stored.size() >= size : stored.size() != size))
+            return bad("5.8.1 the sizes of the filter's planes are impossible");
+        plane = ByteView(memory).first(size);
+        return decode_frame(stored, zstd, std::span(memory).first(size), offset_);
+    }
+
+    Status read_escapes(Planes &planes, std::size_t index, ByteView pairs, ByteView &escapes) {
+        const EscapeCount count = count_escapes(pairs);
+        if (!count.valid)
+            return bad("5.8.2 a code of a pair is no escape and no pair");
+        return read_plane(planes, index, 2 * count.count, escapes);
+    }
+
+    Status read_filtered(ByteView bytes, const StreamInfo &stream, Filter filter) {
+        Planes planes(bytes, plane_count(filter));
+        Status status = filter == Filter::mask_rank ? read_ranks(planes)
+                        : filter == Filter::normal  ? read_normals(planes)
+                        : filter == Filter::colour565 || filter == Filter::colour888
+                            ? read_colours(planes, filter)
+                            : read_values(planes, stream, filter);
+        if (status && !planes.finished())
+            return bad("5.8.1 the sizes of the filter's planes are impossible");
+        return status;
+    }
+
+    Status read_ranks(Planes &planes) {
+        ByteView codes;
+        if (Status status = read_plane(planes, 0, entry_.shape.nodes, codes); !status)
+            return status;
+        unrank_masks(codes, {.parent_masks = parents_.masks, .node_normals = parents_.nodes.normals}, to_.masks);
+        return {};
+    }
+
+    Status read_normals(Planes &planes) {
+        ByteView codes, escapes;
+        if (Status status = read_plane(planes, 0, scratch_.layout.codes(), codes); !status)
+            return status;
+        if (Status status = read_escapes(planes, 1, codes, escapes); !status)
+            return status;
+        if (!unfilter_normals(scratch_, parents_.nodes.normals, codes, escapes, to_.points.normals, scratch_.occurs))
+            return bad("5.8.3 an escape lies outside the map of normals");
+        return {};
+    }
+
+    Status read_colours(Planes &planes, Filter filter) {
+        ByteView green, red_blue, escapes;
+        if (Status status = read_plane(planes, 0, scratch_.layout.codes(), green); !status)
+            return status;
+        if (Status status = read_plane(planes, 1, scratch_.layout.codes(), red_blue); !status)
+            return status;
+        if (Status status = read_escapes(planes, 2, red_blue, escapes); !status)
+            return status;
+        const auto unfilter = filter == Filter::colour565 ? unfilter_colours_565 : unfilter_colours_888;
+        unfilter(scratch_, parents_.nodes.colours, green, red_blue, escapes, to_.points.colours);
+        return {};
+    }
+
+    // The filters of one plane.
+    Status read_values(Planes &planes, const StreamInfo &stream, Filter filter) {
+        ByteView codes;
+        PointAttributes &points = to_.points;
+        const PointView &nodes = parents_.nodes;
+        if (filter == Filter::shadow)
+            return read_shadows(planes, stream);
+        const std::size_t size = filter == Filter::radius ? entry_.shape.points : scratch_.layout.codes();
+        if (Status status = read_plane(planes, 0, size, codes); !status)
+            return status;
+        if (filter == Filter::radius)
+            unfilter_radii(scratch_, nodes.radii, radius_predictions(rules_.level, rules_.finest), codes, points.radii);
+        else if (filter == Filter::material)
+            unfilter_materials(scratch_, nodes.materials, codes, points.materials);
+        else
+            unfilter_textures(scratch_, nodes.textures, codes, points.textures);
+        return {};
+    }
+
+    Status read_shadows(Planes &planes, const StreamInfo &stream) {
+        const unsigned bits = shadow_bits(stream, rules_.level);
+        Bytes &codes = scratch_.planes[1];
+        codes.resize(std::max(codes.size(), entry_.shape.points + kSlack));
+        ByteView stored;
+        bool zstd = false;
+        const std::size_t size = (std::size_t{entry_.shape.points} * bits + 7) / 8;
+        if (!planes.next(stored, zstd) || (zstd ? stored.size() >= size : stored.size() != size))
+            return bad("5.8.1 the sizes of the filter's planes are impossible");
+        if (Status status = read_lit_fractions(stored, stream, zstd, std::span(codes).first(entry_.shape.points));
+            !status)
+            return status;
+        unfilter_shadows(scratch_, parents_.nodes.shadows[stream.light],
+                         shadow_predictions(shadow_bits(stream, rules_.level - 1), bits), bits,
+                         ByteView(codes).first(entry_.shape.points), to_.points.shadows[stream.light]);
+        return {};
+    }
+
+    // Masks first: they say where the points of the other streams have their parents.
+    Status prove(const StreamInfo &stream) {
+        switch (stream.kind) {
+        case StreamKind::masks: return prove_masks();
+        case StreamKind::normal: return check_normals(to_.points.normals, scratch_.occurs, entry_.cone, offset_);
+        case StreamKind::radius:
+            return rules_.finest ? check_values(to_.points.radii, kMaxFinestRadius + 1U, offset_,
+                                                "6.2.2 a radius is more than 5 % of the grid's edge")
+                                 : Status{};
+        case StreamKind::material:
+            return check_values(to_.points.materials, static_cast<unsigned>(rules_.material_count), offset_,
+                                "6.4.1 a material index names no material");
+        case StreamKind::colour:
+        case StreamKind::texture:
+        case StreamKind::shadow: return {};
+        }
+        return {};
+    }
+
+    Status prove_masks() {
+        const MaskSummary summary = summarise_masks(to_.masks);
+        if (summary.zero)
+            return Error{ErrorCode::bad_octree, entry_.offset, "4.2 zero child mask"};
+        if (summary.children != entry_.shape.points)
+            return Error{ErrorCode::bad_octree, entry_.offset,
+                         "4.4 the masks announce another number of points than the directory"};
+        scratch_.layout.build(to_.masks, summary);
+        return {};
+    }
+
+    const ChunkEntry &entry_;
+    ByteView stored_;
+    const ChunkRules &rules_;
+    const ParentNodes &parents_;
+    Chunk &to_;
+    UnfilterScratch &scratch_;
+    std::size_t at_ = 0;
+    std::uint64_t offset_ = 0; // of the stream in the file
+};
 
 } // namespace
 
-Result<Chunk> decode_chunk(const ChunkEntry &entry, ByteView stored, int level, const AttributeSet &set,
-                           std::size_t material_count, bool finest) {
+Status decode_chunk(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ParentNodes &parents,
+                    Chunk &to) {
     assert(stored.size() == entry.stored_bytes);
     if (hash64(stored) != entry.hash)
         return Error{ErrorCode::bad_hash, entry.offset, "5.6.4 the chunk was changed: its hash does not match"};
-    Chunk chunk;
-    const std::vector<StreamInfo> streams = streams_of(set);
-    std::size_t at = 0;
-    for (std::size_t s = 0; s < streams.size(); ++s) {
-        const StreamEntry &stream = entry.streams[s];
-        Bytes raw(raw_stream_bytes(streams[s], set, level, entry.shape.nodes, entry.shape.points));
-        const std::uint64_t offset = entry.offset + at;
-        if (const Status status = decode_stream(stored.subspan(at, stream.stored_bytes), stream, raw, offset); !status)
-            return status.error();
-        if (const Status status =
-                place_stream(std::move(raw), streams[s], entry, offset, level, set, material_count, finest, chunk);
-            !status)
-            return status.error();
-        at += stream.stored_bytes;
-    }
-    return chunk;
+    return Decoder(entry, stored, rules, parents, to).run();
 }
 
 void place_chunk(const Chunk &chunk, const ChunkEntry &entry, const AttributeSet &set, Level &level) {

@@ -1,30 +1,45 @@
-// One chunk between memory and file: streams, zstd, hash. BVG.md sections 5 and 6. The only user of zstd.
+// One chunk between memory and file: streams, filters, frames, hash. BVG.md sections 5 and 6.
 #pragma once
 
 #include "pbm_format/layout.h"
 
 namespace pbm {
 
-// A subtree of one level, decoded and proven.
+// A subtree of one level, decoded and proven. Keep it and hand it in again: memory is reused.
 struct Chunk {
     Bytes masks; // one per node of the level above
     PointAttributes points;
 };
 
-// Compresses the streams of one chunk. Deterministic for a zstd version and `compression_level` (1..19).
-// Fills shape, cone, hash, streams and stored_bytes of `entry` and appends the stored bytes to `out`.
-void encode_chunk(const Level &level, int level_index, const ChunkShape &shape, std::uint64_t first_node,
-                  std::uint64_t first_point, const AttributeSet &set, int compression_level, ChunkEntry &entry,
-                  Bytes &out);
+// What the rules of a chunk need to know of its file.
+struct ChunkRules {
+    const AttributeSet &set;
+    std::size_t material_count;
+    int level;
+    bool finest; // level is the depth
+};
+
+// The parent nodes of the chunk `entry` among masks and points of the level above, of which `first_mask` and
+// `first_point` are the numbers of the first that there are: 0 for a whole level, else those of the parent chunk.
+ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t first_mask,
+                         const PointAttributes &points, std::uint64_t first_point, const AttributeSet &set);
+
+struct ChunkCoding {
+    int compression_level; // 1..19, see frame.h
+    bool filters = true;   // try them
+};
+
+// Codes the streams of one chunk, whose shape and places in `model` stand in `entry`. Deterministic for a zstd version.
+// Fills the rest of `entry` and appends the stored bytes to `out`.
+void encode_chunk(const Model &model, int level, const ChunkCoding &coding, ChunkEntry &entry, Bytes &out);
 
 // Decodes the chunk whose stored bytes are `stored` and proves it before anyone uses it: hash, frames, masks, counts,
 // ranges of every attribute, normal cone. Allocates what `entry` promises, which decode_directory has bounded.
-// `material_count` bounds material indices, `finest` says that the radii are those of the finest level (6.2.2).
-// Error offsets are file offsets.
+// `parents` were decoded and proven before. Error offsets are file offsets. After an error `to` holds anything.
 //
-// errors  bad_hash (5.6.4), bad_octree (4.2, 4.4), bad_attribute (5.6 frames, 5.7 cone, section 6 values)
-Result<Chunk> decode_chunk(const ChunkEntry &entry, ByteView stored, int level, const AttributeSet &set,
-                           std::size_t material_count, bool finest);
+// errors  bad_hash (5.6.4), bad_octree (4.2, 4.4), bad_attribute (5.6 frames, 5.7 cone, 5.8 filters, section 6 values)
+Status decode_chunk(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ParentNodes &parents,
+                    Chunk &to);
 
 // Copies a decoded chunk to its place in a level whose streams have their full size.
 void place_chunk(const Chunk &chunk, const ChunkEntry &entry, const AttributeSet &set, Level &level);

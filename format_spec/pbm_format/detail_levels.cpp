@@ -51,7 +51,15 @@ std::uint16_t average_normal(const NodeSums &sums) {
     for (std::size_t k = 1; k < 3; ++k)
         if (columns[k][k] > columns[axis][axis])
             axis = k;
-    return quantise_sum(columns[axis]) | kTwoSidedBit;
+    // Of the two normals of the plane, the one on the side of the sum: an only child hands its normal up unchanged.
+    double along = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+        along += static_cast<double>(columns[axis][c]) * static_cast<double>(sums.normal[c]);
+    std::array<std::int64_t, 3> normal = columns[axis];
+    if (along < 0)
+        for (std::int64_t &component : normal)
+            component = -component;
+    return quantise_sum(normal) | kTwoSidedBit;
 }
 
 // Depth-first walk below some nodes of one level, with one cursor per level.

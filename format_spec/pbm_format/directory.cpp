@@ -54,7 +54,7 @@ ChunkEntry read_chunk_entry(ByteReader &in, std::size_t stream_count) {
     for (StreamEntry &stream : chunk.streams) {
         const std::uint32_t packed = in.u32();
         stream.stored_bytes = packed & 0xFFFFFF;
-        stream.filter = static_cast<std::uint8_t>(packed >> 24 & 0x7F);
+        stream.filter = static_cast<Filter>(packed >> 24 & 0x7F);
         stream.zstd = packed >> 31 != 0;
     }
     return chunk;
@@ -95,10 +95,16 @@ Status check_stream_sizes(const ChunkEntry &chunk, int level, const AttributeSet
         const std::uint64_t raw = raw_stream_bytes(streams[s], set, level, chunk.shape.nodes, chunk.shape.points);
         const std::uint64_t here = at + kChunkEntryFixedBytes + 4 * s;
         const std::string name(to_string(streams[s].kind));
-        if (stream.filter != 0)
+        const Filter filter = filter_of(streams[s], set);
+        if (stream.filter != Filter::none && stream.filter != filter)
             return Error{ErrorCode::unsupported_feature, here,
                          "5.4.1 " + name + ": a filter this program does not know"};
-        if (stream.zstd ? stream.stored_bytes == 0 || stream.stored_bytes >= raw : stream.stored_bytes != raw)
+        const bool possible = stream.filter != Filter::none
+                                  ? !stream.zstd && stream.stored_bytes >= kPlaneEntryBytes * plane_count(filter) &&
+                                        stream.stored_bytes < raw
+                              : stream.zstd ? stream.stored_bytes != 0 && stream.stored_bytes < raw
+                                            : stream.stored_bytes == raw;
+        if (!possible)
             return Error{ErrorCode::bad_directory, here,
                          "5.4.2 " + name + ": stored size is impossible for the raw size"};
         if (raw / kMaxExpansion > stream.stored_bytes)
@@ -122,7 +128,7 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
     directory.level = level;
     directory.chunks.reserve(count);
     ByteReader in(bytes);
-    std::uint64_t offset = 0, raw_bytes = 0;
+    std::uint64_t offset = 0, raw_bytes = 0, parents = 0;
     std::uint64_t next_place = 0;                      // first finest cell after the chunk before
     std::size_t parent_index = 0;                      // chunk above that is being filled
     std::uint64_t parent_points = 0, parent_nodes = 0; // of it that the chunks so far hold
@@ -167,6 +173,8 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
         chunk.offset = section.offset + offset;
         chunk.first_point = directory.points;
         chunk.first_node = directory.nodes;
+        chunk.first_parent = parents;
+        parents += chunk.shape.parents;
         for (std::size_t s = 0; s < streams.size(); ++s) {
             chunk.stored_bytes += chunk.streams[s].stored_bytes;
             raw_bytes += raw_stream_bytes(streams[s], set, level, chunk.shape.nodes, chunk.shape.points);

@@ -12,6 +12,7 @@
 #include "pbm_format/content_id.h"
 #include "pbm_format/error.h"
 #include "pbm_format/model.h"
+#include "pbm_format/stream_filter.h"
 
 #include <array>
 #include <cstdint>
@@ -22,7 +23,7 @@ namespace pbm {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'B', 'V', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
 inline constexpr std::uint16_t kMajorVersion = 0;
-inline constexpr std::uint16_t kMinorVersion = 1;
+inline constexpr std::uint16_t kMinorVersion = 2;
 inline constexpr std::uint32_t kEndianTag = 0x01020304;
 inline constexpr std::size_t kHeaderBytes = 128;
 inline constexpr std::size_t kSectionEntryBytes = 64;
@@ -129,10 +130,13 @@ Status check_root(const RootRecord &root, const ModelParameters &parameters);
 // How one stream of a chunk is stored. 4 bytes: size (24 bits), filter (7 bits), zstd flag (1 bit).
 struct StreamEntry {
     std::uint32_t stored_bytes = 0;
-    std::uint8_t filter = 0; // 0: none. Other ids are reserved for later versions.
-    bool zstd = false;       // else the raw bytes
+    Filter filter = Filter::none;
+    bool zstd = false; // one frame, else the raw bytes; planes of filters say it for themselves
     bool operator==(const StreamEntry &) const = default;
 };
+
+// In front of the planes of a filtered stream, for each: size (24 bits), zero (7 bits), zstd flag (1 bit).
+inline constexpr std::size_t kPlaneEntryBytes = 4;
 
 // Cosine of a chunk whose normals no cone holds: a point is two-sided, or they point everywhere.
 inline constexpr std::int16_t kNoCone = -32767;
@@ -153,8 +157,9 @@ struct ChunkEntry {
     // Derived in one pass by decode_directory:
     std::uint64_t offset = 0; // of the stored bytes, in the file
     std::uint64_t stored_bytes = 0;
-    std::uint64_t first_point = 0; // index of the chunk's first point in its level
-    std::uint64_t first_node = 0;  // index of its first mask in its level
+    std::uint64_t first_point = 0;  // index of the chunk's first point in its level
+    std::uint64_t first_node = 0;   // index of its first mask in its level
+    std::uint64_t first_parent = 0; // index of the first mask of the level above that belongs to a parent of its nodes
 };
 
 inline constexpr std::size_t kChunkEntryFixedBytes = 48;

@@ -60,6 +60,32 @@ const NormalTables &tables() {
     return instance;
 }
 
+struct CellTables {
+    std::array<std::uint16_t, kNormalCount> cell_of{};
+    std::array<std::uint16_t, kNormalCount> normal_at{};
+
+    CellTables() {
+        for (unsigned digits = 0; digits < 1024; ++digits) {
+            const Triangle t = subdivide(static_cast<int>(digits));
+            const int x = t[0][0] + t[1][0] + t[2][0], y = t[0][1] + t[1][1] + t[2][1];
+            for (unsigned octant = 0; octant < 8; ++octant) {
+                const bool down = (octant & 4) != 0;
+                const int a = down ? 3 * kCornerScale - y : x, b = down ? 3 * kCornerScale - x : y;
+                const int u = 2 * (a / 3) + a % 3 - 1, v = b / 3;
+                const int cell = ((octant & 1) != 0 ? 63 - u : 64 + u) + 128 * ((octant & 2) != 0 ? 31 - v : 32 + v);
+                const unsigned index = octant << 10 | digits;
+                cell_of[index] = static_cast<std::uint16_t>(cell);
+                normal_at[static_cast<std::size_t>(cell)] = static_cast<std::uint16_t>(index);
+            }
+        }
+    }
+};
+
+const CellTables &cell_tables() {
+    static const CellTables instance;
+    return instance;
+}
+
 // For each triangle of the positive octant: itself and all triangles that share a corner with it, ascending. The
 // nearest normal of a direction is always among those of the triangle that holds it (the tests prove it by brute
 // force).
@@ -116,6 +142,9 @@ std::array<int, 3> normal_lattice_sum(std::uint16_t index) {
 
 std::span<const UnitVector> normal_table() { return tables().unit; }
 std::span<const IntegerNormal> integer_normal_table() { return tables().integer; }
+
+std::span<const std::uint16_t> normal_cells() { return cell_tables().cell_of; }
+std::span<const std::uint16_t> normals_of_cells() { return cell_tables().normal_at; }
 
 std::uint16_t quantise_normal(double x, double y, double z) {
     const unsigned octant = (x < 0 ? 1U : 0U) | (y < 0 ? 2U : 0U) | (z < 0 ? 4U : 0U);

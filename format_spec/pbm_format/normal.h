@@ -27,6 +27,11 @@ std::array<int, 3> normal_lattice_sum(std::uint16_t index);
 std::span<const UnitVector> normal_table();
 std::span<const IntegerNormal> integer_normal_table();
 
+// The octahedron unfolded around +z into a square of 128 x 64 half-cells, in which neighbours are neighbours but across
+// the four edges that meet at -z: cell u + 128 v of an index, and the index at a cell. [kNormalCount]. BVG.md 5.8.3
+std::span<const std::uint16_t> normal_cells();
+std::span<const std::uint16_t> normals_of_cells();
+
 // Index of the table entry nearest in angle to (x, y, z); ties go to the lowest index. Zero gives index 0; else the
 // components are neither so large nor so small that their sums overflow or vanish.
 std::uint16_t quantise_normal(double x, double y, double z);

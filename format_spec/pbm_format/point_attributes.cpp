@@ -77,6 +77,19 @@ std::uint64_t raw_stream_bytes(const StreamInfo &stream, const AttributeSet &set
     return 0;
 }
 
+Bytes pack_bits(ByteView values, unsigned bits) {
+    Bytes packed((values.size() * bits + 7) / 8, 0);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        packed[i * bits / 8] = static_cast<std::uint8_t>(packed[i * bits / 8] | values[i] << i * bits % 8);
+    return packed;
+}
+
+void unpack_bits(ByteView packed, unsigned bits, std::span<std::uint8_t> values) {
+    const unsigned mask = (1U << bits) - 1;
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = static_cast<std::uint8_t>(packed[i * bits / 8] >> i * bits % 8 & mask);
+}
+
 void PointAttributes::resize(std::size_t points, const AttributeSet &set) {
     normals.resize(points);
     radii.resize(points);

@@ -53,6 +53,10 @@ std::vector<StreamInfo> streams_of(const AttributeSet &set);
 std::uint64_t raw_stream_bytes(const StreamInfo &stream, const AttributeSet &set, int level, std::uint64_t nodes,
                                std::uint64_t points);
 
+// Lit fractions of `bits` bits each, lowest bits first, and back. BVG.md 6.6
+Bytes pack_bits(ByteView values, unsigned bits);
+void unpack_bits(ByteView packed, unsigned bits, std::span<std::uint8_t> values);
+
 // Attributes of the points of one chunk or one level, in Morton order. Streams that the AttributeSet lacks are empty.
 struct PointAttributes {
     std::vector<std::uint16_t> normals; // normal index | kTwoSidedBit

@@ -121,13 +121,22 @@ Result<const LevelDirectory *> Reader::directory(int level) {
     return &directories_[static_cast<std::size_t>(level)];
 }
 
-Result<Chunk> Reader::load_chunk(int level, std::size_t index) const {
-    assert(level >= 1 && static_cast<std::size_t>(level) < directories_.size());
+Chunk Reader::root_chunk() const { return {.masks = {}, .points = root_points(header_.root, parameters_.attributes)}; }
+
+Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chunk &to) const {
+    assert(level >= 1 && static_cast<std::size_t>(level) < directories_.size() && &parent != &to);
     const LevelDirectory &directory = directories_[static_cast<std::size_t>(level)];
     assert(index < directory.chunks.size());
     const ChunkEntry &entry = directory.chunks[index];
-    return decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), level, parameters_.attributes,
-                        parameters_.materials.size(), level == depth());
+    std::uint64_t first_mask = 0, first_point = 0;
+    if (level > 1) {
+        const ChunkEntry &above = directories_[static_cast<std::size_t>(level) - 1].chunks[entry.shape.parent_chunk];
+        first_mask = above.first_node;
+        first_point = above.first_point;
+    }
+    const ParentNodes parents =
+        parent_nodes(entry, parent.masks, first_mask, parent.points, first_point, parameters_.attributes);
+    return decode_chunk(entry, stored(entry), chunk_rules(level), parents, to);
 }
 
 PointAttributes root_points(const RootRecord &root, const AttributeSet &set) {
@@ -161,6 +170,40 @@ RootRecord root_record(const PointAttributes &points, const AttributeSet &set) {
     return root;
 }
 
+namespace {
+
+// Decodes all chunks of a level into `model`, which has the level above.
+Status load_level(const Reader &reader, const LevelDirectory &directory, int threads, Model &model) {
+    const AttributeSet &set = model.parameters.attributes;
+    const Level &above = model.levels[static_cast<std::size_t>(directory.level) - 1];
+    Level &level = model.levels[static_cast<std::size_t>(directory.level)];
+    level.masks.resize(directory.nodes);
+    level.points.resize(directory.points, set);
+    std::vector<std::optional<Error>> failures(directory.chunks.size());
+    std::atomic<bool> failed{false};
+    parallel_for(failures.size(), threads, [&](std::size_t i) {
+        if (failed)
+            return;
+        thread_local Chunk chunk;
+        const ChunkEntry &entry = directory.chunks[i];
+        const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
+        const Status status =
+            decode_chunk(entry, reader.stored(entry), reader.chunk_rules(directory.level), parents, chunk);
+        if (status) {
+            place_chunk(chunk, entry, set, level);
+        } else {
+            failures[i] = status.error();
+            failed = true;
+        }
+    });
+    for (std::optional<Error> &failure : failures)
+        if (failure)
+            return std::move(*failure);
+    return {};
+}
+
+} // namespace
+
 Result<Model> load_model(Reader &reader, const LoadOptions &options) {
     const AttributeSet &set = reader.parameters().attributes;
     const int last = std::min(options.max_level, reader.depth());
@@ -183,37 +226,11 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) {
     model.levels.resize(static_cast<std::size_t>(last) + 1);
     model.levels[0].points = root_points(reader.header().root, set);
 
-    struct Job {
-        int level;
-        std::size_t chunk;
-    };
-    std::vector<Job> jobs;
-    for (int level = 1; level <= last; ++level) {
-        const LevelDirectory &directory = *directories[static_cast<std::size_t>(level)];
-        Level &to = model.levels[static_cast<std::size_t>(level)];
-        to.masks.resize(directory.nodes);
-        to.points.resize(directory.points, set);
-        for (std::size_t chunk = 0; chunk < directory.chunks.size(); ++chunk)
-            jobs.push_back({level, chunk});
-    }
-    std::vector<std::optional<Error>> failures(jobs.size());
-    std::atomic<bool> failed{false};
-    parallel_for(jobs.size(), options.threads, [&](std::size_t i) {
-        if (failed)
-            return;
-        const Job &job = jobs[i];
-        const Result<Chunk> chunk = reader.load_chunk(job.level, job.chunk);
-        if (!chunk) {
-            failures[i] = chunk.error();
-            failed = true;
-            return;
-        }
-        const ChunkEntry &entry = directories[static_cast<std::size_t>(job.level)]->chunks[job.chunk];
-        place_chunk(*chunk, entry, set, model.levels[static_cast<std::size_t>(job.level)]);
-    });
-    for (std::optional<Error> &failure : failures)
-        if (failure)
-            return std::move(*failure);
+    // Level by level, since chunks need their parents.
+    for (int level = 1; level <= last; ++level)
+        if (Status status = load_level(reader, *directories[static_cast<std::size_t>(level)], options.threads, model);
+            !status)
+            return std::move(status).error();
     return model;
 }
 

@@ -37,8 +37,20 @@ class Reader {
     // Directory of level 1..depth. The pointer stays valid as long as the reader. Not for several threads at once.
     Result<const LevelDirectory *> directory(int level);
 
-    // Decodes chunk `index` of `level`, whose directory was read before. Safe to call from several threads.
-    Result<Chunk> load_chunk(int level, std::size_t index) const;
+    // Level 0 as a chunk: the parent of the one chunk of level 1.
+    Chunk root_chunk() const;
+
+    // Decodes chunk `index` of `level`, whose directory was read before, into `to`. `parent` is its parent chunk
+    // (shape.parent_chunk), decoded before; a chunk that was refused leaves nothing to decode those below it with.
+    // Safe to call from several threads.
+    Status load_chunk(int level, std::size_t index, const Chunk &parent, Chunk &to) const;
+
+    ChunkRules chunk_rules(int level) const {
+        return {.set = parameters_.attributes,
+                .material_count = parameters_.materials.size(),
+                .level = level,
+                .finest = level == depth()};
+    }
 
     // That every byte is as it was written: padding and the hashes of all sections. Decodes nothing.
     Status verify_stored() const;
@@ -46,6 +58,9 @@ class Reader {
     // Everything: padding, section hashes, directories, chunks, chunk rule, normal cones, averages, content_id.
     // Decodes the whole model; more than `max_memory` bytes of it is ErrorCode::memory.
     Status verify_all(int threads = 0, std::uint64_t max_memory = kDefaultMaxMemory);
+
+    // Stored bytes of a chunk.
+    ByteView stored(const ChunkEntry &entry) const { return file_.subspan(entry.offset, entry.stored_bytes); }
 
   private:
     explicit Reader(ByteView file) : file_(file) {}

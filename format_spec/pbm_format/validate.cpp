@@ -160,37 +160,51 @@ class Validator {
                  "the model needs " + std::to_string(memory >> 20) + " MiB of memory: more than the validator may use"},
                 "chunks");
         const std::uint64_t faults = report_.total;
+        std::vector<bool> refused{false};
         for (std::uint32_t level = 1; level <= finest; ++level)
-            load_level(directories[level], *find(SectionType::level_chunks, level));
+            load_level(directories[level], *find(SectionType::level_chunks, level), refused);
         if (report_.total == faults)
             check_whole(directories);
     }
 
-    void load_level(const LevelDirectory &directory, const SectionEntry &section) {
+    // Decodes the chunks whose parents were decoded; `refused` says of which chunks of the level above that is not so,
+    // and then of which of this one.
+    void load_level(const LevelDirectory &directory, const SectionEntry &section, std::vector<bool> &refused) {
         const AttributeSet &set = parameters_.attributes;
+        const Level &above = model_.levels[static_cast<std::size_t>(directory.level) - 1];
         Level &level = model_.levels[static_cast<std::size_t>(directory.level)];
         level.masks.resize(directory.nodes);
         level.points.resize(directory.points, set);
+        const ChunkRules rules{.set = set,
+                               .material_count = parameters_.materials.size(),
+                               .level = directory.level,
+                               .finest = directory.level == header_.depth};
         std::vector<std::optional<Error>> failures(directory.chunks.size());
         parallel_for(failures.size(), options_.threads, [&](std::size_t i) {
             const ChunkEntry &entry = directory.chunks[i];
-            const Result<Chunk> chunk =
-                decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), directory.level, set,
-                             parameters_.materials.size(), directory.level == header_.depth);
-            if (chunk)
-                place_chunk(*chunk, entry, set, level);
+            if (refused[entry.shape.parent_chunk])
+                return;
+            thread_local Chunk chunk;
+            const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
+            const Status status =
+                decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), rules, parents, chunk);
+            if (status)
+                place_chunk(chunk, entry, set, level);
             else
-                failures[i] = chunk.error();
+                failures[i] = status.error();
         });
+        std::vector<bool> refused_here(failures.size());
         for (std::size_t i = 0; i < failures.size(); ++i) {
-            if (failures[i]) {
+            refused_here[i] = failures[i] || refused[directory.chunks[i].shape.parent_chunk];
+            if (failures[i])
                 fault(*failures[i], name(section), static_cast<std::int64_t>(i));
+            if (refused_here[i])
                 continue;
-            }
             ++report_.chunks;
-            if (directory.level == header_.depth)
+            if (rules.finest)
                 report_.points += directory.chunks[i].shape.points;
         }
+        refused = std::move(refused_here);
     }
 
     // What only the whole model shows: chunk rule, content_id, averages.

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
 
 namespace pbm {
 
@@ -116,25 +117,28 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
 
     struct Job {
         std::size_t level, chunk;
-        std::uint64_t first_node, first_point;
     };
     std::vector<Job> jobs;
     std::vector<std::vector<EncodedChunk>> encoded(shapes.size());
     for (std::size_t level = 1; level < shapes.size(); ++level) {
         encoded[level].resize(shapes[level].size());
-        std::uint64_t node = 0, point = 0;
+        std::uint64_t parent = 0, node = 0, point = 0;
         for (std::size_t chunk = 0; chunk < shapes[level].size(); ++chunk) {
-            jobs.push_back({level, chunk, node, point});
-            node += shapes[level][chunk].nodes;
-            point += shapes[level][chunk].points;
+            const ChunkShape &shape = shapes[level][chunk];
+            ChunkEntry &entry = encoded[level][chunk].entry;
+            entry.shape = shape;
+            entry.first_parent = std::exchange(parent, parent + shape.parents);
+            entry.first_node = std::exchange(node, node + shape.nodes);
+            entry.first_point = std::exchange(point, point + shape.points);
+            jobs.push_back({level, chunk});
         }
     }
     std::atomic<std::size_t> done{0};
     parallel_for(jobs.size(), options.threads, [&](std::size_t i) {
         const Job &job = jobs[i];
         EncodedChunk &to = encoded[job.level][job.chunk];
-        encode_chunk(model.levels[job.level], static_cast<int>(job.level), shapes[job.level][job.chunk], job.first_node,
-                     job.first_point, set, options.compression_level, to.entry, to.stored);
+        encode_chunk(model, static_cast<int>(job.level),
+                     {.compression_level = options.compression_level, .filters = options.filters}, to.entry, to.stored);
         const std::size_t finished = ++done;
         if (options.progress)
             options.progress(static_cast<double>(finished) / static_cast<double>(jobs.size()));

@@ -9,8 +9,11 @@
 
 namespace pbm {
 
+inline constexpr int kDefaultCompressionLevel = 3; // of 1..19, see frame.h
+
 struct WriteOptions {
-    int compression_level = 9; // zstd 1..19
+    int compression_level = kDefaultCompressionLevel;
+    bool filters = true; // store streams as differences to the level above where smaller
     std::uint32_t chunk_points = kDefaultChunkPoints;
     int threads = 0;
     std::function<void(double)> progress{}; // 0..1, from any of the threads

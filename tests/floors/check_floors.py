@@ -35,8 +35,11 @@ FORMAT_LAYERS = [
     {"platform", "child_process"},
     {"point_attributes", "mask_ranks"},
     {"model", "detail_levels"},
+    {"stream_filter"},
+    {"unfilter"},
     {"content_id"},
     {"layout", "sections", "directory", "metadata"},
+    {"frame"},
     {"chunk"},
     {"reader"},
     {"writer", "validate"},
@@ -54,7 +57,7 @@ FORMAT_EXCEPTIONS = {
 
 # Third-party header -> the files that may include it; the first pattern that matches decides.
 HOMES = {
-    r"zstd.*\.h": r"format_spec/pbm_format/chunk\.cpp",
+    r"zstd.*\.h": r"format_spec/pbm_format/frame\.cpp",
     r"xxh.*\.h": r"format_spec/pbm_format/hash\.cpp",
     r"nlohmann/.*": r"format_spec/pbm_format/metadata\.cpp|tools/.*\.cpp|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools)/.*",

@@ -76,8 +76,18 @@ TEST(File, ChunksLoadOneByOne) {
     Reader reader = Reader::open(file).value();
     const LevelDirectory &directory = **reader.directory(6);
     ASSERT_GT(directory.chunks.size(), 10U);
+    std::vector<std::vector<Chunk>> levels(7);
+    levels[0].push_back(reader.root_chunk());
+    for (int level = 1; level <= 6; ++level) {
+        const auto at = static_cast<std::size_t>(level);
+        const std::vector<ChunkEntry> &entries = (*reader.directory(level))->chunks;
+        levels[at].resize(entries.size());
+        for (std::size_t i = 0; i < entries.size(); ++i)
+            ASSERT_TRUE(
+                reader.load_chunk(level, i, levels[at - 1][entries[i].shape.parent_chunk], levels[at][i]).ok());
+    }
     for (std::size_t i = 0; i < directory.chunks.size(); ++i) {
-        const Chunk chunk = reader.load_chunk(6, i).value();
+        const Chunk &chunk = levels[6][i];
         const ChunkEntry &entry = directory.chunks[i];
         EXPECT_LE(entry.shape.points, 512U);
         EXPECT_TRUE(std::equal(chunk.masks.begin(), chunk.masks.end(),

@@ -13,7 +13,12 @@ namespace pbm::test {
 
 namespace {
 
+// Without filters, so that the streams stand in the file as they are or as one frame.
 Bytes encode(const Model &model) {
+    return encode_model(model, {.compression_level = 19, .filters = false, .chunk_points = 512, .threads = 1}).value();
+}
+
+Bytes encode_filtered(const Model &model) {
     return encode_model(model, {.compression_level = 19, .chunk_points = 512, .threads = 1}).value();
 }
 
@@ -26,6 +31,27 @@ const Bytes &every_attribute_file() {
 // Depth 5, several chunks at the finest levels, no optional attribute.
 const Bytes &many_chunks_file() {
     static const Bytes file = encode(sphere_model(5, {}));
+    return file;
+}
+
+// The same with filters, and all attributes.
+const Bytes &filtered_file() {
+    static const Bytes file = encode_filtered(sphere_model(5, every_attribute(ColourFormat::rgb888, 5)));
+    return file;
+}
+
+// Few points, whose normals are so uneven that no frame is worth it.
+const Bytes &small_filtered_file() {
+    static const Bytes file = [] {
+        Model model = sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.25);
+        Random random(4);
+        for (std::uint16_t &normal : model.levels.back().points.normals) {
+            const IntegerNormal n = integer_normal_table()[normal];
+            normal = quantise_normal(n[0] + 9000 * random.unit(), n[1] + 9000 * random.unit(), n[2]);
+        }
+        average_levels(model, 1);
+        return encode_filtered(model);
+    }();
     return file;
 }
 
@@ -88,7 +114,7 @@ void add_header_files(Collection &files) {
     files.add_unrepaired("2.3-flipped-bit-in-the-version", 8);
     files.add("2.4-big-endian-tag", set<std::uint32_t>(12, 0x04030201));
     files.add("2.5-major-version-7", set<std::uint16_t>(8, 7));
-    files.add("2.5-minor-version-2", set<std::uint16_t>(10, 2));
+    files.add("2.5-minor-version-1", set<std::uint16_t>(10, 1));
     files.add("2.6-required-feature-40", set<std::uint64_t>(40, std::uint64_t{1} << 40));
     files.add("2.7-one-byte-short", [](FileEditor &file) { file.bytes().pop_back(); });
     files.add("2.7-one-byte-more", [](FileEditor &file) { file.bytes().push_back(0); });
@@ -215,6 +241,50 @@ void add_section_files(Collection &files) {
     });
 }
 
+// Damages plane `plane` of a filtered stream of chunk 0 of a level: `damage` gets the places of the stream, of the
+// plane and of the next one. The stream is the first, from coarse to fine, that has the filter and that plane as it is.
+Collection::Edit in_plane(Filter filter, std::size_t plane,
+                          const std::function<void(FileEditor &, std::size_t, std::size_t, std::size_t)> &damage) {
+    return [=](FileEditor &file) {
+        const AttributeSet set = every_attribute(ColourFormat::rgb888, 5);
+        for (std::uint32_t level = 1; level <= file.get<std::uint8_t>(36); ++level) {
+            std::size_t stream = file.section(SectionType::level_chunks, level);
+            for (std::size_t s = 0; s < streams_of(set).size(); ++s) {
+                const auto entry = file.get<std::uint32_t>(file.chunk(level) + kChunkEntryFixedBytes + 4 * s);
+                const auto size = [&](std::size_t p) { return file.get<std::uint32_t>(stream + 4 * p); };
+                if (static_cast<Filter>(entry >> 24 & 127) == filter && size(plane) > 1 && size(plane) >> 31 == 0) {
+                    std::size_t at = stream + kPlaneEntryBytes * plane_count(filter);
+                    for (std::size_t p = 0; p < plane; ++p)
+                        at += size(p) & 0xFFFFFF;
+                    return damage(file, stream, at, at + size(plane));
+                }
+                stream += entry & 0xFFFFFF;
+            }
+        }
+        assert(false && "no such stream");
+    };
+}
+
+void add_filter_files(Collection &files) {
+    using Place = std::size_t;
+    files.add("5.8.1-plane-of-another-size", filtered_file(),
+              in_plane(Filter::texture, 0, [](FileEditor &file, Place stream, Place, Place) {
+                  file.set<std::uint8_t>(stream, static_cast<std::uint8_t>(file.get<std::uint8_t>(stream) - 1));
+              }));
+    files.add("5.8.1-reserved-bit", filtered_file(),
+              in_plane(Filter::normal, 1,
+                       [](FileEditor &file, Place stream, Place, Place) { file.set<std::uint8_t>(stream + 3, 1); }));
+    files.add("5.8.1-planes-past-the-end", filtered_file(),
+              in_plane(Filter::normal, 1,
+                       [](FileEditor &file, Place stream, Place, Place) { file.set<std::uint8_t>(stream + 6, 1); }));
+    files.add("5.8.2-no-pair-and-no-escape", small_filtered_file(),
+              in_plane(Filter::normal, 0,
+                       [](FileEditor &file, Place, Place codes, Place) { file.set<std::uint8_t>(codes, 31); }));
+    files.add("5.8.3-escape-outside-the-map", filtered_file(),
+              in_plane(Filter::normal, 1,
+                       [](FileEditor &file, Place, Place escapes, Place) { file.set<std::uint8_t>(escapes + 1, 64); }));
+}
+
 void add_chunk_files(Collection &files) {
     using enum SectionType;
     const auto in_chunk = [](std::uint32_t level, std::size_t at, std::uint8_t value) {
@@ -261,6 +331,7 @@ void add_chunk_files(Collection &files) {
     files.add("5.6.2-content-size", many_chunks_file(), in_frame(5));
     files.add("5.6.3-damaged-block", many_chunks_file(), in_frame(9));
     files.add("5.7.1-cone-too-narrow", many_chunks_file(), set_chunk<std::int16_t>(5, 0, 38, 32767));
+    add_filter_files(files);
     const auto edit_model = [](const std::function<void(Model &)> &edit) {
         Model model = sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.2);
         edit(model);
@@ -312,6 +383,8 @@ std::vector<ValidFile> valid_files() {
     return {{"every-attribute.bvg", every_attribute_file()},
             {"many-chunks.bvg", many_chunks_file()},
             {"colour-565.bvg", colour_565_file()},
+            {"filtered.bvg", filtered_file()},
+            {"filtered-565.bvg", encode_filtered(sphere_model(5, every_attribute(ColourFormat::rgb565, 5), 0.3, 7))},
             {"smallest.bvg", encode(sphere_model(2, {}, 0.05))},
             {"two-sided.bvg", two_sided_file()},
             {"unknown-extras.bvg", unknown_extras_file()}};

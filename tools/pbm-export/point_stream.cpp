@@ -3,14 +3,16 @@
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 
 namespace pbm {
 namespace {
 
-// A chunk of the level that is wanted, and the nodes above its points.
+// A chunk of the level that is wanted, its parent chunk, and the nodes above its points.
 struct Job {
     std::size_t chunk = 0;
+    std::shared_ptr<const Chunk> parent;
     std::vector<MortonCode> parents;
     std::optional<Error> failure;
     Bytes bytes;
@@ -30,49 +32,51 @@ class ChunkWalk {
 
     Status run() {
         const std::vector<MortonCode> root{0};
+        const auto root_chunk = std::make_shared<const Chunk>(reader_.root_chunk());
         while (next_.front() < directories_[0]->chunks.size())
-            if (Status status = visit(1, root, 0); !status)
+            if (Status status = visit(1, root_chunk, root, 0); !status)
                 return status;
         return flush();
     }
 
   private:
     // The next chunk of `level`; `parents` are codes of the level above from its node `first` on.
-    Status visit(int level, std::span<const MortonCode> parents, std::uint64_t first) {
+    Status visit(int level, const std::shared_ptr<const Chunk> &parent, std::span<const MortonCode> parents,
+                 std::uint64_t first) {
         const auto index = static_cast<std::size_t>(level) - 1;
         const std::size_t chunk = next_[index]++;
         const ChunkEntry &entry = directories_[index]->chunks[chunk];
         const auto own = parents.subspan(static_cast<std::size_t>(entry.first_node - first), entry.shape.nodes);
         if (level == options_.level) {
-            jobs_.push_back({chunk, {own.begin(), own.end()}, {}, {}});
+            jobs_.push_back({chunk, parent, {own.begin(), own.end()}, {}, {}});
             return jobs_.size() < batch_ ? Status() : flush();
         }
-        const Result<Chunk> decoded = reader_.load_chunk(level, chunk);
-        if (!decoded)
-            return decoded.error();
+        const auto decoded = std::make_shared<Chunk>();
+        if (Status status = reader_.load_chunk(level, chunk, *parent, *decoded); !status)
+            return status;
         const Result<std::vector<MortonCode>> codes = expand_level(own, decoded->masks, entry.shape.points);
         if (!codes)
             return codes.error();
         const std::vector<ChunkEntry> &below = directories_[index + 1]->chunks;
         std::size_t &next = next_[index + 1];
         while (next < below.size() && below[next].shape.parent_chunk == chunk)
-            if (Status status = visit(level + 1, *codes, entry.first_point); !status)
+            if (Status status = visit(level + 1, decoded, *codes, entry.first_point); !status)
                 return status;
         return {};
     }
 
     void do_job(Job &job) const {
-        const Result<Chunk> chunk = reader_.load_chunk(options_.level, job.chunk);
-        if (!chunk) {
-            job.failure = chunk.error();
+        Chunk chunk;
+        if (const Status status = reader_.load_chunk(options_.level, job.chunk, *job.parent, chunk); !status) {
+            job.failure = status.error();
             return;
         }
-        const Result<std::vector<MortonCode>> codes = expand_level(job.parents, chunk->masks, chunk->points.size());
+        const Result<std::vector<MortonCode>> codes = expand_level(job.parents, chunk.masks, chunk.points.size());
         if (!codes) {
             job.failure = codes.error();
             return;
         }
-        job.bytes = encode_({*codes, chunk->points});
+        job.bytes = encode_({*codes, chunk.points});
     }
 
     Status flush() {

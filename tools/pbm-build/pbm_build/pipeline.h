@@ -8,6 +8,7 @@
 #include "pbm_build/grid_choice.h"
 #include "pbm_build/metadata.h"
 #include "pbm_format/model.h"
+#include "pbm_format/writer.h"
 #include "pbm_scan/surface_reader.h"
 
 #include <optional>
@@ -21,7 +22,7 @@ struct BuildOptions {
     Placement placement;
     std::optional<ScanFormat> input_format;     // where neither content nor name tells
     ColourFormat colour = ColourFormat::rgb888; // where the input has colours
-    int compression_level = 9;                  // zstd 1..19
+    int compression_level = kDefaultCompressionLevel;
     Credits credits;
     bool flip_faces = false;                              // the scan winds its faces clockwise
     std::optional<std::array<double, 3>> viewpoint;       // estimated normals face it; model units

@@ -1,0 +1,102 @@
+#include "pbm_format/frame.h"
+
+#include "pbm_format/layout.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <memory>
+#include <new>
+
+#define ZSTD_STATIC_LINKING_ONLY // literalCompressionMode
+#include <zstd.h>
+
+namespace pbm {
+
+namespace {
+
+struct FreeContext {
+    void operator()(ZSTD_CCtx *context) const { ZSTD_freeCCtx(context); }
+    void operator()(ZSTD_DCtx *context) const { ZSTD_freeDCtx(context); }
+};
+
+// One context per thread: frames do not depend on what a context compressed before.
+ZSTD_CCtx *compression_context() {
+    thread_local const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
+    if (!context)
+        throw std::bad_alloc();
+    return context.get();
+}
+
+ZSTD_DCtx *decompression_context() {
+    thread_local const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
+    if (!context)
+        throw std::bad_alloc();
+    return context.get();
+}
+
+// zstd's fast mode steps over `targetLength` bytes where it finds no match: this many, and it never looks for one.
+constexpr int kNoMatches = -(1 << 17);
+
+void compress(ByteView raw, int zstd_level, Bytes &frame) {
+    ZSTD_CCtx *context = compression_context();
+    ZSTD_CCtx_reset(context, ZSTD_reset_session_and_parameters);
+    ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, zstd_level);
+    ZSTD_CCtx_setParameter(context, ZSTD_c_literalCompressionMode, ZSTD_ps_enable);
+    frame.resize(ZSTD_compressBound(raw.size()));
+    const std::size_t size = ZSTD_compress2(context, frame.data(), frame.size(), raw.data(), raw.size());
+    if (ZSTD_isError(size) != 0)
+        throw std::bad_alloc(); // the only way to fail with a buffer of compressBound bytes
+    frame.resize(size);
+}
+
+// Matches must save this share to be worth their slower decoding.
+bool matches_pay(std::size_t with_matches, std::size_t without) { return with_matches + without / 16 < without; }
+
+// Magic number of RFC 8878 (libraries may also read older ones), single segment (so that no window is larger than the
+// content), reserved bit clear, no dictionary.
+bool is_plain_frame(ByteView stored) {
+    constexpr std::array<std::uint8_t, 4> kFrameMagic{0x28, 0xB5, 0x2F, 0xFD};
+    constexpr unsigned kSingleSegment = 0x20, kReserved = 0x08, kDictionary = 0x03;
+    return stored.size() > kFrameMagic.size() && std::equal(kFrameMagic.begin(), kFrameMagic.end(), stored.begin()) &&
+           (stored[4] & (kSingleSegment | kReserved | kDictionary)) == kSingleSegment;
+}
+
+} // namespace
+
+StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out) {
+    assert(compression_level >= 1 && compression_level <= 19);
+    thread_local Bytes frame, other;
+    compress(raw, kNoMatches, frame);
+    if (compression_level > 1) {
+        compress(raw, compression_level, other);
+        if (matches_pay(other.size(), frame.size()))
+            frame.swap(other);
+    }
+    // A frame may not be larger than its raw bytes, nor expand beyond the limit readers accept.
+    const bool smaller = frame.size() < raw.size() && raw.size() / kMaxExpansion <= frame.size();
+    const ByteView stored = smaller ? ByteView(frame) : raw;
+    out.insert(out.end(), stored.begin(), stored.end());
+    return {.stored_bytes = static_cast<std::uint32_t>(stored.size()), .zstd = smaller};
+}
+
+Status decode_frame(ByteView stored, bool zstd, std::span<std::uint8_t> raw, std::uint64_t offset) {
+    if (!zstd) {
+        assert(stored.size() == raw.size());
+        std::copy(stored.begin(), stored.end(), raw.begin());
+        return {};
+    }
+    const std::size_t frame_bytes = ZSTD_findFrameCompressedSize(stored.data(), stored.size());
+    if (!is_plain_frame(stored) || ZSTD_isError(frame_bytes) != 0 || frame_bytes != stored.size())
+        return Error{ErrorCode::bad_attribute, offset,
+                     "5.6.1 the stream is not one whole zstd frame of a single segment"};
+    if (ZSTD_getFrameContentSize(stored.data(), stored.size()) != raw.size())
+        return Error{ErrorCode::bad_attribute, offset, "5.6.2 the zstd frame does not announce the raw size"};
+    const std::size_t size =
+        ZSTD_decompressDCtx(decompression_context(), raw.data(), raw.size(), stored.data(), stored.size());
+    if (ZSTD_isError(size) != 0 || size != raw.size())
+        return Error{ErrorCode::bad_attribute, offset, "5.6.3 the zstd frame does not decode"};
+    return {};
+}
+
+} // namespace pbm

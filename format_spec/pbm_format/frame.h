@@ -1,0 +1,25 @@
+// Entropy coding of one run of bytes: a zstd frame, or the bytes as they are. BVG.md 5.6. The only user of zstd.
+#pragma once
+
+#include "pbm_format/bytes.h"
+#include "pbm_format/error.h"
+
+namespace pbm {
+
+struct StoredFrame {
+    std::uint32_t stored_bytes = 0;
+    bool zstd = false; // else the raw bytes
+};
+
+// Appends `raw` to `out` in the form that is smallest, or nearly smallest and much faster to decode: what filters leave
+// is noise in which matches are rare, so a frame of nothing but Huffman-coded literals (1.5 GB/s) is preferred to one
+// with matches (0.5 to 1 GB/s) unless matches save more than a few per cent. Level 1 makes no other than Huffman
+// frames; 2..19 try matches with zstd's level of that number. Deterministic for a version of zstd.
+StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out);
+
+// Undoes append_frame; `raw` has the size that the file promises. `offset` is that of `stored` in the file.
+//
+// errors  bad_attribute  5.6.1 not one whole frame of a single segment, 5.6.2 another content size, 5.6.3 no frame
+Status decode_frame(ByteView stored, bool zstd, std::span<std::uint8_t> raw, std::uint64_t offset);
+
+} // namespace pbm

@@ -1,0 +1,87 @@
+// Filters undone, 16 points at a time, with the widest instructions the processor has (Highway); the same bytes on
+// every processor. BVG.md 5.8.
+//
+// Everything here may be untrusted but for the sizes of the spans: whatever the bytes, nothing outside of them is read
+// or written, apart from kSlack.
+#pragma once
+
+#include "pbm_format/stream_filter.h"
+
+#include <memory>
+
+namespace pbm {
+
+// Bytes that may be read behind codes, and written behind scratch memory.
+inline constexpr std::size_t kSlack = 32;
+
+struct MaskSummary {
+    std::uint64_t children = 0;
+    std::uint64_t only_children = 0;
+    bool zero = false; // one of the masks is
+};
+MaskSummary summarise_masks(ByteView masks);
+
+// Where each point finds its parent node and its code, for 16 points at a time: they have at most 16 parents and 16
+// codes, so that a shuffle of 16 bytes hands each its own.
+struct SiblingBlock {
+    std::array<std::uint8_t, 16> parent; // of point i: its node, from first_node on
+    std::array<std::uint8_t, 16> code;   // of point i: its code, from first_code on; bit 7 set: it has none
+    std::uint32_t first_node = 0;
+    std::uint32_t first_code = 0;
+};
+
+class SiblingLayout {
+  public:
+    // For masks of which none is zero and which have `summary.children` children.
+    void build(ByteView masks, const MaskSummary &summary);
+
+    std::size_t nodes() const { return nodes_; }
+    std::size_t points() const { return points_; }
+    std::size_t codes() const { return codes_; } // points with siblings
+    std::span<const SiblingBlock> blocks() const { return {blocks_.data(), (points_ + 15) / 16}; }
+
+  private:
+    std::size_t nodes_ = 0, points_ = 0, codes_ = 0;
+    Bytes parents_; // one byte before, then bits 0..7 of the number of each point's node
+    std::vector<SiblingBlock> blocks_;
+};
+
+// Which normals of the table occur: [kNormalCount], 0 or 1.
+using NormalOccurrence = std::array<std::uint8_t, kNormalCount>;
+
+// Memory for one thread's decoding, kept between chunks.
+struct UnfilterScratch {
+    SiblingLayout layout;
+    NormalOccurrence occurs;
+    std::array<Bytes, 3> planes; // frames, decoded
+    std::array<Bytes, 3> nodes;  // what un-filtering needs to know of the parent nodes
+    Bytes packed;
+};
+
+// Escapes that codes of pairs announce: those whose low half is 15. `valid` if the high half of these is 0.
+struct EscapeCount {
+    std::size_t count = 0;
+    bool valid = true;
+};
+EscapeCount count_escapes(ByteView codes);
+
+// Each writes layout.points() points. Codes have layout.codes() bytes (all points for radii and lit fractions) and
+// kSlack behind, escapes two bytes for each that the codes announce, parents layout.nodes() points.
+//
+// Marks what occurs among the normals. False for escapes that say what cannot be.
+bool unfilter_normals(UnfilterScratch &scratch, std::span<const std::uint16_t> parents, ByteView codes,
+                      ByteView escapes, std::span<std::uint16_t> points, NormalOccurrence &occurs);
+void unfilter_colours_888(UnfilterScratch &scratch, ByteView parents, ByteView green, ByteView red_blue,
+                          ByteView escapes, std::span<std::uint8_t> points);
+void unfilter_colours_565(UnfilterScratch &scratch, ByteView parents, ByteView green, ByteView red_blue,
+                          ByteView escapes, std::span<std::uint8_t> points);
+void unfilter_materials(UnfilterScratch &scratch, ByteView parents, ByteView codes, std::span<std::uint8_t> points);
+void unfilter_textures(UnfilterScratch &scratch, ByteView parents, ByteView codes, std::span<std::uint8_t> points);
+// points = prediction of the parent's value - code
+void unfilter_radii(UnfilterScratch &scratch, ByteView parents, const std::array<std::uint8_t, 256> &predictions,
+                    ByteView codes, std::span<std::uint8_t> points);
+// points = (prediction of the parent's value + code) mod 2^bits
+void unfilter_shadows(UnfilterScratch &scratch, ByteView parents, const std::array<std::uint8_t, 256> &predictions,
+                      unsigned bits, ByteView codes, std::span<std::uint8_t> points);
+
+} // namespace pbm
