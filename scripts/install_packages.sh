@@ -2,14 +2,15 @@
 # Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|all]
 #   runtime  to build the format library, the renderer and pbm-render: nothing that knows of displays
 #   viewer   also pbm-view
-#   all      also pbm-build, the sample generator, the tests, the linters and the fuzzers (default)
+#   all      also pbm-build, the sample generator, the tests, the benches' peer, the linters and the fuzzers (default)
 set -euo pipefail
 
 build_system=(g++ cmake ninja-build pkg-config)
 runtime=(libhwy-dev libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libpng-dev)
 viewer=(libglfw3-dev libepoxy-dev libimgui-dev)
 tools=(libopenmesh-dev libnanoflann-dev libtomlplusplus-dev)
-tests=(libgtest-dev libembree-dev python3 python3-zstandard python3-xxhash valgrind zstd make mandoc groff-base)
+tests=(libgtest-dev libembree-dev python3 python3-zstandard python3-xxhash valgrind zstd make mandoc groff-base
+    draco libdraco-dev)
 window_tests=(xvfb xdotool imagemagick libgl1-mesa-dri)
 clang=(clang libclang-rt-14-dev clang-tidy clang-format)
 

@@ -21,7 +21,7 @@ struct StreamSize {
 
 struct LevelSize {
     int level = 0;
-    std::uint64_t points = 0, bytes = 0; // chunks and directory
+    std::uint64_t points = 0, directory_bytes = 0, bytes = 0; // of the directory; of chunks and directory
     std::size_t chunks = 0;
     std::vector<StreamSize> streams;
 };
@@ -48,6 +48,7 @@ pbm::Result<FileSizes> measure(pbm::Reader &reader) {
         const auto instance = static_cast<std::uint32_t>(level);
         LevelSize size{.level = level,
                        .points = (*directory)->points,
+                       .directory_bytes = reader.section(pbm::SectionType::level_directory, instance)->stored_bytes,
                        .bytes = reader.section(pbm::SectionType::level_directory, instance)->stored_bytes +
                                 reader.section(pbm::SectionType::level_chunks, instance)->stored_bytes,
                        .chunks = (*directory)->chunks.size(),
@@ -95,6 +96,7 @@ json to_json(const std::string &path, const pbm::Reader &reader, const FileSizes
         levels.push_back({{"level", level.level},
                           {"points", level.points},
                           {"bytes", level.bytes},
+                          {"directory_bytes", level.directory_bytes},
                           {"chunks", level.chunks},
                           {"streams", to_json(level.streams)}});
     json materials = json::array();
