@@ -4,6 +4,7 @@ Scans lie in $PBM_SCANS_DIR, or come from ../shared/data beside the checkout, un
 made of them (marble, models, what peers make of them) stays in the work folder and is made again when it is older than
 the scan or the program.
 """
+import contextlib
 import ctypes
 import dataclasses
 import json
@@ -46,7 +47,20 @@ def add_arguments(parser):
     parser.add_argument("--work", type=pathlib.Path, metavar="FOLDER",
                         help="where scans, models and results are kept (default: BIN/../bench)")
     parser.add_argument("--scans", default="", metavar="FOLDER", help="real scans (default: $PBM_SCANS_DIR, ../shared/data)")
+    parser.add_argument("--json", nargs="?", const="-", default="", metavar="FILE",
+                        help="all figures as JSON, too; without FILE instead of the tables, which go to standard error")
     parser.add_argument("-j", "--threads", type=int, default=0, help="threads of the programs (default: all)")
+
+
+def tables_of(arguments):
+    """Where tables are printed while this is entered: standard output, unless JSON goes there."""
+    return contextlib.redirect_stdout(sys.stderr if arguments.json == "-" else sys.stdout)
+
+
+def write_json(arguments, value):
+    if arguments.json:
+        text = json.dumps(value, indent=2) + "\n"
+        sys.stdout.write(text) if arguments.json == "-" else pathlib.Path(arguments.json).write_text(text)
 
 
 class Workshop:
