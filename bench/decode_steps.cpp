@@ -1,6 +1,8 @@
 #include "decode_steps.h"
 
 #include "pbm_format/hash.h"
+#include "pbm_format/mask_ranks.h"
+#include "pbm_format/unfilter.h"
 
 #include <atomic>
 #include <barrier>
@@ -12,19 +14,10 @@ namespace pbm::bench {
 
 namespace {
 
-// The one place that decodes a chunk. `parent` is the chunk of the level above that holds its nodes, null at level 1.
-Status decode(const Reader &reader, int level, std::size_t index, const Chunk * /*parent*/, Chunk &chunk) {
-    Result<Chunk> loaded = reader.load_chunk(level, index);
-    if (!loaded)
-        return std::move(loaded).error();
-    chunk = std::move(loaded).value();
-    return {};
-}
-
 // More than any stream of 65,536 points holds.
 constexpr std::size_t kFrameBytes = 1 << 20;
 
-// Calls `use(stored bytes)` for stream `s` of every chunk that zstd has compressed.
+// Calls `use(stored bytes)` for every zstd frame of stream `s` of every chunk.
 template <class Use>
 void for_each_frame(ByteView file, const std::vector<const LevelDirectory *> &directories, std::size_t s, Use &&use) {
     for (std::size_t level = 1; level < directories.size(); ++level)
@@ -32,8 +25,18 @@ void for_each_frame(ByteView file, const std::vector<const LevelDirectory *> &di
             std::uint64_t offset = chunk.offset;
             for (std::size_t before = 0; before < s; ++before)
                 offset += chunk.streams[before].stored_bytes;
+            const ByteView stored = file.subspan(offset, chunk.streams[s].stored_bytes);
             if (chunk.streams[s].zstd)
-                use(file.subspan(offset, chunk.streams[s].stored_bytes));
+                use(stored);
+            const std::size_t planes = plane_count(chunk.streams[s].filter);
+            std::size_t at = kPlaneEntryBytes * planes;
+            for (std::size_t p = 0; p < planes; ++p) {
+                std::uint32_t entry = 0;
+                std::memcpy(&entry, stored.data() + kPlaneEntryBytes * p, kPlaneEntryBytes);
+                if (entry >> 31 != 0)
+                    use(stored.subspan(at, entry & 0xFFFFFF));
+                at += entry & 0xFFFFFF;
+            }
         }
 }
 
@@ -51,6 +54,92 @@ void decompress(ZSTD_DCtx *context, ByteView stored, Bytes &raw) {
     if (ZSTD_isError(size) != 0)
         throw std::runtime_error("a frame does not decode");
 }
+
+// One filtered stream of one chunk with everything that un-filtering it needs.
+struct FilteredStream {
+    ByteView masks;
+    ParentNodes parents;
+    std::size_t points;
+    std::vector<Bytes> planes; // with kSlack behind
+    std::vector<std::size_t> plane_bytes;
+
+    ByteView plane(std::size_t p) const { return ByteView(planes[p]).first(plane_bytes[p]); }
+};
+
+// Un-filters stream after stream of a loaded model, whose chunks are filtered again to have something to do.
+class Unfiltering {
+  public:
+    Unfiltering(const Model &model, const std::vector<const LevelDirectory *> &directories, const StreamInfo &stream)
+        : model_(model), filter_(filter_of(stream, model.parameters.attributes)) {
+        const AttributeSet &set = model.parameters.attributes;
+        for (std::size_t level = 1; level < directories.size(); ++level)
+            for (const ChunkEntry &chunk : directories[level]->chunks) {
+                const Level &here = model.levels[level], &above = model.levels[level - 1];
+                FilteredStream job{.masks = ByteView(here.masks).subspan(chunk.first_node, chunk.shape.nodes),
+                                   .parents = parent_nodes(chunk, above.masks, 0, above.points, 0, set),
+                                   .points = chunk.shape.points,
+                                   .planes = {},
+                                   .plane_bytes = {}};
+                auto planes =
+                    filter_stream({.set = set,
+                                   .stream = stream,
+                                   .level = static_cast<int>(level),
+                                   .finest = level + 1 == directories.size()},
+                                  job.masks, view_points(here.points, chunk.first_point, job.points, set), job.parents);
+                if (!planes)
+                    continue;
+                for (Bytes &plane : *planes) {
+                    job.plane_bytes.push_back(plane.size());
+                    plane.resize(plane.size() + kSlack);
+                }
+                job.planes = std::move(*planes);
+                jobs_.push_back(std::move(job));
+            }
+    }
+
+    // Counting children and laying out siblings, without un-filtering.
+    void lay_out() {
+        for (const FilteredStream &job : jobs_)
+            scratch_.layout.build(job.masks, summarise_masks(job.masks));
+    }
+
+    // Un-filtering with the layout.
+    void run() {
+        const AttributeSet &set = model_.parameters.attributes;
+        for (const FilteredStream &job : jobs_) {
+            points_.resize(job.points, set);
+            masks_.resize(job.masks.size());
+            if (filter_ == Filter::mask_rank) {
+                unrank_masks(job.plane(0), {job.parents.masks, job.parents.nodes.normals}, masks_);
+                continue;
+            }
+            scratch_.layout.build(job.masks, summarise_masks(job.masks));
+            const PointView &nodes = job.parents.nodes;
+            switch (filter_) {
+            case Filter::normal:
+                unfilter_normals(scratch_, nodes.normals, job.plane(0), job.plane(1), points_.normals, scratch_.occurs);
+                break;
+            case Filter::colour565:
+                unfilter_colours_565(scratch_, nodes.colours, job.plane(0), job.plane(1), job.plane(2),
+                                     points_.colours);
+                break;
+            case Filter::colour888:
+                unfilter_colours_888(scratch_, nodes.colours, job.plane(0), job.plane(1), job.plane(2),
+                                     points_.colours);
+                break;
+            default: break; // one byte per point: next to nothing
+            }
+        }
+    }
+
+  private:
+    const Model &model_;
+    Filter filter_;
+    std::vector<FilteredStream> jobs_;
+    UnfilterScratch scratch_{};
+    PointAttributes points_;
+    Bytes masks_;
+};
 
 } // namespace
 
@@ -71,9 +160,9 @@ void WholeDecoder::work(Reader &reader, std::size_t thread) {
     for (std::size_t level = 1; level <= depth; ++level) {
         const std::vector<ChunkEntry> &chunks = directories_[level]->chunks;
         for (std::size_t i = shared.next[level]++; i < chunks.size() && !shared.failed; i = shared.next[level]++) {
-            const Chunk *parent = level == 1 ? nullptr : &kept_[level - 1][chunks[i].shape.parent_chunk];
+            const Chunk &parent = kept_[level - 1][chunks[i].shape.parent_chunk];
             Chunk &chunk = level == depth ? scratch_[thread] : kept_[level][i];
-            Status status = decode(reader, static_cast<int>(level), i, parent, chunk);
+            Status status = reader.load_chunk(static_cast<int>(level), i, parent, chunk);
             if (!status && !shared.failed.exchange(true))
                 shared.error = std::move(status).error();
         }
@@ -90,6 +179,7 @@ Result<std::uint64_t> WholeDecoder::run() {
         return std::move(directories).error();
     directories_ = std::move(directories).value();
     kept_.resize(directories_.size() - 1);
+    kept_[0] = {reader->root_chunk()};
     for (std::size_t level = 1; level < kept_.size(); ++level)
         kept_[level].resize(directories_[level]->chunks.size());
 
@@ -116,7 +206,7 @@ Result<std::vector<const LevelDirectory *>> open_directories(Reader &reader) {
     return directories;
 }
 
-std::vector<Step> decoding_steps(ByteView file, const Reader &reader,
+std::vector<Step> decoding_steps(ByteView file, Reader &reader,
                                  const std::vector<const LevelDirectory *> &directories) {
     std::vector<Step> steps;
     steps.push_back({"open, directories", [file] {
@@ -137,6 +227,15 @@ std::vector<Step> decoding_steps(ByteView file, const Reader &reader,
                              for_each_frame(file, directories, s,
                                             [&](ByteView stored) { decompress(context.get(), stored, *raw); });
                          }});
+    }
+    const std::shared_ptr<const Model> model = std::make_shared<Model>(load_model(reader).value());
+    for (const StreamInfo &stream : streams) {
+        const auto work = std::make_shared<Unfiltering>(*model, directories, stream);
+        const std::string name(to_string(stream.kind));
+        if (stream.kind == StreamKind::radius)
+            steps.push_back({"lay out siblings", [model, work] { work->lay_out(); }});
+        if (stream.kind == StreamKind::masks || stream.kind == StreamKind::normal || stream.kind == StreamKind::colour)
+            steps.push_back({"un-filter " + name, [model, work] { work->run(); }});
     }
     return steps;
 }

@@ -26,7 +26,7 @@ class WholeDecoder {
     ByteView file_;
     std::size_t threads_;
     std::vector<const LevelDirectory *> directories_; // [1..depth]
-    std::vector<std::vector<Chunk>> kept_;            // [1..depth - 1][chunk]
+    std::vector<std::vector<Chunk>> kept_;            // [0..depth - 1][chunk]
     std::vector<Chunk> scratch_;                      // [thread]
     struct Shared;
     std::shared_ptr<Shared> shared_;
@@ -37,10 +37,10 @@ struct Step {
     std::function<void()> run;
 };
 
-// The steps of decoding that can be run alone: opening with all directories, hashes, zstd stream by stream. `reader`
-// has read all of its directories; both must stay. One thread.
-std::vector<Step> decoding_steps(ByteView file, const Reader &reader,
-                                 const std::vector<const LevelDirectory *> &directories);
+// The steps of decoding that can be run alone: opening with all directories, hashes, zstd stream by stream, siblings,
+// filters (each with the siblings, which the whole lays out once for all). `reader` has read all of its directories;
+// both must stay. One thread.
+std::vector<Step> decoding_steps(ByteView file, Reader &reader, const std::vector<const LevelDirectory *> &directories);
 
 // Opens all directories: [0] is null, then level 1..depth.
 Result<std::vector<const LevelDirectory *>> open_directories(Reader &reader);

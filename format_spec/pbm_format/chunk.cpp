@@ -124,11 +124,15 @@ void encode_chunk(const Model &model, int level, const ChunkCoding &coding, Chun
 namespace {
 
 Status check_values(ByteView values, unsigned limit, std::uint64_t offset, const char *message) {
-    if (!values.empty() && *std::max_element(values.begin(), values.end()) >= limit)
+    std::uint8_t most = 0;
+    for (const std::uint8_t value : values) // not max_element, which compilers do not vectorise
+        most = std::max(most, value);
+    if (most >= limit)
         return Error{ErrorCode::bad_attribute, offset, message};
     return {};
 }
 
+// The rules of normals, on those that occur.
 bool cone_holds(const NormalCone &cone, const NormalOccurrence &occurs) {
     const std::span<const IntegerNormal> normals = integer_normal_table();
     const IntegerNormal axis = normals[cone.axis];
@@ -137,24 +141,15 @@ bool cone_holds(const NormalCone &cone, const NormalOccurrence &occurs) {
         std::uint64_t eight = 0;
         std::memcpy(&eight, occurs.data() + first, 8);
         for (; eight != 0; eight &= eight - 1) {
-            const IntegerNormal &n = normals[first + static_cast<std::size_t>(std::countr_zero(eight)) / 8];
+            const std::size_t normal = first + static_cast<std::size_t>(std::countr_zero(eight)) / 8;
+            if ((normal & kTwoSidedBit) != 0)
+                return false;
+            const IntegerNormal &n = normals[normal];
             if (axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2] < least)
                 return false;
         }
     }
     return true;
-}
-
-Status check_normals(std::span<const std::uint16_t> normals, const NormalOccurrence &occurs, const NormalCone &cone,
-                     std::uint64_t offset) {
-    unsigned bits = 0;
-    for (const std::uint16_t stored : normals)
-        bits |= stored;
-    if ((bits & ~unsigned{kNormalIndexMask | kTwoSidedBit}) != 0)
-        return Error{ErrorCode::bad_attribute, offset, "6.1.4 a normal has reserved bits"};
-    if (cone.cosine != kNoCone && ((bits & kTwoSidedBit) != 0 || !cone_holds(cone, occurs)))
-        return Error{ErrorCode::bad_attribute, offset, "5.7.1 a normal lies outside the chunk's normal cone"};
-    return {};
 }
 
 // One chunk on its way from the file to `to`.
@@ -214,11 +209,17 @@ class Decoder {
     Status read_plain(ByteView bytes, const StreamInfo &stream, bool zstd) {
         std::vector<std::uint16_t> &normals = to_.points.normals;
         if (stream.kind == StreamKind::normal) {
-            Status status = decode_frame(
-                bytes, zstd, {reinterpret_cast<std::uint8_t *>(normals.data()), 2 * normals.size()}, offset_);
-            for (const std::uint16_t normal : normals)
-                scratch_.occurs[normal & kNormalIndexMask] = 1;
-            return status;
+            if (Status status = decode_frame(
+                    bytes, zstd, {reinterpret_cast<std::uint8_t *>(normals.data()), 2 * normals.size()}, offset_);
+                !status)
+                return status;
+            unsigned bits = 0;
+            for (const std::uint16_t normal : normals) {
+                bits |= normal;
+                scratch_.occurs[normal & (kNormalIndexMask | kTwoSidedBit)] = 1;
+            }
+            return (bits & ~unsigned{kNormalIndexMask | kTwoSidedBit}) == 0 ? Status{}
+                                                                            : bad("6.1.4 a normal has reserved bits");
         }
         if (stream.kind == StreamKind::shadow)
             return read_lit_fractions(bytes, stream, zstd, to_.points.shadows[stream.light]);
@@ -365,7 +366,10 @@ class Decoder {
     Status prove(const StreamInfo &stream) {
         switch (stream.kind) {
         case StreamKind::masks: return prove_masks();
-        case StreamKind::normal: return check_normals(to_.points.normals, scratch_.occurs, entry_.cone, offset_);
+        case StreamKind::normal:
+            return entry_.cone.cosine == kNoCone || cone_holds(entry_.cone, scratch_.occurs)
+                       ? Status{}
+                       : bad("5.7.1 a normal lies outside the chunk's normal cone");
         case StreamKind::radius:
             return rules_.finest ? check_values(to_.points.radii, kMaxFinestRadius + 1U, offset_,
                                                 "6.2.2 a radius is more than 5 % of the grid's edge")

@@ -51,7 +51,7 @@ void compress(ByteView raw, int zstd_level, Bytes &frame) {
 }
 
 // Matches must save this share to be worth their slower decoding.
-bool matches_pay(std::size_t with_matches, std::size_t without) { return with_matches + without / 16 < without; }
+bool matches_pay(std::size_t with_matches, std::size_t without) { return with_matches + without / 5 < without; }
 
 // Magic number of RFC 8878 (libraries may also read older ones), single segment (so that no window is larger than the
 // content), reserved bit clear, no dictionary.

@@ -1,4 +1,4 @@
-// Filters undone, 16 points at a time, with the widest instructions the processor has (Highway); the same bytes on
+// Filters undone, 16 or 32 points at a time, with the best instructions the processor has (Highway); the same bytes on
 // every processor. BVG.md 5.8.
 //
 // Everything here may be untrusted but for the sizes of the spans: whatever the bytes, nothing outside of them is read
@@ -12,7 +12,7 @@
 namespace pbm {
 
 // Bytes that may be read behind codes, and written behind scratch memory.
-inline constexpr std::size_t kSlack = 32;
+inline constexpr std::size_t kSlack = 64;
 
 struct MaskSummary {
     std::uint64_t children = 0;
@@ -21,15 +21,8 @@ struct MaskSummary {
 };
 MaskSummary summarise_masks(ByteView masks);
 
-// Where each point finds its parent node and its code, for 16 points at a time: they have at most 16 parents and 16
-// codes, so that a shuffle of 16 bytes hands each its own.
-struct SiblingBlock {
-    std::array<std::uint8_t, 16> parent; // of point i: its node, from first_node on
-    std::array<std::uint8_t, 16> code;   // of point i: its code, from first_code on; bit 7 set: it has none
-    std::uint32_t first_node = 0;
-    std::uint32_t first_code = 0;
-};
-
+// Where each point finds its parent node and its code. Points stand in blocks of 16, which have at most 16 parents and
+// at most 16 codes, so that a shuffle of 16 bytes hands each point its own.
 class SiblingLayout {
   public:
     // For masks of which none is zero and which have `summary.children` children.
@@ -38,16 +31,27 @@ class SiblingLayout {
     std::size_t nodes() const { return nodes_; }
     std::size_t points() const { return points_; }
     std::size_t codes() const { return codes_; } // points with siblings
-    std::span<const SiblingBlock> blocks() const { return {blocks_.data(), (points_ + 15) / 16}; }
+
+    struct Block {
+        std::uint32_t first_node = 0;
+        std::uint32_t first_code = 0;
+    };
+    // [points / 16, rounded up to an even number]
+    const Block *blocks() const { return blocks_.data(); }
+    // Of each point, in whole pairs of blocks: its node, counted from its block's first; and its code, counted from
+    // its block's first, with bit 7 set if it has none.
+    const std::uint8_t *parents() const { return parents_.data(); }
+    const std::uint8_t *codes_of_points() const { return codes_of_points_.data(); }
 
   private:
     std::size_t nodes_ = 0, points_ = 0, codes_ = 0;
-    Bytes parents_; // one byte before, then bits 0..7 of the number of each point's node
-    std::vector<SiblingBlock> blocks_;
+    std::vector<Block> blocks_;
+    Bytes parents_, codes_of_points_;
+    Bytes numbers_; // one byte before, then bits 0..7 of the number of each point's node
 };
 
-// Which normals of the table occur: [kNormalCount], 0 or 1.
-using NormalOccurrence = std::array<std::uint8_t, kNormalCount>;
+// Which stored normals occur, one-sided and two-sided: 0 or 1.
+using NormalOccurrence = std::array<std::uint8_t, 2 * kNormalCount>;
 
 // Memory for one thread's decoding, kept between chunks.
 struct UnfilterScratch {
