@@ -6,10 +6,12 @@ Needs the Debian packages python3-zstandard and python3-xxhash; nothing here is 
 """
 
 import functools
+import itertools
 import json
 import math
 import struct
 from collections import namedtuple
+from pathlib import Path
 
 import xxhash
 import zstandard
@@ -21,7 +23,7 @@ EXPANSION = 32768                                       # section 10: raw bytes 
 
 Entry = namedtuple("Entry", "type codec flags instance element alignment zero offset stored raw count hash at")
 Stream = namedtuple("Stream", "kind format light bits")
-Part = namedtuple("Part", "offset stored raw zstd")     # one stream of a chunk in the file
+Part = namedtuple("Part", "offset stored raw filter zstd")      # one stream of a chunk in the file, or one plane of it
 Chunk = namedtuple("Chunk", "prefix hash points nodes parents bricks parent axis cosine depth zero at offset parts")
 
 class BvgError(Exception):
@@ -69,7 +71,7 @@ def read_header(m):
      m.limit, zero2, m.table_hash, hash64) = struct.unpack_from("<8sHHIQQIB3sQQQQ16s16sI4sQQ", data)
     need(hash64 == xxh3(data[:120]), "bad_hash", 0, "2.3")
     need(tag == 0x01020304, "bad_header", 12, "2.4")
-    need((major, minor) == (0, 1), "unsupported_version", 8, "2.5")
+    need((major, minor) == (0, 2), "unsupported_version", 8, "2.5")
     need(required == 0, "unsupported_feature", 40, "2.6")
     need(len(data) >= size, "truncated", len(data), "2.7")
     need(len(data) == size, "bad_header", size, "2.7")
@@ -247,18 +249,29 @@ def raw_sizes(m, level, nodes, points):
         return {NORMAL: 2 * points, COLOUR: points * (1 + s.format), SHADOW: (s.bits[level] * points + 7) // 8}.get(s.kind, points)
     return [nodes] + [size(s) for s in m.streams]
 
+PLANES = {1: 1, 2: 2, 3: 1, 4: 3, 5: 3, 6: 1, 7: 1, 8: 1}
+
+def filter_of(stream):
+    """5.8: the filter that a stream may have; None stands for the masks."""
+    if stream is None:
+        return 1
+    return {NORMAL: 2, RADIUS: 3, COLOUR: 3 + stream.format, MATERIAL: 6, TEXEL: 7, SHADOW: 8}[stream.kind]
+
 def read_parts(m, level, chunk, offset, end):
     """5.4: the streams of a chunk that starts at `offset`; `end` is the end of its section."""
     parts = []
     for i, raw in enumerate(raw_sizes(m, level, chunk.nodes, chunk.points)):
         at = chunk.at + 48 + 4 * i
         word, = struct.unpack_from("<I", m.data, at)
-        size, zstd = word & 0xFFFFFF, word >> 31
-        need(word >> 24 & 127 == 0, "unsupported_feature", at, "5.4.1")
-        need(1 <= size < raw if zstd else size == raw, "bad_directory", at, "5.4.2")
+        size, filter_id, zstd = word & 0xFFFFFF, word >> 24 & 127, word >> 31
+        need(filter_id in (0, filter_of(m.streams[i - 1] if i else None)), "unsupported_feature", at, "5.4.1")
+        if filter_id:
+            need(not zstd and 4 * PLANES[filter_id] <= size < raw, "bad_directory", at, "5.4.2")
+        else:
+            need(1 <= size < raw if zstd else size == raw, "bad_directory", at, "5.4.2")
         need(raw < EXPANSION * (size + 1), "too_large", at, "5.4.3")
         need(size <= end - offset, "bad_directory", at, "5.5.8")
-        parts.append(Part(offset, size, raw, zstd))
+        parts.append(Part(offset, size, raw, filter_id, zstd))
         offset += size
     return parts
 
@@ -320,28 +333,187 @@ def read_directory(m, level, above):
 
 # ---- 4, 5.6, 5.7, 6: chunks
 
-def unpack_part(m, part):
-    """5.6.1 to 5.6.3: the raw bytes of a stored stream."""
+def unpack_part(m, part, stream):
+    """5.6.1 to 5.6.3: the raw bytes of a stored stream, or of a plane of the stream that starts at the offset `stream`."""
     data = m.data[part.offset:part.offset + part.stored]
     if not part.zstd:
         return data
     plain = data[:4] == b"\x28\xb5\x2f\xfd" and len(data) > 4 and data[4] & 0x2B == 0x20
-    need(plain, "bad_attribute", part.offset, "5.6.1")
+    need(plain, "bad_attribute", stream, "5.6.1")
     try:
         frame = zstandard.get_frame_parameters(data)
-        need(frame.content_size == part.raw, "bad_attribute", part.offset, "5.6.2")
+        need(frame.content_size == part.raw, "bad_attribute", stream, "5.6.2")
         out = zstandard.ZstdDecompressor().decompress(data, max_output_size=part.raw, allow_extra_data=False)
     except zstandard.ZstdError:
-        raise BvgError("bad_attribute", part.offset, "5.6.3") from None
-    need(len(out) == part.raw, "bad_attribute", part.offset, "5.6.3")
+        raise BvgError("bad_attribute", stream, "5.6.3") from None
+    need(len(out) == part.raw, "bad_attribute", stream, "5.6.3")
     return out
 
-def unpack_bits(data, bits, count):
-    """6.6: packed lit fractions, one byte each."""
+def fold_bits(m, part, data, bits, count):
+    """6.6: the lit fractions (or their codes) of packed bytes, one byte each; bits after the last are zero."""
+    need(data[-1] >> 8 - (8 * len(data) - bits * count) == 0, "bad_attribute", part.offset, "6.6.1")
     return bytes(data[i * bits >> 3] >> (i * bits & 7) & (1 << bits) - 1 for i in range(count))
 
+# ---- 5.8: filters
+
+class Planes:
+    """The planes of a filtered stream (5.8.1), taken in their order. `take` proves that they are as large as announced;
+    `end` that none is left."""
+
+    def __init__(self, m, part):
+        self.m, self.part, self.number = m, part, 0
+        self.words = struct.unpack_from(f"<{PLANES[part.filter]}I", m.data, part.offset)
+        self.offset = part.offset + 4 * len(self.words)
+        sizes = sum(word & 0xFFFFFF for word in self.words)
+        self.need(not any(word & 0x7F000000 for word in self.words), "5.8.1")
+        self.need(self.offset + sizes == part.offset + part.stored, "5.8.1")
+
+    def need(self, condition, rule):
+        need(condition, "bad_attribute", self.part.offset, rule)
+
+    def take(self, raw):
+        """The next plane, which has `raw` bytes."""
+        word, offset = self.words[self.number], self.offset
+        size, zstd = word & 0xFFFFFF, word >> 31
+        self.need(size < raw if zstd else size == raw, "5.8.1")
+        self.number, self.offset = self.number + 1, offset + size
+        return unpack_part(self.m, Part(offset, size, raw, 0, zstd), self.part.offset)
+
+    def pairs(self, count):
+        """5.8.2: `count` pairs (a, b, whether they are an escape), of two planes."""
+        codes = self.take(count)
+        escapes = self.take(2 * codes.count(15))
+        self.need(not any(code & 15 == 15 and code > 15 for code in codes), "5.8.2")
+        escaped = zip(escapes[::2], escapes[1::2], itertools.repeat(True))
+        return [next(escaped) if code == 15 else (code & 15, code >> 4, False) for code in codes]
+
+def unfold(z):
+    """The difference of which z is the zigzag."""
+    return -(z + 1 >> 1) if z & 1 else z >> 1
+
+def unfilter_normals(planes, parents):
+    """5.8.3."""
+    out = []
+    for parent, (a, b, escape) in zip(parents, planes.pairs(len(parents))):
+        planes.need(b < 64, "5.8.3")
+        u, v = CELLS[parent & 1023]
+        index = NORMAL_OF_CELL[(u + unfold(a & 127)) % 128, (v + unfold(b)) % 64]
+        out.append(index ^ parent & 0x3C00 ^ (a & 128) << 6)
+    return out
+
+def unfilter_colours(form, planes, parents):
+    """5.8.5, 5.8.6: colours as triples of the format's own bits."""
+    wheel, green_wheel = (32, 64) if form == 1 else (256, 256)
+    greens = planes.take(len(parents))
+    out = []
+    for (r, g, b), code, (red, blue, _) in zip(parents, greens, planes.pairs(len(parents))):
+        step = unfold(code)
+        h = int(step / 2) if form == 1 else step
+        out.append(((r + h + unfold(red)) % wheel, (g + step) % green_wheel, (b + h + unfold(blue)) % wheel))
+    return out
+
+@functools.lru_cache(maxsize=None)
+def predicted_radius(level, finest, parent):
+    """5.8.4: the p of a parent's radius."""
+    return max((i for i in range(204 if level == finest else 256) if covering_radius(level - 1, i) <= parent), default=0)
+
+def unfilter_lit(m, level, stream, planes, parents):
+    """5.8.8."""
+    full, above = 2 ** stream.bits[level] - 1, 2 ** stream.bits[level - 1] - 1
+    data = planes.take((stream.bits[level] * len(parents) + 7) // 8)
+    codes = fold_bits(m, planes.part, data, stream.bits[level], len(parents))
+    return bytes((2 * f * full + above) // (2 * above) + code & full for f, code in zip(parents, codes))
+
+def siblings_of(parents, counts):
+    """The parents of the siblings, one for each of them."""
+    return [parent for parent, count in zip(parents, counts) if count > 1 for _ in range(count)]
+
+def with_only_children(values, parents, counts):
+    """The values of the siblings, and those of the only children, which are their parents', in the order of the points."""
+    siblings, out = iter(values), []
+    for parent, count in zip(parents, counts):
+        out += itertools.islice(siblings, count) if count > 1 else (parent,)
+    return out
+
+def unfilter(m, level, stream, part, parents, counts):
+    """5.8: an attribute stream's bytes, lit fractions one byte each, from those of the parent nodes; `counts` are the
+    parents' numbers of children."""
+    planes = Planes(m, part)
+    if stream.kind in (RADIUS, SHADOW):
+        each = [parent for parent, count in zip(parents, counts) for _ in range(count)]
+        if stream.kind == SHADOW:
+            return unfilter_lit(m, level, stream, planes, each)
+        return bytes(predicted_radius(level, m.depth, parent) - code & 255 for parent, code in zip(each, planes.take(len(each))))
+    parents = elements(stream, parents)
+    each = siblings_of(parents, counts)
+    if stream.kind == NORMAL:
+        values = unfilter_normals(planes, each)
+    elif stream.kind == COLOUR:
+        values = unfilter_colours(stream.format, planes, each)
+    elif stream.kind == MATERIAL:
+        values = [parent ^ code for parent, code in zip(each, planes.take(len(each)))]
+    else:
+        values = [parent + unfold(code) & 255 for parent, code in zip(each, planes.take(len(each)))]
+    return stream_bytes(stream, with_only_children(values, parents, counts))
+
+def elements(stream, data):
+    """The values of a stream: numbers, or colours as triples of the format's own bits."""
+    if stream.kind == NORMAL:
+        return struct.unpack(f"<{len(data) // 2}H", data)
+    if stream.kind == COLOUR and stream.format == 1:
+        return [(v >> 11, v >> 5 & 63, v & 31) for v in struct.unpack(f"<{len(data) // 2}H", data)]
+    return list(zip(data[::3], data[1::3], data[2::3])) if stream.kind == COLOUR else data
+
+def stream_bytes(stream, values):
+    """The inverse of `elements`."""
+    if stream.kind == NORMAL:
+        return struct.pack(f"<{len(values)}H", *values)
+    if stream.kind == COLOUR and stream.format == 1:
+        return struct.pack(f"<{len(values)}H", *(r << 11 | g << 5 | b for r, g, b in values))
+    return bytes(itertools.chain.from_iterable(values)) if stream.kind == COLOUR else bytes(values)
+
+# ---- 5.9: ranks of masks
+
+@functools.lru_cache(maxsize=None)
+def rank_table():
+    """5.9.4."""
+    lines = Path(__file__, "../../../format_spec/mask_ranks.txt").resolve().read_text(encoding="ascii").splitlines()
+    table = bytes.fromhex("".join(line for line in lines if not line.startswith("#")))
+    if len(table) != 54272 or xxh3(table) != 0x2302B7EBAB6BD564:
+        raise RuntimeError("mask_ranks.txt is not the table of the specification")
+    return table
+
+@functools.lru_cache(maxsize=None)
+def permuted(places):
+    """The images of all masks under a permutation of the places."""
+    return bytes(sum(1 << places[p] for p in range(8) if mask >> p & 1) for mask in range(256))
+
+@functools.lru_cache(maxsize=None)
+def symmetry(normal):
+    """5.9.2, 5.9.3: the class of a normal, the images of places and of masks, and the masks of images."""
+    s, c = normal >> 10 & 7, NORMAL_SUMS[normal & 1023]
+    i, j, k = next(o for o in itertools.permutations(range(3)) if c[o[0]] >= c[o[1]] >= c[o[2]])
+    places = tuple((p ^ s) >> i & 1 | ((p ^ s) >> j & 1) << 1 | ((p ^ s) >> k & 1) << 2 for p in range(8))
+    back = tuple(map(places.index, range(8)))
+    u, v = 6 * c[j] // (c[i] + 1), 6 * c[k] // (c[i] + 1)
+    return u * (u + 1) // 2 + v, places, permuted(places), permuted(back)
+
+MIRRORED = [bytes(sum((m >> (b ^ p) & 1) << b for b in range(8)) for m in range(256)) for p in range(8)]
+
+def unrank(codes, normals, above):
+    """5.9: the masks of a chunk. `normals` are those of its nodes, `above` the masks of their parents, none at level 1."""
+    table, masks = rank_table(), bytearray()
+    places = [(m, p) for m in above for p in range(8) if m >> p & 1]
+    for code, normal, (m, p) in zip(codes, normals, itertools.chain(places, itertools.repeat((1, 0)))):
+        q, image, images, back = symmetry(normal & 8191)
+        context = 1024 * q + 128 * image[p] + (MIRRORED[image[p]][images[m]] >> 1)
+        masks.append(back[table[21504 + 256 * table[context] + code]])
+    return masks
+
+# ---- 4 to 6: levels
+
 def check_values(m, level, c, part, stream, data):
-    """5.7 and section 6: the raw bytes of one attribute stream of a chunk."""
+    """5.7 and section 6: the bytes of one attribute stream of a chunk."""
     at = part.offset
     if stream.kind == NORMAL:
         for normal in set(struct.unpack(f"<{c.points}H", data)):
@@ -353,26 +525,53 @@ def check_values(m, level, c, part, stream, data):
         need(level < m.depth or max(data) <= 203, "bad_attribute", at, "6.2.2")
     elif stream.kind == MATERIAL:
         need(max(data) < len(m.materials), "bad_attribute", at, "6.4.1")
-    elif stream.kind == SHADOW:
-        spare = 8 * len(data) - stream.bits[level] * c.points
-        need(data[-1] >> (8 - spare) == 0, "bad_attribute", at, "6.6.1")
+
+def level_0(m):
+    """Section 2: the root record as a level of one node."""
+    out, colour = Level(m.streams), tuple(m.root[2:5])
+    out.codes = [0]
+    for s, values in zip(m.streams, out.values):
+        if s.kind == COLOUR:
+            values += struct.pack("<H", pack565(colour)) if s.format == 1 else bytes(colour)
+        else:
+            values += {NORMAL: m.root[:2], MATERIAL: m.root[5:6], RADIUS: m.root[6:7], TEXEL: m.root[7:8],
+                       SHADOW: m.root[8 + s.light:9 + s.light]}[s.kind]
+    return out
+
+def read_masks(m, c, above, node, parent):
+    """5.6, 5.9, 4.2, 4.4: the masks of a chunk whose first node and parent have these numbers in their levels."""
+    part = c.parts[0]
+    if part.filter:
+        normals = struct.unpack(f"<{c.nodes}H", above.values[m.index[NORMAL, 0]][2 * node:2 * (node + c.nodes)])
+        masks = unrank(Planes(m, part).take(c.nodes), normals, above.masks[parent:parent + c.parents])
+    else:
+        masks = unpack_part(m, part, part.offset)
+    need(0 not in masks, "bad_octree", c.offset, "4.2")
+    need(sum(bin(k).count("1") for k in masks) == c.points, "bad_octree", c.offset, "4.4")
+    return masks
 
 def read_level(m, level, chunks, above):
-    """5.6, 4.2 to 4.4 and section 6: all chunks of a level; `above` are the Morton codes of the level above."""
-    out = Level(m.streams)
+    """5.6 to 5.9, 4.2 to 4.4 and section 6: all chunks of a level; `above` is the level above."""
+    out, node, parent = Level(m.streams), 0, 0
     for c in chunks:
         end = c.parts[-1].offset + c.parts[-1].stored
         need(c.hash == xxh3(m.data[c.offset:end]), "bad_hash", c.offset, "5.6.4")
-        masks = unpack_part(m, c.parts[0])
-        need(0 not in masks, "bad_octree", c.offset, "4.2")
-        need(sum(bin(k).count("1") for k in masks) == c.points, "bad_octree", c.offset, "4.4")
-        out.masks += masks
-        for stream, part, values in zip(m.streams, c.parts[1:], out.values):
-            data = unpack_part(m, part)
+        masks = read_masks(m, c, above, node, parent)
+        counts = [bin(k).count("1") for k in masks]
+        for stream, part, values, parents in zip(m.streams, c.parts[1:], out.values, above.values):
+            if part.filter:
+                size = len(parents) // len(above.codes)
+                data = unfilter(m, level, stream, part, parents[size * node:size * (node + c.nodes)], counts)
+            else:
+                data = unpack_part(m, part, part.offset)
+                if stream.kind == SHADOW:
+                    data = fold_bits(m, part, data, stream.bits[level], c.points)
             check_values(m, level, c, part, stream, data)
-            values += unpack_bits(data, stream.bits[level], c.points) if stream.kind == SHADOW else data
-    need(len(out.masks) == len(above), "bad_octree", m.section[CHUNKS, level].offset, "4.3")
-    out.codes = [8 * code + i for code, mask in zip(above, out.masks) for i in range(8) if mask >> i & 1]
+            values += data
+        out.masks += masks
+        node, parent = node + c.nodes, parent + c.parents
+    need(len(out.masks) == len(above.codes), "bad_octree", m.section[CHUNKS, level].offset, "4.3")
+    out.codes = [8 * code + i for code, mask in zip(above.codes, out.masks) for i in range(8) if mask >> i & 1]
     return out
 
 def child_starts(masks):
@@ -408,8 +607,8 @@ def check_chunk_rule(m, level):
 def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
-def make_normals():
-    """6.1.1, 6.1.2: the 8,192 normals in binary64."""
+def make_sums():
+    """6.1.2: the sums of the corners for the 1,024 indices of the positive octant."""
     def mid(a, b):
         return tuple((i + j) // 2 for i, j in zip(a, b))
     triangles = [((32, 0, 0), (0, 32, 0), (0, 0, 32))]
@@ -419,10 +618,13 @@ def make_normals():
             yz, zx, xy = mid(y, z), mid(z, x), mid(x, y)
             below += [(yz, zx, xy), (x, xy, zx), (xy, y, yz), (zx, yz, z)]
         triangles = below
+    return [tuple(map(sum, zip(*corners))) for corners in triangles]
+
+def make_normals():
+    """6.1.1, 6.1.2: the 8,192 normals in binary64."""
     normals = []
     for signs in range(8):
-        for corners in triangles:
-            c = [sum(axis) for axis in zip(*corners)]
+        for c in NORMAL_SUMS:
             length = math.sqrt(dot(c, c))
             normals.append(tuple((-v if signs >> k & 1 else v) / length for k, v in enumerate(c)))
     return normals
@@ -431,7 +633,17 @@ def round_away(v):
     """To an integer, halves away from zero (6.1.5); adding 0.5 is exact enough here, no value lies next to a half."""
     return int(math.copysign(math.floor(abs(v) + 0.5), v))
 
+def cell(index):
+    """5.8.3: the place of a normal on the map."""
+    x, y, _ = NORMAL_SUMS[index & 1023]
+    a, b = (96 - y, 96 - x) if index & 0x1000 else (x, y)
+    u, v = 2 * (a // 3) + a % 3 - 1, b // 3
+    return 63 - u if index & 0x400 else 64 + u, 31 - v if index & 0x800 else 32 + v
+
+NORMAL_SUMS = make_sums()
 NORMALS = make_normals()
+CELLS = [cell(i) for i in range(8192)]
+NORMAL_OF_CELL = {place: i for i, place in enumerate(CELLS)}
 INTEGER_NORMALS = [tuple(round_away(32767 * v) for v in n) for n in NORMALS]
 
 @functools.lru_cache(maxsize=None)
@@ -526,7 +738,8 @@ class Sums:
         if self.two_sided[i] or 4 * dot(s, s) < (32767 * c["V"][i]) ** 2:
             self.two_sided[i] = 1
             k = max(range(3), key=lambda n: c["M", n, n][i])
-            return 0x2000 | normal_index(tuple(c["M", min(j, k), max(j, k)][i] for j in range(3)))
+            column = tuple(float(c["M", min(j, k), max(j, k)][i]) for j in range(3))
+            return 0x2000 | normal_index(tuple(-v for v in column) if dot(column, tuple(map(float, s))) < 0 else column)
         return normal_index(s)
 
     def stream(self, m, s, level):
@@ -601,10 +814,9 @@ def read(data, max_nodes=None):
         m.directories.append(read_directory(m, level, m.directories[-1]))
     total = sum(c.points for chunks in m.directories for c in chunks)
     need(max_nodes is None or total <= max_nodes, "too_large", 56, "4.5")
-    m.levels, m.starts = [Level(m.streams)], []
-    m.levels[0].codes = [0]
+    m.levels, m.starts = [level_0(m)], []
     for level in range(1, m.depth + 1):
-        m.levels.append(read_level(m, level, m.directories[level], m.levels[-1].codes))
+        m.levels.append(read_level(m, level, m.directories[level], m.levels[-1]))
         m.starts.append(child_starts(m.levels[level].masks))
         check_chunk_rule(m, level)
     check_hashes(m, lambda t: t == CHUNKS)
