@@ -2,36 +2,26 @@
 
 Numbers in brackets are paragraphs of the specification. `read(data)` proves every rule and returns a Model; the first
 broken rule raises BvgError with the code of section 9, an offset in the file and the rule.
-Needs the Debian packages python3-zstandard and python3-xxhash; nothing here is tuned for speed.
+Needs the Debian packages python3-zstandard and python3-xxhash; 100,000 points take about five seconds.
 """
 
-import functools
-import itertools
 import json
 import math
 import struct
 from collections import namedtuple
-from pathlib import Path
 
 import xxhash
-import zstandard
+
+from averages import Sums, root_record
+from streams import PLANES, BvgError, Part, Planes, filter_of, fold_bits, need, unfilter, unpack_part, unrank, xxh3
+from values import (COLOUR, INTEGER_NORMALS, MATERIAL, NORMAL, RADIUS, SHADOW, TEXEL, Stream, dot, expand565, pack565)
 
 MAGIC = b"\x89BVG\r\n\x1a\n"
 METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, DIRECTORY, CHUNKS = 1, 2, 3, 4, 5, 6, 16, 17
-NORMAL, RADIUS, COLOUR, MATERIAL, TEXEL, SHADOW = range(1, 7)
 EXPANSION = 32768                                       # section 10: raw bytes per stored byte
 
 Entry = namedtuple("Entry", "type codec flags instance element alignment zero offset stored raw count hash at")
-Stream = namedtuple("Stream", "kind format light bits")
-Part = namedtuple("Part", "offset stored raw filter zstd")      # one stream of a chunk in the file, or one plane of it
 Chunk = namedtuple("Chunk", "prefix hash points nodes parents bricks parent axis cosine depth zero at offset parts")
-
-class BvgError(Exception):
-    """A broken rule: code of section 9, offset in the file, number of the rule."""
-
-    def __init__(self, code, offset, rule):
-        super().__init__(f"{code} at {offset}: rule {rule}")
-        self.code, self.offset, self.rule = code, offset, rule
 
 class Level:
     """A decoded level: masks (one per node of the level above), Morton codes of its nodes, and for each attribute stream
@@ -46,13 +36,6 @@ class Model:
 def f32(v):
     """The binary32 nearest to a bound in the text."""
     return struct.unpack("<f", struct.pack("<f", v))[0]
-
-def need(condition, code, offset, rule):
-    if not condition:
-        raise BvgError(code, offset, rule)
-
-def xxh3(data):
-    return xxhash.xxh3_64_intdigest(data)
 
 def stored(m, e):
     return m.data[e.offset:e.offset + e.stored]
@@ -249,14 +232,6 @@ def raw_sizes(m, level, nodes, points):
         return {NORMAL: 2 * points, COLOUR: points * (1 + s.format), SHADOW: (s.bits[level] * points + 7) // 8}.get(s.kind, points)
     return [nodes] + [size(s) for s in m.streams]
 
-PLANES = {1: 1, 2: 2, 3: 1, 4: 3, 5: 3, 6: 1, 7: 1, 8: 1}
-
-def filter_of(stream):
-    """5.8: the filter that a stream may have; None stands for the masks."""
-    if stream is None:
-        return 1
-    return {NORMAL: 2, RADIUS: 3, COLOUR: 3 + stream.format, MATERIAL: 6, TEXEL: 7, SHADOW: 8}[stream.kind]
-
 def read_parts(m, level, chunk, offset, end):
     """5.4: the streams of a chunk that starts at `offset`; `end` is the end of its section."""
     parts = []
@@ -330,185 +305,6 @@ def read_directory(m, level, above):
     need(sums == (section.stored, section.raw, section.count), "bad_directory", section.offset, "5.5.10")
     need(e.count == len(chunks), "bad_directory", e.at + 48, "5.5.11")
     return chunks
-
-# ---- 4, 5.6, 5.7, 6: chunks
-
-def unpack_part(m, part, stream):
-    """5.6.1 to 5.6.3: the raw bytes of a stored stream, or of a plane of the stream that starts at the offset `stream`."""
-    data = m.data[part.offset:part.offset + part.stored]
-    if not part.zstd:
-        return data
-    plain = data[:4] == b"\x28\xb5\x2f\xfd" and len(data) > 4 and data[4] & 0x2B == 0x20
-    need(plain, "bad_attribute", stream, "5.6.1")
-    try:
-        frame = zstandard.get_frame_parameters(data)
-        need(frame.content_size == part.raw, "bad_attribute", stream, "5.6.2")
-        out = zstandard.ZstdDecompressor().decompress(data, max_output_size=part.raw, allow_extra_data=False)
-    except zstandard.ZstdError:
-        raise BvgError("bad_attribute", stream, "5.6.3") from None
-    need(len(out) == part.raw, "bad_attribute", stream, "5.6.3")
-    return out
-
-def fold_bits(m, part, data, bits, count):
-    """6.6: the lit fractions (or their codes) of packed bytes, one byte each; bits after the last are zero."""
-    need(data[-1] >> 8 - (8 * len(data) - bits * count) == 0, "bad_attribute", part.offset, "6.6.1")
-    return bytes(data[i * bits >> 3] >> (i * bits & 7) & (1 << bits) - 1 for i in range(count))
-
-# ---- 5.8: filters
-
-class Planes:
-    """The planes of a filtered stream (5.8.1), taken in their order. `take` proves that they are as large as announced;
-    `end` that none is left."""
-
-    def __init__(self, m, part):
-        self.m, self.part, self.number = m, part, 0
-        self.words = struct.unpack_from(f"<{PLANES[part.filter]}I", m.data, part.offset)
-        self.offset = part.offset + 4 * len(self.words)
-        sizes = sum(word & 0xFFFFFF for word in self.words)
-        self.need(not any(word & 0x7F000000 for word in self.words), "5.8.1")
-        self.need(self.offset + sizes == part.offset + part.stored, "5.8.1")
-
-    def need(self, condition, rule):
-        need(condition, "bad_attribute", self.part.offset, rule)
-
-    def take(self, raw):
-        """The next plane, which has `raw` bytes."""
-        word, offset = self.words[self.number], self.offset
-        size, zstd = word & 0xFFFFFF, word >> 31
-        self.need(size < raw if zstd else size == raw, "5.8.1")
-        self.number, self.offset = self.number + 1, offset + size
-        return unpack_part(self.m, Part(offset, size, raw, 0, zstd), self.part.offset)
-
-    def pairs(self, count):
-        """5.8.2: `count` pairs (a, b, whether they are an escape), of two planes."""
-        codes = self.take(count)
-        escapes = self.take(2 * codes.count(15))
-        self.need(not any(code & 15 == 15 and code > 15 for code in codes), "5.8.2")
-        escaped = zip(escapes[::2], escapes[1::2], itertools.repeat(True))
-        return [next(escaped) if code == 15 else (code & 15, code >> 4, False) for code in codes]
-
-def unfold(z):
-    """The difference of which z is the zigzag."""
-    return -(z + 1 >> 1) if z & 1 else z >> 1
-
-def unfilter_normals(planes, parents):
-    """5.8.3."""
-    out = []
-    for parent, (a, b, escape) in zip(parents, planes.pairs(len(parents))):
-        planes.need(b < 64, "5.8.3")
-        u, v = CELLS[parent & 1023]
-        index = NORMAL_OF_CELL[(u + unfold(a & 127)) % 128, (v + unfold(b)) % 64]
-        out.append(index ^ parent & 0x3C00 ^ (a & 128) << 6)
-    return out
-
-def unfilter_colours(form, planes, parents):
-    """5.8.5, 5.8.6: colours as triples of the format's own bits."""
-    wheel, green_wheel = (32, 64) if form == 1 else (256, 256)
-    greens = planes.take(len(parents))
-    out = []
-    for (r, g, b), code, (red, blue, _) in zip(parents, greens, planes.pairs(len(parents))):
-        step = unfold(code)
-        h = int(step / 2) if form == 1 else step
-        out.append(((r + h + unfold(red)) % wheel, (g + step) % green_wheel, (b + h + unfold(blue)) % wheel))
-    return out
-
-@functools.lru_cache(maxsize=None)
-def predicted_radius(level, finest, parent):
-    """5.8.4: the p of a parent's radius."""
-    return max((i for i in range(204 if level == finest else 256) if covering_radius(level - 1, i) <= parent), default=0)
-
-def unfilter_lit(m, level, stream, planes, parents):
-    """5.8.8."""
-    full, above = 2 ** stream.bits[level] - 1, 2 ** stream.bits[level - 1] - 1
-    data = planes.take((stream.bits[level] * len(parents) + 7) // 8)
-    codes = fold_bits(m, planes.part, data, stream.bits[level], len(parents))
-    return bytes((2 * f * full + above) // (2 * above) + code & full for f, code in zip(parents, codes))
-
-def siblings_of(parents, counts):
-    """The parents of the siblings, one for each of them."""
-    return [parent for parent, count in zip(parents, counts) if count > 1 for _ in range(count)]
-
-def with_only_children(values, parents, counts):
-    """The values of the siblings, and those of the only children, which are their parents', in the order of the points."""
-    siblings, out = iter(values), []
-    for parent, count in zip(parents, counts):
-        out += itertools.islice(siblings, count) if count > 1 else (parent,)
-    return out
-
-def unfilter(m, level, stream, part, parents, counts):
-    """5.8: an attribute stream's bytes, lit fractions one byte each, from those of the parent nodes; `counts` are the
-    parents' numbers of children."""
-    planes = Planes(m, part)
-    if stream.kind in (RADIUS, SHADOW):
-        each = [parent for parent, count in zip(parents, counts) for _ in range(count)]
-        if stream.kind == SHADOW:
-            return unfilter_lit(m, level, stream, planes, each)
-        return bytes(predicted_radius(level, m.depth, parent) - code & 255 for parent, code in zip(each, planes.take(len(each))))
-    parents = elements(stream, parents)
-    each = siblings_of(parents, counts)
-    if stream.kind == NORMAL:
-        values = unfilter_normals(planes, each)
-    elif stream.kind == COLOUR:
-        values = unfilter_colours(stream.format, planes, each)
-    elif stream.kind == MATERIAL:
-        values = [parent ^ code for parent, code in zip(each, planes.take(len(each)))]
-    else:
-        values = [parent + unfold(code) & 255 for parent, code in zip(each, planes.take(len(each)))]
-    return stream_bytes(stream, with_only_children(values, parents, counts))
-
-def elements(stream, data):
-    """The values of a stream: numbers, or colours as triples of the format's own bits."""
-    if stream.kind == NORMAL:
-        return struct.unpack(f"<{len(data) // 2}H", data)
-    if stream.kind == COLOUR and stream.format == 1:
-        return [(v >> 11, v >> 5 & 63, v & 31) for v in struct.unpack(f"<{len(data) // 2}H", data)]
-    return list(zip(data[::3], data[1::3], data[2::3])) if stream.kind == COLOUR else data
-
-def stream_bytes(stream, values):
-    """The inverse of `elements`."""
-    if stream.kind == NORMAL:
-        return struct.pack(f"<{len(values)}H", *values)
-    if stream.kind == COLOUR and stream.format == 1:
-        return struct.pack(f"<{len(values)}H", *(r << 11 | g << 5 | b for r, g, b in values))
-    return bytes(itertools.chain.from_iterable(values)) if stream.kind == COLOUR else bytes(values)
-
-# ---- 5.9: ranks of masks
-
-@functools.lru_cache(maxsize=None)
-def rank_table():
-    """5.9.4."""
-    lines = Path(__file__, "../../../format_spec/mask_ranks.txt").resolve().read_text(encoding="ascii").splitlines()
-    table = bytes.fromhex("".join(line for line in lines if not line.startswith("#")))
-    if len(table) != 54272 or xxh3(table) != 0x2302B7EBAB6BD564:
-        raise RuntimeError("mask_ranks.txt is not the table of the specification")
-    return table
-
-@functools.lru_cache(maxsize=None)
-def permuted(places):
-    """The images of all masks under a permutation of the places."""
-    return bytes(sum(1 << places[p] for p in range(8) if mask >> p & 1) for mask in range(256))
-
-@functools.lru_cache(maxsize=None)
-def symmetry(normal):
-    """5.9.2, 5.9.3: the class of a normal, the images of places and of masks, and the masks of images."""
-    s, c = normal >> 10 & 7, NORMAL_SUMS[normal & 1023]
-    i, j, k = next(o for o in itertools.permutations(range(3)) if c[o[0]] >= c[o[1]] >= c[o[2]])
-    places = tuple((p ^ s) >> i & 1 | ((p ^ s) >> j & 1) << 1 | ((p ^ s) >> k & 1) << 2 for p in range(8))
-    back = tuple(map(places.index, range(8)))
-    u, v = 6 * c[j] // (c[i] + 1), 6 * c[k] // (c[i] + 1)
-    return u * (u + 1) // 2 + v, places, permuted(places), permuted(back)
-
-MIRRORED = [bytes(sum((m >> (b ^ p) & 1) << b for b in range(8)) for m in range(256)) for p in range(8)]
-
-def unrank(codes, normals, above):
-    """5.9: the masks of a chunk. `normals` are those of its nodes, `above` the masks of their parents, none at level 1."""
-    table, masks = rank_table(), bytearray()
-    places = [(m, p) for m in above for p in range(8) if m >> p & 1]
-    for code, normal, (m, p) in zip(codes, normals, itertools.chain(places, itertools.repeat((1, 0)))):
-        q, image, images, back = symmetry(normal & 8191)
-        context = 1024 * q + 128 * image[p] + (MIRRORED[image[p]][images[m]] >> 1)
-        masks.append(back[table[21504 + 256 * table[context] + code]])
-    return masks
 
 # ---- 4 to 6: levels
 
@@ -602,172 +398,7 @@ def check_chunk_rule(m, level):
         need(same, "bad_directory", c.at, "5.2")
     need(len(found) == len(m.directories[level]), "bad_directory", m.section[DIRECTORY, level].offset, "5.2")
 
-# ---- 6: values
-
-def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-def make_sums():
-    """6.1.2: the sums of the corners for the 1,024 indices of the positive octant."""
-    def mid(a, b):
-        return tuple((i + j) // 2 for i, j in zip(a, b))
-    triangles = [((32, 0, 0), (0, 32, 0), (0, 0, 32))]
-    for _ in range(5):
-        below = []
-        for x, y, z in triangles:
-            yz, zx, xy = mid(y, z), mid(z, x), mid(x, y)
-            below += [(yz, zx, xy), (x, xy, zx), (xy, y, yz), (zx, yz, z)]
-        triangles = below
-    return [tuple(map(sum, zip(*corners))) for corners in triangles]
-
-def make_normals():
-    """6.1.1, 6.1.2: the 8,192 normals in binary64."""
-    normals = []
-    for signs in range(8):
-        for c in NORMAL_SUMS:
-            length = math.sqrt(dot(c, c))
-            normals.append(tuple((-v if signs >> k & 1 else v) / length for k, v in enumerate(c)))
-    return normals
-
-def round_away(v):
-    """To an integer, halves away from zero (6.1.5); adding 0.5 is exact enough here, no value lies next to a half."""
-    return int(math.copysign(math.floor(abs(v) + 0.5), v))
-
-def cell(index):
-    """5.8.3: the place of a normal on the map."""
-    x, y, _ = NORMAL_SUMS[index & 1023]
-    a, b = (96 - y, 96 - x) if index & 0x1000 else (x, y)
-    u, v = 2 * (a // 3) + a % 3 - 1, b // 3
-    return 63 - u if index & 0x400 else 64 + u, 31 - v if index & 0x800 else 32 + v
-
-NORMAL_SUMS = make_sums()
-NORMALS = make_normals()
-CELLS = [cell(i) for i in range(8192)]
-NORMAL_OF_CELL = {place: i for i, place in enumerate(CELLS)}
-INTEGER_NORMALS = [tuple(round_away(32767 * v) for v in n) for n in NORMALS]
-
-@functools.lru_cache(maxsize=None)
-def normal_index(v):
-    """6.1.3. The largest product lies in the octant of v; one with a lower index can tie only where all components of the
-    other sign vanish in rounding."""
-    x, y, z = map(float, v)
-    home = (x < 0) | (y < 0) << 1 | (z < 0) << 2
-    best = max([(x * a + y * b) + z * c for a, b, c in NORMALS[1024 * home:1024 * home + 1024]])
-    for octant in range(home + 1):
-        if all(abs(v[k]) * 1e13 <= best for k in range(3) if (octant ^ home) >> k & 1):
-            values = [(x * a + y * b) + z * c for a, b, c in NORMALS[1024 * octant:1024 * octant + 1024]]
-            if best in values:
-                return 1024 * octant + values.index(best)
-    raise AssertionError("no normal has the largest product")
-
-K = (1099511627776, 1164891991447, 1234160073853, 1307547050779, 1385297844439, 1467671940878,
-     1554944255987, 1647406053004, 1745365914582, 1849150772653, 1959106999532, 2075601563905)
-RADII = [K[(i + 9) % 12] >> (22 - (i + 9) // 12) for i in range(256)]                       # 6.2.1
-
-@functools.lru_cache(maxsize=None)
-def covering_radius(level, child):
-    """6.2.3: the index that covers children of index `child`."""
-    least = RADII[child] + (476102500705 >> level)
-    return next((i for i, r in enumerate(RADII) if r >= least), 255)
-
-def srgb(v):
-    return v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4
-
-LINEAR = [round(65535 * srgb(v / 255)) for v in range(256)]                                 # 6.3.3
-
-@functools.lru_cache(maxsize=None)
-def from_linear(v):
-    return min(range(256), key=lambda i: abs(LINEAR[i] - v))
-
-def expand565(v):
-    """6.3.1, 6.3.2."""
-    r, g, b = v >> 11, v >> 5 & 63, v & 31
-    return (r << 3 | r >> 2, g << 2 | g >> 4, b << 3 | b >> 2)
-
-def pack565(c):
-    r, g, b = ((n * v + 127) // 255 for n, v in zip((31, 63, 31), c))
-    return r << 11 | g << 5 | b
-
-def colours(form, data):
-    """The colours of a stream, 8 bits a channel."""
-    if form == 1:
-        return [expand565(v) for v in struct.unpack(f"<{len(data) // 2}H", data)]
-    return [tuple(data[i:i + 3]) for i in range(0, len(data), 3)]
-
-# ---- 7: averages
-
-def mean(s, v):
-    return (2 * s + v) // (2 * v)
-
-class Sums:
-    """What section 7 adds up, for each node of a level: lists that `up` folds into those of the level above."""
-
-    def __init__(self, m):
-        values, at = m.levels[m.depth].values, m.index
-        stored_normals = struct.unpack(f"<{m.points}H", values[at[NORMAL, 0]])
-        normals = [INTEGER_NORMALS[n & 8191] for n in stored_normals]
-        self.columns = {"V": [1] * m.points}
-        for i in range(3):
-            self.columns["S", i] = [n[i] for n in normals]
-            for j in range(i, 3):
-                self.columns["M", i, j] = [n[i] * n[j] for n in normals]
-        for s, data in zip(m.streams, values):
-            if s.kind == COLOUR:
-                for k, channel in enumerate(zip(*colours(s.format, data))):
-                    self.columns["C", k] = [LINEAR[v] for v in channel]
-            elif s.kind == MATERIAL:
-                for k in range(len(m.materials)):
-                    self.columns["votes", k] = [int(v == k) for v in data]
-            elif s.kind in (TEXEL, SHADOW):
-                self.columns[s.kind, s.light] = list(data)
-        self.two_sided = [n >> 13 & 1 for n in stored_normals]
-        self.radius = list(values[at[RADIUS, 0]])
-
-    def up(self, starts, level):
-        """Fold into `level`, where node i has the children starts[i]..starts[i + 1] - 1 (7.3 to 7.5)."""
-        spans = [slice(*ends) for ends in zip(starts, starts[1:])]
-        self.columns = {name: [sum(column[s]) for s in spans] for name, column in self.columns.items()}
-        self.two_sided = [max(self.two_sided[s]) for s in spans]
-        self.radius = [covering_radius(level, max(self.radius[s])) for s in spans]
-        self.normals = [self.normal(i) for i in range(len(spans))]
-
-    def normal(self, i):
-        """7.2, 7.3: the normal of node i; sets its two-sided flag."""
-        c = self.columns
-        s = tuple(c["S", k][i] for k in range(3))
-        if self.two_sided[i] or 4 * dot(s, s) < (32767 * c["V"][i]) ** 2:
-            self.two_sided[i] = 1
-            k = max(range(3), key=lambda n: c["M", n, n][i])
-            column = tuple(float(c["M", min(j, k), max(j, k)][i]) for j in range(3))
-            return 0x2000 | normal_index(tuple(-v for v in column) if dot(column, tuple(map(float, s))) < 0 else column)
-        return normal_index(s)
-
-    def stream(self, m, s, level):
-        """The values of one stream at the level reached, as Level keeps them."""
-        c, votes = self.columns, self.columns["V"]
-        if s.kind == NORMAL:
-            return struct.pack(f"<{len(votes)}H", *self.normals)
-        if s.kind == RADIUS:
-            return bytes(self.radius)
-        if s.kind == COLOUR:
-            rows = [tuple(from_linear(mean(x, v)) for x in sums)
-                    for *sums, v in zip(c["C", 0], c["C", 1], c["C", 2], votes)]
-            return b"".join(struct.pack("<H", pack565(row)) if s.format == 1 else bytes(row) for row in rows)
-        if s.kind == MATERIAL:
-            counts = [c["votes", k] for k in range(len(m.materials))]
-            return bytes(row.index(max(row)) for row in zip(*counts))
-        if s.kind == TEXEL:
-            return bytes(mean(x, v) for x, v in zip(c[s.kind, 0], votes))
-        finest, here = (255 // (2 ** s.bits[k] - 1) for k in (m.depth, level))
-        return bytes(mean(x * finest, v * here) for x, v in zip(c[s.kind, s.light], votes))
-
-def root_record(m, sums):
-    """The 16 bytes of section 2, from the streams of level 0."""
-    of = {(s.kind, s.light): sums.stream(m, s, 0) for s in m.streams}
-    colour = colours(m.streams[m.index[COLOUR, 0]].format, of[COLOUR, 0])[0] if (COLOUR, 0) in of else (0, 0, 0)
-    lit = b"".join(of[SHADOW, s.light] for s in m.shadows)
-    return (of[NORMAL, 0] + bytes(colour) + of.get((MATERIAL, 0), b"\0") + of[RADIUS, 0] + of.get((TEXEL, 0), b"\0")
-            + lit.ljust(8, b"\0"))
+# ---- 7, 8: averages, all together
 
 def check_averages(m):
     """7.1: levels d - 1 to 0 are the averages of level d."""
@@ -779,8 +410,6 @@ def check_averages(m):
             continue
         for s, values in zip(m.streams, m.levels[level].values):
             need(sums.stream(m, s, level) == values, "bad_content", m.section[CHUNKS, level].offset, "7.1")
-
-# ---- 8
 
 def content_id(m):
     """8.1."""
