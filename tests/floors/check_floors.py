@@ -236,7 +236,7 @@ def self_test():
         ("tools/pbm-build/options.cpp", '#include "command_line/settings_file.h"'),
         ("tools/pbm-build/recipe.cpp", "#include <toml++/toml.h>"),
         ("format_spec/pbm_format/reader.cpp", '#include "pbm_format/reader.h"\n#include "pbm_format/chunk.h"\n#include <vector>'),
-        ("format_spec/pbm_format/chunk.cpp", "#include <zstd.h>"),
+        ("format_spec/pbm_format/frame.cpp", "#include <zstd.h>"),
         ("runtime/viewer/pbm-render/main.cpp", '#include "pbm_render/camera.h"\n#include "command_line/parse.h"\n#include "png_writer.h"'),
         ("runtime/viewer/view_options.cpp", '#include "command_line/parse.h"'),
         ("runtime/viewer/pbm-view/window.cpp", "#include <GLFW/glfw3.h>"),
