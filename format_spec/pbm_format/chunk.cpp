@@ -2,6 +2,7 @@
 
 #include "pbm_format/frame.h"
 #include "pbm_format/mask_ranks.h"
+#include "pbm_format/stream_rules.h"
 #include "pbm_format/unfilter.h"
 
 #include <algorithm>
@@ -44,28 +45,6 @@ ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t 
 }
 
 namespace {
-
-Bytes to_bytes(ByteView view) { return {view.begin(), view.end()}; }
-
-// The unfiltered bytes of one stream.
-Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &points) {
-    switch (context.stream.kind) {
-    case StreamKind::masks: return to_bytes(masks);
-    case StreamKind::normal: {
-        Bytes raw(points.normals.size_bytes());
-        std::memcpy(raw.data(), points.normals.data(), raw.size());
-        return raw;
-    }
-    case StreamKind::radius: return to_bytes(points.radii);
-    case StreamKind::colour: return to_bytes(points.colours);
-    case StreamKind::material: return to_bytes(points.materials);
-    case StreamKind::texture: return to_bytes(points.textures);
-    case StreamKind::shadow:
-        return pack_bits(points.shadows[context.stream.light],
-                         context.set.shadow_bits[context.stream.light][static_cast<std::size_t>(context.level)]);
-    }
-    return {};
-}
 
 // Planes with their entries in front.
 void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &out) {
@@ -122,35 +101,6 @@ void encode_chunk(const Model &model, int level, const ChunkCoding &coding, Chun
 }
 
 namespace {
-
-Status check_values(ByteView values, unsigned limit, std::uint64_t offset, const char *message) {
-    std::uint8_t most = 0;
-    for (const std::uint8_t value : values) // not max_element, which compilers do not vectorise
-        most = std::max(most, value);
-    if (most >= limit)
-        return Error{ErrorCode::bad_attribute, offset, message};
-    return {};
-}
-
-// The rules of normals, on those that occur.
-bool cone_holds(const NormalCone &cone, const NormalOccurrence &occurs) {
-    const std::span<const IntegerNormal> normals = integer_normal_table();
-    const IntegerNormal axis = normals[cone.axis];
-    const std::int32_t least = cone.cosine * 32767;
-    for (std::size_t first = 0; first < occurs.size(); first += 8) {
-        std::uint64_t eight = 0;
-        std::memcpy(&eight, occurs.data() + first, 8);
-        for (; eight != 0; eight &= eight - 1) {
-            const std::size_t normal = first + static_cast<std::size_t>(std::countr_zero(eight)) / 8;
-            if ((normal & kTwoSidedBit) != 0)
-                return false;
-            const IntegerNormal &n = normals[normal];
-            if (axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2] < least)
-                return false;
-        }
-    }
-    return true;
-}
 
 // One chunk on its way from the file to `to`.
 class Decoder {
@@ -228,12 +178,11 @@ class Decoder {
 
     Status read_lit_fractions(ByteView bytes, const StreamInfo &stream, bool zstd, std::span<std::uint8_t> values) {
         const unsigned bits = shadow_bits(stream, rules_.level);
-        const std::size_t count = entry_.shape.points, used = count * bits % 8;
-        scratch_.packed.resize((count * bits + 7) / 8);
+        scratch_.packed.resize((entry_.shape.points * std::size_t{bits} + 7) / 8);
         if (Status status = decode_frame(bytes, zstd, scratch_.packed, offset_); !status)
             return status;
-        if (used != 0 && scratch_.packed.back() >> used != 0)
-            return bad("6.6.1 bits after the last lit fraction are not zero");
+        if (Status status = check_packed_tail(scratch_.packed, entry_.shape.points, bits, offset_); !status)
+            return status;
         unpack_bits(scratch_.packed, bits, values);
         return {};
     }
@@ -366,17 +315,9 @@ class Decoder {
     Status prove(const StreamInfo &stream) {
         switch (stream.kind) {
         case StreamKind::masks: return prove_masks();
-        case StreamKind::normal:
-            return entry_.cone.cosine == kNoCone || cone_holds(entry_.cone, scratch_.occurs)
-                       ? Status{}
-                       : bad("5.7.1 a normal lies outside the chunk's normal cone");
-        case StreamKind::radius:
-            return rules_.finest ? check_values(to_.points.radii, kMaxFinestRadius + 1U, offset_,
-                                                "6.2.2 a radius is more than 5 % of the grid's edge")
-                                 : Status{};
-        case StreamKind::material:
-            return check_values(to_.points.materials, static_cast<unsigned>(rules_.material_count), offset_,
-                                "6.4.1 a material index names no material");
+        case StreamKind::normal: return check_cone(scratch_.occurs, entry_.cone, offset_);
+        case StreamKind::radius: return check_radii(to_.points.radii, rules_.finest, offset_);
+        case StreamKind::material: return check_materials(to_.points.materials, rules_.material_count, offset_);
         case StreamKind::colour:
         case StreamKind::texture:
         case StreamKind::shadow: return {};
@@ -386,11 +327,8 @@ class Decoder {
 
     Status prove_masks() {
         const MaskSummary summary = summarise_masks(to_.masks);
-        if (summary.zero)
-            return Error{ErrorCode::bad_octree, entry_.offset, "4.2 zero child mask"};
-        if (summary.children != entry_.shape.points)
-            return Error{ErrorCode::bad_octree, entry_.offset,
-                         "4.4 the masks announce another number of points than the directory"};
+        if (Status status = check_masks(summary, entry_.shape.points, entry_.offset); !status)
+            return status;
         scratch_.layout.build(to_.masks, summary);
         return {};
     }

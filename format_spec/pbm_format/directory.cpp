@@ -113,6 +113,19 @@ Status check_stream_sizes(const ChunkEntry &chunk, int level, const AttributeSet
     return {};
 }
 
+// Bytes of the chunk in a mapped file. BVG.md 5.10.1
+std::uint64_t mapped_bytes(const ChunkEntry &chunk) {
+    std::uint64_t end = 0;
+    for (const StreamEntry &stream : chunk.streams)
+        end = align_stream(end + stream.stored_bytes);
+    return end;
+}
+
+bool all_raw(const ChunkEntry &chunk) {
+    return std::all_of(chunk.streams.begin(), chunk.streams.end(),
+                       [](const StreamEntry &stream) { return stream.filter == Filter::none && !stream.zstd; });
+}
+
 } // namespace
 
 Result<LevelDirectory> decode_directory(ByteView bytes, int level, const AttributeSet &set, std::uint32_t chunk_points,
@@ -128,7 +141,8 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
     directory.level = level;
     directory.chunks.reserve(count);
     ByteReader in(bytes);
-    std::uint64_t offset = 0, raw_bytes = 0, parents = 0;
+    const bool mapped = section.codec == Codec::raw;
+    std::uint64_t offset = 0, raw_bytes = 0, parents = 0, bricks = 0;
     std::uint64_t next_place = 0;                      // first finest cell after the chunk before
     std::size_t parent_index = 0;                      // chunk above that is being filled
     std::uint64_t parent_points = 0, parent_nodes = 0; // of it that the chunks so far hold
@@ -144,6 +158,8 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
             return status.error();
         if (const Status status = check_stream_sizes(chunk, level, set, at); !status)
             return status.error();
+        if (mapped && !all_raw(chunk))
+            return bad(kChunkEntryFixedBytes, "5.4.4 a stream of a mapped file is filtered or compressed");
 
         const int shift = 3 * (kMaxDepth - chunk.shape.root_depth);
         const std::uint64_t place = chunk.shape.root_prefix << shift;
@@ -174,10 +190,16 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
         chunk.first_point = directory.points;
         chunk.first_node = directory.nodes;
         chunk.first_parent = parents;
+        chunk.first_brick = bricks;
         parents += chunk.shape.parents;
-        for (std::size_t s = 0; s < streams.size(); ++s) {
+        bricks += chunk.shape.bricks;
+        for (std::size_t s = 0; s < streams.size() && !mapped; ++s) {
             chunk.stored_bytes += chunk.streams[s].stored_bytes;
             raw_bytes += raw_stream_bytes(streams[s], set, level, chunk.shape.nodes, chunk.shape.points);
+        }
+        if (mapped) {
+            chunk.stored_bytes = mapped_bytes(chunk);
+            raw_bytes += chunk.stored_bytes;
         }
         if (chunk.stored_bytes > section.stored_bytes - offset)
             return bad(kChunkEntryFixedBytes, "5.5.8 the chunk lies outside its section");

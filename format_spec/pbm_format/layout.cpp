@@ -15,10 +15,13 @@ std::string_view to_string(SectionType type) {
     case SectionType::ground_plane: return "ground plane";
     case SectionType::level_directory: return "directory";
     case SectionType::level_chunks: return "chunks";
+    case SectionType::level_bricks: return "bricks";
     case SectionType::panorama: return "panorama";
     }
     return "unknown";
 }
+
+std::string_view to_string(Storage storage) { return storage == Storage::mapped ? "mapped" : "packed"; }
 
 Bytes encode_header(const FileHeader &header) {
     ByteWriter out;
@@ -119,7 +122,7 @@ Result<FileHeader> decode_header(ByteView file) {
         return Error{ErrorCode::unsupported_version, 8,
                      "2.5 format version " + std::to_string(header.major) + "." + std::to_string(header.minor) +
                          ": this program reads " + std::to_string(kMajorVersion) + "." + std::to_string(kMinorVersion)};
-    if (header.required_features != 0)
+    if ((header.required_features & ~kMappedFeature) != 0)
         return Error{ErrorCode::unsupported_feature, 40, "2.6 the file requires a feature this program does not know"};
     if (header.file_size > file.size())
         return Error{ErrorCode::truncated, file.size(),
@@ -141,11 +144,13 @@ Result<FileHeader> decode_header(ByteView file) {
 }
 
 std::array<std::uint32_t, 3> SectionEntry::order() const {
-    const auto number = static_cast<std::uint32_t>(type);
-    const bool of_level = type == SectionType::level_directory || type == SectionType::level_chunks;
-    if (of_level)
-        return {static_cast<std::uint32_t>(SectionType::level_directory), instance, number};
-    return {number, instance, 0};
+    constexpr auto kLevels = static_cast<std::uint32_t>(SectionType::level_directory);
+    switch (type) {
+    case SectionType::level_directory: return {kLevels, instance, 0};
+    case SectionType::level_bricks: return {kLevels, instance, 1};
+    case SectionType::level_chunks: return {kLevels, instance, 2};
+    default: return {static_cast<std::uint32_t>(type), instance, 0};
+    }
 }
 
 Bytes encode_section_table(std::span<const SectionEntry> entries) {
@@ -178,21 +183,39 @@ bool known(SectionType type) {
     case SectionType::lights:
     case SectionType::texture:
     case SectionType::level_directory:
-    case SectionType::level_chunks: return true;
+    case SectionType::level_chunks:
+    case SectionType::level_bricks: return true;
     default: return false;
     }
+}
+
+// 3.2.15, 3.2.16
+Status check_storage(const SectionEntry &entry, Storage storage, std::uint64_t at) {
+    const bool bricks = entry.type == SectionType::level_bricks;
+    if (storage == Storage::packed)
+        return bricks ? Error{ErrorCode::bad_table, at, "3.2.15 bricks in a file that is not mapped"} : Status{};
+    if ((bricks && entry.alignment != kMappedStreamAlignment) ||
+        (entry.type == SectionType::level_chunks && entry.alignment != kMappedChunksAlignment))
+        return Error{ErrorCode::bad_table, at + 16,
+                     "3.2.16 " + std::string(to_string(entry.type)) + ": not the alignment of a mapped file"};
+    return {};
 }
 
 // Rules of one entry that need nothing but itself and the header.
 Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uint64_t at) {
     const std::string name(to_string(entry.type));
-    const bool of_level = entry.type == SectionType::level_directory || entry.type == SectionType::level_chunks;
+    const bool chunks = entry.type == SectionType::level_chunks;
+    const bool of_level =
+        chunks || entry.type == SectionType::level_directory || entry.type == SectionType::level_bricks;
+    const Codec codec = chunks && header.storage() == Storage::packed ? Codec::zstd_chunks : Codec::raw;
     if (!known(entry.type)) {
         if ((entry.flags & kCriticalFlag) != 0)
             return Error{ErrorCode::unsupported_feature, at,
                          "3.2.4 a critical section of a type this program does not know"};
-    } else if (entry.codec != (entry.type == SectionType::level_chunks ? Codec::zstd_chunks : Codec::raw)) {
-        return Error{ErrorCode::unsupported_feature, at + 4, "3.2.5 " + name + ": codec unknown to this program"};
+    } else if (entry.codec != codec) {
+        return Error{ErrorCode::unsupported_feature, at + 4,
+                     "3.2.5 " + name + ": codec unknown to this program, or not that of a " +
+                         std::string(to_string(header.storage())) + " file"};
     }
     if ((entry.flags & ~kCriticalFlag) != 0)
         return Error{ErrorCode::bad_table, at + 6, "3.2.6 " + name + ": unknown flag"};
@@ -207,10 +230,10 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
         return Error{ErrorCode::too_large, at + 40, "3.2.10 " + name + ": expands more than 32,768 times"};
     const bool counted = entry.element_bytes > 0 && entry.raw_bytes % entry.element_bytes == 0 &&
                          entry.raw_bytes / entry.element_bytes == entry.count;
-    if (known(entry.type) && (entry.codec == Codec::raw ? !counted : entry.element_bytes != 0))
+    if (known(entry.type) && (chunks ? entry.element_bytes != 0 : !counted))
         return Error{ErrorCode::bad_table, at + 12,
                      "3.2.13 " + name + ": element size and count do not give the raw size"};
-    return {};
+    return check_storage(entry, header.storage(), at);
 }
 
 } // namespace
@@ -278,8 +301,9 @@ Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const File
         if (missing(type, 0))
             return Error{ErrorCode::bad_table, kHeaderBytes, "3.1.7 no " + std::string(to_string(type)) + " section"};
     for (std::uint32_t level = 1; level <= header.depth; ++level)
-        for (const SectionType type : {SectionType::level_directory, SectionType::level_chunks})
-            if (missing(type, level))
+        for (const SectionType type :
+             {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks})
+            if (missing(type, level) && (type != SectionType::level_bricks || header.storage() == Storage::mapped))
                 return Error{ErrorCode::bad_table, kHeaderBytes,
                              "3.1.8 no " + std::string(to_string(type)) + " for level " + std::to_string(level)};
     return entries;

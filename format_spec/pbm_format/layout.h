@@ -3,9 +3,11 @@
 //   0      header, 128 bytes
 //   128    section table, 64 bytes per entry, sorted by place in the file
 //          metadata, grid, attributes, materials, lights, texture          (small, raw)
-//          directory of level 1, chunks of level 1                         (coarse)
+//          directory of level 1, bricks of level 1, chunks of level 1      (coarse)
 //          ...
-//          directory of level depth, chunks of level depth                 (fine)
+//          directory, bricks, chunks of level depth                        (fine)
+//
+// Bricks are in mapped files only.
 #pragma once
 
 #include "pbm_format/bytes.h"
@@ -35,6 +37,13 @@ inline constexpr std::uint64_t kMaxExpansion = 32768; // raw bytes per stored by
 inline constexpr std::uint32_t kDefaultChunkPoints = 65536;
 inline constexpr std::uint32_t kMinChunkPoints = 512;
 
+// The two storage profiles of one model: coded to be small, or raw and aligned to be drawn where it lies. BVG.md 5.10
+enum class Storage : std::uint8_t { packed, mapped };
+std::string_view to_string(Storage storage);
+inline constexpr std::uint64_t kMappedFeature = 1;            // required feature bit of mapped files
+inline constexpr std::uint32_t kMappedChunksAlignment = 4096; // of their chunks sections: a page
+inline constexpr std::uint32_t kMappedStreamAlignment = 64;   // of their streams and brick sections: a cache line
+
 // Attributes of the root: the whole model as one point.
 struct RootRecord {
     std::uint16_t normal = 0;
@@ -62,6 +71,8 @@ struct FileHeader {
     RootRecord root;
     std::uint32_t chunk_points = kDefaultChunkPoints;
     std::uint64_t table_hash = 0;
+
+    Storage storage() const { return (required_features & kMappedFeature) != 0 ? Storage::mapped : Storage::packed; }
 };
 
 // 128 bytes, the header's own hash last.
@@ -79,6 +90,7 @@ enum class SectionType : std::uint32_t {
     ground_plane = 7,     // reserved
     level_directory = 16, // instance = level
     level_chunks = 17,    // instance = level
+    level_bricks = 18,    // instance = level; mapped files only
     panorama = 32,        // reserved
 };
 std::string_view to_string(SectionType type);
@@ -100,7 +112,7 @@ struct SectionEntry {
     std::uint64_t count = 0; // elements: records, chunks (directory), points (chunks)
     std::uint64_t hash = 0;  // XXH3-64 of the stored bytes
 
-    // Place in the file: small sections by type, then directory and chunks level by level, panorama last.
+    // Place in the file: small sections by type, then directory, bricks and chunks level by level, panorama last.
     std::array<std::uint32_t, 3> order() const;
 };
 
@@ -148,6 +160,11 @@ struct NormalCone {
     bool operator==(const NormalCone &) const = default;
 };
 
+// Where the next stream of a mapped chunk starts, or the chunk ends. BVG.md 5.10.1
+constexpr std::uint64_t align_stream(std::uint64_t end) {
+    return (end + kMappedStreamAlignment - 1) / kMappedStreamAlignment * kMappedStreamAlignment;
+}
+
 // One entry of a level's directory: fixed part, then one StreamEntry per stream of the AttributeSet.
 struct ChunkEntry {
     ChunkShape shape;
@@ -160,6 +177,7 @@ struct ChunkEntry {
     std::uint64_t first_point = 0;  // index of the chunk's first point in its level
     std::uint64_t first_node = 0;   // index of its first mask in its level
     std::uint64_t first_parent = 0; // index of the first mask of the level above that belongs to a parent of its nodes
+    std::uint64_t first_brick = 0;  // index of its first brick in its level
 };
 
 inline constexpr std::size_t kChunkEntryFixedBytes = 48;
@@ -177,7 +195,7 @@ std::uint64_t decoded_bytes(const LevelDirectory &directory, const AttributeSet 
 
 Bytes encode_directory(const LevelDirectory &directory, const AttributeSet &set);
 // Proves the rules of 5.3 to 5.5, which need no chunk: order, nesting in `above` (null for level 1), counts and running
-// sums against `chunks` (the section that holds them), sizes against kMaxExpansion.
+// sums against `chunks` (the section that holds them, packed or mapped), sizes against kMaxExpansion.
 Result<LevelDirectory> decode_directory(ByteView bytes, int level, const AttributeSet &set, std::uint32_t chunk_points,
                                         const LevelDirectory *above, const SectionEntry &chunks);
 

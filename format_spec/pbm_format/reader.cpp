@@ -91,6 +91,7 @@ Result<Reader> Reader::open(ByteView file) {
     if (!status)
         return std::move(status).error();
     reader.directories_.resize(1);
+    reader.proven_.resize(1);
     return reader;
 }
 
@@ -116,7 +117,15 @@ Result<const LevelDirectory *> Reader::directory(int level) {
         if (entry.count != read.chunks.size())
             return Error{ErrorCode::bad_directory, entry.offset,
                          "5.5.11 the section table counts other chunks than there are"};
+        ProvenChunks proven;
+        if (header_.storage() == Storage::mapped) {
+            const SectionEntry &bricks = *section(SectionType::level_bricks, static_cast<std::uint32_t>(next));
+            if (const Status counted = check_brick_count(read, bricks); !counted)
+                return counted.error();
+            proven = std::make_unique<std::atomic<bool>[]>(read.chunks.size());
+        }
         directories_.push_back(std::move(read));
+        proven_.push_back(std::move(proven));
     }
     return &directories_[static_cast<std::size_t>(level)];
 }
@@ -128,6 +137,13 @@ Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chu
     const LevelDirectory &directory = directories_[static_cast<std::size_t>(level)];
     assert(index < directory.chunks.size());
     const ChunkEntry &entry = directory.chunks[index];
+    if (header_.storage() == Storage::mapped) {
+        const Result<ChunkView> view = view_chunk(level, index);
+        if (!view)
+            return view.error();
+        copy_chunk(*view, parameters_.attributes, level, to);
+        return {};
+    }
     std::uint64_t first_mask = 0, first_point = 0;
     if (level > 1) {
         const ChunkEntry &above = directories_[static_cast<std::size_t>(level) - 1].chunks[entry.shape.parent_chunk];
@@ -137,6 +153,53 @@ Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chu
     const ParentNodes parents =
         parent_nodes(entry, parent.masks, first_mask, parent.points, first_point, parameters_.attributes);
     return decode_chunk(entry, stored(entry), chunk_rules(level), parents, to);
+}
+
+Result<ChunkView> Reader::view_chunk(int level, std::size_t index) const {
+    assert(header_.storage() == Storage::mapped);
+    assert(level >= 1 && static_cast<std::size_t>(level) < directories_.size());
+    // Up to the first ancestor that is proven, and down again.
+    std::array<std::size_t, kMaxDepth + 1> path{};
+    int proven = level;
+    path[static_cast<std::size_t>(level)] = index;
+    for (; proven > 0; --proven) {
+        const auto at = static_cast<std::size_t>(proven);
+        if (proven_[at][path[at]].load(std::memory_order_acquire))
+            break;
+        path[at - 1] = directories_[at].chunks[path[at]].shape.parent_chunk;
+    }
+    for (int next = proven + 1; next <= level; ++next)
+        if (Status status = prove_chunk_at(next, path[static_cast<std::size_t>(next)]); !status)
+            return std::move(status).error();
+    const ChunkEntry &entry = directories_[static_cast<std::size_t>(level)].chunks[index];
+    return pbm::view_chunk(entry, file_, *section(SectionType::level_bricks, static_cast<std::uint32_t>(level)),
+                           parameters_.attributes, level);
+}
+
+// Its parent chunk is proven.
+Status Reader::prove_chunk_at(int level, std::size_t index) const {
+    const auto at = static_cast<std::size_t>(level);
+    const auto bricks = [&](int of) { return section(SectionType::level_bricks, static_cast<std::uint32_t>(of)); };
+    const ChunkEntry &entry = directories_[at].chunks[index];
+    BrickParents parents;
+    if (level > 1) {
+        const ChunkEntry &above = directories_[at - 1].chunks[entry.shape.parent_chunk];
+        const ChunkView view = pbm::view_chunk(above, file_, *bricks(level - 1), parameters_.attributes, level - 1);
+        parents = brick_parents(entry, above, view.bricks, view.masks);
+    }
+    Status status = prove_chunk(entry, file_, *bricks(level), chunk_rules(level), parents);
+    if (status)
+        proven_[at][index].store(true, std::memory_order_release);
+    return status;
+}
+
+Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks) {
+    const std::uint64_t count =
+        directory.chunks.empty() ? 0 : directory.chunks.back().first_brick + directory.chunks.back().shape.bricks;
+    if (bricks.element_bytes == kBrickRecordBytes && bricks.count == count)
+        return {};
+    return Error{ErrorCode::bad_directory, bricks.offset,
+                 "5.10.2 the bricks section does not hold the bricks that the directory counts"};
 }
 
 PointAttributes root_points(const RootRecord &root, const AttributeSet &set) {
@@ -179,6 +242,13 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
     Level &level = model.levels[static_cast<std::size_t>(directory.level)];
     level.masks.resize(directory.nodes);
     level.points.resize(directory.points, set);
+    const bool mapped = reader.header().storage() == Storage::mapped;
+    const auto load = [&](const ChunkEntry &entry, std::size_t index, Chunk &to) -> Status {
+        if (mapped) // lies in the file as a whole
+            return reader.load_chunk(directory.level, index, {}, to);
+        const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
+        return decode_chunk(entry, reader.stored(entry), reader.chunk_rules(directory.level), parents, to);
+    };
     std::vector<std::optional<Error>> failures(directory.chunks.size());
     std::atomic<bool> failed{false};
     parallel_for(failures.size(), threads, [&](std::size_t i) {
@@ -186,9 +256,7 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
             return;
         thread_local Chunk chunk;
         const ChunkEntry &entry = directory.chunks[i];
-        const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
-        const Status status =
-            decode_chunk(entry, reader.stored(entry), reader.chunk_rules(directory.level), parents, chunk);
+        const Status status = load(entry, i, chunk);
         if (status) {
             place_chunk(chunk, entry, set, level);
         } else {

@@ -3,6 +3,7 @@
 //   open        proves header, section table and the small sections; touches nothing else
 //   directory   proves the chunk directory of a level (and of those above) when it is first needed
 //   load_chunk  proves a chunk before first use: hash, masks, counts, ranges
+//   view_chunk  the same for a chunk of a mapped file, once, and hands it out where it lies
 //   verify_all  proves everything; agrees with `validate` on every input
 //
 // verify_stored lies between: that nothing was changed since it was written, not that it was written rightly.
@@ -10,9 +11,12 @@
 
 #include "pbm_format/chunk.h"
 #include "pbm_format/layout.h"
+#include "pbm_format/mapped_chunk.h"
 #include "pbm_format/model.h"
 
+#include <atomic>
 #include <functional>
+#include <memory>
 #include <vector>
 
 namespace pbm {
@@ -22,7 +26,8 @@ inline constexpr std::uint64_t kDefaultMaxMemory = std::uint64_t{8} << 30;
 
 class Reader {
   public:
-    // `file` must stay readable and unchanged as long as the reader lives. Never allocates because a field says so.
+    // `file` must stay readable and unchanged as long as the reader lives, and its first byte lie at a multiple of 8 in
+    // memory, as it does in any mapping or vector. Never allocates because a field says so.
     static Result<Reader> open(ByteView file);
 
     const FileHeader &header() const { return header_; }
@@ -45,6 +50,12 @@ class Reader {
     // Safe to call from several threads.
     Status load_chunk(int level, std::size_t index, const Chunk &parent, Chunk &to) const;
 
+    // Chunk `index` of `level` of a mapped file, whose directory was read before, where it lies. At first touch proves
+    // it and the chunks above it, and remembers; after that it costs next to nothing. What is proven holds as long as
+    // the bytes stay as they are: where another process could change them, a loop over them must stay in bounds for
+    // any. Safe to call from several threads.
+    Result<ChunkView> view_chunk(int level, std::size_t index) const;
+
     ChunkRules chunk_rules(int level) const {
         return {.set = parameters_.attributes,
                 .material_count = parameters_.materials.size(),
@@ -65,11 +76,17 @@ class Reader {
   private:
     explicit Reader(ByteView file) : file_(file) {}
 
+    // One for each chunk of a level: it was proven by view_chunk.
+    using ProvenChunks = std::unique_ptr<std::atomic<bool>[]>;
+
+    Status prove_chunk_at(int level, std::size_t index) const;
+
     ByteView file_;
     FileHeader header_;
     std::vector<SectionEntry> sections_;
     ModelParameters parameters_;
     std::vector<LevelDirectory> directories_; // [1..], read so far; [0] unused
+    std::vector<ProvenChunks> proven_;        // as many; empty if the file is not mapped
 };
 
 // Root record as a level of one point, and back.
@@ -81,6 +98,9 @@ struct LoadOptions {
     int threads = 0;
     std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded streams; more is ErrorCode::memory
 };
+
+// The level's bricks are as many as its directory says. BVG.md 5.10.2
+Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks);
 
 // All levels up to `max_level`, each as contiguous streams.
 Result<Model> load_model(Reader &reader, const LoadOptions &options = {});

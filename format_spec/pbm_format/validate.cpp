@@ -1,6 +1,7 @@
 #include "pbm_format/validate.h"
 
 #include "pbm_format/chunk.h"
+#include "pbm_format/mapped_chunk.h"
 #include "pbm_format/parallel.h"
 #include "pbm_format/reader.h"
 
@@ -37,7 +38,8 @@ class Validator {
 
   private:
     std::string name(const SectionEntry &entry) const {
-        const bool of_level = entry.type == SectionType::level_directory || entry.type == SectionType::level_chunks;
+        const bool of_level = entry.type == SectionType::level_directory || entry.type == SectionType::level_chunks ||
+                              entry.type == SectionType::level_bricks;
         return (of_level ? "level " + std::to_string(entry.instance) + " " : "") + std::string(to_string(entry.type));
     }
 
@@ -151,6 +153,9 @@ class Validator {
                 return fault({ErrorCode::bad_directory, entry.offset,
                               "5.5.11 the section table counts other chunks than there are"},
                              name(entry));
+            if (header_.storage() == Storage::mapped)
+                if (Status status = check_brick_count(*directory, *find(SectionType::level_bricks, level)); !status)
+                    return fault(status.error(), name(*find(SectionType::level_bricks, level)));
             memory += decoded_bytes(*directory, parameters_.attributes);
             directories.push_back(std::move(directory).value());
         }
@@ -162,14 +167,15 @@ class Validator {
         const std::uint64_t faults = report_.total;
         std::vector<bool> refused{false};
         for (std::uint32_t level = 1; level <= finest; ++level)
-            load_level(directories[level], *find(SectionType::level_chunks, level), refused);
+            load_level(directories[level], directories[level - 1], *find(SectionType::level_chunks, level), refused);
         if (report_.total == faults)
             check_whole(directories);
     }
 
     // Decodes the chunks whose parents were decoded; `refused` says of which chunks of the level above that is not so,
     // and then of which of this one.
-    void load_level(const LevelDirectory &directory, const SectionEntry &section, std::vector<bool> &refused) {
+    void load_level(const LevelDirectory &directory, const LevelDirectory &directory_above, const SectionEntry &section,
+                    std::vector<bool> &refused) {
         const AttributeSet &set = parameters_.attributes;
         const Level &above = model_.levels[static_cast<std::size_t>(directory.level) - 1];
         Level &level = model_.levels[static_cast<std::size_t>(directory.level)];
@@ -185,9 +191,10 @@ class Validator {
             if (refused[entry.shape.parent_chunk])
                 return;
             thread_local Chunk chunk;
-            const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
-            const Status status =
-                decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), rules, parents, chunk);
+            const Status status = header_.storage() == Storage::mapped
+                                      ? load_mapped(entry, directory_above, rules, chunk)
+                                      : decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), rules,
+                                                     parent_nodes(entry, above.masks, 0, above.points, 0, set), chunk);
             if (status)
                 place_chunk(chunk, entry, set, level);
             else
@@ -205,6 +212,24 @@ class Validator {
                 report_.points += directory.chunks[i].shape.points;
         }
         refused = std::move(refused_here);
+    }
+
+    // Proves a chunk of a mapped file where it lies; its parent was not refused.
+    Status load_mapped(const ChunkEntry &entry, const LevelDirectory &directory_above, const ChunkRules &rules,
+                       Chunk &to) const {
+        const auto level = static_cast<std::uint32_t>(rules.level);
+        const SectionEntry &bricks = *find(SectionType::level_bricks, level);
+        BrickParents parents;
+        if (level > 1) {
+            const ChunkEntry &above = directory_above.chunks[entry.shape.parent_chunk];
+            const ChunkView view =
+                view_chunk(above, file_, *find(SectionType::level_bricks, level - 1), rules.set, rules.level - 1);
+            parents = brick_parents(entry, above, view.bricks, view.masks);
+        }
+        if (Status status = prove_chunk(entry, file_, bricks, rules, parents); !status)
+            return status;
+        copy_chunk(view_chunk(entry, file_, bricks, rules.set, rules.level), rules.set, rules.level, to);
+        return {};
     }
 
     // What only the whole model shows: chunk rule, content_id, averages.

@@ -1,6 +1,8 @@
 #include "pbm_format/writer.h"
 
+#include "pbm_format/brick_index.h"
 #include "pbm_format/chunk.h"
+#include "pbm_format/mapped_chunk.h"
 #include "pbm_format/parallel.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/reader.h"
@@ -17,12 +19,13 @@ namespace {
 class FileLayout {
   public:
     void add(SectionType type, std::uint32_t instance, Codec codec, std::uint32_t element_bytes, std::uint64_t count,
-             std::uint64_t raw_bytes, Bytes stored) {
+             std::uint64_t raw_bytes, Bytes stored, std::uint32_t alignment = kSectionAlignment) {
         entries_.push_back({.type = type,
                             .codec = codec,
                             .flags = kCriticalFlag,
                             .instance = instance,
                             .element_bytes = element_bytes,
+                            .alignment = alignment,
                             .stored_bytes = stored.size(),
                             .raw_bytes = raw_bytes,
                             .count = count,
@@ -90,7 +93,32 @@ Status check_encodable(const Model &model) {
 struct EncodedChunk {
     ChunkEntry entry;
     Bytes stored;
+    std::vector<BrickRecord> bricks; // of mapped files
 };
+
+// Fills the bricks of the chunks of `level`, from those of the level above.
+void index_level(const Model &model, std::size_t level, std::span<const EncodedChunk> above, int threads,
+                 std::span<EncodedChunk> chunks) {
+    const Level &here = model.levels[level];
+    parallel_for(chunks.size(), threads, [&](std::size_t i) {
+        const ChunkEntry &entry = chunks[i].entry;
+        BrickParents parents;
+        if (level > 1) {
+            const EncodedChunk &parent = above[entry.shape.parent_chunk];
+            const ByteView masks = model.levels[level - 1].masks;
+            parents = brick_parents(entry, parent.entry, parent.bricks,
+                                    masks.subspan(parent.entry.first_node, parent.entry.shape.nodes));
+        }
+        chunks[i].bricks.resize(entry.shape.bricks);
+        const bool whole =
+            index_bricks(parents, entry.shape, static_cast<int>(level),
+                         ByteView(here.masks).subspan(entry.first_node, entry.shape.nodes),
+                         std::span(here.points.normals).subspan(entry.first_point, entry.shape.points),
+                         ByteView(here.points.radii).subspan(entry.first_point, entry.shape.points), chunks[i].bricks);
+        assert(whole); // split_into_chunks cuts between bricks
+        static_cast<void>(whole);
+    });
+}
 
 } // namespace
 
@@ -133,16 +161,24 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
             jobs.push_back({level, chunk});
         }
     }
+    const bool mapped = options.storage == Storage::mapped;
     std::atomic<std::size_t> done{0};
     parallel_for(jobs.size(), options.threads, [&](std::size_t i) {
         const Job &job = jobs[i];
         EncodedChunk &to = encoded[job.level][job.chunk];
-        encode_chunk(model, static_cast<int>(job.level),
-                     {.compression_level = options.compression_level, .filters = options.filters}, to.entry, to.stored);
+        if (mapped)
+            encode_mapped_chunk(model, static_cast<int>(job.level), to.entry, to.stored);
+        else
+            encode_chunk(model, static_cast<int>(job.level),
+                         {.compression_level = options.compression_level, .filters = options.filters}, to.entry,
+                         to.stored);
         const std::size_t finished = ++done;
         if (options.progress)
             options.progress(static_cast<double>(finished) / static_cast<double>(jobs.size()));
     });
+
+    for (std::size_t level = 1; level < encoded.size() && mapped; ++level)
+        index_level(model, level, encoded[level - 1], options.threads, encoded[level]);
 
     FileLayout layout;
     const Bytes metadata(model.metadata.begin(), model.metadata.end());
@@ -158,11 +194,14 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
     for (std::size_t level = 1; level < encoded.size(); ++level) {
         LevelDirectory directory;
         directory.level = static_cast<int>(level);
-        Bytes stored;
+        Bytes stored, bricks;
         std::uint64_t raw_bytes = 0, points = 0;
         for (EncodedChunk &chunk : encoded[level]) {
             stored.insert(stored.end(), chunk.stored.begin(), chunk.stored.end());
             chunk.stored = {};
+            const auto records = std::as_bytes(std::span(chunk.bricks));
+            const auto *record_bytes = reinterpret_cast<const std::uint8_t *>(records.data());
+            bricks.insert(bricks.end(), record_bytes, record_bytes + records.size());
             points += chunk.entry.shape.points;
             for (const StreamInfo &stream : streams)
                 raw_bytes +=
@@ -172,9 +211,20 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
         const auto instance = static_cast<std::uint32_t>(level);
         layout.add_records(SectionType::level_directory, instance, static_cast<std::uint32_t>(chunk_entry_bytes(set)),
                            encode_directory(directory, set));
-        layout.add(SectionType::level_chunks, instance, Codec::zstd_chunks, 0, points, raw_bytes, std::move(stored));
+        if (mapped) {
+            const std::uint64_t bytes = stored.size(), records = bricks.size() / kBrickRecordBytes;
+            const std::uint64_t brick_bytes = bricks.size();
+            layout.add(SectionType::level_bricks, instance, Codec::raw, kBrickRecordBytes, records, brick_bytes,
+                       std::move(bricks), kMappedStreamAlignment);
+            layout.add(SectionType::level_chunks, instance, Codec::raw, 0, points, bytes, std::move(stored),
+                       kMappedChunksAlignment);
+        } else {
+            layout.add(SectionType::level_chunks, instance, Codec::zstd_chunks, 0, points, raw_bytes,
+                       std::move(stored));
+        }
     }
     FileHeader header;
+    header.required_features = mapped ? kMappedFeature : 0;
     header.depth = static_cast<std::uint8_t>(depth);
     header.point_count = model.point_count();
     header.content_id = content_id(model, shapes, options.chunk_points);

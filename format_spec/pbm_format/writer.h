@@ -12,6 +12,7 @@ namespace pbm {
 inline constexpr int kDefaultCompressionLevel = 3; // of 1..19, see frame.h
 
 struct WriteOptions {
+    Storage storage = Storage::packed; // mapped: compression_level and filters do not matter
     int compression_level = kDefaultCompressionLevel;
     bool filters = true; // store streams as differences to the level above where smaller
     std::uint32_t chunk_points = kDefaultChunkPoints;

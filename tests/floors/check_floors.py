@@ -39,8 +39,9 @@ FORMAT_LAYERS = [
     {"unfilter"},
     {"content_id"},
     {"layout", "sections", "directory", "metadata"},
-    {"frame"},
+    {"frame", "stream_rules", "brick_index"},
     {"chunk"},
+    {"mapped_chunk"},
     {"reader"},
     {"writer", "validate"},
 ]

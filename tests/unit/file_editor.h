@@ -94,12 +94,17 @@ class FileEditor {
         const ByteView directory =
             part(get<std::uint64_t>(directory_entry + 24), get<std::uint64_t>(directory_entry + 32));
         const std::size_t directory_at = get<std::uint64_t>(directory_entry + 24);
-        std::uint64_t at =
-            get<std::uint64_t>(directory_entry + kSectionEntryBytes + 24); // chunks follow their directory
+        // Chunks follow their directory, or its bricks in mapped files.
+        const std::size_t next = directory_entry + kSectionEntryBytes;
+        const bool mapped = get<std::uint32_t>(next) == static_cast<std::uint32_t>(SectionType::level_bricks);
+        std::uint64_t at = get<std::uint64_t>(next + (mapped ? kSectionEntryBytes : 0) + 24);
         for (std::size_t i = 0; i + entry_bytes <= directory.size(); i += entry_bytes) {
             std::uint64_t stored = 0;
-            for (std::size_t s = kChunkEntryFixedBytes; s < entry_bytes; s += 4)
+            for (std::size_t s = kChunkEntryFixedBytes; s < entry_bytes; s += 4) {
                 stored += get<std::uint32_t>(directory_at + i + s) & 0xFFFFFF;
+                if (mapped)
+                    stored = align_stream(stored);
+            }
             set(directory_at + i + 8, hash64(part(at, stored)));
             at += stored;
         }

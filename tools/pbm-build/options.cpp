@@ -184,6 +184,8 @@ void add_output_options(CLI::App &app, Arguments &arguments) {
     app.add_option("-z,--compression-level", options.compression_level, "zstd level 1..19")
         ->check(CLI::Range(1, 19))
         ->capture_default_str();
+    add_choice<Storage>(app, "--store", options.storage, {{"packed", Storage::packed}, {"mapped", Storage::mapped}},
+                        "Small, or raw to be drawn where it lies; default packed");
     add_choice<ColourFormat>(app, "--colour,--color", options.colour,
                              {{"565", ColourFormat::rgb565}, {"888", ColourFormat::rgb888}},
                              "Bits of a colour; default 888");

@@ -21,7 +21,8 @@ struct StreamSize {
 
 struct LevelSize {
     int level = 0;
-    std::uint64_t points = 0, directory_bytes = 0, bytes = 0; // of the directory; of chunks and directory
+    std::uint64_t points = 0, directory_bytes = 0, bytes = 0; // of the directory; of directory, bricks and chunks
+    std::uint64_t bricks = 0;
     std::size_t chunks = 0;
     std::vector<StreamSize> streams;
 };
@@ -53,14 +54,18 @@ pbm::Result<FileSizes> measure(pbm::Reader &reader) {
                                 reader.section(pbm::SectionType::level_chunks, instance)->stored_bytes,
                        .chunks = (*directory)->chunks.size(),
                        .streams = {}};
+        if (const pbm::SectionEntry *bricks = reader.section(pbm::SectionType::level_bricks, instance))
+            size.bytes += bricks->stored_bytes;
         for (const StreamSize &stream : sizes.streams)
             size.streams.push_back({.type = stream.type});
-        for (const pbm::ChunkEntry &chunk : (*directory)->chunks)
+        for (const pbm::ChunkEntry &chunk : (*directory)->chunks) {
+            size.bricks += chunk.shape.bricks;
             for (std::size_t s = 0; s < infos.size(); ++s) {
                 size.streams[s].stored_bytes += chunk.streams[s].stored_bytes;
                 size.streams[s].raw_bytes +=
                     pbm::raw_stream_bytes(infos[s], set, level, chunk.shape.nodes, chunk.shape.points);
             }
+        }
         for (std::size_t s = 0; s < infos.size(); ++s) {
             sizes.streams[s].stored_bytes += size.streams[s].stored_bytes;
             sizes.streams[s].raw_bytes += size.streams[s].raw_bytes;
@@ -98,6 +103,7 @@ json to_json(const std::string &path, const pbm::Reader &reader, const FileSizes
                           {"bytes", level.bytes},
                           {"directory_bytes", level.directory_bytes},
                           {"chunks", level.chunks},
+                          {"bricks", level.bricks},
                           {"streams", to_json(level.streams)}});
     json materials = json::array();
     for (const pbm::Material &material : parameters.materials)
@@ -117,6 +123,7 @@ json to_json(const std::string &path, const pbm::Reader &reader, const FileSizes
             {"origin", parameters.grid.origin},
             {"unit", pbm::to_string(parameters.grid.unit)},
             {"up", pbm::to_string(parameters.grid.up)},
+            {"store", pbm::to_string(header.storage())},
             {"colour", colour_name(parameters.attributes.colour)},
             {"content_id", hex(header.content_id)},
             {"materials", std::move(materials)},
@@ -136,7 +143,7 @@ void print_text(const std::string &path, const pbm::Reader &reader, const FileSi
               << '\n'
               << "points      " << header.point_count << " at depth " << +header.depth << '\n'
               << "file        " << header.file_size << " bytes, " << std::fixed << std::setprecision(2)
-              << bits(header.file_size) << " bits per point\n"
+              << bits(header.file_size) << " bits per point, " << pbm::to_string(header.storage()) << '\n'
               << std::defaultfloat << std::setprecision(9) << "voxel size  " << grid.voxel_size
               << (grid.unit == pbm::Unit::unknown ? "" : " ")
               << (grid.unit == pbm::Unit::unknown ? std::string_view() : pbm::to_string(grid.unit)) << '\n'
@@ -151,10 +158,11 @@ void print_text(const std::string &path, const pbm::Reader &reader, const FileSi
     for (const StreamSize &stream : sizes.streams)
         std::cout << std::left << std::setw(12) << stream.type << std::right << std::setw(18) << stream.stored_bytes
                   << std::setw(15) << stream.raw_bytes << std::setw(12) << bits(stream.stored_bytes) << '\n';
-    std::cout << "\nlevel        points   chunks          bytes  bits/point\n";
+    std::cout << "\nlevel        points   chunks   bricks          bytes  bits/point\n";
     for (const LevelSize &level : sizes.levels)
         std::cout << std::setw(5) << level.level << std::setw(14) << level.points << std::setw(9) << level.chunks
-                  << std::setw(15) << level.bytes << std::setw(12) << bits(level.bytes) << '\n';
+                  << std::setw(9) << level.bricks << std::setw(15) << level.bytes << std::setw(12) << bits(level.bytes)
+                  << '\n';
 }
 
 int fail(const std::string &path, const pbm::Error &error) { return pbm::command_line::fail("pbm-info", path, error); }

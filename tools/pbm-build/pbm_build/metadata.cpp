@@ -7,7 +7,7 @@
 namespace pbm::build {
 
 Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, const Placement &placement,
-                                  const PointRequest &points, ColourFormat colour, int compression_level,
+                                  const PointRequest &points, ColourFormat colour, const Coding &coding,
                                   bool flip_faces) {
     nlohmann::ordered_json metadata;
     metadata["generator"] = std::string("pbm-build ") + PBM_VERSION;
@@ -33,7 +33,10 @@ Result<std::string> make_metadata(const Credits &credits, const GridRequest &gri
         options["origin"] = *placement.origin;
     if (colour != ColourFormat::none)
         options["colour"] = colour == ColourFormat::rgb565 ? 565 : 888;
-    options["compression_level"] = compression_level;
+    if (coding.storage == Storage::mapped)
+        options["store"] = "mapped";
+    else
+        options["compression_level"] = coding.compression_level;
     if (flip_faces)
         options["flip_faces"] = true;
     if (points.viewpoint)

@@ -4,6 +4,7 @@
 #include "pbm_build/estimate_normals.h"
 #include "pbm_build/grid_choice.h"
 #include "pbm_build/placement.h"
+#include "pbm_format/layout.h"
 
 #include <string>
 
@@ -13,11 +14,17 @@ struct Credits {
     std::string name, licence, credit; // UTF-8, may be empty
 };
 
-// JSON object. `compression_level` and `colour` as they were used; of `grid` and `placement` only what was asked for.
+// How the file is written.
+struct Coding {
+    Storage storage = Storage::packed;
+    int compression_level = 0; // of packed files
+};
+
+// JSON object. `coding` and `colour` as they were used; of `grid` and `placement` only what was asked for.
 //
 // errors  usage  not UTF-8, or longer than 4 KB
 Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, const Placement &placement,
-                                  const PointRequest &points, ColourFormat colour, int compression_level,
+                                  const PointRequest &points, ColourFormat colour, const Coding &coding,
                                   bool flip_faces);
 
 } // namespace pbm::build

@@ -135,7 +135,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     const AttributeSet set = choose_attributes(surface, options.colour);
     Result<std::string> metadata =
         make_metadata(options.credits, options.grid, options.placement, point_request(options), set.colour,
-                      options.compression_level, options.flip_faces);
+                      {.storage = options.storage, .compression_level = options.compression_level}, options.flip_faces);
     if (!metadata)
         return metadata.error();
 
@@ -208,9 +208,11 @@ Status write(const std::string &output, const Model &model, const BuildOptions &
              const Progress &progress) {
     StepClock clock(statistics, progress);
     const Result<std::uint64_t> written = clock.run("write", [&](auto write_progress) {
-        return write_model(
-            output, model,
-            {.compression_level = options.compression_level, .threads = options.threads, .progress = write_progress});
+        return write_model(output, model,
+                           {.storage = options.storage,
+                            .compression_level = options.compression_level,
+                            .threads = options.threads,
+                            .progress = write_progress});
     });
     if (!written)
         return written.error();

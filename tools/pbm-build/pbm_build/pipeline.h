@@ -22,7 +22,8 @@ struct BuildOptions {
     Placement placement;
     std::optional<ScanFormat> input_format;     // where neither content nor name tells
     ColourFormat colour = ColourFormat::rgb888; // where the input has colours
-    int compression_level = kDefaultCompressionLevel;
+    Storage storage = Storage::packed;
+    int compression_level = kDefaultCompressionLevel; // of packed files
     Credits credits;
     bool flip_faces = false;                              // the scan winds its faces clockwise
     std::optional<std::array<double, 3>> viewpoint;       // estimated normals face it; model units

@@ -1,0 +1,176 @@
+#include "pbm_format/mapped_chunk.h"
+
+#include "pbm_format/stream_rules.h"
+
+#include <algorithm>
+
+namespace pbm {
+
+namespace {
+
+// Calls `visit(stream, place, bytes)` for each stream, its place counted from the chunk's start.
+template <class Visit> void for_streams(const ChunkEntry &entry, const AttributeSet &set, Visit &&visit) {
+    std::uint64_t at = 0;
+    const std::vector<StreamInfo> streams = streams_of(set);
+    for (std::size_t s = 0; s < streams.size(); ++s) {
+        visit(streams[s], at, std::uint64_t{entry.streams[s].stored_bytes});
+        at = align_stream(at + entry.streams[s].stored_bytes);
+    }
+}
+
+// `count` records of T that lie in a file.
+template <class T> std::span<const T> view_as(ByteView bytes, std::size_t count) {
+    assert(bytes.size() >= count * sizeof(T));
+    assert(reinterpret_cast<std::uintptr_t>(bytes.data()) % alignof(T) == 0);
+    return {reinterpret_cast<const T *>(bytes.data()), count};
+}
+
+} // namespace
+
+ChunkView view_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const AttributeSet &set,
+                     int level) {
+    ChunkView view;
+    for_streams(entry, set, [&](const StreamInfo &stream, std::uint64_t at, std::uint64_t size) {
+        const ByteView bytes = file.subspan(entry.offset + at, size);
+        assert(size == raw_stream_bytes(stream, set, level, entry.shape.nodes, entry.shape.points));
+        switch (stream.kind) {
+        case StreamKind::masks: view.masks = bytes; break;
+        case StreamKind::normal: view.normals = view_as<std::uint16_t>(bytes, entry.shape.points); break;
+        case StreamKind::radius: view.radii = bytes; break;
+        case StreamKind::colour: view.colours = bytes; break;
+        case StreamKind::material: view.materials = bytes; break;
+        case StreamKind::texture: view.textures = bytes; break;
+        case StreamKind::shadow: view.packed_shadows[stream.light] = bytes; break;
+        }
+    });
+    const std::uint64_t records = bricks.offset + entry.first_brick * kBrickRecordBytes;
+    view.bricks =
+        view_as<BrickRecord>(file.subspan(records, entry.shape.bricks * kBrickRecordBytes), entry.shape.bricks);
+    static_cast<void>(level);
+    return view;
+}
+
+namespace {
+
+// Kept by each thread, so that a proof costs no allocation.
+struct ProofScratch {
+    NormalOccurrence occurs;
+    std::vector<BrickRecord> bricks;
+};
+
+Status check_padding(const ChunkEntry &entry, ByteView file, const AttributeSet &set) {
+    Status status;
+    for_streams(entry, set, [&](const StreamInfo &, std::uint64_t at, std::uint64_t size) {
+        for (std::uint64_t byte = at + size; byte < align_stream(at + size); ++byte)
+            if (status && file[entry.offset + byte] != 0)
+                status = Error{ErrorCode::bad_attribute, entry.offset + byte,
+                               "5.10.1 padding of a mapped chunk is not zero"};
+    });
+    return status;
+}
+
+Status check_streams(const ChunkEntry &entry, const ChunkView &view, const ChunkRules &rules,
+                     NormalOccurrence &occurs) {
+    Status status = check_masks(summarise_masks(view.masks), entry.shape.points, entry.offset);
+    for_streams(entry, rules.set, [&](const StreamInfo &stream, std::uint64_t at, std::uint64_t) {
+        const std::uint64_t offset = entry.offset + at;
+        if (!status)
+            return;
+        if (stream.kind == StreamKind::normal) {
+            occurs.fill(0);
+            status = mark_normals(view.normals, occurs, offset);
+            if (status)
+                status = check_cone(occurs, entry.cone, offset);
+        } else if (stream.kind == StreamKind::radius) {
+            status = check_radii(view.radii, rules.finest, offset);
+        } else if (stream.kind == StreamKind::material) {
+            status = check_materials(view.materials, rules.material_count, offset);
+        } else if (stream.kind == StreamKind::shadow) {
+            status =
+                check_packed_tail(view.packed_shadows[stream.light], entry.shape.points,
+                                  rules.set.shadow_bits[stream.light][static_cast<std::size_t>(rules.level)], offset);
+        }
+    });
+    return status;
+}
+
+// The field of a record that differs, as the rule and the place it breaks.
+Error describe_difference(const BrickRecord &stored, const BrickRecord &expected, std::uint64_t offset) {
+    const auto bad = [&](std::size_t field, const char *message) {
+        return Error{ErrorCode::bad_content, offset + field, message};
+    };
+    if (stored.x != expected.x || stored.y != expected.y || stored.z != expected.z)
+        return bad(offsetof(BrickRecord, x), "5.11.2 the brick stands elsewhere");
+    if (stored.first_point != expected.first_point || stored.first_node != expected.first_node)
+        return bad(offsetof(BrickRecord, first_point), "5.11.2 the brick's points or masks start elsewhere");
+    if (stored.node_map != expected.node_map)
+        return bad(offsetof(BrickRecord, node_map), "5.11.2 the brick's node map is not that of the octree");
+    if (stored.cone_axis != expected.cone_axis || stored.cone_cosine != expected.cone_cosine)
+        return bad(offsetof(BrickRecord, cone_axis), "5.11.3 the brick's normal cone is not that of its points");
+    return bad(offsetof(BrickRecord, largest_radius), "5.11.4 the brick's radius or flags are not those of its points");
+}
+
+Status check_bricks(const ChunkEntry &entry, const ChunkView &view, const SectionEntry &section, int level,
+                    const BrickParents &parents, std::vector<BrickRecord> &expected) {
+    expected.resize(entry.shape.bricks);
+    if (!index_bricks(parents, entry.shape, level, view.masks, view.normals, view.radii, expected))
+        return Error{ErrorCode::bad_directory, entry.offset,
+                     "5.11.1 the chunk does not hold whole bricks, as many as the directory says, below its root"};
+    const auto differ = std::mismatch(expected.begin(), expected.end(), view.bricks.begin());
+    if (differ.first == expected.end())
+        return {};
+    const auto index = entry.first_brick + static_cast<std::uint64_t>(differ.first - expected.begin());
+    return describe_difference(*differ.second, *differ.first, section.offset + index * kBrickRecordBytes);
+}
+
+} // namespace
+
+Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const ChunkRules &rules,
+                   const BrickParents &parents) {
+    thread_local ProofScratch scratch;
+    if (hash64(file.subspan(entry.offset, entry.stored_bytes)) != entry.hash)
+        return Error{ErrorCode::bad_hash, entry.offset, "5.6.4 the chunk was changed: its hash does not match"};
+    const ChunkView view = view_chunk(entry, file, bricks, rules.set, rules.level);
+    Status status = check_padding(entry, file, rules.set);
+    if (status)
+        status = check_streams(entry, view, rules, scratch.occurs);
+    if (status)
+        status = check_bricks(entry, view, bricks, rules.level, parents, scratch.bricks);
+    return status;
+}
+
+void copy_chunk(const ChunkView &view, const AttributeSet &set, int level, Chunk &to) {
+    to.masks.assign(view.masks.begin(), view.masks.end());
+    PointAttributes &points = to.points;
+    points.resize(view.normals.size(), set);
+    points.normals.assign(view.normals.begin(), view.normals.end());
+    points.radii.assign(view.radii.begin(), view.radii.end());
+    points.colours.assign(view.colours.begin(), view.colours.end());
+    points.materials.assign(view.materials.begin(), view.materials.end());
+    points.textures.assign(view.textures.begin(), view.textures.end());
+    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
+        unpack_bits(view.packed_shadows[light], set.shadow_bits[light][static_cast<std::size_t>(level)],
+                    points.shadows[light]);
+}
+
+void encode_mapped_chunk(const Model &model, int level, ChunkEntry &entry, Bytes &out) {
+    assert(level >= 1);
+    const AttributeSet &set = model.parameters.attributes;
+    const Level &here = model.levels[static_cast<std::size_t>(level)];
+    const ByteView masks = ByteView(here.masks).subspan(entry.first_node, entry.shape.nodes);
+    const PointView points = view_points(here.points, entry.first_point, entry.shape.points, set);
+    const bool finest = static_cast<std::size_t>(level) + 1 == model.levels.size();
+    entry.cone = bound_normals(points.normals);
+    entry.streams.clear();
+    const std::size_t start = out.size();
+    for (const StreamInfo &stream : streams_of(set)) {
+        const Bytes raw = raw_stream({.set = set, .stream = stream, .level = level, .finest = finest}, masks, points);
+        out.insert(out.end(), raw.begin(), raw.end());
+        out.resize(start + align_stream(out.size() - start), 0);
+        entry.streams.push_back({.stored_bytes = static_cast<std::uint32_t>(raw.size())});
+    }
+    entry.stored_bytes = out.size() - start;
+    entry.hash = hash64(ByteView(out).subspan(start));
+}
+
+} // namespace pbm

@@ -1,0 +1,106 @@
+#include "pbm_format/stream_rules.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace pbm {
+
+namespace {
+
+Bytes to_bytes(ByteView view) { return {view.begin(), view.end()}; }
+
+Status check_values(ByteView values, unsigned limit, std::uint64_t offset, const char *message) {
+    std::uint8_t most = 0;
+    for (const std::uint8_t value : values) // not max_element, which compilers do not vectorise
+        most = std::max(most, value);
+    if (most >= limit)
+        return Error{ErrorCode::bad_attribute, offset, message};
+    return {};
+}
+
+bool cone_holds(const NormalCone &cone, const NormalOccurrence &occurs) {
+    const std::span<const IntegerNormal> normals = integer_normal_table();
+    const IntegerNormal axis = normals[cone.axis];
+    const std::int32_t least = cone.cosine * 32767;
+    for (std::size_t first = 0; first < occurs.size(); first += 8) {
+        std::uint64_t eight = 0;
+        std::memcpy(&eight, occurs.data() + first, 8);
+        for (; eight != 0; eight &= eight - 1) {
+            const std::size_t normal = first + static_cast<std::size_t>(std::countr_zero(eight)) / 8;
+            if ((normal & kTwoSidedBit) != 0)
+                return false;
+            const IntegerNormal &n = normals[normal];
+            if (axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2] < least)
+                return false;
+        }
+    }
+    return true;
+}
+
+} // namespace
+
+Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &points) {
+    switch (context.stream.kind) {
+    case StreamKind::masks: return to_bytes(masks);
+    case StreamKind::normal: {
+        Bytes raw(points.normals.size_bytes());
+        std::memcpy(raw.data(), points.normals.data(), raw.size());
+        return raw;
+    }
+    case StreamKind::radius: return to_bytes(points.radii);
+    case StreamKind::colour: return to_bytes(points.colours);
+    case StreamKind::material: return to_bytes(points.materials);
+    case StreamKind::texture: return to_bytes(points.textures);
+    case StreamKind::shadow:
+        return pack_bits(points.shadows[context.stream.light],
+                         context.set.shadow_bits[context.stream.light][static_cast<std::size_t>(context.level)]);
+    }
+    return {};
+}
+
+Status check_masks(const MaskSummary &summary, std::uint32_t points, std::uint64_t offset) {
+    if (summary.zero)
+        return Error{ErrorCode::bad_octree, offset, "4.2 zero child mask"};
+    if (summary.children != points)
+        return Error{ErrorCode::bad_octree, offset,
+                     "4.4 the masks announce another number of points than the directory"};
+    return {};
+}
+
+Status mark_normals(std::span<const std::uint16_t> normals, NormalOccurrence &occurs, std::uint64_t offset) {
+    constexpr unsigned kUsedBits = kNormalIndexMask | kTwoSidedBit;
+    unsigned bits = 0;
+    for (const std::uint16_t normal : normals) {
+        bits |= normal;
+        occurs[normal & kUsedBits] = 1;
+    }
+    if ((bits & ~kUsedBits) != 0)
+        return Error{ErrorCode::bad_attribute, offset, "6.1.4 a normal has reserved bits"};
+    return {};
+}
+
+Status check_cone(const NormalOccurrence &occurs, const NormalCone &cone, std::uint64_t offset) {
+    if (cone.cosine != kNoCone && !cone_holds(cone, occurs))
+        return Error{ErrorCode::bad_attribute, offset, "5.7.1 a normal lies outside the chunk's normal cone"};
+    return {};
+}
+
+Status check_radii(ByteView radii, bool finest, std::uint64_t offset) {
+    return finest ? check_values(radii, kMaxFinestRadius + 1U, offset,
+                                 "6.2.2 a radius is more than 5 % of the grid's edge")
+                  : Status{};
+}
+
+Status check_materials(ByteView materials, std::size_t material_count, std::uint64_t offset) {
+    return check_values(materials, static_cast<unsigned>(material_count), offset,
+                        "6.4.1 a material index names no material");
+}
+
+Status check_packed_tail(ByteView packed, std::uint32_t points, unsigned bits, std::uint64_t offset) {
+    const std::size_t used = points * std::size_t{bits} % 8;
+    if (used != 0 && packed.back() >> used != 0)
+        return Error{ErrorCode::bad_attribute, offset, "6.6.1 bits after the last lit fraction are not zero"};
+    return {};
+}
+
+} // namespace pbm

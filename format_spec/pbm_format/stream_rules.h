@@ -1,0 +1,23 @@
+// The unfiltered streams of a chunk: their bytes, and the rules for their values. BVG.md sections 4 and 6.
+// Whoever reads chunks, from frames or where they lie, proves these.
+#pragma once
+
+#include "pbm_format/layout.h"
+#include "pbm_format/unfilter.h"
+
+namespace pbm {
+
+// The unfiltered bytes of one stream of a chunk. BVG.md 5.4
+Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &points);
+
+// `offset` is that of the chunk for masks, else of the stream, in the file.
+Status check_masks(const MaskSummary &summary, std::uint32_t points, std::uint64_t offset);
+// Marks what occurs; un-filtering does that itself and cannot break the rule.
+Status mark_normals(std::span<const std::uint16_t> normals, NormalOccurrence &occurs, std::uint64_t offset);
+Status check_cone(const NormalOccurrence &occurs, const NormalCone &cone, std::uint64_t offset);
+Status check_radii(ByteView radii, bool finest, std::uint64_t offset);
+Status check_materials(ByteView materials, std::size_t material_count, std::uint64_t offset);
+// Of lit fractions, `bits` each: nothing behind the last.
+Status check_packed_tail(ByteView packed, std::uint32_t points, unsigned bits, std::uint64_t offset);
+
+} // namespace pbm
