@@ -83,8 +83,7 @@ TEST(File, ChunksLoadOneByOne) {
         const std::vector<ChunkEntry> &entries = (*reader.directory(level))->chunks;
         levels[at].resize(entries.size());
         for (std::size_t i = 0; i < entries.size(); ++i)
-            ASSERT_TRUE(
-                reader.load_chunk(level, i, levels[at - 1][entries[i].shape.parent_chunk], levels[at][i]).ok());
+            ASSERT_TRUE(reader.load_chunk(level, i, levels[at - 1][entries[i].shape.parent_chunk], levels[at][i]).ok());
     }
     for (std::size_t i = 0; i < directory.chunks.size(); ++i) {
         const Chunk &chunk = levels[6][i];
@@ -180,14 +179,14 @@ TEST(Damage, AForeignFileIsNamedAsWhatItIs) {
 }
 
 TEST(Damage, ANewerVersionAndUnknownFeaturesAreUnsupportedNotInvalid) {
-    const auto edited = [](std::size_t at) {
+    const auto edited = [](std::size_t at, std::uint8_t value = 1) {
         test::FileEditor editor(small_file());
-        editor.set<std::uint8_t>(at, 1);
+        editor.set<std::uint8_t>(at, value);
         editor.repair();
         return editor.bytes();
     };
     EXPECT_EQ(read_everything(edited(8)).error().code, ErrorCode::unsupported_version);
-    EXPECT_EQ(read_everything(edited(40)).error().code, ErrorCode::unsupported_feature);
+    EXPECT_EQ(read_everything(edited(40, 2)).error().code, ErrorCode::unsupported_feature);
     EXPECT_TRUE(read_everything(edited(48))); // optional features are optional
 }
 

@@ -3,6 +3,7 @@
 #include "file_editor.h"
 #include "test_models.h"
 
+#include "pbm_format/brick_index.h"
 #include "pbm_format/writer.h"
 
 #include <functional>
@@ -57,6 +58,22 @@ const Bytes &small_filtered_file() {
 
 const Bytes &colour_565_file() {
     static const Bytes file = encode(sphere_model(2, {.colour = ColourFormat::rgb565}));
+    return file;
+}
+
+Bytes encode_mapped(const Model &model) {
+    return encode_model(model, {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}).value();
+}
+
+// Depth 3, every attribute, mapped.
+const Bytes &mapped_file() {
+    static const Bytes file = encode_mapped(sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.2));
+    return file;
+}
+
+// The same with several chunks, no optional attribute.
+const Bytes &mapped_chunks_file() {
+    static const Bytes file = encode_mapped(sphere_model(5, {}));
     return file;
 }
 
@@ -285,6 +302,43 @@ void add_filter_files(Collection &files) {
                        [](FileEditor &file, Place, Place escapes, Place) { file.set<std::uint8_t>(escapes + 1, 64); }));
 }
 
+void add_mapped_files(Collection &files) {
+    using enum SectionType;
+    const auto set_brick = [](std::size_t field, std::uint16_t flip) {
+        return [=](FileEditor &file) {
+            const std::size_t at = file.section(level_bricks, 3) + field;
+            file.set<std::uint16_t>(at, static_cast<std::uint16_t>(file.get<std::uint16_t>(at) ^ flip));
+        };
+    };
+    files.add("3.2.5-zstd-chunks-in-a-mapped-file", set<std::uint64_t>(40, kMappedFeature));
+    files.add("3.2.15-bricks-in-a-packed-file", mapped_file(), set<std::uint64_t>(40, 0));
+    files.add("3.2.16-alignment-of-bricks", mapped_file(), set_entry<std::uint32_t>(level_bricks, 2, 16, 128));
+    files.add("3.2.16-alignment-of-chunks", mapped_file(), set_entry<std::uint32_t>(level_chunks, 2, 16, 64));
+    files.add("5.4.4-compressed-stream", mapped_file(), [](FileEditor &file) {
+        const std::size_t at = file.chunk(3) + kChunkEntryFixedBytes;
+        file.set<std::uint32_t>(at, (file.get<std::uint32_t>(at) - 1) | 1U << 31);
+    });
+    files.add("5.10.1-padding", mapped_file(),
+              [](FileEditor &file) { file.set<std::uint8_t>(file.section(level_chunks, 1) + 1, 1); });
+    files.add("5.10.2-bricks-of-12-bytes", mapped_file(), [](FileEditor &file) {
+        const std::size_t at = file.entry(level_bricks, 3);
+        file.set<std::uint32_t>(at + 12, 12);
+        file.set<std::uint64_t>(at + 48, 2 * file.get<std::uint64_t>(at + 48));
+    });
+    files.add("5.11.1-half-a-brick", mapped_chunks_file(), [](FileEditor &file) {
+        for (const std::size_t chunk : {std::size_t{0}, std::size_t{1}}) {
+            const std::size_t at = file.chunk(5, chunk) + 28;
+            file.set<std::uint32_t>(at, file.get<std::uint32_t>(at) + (chunk == 0 ? ~0U : 1U));
+        }
+    });
+    files.add("5.11.2-place", mapped_file(), set_brick(offsetof(BrickRecord, y), 1));
+    files.add("5.11.2-first-node", mapped_file(), set_brick(offsetof(BrickRecord, first_node), 1));
+    files.add("5.11.2-node-map", mapped_file(), set_brick(offsetof(BrickRecord, node_map) + 3, 1));
+    files.add("5.11.3-cone", mapped_chunks_file(), set_brick(offsetof(BrickRecord, cone_cosine), 1));
+    files.add("5.11.4-radius", mapped_file(), set_brick(offsetof(BrickRecord, largest_radius), 1));
+    files.add("5.11.4-flags", mapped_file(), set_brick(offsetof(BrickRecord, largest_radius), 0x200));
+}
+
 void add_chunk_files(Collection &files) {
     using enum SectionType;
     const auto in_chunk = [](std::uint32_t level, std::size_t at, std::uint8_t value) {
@@ -386,6 +440,8 @@ std::vector<ValidFile> valid_files() {
             {"filtered.bvg", filtered_file()},
             {"filtered-565.bvg", encode_filtered(sphere_model(5, every_attribute(ColourFormat::rgb565, 5), 0.3, 7))},
             {"smallest.bvg", encode(sphere_model(2, {}, 0.05))},
+            {"mapped.bvg", mapped_file()},
+            {"mapped-chunks.bvg", mapped_chunks_file()},
             {"two-sided.bvg", two_sided_file()},
             {"unknown-extras.bvg", unknown_extras_file()}};
 }
@@ -396,6 +452,7 @@ std::vector<InvalidFile> invalid_files() {
     add_table_files(files);
     add_section_files(files);
     add_chunk_files(files);
+    add_mapped_files(files);
     return files.take();
 }
 
