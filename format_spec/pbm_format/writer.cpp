@@ -34,9 +34,10 @@ class FileLayout {
     }
 
     // A raw section of records of one size.
-    void add_records(SectionType type, std::uint32_t instance, std::uint32_t record_bytes, Bytes stored) {
+    void add_records(SectionType type, std::uint32_t instance, std::uint32_t record_bytes, Bytes stored,
+                     std::uint32_t alignment = kSectionAlignment) {
         const std::uint64_t bytes = stored.size();
-        add(type, instance, Codec::raw, record_bytes, bytes / record_bytes, bytes, std::move(stored));
+        add(type, instance, Codec::raw, record_bytes, bytes / record_bytes, bytes, std::move(stored), alignment);
     }
 
     // Header, table, sections; fills the fields of `header` that follow from the sections.
@@ -120,6 +121,37 @@ void index_level(const Model &model, std::size_t level, std::span<const EncodedC
     });
 }
 
+// The sections of a level; takes what `chunks` hold.
+void add_level(FileLayout &layout, const AttributeSet &set, int level, Storage storage,
+               std::span<EncodedChunk> chunks) {
+    LevelDirectory directory{.level = level, .chunks = {}};
+    Bytes stored, bricks;
+    std::uint64_t raw_bytes = 0, points = 0;
+    for (EncodedChunk &chunk : chunks) {
+        stored.insert(stored.end(), chunk.stored.begin(), chunk.stored.end());
+        chunk.stored = {};
+        const auto *records = reinterpret_cast<const std::uint8_t *>(chunk.bricks.data());
+        bricks.insert(bricks.end(), records, records + kBrickRecordBytes * chunk.bricks.size());
+        const ChunkShape &shape = chunk.entry.shape;
+        points += shape.points;
+        for (const StreamInfo &stream : streams_of(set))
+            raw_bytes += raw_stream_bytes(stream, set, level, shape.nodes, shape.points);
+        directory.chunks.push_back(std::move(chunk.entry));
+    }
+    const auto instance = static_cast<std::uint32_t>(level);
+    layout.add_records(SectionType::level_directory, instance, static_cast<std::uint32_t>(chunk_entry_bytes(set)),
+                       encode_directory(directory, set));
+    if (storage == Storage::packed) {
+        layout.add(SectionType::level_chunks, instance, Codec::zstd_chunks, 0, points, raw_bytes, std::move(stored));
+        return;
+    }
+    layout.add_records(SectionType::level_bricks, instance, kBrickRecordBytes, std::move(bricks),
+                       kMappedStreamAlignment);
+    raw_bytes = stored.size();
+    layout.add(SectionType::level_chunks, instance, Codec::raw, 0, points, raw_bytes, std::move(stored),
+               kMappedChunksAlignment);
+}
+
 } // namespace
 
 Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
@@ -190,39 +222,8 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
         layout.add_records(SectionType::lights, 0, 48, encode_lights(parameters.lights));
     if (!parameters.texture.empty())
         layout.add_records(SectionType::texture, 0, 800, encode_texture(parameters.texture.front()));
-    const std::vector<StreamInfo> streams = streams_of(set);
-    for (std::size_t level = 1; level < encoded.size(); ++level) {
-        LevelDirectory directory;
-        directory.level = static_cast<int>(level);
-        Bytes stored, bricks;
-        std::uint64_t raw_bytes = 0, points = 0;
-        for (EncodedChunk &chunk : encoded[level]) {
-            stored.insert(stored.end(), chunk.stored.begin(), chunk.stored.end());
-            chunk.stored = {};
-            const auto records = std::as_bytes(std::span(chunk.bricks));
-            const auto *record_bytes = reinterpret_cast<const std::uint8_t *>(records.data());
-            bricks.insert(bricks.end(), record_bytes, record_bytes + records.size());
-            points += chunk.entry.shape.points;
-            for (const StreamInfo &stream : streams)
-                raw_bytes +=
-                    raw_stream_bytes(stream, set, directory.level, chunk.entry.shape.nodes, chunk.entry.shape.points);
-            directory.chunks.push_back(std::move(chunk.entry));
-        }
-        const auto instance = static_cast<std::uint32_t>(level);
-        layout.add_records(SectionType::level_directory, instance, static_cast<std::uint32_t>(chunk_entry_bytes(set)),
-                           encode_directory(directory, set));
-        if (mapped) {
-            const std::uint64_t bytes = stored.size(), records = bricks.size() / kBrickRecordBytes;
-            const std::uint64_t brick_bytes = bricks.size();
-            layout.add(SectionType::level_bricks, instance, Codec::raw, kBrickRecordBytes, records, brick_bytes,
-                       std::move(bricks), kMappedStreamAlignment);
-            layout.add(SectionType::level_chunks, instance, Codec::raw, 0, points, bytes, std::move(stored),
-                       kMappedChunksAlignment);
-        } else {
-            layout.add(SectionType::level_chunks, instance, Codec::zstd_chunks, 0, points, raw_bytes,
-                       std::move(stored));
-        }
-    }
+    for (std::size_t level = 1; level < encoded.size(); ++level)
+        add_level(layout, set, static_cast<int>(level), options.storage, encoded[level]);
     FileHeader header;
     header.required_features = mapped ? kMappedFeature : 0;
     header.depth = static_cast<std::uint8_t>(depth);
