@@ -86,23 +86,33 @@ const CellTables &cell_tables() {
     return instance;
 }
 
-// For each triangle of the positive octant: itself and all triangles that share a corner with it, ascending. The
-// nearest normal of a direction is always among those of the triangle that holds it (the tests prove it by brute
-// force).
-struct CandidateTable {
-    static constexpr int kMost = 16;
-    std::array<std::array<std::uint16_t, kMost>, 1024> candidates{};
-    std::array<std::uint8_t, 1024> count{};
+// The triangles of the positive octant stand in rows, x upwards; a direction's coordinates on the octahedron's face,
+// times 32, name its own by their whole parts.
+constexpr std::size_t cell_of(int i, int j, int down) {
+    return static_cast<std::size_t>(i * (2 * kCornerScale - i) + 2 * j + down);
+}
 
-    CandidateTable() {
-        constexpr int kSide = 2 * kCornerScale + 1;
-        std::vector<std::vector<std::uint16_t>> at_corner(static_cast<std::size_t>(kSide) * kSide * kSide);
-        const auto place = [](const LatticePoint &p) {
-            return (static_cast<std::size_t>(p[2] + kCornerScale) * kSide +
-                    static_cast<std::size_t>(p[1] + kCornerScale)) *
-                       kSide +
-                   static_cast<std::size_t>(p[0] + kCornerScale);
-        };
+// A triangle of the positive octant: which normals can be the nearest of a direction in it. Weights are barycentric in
+// it, one per corner. Scores are linear in them, so what holds at the corners of a convex region holds inside.
+struct Cell {
+    float core = 0; // where every weight is larger, its own normal is the nearest
+    float side = 1; // else where two are larger than this one, it is its own or the one across the third's edge
+    std::uint16_t own = 0;
+    std::array<std::uint16_t, 3> across{};
+};
+
+// Itself and all triangles that share a corner with it, ascending: the nearest is always among them (the tests prove
+// it by brute force).
+struct Candidates {
+    static constexpr int kMost = 16;
+    std::uint16_t count = 0;
+    std::array<std::uint16_t, kMost> indices{};
+};
+
+class CellTable {
+  public:
+    CellTable() {
+        std::vector<std::vector<std::uint16_t>> at_corner(static_cast<std::size_t>(2) * kSide * kSide);
         for (int index = 0; index < kNormalCount; ++index)
             for (LatticePoint p : subdivide(index & 1023)) {
                 for (std::size_t axis = 0; axis < 3; ++axis)
@@ -110,22 +120,129 @@ struct CandidateTable {
                         p[axis] = -p[axis];
                 at_corner[place(p)].push_back(static_cast<std::uint16_t>(index));
             }
-        for (int index = 0; index < 1024; ++index) {
-            std::vector<std::uint16_t> near;
-            for (const LatticePoint &p : subdivide(index))
-                near.insert(near.end(), at_corner[place(p)].begin(), at_corner[place(p)].end());
-            std::sort(near.begin(), near.end());
-            near.erase(std::unique(near.begin(), near.end()), near.end());
-            const auto i = static_cast<std::size_t>(index);
-            count[i] = static_cast<std::uint8_t>(near.size());
-            std::copy(near.begin(), near.end(), candidates[i].begin());
-        }
+        for (int index = 0; index < 1024; ++index)
+            add_triangle(static_cast<std::uint16_t>(index), at_corner);
     }
+
+    const Cell &cell(std::size_t at) const { return cells_[at]; }
+    const Candidates &candidates(std::size_t at) const { return candidates_[at]; }
+
+  private:
+    static constexpr int kSide = 2 * kCornerScale + 1;
+    static constexpr double kSure = 1e-6; // of a score: far above what rounding can do to it
+
+    static std::size_t place(const LatticePoint &p) {
+        return static_cast<std::size_t>(((p[2] < 0 ? kSide : 0) + p[1] + kCornerScale) * kSide + p[0] + kCornerScale);
+    }
+
+    void add_triangle(std::uint16_t index, const std::vector<std::vector<std::uint16_t>> &at_corner) {
+        const Triangle triangle = subdivide(index);
+        const auto low = [&](std::size_t axis) {
+            return std::min({triangle[0][axis], triangle[1][axis], triangle[2][axis]});
+        };
+        const std::size_t at = cell_of(low(0), low(1), kCornerScale - 1 - (low(0) + low(1) + low(2)));
+        Cell &cell = cells_[at];
+        cell.own = index;
+        std::vector<std::uint16_t> near;
+        for (const LatticePoint &p : triangle)
+            near.insert(near.end(), at_corner[place(p)].begin(), at_corner[place(p)].end());
+        std::sort(near.begin(), near.end());
+        for (std::size_t k = 0; k + 1 < near.size(); ++k)
+            for (std::size_t corner = 0; corner < 3; ++corner)
+                if (near[k] == near[k + 1] && near[k] != index && !holds(near[k], triangle[corner], at_corner))
+                    cell.across[corner] = near[k];
+        near.erase(std::unique(near.begin(), near.end()), near.end());
+        candidates_[at].count = static_cast<std::uint16_t>(near.size());
+        std::copy(near.begin(), near.end(), candidates_[at].indices.begin());
+        find_regions(cell, near, triangle);
+    }
+
+    static bool holds(std::uint16_t index, const LatticePoint &corner,
+                      const std::vector<std::vector<std::uint16_t>> &at_corner) {
+        const auto &there = at_corner[place(corner)];
+        return std::find(there.begin(), there.end(), index) != there.end();
+    }
+
+    // By how much `one` scores more than `other` at each corner of a triangle.
+    static std::array<double, 3> lead(std::uint16_t one, std::uint16_t other, const Triangle &triangle) {
+        const UnitVector &m = tables().unit[one], &n = tables().unit[other];
+        std::array<double, 3> by{};
+        for (std::size_t corner = 0; corner < 3; ++corner)
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                by[corner] += triangle[corner][axis] * (m[axis] - n[axis]);
+        return by;
+    }
+
+    static void find_regions(Cell &cell, std::span<const std::uint16_t> others, const Triangle &triangle) {
+        const auto surely_leads = [&](std::uint16_t one, std::uint16_t other,
+                                      std::span<const std::array<double, 3>> region) {
+            const std::array<double, 3> by = lead(one, other, triangle);
+            return std::all_of(region.begin(), region.end(), [&](const std::array<double, 3> &w) {
+                return by[0] * w[0] + by[1] * w[1] + by[2] * w[2] > kSure * kCornerScale;
+            });
+        };
+        constexpr double kStep = 1.0 / 256;
+        double core = kStep;
+        const auto core_is_sure = [&](std::uint16_t other) {
+            const double top = 1 - 2 * core;
+            const std::array<std::array<double, 3>, 3> region{
+                {{top, core, core}, {core, top, core}, {core, core, top}}};
+            return other == cell.own || surely_leads(cell.own, other, region);
+        };
+        while (!std::all_of(others.begin(), others.end(), core_is_sure))
+            core += kStep;
+        double side = kStep;
+        const auto sides_are_sure = [&](std::uint16_t other) {
+            for (std::size_t corner = 0; corner < 3; ++corner) {
+                const auto weights = [&](double third, double next) {
+                    std::array<double, 3> w{};
+                    w[corner] = third;
+                    w[(corner + 1) % 3] = next;
+                    w[(corner + 2) % 3] = 1 - third - next;
+                    return w;
+                };
+                const std::uint16_t across = cell.across[corner];
+                const std::array region{weights(0, side), weights(0, 1 - side), weights(core, side),
+                                        weights(core, 1 - core - side)};
+                if (other != cell.own && other != across && !surely_leads(cell.own, other, region) &&
+                    !surely_leads(across, other, region))
+                    return false;
+            }
+            return true;
+        };
+        while (2 * side + core < 1 && !std::all_of(others.begin(), others.end(), sides_are_sure))
+            side += kStep;
+        // Weights are computed to about 1e-14.
+        cell.core = static_cast<float>(core + kStep / 16);
+        cell.side = static_cast<float>(2 * side + core < 1 ? side + kStep / 16 : 1);
+    }
+
+    std::array<Cell, 1024> cells_{};
+    std::array<Candidates, 1024> candidates_{};
 };
 
-const CandidateTable &candidate_table() {
-    static const CandidateTable instance;
+const CellTable &cell_table() {
+    static const CellTable instance;
     return instance;
+}
+
+// A direction on the face of the positive octant.
+struct Place {
+    std::size_t cell;
+    std::array<double, 3> weights; // of the cell's corners
+};
+
+// x + y + z = 1, but for rounding.
+Place place_on_face(double x, double y, double z) {
+    const double a = x * kCornerScale, b = y * kCornerScale, c = z * kCornerScale;
+    const int i = static_cast<int>(a), j = static_cast<int>(b), k = static_cast<int>(c);
+    const int down = kCornerScale - 1 - (i + j + k);
+    if (down == 0 || down == 1)
+        return {cell_of(i, j, down), {std::fabs(down - (a - i)), std::fabs(down - (b - j)), std::fabs(down - (c - k))}};
+    // A corner of triangles, hit or missed by rounding: any of them will do, near all others.
+    if (down < 0)
+        return {i > 0 ? cell_of(i - 1, j, 0) : j > 0 ? cell_of(i, j - 1, 0) : cell_of(i, j, 0), {}};
+    return {cell_of(i + 1, j, 1), {}};
 }
 
 } // namespace
@@ -147,42 +264,42 @@ std::span<const std::uint16_t> normal_cells() { return cell_tables().cell_of; }
 std::span<const std::uint16_t> normals_of_cells() { return cell_tables().normal_at; }
 
 std::uint16_t quantise_normal(double x, double y, double z) {
-    const unsigned octant = (x < 0 ? 1U : 0U) | (y < 0 ? 2U : 0U) | (z < 0 ? 4U : 0U);
-    double a = std::fabs(x), b = std::fabs(y), c = std::fabs(z);
-    double half = (a + b + c) / 2;
-    if (!(half > 0))
+    const double a = std::fabs(x), b = std::fabs(y), c = std::fabs(z), sum = a + b + c;
+    if (!(sum / 2 > 0))
         return 0;
-    // Descend in barycentric coordinates of the octahedron's face.
-    unsigned digits = 0;
-    for (int level = 0; level < kDigits; ++level) {
-        digits <<= 2;
-        if (a > half) {
-            digits |= 1;
-            a -= half;
-        } else if (b > half) {
-            digits |= 2;
-            b -= half;
-        } else if (c > half) {
-            digits |= 3;
-            c -= half;
-        } else {
-            a = half - a;
-            b = half - b;
-            c = half - c;
-        }
-        half /= 2;
+    const unsigned octant = (x < 0 ? 1U : 0U) | (y < 0 ? 2U : 0U) | (z < 0 ? 4U : 0U);
+    // Mirroring a triangle flips its octant bits only.
+    const auto mirrored = [&](std::uint16_t index) { return static_cast<std::uint16_t>(index ^ octant << 10); };
+    const CellTable &table = cell_table();
+    const UnitVector *const units = tables().unit.data();
+    const Place place = place_on_face(a / sum, b / sum, c / sum);
+    const Cell &cell = table.cell(place.cell);
+    const auto score = [&](std::uint16_t index) {
+        const UnitVector &n = units[index];
+        return (x * n[0] + y * n[1]) + z * n[2];
+    };
+    // No branches here that directions side by side would take in turn.
+    const auto &[u, v, w] = place.weights;
+    const double least_of_two = std::min(u, v), least = std::min(least_of_two, w);
+    const double middle = std::max(least_of_two, std::min(std::max(u, v), w));
+    if (std::max(least - cell.core, middle - cell.side) > 0) {
+        std::size_t third = v < u ? 1 : 0;
+        third = w < least_of_two ? 2 : third;
+        const std::uint16_t own = mirrored(cell.own), across = mirrored(cell.across[third]);
+        const double lead = score(across) - score(own);
+        return (static_cast<unsigned>(lead > 0) |
+                (static_cast<unsigned>(lead == 0) & static_cast<unsigned>(across < own))) != 0
+                   ? across
+                   : own;
     }
-    const auto &unit = tables().unit;
-    const CandidateTable &near = candidate_table();
     std::uint16_t best = 0;
     double best_score = -HUGE_VAL;
-    for (std::size_t k = 0; k < near.count[digits]; ++k) {
-        // Candidates were listed for the positive octant; mirroring a triangle flips its octant bits only.
-        const auto index = static_cast<std::uint16_t>(near.candidates[digits][k] ^ octant << 10);
-        const UnitVector &n = unit[index];
-        const double score = (x * n[0] + y * n[1]) + z * n[2];
-        if (score > best_score || (score == best_score && index < best)) {
-            best_score = score;
+    const Candidates &near = table.candidates(place.cell);
+    for (std::size_t k = 0; k < near.count; ++k) {
+        const std::uint16_t index = mirrored(near.indices[k]);
+        const double index_score = score(index);
+        if (index_score > best_score || (index_score == best_score && index < best)) {
+            best_score = index_score;
             best = index;
         }
     }
