@@ -16,14 +16,14 @@ std::vector<std::vector<std::uint32_t>> descendants_at(const LevelMasks &masks, 
         here.resize(level_masks.size());
         if (r == level - 1) {
             for (std::size_t i = 0; i < here.size(); ++i)
-                here[i] = static_cast<std::uint32_t>(std::popcount(level_masks[i]));
+                here[i] = kChildren[level_masks[i]];
             continue;
         }
         const auto &below = counts[static_cast<std::size_t>(r) + 1];
         std::size_t child = 0;
         for (std::size_t i = 0; i < here.size(); ++i) {
             std::uint32_t sum = 0;
-            for (int left = std::popcount(level_masks[i]); left > 0; --left)
+            for (int left = kChildren[level_masks[i]]; left > 0; --left)
                 sum += below[child++];
             here[i] = sum;
         }
@@ -70,7 +70,7 @@ std::vector<ChunkShape> find_roots(const LevelMasks &masks, int level, std::uint
 std::uint32_t take_masks(ByteView masks, std::size_t &at, std::uint32_t children) {
     const std::size_t first = at;
     for (std::uint32_t sum = 0; sum < children; ++at)
-        sum += static_cast<std::uint32_t>(std::popcount(masks[at]));
+        sum += kChildren[masks[at]];
     return static_cast<std::uint32_t>(at - first);
 }
 

@@ -3,7 +3,7 @@
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
-#include <bit>
+#include <type_traits>
 
 namespace pbm {
 
@@ -11,17 +11,21 @@ namespace {
 
 __extension__ using Uint128 = unsigned __int128;
 
-// Sums over the finest points below one node. 2^32 votes of 2^30 fit into 63 bits.
-struct NodeSums {
+// Sums over the finest points below one node, of what nearly every model has. 2^32 votes of 2^30 fit into 63 bits.
+struct CommonSums {
     std::uint64_t votes = 0;
     std::array<std::int64_t, 3> normal{};
     std::array<std::int64_t, 6> moment{}; // of the normals: xx xy xz yy yz zz
     std::array<std::uint64_t, 3> colour{};
+    std::uint8_t child_radius = 0; // largest among the children
+    bool two_sided = false;        // any child is
+};
+
+// Of the rest.
+struct EverySum : CommonSums {
     std::array<std::uint64_t, kMaxMaterials> materials{};
     std::uint64_t texture = 0;
     std::array<std::uint64_t, kMaxLights> lit{}; // lit fraction x 255
-    std::uint8_t child_radius = 0;               // largest among the children
-    bool two_sided = false;                      // any child is
 };
 
 // Lit fractions of 1, 2, 4 and 8 bits on one scale: 2^bits - 1 divides 255.
@@ -35,7 +39,7 @@ std::uint16_t quantise_sum(const std::array<std::int64_t, 3> &sum) {
 }
 
 // BVG.md 7.3: thin walls, whose normals cancel, become two-sided points with the normal of their plane.
-std::uint16_t average_normal(const NodeSums &sums) {
+std::uint16_t average_normal(const CommonSums &sums) {
     Uint128 length_squared = 0;
     for (const std::int64_t component : sums.normal) {
         const auto magnitude = static_cast<std::uint64_t>(component < 0 ? -component : component);
@@ -63,52 +67,56 @@ std::uint16_t average_normal(const NodeSums &sums) {
 }
 
 // Depth-first walk below some nodes of one level, with one cursor per level.
-class Averager {
+template <class Sums> class Averager {
+    static constexpr bool kEverything = std::is_same_v<Sums, EverySum>;
+
   public:
     Averager(Model &model, std::vector<std::uint64_t> cursors)
         : model_(model), set_(model.parameters.attributes), depth_(static_cast<int>(model.levels.size()) - 1),
-          cursors_(std::move(cursors)) {
+          cursors_(std::move(cursors)), finest_(model.levels.back().points), normals_(integer_normal_table().data()),
+          linear_(linear_table().data()) {
         for (std::size_t light = 0; light < kMaxLights; ++light)
             if (static_cast<int>(light) < set_.lights)
                 finest_lit_scale_[light] = lit_scale(set_.shadow_bits[light][static_cast<std::size_t>(depth_)]);
     }
 
-    // Averages the next node of `level` and everything below it down to `last_level`, whose points are taken from
-    // `finished` (sums by node index) or, at the finest level, from the stored points.
-    void node(int level, std::vector<NodeSums> *finished, int last_level, NodeSums &parent) {
+    // Averages the next node of `level` and everything below it, down to the finest level, or to `last_level`, whose
+    // sums by node index are in `finished`.
+    void node(int level, const std::vector<Sums> *finished, int last_level, Sums &parent) {
         const std::size_t index = cursors_[static_cast<std::size_t>(level)]++;
-        if (level == last_level && finished == nullptr) {
-            add_point(index, parent);
-            return;
-        }
-        NodeSums sums;
-        if (level == last_level) {
+        Sums sums;
+        if (level == last_level && finished != nullptr)
             sums = (*finished)[index];
-        } else {
-            const unsigned mask = model_.levels[static_cast<std::size_t>(level) + 1].masks[index];
-            for (int left = std::popcount(mask); left > 0; --left)
-                node(level + 1, finished, last_level, sums);
-        }
-        store(level, index, sums);
-        add(sums, level, index, parent);
+        else
+            add_children(level, index, finished, last_level, sums);
+        store(level, index, sums, parent);
     }
 
     // The sums of one node without storing them: its children are done.
-    NodeSums below(int level) {
-        NodeSums sums;
-        const std::size_t index = cursors_[static_cast<std::size_t>(level)]++;
-        const unsigned mask = model_.levels[static_cast<std::size_t>(level) + 1].masks[index];
-        for (int left = std::popcount(mask); left > 0; --left)
-            node(level + 1, nullptr, depth_, sums);
+    Sums below(int level) {
+        Sums sums;
+        add_children(level, cursors_[static_cast<std::size_t>(level)]++, nullptr, depth_, sums);
         return sums;
     }
 
   private:
-    void add_point(std::size_t point, NodeSums &to) const {
-        const PointAttributes &points = model_.levels.back().points;
-        to.votes += 1;
-        const std::uint16_t stored = points.normals[point];
-        const IntegerNormal &n = integer_normal_table()[stored & kNormalIndexMask];
+    void add_children(int level, std::size_t index, const std::vector<Sums> *finished, int last_level, Sums &sums) {
+        const int count = kChildren[model_.levels[static_cast<std::size_t>(level) + 1].masks[index]];
+        if (level + 1 == depth_ && finished == nullptr) {
+            std::uint64_t &cursor = cursors_[static_cast<std::size_t>(depth_)];
+            sums.votes = static_cast<std::uint64_t>(count);
+            for (const std::uint64_t end = cursor + sums.votes; cursor < end; ++cursor)
+                add_point(cursor, sums);
+        } else {
+            for (int left = count; left > 0; --left)
+                node(level + 1, finished, last_level, sums);
+        }
+    }
+
+    // All but the vote.
+    void add_point(std::size_t point, Sums &to) const {
+        const std::uint16_t stored = finest_.normals[point];
+        const IntegerNormal &n = normals_[stored & kNormalIndexMask];
         for (std::size_t c = 0; c < 3; ++c)
             to.normal[c] += n[c];
         const std::array<std::int32_t, 6> products{n[0] * n[0], n[0] * n[1], n[0] * n[2],
@@ -116,66 +124,99 @@ class Averager {
         for (std::size_t c = 0; c < 6; ++c)
             to.moment[c] += products[c];
         to.two_sided |= (stored & kTwoSidedBit) != 0;
-        to.child_radius = std::max(to.child_radius, points.radii[point]);
+        to.child_radius = std::max(to.child_radius, finest_.radii[point]);
         if (set_.colour != ColourFormat::none) {
-            const Rgb8 colour = point_colour(points, point, set_.colour);
+            const Rgb8 colour = point_colour(finest_, point, set_.colour);
             for (std::size_t c = 0; c < 3; ++c)
-                to.colour[c] += linear_table()[colour[c]];
+                to.colour[c] += linear_[colour[c]];
         }
-        if (set_.material)
-            to.materials[points.materials[point]] += 1;
-        if (set_.texture)
-            to.texture += points.textures[point];
-        for (std::size_t light = 0; light < static_cast<std::size_t>(set_.lights); ++light)
-            to.lit[light] += points.shadows[light][point] * finest_lit_scale_[light];
+        if constexpr (kEverything) {
+            if (set_.material)
+                to.materials[finest_.materials[point]] += 1;
+            if (set_.texture)
+                to.texture += finest_.textures[point];
+            for (std::size_t light = 0; light < static_cast<std::size_t>(set_.lights); ++light)
+                to.lit[light] += finest_.shadows[light][point] * finest_lit_scale_[light];
+        }
     }
 
-    void add(const NodeSums &from, int level, std::size_t index, NodeSums &to) const {
-        to.votes += from.votes;
-        for (std::size_t c = 0; c < 3; ++c)
-            to.normal[c] += from.normal[c];
-        for (std::size_t c = 0; c < 6; ++c)
-            to.moment[c] += from.moment[c];
-        for (std::size_t c = 0; c < 3; ++c)
-            to.colour[c] += from.colour[c];
-        if (set_.material)
-            for (std::size_t m = 0; m < kMaxMaterials; ++m)
-                to.materials[m] += from.materials[m];
-        to.texture += from.texture;
-        for (std::size_t light = 0; light < static_cast<std::size_t>(set_.lights); ++light)
-            to.lit[light] += from.lit[light];
-        const PointAttributes &stored = model_.levels[static_cast<std::size_t>(level)].points;
-        to.two_sided |= (stored.normals[index] & kTwoSidedBit) != 0;
-        to.child_radius = std::max(to.child_radius, stored.radii[index]);
-    }
-
-    void store(int level, std::size_t index, const NodeSums &sums) {
+    // The averages of one node, and what they add to its parent.
+    void store(int level, std::size_t index, const Sums &sums, Sums &parent) {
         PointAttributes &points = model_.levels[static_cast<std::size_t>(level)].points;
-        points.normals[index] = average_normal(sums);
-        points.radii[index] = covering_radius(sums.child_radius, level);
+        const std::uint16_t normal = average_normal(sums);
+        const std::uint8_t radius = covering(sums.child_radius, level);
+        points.normals[index] = normal;
+        points.radii[index] = radius;
+        parent.votes += sums.votes;
+        for (std::size_t c = 0; c < 3; ++c)
+            parent.normal[c] += sums.normal[c];
+        for (std::size_t c = 0; c < 6; ++c)
+            parent.moment[c] += sums.moment[c];
+        parent.two_sided |= (normal & kTwoSidedBit) != 0;
+        parent.child_radius = std::max(parent.child_radius, radius);
         if (set_.colour != ColourFormat::none) {
             Rgb8 colour;
-            for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t c = 0; c < 3; ++c) {
                 colour[c] = linear_to_srgb(static_cast<std::uint32_t>(mean(sums.colour[c], sums.votes)));
+                parent.colour[c] += sums.colour[c];
+            }
             set_point_colour(points, index, set_.colour, colour);
         }
-        if (set_.material)
+        if constexpr (kEverything)
+            store_rest(points, level, index, sums, parent);
+    }
+
+    void store_rest(PointAttributes &points, int level, std::size_t index, const Sums &sums, Sums &parent) const {
+        if (set_.material) {
             points.materials[index] = static_cast<std::uint8_t>(
                 std::max_element(sums.materials.begin(), sums.materials.end()) - sums.materials.begin());
+            for (std::size_t m = 0; m < kMaxMaterials; ++m)
+                parent.materials[m] += sums.materials[m];
+        }
         if (set_.texture)
             points.textures[index] = static_cast<std::uint8_t>(mean(sums.texture, sums.votes));
+        parent.texture += sums.texture;
         for (std::size_t light = 0; light < static_cast<std::size_t>(set_.lights); ++light) {
             const std::uint64_t scale = lit_scale(set_.shadow_bits[light][static_cast<std::size_t>(level)]);
             points.shadows[light][index] = static_cast<std::uint8_t>(mean(sums.lit[light], sums.votes * scale));
+            parent.lit[light] += sums.lit[light];
         }
+    }
+
+    // covering_radius, which is never 0, remembered: a level has few classes of radii.
+    std::uint8_t covering(std::uint8_t child_radius, int level) {
+        std::uint8_t &radius = covering_[static_cast<std::size_t>(level)][child_radius];
+        if (radius == 0)
+            radius = covering_radius(child_radius, level);
+        return radius;
     }
 
     Model &model_;
     const AttributeSet &set_;
     int depth_;
     std::vector<std::uint64_t> cursors_; // next node of each level
+    const PointAttributes &finest_;
+    const IntegerNormal *normals_;
+    const std::uint16_t *linear_;
     std::array<std::uint32_t, kMaxLights> finest_lit_scale_{};
+    std::array<std::array<std::uint8_t, 256>, kMaxDepth + 1> covering_{};
 };
+
+// The subtrees below one level side by side, each into its own slots; then the few nodes above them.
+template <class Sums> void average_masks(Model &model, const LevelMasks &masks, int threads) {
+    const int split_level = std::min(4, model.parameters.grid.depth - 1);
+    const auto starts = subtree_starts(masks, split_level);
+    const std::size_t roots = starts[static_cast<std::size_t>(split_level)].size() - 1;
+    std::vector<Sums> split_sums(roots);
+    parallel_for(roots, threads, [&](std::size_t root) {
+        std::vector<std::uint64_t> cursors(masks.size(), 0);
+        for (std::size_t level = static_cast<std::size_t>(split_level); level < masks.size(); ++level)
+            cursors[level] = starts[level][root];
+        split_sums[root] = Averager<Sums>(model, std::move(cursors)).below(split_level);
+    });
+    Sums whole;
+    Averager<Sums>(model, std::vector<std::uint64_t>(masks.size(), 0)).node(0, &split_sums, split_level, whole);
+}
 
 } // namespace
 
@@ -189,19 +230,11 @@ void average_levels(Model &model, int threads) {
         model.levels[static_cast<std::size_t>(level)].points.resize(
             level == 0 ? 1 : count_children(masks[static_cast<std::size_t>(level)]), model.parameters.attributes);
 
-    // The subtrees below one level side by side, each into its own slots; then the few nodes above them.
-    const int split_level = std::min(4, depth - 1);
-    const auto starts = subtree_starts(masks, split_level);
-    const std::size_t roots = starts[static_cast<std::size_t>(split_level)].size() - 1;
-    std::vector<NodeSums> split_sums(roots);
-    parallel_for(roots, threads, [&](std::size_t root) {
-        std::vector<std::uint64_t> cursors(masks.size(), 0);
-        for (std::size_t level = static_cast<std::size_t>(split_level); level < masks.size(); ++level)
-            cursors[level] = starts[level][root];
-        split_sums[root] = Averager(model, std::move(cursors)).below(split_level);
-    });
-    NodeSums whole;
-    Averager(model, std::vector<std::uint64_t>(masks.size(), 0)).node(0, &split_sums, split_level, whole);
+    const AttributeSet &set = model.parameters.attributes;
+    if (set.material || set.texture || set.lights > 0)
+        average_masks<EverySum>(model, masks, threads);
+    else
+        average_masks<CommonSums>(model, masks, threads);
 }
 
 } // namespace pbm

@@ -43,6 +43,14 @@ LevelMasks encode_octree(std::span<const MortonCode> codes, int depth);
 Result<std::vector<MortonCode>> expand_level(std::span<const MortonCode> parents, ByteView masks,
                                              std::size_t max_codes);
 
+// Number of children that a mask announces. A table, since not every processor of an architecture counts bits.
+inline constexpr std::array<std::uint8_t, 256> kChildren = [] {
+    std::array<std::uint8_t, 256> children{};
+    for (unsigned mask = 0; mask < children.size(); ++mask)
+        children[mask] = static_cast<std::uint8_t>(std::popcount(mask));
+    return children;
+}();
+
 // Number of children that `masks` announce.
 std::uint64_t count_children(ByteView masks);
 

@@ -27,6 +27,33 @@ constexpr std::array<std::uint16_t, 256> kLinear{
     48850, 49344, 49841, 50341, 50844, 51349, 51858, 52369, 52884, 53401, 53921, 54445, 54971, 55500, 56032, 56567,
     57105, 57646, 58190, 58737, 59287, 59840, 60396, 60955, 61517, 62082, 62650, 63221, 63795, 64372, 64952, 65535};
 
+// The way back, so that it takes one step.
+struct SrgbSteps {
+    static constexpr std::uint32_t kWidth = 16;
+    std::array<std::uint16_t, 256> last{};            // largest linear value that is nearest to each
+    std::array<std::uint8_t, 65536 / kWidth> first{}; // of the linear values from kWidth x i on
+
+    constexpr SrgbSteps() {
+        for (std::size_t i = 0; i < 255; ++i)
+            last[i] = static_cast<std::uint16_t>((kLinear[i] + kLinear[i + 1]) / 2);
+        last[255] = 65535;
+        std::uint8_t value = 0;
+        for (std::size_t i = 0; i < first.size(); ++i) {
+            while (kWidth * i > last[value])
+                ++value;
+            first[i] = value;
+        }
+    }
+};
+constexpr SrgbSteps kSteps;
+// No window of kWidth holds two steps.
+static_assert([] {
+    for (std::size_t i = 0; i < 255; ++i)
+        if (kSteps.last[i + 1] - kSteps.last[i] < static_cast<int>(SrgbSteps::kWidth))
+            return false;
+    return true;
+}());
+
 // floor(2^40 x 2^(j/12)): one octave of the radius table. BVG.md table 6.2.
 constexpr std::array<std::uint64_t, 12> kRadiusOctave{1099511627776, 1164891991447, 1234160073853, 1307547050779,
                                                       1385297844439, 1467671940878, 1554944255987, 1647406053004,
@@ -133,14 +160,9 @@ void set_point_colour(PointAttributes &points, std::size_t i, ColourFormat forma
 std::span<const std::uint16_t> linear_table() { return kLinear; }
 
 std::uint8_t linear_to_srgb(std::uint32_t linear) {
-    const auto above = std::lower_bound(kLinear.begin(), kLinear.end(), linear);
-    if (above == kLinear.begin())
-        return 0;
-    if (above == kLinear.end())
-        return 255;
-    const auto index = static_cast<std::uint8_t>(above - kLinear.begin());
-    const std::uint32_t below_by = linear - *(above - 1), above_by = *above - linear;
-    return above_by < below_by ? index : static_cast<std::uint8_t>(index - 1);
+    const std::uint32_t value = std::min(linear, std::uint32_t{65535});
+    const std::uint8_t first = kSteps.first[value / SrgbSteps::kWidth];
+    return static_cast<std::uint8_t>(first + (value > kSteps.last[first] ? 1 : 0));
 }
 
 std::uint64_t radius_fixed(std::uint8_t index) {
