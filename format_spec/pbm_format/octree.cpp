@@ -4,39 +4,6 @@
 
 namespace pbm {
 
-namespace {
-
-// Spreads the low 21 bits of `v` to every third bit, and back.
-std::uint64_t spread_bits(std::uint64_t v) {
-    v &= 0x1FFFFF;
-    v = (v | v << 32) & 0x1F00000000FFFF;
-    v = (v | v << 16) & 0x1F0000FF0000FF;
-    v = (v | v << 8) & 0x100F00F00F00F00F;
-    v = (v | v << 4) & 0x10C30C30C30C30C3;
-    v = (v | v << 2) & 0x1249249249249249;
-    return v;
-}
-
-std::uint32_t gather_bits(std::uint64_t v) {
-    v &= 0x1249249249249249;
-    v = (v | v >> 2) & 0x10C30C30C30C30C3;
-    v = (v | v >> 4) & 0x100F00F00F00F00F;
-    v = (v | v >> 8) & 0x1F0000FF0000FF;
-    v = (v | v >> 16) & 0x1F00000000FFFF;
-    v = (v | v >> 32) & 0x1FFFFF;
-    return static_cast<std::uint32_t>(v);
-}
-
-} // namespace
-
-MortonCode morton_encode(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
-    return spread_bits(x) | spread_bits(y) << 1 | spread_bits(z) << 2;
-}
-
-std::array<std::uint32_t, 3> morton_decode(MortonCode code) {
-    return {gather_bits(code), gather_bits(code >> 1), gather_bits(code >> 2)};
-}
-
 LevelMasks encode_octree(std::span<const MortonCode> codes, int depth) {
     assert(depth >= 1 && depth <= kMaxDepth && !codes.empty());
     LevelMasks masks(static_cast<std::size_t>(depth) + 1);

@@ -26,8 +26,32 @@ inline constexpr int kMaxDepth = 16;
 // Node address inside a level: x, y, z bits interleaved, x lowest; 3 * level bits used.
 using MortonCode = std::uint64_t;
 
-MortonCode morton_encode(std::uint32_t x, std::uint32_t y, std::uint32_t z);
-std::array<std::uint32_t, 3> morton_decode(MortonCode code);
+// Spreads the low 21 bits of `v` to every third bit, and back.
+constexpr std::uint64_t spread_bits(std::uint64_t v) {
+    v &= 0x1FFFFF;
+    v = (v | v << 32) & 0x1F00000000FFFF;
+    v = (v | v << 16) & 0x1F0000FF0000FF;
+    v = (v | v << 8) & 0x100F00F00F00F00F;
+    v = (v | v << 4) & 0x10C30C30C30C30C3;
+    v = (v | v << 2) & 0x1249249249249249;
+    return v;
+}
+constexpr std::uint32_t gather_bits(std::uint64_t v) {
+    v &= 0x1249249249249249;
+    v = (v | v >> 2) & 0x10C30C30C30C30C3;
+    v = (v | v >> 4) & 0x100F00F00F00F00F;
+    v = (v | v >> 8) & 0x1F0000FF0000FF;
+    v = (v | v >> 16) & 0x1F00000000FFFF;
+    v = (v | v >> 32) & 0x1FFFFF;
+    return static_cast<std::uint32_t>(v);
+}
+
+constexpr MortonCode morton_encode(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    return spread_bits(x) | spread_bits(y) << 1 | spread_bits(z) << 2;
+}
+constexpr std::array<std::uint32_t, 3> morton_decode(MortonCode code) {
+    return {gather_bits(code), gather_bits(code >> 1), gather_bits(code >> 2)};
+}
 
 // Child masks of every level; `masks[L]` describes the nodes of level L - 1, `masks[0]` is empty.
 using LevelMasks = std::vector<Bytes>;

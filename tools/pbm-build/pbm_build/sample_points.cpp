@@ -1,6 +1,5 @@
 #include "pbm_build/sample_points.h"
 
-#include "pbm_build/triangle_voxels.h"
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
@@ -76,25 +75,7 @@ void SurfaceSampler::find_hits(std::size_t i, int writer, HitStore &store) const
     sort_three(corners, before); // cut in the same order whichever corner the file names first
     const int depth_axis = largest_axis(lattice_normal(corners[0], corners[1], corners[2]));
     visit_voxels({in_voxels(corners[0]), in_voxels(corners[1]), in_voxels(corners[2])}, depth_axis,
-                 [&](const glm::ivec3 &v) { store.add(writer, code_of(v), source); });
-}
-
-void SurfaceSampler::sample(std::span<const Hit> hits, MortonCode first_code, std::vector<Sample> &samples) const {
-    Triangle current{};
-    std::uint64_t current_source = kMaxSources; // none
-    for (const Hit hit : hits) {
-        const std::uint32_t source = source_of(hit);
-        if (!is_triangle(source)) {
-            samples.push_back(corner(vertex_of_point(source)).attributes);
-            continue;
-        }
-        if (source != current_source) {
-            current = triangle(source);
-            current_source = source;
-        }
-        const auto voxel = morton_decode(first_code | local_code_of(hit));
-        samples.push_back(sample(current, glm::ivec3(voxel[0], voxel[1], voxel[2])));
-    }
+                 [&](MortonCode code) { store.add(writer, code, source); });
 }
 
 SurfaceSampler::Corner SurfaceSampler::corner(std::size_t vertex) const {
@@ -111,50 +92,64 @@ SurfaceSampler::Corner SurfaceSampler::corner(std::size_t vertex) const {
     return c;
 }
 
-SurfaceSampler::Triangle SurfaceSampler::triangle(std::size_t i) const {
-    const glm::uvec3 &corners = surface_.triangles[i];
-    Triangle t{.corners = {corner(corners.x), corner(corners.y), corner(corners.z)}};
-    const glm::dvec3 facing = lattice_normal(t.corners[0].at, t.corners[1].at, t.corners[2].at);
-    t.flat = to_short_normal(normals_.faces_point_inward ? -facing : facing);
-    const bool sliver = is_sliver(facing, t.corners[0].at, t.corners[1].at, t.corners[2].at);
-    sort_three(t.corners, [](const Corner &a, const Corner &b) {
+SampleCursor::Triangle SampleCursor::triangle(std::size_t i) const {
+    using Corner = SurfaceSampler::Corner;
+    const glm::uvec3 &vertices = sampler_.surface_.triangles[i];
+    std::array<Corner, 3> corners{sampler_.corner(vertices.x), sampler_.corner(vertices.y),
+                                  sampler_.corner(vertices.z)};
+    const glm::dvec3 facing = lattice_normal(corners[0].at, corners[1].at, corners[2].at);
+    const bool sliver = is_sliver(facing, corners[0].at, corners[1].at, corners[2].at);
+    sort_three(corners, [](const Corner &a, const Corner &b) { // an order that does not depend on that of the file
         if (a.at != b.at)
             return before(a.at, b.at);
         const auto rest = [](const Sample &s) { return std::tie(s.normal, s.colour, s.material); };
         return rest(a.attributes) < rest(b.attributes);
     });
+    Triangle t{.nearest =
+                   NearestOnTriangle({in_voxels(corners[0].at), in_voxels(corners[1].at), in_voxels(corners[2].at)}),
+               .values = {},
+               .materials = {},
+               .flat = to_short_normal(sampler_.normals_.faces_point_inward ? -facing : facing),
+               .crease = false,
+               .in_one_voxel = voxel_of(corners[0].at) == voxel_of(corners[1].at) &&
+                               voxel_of(corners[0].at) == voxel_of(corners[2].at),
+               .two_sided = false,
+               .radius = 0};
     for (std::size_t c = 0; c < 3; ++c) {
-        t.places[c] = in_voxels(t.corners[c].at);
-        const Sample &attributes = t.corners[c].attributes;
+        const Sample &attributes = corners[c].attributes;
         t.crease |= is_zero(attributes.normal) || (!sliver && across_crease(t.flat, attributes.normal));
         t.radius = std::max(t.radius, attributes.radius);
         t.two_sided |= attributes.two_sided;
+        t.materials[c] = attributes.material;
+        for (std::size_t k = 0; k < 3; ++k) {
+            t.values[c][k] = attributes.normal[k];
+            t.values[c][3 + k] = attributes.colour[k];
+        }
     }
-    t.in_one_voxel = voxel_of(t.corners[0].at) == voxel_of(t.corners[1].at) &&
-                     voxel_of(t.corners[0].at) == voxel_of(t.corners[2].at);
     return t;
 }
 
-Sample SurfaceSampler::sample(const Triangle &t, const glm::ivec3 &voxel) const {
-    const auto weights =
-        t.in_one_voxel ? std::array{1.0 / 3, 1.0 / 3, 1.0 / 3} : nearest_on_triangle(t.places, glm::dvec3(voxel) + 0.5);
-    Sample mixed{.normal = t.flat, .radius = t.radius, .two_sided = t.two_sided};
-    if (!t.crease) {
-        glm::dvec3 sum(0);
-        for (std::size_t c = 0; c < 3; ++c)
-            for (int axis = 0; axis < 3; ++axis)
-                sum[axis] += weights[c] * t.corners[c].attributes.normal[static_cast<std::size_t>(axis)];
-        mixed.normal = to_short_normal(sum);
+Sample SampleCursor::at(std::uint32_t source, const glm::ivec3 &voxel) {
+    if (!sampler_.is_triangle(source))
+        return sampler_.corner(sampler_.vertex_of_point(source)).attributes;
+    if (!triangle_ || source != source_) {
+        triangle_.emplace(triangle(source));
+        source_ = source;
     }
-    if (!surface_.colours.empty())
-        for (std::size_t channel = 0; channel < 3; ++channel) {
-            double sum = 0.5;
-            for (std::size_t c = 0; c < 3; ++c)
-                sum += weights[c] * t.corners[c].attributes.colour[channel];
-            mixed.colour[channel] = static_cast<std::uint16_t>(std::clamp(sum, 0.0, 65535.0));
-        }
+    const Triangle &t = *triangle_;
+    const auto weights =
+        t.in_one_voxel ? std::array{1.0 / 3, 1.0 / 3, 1.0 / 3} : t.nearest.weights(glm::dvec3(voxel) + 0.5);
+    std::array<double, 6> sum{0, 0, 0, 0.5, 0.5, 0.5};
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t k = 0; k < sum.size(); ++k)
+            sum[k] += weights[c] * t.values[c][k];
+    Sample mixed{.normal = t.flat, .radius = t.radius, .two_sided = t.two_sided};
+    if (!t.crease)
+        mixed.normal = to_short_normal({sum[0], sum[1], sum[2]});
+    for (std::size_t k = 0; k < 3; ++k)
+        mixed.colour[k] = static_cast<std::uint16_t>(std::clamp(sum[3 + k], 0.0, 65535.0));
     const auto heaviest = std::max_element(weights.begin(), weights.end()) - weights.begin();
-    mixed.material = t.corners[static_cast<std::size_t>(heaviest)].attributes.material;
+    mixed.material = t.materials[static_cast<std::size_t>(heaviest)];
     return mixed;
 }
 

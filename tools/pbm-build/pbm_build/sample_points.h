@@ -5,12 +5,13 @@
 #include "pbm_build/hit_store.h"
 #include "pbm_build/lattice.h"
 #include "pbm_build/sample.h"
+#include "pbm_build/triangle_voxels.h"
 #include "pbm_build/vertex_normals.h"
 #include "pbm_format/model.h"
 #include "pbm_scan/surface.h"
 
 #include <functional>
-#include <span>
+#include <optional>
 
 namespace pbm::build {
 
@@ -27,37 +28,49 @@ class SurfaceSampler {
     // Adds every voxel that source `i` passes through.
     void find_hits(std::size_t i, int writer, HitStore &store) const;
 
-    // The samples of some hits, all from the bucket whose first voxel is `first_code`. Fastest where hits of one source
-    // are neighbours.
-    void sample(std::span<const Hit> hits, MortonCode first_code, std::vector<Sample> &samples) const;
-
   private:
+    friend class SampleCursor;
     // Everything a corner of a triangle brings along.
     struct Corner {
         LatticePoint at;
         Sample attributes;
-    };
-    struct Triangle {
-        std::array<Corner, 3> corners;      // in an order that does not depend on that of the file
-        std::array<glm::dvec3, 3> places{}; // in voxels
-        ShortNormal flat{};                 // of the plane; zero if there is none
-        bool crease = false;                // a corner's normal is too far from it
-        bool in_one_voxel = false;
-        bool two_sided = false; // a corner is
-        std::uint8_t radius = 0;
     };
     bool is_triangle(std::size_t source) const { return source < surface_.triangles.size(); }
     std::size_t vertex_of_point(std::size_t source) const {
         return surface_.first_point() + (source - surface_.triangles.size());
     }
     Corner corner(std::size_t vertex) const;
-    Triangle triangle(std::size_t i) const;
-    Sample sample(const Triangle &triangle, const glm::ivec3 &voxel) const;
 
     const Surface &surface_;
     const VertexNormals &normals_;
     const Bytes &radii_;
     std::vector<LatticePoint> lattice_;
+};
+
+// Samples of hits, one after the other, fastest where hits of one source are neighbours. For one thread.
+class SampleCursor {
+  public:
+    explicit SampleCursor(const SurfaceSampler &sampler) : sampler_(sampler) {}
+
+    // The sample of `source` in a voxel that it passes through.
+    Sample at(std::uint32_t source, const glm::ivec3 &voxel);
+
+  private:
+    struct Triangle {
+        NearestOnTriangle nearest;
+        std::array<std::array<double, 6>, 3> values; // of the corners: normal, colour
+        std::array<std::uint8_t, 3> materials;
+        ShortNormal flat; // of the plane; zero if there is none
+        bool crease;      // a corner's normal is too far from it
+        bool in_one_voxel;
+        bool two_sided; // a corner is
+        std::uint8_t radius;
+    };
+    Triangle triangle(std::size_t i) const;
+
+    const SurfaceSampler &sampler_;
+    std::optional<Triangle> triangle_;
+    std::uint32_t source_ = 0; // of triangle_
 };
 
 // Triangles: every voxel that a triangle passes through gets a sample, so that no hole can open however coarse the mesh

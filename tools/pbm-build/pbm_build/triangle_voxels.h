@@ -1,7 +1,12 @@
 // All voxels that a triangle passes through, and the point of a triangle that is nearest to a voxel's centre.
 // Based on: Sutherland, Hodgman. Reentrant polygon clipping. 1974
 // Based on: Ericson. Real-Time Collision Detection. 2005, section 5.1.5 (closest point on a triangle)
+// Based on: Schrack. Finding Neighbors of Equal Size in Linear Quadtrees and Octrees in Constant Time. 1992 (steps
+// along
+//           one axis of a Morton code)
 #pragma once
+
+#include "pbm_format/octree.h"
 
 #include <glm/vec3.hpp>
 
@@ -14,104 +19,203 @@ namespace pbm::build {
 
 // A convex polygon: a triangle after up to four cuts has at most seven corners. Rounding may bend a sliver into one
 // with a few more; what does not fit is dropped, it lies on the others.
-struct Polygon {
-    std::array<glm::dvec3, 10> corners;
+template <class Corner> struct Outline {
+    std::array<Corner, 10> corners;
     std::size_t size = 0;
 
-    void add(const glm::dvec3 &p) {
+    void add(const Corner &corner) {
         if (size < corners.size())
-            corners[size++] = p;
+            corners[size++] = corner;
     }
 };
 
-// Cuts at p[axis] = at: `below` gets what lies below (its border included), `polygon` keeps what lies above.
-inline void cut(Polygon &polygon, int axis, double at, Polygon &below) {
-    Polygon above;
-    below.size = 0;
-    for (std::size_t i = 0; i < polygon.size; ++i) {
-        const glm::dvec3 &p = polygon.corners[i], &q = polygon.corners[i + 1 == polygon.size ? 0 : i + 1];
-        if (p[axis] <= at)
-            below.add(p);
-        if (p[axis] >= at)
+// Coordinates in the order in which a triangle is cut, and what is left of them after the first cuts.
+struct SlabCorner {
+    double u, v, w;
+};
+struct ColumnCorner {
+    double v, w;
+};
+
+// From the lowest to the highest coordinate of some corners.
+struct Extent {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+
+    void add(double at) {
+        low = std::min(low, at);
+        high = std::max(high, at);
+    }
+    // Voxels that it overlaps: one that it only touches from outside does not count, so that a face at a voxel boundary
+    // makes one layer; but there is always one. Coordinates are not negative.
+    int first() const { return static_cast<int>(low); }
+    int last() const {
+        const int whole = static_cast<int>(high);
+        return std::max(first(), whole - (static_cast<double>(whole) < high ? 0 : 1));
+    }
+};
+
+// Cuts at u = at: `below` gets what lies below (its border included), `above` the rest.
+inline void cut_slab(const Outline<SlabCorner> &from, double at, Outline<ColumnCorner> &below,
+                     Outline<SlabCorner> &above) {
+    below.size = above.size = 0;
+    for (std::size_t i = 0; i < from.size; ++i) {
+        const SlabCorner &p = from.corners[i], &q = from.corners[i + 1 == from.size ? 0 : i + 1];
+        if (p.u <= at)
+            below.add({p.v, p.w});
+        if (p.u >= at)
             above.add(p);
-        if ((p[axis] < at && q[axis] > at) || (p[axis] > at && q[axis] < at)) {
-            glm::dvec3 crossing = p + (at - p[axis]) / (q[axis] - p[axis]) * (q - p);
-            crossing[axis] = at;
-            below.add(crossing);
-            above.add(crossing);
+        if ((p.u < at && q.u > at) || (p.u > at && q.u < at)) {
+            const double t = (at - p.u) / (q.u - p.u), v = p.v + t * (q.v - p.v), w = p.w + t * (q.w - p.w);
+            below.add({v, w});
+            above.add({at, v, w});
         }
     }
-    polygon = above;
 }
 
-// Voxels [first, last] along one axis that a polygon overlaps: one that it only touches from outside does not count,
-// so that a face at a voxel boundary makes one layer; but there is always one.
-struct VoxelRange {
-    int first, last;
-};
-inline VoxelRange overlap(const Polygon &polygon, int axis) {
-    double low = polygon.corners[0][axis], high = low;
-    for (std::size_t i = 1; i < polygon.size; ++i) {
-        low = std::min(low, polygon.corners[i][axis]);
-        high = std::max(high, polygon.corners[i][axis]);
+// The same at v = at, of which only the extent along w is wanted below.
+inline Extent cut_column(const Outline<ColumnCorner> &from, double at, Outline<ColumnCorner> &above) {
+    Outline<ColumnCorner> below;
+    Extent extent;
+    above.size = 0;
+    const auto add_below = [&](double w) {
+        if (below.size < below.corners.size()) {
+            ++below.size;
+            extent.add(w);
+        }
+    };
+    for (std::size_t i = 0; i < from.size; ++i) {
+        const ColumnCorner &p = from.corners[i], &q = from.corners[i + 1 == from.size ? 0 : i + 1];
+        if (p.v <= at)
+            add_below(p.w);
+        if (p.v >= at)
+            above.add(p);
+        if ((p.v < at && q.v > at) || (p.v > at && q.v < at)) {
+            const double t = (at - p.v) / (q.v - p.v), w = p.w + t * (q.w - p.w);
+            add_below(w);
+            above.add({at, w});
+        }
     }
-    const int first = static_cast<int>(std::floor(low));
-    return {first, std::max(first, static_cast<int>(std::ceil(high)) - 1)};
+    return extent;
 }
 
-// Calls visit(voxel) for every voxel whose inside the triangle enters; every point of the triangle lies in one of them
-// or on its border. `corners` in voxel units; `depth_axis` is the axis closest to the triangle's normal: the two others
-// span the columns that the triangle is cut into, and each piece is short along it.
+template <class Corner> Extent extent_of(const Outline<Corner> &outline, double Corner::*axis) {
+    Extent extent;
+    for (std::size_t i = 0; i < outline.size; ++i)
+        extent.add(outline.corners[i].*axis);
+    return extent;
+}
+
+// One coordinate of a Morton code whose two others are zero.
+class MortonAxis {
+  public:
+    MortonAxis(int axis, int voxel)
+        : mask_(spread_bits(~0U) << axis), code_(spread_bits(static_cast<std::uint32_t>(voxel)) << axis) {}
+    MortonCode code() const { return code_; }
+    void step() { code_ = ((code_ | ~mask_) + 1) & mask_; } // the carry runs through the other axes' bits
+
+  private:
+    MortonCode mask_, code_;
+};
+
+// Calls visit(code) for every voxel whose inside the triangle enters; every point of the triangle lies in one of them
+// or on its border. `corners` in voxel units, none negative; `depth_axis` is the axis closest to the triangle's normal:
+// the two others span the columns that the triangle is cut into, and each piece is short along it.
 template <class Visit> void visit_voxels(const std::array<glm::dvec3, 3> &corners, int depth_axis, Visit &&visit) {
     const int u = (depth_axis + 1) % 3, v = (depth_axis + 2) % 3;
-    Polygon right{{corners[0], corners[1], corners[2]}, 3};
-    const VoxelRange slabs = overlap(right, u);
-    glm::ivec3 voxel;
-    Polygon slab, column;
-    for (voxel[u] = slabs.first; voxel[u] <= slabs.last; ++voxel[u]) {
-        if (voxel[u] < slabs.last)
-            cut(right, u, voxel[u] + 1, slab);
-        else
-            slab = right;
-        const VoxelRange columns = overlap(slab, v);
-        for (voxel[v] = columns.first; voxel[v] <= columns.last; ++voxel[v]) {
-            if (voxel[v] < columns.last)
-                cut(slab, v, voxel[v] + 1, column);
-            else
-                column = slab;
-            const VoxelRange layers = overlap(column, depth_axis);
-            for (voxel[depth_axis] = layers.first; voxel[depth_axis] <= layers.last; ++voxel[depth_axis])
-                visit(voxel);
+    Outline<SlabCorner> slabs[2];
+    Outline<ColumnCorner> columns[2];
+    for (const glm::dvec3 &corner : corners)
+        slabs[0].add({corner[u], corner[v], corner[depth_axis]});
+    const Outline<SlabCorner> *right = &slabs[0];
+    const Extent across_slabs = extent_of(*right, &SlabCorner::u);
+    const int last_slab = across_slabs.last();
+    MortonAxis u_code(u, across_slabs.first());
+    for (int slab = across_slabs.first(); slab <= last_slab; ++slab, u_code.step()) {
+        if (slab < last_slab) {
+            Outline<SlabCorner> &above = right == &slabs[0] ? slabs[1] : slabs[0];
+            cut_slab(*right, slab + 1, columns[0], above);
+            right = &above;
+        } else {
+            columns[0].size = 0;
+            for (std::size_t i = 0; i < right->size; ++i)
+                columns[0].add({right->corners[i].v, right->corners[i].w});
+        }
+        const Outline<ColumnCorner> *upper = &columns[0];
+        const Extent across_columns = extent_of(*upper, &ColumnCorner::v);
+        const int last_column = across_columns.last();
+        MortonAxis v_code(v, across_columns.first());
+        for (int column = across_columns.first(); column <= last_column; ++column, v_code.step()) {
+            Extent layers;
+            if (column < last_column) {
+                Outline<ColumnCorner> &above = upper == &columns[0] ? columns[1] : columns[0];
+                layers = cut_column(*upper, column + 1, above);
+                upper = &above;
+            } else {
+                layers = extent_of(*upper, &ColumnCorner::w);
+            }
+            const int last_layer = layers.last();
+            MortonAxis w_code(depth_axis, layers.first());
+            for (int layer = layers.first(); layer <= last_layer; ++layer, w_code.step())
+                visit(u_code.code() | v_code.code() | w_code.code());
         }
     }
 }
 
-// Barycentric weights of the point of triangle abc that is nearest to p.
-inline std::array<double, 3> nearest_on_triangle(const std::array<glm::dvec3, 3> &corners, const glm::dvec3 &p) {
-    const auto dot = [](const glm::dvec3 &x, const glm::dvec3 &y) { return (x.x * y.x + x.y * y.y) + x.z * y.z; };
-    const glm::dvec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0];
-    const glm::dvec3 ap = p - corners[0], bp = p - corners[1], cp = p - corners[2];
-    const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp),
-                 d6 = dot(ac, cp);
-    if (d1 <= 0 && d2 <= 0)
-        return {1, 0, 0};
-    if (d3 >= 0 && d4 <= d3)
-        return {0, 1, 0};
-    if (d6 >= 0 && d5 <= d6)
-        return {0, 0, 1};
-    const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3)
-        return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
-    if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6)
-        return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
-    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0 && (d4 - d3) + (d5 - d6) > 0) {
-        const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return {0, 1 - t, t};
+// Where a triangle is nearest to the centres of voxels.
+class NearestOnTriangle {
+  public:
+    // Corners in voxel units, on the lattice (lattice.h).
+    explicit NearestOnTriangle(const std::array<glm::dvec3, 3> &corners)
+        : corners_(corners), ab_(corners[1] - corners[0]), ac_(corners[2] - corners[0]), ab_ab_(dot(ab_, ab_)),
+          ab_ac_(dot(ab_, ac_)), ac_ac_(dot(ac_, ac_)) {
+        // Products of differences of lattice points within 2,000 voxels are whole multiples of 2^-28 below 2^25: all
+        // sums of them are exact.
+        constexpr double kMostVoxels = 1900;
+        for (int axis = 0; axis < 3; ++axis)
+            exact_ = exact_ && std::max({std::fabs(ab_[axis]), std::fabs(ac_[axis]),
+                                         std::fabs(corners[2][axis] - corners[1][axis])}) < kMostVoxels;
     }
-    const double area = va + vb + vc;
-    if (!(area > 0) || va < 0 || vb < 0 || vc < 0) // a sliver thinner than the arithmetic
-        return {1.0 / 3, 1.0 / 3, 1.0 / 3};
-    return {va / area, vb / area, vc / area};
-}
+
+    // Barycentric weights of the point that is nearest to p, the centre of a voxel that the triangle passes through.
+    std::array<double, 3> weights(const glm::dvec3 &p) const {
+        const glm::dvec3 ap = p - corners_[0];
+        const double d1 = dot(ab_, ap), d2 = dot(ac_, ap);
+        if (d1 <= 0 && d2 <= 0)
+            return {1, 0, 0};
+        double d3 = d1 - ab_ab_, d4 = d2 - ab_ac_, d5 = d1 - ab_ac_, d6 = d2 - ac_ac_;
+        if (!exact_) {
+            const glm::dvec3 bp = p - corners_[1], cp = p - corners_[2];
+            d3 = dot(ab_, bp);
+            d4 = dot(ac_, bp);
+            d5 = dot(ab_, cp);
+            d6 = dot(ac_, cp);
+        }
+        if (d3 >= 0 && d4 <= d3)
+            return {0, 1, 0};
+        if (d6 >= 0 && d5 <= d6)
+            return {0, 0, 1};
+        const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
+        if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3)
+            return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
+        if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6)
+            return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
+        if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0 && (d4 - d3) + (d5 - d6) > 0) {
+            const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+            return {0, 1 - t, t};
+        }
+        const double area = va + vb + vc;
+        if (!(area > 0) || va < 0 || vb < 0 || vc < 0) // a sliver thinner than the arithmetic
+            return {1.0 / 3, 1.0 / 3, 1.0 / 3};
+        return {va / area, vb / area, vc / area};
+    }
+
+  private:
+    static double dot(const glm::dvec3 &x, const glm::dvec3 &y) { return (x.x * y.x + x.y * y.y) + x.z * y.z; }
+
+    std::array<glm::dvec3, 3> corners_;
+    glm::dvec3 ab_, ac_;
+    double ab_ab_, ab_ac_, ac_ac_;
+    bool exact_ = true;
+};
 
 } // namespace pbm::build

@@ -4,88 +4,132 @@
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
+#include <bit>
 #include <memory>
 
 namespace pbm::build {
 namespace {
 
-using NormalSum = std::array<std::int64_t, 3>;
+// Hits are averaged block by block of 32x32x32 voxels: few enough that a table of them stays in the cache.
+constexpr int kBlockBits = 15;
+constexpr std::uint32_t kBlockVoxels = 1U << kBlockBits;
 
-double squared(const NormalSum &v) {
-    const double x = static_cast<double>(v[0]), y = static_cast<double>(v[1]), z = static_cast<double>(v[2]);
-    return (x * x + y * y) + z * z;
-}
+std::uint32_t voxel_in_block(Hit hit) { return static_cast<std::uint32_t>(local_code_of(hit)) & (kBlockVoxels - 1); }
 
-std::uint16_t quantise(const NormalSum &v) {
-    return quantise_normal(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2]));
-}
+// Averages the hits of one bucket, one block after the other, without sorting them: a bit per voxel says which are
+// occupied, their order is that of the bits.
+class BucketAverager {
+  public:
+    BucketAverager(const SurfaceSampler &sampler, const AttributeSet &set)
+        : cursor_(sampler), set_(set), point_in_block_(kBlockVoxels) {}
 
-// The normal of the plane that opposite normals share: all are turned to one side of the axis along which they are
-// longest.
-NormalSum plane_normal(std::span<const Sample *const> samples) {
-    std::array<NormalSum, 3> columns{};
-    for (const Sample *s : samples)
-        for (std::size_t k = 0; k < 3; ++k)
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                columns[k][axis] += std::int64_t{s->normal[k]} * s->normal[axis];
-    std::size_t longest = 0;
-    for (std::size_t k = 1; k < 3; ++k)
-        if (columns[k][k] > columns[longest][longest])
-            longest = k;
-    return columns[longest];
-}
-
-std::uint16_t average_normal(std::span<const Sample *const> samples) {
-    NormalSum sum{};
-    std::int64_t votes = 0, two_sided = 0;
-    for (const Sample *s : samples) {
-        votes += is_zero(s->normal) ? 0 : 1;
-        two_sided += s->two_sided && !is_zero(s->normal) ? 1 : 0;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            sum[axis] += s->normal[axis];
+    // `hits`, not empty, all lie in the block whose first voxel is `first_code`.
+    void add_block(std::span<const Hit> hits, MortonCode first_code) {
+        const std::size_t first = voxels_.codes.size();
+        number_voxels(hits, first_code);
+        const std::size_t count = voxels_.codes.size() - first;
+        sums_.assign(count, {});
+        votes_.assign(set_.material ? count : 0, {});
+        const auto corner = morton_decode(first_code);
+        const glm::ivec3 block(corner[0], corner[1], corner[2]);
+        for (const Hit hit : hits) {
+            const Sample sample = cursor_.at(source_of(hit), block + place_in_block(voxel_in_block(hit)));
+            const std::size_t point = point_in_block_[voxel_in_block(hit)];
+            sums_[point].add(sample);
+            if (set_.material)
+                ++votes_[point][sample.material];
+        }
+        voxels_.points.resize(first + count, set_);
+        bool thin = false;
+        for (std::size_t i = 0; i < count; ++i) {
+            store(sums_[i], first + i);
+            if (set_.material)
+                voxels_.points.materials[first + i] = majority(votes_[i]);
+            thin |= sums_[i].is_thin();
+        }
+        if (thin)
+            average_thin(hits, block, first);
     }
-    if (votes == 0)
-        return kNoNormal;
-    const double half = kNormalScale / 2 * static_cast<double>(votes);
-    if (squared(sum) >= half * half)
-        return static_cast<std::uint16_t>(quantise(sum) | (2 * two_sided >= votes ? kTwoSidedBit : 0));
-    return quantise(plane_normal(samples)) | kTwoSidedBit;
-}
+
+    Voxels take() { return std::move(voxels_); }
+
+  private:
+    // Points of the occupied voxels in Morton order.
+    void number_voxels(std::span<const Hit> hits, MortonCode first_code) {
+        for (const Hit hit : hits)
+            occupied_[voxel_in_block(hit) / 64] |= std::uint64_t{1} << voxel_in_block(hit) % 64;
+        std::uint16_t point = 0;
+        for (std::size_t word = 0; word < occupied_.size(); ++word)
+            for (std::uint64_t left = std::exchange(occupied_[word], 0); left != 0; left &= left - 1) {
+                const std::size_t voxel = 64 * word + static_cast<std::size_t>(std::countr_zero(left));
+                point_in_block_[voxel] = point++;
+                voxels_.codes.push_back(first_code | voxel);
+            }
+    }
+
+    static glm::ivec3 place_in_block(std::uint32_t voxel) {
+        // Three bits per axis from nine.
+        static constexpr std::array<std::array<std::uint8_t, 3>, 512> kPlaces = [] {
+            std::array<std::array<std::uint8_t, 3>, 512> places{};
+            for (unsigned code = 0; code < places.size(); ++code)
+                for (unsigned bit = 0; bit < 9; ++bit)
+                    places[code][bit % 3] =
+                        static_cast<std::uint8_t>(places[code][bit % 3] | (code >> bit & 1) << bit / 3);
+            return places;
+        }();
+        const auto &low = kPlaces[voxel % 512], &high = kPlaces[voxel / 512];
+        return {low[0] + 8 * high[0], low[1] + 8 * high[1], low[2] + 8 * high[2]};
+    }
+
+    void store(const VoxelSums &sums, std::size_t point) {
+        voxels_.points.normals[point] = mean_normal(sums);
+        voxels_.points.radii[point] = sums.radius;
+        if (set_.colour != ColourFormat::none)
+            set_point_colour(voxels_.points, point, set_.colour, sums.mean_colour());
+    }
+
+    // Thin voxels are few: their samples are taken once more.
+    void average_thin(std::span<const Hit> hits, const glm::ivec3 &block, std::size_t first) {
+        std::vector<std::uint32_t> planes_of(sums_.size(), 0);
+        std::vector<PlaneSums> planes(1); // the first belongs to nothing
+        for (std::size_t i = 0; i < sums_.size(); ++i)
+            if (sums_[i].is_thin()) {
+                planes_of[i] = static_cast<std::uint32_t>(planes.size());
+                planes.emplace_back();
+            }
+        for (const Hit hit : hits)
+            if (const std::uint32_t plane = planes_of[point_in_block_[voxel_in_block(hit)]]; plane != 0)
+                planes[plane].add(cursor_.at(source_of(hit), block + place_in_block(voxel_in_block(hit))).normal);
+        for (std::size_t i = 0; i < sums_.size(); ++i)
+            if (planes_of[i] != 0)
+                voxels_.points.normals[first + i] = plane_normal(planes[planes_of[i]]);
+    }
+
+    SampleCursor cursor_;
+    const AttributeSet &set_;
+    std::vector<std::uint16_t> point_in_block_;
+    std::array<std::uint64_t, kBlockVoxels / 64> occupied_{};
+    std::vector<VoxelSums> sums_;
+    std::vector<MaterialVotes> votes_;
+    Voxels voxels_;
+};
 
 // The voxels of one bucket, whose first voxel is `first_code`. `hits` are not empty.
 Voxels voxelize_bucket(const SurfaceSampler &sampler, std::vector<Hit> hits, MortonCode first_code, int local_bits,
                        const AttributeSet &set) {
-    std::vector<Sample> samples;
-    samples.reserve(hits.size());
-    sampler.sample(hits, first_code, samples); // before sorting: here the hits of a triangle are neighbours
-    for (std::size_t i = 0; i < hits.size(); ++i)
-        hits[i] = local_code_of(hits[i]) << kSourceBits | i; // now [30..0] names the sample
-    std::vector<Hit> spare;
-    radix_sort(hits, spare, kSourceBits, local_bits);
-
-    std::size_t count = 1;
-    for (std::size_t i = 1; i < hits.size(); ++i)
-        count += local_code_of(hits[i]) != local_code_of(hits[i - 1]) ? 1 : 0;
-    Voxels voxels;
-    voxels.codes.reserve(count);
-    voxels.points.resize(count, set);
-    std::vector<const Sample *> group;
-    for (std::size_t i = 0; i < hits.size();) {
-        const MortonCode code = local_code_of(hits[i]);
-        group.clear();
-        for (; i < hits.size() && local_code_of(hits[i]) == code; ++i)
-            group.push_back(&samples[source_of(hits[i])]);
-        const std::size_t point = voxels.codes.size();
-        const VoxelAttributes average = average_samples(group);
-        voxels.codes.push_back(first_code | code);
-        voxels.points.normals[point] = average.normal;
-        voxels.points.radii[point] = average.radius;
-        if (set.colour != ColourFormat::none)
-            set_point_colour(voxels.points, point, set.colour, average.colour);
-        if (set.material)
-            voxels.points.materials[point] = average.material;
+    if (local_bits > kBlockBits) {
+        std::vector<Hit> spare;
+        radix_sort(hits, spare, kSourceBits + kBlockBits, local_bits - kBlockBits);
     }
-    return voxels;
+    BucketAverager averager(sampler, set);
+    for (auto begin = hits.begin(); begin != hits.end();) {
+        const MortonCode block = local_code_of(*begin) >> kBlockBits;
+        const auto end =
+            std::find_if(begin, hits.end(), [&](Hit hit) { return local_code_of(hit) >> kBlockBits != block; });
+        averager.add_block({begin, end}, first_code | block << kBlockBits);
+        begin = end;
+    }
+    return averager.take();
 }
 
 template <class T> void copy_to(const std::vector<T> &from, std::vector<T> &to, std::size_t at) {
@@ -93,27 +137,6 @@ template <class T> void copy_to(const std::vector<T> &from, std::vector<T> &to, 
 }
 
 } // namespace
-
-VoxelAttributes average_samples(std::span<const Sample *const> samples) {
-    const auto votes = static_cast<std::uint64_t>(samples.size());
-    std::array<std::uint64_t, 3> colour{};
-    std::array<std::uint64_t, kMaxMaterials> materials{};
-    std::uint8_t radius = 0;
-    for (const Sample *s : samples) {
-        for (std::size_t c = 0; c < 3; ++c)
-            colour[c] += s->colour[c];
-        ++materials[s->material];
-        radius = std::max(radius, s->radius);
-    }
-    VoxelAttributes average{};
-    average.normal = average_normal(samples);
-    for (std::size_t c = 0; c < 3; ++c)
-        average.colour[c] = linear_to_srgb(static_cast<std::uint32_t>((2 * colour[c] + votes) / (2 * votes)));
-    average.material =
-        static_cast<std::uint8_t>(std::max_element(materials.begin(), materials.end()) - materials.begin());
-    average.radius = radius;
-    return average;
-}
 
 Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, int threads) {
     std::vector<std::unique_ptr<Voxels>> buckets(store.bucket_count()); // null where the surface is not

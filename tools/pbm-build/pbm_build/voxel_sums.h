@@ -1,0 +1,66 @@
+// The attributes of one voxel from all its samples: integer sums, one vote each, so that their order does not matter.
+#pragma once
+
+#include "pbm_build/sample.h"
+#include "pbm_format/point_attributes.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace pbm::build {
+
+// Normal of a voxel none of whose samples has one. `fill_normals` (splat_radius.h) replaces it.
+inline constexpr std::uint16_t kNoNormal = 0xFFFF;
+
+// One cache line: every sample of a surface is added to one of them.
+struct VoxelSums {
+    std::array<std::int64_t, 3> normal{};
+    std::array<std::uint64_t, 3> colour{};
+    std::uint32_t samples = 0;
+    std::uint32_t votes = 0;     // for the normal
+    std::uint32_t two_sided = 0; // of those
+    std::uint8_t radius = 0;     // the largest
+
+    void add(const Sample &sample) {
+        const std::uint32_t vote = is_zero(sample.normal) ? 0 : 1;
+        ++samples;
+        votes += vote;
+        two_sided += sample.two_sided ? vote : 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            normal[c] += sample.normal[c];
+            colour[c] += sample.colour[c];
+        }
+        radius = std::max(radius, sample.radius);
+    }
+
+    // Normals cancel to less than half the votes: a thin wall, whose normal is that of its plane.
+    bool is_thin() const;
+
+    Rgb8 mean_colour() const; // taken in linear light
+};
+
+// The plane that opposite normals share, of thin voxels only: all are turned to one side of the axis along which they
+// are longest.
+struct PlaneSums {
+    std::array<std::array<std::int64_t, 3>, 3> columns{};
+
+    void add(const ShortNormal &normal) {
+        for (std::size_t k = 0; k < 3; ++k)
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                columns[k][axis] += std::int64_t{normal[k]} * normal[axis];
+    }
+};
+
+// Index | kTwoSidedBit, or kNoNormal. A thin voxel is two-sided. So is one half of whose votes are two-sided
+// themselves, with the direction of their sum where they do not cancel.
+std::uint16_t mean_normal(const VoxelSums &sums);   // of a voxel that is not thin
+std::uint16_t plane_normal(const PlaneSums &plane); // of one that is
+
+// Votes per material; the majority wins, ties go to the lowest index.
+using MaterialVotes = std::array<std::uint32_t, kMaxMaterials>;
+inline std::uint8_t majority(const MaterialVotes &votes) {
+    return static_cast<std::uint8_t>(std::max_element(votes.begin(), votes.end()) - votes.begin());
+}
+
+} // namespace pbm::build
