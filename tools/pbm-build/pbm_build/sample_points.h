@@ -5,13 +5,11 @@
 #include "pbm_build/hit_store.h"
 #include "pbm_build/lattice.h"
 #include "pbm_build/sample.h"
-#include "pbm_build/triangle_voxels.h"
 #include "pbm_build/vertex_normals.h"
 #include "pbm_format/model.h"
 #include "pbm_scan/surface.h"
 
 #include <functional>
-#include <optional>
 
 namespace pbm::build {
 
@@ -45,32 +43,6 @@ class SurfaceSampler {
     const VertexNormals &normals_;
     const Bytes &radii_;
     std::vector<LatticePoint> lattice_;
-};
-
-// Samples of hits, one after the other, fastest where hits of one source are neighbours. For one thread.
-class SampleCursor {
-  public:
-    explicit SampleCursor(const SurfaceSampler &sampler) : sampler_(sampler) {}
-
-    // The sample of `source` in a voxel that it passes through.
-    Sample at(std::uint32_t source, const glm::ivec3 &voxel);
-
-  private:
-    struct Triangle {
-        NearestOnTriangle nearest;
-        std::array<std::array<double, 6>, 3> values; // of the corners: normal, colour
-        std::array<std::uint8_t, 3> materials;
-        ShortNormal flat; // of the plane; zero if there is none
-        bool crease;      // a corner's normal is too far from it
-        bool in_one_voxel;
-        bool two_sided; // a corner is
-        std::uint8_t radius;
-    };
-    Triangle triangle(std::size_t i) const;
-
-    const SurfaceSampler &sampler_;
-    std::optional<Triangle> triangle_;
-    std::uint32_t source_ = 0; // of triangle_
 };
 
 // Triangles: every voxel that a triangle passes through gets a sample, so that no hole can open however coarse the mesh

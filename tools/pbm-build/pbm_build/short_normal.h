@@ -19,7 +19,7 @@ inline ShortNormal to_short_normal(const glm::dvec3 &v) {
     if (!(length > 0))
         return {};
     const double scale = kNormalScale / length;
-    const auto round = [&](double x) { return static_cast<std::int16_t>(x < 0 ? x * scale - 0.5 : x * scale + 0.5); };
+    const auto round = [&](double x) { return static_cast<std::int16_t>(x * scale + std::copysign(0.5, x)); };
     return {round(v.x), round(v.y), round(v.z)};
 }
 inline bool is_zero(const ShortNormal &n) { return (n[0] | n[1] | n[2]) == 0; }

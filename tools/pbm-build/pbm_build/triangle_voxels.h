@@ -164,6 +164,7 @@ template <class Visit> void visit_voxels(const std::array<glm::dvec3, 3> &corner
 // Where a triangle is nearest to the centres of voxels.
 class NearestOnTriangle {
   public:
+    NearestOnTriangle() = default;
     // Corners in voxel units, on the lattice (lattice.h).
     explicit NearestOnTriangle(const std::array<glm::dvec3, 3> &corners)
         : corners_(corners), ab_(corners[1] - corners[0]), ac_(corners[2] - corners[0]), ab_ab_(dot(ab_, ab_)),
@@ -212,9 +213,9 @@ class NearestOnTriangle {
   private:
     static double dot(const glm::dvec3 &x, const glm::dvec3 &y) { return (x.x * y.x + x.y * y.y) + x.z * y.z; }
 
-    std::array<glm::dvec3, 3> corners_;
-    glm::dvec3 ab_, ac_;
-    double ab_ab_, ab_ac_, ac_ac_;
+    std::array<glm::dvec3, 3> corners_{};
+    glm::dvec3 ab_{0}, ac_{0};
+    double ab_ab_ = 0, ab_ac_ = 0, ac_ac_ = 0;
     bool exact_ = true;
 };
 

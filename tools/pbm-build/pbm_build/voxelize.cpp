@@ -1,6 +1,7 @@
 #include "pbm_build/voxelize.h"
 
 #include "pbm_build/radix_sort.h"
+#include "pbm_build/sample_cursor.h"
 #include "pbm_format/parallel.h"
 
 #include <algorithm>

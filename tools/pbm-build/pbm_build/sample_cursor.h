@@ -1,0 +1,63 @@
+// The attributes that a triangle or point lends to a voxel.
+#pragma once
+
+#include "pbm_build/sample_points.h"
+#include "pbm_build/triangle_voxels.h"
+
+namespace pbm::build {
+
+// Samples of hits, one after the other, fastest where hits of one source are neighbours. For one thread.
+class SampleCursor {
+  public:
+    explicit SampleCursor(const SurfaceSampler &sampler)
+        : sampler_(sampler), triangle_count_(sampler.surface_.triangles.size()) {}
+
+    // The sample of `source` in a voxel that it passes through. Inline: a Sample that goes through memory is written in
+    // twos of bytes and read in sixteens, which processors wait for.
+    [[gnu::always_inline]] inline Sample at(std::uint32_t source, const glm::ivec3 &voxel) {
+        if (source >= triangle_count_)
+            return sampler_.corner(sampler_.vertex_of_point(source)).attributes;
+        if (source != source_) {
+            load(source);
+            source_ = source;
+        }
+        const Triangle &t = triangle_;
+        const std::array<double, 3> weights =
+            t.in_one_voxel ? std::array{1.0 / 3, 1.0 / 3, 1.0 / 3} : t.nearest.weights(glm::dvec3(voxel) + 0.5);
+        std::array<double, 6> sum{0, 0, 0, 0.5, 0.5, 0.5};
+        for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t k = 0; k < sum.size(); ++k)
+                sum[k] += weights[c] * t.values[c][k];
+        Sample mixed{.normal = t.flat, .radius = t.radius, .two_sided = t.two_sided};
+        if (!t.crease)
+            mixed.normal = to_short_normal({sum[0], sum[1], sum[2]});
+        for (std::size_t k = 0; k < 3; ++k)
+            mixed.colour[k] = static_cast<std::uint16_t>(std::clamp(sum[3 + k], 0.0, 65535.0));
+        mixed.material = t.materials[0];
+        if (t.mixed_materials)
+            mixed.material = t.materials[static_cast<std::size_t>(std::max_element(weights.begin(), weights.end()) -
+                                                                  weights.begin())];
+        return mixed;
+    }
+
+  private:
+    struct Triangle {
+        NearestOnTriangle nearest;
+        std::array<std::array<double, 6>, 3> values{}; // of the corners: normal, colour
+        std::array<std::uint8_t, 3> materials{};
+        ShortNormal flat{};  // of the plane; zero if there is none
+        bool crease = false; // a corner's normal is too far from it
+        bool in_one_voxel = false;
+        bool mixed_materials = false;
+        bool two_sided = false; // a corner is
+        std::uint8_t radius = 0;
+    };
+    void load(std::uint32_t source);
+
+    const SurfaceSampler &sampler_;
+    std::size_t triangle_count_;
+    std::uint64_t source_ = kMaxSources; // of triangle_; none
+    Triangle triangle_;
+};
+
+} // namespace pbm::build
