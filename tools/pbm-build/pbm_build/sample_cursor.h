@@ -12,11 +12,20 @@ class SampleCursor {
     explicit SampleCursor(const SurfaceSampler &sampler)
         : sampler_(sampler), triangle_count_(sampler.surface_.triangles.size()) {}
 
+    // A sample whose normal is left to be rounded, with those of others (NormalColumns).
+    struct Unrounded {
+        Sample sample; // without its normal
+        glm::dvec3 normal;
+        bool is_rounded;
+    };
+
     // The sample of `source` in a voxel that it passes through. Inline: a Sample that goes through memory is written in
     // twos of bytes and read in sixteens, which processors wait for.
-    [[gnu::always_inline]] inline Sample at(std::uint32_t source, const glm::ivec3 &voxel) {
-        if (source >= triangle_count_)
-            return sampler_.corner(sampler_.vertex_of_point(source)).attributes;
+    [[gnu::always_inline]] inline Unrounded at(std::uint32_t source, const glm::ivec3 &voxel) {
+        if (source >= triangle_count_) {
+            const Sample sample = sampler_.corner(sampler_.vertex_of_point(source)).attributes;
+            return {sample, {sample.normal[0], sample.normal[1], sample.normal[2]}, true};
+        }
         if (source != source_) {
             load(source);
             source_ = source;
@@ -28,16 +37,16 @@ class SampleCursor {
         for (std::size_t c = 0; c < 3; ++c)
             for (std::size_t k = 0; k < sum.size(); ++k)
                 sum[k] += weights[c] * t.values[c][k];
-        Sample mixed{.normal = t.flat, .radius = t.radius, .two_sided = t.two_sided};
-        if (!t.crease)
-            mixed.normal = to_short_normal({sum[0], sum[1], sum[2]});
+        Sample mixed{.radius = t.radius, .two_sided = t.two_sided};
         for (std::size_t k = 0; k < 3; ++k)
             mixed.colour[k] = static_cast<std::uint16_t>(std::clamp(sum[3 + k], 0.0, 65535.0));
         mixed.material = t.materials[0];
         if (t.mixed_materials)
             mixed.material = t.materials[static_cast<std::size_t>(std::max_element(weights.begin(), weights.end()) -
                                                                   weights.begin())];
-        return mixed;
+        if (t.crease)
+            return {mixed, {t.flat[0], t.flat[1], t.flat[2]}, true};
+        return {mixed, {sum[0], sum[1], sum[2]}, false};
     }
 
   private:

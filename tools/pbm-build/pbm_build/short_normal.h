@@ -22,6 +22,19 @@ inline ShortNormal to_short_normal(const glm::dvec3 &v) {
     const auto round = [&](double x) { return static_cast<std::int16_t>(x * scale + std::copysign(0.5, x)); };
     return {round(v.x), round(v.y), round(v.z)};
 }
+
+// Directions in columns: the normals of many samples at once, since a square root and a division after the other keep
+// a processor waiting that could work on several.
+struct NormalColumns {
+    static constexpr std::size_t kRows = 64;
+    using Column = std::array<double, kRows>;
+
+    std::array<Column, 3> from{};                             // any length, or with `is_rounded` a ShortNormal
+    Column is_rounded{};                                      // 1, else 0
+    std::array<std::array<std::int32_t, kRows>, 3> rounded{}; // the ShortNormal of each row
+    void round();
+};
+
 inline bool is_zero(const ShortNormal &n) { return (n[0] | n[1] | n[2]) == 0; }
 
 // Cosine of the angle between two of them x 32,767^2.

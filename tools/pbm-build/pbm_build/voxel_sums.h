@@ -23,14 +23,20 @@ struct VoxelSums {
     std::uint8_t radius = 0;     // the largest
 
     void add(const Sample &sample) {
-        const std::uint32_t vote = is_zero(sample.normal) ? 0 : 1;
-        ++samples;
+        add_normal({sample.normal[0], sample.normal[1], sample.normal[2]}, sample.two_sided);
+        add_rest(sample);
+    }
+    void add_normal(const std::array<std::int32_t, 3> &n, bool is_two_sided) {
+        const std::uint32_t vote = (n[0] | n[1] | n[2]) == 0 ? 0 : 1;
         votes += vote;
-        two_sided += sample.two_sided ? vote : 0;
-        for (std::size_t c = 0; c < 3; ++c) {
-            normal[c] += sample.normal[c];
-            colour[c] += sample.colour[c];
-        }
+        two_sided += is_two_sided ? vote : 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            normal[axis] += n[axis];
+    }
+    void add_rest(const Sample &sample) {
+        ++samples;
+        for (std::size_t channel = 0; channel < 3; ++channel)
+            colour[channel] += sample.colour[channel];
         radius = std::max(radius, sample.radius);
     }
 
@@ -45,10 +51,10 @@ struct VoxelSums {
 struct PlaneSums {
     std::array<std::array<std::int64_t, 3>, 3> columns{};
 
-    void add(const ShortNormal &normal) {
+    void add(const std::array<std::int32_t, 3> &n) {
         for (std::size_t k = 0; k < 3; ++k)
             for (std::size_t axis = 0; axis < 3; ++axis)
-                columns[k][axis] += std::int64_t{normal[k]} * normal[axis];
+                columns[k][axis] += std::int64_t{n[k]} * n[axis];
     }
 };
 

@@ -25,7 +25,8 @@ class BucketAverager {
         : cursor_(sampler), set_(set), point_in_block_(kBlockVoxels) {}
 
     // `hits`, not empty, all lie in the block whose first voxel is `first_code`.
-    void add_block(std::span<const Hit> hits, MortonCode first_code) {
+    void add_block(std::span<const Hit> block_hits, MortonCode first_code) {
+        std::span<const Hit> hits = block_hits;
         const std::size_t first = voxels_.codes.size();
         number_voxels(hits, first_code);
         const std::size_t count = voxels_.codes.size() - first;
@@ -33,13 +34,8 @@ class BucketAverager {
         votes_.assign(set_.material ? count : 0, {});
         const auto corner = morton_decode(first_code);
         const glm::ivec3 block(corner[0], corner[1], corner[2]);
-        for (const Hit hit : hits) {
-            const Sample sample = cursor_.at(source_of(hit), block + place_in_block(voxel_in_block(hit)));
-            const std::size_t point = point_in_block_[voxel_in_block(hit)];
-            sums_[point].add(sample);
-            if (set_.material)
-                ++votes_[point][sample.material];
-        }
+        for (; !hits.empty(); hits = hits.subspan(std::min(hits.size(), NormalColumns::kRows)))
+            add_rows(hits.first(std::min(hits.size(), NormalColumns::kRows)), block);
         voxels_.points.resize(first + count, set_);
         bool thin = false;
         for (std::size_t i = 0; i < count; ++i) {
@@ -49,7 +45,7 @@ class BucketAverager {
             thin |= sums_[i].is_thin();
         }
         if (thin)
-            average_thin(hits, block, first);
+            average_thin(block_hits, block, first);
     }
 
     Voxels take() { return std::move(voxels_); }
@@ -82,11 +78,44 @@ class BucketAverager {
         return {low[0] + 8 * high[0], low[1] + 8 * high[1], low[2] + 8 * high[2]};
     }
 
+    // At most NormalColumns::kRows of them.
+    void add_rows(std::span<const Hit> hits, const glm::ivec3 &block) {
+        std::array<bool, NormalColumns::kRows> two_sided;
+        for (std::size_t row = 0; row < hits.size(); ++row) {
+            const std::uint32_t voxel = voxel_in_block(hits[row]);
+            const auto [sample, normal, is_rounded] = cursor_.at(source_of(hits[row]), block + place_in_block(voxel));
+            normals_.from[0][row] = normal.x;
+            normals_.from[1][row] = normal.y;
+            normals_.from[2][row] = normal.z;
+            normals_.is_rounded[row] = is_rounded ? 1 : 0;
+            two_sided[row] = sample.two_sided;
+            const std::size_t point = point_in_block_[voxel];
+            sums_[point].add_rest(sample);
+            if (set_.material)
+                ++votes_[point][sample.material];
+        }
+        normals_.round();
+        for (std::size_t row = 0; row < hits.size(); ++row)
+            sums_[point_in_block_[voxel_in_block(hits[row])]].add_normal(rounded_normal(row), two_sided[row]);
+    }
+
+    std::array<std::int32_t, 3> rounded_normal(std::size_t row) const {
+        return {normals_.rounded[0][row], normals_.rounded[1][row], normals_.rounded[2][row]};
+    }
+
     void store(const VoxelSums &sums, std::size_t point) {
         voxels_.points.normals[point] = mean_normal(sums);
         voxels_.points.radii[point] = sums.radius;
         if (set_.colour != ColourFormat::none)
             set_point_colour(voxels_.points, point, set_.colour, sums.mean_colour());
+    }
+
+    std::array<std::int32_t, 3> normal_of(Hit hit, const glm::ivec3 &block) {
+        const SampleCursor::Unrounded at = cursor_.at(source_of(hit), block + place_in_block(voxel_in_block(hit)));
+        if (at.is_rounded)
+            return {static_cast<int>(at.normal.x), static_cast<int>(at.normal.y), static_cast<int>(at.normal.z)};
+        const ShortNormal n = to_short_normal(at.normal);
+        return {n[0], n[1], n[2]};
     }
 
     // Thin voxels are few: their samples are taken once more.
@@ -100,7 +129,7 @@ class BucketAverager {
             }
         for (const Hit hit : hits)
             if (const std::uint32_t plane = planes_of[point_in_block_[voxel_in_block(hit)]]; plane != 0)
-                planes[plane].add(cursor_.at(source_of(hit), block + place_in_block(voxel_in_block(hit))).normal);
+                planes[plane].add(normal_of(hit, block));
         for (std::size_t i = 0; i < sums_.size(); ++i)
             if (planes_of[i] != 0)
                 voxels_.points.normals[first + i] = plane_normal(planes[planes_of[i]]);
@@ -112,6 +141,7 @@ class BucketAverager {
     std::array<std::uint64_t, kBlockVoxels / 64> occupied_{};
     std::vector<VoxelSums> sums_;
     std::vector<MaterialVotes> votes_;
+    NormalColumns normals_;
     Voxels voxels_;
 };
 
