@@ -51,10 +51,11 @@ void SampleCursor::load(std::uint32_t source) {
         t.radius = std::max(t.radius, attributes.radius);
         t.two_sided |= attributes.two_sided;
         t.materials[c] = attributes.material;
-        for (std::size_t k = 0; k < 3; ++k) {
-            t.values[c][k] = attributes.normal[k];
-            t.values[c][3 + k] = attributes.colour[k];
-        }
+        const auto &[x, y, z] = attributes.normal;
+        const auto &[red, green, blue] = attributes.colour;
+        t.values[c][0] = Pair{static_cast<double>(x), static_cast<double>(y)};
+        t.values[c][1] = Pair{static_cast<double>(z), static_cast<double>(red)};
+        t.values[c][2] = Pair{static_cast<double>(green), static_cast<double>(blue)};
     }
     t.mixed_materials = t.materials[1] != t.materials[0] || t.materials[2] != t.materials[0];
     const glm::ivec3 voxel = voxel_of(corners[0].at);

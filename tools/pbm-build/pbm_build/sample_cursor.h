@@ -33,26 +33,30 @@ class SampleCursor {
         const Triangle &t = triangle_;
         const std::array<double, 3> weights =
             t.in_one_voxel ? std::array{1.0 / 3, 1.0 / 3, 1.0 / 3} : t.nearest.weights(glm::dvec3(voxel) + 0.5);
-        std::array<double, 6> sum{0, 0, 0, 0.5, 0.5, 0.5};
-        for (std::size_t c = 0; c < 3; ++c)
-            for (std::size_t k = 0; k < sum.size(); ++k)
-                sum[k] += weights[c] * t.values[c][k];
+        const Pair xy = weights[0] * t.values[0][0] + weights[1] * t.values[1][0] + weights[2] * t.values[2][0];
+        const Pair z_red =
+            Pair{0, 0.5} + weights[0] * t.values[0][1] + weights[1] * t.values[1][1] + weights[2] * t.values[2][1];
+        const Pair green_blue =
+            Pair{0.5, 0.5} + weights[0] * t.values[0][2] + weights[1] * t.values[1][2] + weights[2] * t.values[2][2];
         Sample mixed{.radius = t.radius, .two_sided = t.two_sided};
-        for (std::size_t k = 0; k < 3; ++k)
-            mixed.colour[k] = static_cast<std::uint16_t>(std::clamp(sum[3 + k], 0.0, 65535.0));
+        const auto to_colour = [](double x) {
+            return static_cast<std::uint16_t>(static_cast<int>(std::min(std::max(x, 0.0), 65535.0)));
+        };
+        mixed.colour = {to_colour(z_red[1]), to_colour(green_blue[0]), to_colour(green_blue[1])};
         mixed.material = t.materials[0];
         if (t.mixed_materials)
             mixed.material = t.materials[static_cast<std::size_t>(std::max_element(weights.begin(), weights.end()) -
                                                                   weights.begin())];
         if (t.crease)
             return {mixed, {t.flat[0], t.flat[1], t.flat[2]}, true};
-        return {mixed, {sum[0], sum[1], sum[2]}, false};
+        return {mixed, {xy[0], xy[1], z_red[0]}, false};
     }
 
   private:
+    using Pair = double __attribute__((vector_size(16)));
     struct Triangle {
         NearestOnTriangle nearest;
-        std::array<std::array<double, 6>, 3> values{}; // of the corners: normal, colour
+        std::array<std::array<Pair, 3>, 3> values{}; // of the corners: normal x y, z red, green blue
         std::array<std::uint8_t, 3> materials{};
         ShortNormal flat{};  // of the plane; zero if there is none
         bool crease = false; // a corner's normal is too far from it
