@@ -106,10 +106,10 @@ VertexNormals find_normals(Surface &surface, const BuildOptions &options, BuildS
 void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads) {
     fill_normals(voxels, threads);
     if (surface.point_count() > 0)
-        radii_from_neighbours(voxels, depth, threads);
-    else
-        for (std::uint8_t &radius : voxels.points.radii)
-            radius = radius_class(radius, depth);
+        return radii_from_neighbours(voxels, depth, threads);
+    const RadiusClasses classes = radius_classes(depth);
+    for (std::uint8_t &radius : voxels.points.radii)
+        radius = classes[radius];
 }
 
 } // namespace

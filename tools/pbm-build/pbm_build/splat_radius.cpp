@@ -12,7 +12,7 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kBlock = 4096;
-constexpr int kClassStep = 4;
+constexpr int kMostShared = 7;              // steps of the radius table: a factor of 1.5
 constexpr std::size_t kRing = 8;            // neighbours that a splat reaches
 constexpr double kStray = 3;                // times the median radius
 constexpr std::size_t kNormalVotes = 16;    // neighbours that lend a normal
@@ -67,16 +67,43 @@ float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Nei
     return static_cast<float>(reach.open ? std::max(closed, static_cast<double>(distance_of(near, kBorder))) : closed);
 }
 
+// Of some voxels, those below one node take the largest radius among them, unless it is much larger than theirs.
+void share_below_nodes(const Voxels &voxels, std::span<const std::size_t> some, Bytes &radii) {
+    for (std::size_t begin = 0, end = 0; begin < some.size(); begin = end) {
+        const MortonCode node = voxels.codes[some[begin]] >> 3;
+        std::uint8_t largest = 0;
+        for (; end < some.size() && voxels.codes[some[end]] >> 3 == node; ++end)
+            largest = std::max(largest, radii[some[end]]);
+        for (std::size_t i = begin; i < end; ++i)
+            if (largest - radii[some[i]] <= kMostShared)
+                radii[some[i]] = largest;
+    }
+}
+
 } // namespace
 
 std::uint8_t dense_radius(int depth) {
     return static_cast<std::uint8_t>(std::min<int>(kMaxFinestRadius, 255 - 12 * depth - 2));
 }
 
-std::uint8_t radius_class(std::uint8_t index, int depth) {
-    const int dense = dense_radius(depth);
-    const int steps = std::max(0, index - dense + kClassStep - 1) / kClassStep;
-    return static_cast<std::uint8_t>(std::min<int>(kMaxFinestRadius, dense + kClassStep * steps));
+RadiusClasses radius_classes(int depth) {
+    // What stands two levels up of children with this radius.
+    const auto above = [&](int radius) {
+        return covering_radius(covering_radius(static_cast<std::uint8_t>(radius), depth - 1), depth - 2);
+    };
+    RadiusClasses classes{};
+    std::size_t index = 0;
+    for (int radius = dense_radius(depth);;) {
+        for (; static_cast<int>(index) <= radius; ++index)
+            classes[index] = static_cast<std::uint8_t>(radius);
+        if (radius == kMaxFinestRadius)
+            break;
+        do
+            ++radius;
+        while (radius < kMaxFinestRadius && above(radius + 1) == above(radius));
+    }
+    std::fill(classes.begin() + static_cast<std::ptrdiff_t>(index), classes.end(), kMaxFinestRadius);
+    return classes;
 }
 
 Bytes given_radii(const Surface &surface, const Grid &grid) {
@@ -84,16 +111,16 @@ Bytes given_radii(const Surface &surface, const Grid &grid) {
     const bool mixed = first_point > 0 && first_point < surface.positions.size();
     if (surface.radii.empty() && !mixed)
         return {};
+    const RadiusClasses classes = radius_classes(grid.depth);
     Bytes radii;
     radii.reserve(surface.positions.size());
     const double most_of_triangle = kMostVoxels / static_cast<double>(std::uint64_t{1} << grid.depth);
     for (std::size_t i = 0; i < surface.positions.size(); ++i) {
         const double given = surface.radii.empty() ? 0 : static_cast<double>(surface.radii[i]);
         const bool point = i >= first_point;
-        radii.push_back(
-            point && !(given > 0)
-                ? std::uint8_t{0}
-                : radius_class(radius_index(std::min(given / grid.edge(), point ? 1 : most_of_triangle)), grid.depth));
+        radii.push_back(point && !(given > 0)
+                            ? std::uint8_t{0}
+                            : classes[radius_index(std::min(given / grid.edge(), point ? 1 : most_of_triangle))]);
     }
     return radii;
 }
@@ -118,11 +145,12 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
         }
     });
     const double median = median_of(ring);
+    const RadiusClasses classes = radius_classes(depth);
     for (std::size_t i = 0; i < count; ++i) {
         const double most = ring[i] > kOutlierFactor * median ? median : kStray * median;
-        voxels.points.radii[missing[i]] =
-            radius_class(radius_index(std::min(static_cast<double>(reach[i]), most) / edge), depth);
+        voxels.points.radii[missing[i]] = classes[radius_index(std::min(static_cast<double>(reach[i]), most) / edge)];
     }
+    share_below_nodes(voxels, missing, voxels.points.radii);
 }
 
 void fill_normals(Voxels &voxels, int threads) {
