@@ -1,6 +1,6 @@
 #include "pbm_build/splat_radius.h"
 
-#include "pbm_build/neighbours.h"
+#include "pbm_build/near_voxels.h"
 #include "pbm_build/outliers.h"
 #include "pbm_build/tangent_cell.h"
 #include "pbm_format/parallel.h"
@@ -134,12 +134,13 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
         return;
     const std::size_t count = missing.size();
     const double edge = static_cast<double>(std::uint64_t{1} << depth); // in voxels
-    const VoxelNeighbours neighbours(voxels.codes);
+    const NearVoxels near_voxels(voxels.codes, depth);
     std::vector<float> reach(count, 0), ring(count, 0); // in voxels
     parallel_for((count + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
+        NearVoxelCursor cursor(near_voxels);
         std::array<Neighbour, kCellNeighbours> found;
         for (std::size_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i) {
-            const auto near = std::span(found).first(neighbours.nearest(missing[i], found));
+            const auto near = std::span(found).first(cursor.nearest(missing[i], found));
             ring[i] = distance_of(near, kRing);
             reach[i] = reach_of_cell(voxels, missing[i], near);
         }

@@ -74,9 +74,9 @@ class TangentCell {
     }
 
   private:
-    struct Corner {
-        glm::dvec2 at{0};
-        bool next_edge_is_cut = false; // the edge to the next corner lies between two points
+    struct Corner { // without defaults: a cut would fill thirty of them before it starts
+        glm::dvec2 at;
+        bool next_edge_is_cut; // the edge to the next corner lies between two points
     };
     static double squared(const glm::dvec2 &v) { return v.x * v.x + v.y * v.y; }
     static constexpr std::size_t kMostCorners = 8 + kMostCuts;
