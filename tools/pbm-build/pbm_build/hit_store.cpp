@@ -5,14 +5,14 @@
 namespace pbm::build {
 namespace {
 
-constexpr int kBucketLevel = 5; // a surface touches a few thousand of the 32,768 nodes
-static_assert(3 * (kMaxDepth - kBucketLevel) + kSourceBits <= 64);
+constexpr int kMostBucketLevel = 5; // a surface touches a few thousand of the 32,768 nodes
+static_assert(3 * (kMaxDepth - kMostBucketLevel) + kSourceBits <= 64);
 constexpr std::size_t kFirstChunk = 64, kLargestChunk = 2048;
 
 } // namespace
 
 HitStore::HitStore(int depth, int writers, std::uint64_t max_bytes)
-    : bucket_level_(std::min(kBucketLevel, depth)), local_bits_(3 * (depth - bucket_level_)),
+    : bucket_level_(std::clamp(depth - kBlockBits / 3, 1, kMostBucketLevel)), local_bits_(3 * (depth - bucket_level_)),
       local_mask_((MortonCode{1} << local_bits_) - 1), max_bytes_(max_bytes),
       writers_(static_cast<std::size_t>(writers)) {
     for (Writer &writer : writers_)

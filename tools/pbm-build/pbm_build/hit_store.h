@@ -23,6 +23,10 @@ inline MortonCode local_code_of(Hit hit) { return hit >> kSourceBits; }
 // everything that is made of them must not.
 class HitStore {
   public:
+    // Bits of a Morton code within a block of 32x32x32 voxels, as voxelize takes them: a bucket is one where the depth
+    // allows, else several.
+    static constexpr int kBlockBits = 15;
+
     // `full()` once the hits need more than `max_bytes`: the caller stops and reports it.
     HitStore(int depth, int writers, std::uint64_t max_bytes);
 

@@ -12,7 +12,7 @@ namespace pbm::build {
 namespace {
 
 // Hits are averaged block by block of 32x32x32 voxels: few enough that a table of them stays in the cache.
-constexpr int kBlockBits = 15;
+constexpr int kBlockBits = HitStore::kBlockBits;
 constexpr std::uint32_t kBlockVoxels = 1U << kBlockBits;
 
 std::uint32_t voxel_in_block(Hit hit) { return static_cast<std::uint32_t>(local_code_of(hit)) & (kBlockVoxels - 1); }
@@ -22,7 +22,7 @@ std::uint32_t voxel_in_block(Hit hit) { return static_cast<std::uint32_t>(local_
 class BucketAverager {
   public:
     BucketAverager(const SurfaceSampler &sampler, const AttributeSet &set)
-        : cursor_(sampler), set_(set), point_in_block_(kBlockVoxels) {}
+        : cursor_(sampler), set_(set), point_in_block_(new std::uint16_t[kBlockVoxels]) {}
 
     // `hits`, not empty, all lie in the block whose first voxel is `first_code`.
     void add_block(std::span<const Hit> block_hits, MortonCode first_code) {
@@ -137,7 +137,7 @@ class BucketAverager {
 
     SampleCursor cursor_;
     const AttributeSet &set_;
-    std::vector<std::uint16_t> point_in_block_;
+    std::unique_ptr<std::uint16_t[]> point_in_block_; // of occupied voxels; the rest is not set
     std::array<std::uint64_t, kBlockVoxels / 64> occupied_{};
     std::vector<VoxelSums> sums_;
     std::vector<MaterialVotes> votes_;
