@@ -111,7 +111,7 @@ struct Candidates {
 
 class CellTable {
   public:
-    CellTable() {
+    [[gnu::noinline]] CellTable() {
         std::vector<std::vector<std::uint16_t>> at_corner(static_cast<std::size_t>(2) * kSide * kSide);
         for (int index = 0; index < kNormalCount; ++index)
             for (LatticePoint p : subdivide(index & 1023)) {
@@ -232,9 +232,8 @@ struct Place {
     std::array<double, 3> weights; // of the cell's corners
 };
 
-// x + y + z = 1, but for rounding.
-Place place_on_face(double x, double y, double z) {
-    const double a = x * kCornerScale, b = y * kCornerScale, c = z * kCornerScale;
+// a + b + c = 32, but for rounding.
+Place place_on_face(double a, double b, double c) {
     const int i = static_cast<int>(a), j = static_cast<int>(b), k = static_cast<int>(c);
     const int down = kCornerScale - 1 - (i + j + k);
     if (down == 0 || down == 1)
@@ -270,9 +269,12 @@ std::uint16_t quantise_normal(double x, double y, double z) {
     const unsigned octant = (x < 0 ? 1U : 0U) | (y < 0 ? 2U : 0U) | (z < 0 ? 4U : 0U);
     // Mirroring a triangle flips its octant bits only.
     const auto mirrored = [&](std::uint16_t index) { return static_cast<std::uint16_t>(index ^ octant << 10); };
+    const double scale = kCornerScale / sum;
+    const Place place = scale < HUGE_VAL
+                            ? place_on_face(a * scale, b * scale, c * scale)
+                            : place_on_face(a / sum * kCornerScale, b / sum * kCornerScale, c / sum * kCornerScale);
     const CellTable &table = cell_table();
     const UnitVector *const units = tables().unit.data();
-    const Place place = place_on_face(a / sum, b / sum, c / sum);
     const Cell &cell = table.cell(place.cell);
     const auto score = [&](std::uint16_t index) {
         const UnitVector &n = units[index];
