@@ -1,3 +1,4 @@
+#include "pbm_build/splat_radius.h"
 #include "ply_points.h"
 #include "unit/built_models.h"
 #include "unit/test_models.h"
@@ -36,11 +37,10 @@ Model colourful_model(const Grid &grid, ColourFormat colour, std::size_t count) 
         model.levels[level].masks = masks[level];
     PointAttributes &points = model.levels.back().points;
     points.resize(codes.size(), parameters.attributes);
-    const int dense = 255 - 12 * grid.depth - 2, classes = (kMaxFinestRadius - dense) / 4 + 1;
+    const RadiusClasses classes = radius_classes(grid.depth);
     for (std::size_t i = 0; i < codes.size(); ++i) {
         points.normals[i] = static_cast<std::uint16_t>(i % (2 * kNormalCount));
-        points.radii[i] =
-            static_cast<std::uint8_t>(std::max(dense, 0) + 4 * static_cast<int>(i % static_cast<unsigned>(classes)));
+        points.radii[i] = classes[i % classes.size()];
         const std::uint64_t any = i * 40503;
         set_point_colour(points, i, colour,
                          {static_cast<std::uint8_t>(any), static_cast<std::uint8_t>(any >> 8),
