@@ -88,13 +88,13 @@ const CellTables &cell_tables() {
 
 // The triangles of the positive octant stand in rows, x upwards; a direction's coordinates on the octahedron's face,
 // times 32, name its own by their whole parts.
-constexpr std::size_t cell_of(int i, int j, int down) {
+constexpr std::size_t facet_of(int i, int j, int down) {
     return static_cast<std::size_t>(i * (2 * kCornerScale - i) + 2 * j + down);
 }
 
 // A triangle of the positive octant: which normals can be the nearest of a direction in it. Weights are barycentric in
 // it, one per corner. Scores are linear in them, so what holds at the corners of a convex region holds inside.
-struct Cell {
+struct Facet {
     float core = 0; // where every weight is larger, its own normal is the nearest
     float side = 1; // else where two are larger than this one, it is its own or the one across the third's edge
     std::uint16_t own = 0;
@@ -109,9 +109,9 @@ struct Candidates {
     std::array<std::uint16_t, kMost> indices{};
 };
 
-class CellTable {
+class FacetTable {
   public:
-    [[gnu::noinline]] CellTable() {
+    [[gnu::noinline]] FacetTable() {
         std::vector<std::vector<std::uint16_t>> at_corner(static_cast<std::size_t>(2) * kSide * kSide);
         for (int index = 0; index < kNormalCount; ++index)
             for (LatticePoint p : subdivide(index & 1023)) {
@@ -124,7 +124,7 @@ class CellTable {
             add_triangle(static_cast<std::uint16_t>(index), at_corner);
     }
 
-    const Cell &cell(std::size_t at) const { return cells_[at]; }
+    const Facet &facet(std::size_t at) const { return facets_[at]; }
     const Candidates &candidates(std::size_t at) const { return candidates_[at]; }
 
   private:
@@ -140,9 +140,9 @@ class CellTable {
         const auto low = [&](std::size_t axis) {
             return std::min({triangle[0][axis], triangle[1][axis], triangle[2][axis]});
         };
-        const std::size_t at = cell_of(low(0), low(1), kCornerScale - 1 - (low(0) + low(1) + low(2)));
-        Cell &cell = cells_[at];
-        cell.own = index;
+        const std::size_t at = facet_of(low(0), low(1), kCornerScale - 1 - (low(0) + low(1) + low(2)));
+        Facet &facet = facets_[at];
+        facet.own = index;
         std::vector<std::uint16_t> near;
         for (const LatticePoint &p : triangle)
             near.insert(near.end(), at_corner[place(p)].begin(), at_corner[place(p)].end());
@@ -150,11 +150,11 @@ class CellTable {
         for (std::size_t k = 0; k + 1 < near.size(); ++k)
             for (std::size_t corner = 0; corner < 3; ++corner)
                 if (near[k] == near[k + 1] && near[k] != index && !holds(near[k], triangle[corner], at_corner))
-                    cell.across[corner] = near[k];
+                    facet.across[corner] = near[k];
         near.erase(std::unique(near.begin(), near.end()), near.end());
         candidates_[at].count = static_cast<std::uint16_t>(near.size());
         std::copy(near.begin(), near.end(), candidates_[at].indices.begin());
-        find_regions(cell, near, triangle);
+        find_regions(facet, near, triangle);
     }
 
     static bool holds(std::uint16_t index, const LatticePoint &corner,
@@ -173,7 +173,7 @@ class CellTable {
         return by;
     }
 
-    static void find_regions(Cell &cell, std::span<const std::uint16_t> others, const Triangle &triangle) {
+    static void find_regions(Facet &facet, std::span<const std::uint16_t> others, const Triangle &triangle) {
         const auto surely_leads = [&](std::uint16_t one, std::uint16_t other,
                                       std::span<const std::array<double, 3>> region) {
             const std::array<double, 3> by = lead(one, other, triangle);
@@ -187,7 +187,7 @@ class CellTable {
             const double top = 1 - 2 * core;
             const std::array<std::array<double, 3>, 3> region{
                 {{top, core, core}, {core, top, core}, {core, core, top}}};
-            return other == cell.own || surely_leads(cell.own, other, region);
+            return other == facet.own || surely_leads(facet.own, other, region);
         };
         while (!std::all_of(others.begin(), others.end(), core_is_sure))
             core += kStep;
@@ -201,10 +201,10 @@ class CellTable {
                     w[(corner + 2) % 3] = 1 - third - next;
                     return w;
                 };
-                const std::uint16_t across = cell.across[corner];
+                const std::uint16_t across = facet.across[corner];
                 const std::array region{weights(0, side), weights(0, 1 - side), weights(core, side),
                                         weights(core, 1 - core - side)};
-                if (other != cell.own && other != across && !surely_leads(cell.own, other, region) &&
+                if (other != facet.own && other != across && !surely_leads(facet.own, other, region) &&
                     !surely_leads(across, other, region))
                     return false;
             }
@@ -213,23 +213,23 @@ class CellTable {
         while (2 * side + core < 1 && !std::all_of(others.begin(), others.end(), sides_are_sure))
             side += kStep;
         // Weights are computed to about 1e-14.
-        cell.core = static_cast<float>(core + kStep / 16);
-        cell.side = static_cast<float>(2 * side + core < 1 ? side + kStep / 16 : 1);
+        facet.core = static_cast<float>(core + kStep / 16);
+        facet.side = static_cast<float>(2 * side + core < 1 ? side + kStep / 16 : 1);
     }
 
-    std::array<Cell, 1024> cells_{};
+    std::array<Facet, 1024> facets_{};
     std::array<Candidates, 1024> candidates_{};
 };
 
-const CellTable &cell_table() {
-    static const CellTable instance;
+const FacetTable &facet_table() {
+    static const FacetTable instance;
     return instance;
 }
 
 // A direction on the face of the positive octant.
 struct Place {
-    std::size_t cell;
-    std::array<double, 3> weights; // of the cell's corners
+    std::size_t facet;
+    std::array<double, 3> weights; // of the facet's corners
 };
 
 // a + b + c = 32, but for rounding.
@@ -237,11 +237,12 @@ Place place_on_face(double a, double b, double c) {
     const int i = static_cast<int>(a), j = static_cast<int>(b), k = static_cast<int>(c);
     const int down = kCornerScale - 1 - (i + j + k);
     if (down == 0 || down == 1)
-        return {cell_of(i, j, down), {std::fabs(down - (a - i)), std::fabs(down - (b - j)), std::fabs(down - (c - k))}};
+        return {facet_of(i, j, down),
+                {std::fabs(down - (a - i)), std::fabs(down - (b - j)), std::fabs(down - (c - k))}};
     // A corner of triangles, hit or missed by rounding: any of them will do, near all others.
     if (down < 0)
-        return {i > 0 ? cell_of(i - 1, j, 0) : j > 0 ? cell_of(i, j - 1, 0) : cell_of(i, j, 0), {}};
-    return {cell_of(i + 1, j, 1), {}};
+        return {i > 0 ? facet_of(i - 1, j, 0) : j > 0 ? facet_of(i, j - 1, 0) : facet_of(i, j, 0), {}};
+    return {facet_of(i + 1, j, 1), {}};
 }
 
 } // namespace
@@ -273,9 +274,9 @@ std::uint16_t quantise_normal(double x, double y, double z) {
     const Place place = scale < HUGE_VAL
                             ? place_on_face(a * scale, b * scale, c * scale)
                             : place_on_face(a / sum * kCornerScale, b / sum * kCornerScale, c / sum * kCornerScale);
-    const CellTable &table = cell_table();
+    const FacetTable &table = facet_table();
     const UnitVector *const units = tables().unit.data();
-    const Cell &cell = table.cell(place.cell);
+    const Facet &facet = table.facet(place.facet);
     const auto score = [&](std::uint16_t index) {
         const UnitVector &n = units[index];
         return (x * n[0] + y * n[1]) + z * n[2];
@@ -284,10 +285,10 @@ std::uint16_t quantise_normal(double x, double y, double z) {
     const auto &[u, v, w] = place.weights;
     const double least_of_two = std::min(u, v), least = std::min(least_of_two, w);
     const double middle = std::max(least_of_two, std::min(std::max(u, v), w));
-    if (std::max(least - cell.core, middle - cell.side) > 0) {
+    if (std::max(least - facet.core, middle - facet.side) > 0) {
         std::size_t third = v < u ? 1 : 0;
         third = w < least_of_two ? 2 : third;
-        const std::uint16_t own = mirrored(cell.own), across = mirrored(cell.across[third]);
+        const std::uint16_t own = mirrored(facet.own), across = mirrored(facet.across[third]);
         const double lead = score(across) - score(own);
         return (static_cast<unsigned>(lead > 0) |
                 (static_cast<unsigned>(lead == 0) & static_cast<unsigned>(across < own))) != 0
@@ -296,7 +297,7 @@ std::uint16_t quantise_normal(double x, double y, double z) {
     }
     std::uint16_t best = 0;
     double best_score = -HUGE_VAL;
-    const Candidates &near = table.candidates(place.cell);
+    const Candidates &near = table.candidates(place.facet);
     for (std::size_t k = 0; k < near.count; ++k) {
         const std::uint16_t index = mirrored(near.indices[k]);
         const double index_score = score(index);
