@@ -57,23 +57,30 @@ void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &
     }
 }
 
+// Plain streams are worth a search for matches only where they come near to filtered ones without it.
+bool may_become_smaller(std::size_t plain, std::size_t filtered) { return plain / 2 < filtered; }
+
 // The smaller of filtered and plain.
 StreamEntry append_stream(const StreamContext &context, ByteView masks, const PointView &points,
                           const ParentNodes &parents, const ChunkCoding &coding, Bytes &out) {
     thread_local Bytes plain, filtered;
-    plain.clear();
     filtered.clear();
-    const Bytes raw = raw_stream(context, masks, points);
-    const StoredFrame frame = append_frame(raw, coding.compression_level, plain);
-    StreamEntry entry{.stored_bytes = frame.stored_bytes, .filter = Filter::none, .zstd = frame.zstd};
     const auto planes = coding.filters ? filter_stream(context, masks, points, parents) : std::nullopt;
-    if (planes) {
+    if (planes)
         append_planes(*planes, coding.compression_level, filtered);
-        if (filtered.size() < plain.size())
-            entry = {.stored_bytes = static_cast<std::uint32_t>(filtered.size()),
-                     .filter = filter_of(context.stream, context.set),
-                     .zstd = false};
-    }
+    const Bytes raw = raw_stream(context, masks, points);
+    const auto store_plain = [&](int level) {
+        plain.clear();
+        const StoredFrame frame = append_frame(raw, level, plain);
+        return StreamEntry{.stored_bytes = frame.stored_bytes, .filter = Filter::none, .zstd = frame.zstd};
+    };
+    StreamEntry entry = store_plain(planes ? 1 : coding.compression_level);
+    if (planes && coding.compression_level > 1 && may_become_smaller(plain.size(), filtered.size()))
+        entry = store_plain(coding.compression_level);
+    if (planes && filtered.size() < plain.size())
+        entry = {.stored_bytes = static_cast<std::uint32_t>(filtered.size()),
+                 .filter = filter_of(context.stream, context.set),
+                 .zstd = false};
     const Bytes &stored = entry.filter == Filter::none ? plain : filtered;
     out.insert(out.end(), stored.begin(), stored.end());
     return entry;

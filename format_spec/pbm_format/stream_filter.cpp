@@ -66,9 +66,27 @@ constexpr unsigned kEscape = 15;
 bool fits_pair(unsigned low, unsigned high) { return low < kEscape && high < 16; }
 std::uint8_t pair_code(unsigned low, unsigned high) { return static_cast<std::uint8_t>(low | high << 4); }
 
-void push_escape(std::vector<Bytes> &planes, unsigned first, unsigned second) {
-    planes.back().push_back(static_cast<std::uint8_t>(first));
-    planes.back().push_back(static_cast<std::uint8_t>(second));
+// Bytes of a plane that has its final size, one after the other.
+class PlaneWriter {
+  public:
+    PlaneWriter(Bytes &plane, std::size_t size) : plane_(plane) { plane.resize(size); }
+    void push(unsigned value) { plane_[at_++] = static_cast<std::uint8_t>(value); }
+
+  private:
+    Bytes &plane_;
+    std::size_t at_ = 0;
+};
+
+void push_escape(Bytes &plane, unsigned first, unsigned second) {
+    plane.push_back(static_cast<std::uint8_t>(first));
+    plane.push_back(static_cast<std::uint8_t>(second));
+}
+
+std::size_t count_siblings(ByteView masks) {
+    std::size_t count = 0;
+    for (const std::uint8_t mask : masks)
+        count += (mask & (mask - 1)) == 0 ? 0U : static_cast<unsigned>(std::popcount(mask));
+    return count;
 }
 
 // Calls visit(parent, point) for every point that has siblings. False if an only child is not `same` as its parent.
@@ -91,6 +109,7 @@ bool filter_normals(ByteView masks, std::span<const std::uint16_t> points, std::
                     std::vector<Bytes> &planes) {
     const std::span<const std::uint16_t> cells = normal_cells();
     constexpr unsigned kOctant = 0x1C00;
+    PlaneWriter codes(planes[0], count_siblings(masks));
     return for_siblings(
         masks, [&](std::size_t node, std::size_t point) { return points[point] == parents[node]; },
         [&](std::size_t node, std::size_t point) {
@@ -100,24 +119,26 @@ bool filter_normals(ByteView masks, std::span<const std::uint16_t> points, std::
             const unsigned du = zigzag((to & 127) - (from & 127), 7), dv = zigzag((to >> 7) - (from >> 7), 6);
             const bool turned = ((points[point] ^ parents[node]) & kTwoSidedBit) != 0;
             if (!turned && fits_pair(du, dv)) {
-                planes[0].push_back(pair_code(du, dv));
+                codes.push(pair_code(du, dv));
             } else {
-                planes[0].push_back(kEscape);
-                push_escape(planes, du | (turned ? 128U : 0U), dv);
+                codes.push(kEscape);
+                push_escape(planes[1], du | (turned ? 128U : 0U), dv);
             }
         });
 }
 
-void push_red_blue(std::vector<Bytes> &planes, unsigned red, unsigned blue) {
+void push_red_blue(PlaneWriter &codes, Bytes &escapes, unsigned red, unsigned blue) {
     if (fits_pair(red, blue)) {
-        planes[1].push_back(pair_code(red, blue));
+        codes.push(pair_code(red, blue));
     } else {
-        planes[1].push_back(kEscape);
-        push_escape(planes, red, blue);
+        codes.push(kEscape);
+        push_escape(escapes, red, blue);
     }
 }
 
 bool filter_colours_888(ByteView masks, ByteView points, ByteView parents, std::vector<Bytes> &planes) {
+    const std::size_t siblings = count_siblings(masks);
+    PlaneWriter greens(planes[0], siblings), pairs(planes[1], siblings);
     return for_siblings(
         masks,
         [&](std::size_t node, std::size_t point) {
@@ -126,12 +147,14 @@ bool filter_colours_888(ByteView masks, ByteView points, ByteView parents, std::
         [&](std::size_t node, std::size_t point) {
             const std::uint8_t *to = &points[3 * point], *from = &parents[3 * node];
             const int green = to[1] - from[1];
-            planes[0].push_back(static_cast<std::uint8_t>(zigzag(green, 8)));
-            push_red_blue(planes, zigzag(to[0] - from[0] - green, 8), zigzag(to[2] - from[2] - green, 8));
+            greens.push(zigzag(green, 8));
+            push_red_blue(pairs, planes[2], zigzag(to[0] - from[0] - green, 8), zigzag(to[2] - from[2] - green, 8));
         });
 }
 
 bool filter_colours_565(ByteView masks, ByteView points, ByteView parents, std::vector<Bytes> &planes) {
+    const std::size_t siblings = count_siblings(masks);
+    PlaneWriter greens(planes[0], siblings), pairs(planes[1], siblings);
     const auto packed = [](ByteView colours, std::size_t i) { return colours[2 * i] | colours[2 * i + 1] << 8; };
     return for_siblings(
         masks, [&](std::size_t node, std::size_t point) { return packed(points, point) == packed(parents, node); },
@@ -141,8 +164,8 @@ bool filter_colours_565(ByteView masks, ByteView points, ByteView parents, std::
             // Red and blue have half as many steps as green: half its difference, towards zero.
             const auto half_size = static_cast<int>((green + 1) >> 2);
             const int half = (green & 1) != 0 ? -half_size : half_size;
-            planes[0].push_back(static_cast<std::uint8_t>(green));
-            push_red_blue(planes, zigzag((to >> 11) - (from >> 11) - half, 5),
+            greens.push(green);
+            push_red_blue(pairs, planes[2], zigzag((to >> 11) - (from >> 11) - half, 5),
                           zigzag((to & 31) - (from & 31) - half, 5));
         });
 }
