@@ -12,12 +12,14 @@ from collections import namedtuple
 
 import xxhash
 
+import bricks
 from averages import Sums, root_record
 from streams import PLANES, BvgError, Part, Planes, filter_of, fold_bits, need, unfilter, unpack_part, unrank, xxh3
 from values import (COLOUR, INTEGER_NORMALS, MATERIAL, NORMAL, RADIUS, SHADOW, TEXEL, Stream, dot, expand565, pack565)
 
 MAGIC = b"\x89BVG\r\n\x1a\n"
-METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, DIRECTORY, CHUNKS = 1, 2, 3, 4, 5, 6, 16, 17
+METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, DIRECTORY, CHUNKS, BRICKS = 1, 2, 3, 4, 5, 6, 16, 17, 18
+PLACES = {DIRECTORY: 0, BRICKS: 1, CHUNKS: 2}           # 3.2.2: the sections of a level
 EXPANSION = 32768                                       # section 10: raw bytes per stored byte
 
 Entry = namedtuple("Entry", "type codec flags instance element alignment zero offset stored raw count hash at")
@@ -55,7 +57,8 @@ def read_header(m):
     need(hash64 == xxh3(data[:120]), "bad_hash", 0, "2.3")
     need(tag == 0x01020304, "bad_header", 12, "2.4")
     need((major, minor) == (0, 2), "unsupported_version", 8, "2.5")
-    need(required == 0, "unsupported_feature", 40, "2.6")
+    need(required & ~1 == 0, "unsupported_feature", 40, "2.6")
+    m.mapped = required == 1
     need(len(data) >= size, "truncated", len(data), "2.7")
     need(len(data) == size, "bad_header", size, "2.7")
     need(not any(zero), "bad_header", 37, "2.8")
@@ -69,25 +72,28 @@ def read_header(m):
 def check_entry(m, e, before, end):
     """3.2: one entry of the table; `before` is the entry before, `end` the end of its section."""
     def key(x):
-        return (DIRECTORY if x.type == CHUNKS else x.type, x.instance, x.type)
+        return (DIRECTORY if x.type in PLACES else x.type, x.instance, PLACES.get(x.type, 0))
     def rule(condition, field, number, code="bad_table"):
         need(condition, code, e.at + field, number)
-    known, levels = e.type in range(1, 7) or e.type in (DIRECTORY, CHUNKS), e.type in (DIRECTORY, CHUNKS)
+    levels = e.type in PLACES
+    known = e.type in range(1, 7) or levels
     rule(e.zero == 0, 20, "3.2.1")
     rule(before is None or key(before) < key(e), 0, "3.2.2")
-    rule(power_of_two(e.alignment, 8, 65536), 16, "3.2.8")
-    rule(e.offset == -(-end // e.alignment) * e.alignment, 24, "3.2.3")
     rule(known or not e.flags & 1, 0, "3.2.4", "unsupported_feature")
-    rule(not known or e.codec == (e.type == CHUNKS), 4, "3.2.5", "unsupported_feature")
+    rule(not known or e.codec == (e.type == CHUNKS and not m.mapped), 4, "3.2.5", "unsupported_feature")
     rule(e.flags & ~1 == 0, 6, "3.2.6")
     rule(not known or (1 <= e.instance <= m.depth if levels else e.instance == 0), 8, "3.2.7")
+    rule(power_of_two(e.alignment, 8, 65536), 16, "3.2.8")
     rule(e.codec != 0 or e.raw == e.stored, 40, "3.2.9")
     rule(e.raw < EXPANSION * (e.stored + 1), 40, "3.2.10", "too_large")
-    need(e.offset + e.stored <= len(m.data), "truncated", len(m.data), "3.2.11")
     if e.type == CHUNKS:
         rule(e.element == 0, 12, "3.2.13")
     elif known:
         rule(e.element > 0 and e.element * e.count == e.raw, 12, "3.2.13")
+    rule(m.mapped or e.type != BRICKS, 0, "3.2.15")
+    rule(not m.mapped or e.alignment == {CHUNKS: 4096, BRICKS: 64}.get(e.type, e.alignment), 16, "3.2.16")
+    rule(e.offset == -(-end // e.alignment) * e.alignment, 24, "3.2.3")
+    need(e.offset + e.stored <= len(m.data), "truncated", len(m.data), "3.2.11")
 
 def read_table(m):
     """3.1, 3.2 and the hashes of the raw sections (3.3). Sections are kept by (type, instance)."""
@@ -107,7 +113,8 @@ def read_table(m):
     need(end == len(m.data), "bad_table", end, "3.1.5")
     need(total == m.raw, "bad_header", 64, "3.1.6")
     need(all((t, 0) in m.section for t in (METADATA, GRID, ATTRIBUTES, MATERIALS)), "bad_table", 128, "3.1.7")
-    need(all((t, level) in m.section for t in (DIRECTORY, CHUNKS) for level in range(1, m.depth + 1)), "bad_table", 128, "3.1.8")
+    of_levels = (DIRECTORY, BRICKS, CHUNKS) if m.mapped else (DIRECTORY, CHUNKS)
+    need(all((t, level) in m.section for t in of_levels for level in range(1, m.depth + 1)), "bad_table", 128, "3.1.8")
     need(m.section[CHUNKS, m.depth].count == m.points, "bad_header", 56, "2.18")
 
 def check_padding(m):
@@ -232,6 +239,11 @@ def raw_sizes(m, level, nodes, points):
         return {NORMAL: 2 * points, COLOUR: points * (1 + s.format), SHADOW: (s.bits[level] * points + 7) // 8}.get(s.kind, points)
     return [nodes] + [size(s) for s in m.streams]
 
+def stream_end(m, offset):
+    """5.5, 5.10.1: where what follows a stream begins; `offset` is the stream's end. (Chunks sections of mapped files start
+    at multiples of 4,096, so that of 64 too.)"""
+    return -(-offset // 64) * 64 if m.mapped else offset
+
 def read_parts(m, level, chunk, offset, end):
     """5.4: the streams of a chunk that starts at `offset`; `end` is the end of its section."""
     parts = []
@@ -240,15 +252,20 @@ def read_parts(m, level, chunk, offset, end):
         word, = struct.unpack_from("<I", m.data, at)
         size, filter_id, zstd = word & 0xFFFFFF, word >> 24 & 127, word >> 31
         need(filter_id in (0, filter_of(m.streams[i - 1] if i else None)), "unsupported_feature", at, "5.4.1")
+        need(not m.mapped or not (filter_id or zstd), "bad_directory", at, "5.4.4")
         if filter_id:
             need(not zstd and 4 * PLANES[filter_id] <= size < raw, "bad_directory", at, "5.4.2")
         else:
             need(1 <= size < raw if zstd else size == raw, "bad_directory", at, "5.4.2")
         need(raw < EXPANSION * (size + 1), "too_large", at, "5.4.3")
-        need(size <= end - offset, "bad_directory", at, "5.5.8")
+        need(stream_end(m, offset + size) <= end, "bad_directory", at, "5.5.8")
         parts.append(Part(offset, size, raw, filter_id, zstd))
-        offset += size
+        offset = stream_end(m, offset + size)
     return parts
+
+def chunk_end(m, c):
+    """The end of a chunk's stored bytes."""
+    return stream_end(m, c.parts[-1].offset + c.parts[-1].stored)
 
 def check_counts(m, level, c):
     """5.3 and 5.5.2 for one entry."""
@@ -298,12 +315,16 @@ def read_directory(m, level, above):
         check_counts(m, level, c)
         check_nesting(level, c, chunks[-1] if chunks else None, above)
         c = c._replace(parts=read_parts(m, level, c, offset, end))
-        offset = c.parts[-1].offset + c.parts[-1].stored
+        offset = chunk_end(m, c)
         chunks.append(c)
     check_sums(chunks, above)
-    sums = (offset - section.offset, sum(p.raw for c in chunks for p in c.parts), sum(c.points for c in chunks))
+    stored_bytes = offset - section.offset
+    raw_bytes = stored_bytes if m.mapped else sum(p.raw for c in chunks for p in c.parts)
+    sums = (stored_bytes, raw_bytes, sum(c.points for c in chunks))
     need(sums == (section.stored, section.raw, section.count), "bad_directory", section.offset, "5.5.10")
     need(e.count == len(chunks), "bad_directory", e.at + 48, "5.5.11")
+    if m.mapped:
+        bricks.check_section(m.section[BRICKS, level], chunks)
     return chunks
 
 # ---- 4 to 6: levels
@@ -346,12 +367,18 @@ def read_masks(m, c, above, node, parent):
     need(sum(bin(k).count("1") for k in masks) == c.points, "bad_octree", c.offset, "4.4")
     return masks
 
+def check_stream_padding(m, c):
+    """5.10.1: zero bytes between the streams of a chunk and behind them."""
+    for p in c.parts:
+        end = p.offset + p.stored
+        need(not any(m.data[end:stream_end(m, end)]), "bad_attribute", end, "5.10.1")
+
 def read_level(m, level, chunks, above):
     """5.6 to 5.9, 4.2 to 4.4 and section 6: all chunks of a level; `above` is the level above."""
-    out, node, parent = Level(m.streams), 0, 0
+    out, node, parent, brick = Level(m.streams), 0, 0, 0
     for c in chunks:
-        end = c.parts[-1].offset + c.parts[-1].stored
-        need(c.hash == xxh3(m.data[c.offset:end]), "bad_hash", c.offset, "5.6.4")
+        need(c.hash == xxh3(m.data[c.offset:chunk_end(m, c)]), "bad_hash", c.offset, "5.6.4")
+        check_stream_padding(m, c)
         masks = read_masks(m, c, above, node, parent)
         counts = [bin(k).count("1") for k in masks]
         for stream, part, values, parents in zip(m.streams, c.parts[1:], out.values, above.values):
@@ -364,8 +391,12 @@ def read_level(m, level, chunks, above):
                     data = fold_bits(m, part, data, stream.bits[level], c.points)
             check_values(m, level, c, part, stream, data)
             values += data
+        if m.mapped:
+            normals, radii = (m.data[p.offset:p.offset + p.stored] for p in c.parts[1:3])
+            at = m.section[BRICKS, level].offset + bricks.SIZE * brick
+            bricks.check_chunk(m, level, c, above.codes, node, counts, normals, radii, at)
         out.masks += masks
-        node, parent = node + c.nodes, parent + c.parents
+        node, parent, brick = node + c.nodes, parent + c.parents, brick + c.bricks
     need(len(out.masks) == len(above.codes), "bad_octree", m.section[CHUNKS, level].offset, "4.3")
     out.codes = [8 * code + i for code, mask in zip(above.codes, out.masks) for i in range(8) if mask >> i & 1]
     return out

@@ -1,7 +1,8 @@
 """Checks the second decoder against the test vectors: check_vectors.py FOLDER [valid.bvg ...]
 
 Every file of FOLDER/valid, and every further file named, must decode; every file of FOLDER/invalid must be refused with
-the code that FOLDER/invalid/table.csv names. Exit code 0: all did, 1: some did not, 77: Python packages are missing.
+the code, the offset and the rule that FOLDER/invalid/table.csv names. Exit code 0: all did, 1: some did not,
+77: Python packages are missing.
 """
 
 import csv
@@ -14,32 +15,38 @@ except ModuleNotFoundError as missing:
     print(f"skipped: the Python package {missing.name} is missing (python3-zstandard, python3-xxhash)")
     sys.exit(77)
 
+VALID = ("valid", None, None)
+
+def text(code, offset, rule):
+    return code if rule is None else f"{code} at {offset} (rule {rule})"
+
 def outcome(path):
-    """(code, offset, rule) of the refusal, or ("valid", None, None)."""
+    """(code, offset, rule) of the refusal, or VALID."""
     try:
         bvg.read(path.read_bytes())
     except bvg.BvgError as error:
         return error.code, error.offset, error.rule
-    return "valid", None, None
+    return VALID
 
 def wrong_answer(path, expected):
-    """What is wrong with the decoder's answer for a file that must give the code `expected`, or None."""
+    """What is wrong with the decoder's answer for a file that must give (code, offset, rule), or None."""
     try:
-        code, offset, rule = outcome(path)
+        answer = outcome(path)
     except Exception as error:                          # a decoder must never end otherwise
         return f"{path.name}: {type(error).__name__}: {error}"
-    return None if code == expected else f"{path.name}: {code} at {offset} (rule {rule}), not {expected}"
+    return None if answer == expected else f"{path.name}: {text(*answer)}, not {text(*expected)}"
 
 def main(folder, further):
     invalid = Path(folder, "invalid")
     with open(invalid / "table.csv", newline="", encoding="utf-8") as table:
-        cases = [(invalid / row["file"], row["code"]) for row in csv.DictReader(table)]
+        cases = [(invalid / row["file"], (row["code"], int(row["offset"]), row["message"].split()[0]))
+                 for row in csv.DictReader(table)]
     listed = {path.name for path, _ in cases}
-    cases += [(path, "a code: it is not in the table") for path in sorted(invalid.glob("*.bvg")) if path.name not in listed]
+    cases += [(path, ("a code: it is not in the table", None, None)) for path in sorted(invalid.glob("*.bvg")) if path.name not in listed]
     valid = sorted(Path(folder, "valid").glob("*.bvg"))
     if not cases or not valid:
         sys.exit(f"{folder}: no vectors")
-    cases += [(path, "valid") for path in valid + [Path(name) for name in further]]
+    cases += [(path, VALID) for path in valid + [Path(name) for name in further]]
     wrong = list(filter(None, (wrong_answer(path, expected) for path, expected in cases)))
     print("\n".join(wrong), end="\n" if wrong else "")
     print(f"{len(cases) - len(wrong)} passed, {len(wrong)} failed")

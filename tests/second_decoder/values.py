@@ -66,6 +66,21 @@ def normal_index(v):
                 return 1024 * octant + values.index(best)
     raise AssertionError("no normal has the largest product")
 
+def holding_triangle(v):
+    """5.11.3: the index of the triangle of 6.1.2 that holds a vector of integers."""
+    index = sum((x < 0) << 10 + k for k, x in enumerate(v))
+    rest = [32 * abs(x) for x in v]
+    half = sum(rest) // 2
+    for shift in range(8, -1, -2):
+        corner = next((k for k in range(3) if rest[k] > half), None)
+        if corner is None:
+            rest = [half - x for x in rest]
+        else:
+            rest[corner] -= half
+            index |= corner + 1 << shift
+        half //= 2
+    return index
+
 K = (1099511627776, 1164891991447, 1234160073853, 1307547050779, 1385297844439, 1467671940878,
      1554944255987, 1647406053004, 1745365914582, 1849150772653, 1959106999532, 2075601563905)
 RADII = [K[(i + 9) % 12] >> (22 - (i + 9) // 12) for i in range(256)]                       # 6.2.1
