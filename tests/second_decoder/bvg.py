@@ -117,11 +117,15 @@ def read_table(m):
     need(all((t, level) in m.section for t in of_levels for level in range(1, m.depth + 1)), "bad_table", 128, "3.1.8")
     need(m.section[CHUNKS, m.depth].count == m.points, "bad_header", 56, "2.18")
 
+def need_zeros(m, first, end, code, rule):
+    """Padding is zero; the offset of the error is that of the first byte which is not."""
+    need(not any(m.data[first:end]), code, next((i for i in range(first, end) if m.data[i]), end), rule)
+
 def check_padding(m):
     """3.2.12: zero bytes from the table to the first section and between sections."""
     end = 128 + 64 * m.sections
     for e in m.entries:
-        need(not any(m.data[end:e.offset]), "bad_table", end, "3.2.12")
+        need_zeros(m, end, e.offset, "bad_table", "3.2.12")
         end = e.offset + e.stored
 
 def check_hashes(m, types):
@@ -252,12 +256,12 @@ def read_parts(m, level, chunk, offset, end):
         word, = struct.unpack_from("<I", m.data, at)
         size, filter_id, zstd = word & 0xFFFFFF, word >> 24 & 127, word >> 31
         need(filter_id in (0, filter_of(m.streams[i - 1] if i else None)), "unsupported_feature", at, "5.4.1")
-        need(not m.mapped or not (filter_id or zstd), "bad_directory", at, "5.4.4")
         if filter_id:
             need(not zstd and 4 * PLANES[filter_id] <= size < raw, "bad_directory", at, "5.4.2")
         else:
             need(1 <= size < raw if zstd else size == raw, "bad_directory", at, "5.4.2")
         need(raw < EXPANSION * (size + 1), "too_large", at, "5.4.3")
+        need(not m.mapped or not (filter_id or zstd), "bad_directory", at, "5.4.4")
         need(stream_end(m, offset + size) <= end, "bad_directory", at, "5.5.8")
         parts.append(Part(offset, size, raw, filter_id, zstd))
         offset = stream_end(m, offset + size)
@@ -287,7 +291,8 @@ def check_nesting(level, c, before, above):
         end = (before.prefix + 1) << 3 * (level - before.depth)
         need(c.prefix << 3 * (level - c.depth) >= end, "bad_directory", c.at, "5.5.3")
     if level == 1:
-        need(before is None and c.parent == 0, "bad_directory", c.at, "5.5.4")
+        need(before is None, "bad_directory", c.at, "5.5.4")
+        need(c.parent == 0, "bad_directory", c.at + 32, "5.5.4")
         return
     need(c.parent in ((before.parent, before.parent + 1) if before else (0,)) and c.parent < len(above),
          "bad_directory", c.at + 32, "5.5.5")
@@ -321,7 +326,7 @@ def read_directory(m, level, above):
     stored_bytes = offset - section.offset
     raw_bytes = stored_bytes if m.mapped else sum(p.raw for c in chunks for p in c.parts)
     sums = (stored_bytes, raw_bytes, sum(c.points for c in chunks))
-    need(sums == (section.stored, section.raw, section.count), "bad_directory", section.offset, "5.5.10")
+    need(sums == (section.stored, section.raw, section.count), "bad_directory", e.offset + e.stored, "5.5.10")
     need(e.count == len(chunks), "bad_directory", e.at + 48, "5.5.11")
     if m.mapped:
         bricks.check_section(m.section[BRICKS, level], chunks)
@@ -371,7 +376,7 @@ def check_stream_padding(m, c):
     """5.10.1: zero bytes between the streams of a chunk and behind them."""
     for p in c.parts:
         end = p.offset + p.stored
-        need(not any(m.data[end:stream_end(m, end)]), "bad_attribute", end, "5.10.1")
+        need_zeros(m, end, stream_end(m, end), "bad_attribute", "5.10.1")
 
 def read_level(m, level, chunks, above):
     """5.6 to 5.9, 4.2 to 4.4 and section 6: all chunks of a level; `above` is the level above."""
