@@ -94,6 +94,7 @@ Result<FileHeader> decode_header(ByteView file) {
     header.table_count = in.u32();
     header.depth = in.u8();
     in.zeros(3);
+    const bool clear_so_far = in.reserved_clear();
     header.required_features = in.u64();
     header.optional_features = in.u64();
     header.point_count = in.u64();
@@ -130,7 +131,7 @@ Result<FileHeader> decode_header(ByteView file) {
     if (header.file_size < file.size())
         return Error{ErrorCode::bad_header, header.file_size, "2.7 bytes after the end of the file"};
     if (!in.reserved_clear())
-        return Error{ErrorCode::bad_header, 37, "2.8 reserved bytes are not zero"};
+        return Error{ErrorCode::bad_header, clear_so_far ? 108U : 37U, "2.8 reserved bytes are not zero"};
     if (header.depth < kMinDepth || header.depth > kMaxDepth)
         return Error{ErrorCode::bad_header, 36, "2.9 depth is not 2..16"};
     if (header.point_count == 0 || header.point_count > kMaxPoints)
