@@ -71,7 +71,7 @@ Family random_family(std::uint64_t seed, std::size_t nodes, ColourFormat colour,
         for (unsigned left = family.masks[node]; left != 0; left &= left - 1, ++point) {
             const bool only = std::has_single_bit(family.masks[node]);
             const auto near = [&](std::uint8_t value) {
-                const auto size = static_cast<std::uint64_t>(2 * spread + 1);
+                const std::uint64_t size = 2 * static_cast<std::uint64_t>(spread) + 1;
                 return static_cast<std::uint8_t>(value + (only ? 0 : static_cast<int>(random.below(size)) - spread));
             };
             if (only || spread != 0) {
