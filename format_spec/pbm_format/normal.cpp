@@ -89,7 +89,8 @@ const CellTables &cell_tables() {
 // The triangles of the positive octant stand in rows, x upwards; a direction's coordinates on the octahedron's face,
 // times 32, name its own by their whole parts.
 constexpr std::size_t facet_of(int i, int j, int down) {
-    return static_cast<std::size_t>(i * (2 * kCornerScale - i) + 2 * j + down);
+    const int facet = i * (2 * kCornerScale - i) + 2 * j + down;
+    return static_cast<std::size_t>(facet);
 }
 
 // A triangle of the positive octant: which normals can be the nearest of a direction in it. Weights are barycentric in
@@ -131,8 +132,9 @@ class FacetTable {
     static constexpr int kSide = 2 * kCornerScale + 1;
     static constexpr double kSure = 1e-6; // of a score: far above what rounding can do to it
 
-    static std::size_t place(const LatticePoint &p) {
-        return static_cast<std::size_t>(((p[2] < 0 ? kSide : 0) + p[1] + kCornerScale) * kSide + p[0] + kCornerScale);
+    static std::size_t place(const LatticePoint &p) { // |x| + |y| + |z| is known
+        const int at = ((p[2] < 0 ? kSide : 0) + p[1] + kCornerScale) * kSide + p[0] + kCornerScale;
+        return static_cast<std::size_t>(at);
     }
 
     void add_triangle(std::uint16_t index, const std::vector<std::vector<std::uint16_t>> &at_corner) {
