@@ -3,6 +3,7 @@
 // streams, stored as they are, decode to the same.
 // The first bytes choose model, level and whether the chunk keeps its normal cone. Then for each stream a byte says
 // what becomes of it; at last come bytes to change, each with its place.
+#include "pbm_format/frame.h"
 #include "pbm_format/reader.h"
 #include "pbm_format/stream_rules.h"
 #include "pbm_format/writer.h"
@@ -68,8 +69,17 @@ Place choose_place(test::ByteSource &input) {
             parent_nodes(entry, above.masks, 0, above.points, 0, set)};
 }
 
-// Planes of the sizes that the original's masks ask for, of any bytes, none of them a frame.
-Bytes plain_planes(const Place &place, const StreamInfo &stream, test::ByteSource &input) {
+// Bytes with some bits clear everywhere: such may obey the rules of values, and frames make them smaller.
+Bytes masked_bytes(test::ByteSource &input, std::size_t size) {
+    const std::uint8_t mask = input.next();
+    Bytes bytes = input.bytes(size);
+    for (std::uint8_t &byte : bytes)
+        byte &= mask;
+    return bytes;
+}
+
+// Planes of the sizes that the original's masks ask for, of any bytes.
+Bytes any_planes(const Place &place, const StreamInfo &stream, test::ByteSource &input) {
     const Filter filter = filter_of(stream, place.rules.set);
     const MaskSummary summary =
         summarise_masks(ByteView(place.level().masks).subspan(place.entry.first_node, place.entry.shape.nodes));
@@ -79,7 +89,7 @@ Bytes plain_planes(const Place &place, const StreamInfo &stream, test::ByteSourc
                                   : summary.children - summary.only_children;
     std::vector<Bytes> planes(plane_count(filter));
     for (std::size_t p = 0; p < std::max<std::size_t>(1, planes.size() - 1); ++p)
-        planes[p] = input.bytes(codes);
+        planes[p] = masked_bytes(input, codes);
     if (planes.size() > 1) {
         // Mostly pairs and small escapes, or nothing gets by the first test.
         Bytes &pairs = planes[planes.size() - 2];
@@ -89,12 +99,14 @@ Bytes plain_planes(const Place &place, const StreamInfo &stream, test::ByteSourc
         for (std::uint8_t &escape : planes.back())
             escape &= 63;
     }
-    Bytes stored;
-    for (const Bytes &plane : planes)
+    Bytes stored, frames;
+    for (const Bytes &plane : planes) {
+        const StoredFrame frame = append_frame(plane, 1, frames);
+        const std::uint32_t entry = frame.stored_bytes | (frame.zstd ? 1U << 31 : 0U);
         for (unsigned byte = 0; byte < kPlaneEntryBytes; ++byte)
-            stored.push_back(static_cast<std::uint8_t>(plane.size() >> 8 * byte));
-    for (const Bytes &plane : planes)
-        stored.insert(stored.end(), plane.begin(), plane.end());
+            stored.push_back(static_cast<std::uint8_t>(entry >> 8 * byte));
+    }
+    stored.insert(stored.end(), frames.begin(), frames.end());
     return stored;
 }
 
@@ -112,20 +124,22 @@ void store_stream(const Place &place, const StreamInfo &stream, ByteView kept, S
     const Filter filter = filter_of(stream, place.rules.set);
     Bytes other;
     StreamEntry changed = entry;
-    switch (input.next() % 8) {
+    switch (input.next() % 16) {
     case 0: // any bytes, plain
-        other = input.bytes(raw);
+        other = masked_bytes(input, raw);
         changed = {.stored_bytes = 0, .filter = Filter::none, .zstd = false};
         break;
-    case 1: // any codes
-        other = plain_planes(place, stream, input);
+    case 1:
+    case 2:
+    case 3: // any codes
+        other = any_planes(place, stream, input);
         changed = {.stored_bytes = 0, .filter = filter, .zstd = false};
         break;
-    case 2: // any bytes of any size, called a frame
+    case 4: // any bytes of any size, called a frame
         other = input.bytes(input.below(raw));
         changed = {.stored_bytes = 0, .filter = Filter::none, .zstd = true};
         break;
-    case 3: // any bytes of any size, called planes
+    case 5: // any bytes of any size, called planes
         other = input.bytes(input.below(raw));
         changed = {.stored_bytes = 0, .filter = filter, .zstd = false};
         break;
@@ -217,7 +231,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
         store_stream(place, streams[s], kept.first(bytes), place.entry.streams[s], stored, input);
         kept = kept.subspan(bytes);
     }
-    for (unsigned edits = input.next() % 8; edits != 0; --edits)
+    for (unsigned edits = input.next() % 4; edits != 0; --edits)
         stored[input.below(stored.size())] = input.next();
     stored.shrink_to_fit();
     place.entry.stored_bytes = stored.size();

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <set>
 #include <string>
 
 namespace pbm {
@@ -48,6 +49,21 @@ TEST(Vectors, EveryValidFileReadsAndValidates) {
         ++files;
     }
     EXPECT_GE(files, 4);
+}
+
+TEST(Vectors, EveryFilterIsInUseInAValidFile) {
+    std::set<Filter> used;
+    for (const auto &entry : std::filesystem::directory_iterator(kVectors / "valid")) {
+        const MappedFile file = MappedFile::open(entry.path().string()).value();
+        Reader reader = Reader::open(file.bytes()).value();
+        for (int level = 1; level <= reader.depth(); ++level)
+            for (const ChunkEntry &chunk : reader.directory(level).value()->chunks)
+                for (const StreamEntry &stream : chunk.streams)
+                    used.insert(stream.filter);
+    }
+    EXPECT_EQ(used,
+              (std::set<Filter>{Filter::none, Filter::mask_rank, Filter::normal, Filter::radius, Filter::colour565,
+                                Filter::colour888, Filter::material, Filter::texture, Filter::shadow}));
 }
 
 TEST(Vectors, EveryBadFileIsRefusedByTheRuleInItsNameAtItsPlace) {

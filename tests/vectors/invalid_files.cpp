@@ -4,6 +4,8 @@
 #include "test_models.h"
 
 #include "pbm_format/brick_index.h"
+#include "pbm_format/reader.h"
+#include "pbm_format/validate.h"
 #include "pbm_format/writer.h"
 
 #include <functional>
@@ -49,6 +51,29 @@ const Bytes &small_filtered_file() {
         for (std::uint16_t &normal : model.levels.back().points.normals) {
             const IntegerNormal n = integer_normal_table()[normal];
             normal = quantise_normal(n[0] + 9000 * random.unit(), n[1] + 9000 * random.unit(), n[2]);
+        }
+        average_levels(model, 1);
+        return encode_filtered(model);
+    }();
+    return file;
+}
+
+// Materials in cubes of four voxels and lit fractions that change slowly: what their filters are made for.
+const Bytes &filtered_regions_file() {
+    static const Bytes file = [] {
+        AttributeSet set{.material = true, .lights = 2, .shadow_bits = {}};
+        set.shadow_bits[0].fill(4);
+        set.shadow_bits[1].fill(8);
+        Model model = sphere_model(5, set);
+        PointAttributes &points = model.levels.back().points;
+        std::vector<MortonCode> codes{0};
+        for (std::size_t level = 1; level < model.levels.size(); ++level)
+            codes = expand_level(codes, model.levels[level].masks, points.size()).value();
+        for (std::size_t i = 0; i < codes.size(); ++i) {
+            const auto [x, y, z] = morton_decode(codes[i]);
+            points.materials[i] = static_cast<std::uint8_t>(Random(codes[i] >> 6).below(3));
+            points.shadows[0][i] = static_cast<std::uint8_t>((x + 2 * y) * 15 / 93);
+            points.shadows[1][i] = static_cast<std::uint8_t>(2 * x + 3 * y + 3 * z);
         }
         average_levels(model, 1);
         return encode_filtered(model);
@@ -282,8 +307,35 @@ Collection::Edit in_plane(Filter filter, std::size_t plane,
     };
 }
 
+// Flips a bit of the first filtered stream of shadows whose frame then decodes to codes with something behind the last:
+// one of the frame's bytes is the last byte of the codes, or what it is copied from.
+void set_bits_behind_codes(FileEditor &file) {
+    const Result<Reader> reader = Reader::open(file.bytes());
+    const std::vector<StreamInfo> streams = streams_of(reader->parameters().attributes);
+    for (int level = 1; level <= reader->depth(); ++level) {
+        std::size_t stream = file.section(SectionType::level_chunks, static_cast<std::uint32_t>(level));
+        for (std::size_t s = 0; s < streams.size(); ++s) {
+            const auto entry =
+                file.get<std::uint32_t>(file.chunk(static_cast<std::uint32_t>(level)) + kChunkEntryFixedBytes + 4 * s);
+            const std::size_t end = stream + (entry & 0xFFFFFF);
+            for (std::size_t bit = 8 * (stream + kPlaneEntryBytes);
+                 bit < 8 * end && static_cast<Filter>(entry >> 24) == Filter::shadow; ++bit) {
+                FileEditor damaged = file;
+                damaged.flip(bit);
+                damaged.repair();
+                const ValidationReport report = validate(damaged.bytes(), {.threads = 1});
+                if (!report.valid() && report.findings[0].message.starts_with("6.6.1 "))
+                    return file.flip(bit);
+            }
+            stream = end;
+        }
+    }
+    assert(false && "no such stream");
+}
+
 void add_filter_files(Collection &files) {
     using Place = std::size_t;
+    files.add("6.6.1-bits-behind-filtered-lit-fractions", filtered_regions_file(), set_bits_behind_codes);
     files.add("5.8.1-plane-of-another-size", filtered_file(),
               in_plane(Filter::texture, 0, [](FileEditor &file, Place stream, Place, Place) {
                   file.set<std::uint8_t>(stream, static_cast<std::uint8_t>(file.get<std::uint8_t>(stream) - 1));
@@ -439,6 +491,7 @@ std::vector<ValidFile> valid_files() {
             {"colour-565.bvg", colour_565_file()},
             {"filtered.bvg", filtered_file()},
             {"filtered-565.bvg", encode_filtered(sphere_model(5, every_attribute(ColourFormat::rgb565, 5), 0.3, 7))},
+            {"filtered-regions.bvg", filtered_regions_file()},
             {"smallest.bvg", encode(sphere_model(2, {}, 0.05))},
             {"mapped.bvg", mapped_file()},
             {"mapped-chunks.bvg", mapped_chunks_file()},
