@@ -48,7 +48,14 @@ class BucketAverager {
             average_thin(block_hits, block, first);
     }
 
-    Voxels take() { return std::move(voxels_); }
+    // Without the room that blocks after blocks left: buckets wait for all others.
+    Voxels take() {
+        voxels_.codes.shrink_to_fit();
+        voxels_.points.normals.shrink_to_fit();
+        for (Bytes *stream : {&voxels_.points.radii, &voxels_.points.colours, &voxels_.points.materials})
+            stream->shrink_to_fit();
+        return std::move(voxels_);
+    }
 
   private:
     // Points of the occupied voxels in Morton order.
