@@ -86,6 +86,15 @@ StreamEntry append_stream(const StreamContext &context, ByteView masks, const Po
     return entry;
 }
 
+// As it is, padded with zeros to the alignment of mapped streams; `start` is where the chunk starts in `out`.
+StreamEntry append_aligned(const StreamContext &context, ByteView masks, const PointView &points, std::size_t start,
+                           Bytes &out) {
+    const Bytes raw = raw_stream(context, masks, points);
+    out.insert(out.end(), raw.begin(), raw.end());
+    out.resize(start + align_stream(out.size() - start), 0);
+    return {.stored_bytes = static_cast<std::uint32_t>(raw.size())};
+}
+
 } // namespace
 
 void encode_chunk(const Model &model, int level, const ChunkCoding &coding, ChunkEntry &entry, Bytes &out) {
@@ -100,9 +109,12 @@ void encode_chunk(const Model &model, int level, const ChunkCoding &coding, Chun
     entry.cone = bound_normals(points.normals);
     entry.streams.clear();
     const std::size_t start = out.size();
-    for (const StreamInfo &stream : streams_of(set))
-        entry.streams.push_back(append_stream({.set = set, .stream = stream, .level = level, .finest = finest}, masks,
-                                              points, parents, coding, out));
+    for (const StreamInfo &stream : streams_of(set)) {
+        const StreamContext context{.set = set, .stream = stream, .level = level, .finest = finest};
+        entry.streams.push_back(coding.storage == Storage::mapped
+                                    ? append_aligned(context, masks, points, start, out)
+                                    : append_stream(context, masks, points, parents, coding, out));
+    }
     entry.stored_bytes = out.size() - start;
     entry.hash = hash64(ByteView(out).subspan(start));
 }
@@ -136,6 +148,8 @@ class Decoder {
     }
 
   private:
+    static constexpr const char *kImpossiblePlanes = "5.8.1 the sizes of the filter's planes are impossible";
+
     // Kept by each thread, so that a chunk costs no allocation.
     static UnfilterScratch &scratch() {
         thread_local UnfilterScratch scratch;
@@ -170,13 +184,7 @@ class Decoder {
                     bytes, zstd, {reinterpret_cast<std::uint8_t *>(normals.data()), 2 * normals.size()}, offset_);
                 !status)
                 return status;
-            unsigned bits = 0;
-            for (const std::uint16_t normal : normals) {
-                bits |= normal;
-                scratch_.occurs[normal & (kNormalIndexMask | kTwoSidedBit)] = 1;
-            }
-            return (bits & ~unsigned{kNormalIndexMask | kTwoSidedBit}) == 0 ? Status{}
-                                                                            : bad("6.1.4 a normal has reserved bits");
+            return mark_normals(normals, scratch_.occurs, offset_);
         }
         if (stream.kind == StreamKind::shadow)
             return read_lit_fractions(bytes, stream, zstd, to_.points.shadows[stream.light]);
@@ -199,14 +207,16 @@ class Decoder {
       public:
         Planes(ByteView bytes, std::size_t count) : bytes_(bytes), at_(kPlaneEntryBytes * count) {}
 
-        bool next(ByteView &plane, bool &zstd) {
+        // False if the next plane cannot be one of `raw_bytes`.
+        bool next(std::size_t raw_bytes, ByteView &stored, bool &zstd) {
             std::uint32_t entry = 0;
             std::memcpy(&entry, bytes_.data() + kPlaneEntryBytes * index_++, kPlaneEntryBytes);
             const std::size_t size = entry & 0xFFFFFF;
             zstd = entry >> 31 != 0;
-            if ((entry & 0x7F000000) != 0 || size > bytes_.size() - at_)
+            if ((entry & 0x7F000000) != 0 || size > bytes_.size() - at_ ||
+                (zstd ? size >= raw_bytes : size != raw_bytes))
                 return false;
-            plane = bytes_.subspan(at_, size);
+            stored = bytes_.subspan(at_, size);
             at_ += size;
             return true;
         }
@@ -224,8 +234,8 @@ class Decoder {
         memory.resize(std::max(memory.size(), size + kSlack));
         ByteView stored;
         bool zstd = false;
-        if (!planes.next(stored, zstd) || (zstd ? stored.size() >= size : stored.size() != size))
-            return bad("5.8.1 the sizes of the filter's planes are impossible");
+        if (!planes.next(size, stored, zstd))
+            return bad(kImpossiblePlanes);
         plane = ByteView(memory).first(size);
         return decode_frame(stored, zstd, std::span(memory).first(size), offset_);
     }
@@ -245,7 +255,7 @@ class Decoder {
                             ? read_colours(planes, filter)
                             : read_values(planes, stream, filter);
         if (status && !planes.finished())
-            return bad("5.8.1 the sizes of the filter's planes are impossible");
+            return bad(kImpossiblePlanes);
         return status;
     }
 
@@ -307,8 +317,8 @@ class Decoder {
         ByteView stored;
         bool zstd = false;
         const std::size_t size = (std::size_t{entry_.shape.points} * bits + 7) / 8;
-        if (!planes.next(stored, zstd) || (zstd ? stored.size() >= size : stored.size() != size))
-            return bad("5.8.1 the sizes of the filter's planes are impossible");
+        if (!planes.next(size, stored, zstd))
+            return bad(kImpossiblePlanes);
         if (Status status = read_lit_fractions(stored, stream, zstd, std::span(codes).first(entry_.shape.points));
             !status)
             return status;

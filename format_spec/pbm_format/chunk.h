@@ -25,8 +25,9 @@ ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t 
                          const PointAttributes &points, std::uint64_t first_point, const AttributeSet &set);
 
 struct ChunkCoding {
-    int compression_level; // 1..19, see frame.h
-    bool filters = true;   // try them
+    Storage storage = Storage::packed; // mapped streams are raw and aligned (5.10); the rest is for packed ones
+    int compression_level = 1;         // 1..19, see frame.h
+    bool filters = true;               // try them
 };
 
 // Codes the streams of one chunk, whose shape and places in `model` stand in `entry`. Deterministic for a zstd version.

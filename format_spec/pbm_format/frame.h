@@ -13,8 +13,8 @@ struct StoredFrame {
 
 // Appends `raw` to `out` in the form that is smallest, or nearly smallest and much faster to decode: what filters leave
 // is noise in which matches are rare, so a frame of nothing but Huffman-coded literals (1.5 GB/s) is preferred to one
-// with matches (0.5 to 1 GB/s) unless matches save more than a few per cent. Level 1 makes no other than Huffman
-// frames; 2..19 try matches with zstd's level of that number. Deterministic for a version of zstd.
+// with matches (0.5 to 1 GB/s) unless matches save a fifth. Level 1 makes no other than Huffman frames; 2..19 try
+// matches with zstd's level of that number. Deterministic for a version of zstd.
 StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out);
 
 // Undoes append_frame; `raw` has the size that the file promises. `offset` is that of `stored` in the file.

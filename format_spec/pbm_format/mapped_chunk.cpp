@@ -153,24 +153,4 @@ void copy_chunk(const ChunkView &view, const AttributeSet &set, int level, Chunk
                     points.shadows[light]);
 }
 
-void encode_mapped_chunk(const Model &model, int level, ChunkEntry &entry, Bytes &out) {
-    assert(level >= 1);
-    const AttributeSet &set = model.parameters.attributes;
-    const Level &here = model.levels[static_cast<std::size_t>(level)];
-    const ByteView masks = ByteView(here.masks).subspan(entry.first_node, entry.shape.nodes);
-    const PointView points = view_points(here.points, entry.first_point, entry.shape.points, set);
-    const bool finest = static_cast<std::size_t>(level) + 1 == model.levels.size();
-    entry.cone = bound_normals(points.normals);
-    entry.streams.clear();
-    const std::size_t start = out.size();
-    for (const StreamInfo &stream : streams_of(set)) {
-        const Bytes raw = raw_stream({.set = set, .stream = stream, .level = level, .finest = finest}, masks, points);
-        out.insert(out.end(), raw.begin(), raw.end());
-        out.resize(start + align_stream(out.size() - start), 0);
-        entry.streams.push_back({.stored_bytes = static_cast<std::uint32_t>(raw.size())});
-    }
-    entry.stored_bytes = out.size() - start;
-    entry.hash = hash64(ByteView(out).subspan(start));
-}
-
 } // namespace pbm

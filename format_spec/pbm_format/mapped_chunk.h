@@ -31,7 +31,4 @@ Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &b
 // A chunk as load_chunk gives it.
 void copy_chunk(const ChunkView &view, const AttributeSet &set, int level, Chunk &to);
 
-// The mapped counterpart of encode_chunk: raw streams, each padded with zeros to its alignment.
-void encode_mapped_chunk(const Model &model, int level, ChunkEntry &entry, Bytes &out);
-
 } // namespace pbm

@@ -60,14 +60,14 @@ const NormalTables &tables() {
     return instance;
 }
 
+// The octahedron unfolded. BVG.md 5.8.3
 struct CellTables {
     std::array<std::uint16_t, kNormalCount> cell_of{};
     std::array<std::uint16_t, kNormalCount> normal_at{};
 
     CellTables() {
         for (unsigned digits = 0; digits < 1024; ++digits) {
-            const Triangle t = subdivide(static_cast<int>(digits));
-            const int x = t[0][0] + t[1][0] + t[2][0], y = t[0][1] + t[1][1] + t[2][1];
+            const auto [x, y, z] = normal_lattice_sum(static_cast<std::uint16_t>(digits));
             for (unsigned octant = 0; octant < 8; ++octant) {
                 const bool down = (octant & 4) != 0;
                 const int a = down ? 3 * kCornerScale - y : x, b = down ? 3 * kCornerScale - x : y;

@@ -198,12 +198,10 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
     parallel_for(jobs.size(), options.threads, [&](std::size_t i) {
         const Job &job = jobs[i];
         EncodedChunk &to = encoded[job.level][job.chunk];
-        if (mapped)
-            encode_mapped_chunk(model, static_cast<int>(job.level), to.entry, to.stored);
-        else
-            encode_chunk(model, static_cast<int>(job.level),
-                         {.compression_level = options.compression_level, .filters = options.filters}, to.entry,
-                         to.stored);
+        encode_chunk(
+            model, static_cast<int>(job.level),
+            {.storage = options.storage, .compression_level = options.compression_level, .filters = options.filters},
+            to.entry, to.stored);
         const std::size_t finished = ++done;
         if (options.progress)
             options.progress(static_cast<double>(finished) / static_cast<double>(jobs.size()));

@@ -4,7 +4,7 @@
 #include "pbm_format/validate.h"
 #include "pbm_format/writer.h"
 
-#include "file_editor.h"
+#include "file_damage.h"
 #include "test_models.h"
 
 #include <gtest/gtest.h>
@@ -18,12 +18,6 @@ namespace {
 
 Bytes encode(const Model &model, const WriteOptions &options = {.compression_level = 3, .threads = 1}) {
     return encode_model(model, options).value();
-}
-
-// First thing that is wrong with `file`, by the reader's reading.
-Status read_everything(ByteView file) {
-    Result<Reader> reader = Reader::open(file);
-    return reader ? reader->verify_all(1) : Status(reader.error());
 }
 
 Model load(ByteView file) {
@@ -42,7 +36,7 @@ TEST(File, EveryAttributeSurvivesTheRoundTrip) {
             const Model model = test::sphere_model(depth, test::every_attribute(colour, depth));
             const Bytes file = encode(model, {.compression_level = 3, .chunk_points = 512, .threads = 1});
             EXPECT_EQ(load(file), model);
-            EXPECT_TRUE(read_everything(file)) << read_everything(file).error().message;
+            EXPECT_TRUE(test::read_everything(file)) << test::read_everything(file).error().message;
             EXPECT_TRUE(validate(file, {.threads = 1}).valid());
         }
 }
@@ -120,7 +114,7 @@ TEST(Damage, EveryTruncationIsRefusedWithItsPlace) {
     const Bytes &file = small_file();
     for (std::size_t size = 0; size < file.size(); ++size) {
         const ByteView cut(file.data(), size);
-        const Status status = read_everything(cut);
+        const Status status = test::read_everything(cut);
         ASSERT_FALSE(status) << size;
         EXPECT_EQ(status.error().code, size == 0 ? ErrorCode::not_bvg : ErrorCode::truncated) << size;
         EXPECT_EQ(status.error().offset, size);
@@ -132,7 +126,7 @@ TEST(Damage, EveryFlippedBitIsRefusedByReaderAndValidator) {
     Bytes file = small_file();
     for (std::size_t bit = 0; bit < 8 * file.size(); ++bit) {
         file[bit / 8] = static_cast<std::uint8_t>(file[bit / 8] ^ 1U << bit % 8);
-        const Status status = read_everything(file);
+        const Status status = test::read_everything(file);
         const ValidationReport report = validate(file, {.threads = 1});
         ASSERT_FALSE(status) << "bit " << bit;
         ASSERT_FALSE(report.valid()) << "bit " << bit;
@@ -141,25 +135,13 @@ TEST(Damage, EveryFlippedBitIsRefusedByReaderAndValidator) {
             << "bit " << bit; // where the damaged unit starts, or a stored hash before it
         file[bit / 8] = static_cast<std::uint8_t>(file[bit / 8] ^ 1U << bit % 8);
     }
-    EXPECT_TRUE(read_everything(file));
+    EXPECT_TRUE(test::read_everything(file));
 }
 
 TEST(Damage, WithRepairedHashesReaderAndValidatorStillAgree) {
     const Model model = test::sphere_model(3, test::every_attribute(ColourFormat::rgb565, 3));
     const Bytes good = encode(model);
-    test::Random random(17);
-    int refused = 0;
-    for (int round = 0; round < 4000; ++round) {
-        test::FileEditor editor(good);
-        for (std::uint64_t flips = 1 + random.below(3); flips > 0; --flips)
-            editor.flip(random.below(8 * good.size()));
-        editor.repair();
-        const Bytes &file = editor.bytes();
-        const Status status = read_everything(file);
-        EXPECT_EQ(status.ok(), validate(file, {.threads = 1}).valid())
-            << "round " << round << ": " << (status ? "valid" : status.error().message);
-        refused += status ? 0 : 1;
-    }
+    const int refused = test::count_refused(good, 4000, [](int) { return std::size_t{0}; });
     EXPECT_GT(refused, 3500); // metadata may change freely, some parameters too
 }
 
@@ -185,9 +167,9 @@ TEST(Damage, ANewerVersionAndUnknownFeaturesAreUnsupportedNotInvalid) {
         editor.repair();
         return editor.bytes();
     };
-    EXPECT_EQ(read_everything(edited(8)).error().code, ErrorCode::unsupported_version);
-    EXPECT_EQ(read_everything(edited(40, 2)).error().code, ErrorCode::unsupported_feature);
-    EXPECT_TRUE(read_everything(edited(48))); // optional features are optional
+    EXPECT_EQ(test::read_everything(edited(8)).error().code, ErrorCode::unsupported_version);
+    EXPECT_EQ(test::read_everything(edited(40, 2)).error().code, ErrorCode::unsupported_feature);
+    EXPECT_TRUE(test::read_everything(edited(48))); // optional features are optional
 }
 
 class ReplaceFile : public testing::Test {

@@ -5,7 +5,7 @@
 #include "pbm_format/validate.h"
 #include "pbm_format/writer.h"
 
-#include "file_editor.h"
+#include "file_damage.h"
 #include "test_models.h"
 
 #include <gtest/gtest.h>
@@ -21,11 +21,6 @@ namespace {
 
 Bytes encode(const Model &model, Storage storage, std::uint32_t chunk_points = 512) {
     return encode_model(model, {.storage = storage, .chunk_points = chunk_points, .threads = 1}).value();
-}
-
-Status read_everything(ByteView file) {
-    Result<Reader> reader = Reader::open(file);
-    return reader ? reader->verify_all(1) : Status(reader.error());
 }
 
 Reader open_with_directories(ByteView file) {
@@ -56,7 +51,7 @@ TEST(MappedStorage, HoldsTheSameModelAsPacked) {
             Reader reader = Reader::open(mapped).value();
             EXPECT_EQ(reader.header().content_id, Reader::open(packed)->header().content_id);
             EXPECT_EQ(load_model(reader, {.threads = 1}).value(), model);
-            EXPECT_TRUE(read_everything(mapped)) << read_everything(mapped).error().message;
+            EXPECT_TRUE(test::read_everything(mapped)) << test::read_everything(mapped).error().message;
             EXPECT_TRUE(validate(mapped, {.threads = 1}).valid());
         }
 }
@@ -244,11 +239,11 @@ TEST(MappedDamage, NoFlippedBitIsMissedByReaderOrValidator) {
     for (std::size_t byte = 0; byte < file.size(); ++byte) {
         const auto flip = static_cast<std::uint8_t>(1U << random.below(8));
         file[byte] ^= flip;
-        EXPECT_FALSE(read_everything(file)) << byte;
+        EXPECT_FALSE(test::read_everything(file)) << byte;
         EXPECT_FALSE(validate(file, {.threads = 1}).valid()) << byte;
         file[byte] ^= flip;
     }
-    EXPECT_TRUE(read_everything(file));
+    EXPECT_TRUE(test::read_everything(file));
 }
 
 TEST(MappedDamage, PaddingAndBricksAreProvenWithoutTheirHashes) {
@@ -271,7 +266,7 @@ TEST(MappedDamage, PaddingAndBricksAreProvenWithoutTheirHashes) {
                 ASSERT_FALSE(view) << level << ' ' << byte;
                 EXPECT_EQ(view.error().message.substr(0, 4), type == SectionType::level_bricks ? "5.11" : "5.10");
                 EXPECT_FALSE(reader.view_chunk(5, 0)) << "below a refused chunk";
-                EXPECT_FALSE(read_everything(file));
+                EXPECT_FALSE(test::read_everything(file));
                 EXPECT_FALSE(validate(file, {.threads = 1}).valid());
             }
         }
@@ -279,20 +274,9 @@ TEST(MappedDamage, PaddingAndBricksAreProvenWithoutTheirHashes) {
 
 TEST(MappedDamage, WithRepairedHashesReaderAndValidatorStillAgree) {
     const Bytes good = encode(test::sphere_model(4, {}), Storage::mapped);
-    test::Random random(17);
-    int refused = 0;
-    for (int round = 0; round < 1500; ++round) {
-        test::FileEditor editor(good);
-        const std::size_t start = round % 2 == 0 ? 0 : editor.section(SectionType::level_directory, 1);
-        for (std::uint64_t flips = 1 + random.below(3); flips > 0; --flips)
-            editor.flip(8 * start + random.below(8 * (good.size() - start)));
-        editor.repair();
-        const Bytes &file = editor.bytes();
-        const Status status = read_everything(file);
-        EXPECT_EQ(status.ok(), validate(file, {.threads = 1}).valid())
-            << "round " << round << ": " << (status ? "valid" : status.error().message);
-        refused += status ? 0 : 1;
-    }
+    const std::size_t first_level = test::FileEditor(good).section(SectionType::level_directory, 1);
+    const int refused =
+        test::count_refused(good, 1500, [&](int round) { return round % 2 == 0 ? std::size_t{0} : first_level; });
     EXPECT_GT(refused, 1200);
 }
 
