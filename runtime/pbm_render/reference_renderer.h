@@ -6,24 +6,13 @@
 #include "pbm_format/model.h"
 #include "pbm_render/camera.h"
 #include "pbm_render/framebuffer.h"
+#include "pbm_render/render_options.h"
 
 #include <array>
 #include <cstdint>
 #include <vector>
 
 namespace pbm {
-
-struct RenderOptions {
-    int level = kMaxDepth;             // detail level; beyond the finest one there is: the finest
-    Rgba8 background{51, 51, 51, 255}; // sRGB
-    bool point_colours = true;         // else every point has the colour of its material
-};
-
-struct RenderStatistics {
-    int level = 0;                  // drawn
-    std::uint64_t points = 0;       // of that level
-    std::uint64_t drawn_points = 0; // facing the eye and in front of it
-};
 
 class ReferenceRenderer {
   public:

@@ -1,0 +1,38 @@
+// The renderer that is fast: bricks are culled, their points projected and drawn with SIMD into strips of the picture
+// that stay in the cache; only what is seen is shaded. Shows what the reference renderer shows.
+// Based on: Rusinkiewicz, Levoy. QSplat. 2000 (level by projected size, normal cones); Zwicker, Pfister, van Baar,
+//           Gross. EWA Splatting. 2002 (the shape of a splat, see splat.h)
+#pragma once
+
+#include "pbm_format/model.h"
+#include "pbm_render/camera.h"
+#include "pbm_render/framebuffer.h"
+#include "pbm_render/point_run.h"
+#include "pbm_render/render_options.h"
+
+#include <memory>
+#include <span>
+
+namespace pbm {
+
+class FastRenderer {
+  public:
+    // `parameters` must stay as long as the renderer. `chunk_points` bounds the points of a chunk (the file's header
+    // says it). `threads`: 0 asks for one per processor.
+    FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads);
+    ~FastRenderer();
+    FastRenderer(const FastRenderer &) = delete;
+    FastRenderer &operator=(const FastRenderer &) = delete;
+
+    // Draws one frame into `target`, whatever was there before. The camera must be usable. The chunks of `runs` were
+    // proven; a mapped file whose bytes change afterwards spoils the picture and nothing else. Same picture for any
+    // number of threads and any SIMD target. Not for several threads at once.
+    RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
+                            Framebuffer &target);
+
+  private:
+    struct Frame;
+    std::unique_ptr<Frame> frame_;
+};
+
+} // namespace pbm
