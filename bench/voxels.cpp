@@ -55,7 +55,7 @@ Bytes ply_of(const Model &model, bool geometry_only) {
                 append(out, &rounded, sizeof(rounded));
             }
         if (coloured) {
-            const Rgb8 rgb = point_colour(points, i, colour);
+            const Rgb8 rgb = point_colour(points.colours, i, colour);
             append(out, rgb.data(), rgb.size());
         }
     }
@@ -79,7 +79,7 @@ std::uint64_t record_of(const Model &model, std::size_t i) {
     const AttributeSet &set = model.parameters.attributes;
     std::uint64_t record = points.normals[i] & kNormalIndexMask;
     if (set.colour != ColourFormat::none)
-        record |= std::uint64_t{pack_565(point_colour(points, i, set.colour))} << 13;
+        record |= std::uint64_t{pack_565(point_colour(points.colours, i, set.colour))} << 13;
     if (set.material)
         record |= std::uint64_t{points.materials[i]} << 29;
     record |= std::uint64_t{points.radii[i]} << 32;

@@ -126,7 +126,7 @@ template <class Sums> class Averager {
         to.two_sided |= (stored & kTwoSidedBit) != 0;
         to.child_radius = std::max(to.child_radius, finest_.radii[point]);
         if (set_.colour != ColourFormat::none) {
-            const Rgb8 colour = point_colour(finest_, point, set_.colour);
+            const Rgb8 colour = point_colour(finest_.colours, point, set_.colour);
             for (std::size_t c = 0; c < 3; ++c)
                 to.colour[c] += linear_[colour[c]];
         }

@@ -139,13 +139,6 @@ std::uint16_t pack_565(Rgb8 colour) {
     return static_cast<std::uint16_t>(r << 11 | g << 5 | b);
 }
 
-Rgb8 point_colour(const PointAttributes &points, std::size_t i, ColourFormat format) {
-    assert(format != ColourFormat::none);
-    if (format == ColourFormat::rgb565)
-        return expand_565(static_cast<std::uint16_t>(points.colours[2 * i] | points.colours[2 * i + 1] << 8));
-    return {points.colours[3 * i], points.colours[3 * i + 1], points.colours[3 * i + 2]};
-}
-
 void set_point_colour(PointAttributes &points, std::size_t i, ColourFormat format, Rgb8 colour) {
     assert(format != ColourFormat::none);
     if (format == ColourFormat::rgb565) {

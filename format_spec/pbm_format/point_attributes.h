@@ -71,11 +71,17 @@ struct PointAttributes {
     bool operator==(const PointAttributes &) const = default;
 };
 
-// Colour of point `i`, expanded to 8 bits per channel by repeating the high bits.
-Rgb8 point_colour(const PointAttributes &points, std::size_t i, ColourFormat format);
-void set_point_colour(PointAttributes &points, std::size_t i, ColourFormat format, Rgb8 colour);
 Rgb8 expand_565(std::uint16_t colour);
 std::uint16_t pack_565(Rgb8 colour); // nearest
+// Colour of point `i` of a colour stream, expanded to 8 bits per channel by repeating the high bits; black without.
+inline Rgb8 point_colour(ByteView colours, std::size_t i, ColourFormat format) {
+    if (format == ColourFormat::rgb888)
+        return {colours[3 * i], colours[3 * i + 1], colours[3 * i + 2]};
+    if (format == ColourFormat::rgb565)
+        return expand_565(static_cast<std::uint16_t>(colours[2 * i] | colours[2 * i + 1] << 8));
+    return {};
+}
+void set_point_colour(PointAttributes &points, std::size_t i, ColourFormat format, Rgb8 colour);
 
 // sRGB to linear light, 16 bits: [256], ascending from 0 to 65,535. Normative: BVG.md table 6.3.
 std::span<const std::uint16_t> linear_table();

@@ -223,7 +223,7 @@ RootRecord root_record(const PointAttributes &points, const AttributeSet &set) {
     root.normal = points.normals[0];
     root.radius = points.radii[0];
     if (set.colour != ColourFormat::none)
-        root.colour = point_colour(points, 0, set.colour);
+        root.colour = point_colour(points.colours, 0, set.colour);
     if (set.material)
         root.material = points.materials[0];
     if (set.texture)

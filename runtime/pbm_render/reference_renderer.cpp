@@ -1,9 +1,10 @@
 #include "pbm_render/reference_renderer.h"
 
 #include "pbm_render/normal_table.h"
-#include "pbm_render/shade_table.h"
+#include "pbm_render/point_shader.h"
 #include "pbm_render/splat.h"
 #include "pbm_render/transform_table.h"
+#include "pbm_render/unit_grid.h"
 
 #include <glm/geometric.hpp>
 
@@ -189,39 +190,23 @@ inline void Walk::draw(const SplatShape &shape, std::size_t index, glm::vec2 pix
 class Shading {
   public:
     Shading(const Model &model, std::span<const Light> lights, const Projection &projection, int level,
-            bool point_colours);
+            bool point_colours)
+        : set_(model.parameters.attributes), level_(level),
+          points_(model.levels[static_cast<std::size_t>(level)].points), edge_(model.parameters.grid.edge()),
+          shader_(model.parameters, lights, projection, point_colours) {}
 
     void resolve(Framebuffer &target) const;
 
   private:
     std::uint32_t shade(std::size_t index, std::size_t at, const Framebuffer &target) const;
-    glm::vec3 positional_lights(std::size_t index, std::size_t normal, glm::vec2 pixel, float depth) const;
     float lit_fraction(std::size_t light, std::size_t index) const;
 
-    const ModelParameters &parameters_;
     const AttributeSet &set_;
-    std::span<const Light> lights_;
-    const Projection &projection_;
     const int level_;
     const PointAttributes &points_;
-    const ColourFormat colour_;
-    ShadeTable table_;
-    ColourTable colours_;
-    std::array<Float4, kMaxMaterials> material_colours_{}; // linear
-    bool positional_ = false;
+    const double edge_; // of the grid, model units
+    PointShader shader_;
 };
-
-Shading::Shading(const Model &model, std::span<const Light> lights, const Projection &projection, int level,
-                 bool point_colours)
-    : parameters_(model.parameters), set_(parameters_.attributes), lights_(lights), projection_(projection),
-      level_(level), points_(model.levels[static_cast<std::size_t>(level)].points),
-      colour_(point_colours ? set_.colour : ColourFormat::none),
-      table_(parameters_.materials, lights, set_.lights, -projection.axes.forward) {
-    for (std::size_t i = 0; i < parameters_.materials.size(); ++i)
-        material_colours_[i] = colours_.linear(parameters_.materials[i].colour);
-    for (const Light &light : lights)
-        positional_ |= light.kind != LightKind::directional;
-}
 
 // Whether nothing was drawn into four pixels.
 bool are_empty(const float *depths) {
@@ -234,7 +219,7 @@ bool are_empty(const float *depths) {
 void Shading::resolve(Framebuffer &target) const {
     const std::size_t pixels = target.pixels();
     float *const depths = target.depth.data();
-    const auto edge = static_cast<float>(parameters_.grid.edge());
+    const auto edge = static_cast<float>(edge_);
     std::uint32_t *const colours = target.colour.data();
     constexpr auto kEmpty = std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity());
     std::uint32_t last = 0xFFFFFFFF, shaded = 0; // neighbours often show the same point
@@ -244,7 +229,7 @@ void Shading::resolve(Framebuffer &target) const {
                 at += 4;
             continue;
         }
-        if (positional_ || colours[at] != last) {
+        if (shader_.is_positional() || colours[at] != last) {
             last = colours[at];
             shaded = shade(last, at, target);
         }
@@ -255,73 +240,16 @@ void Shading::resolve(Framebuffer &target) const {
 
 // What point `index` looks like in pixel `at`. Not inlined: the scan over empty pixels needs the registers.
 [[gnu::noinline]] std::uint32_t Shading::shade(std::size_t index, std::size_t at, const Framebuffer &target) const {
-    std::size_t normal = points_.normals[index];
-    if ((normal & kTwoSidedBit) != 0) {
-        const UnitVector &n = normal_table()[normal & kNormalIndexMask];
-        const bool away = glm::dot(projection_.ray(target.centre(at)), glm::dvec3(n[0], n[1], n[2])) > 0;
-        normal = (away ? normal ^ kOppositeNormal : normal) & kNormalIndexMask;
-    }
-    const std::size_t material = set_.material ? points_.materials[index] : 0;
-    Float4 light = table_.unshadowed(material, normal);
-    for (std::size_t l = 0; l < static_cast<std::size_t>(set_.lights); ++l)
-        light += table_.shadowed(l, material, normal) * lit_fraction(l, index);
-    if (positional_) {
-        const glm::vec3 near = positional_lights(index, normal, target.centre(at), target.depth[at]);
-        light += Float4{near.r, near.g, near.b, 0};
-    }
-    const Rgb8 colour =
-        colour_ == ColourFormat::none ? parameters_.materials[material].colour : point_colour(points_, index, colour_);
-    return colours_.pack_srgb(colours_.linear(colour) * light);
+    const PointLook look{points_.normals[index],
+                         set_.material ? points_.materials[index] : std::uint8_t{0},
+                         point_colour(points_.colours, index, shader_.colour())};
+    return shader_.shade(look, target.centre(at), target.depth[at],
+                         [&](std::size_t light) { return lit_fraction(light, index); });
 }
 
 float Shading::lit_fraction(std::size_t light, std::size_t index) const {
-    if (light >= static_cast<std::size_t>(set_.lights))
-        return 1;
     const int bits = set_.shadow_bits[light][static_cast<std::size_t>(level_)];
     return static_cast<float>(points_.shadows[light][index]) / static_cast<float>((1 << bits) - 1);
-}
-
-// Point and spot lights depend on the place: not in the table. Light does not weaken with distance.
-glm::vec3 Shading::positional_lights(std::size_t index, std::size_t normal, glm::vec2 pixel, float depth) const {
-    const Material &material = parameters_.materials[set_.material ? points_.materials[index] : 0];
-    const glm::dvec3 from_eye = projection_.ray(pixel) * static_cast<double>(depth);
-    const glm::vec3 to_eye = glm::normalize(-from_eye);
-    const UnitVector &n = normal_table()[normal];
-    glm::vec3 sum(0);
-    for (std::size_t l = 0; l < lights_.size(); ++l) {
-        const Light &light = lights_[l];
-        if (light.kind == LightKind::directional)
-            continue;
-        const glm::dvec3 position =
-            glm::dvec3(light.position[0], light.position[1], light.position[2]) / parameters_.grid.edge();
-        const glm::vec3 to_light = glm::normalize(position - (projection_.eye + from_eye));
-        glm::vec3 term = phong(material, light, glm::vec3(n[0], n[1], n[2]), to_light, to_eye) * lit_fraction(l, index);
-        if (light.kind == LightKind::spot) {
-            const float cosine =
-                -glm::dot(to_light, glm::vec3(light.direction[0], light.direction[1], light.direction[2]));
-            term *= cosine > 0 ? std::pow(cosine, light.exponent) : 0.0F;
-        }
-        sum += term;
-    }
-    return sum;
-}
-
-// Floats see a cube of edge 1 at the origin, so that a picture depends neither on the unit of the scan nor on where in
-// the world it lies.
-Grid unit_grid(const Grid &grid) {
-    return {.depth = grid.depth,
-            .origin = {},
-            .voxel_size = std::ldexp(1.0, -grid.depth),
-            .unit = grid.unit,
-            .up = grid.up};
-}
-
-Camera in_unit_grid(const Camera &camera, const Grid &grid) {
-    const glm::dvec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);
-    Camera result = camera;
-    result.position = (camera.position - origin) / grid.edge();
-    result.focal_point = (camera.focal_point - origin) / grid.edge();
-    return result;
 }
 
 } // namespace

@@ -145,7 +145,7 @@ TEST(Merge, WhatOneInputLacksComesFromItsMaterial) {
     const Model model = built({named(red, "red"), named(plain, "plain"), named(blue, "blue")}, at_depth(7), &said);
     const PointAttributes &points = model.levels.back().points;
     const auto colour_at = [&](glm::dvec3 place) {
-        return point_colour(points, point_at(model, place), ColourFormat::rgb888);
+        return point_colour(points.colours, point_at(model, place), ColourFormat::rgb888);
     };
     EXPECT_EQ(colour_at({0, 0, 1}), (Rgb8{255, 0, 0}));
     EXPECT_EQ(colour_at({4, 0, 1}), (Rgb8{204, 204, 204})) << "of the default material";

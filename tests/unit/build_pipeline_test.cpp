@@ -496,7 +496,7 @@ TEST(Pipeline, ColoursAndMaterialsArriveInThePoints) {
     options.colour = ColourFormat::rgb565;
     const Model model = built(surface, options);
     for (std::size_t i = 0; i < model.point_count(); ++i) {
-        EXPECT_EQ(point_colour(model.levels.back().points, i, ColourFormat::rgb565),
+        EXPECT_EQ(point_colour(model.levels.back().points.colours, i, ColourFormat::rgb565),
                   expand_565(pack_565({200, 100, 50})));
         EXPECT_EQ(model.levels.back().points.materials[i], 1);
     }

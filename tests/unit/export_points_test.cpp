@@ -158,7 +158,7 @@ TEST(Export, EveryLevelHasItsPointsInOrder) {
             const auto at = morton_decode(codes[i]);
             ASSERT_EQ(points->positions[i],
                       glm::dvec3(10 + (at[0] + 0.5) * voxel, 20 + (at[1] + 0.5) * voxel, 30 + (at[2] + 0.5) * voxel));
-            ASSERT_EQ(points->colours[i], point_colour(expected.points, i, ColourFormat::rgb888));
+            ASSERT_EQ(points->colours[i], point_colour(expected.points.colours, i, ColourFormat::rgb888));
             ASSERT_EQ(points->two_sided[i] != 0, (expected.points.normals[i] & kTwoSidedBit) != 0);
             ASSERT_EQ(points->material_ids[i], expected.points.materials[i]);
         }

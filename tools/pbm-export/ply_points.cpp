@@ -163,7 +163,7 @@ Bytes PlyPoints::rows(const PointBlock &block) const {
             row.add(static_cast<float>(component));
         row.add(radii[block.points.radii[i]]);
         if (colour != ColourFormat::none)
-            for (const std::uint8_t channel : point_colour(block.points, i, colour))
+            for (const std::uint8_t channel : point_colour(block.points.colours, i, colour))
                 row.add(channel);
         if (attributes().material)
             row.add(block.points.materials[i]);
