@@ -1,6 +1,8 @@
 // The picture while it is drawn: colour and z-buffer.
 #pragma once
 
+#include "pbm_format/point_attributes.h"
+
 #include <glm/vec2.hpp>
 
 #include <array>
@@ -21,6 +23,7 @@ using Rgba8 = std::array<std::uint8_t, 4>;
 constexpr std::uint32_t pack_rgba(Rgba8 c) {
     return std::uint32_t{c[0]} | std::uint32_t{c[1]} << 8 | std::uint32_t{c[2]} << 16 | std::uint32_t{c[3]} << 24;
 }
+constexpr std::uint32_t pack_rgb(Rgb8 c) { return pack_rgba({c[0], c[1], c[2], 0}); }
 constexpr Rgba8 unpack_rgba(std::uint32_t c) {
     return {static_cast<std::uint8_t>(c), static_cast<std::uint8_t>(c >> 8), static_cast<std::uint8_t>(c >> 16),
             static_cast<std::uint8_t>(c >> 24)};

@@ -24,13 +24,36 @@ double mean_front(const UnitVector &n) { return std::min(std::abs(n[0]) + std::a
 
 } // namespace
 
+std::span<const SplatNormal> splat_normals() {
+    static const std::vector<SplatNormal> kTable = [] {
+        std::vector<SplatNormal> table;
+        table.reserve(kNormalCount);
+        for (const UnitVector &n : normal_table())
+            table.push_back({static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2]),
+                             static_cast<float>(least_thickness(n)), static_cast<float>(mean_front(n))});
+        return table;
+    }();
+    return kTable;
+}
+
+const std::array<float, 256> &radius_table() {
+    static const std::array<float, 256> kTable = [] {
+        std::array<float, 256> table{};
+        for (std::size_t i = 0; i < table.size(); ++i)
+            table[i] = static_cast<float>(radius_fraction(static_cast<std::uint8_t>(i)));
+        return table;
+    }();
+    return kTable;
+}
+
 std::vector<ScreenNormal> transform_normals(const Projection &projection) {
     std::vector<ScreenNormal> screen(kNormalCount);
     const std::span<const UnitVector> table = normal_table();
+    const std::span<const SplatNormal> splats = splat_normals();
     for (std::size_t i = 0; i < kNormalCount; ++i) {
         const UnitVector &n = table[i];
-        screen[i] = {projection.vector({n[0], n[1], n[2]}), projection.plane({n[0], n[1], n[2]}),
-                     static_cast<float>(least_thickness(n)), static_cast<float>(mean_front(n))};
+        screen[i] = {projection.vector({n[0], n[1], n[2]}), projection.plane({n[0], n[1], n[2]}), splats[i].thickness,
+                     splats[i].inset};
     }
     return screen;
 }

@@ -6,7 +6,9 @@
 
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace pbm {
@@ -22,6 +24,13 @@ struct ScreenNormal {
     float inset;     // of the depth plane, voxel edges
 };
 
+// The part of it that no frame changes, with the unit normal in model space: [kNormalCount].
+struct SplatNormal {
+    float x, y, z;
+    float thickness, inset;
+};
+std::span<const SplatNormal> splat_normals();
+
 // [kNormalCount]
 std::vector<ScreenNormal> transform_normals(const Projection &projection);
 
@@ -36,6 +45,9 @@ enum class Facing : std::uint8_t {
 // Points are dropped as facing away where normal . unit ray from the eye is above this: normals are averages over a
 // voxel, and the surface in it may still show a part of its front.
 inline constexpr float kFacingSlack = 0.1F;
+
+// Radii of splats in grid edges, by radius index.
+const std::array<float, 256> &radius_table();
 
 // One per stored normal value, two-sided bit included: [2 * kNormalCount]. Proven at the cube's corners, so never wrong
 // for a point inside. `centre` and `half_edge` in model space.

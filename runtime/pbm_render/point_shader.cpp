@@ -15,7 +15,7 @@ PointShader::PointShader(const ModelParameters &parameters, std::span<const Ligh
       shadowed_(static_cast<std::size_t>(parameters.attributes.lights)),
       table_(parameters.materials, lights, parameters.attributes.lights, -projection.axes.forward) {
     for (std::size_t i = 0; i < parameters.materials.size(); ++i)
-        material_colours_[i] = colours_.linear(parameters.materials[i].colour);
+        material_colours_[i] = colours_.linear(pack_rgb(parameters.materials[i].colour));
     for (const Light &light : lights)
         positional_ |= light.kind != LightKind::directional;
 }

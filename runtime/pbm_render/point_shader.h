@@ -14,9 +14,9 @@ namespace pbm {
 
 // What a point says of itself.
 struct PointLook {
-    std::uint16_t normal;  // index | kTwoSidedBit
-    std::uint8_t material; // index
-    Rgb8 colour;           // sRGB; not used if PointShader::colour() is none
+    std::uint32_t colour;   // sRGB, red in the lowest byte; not used if PointShader::colour() is none
+    std::uint16_t normal;   // index | kTwoSidedBit
+    std::uint16_t material; // index
 };
 
 class PointShader {

@@ -240,9 +240,9 @@ void Shading::resolve(Framebuffer &target) const {
 
 // What point `index` looks like in pixel `at`. Not inlined: the scan over empty pixels needs the registers.
 [[gnu::noinline]] std::uint32_t Shading::shade(std::size_t index, std::size_t at, const Framebuffer &target) const {
-    const PointLook look{points_.normals[index],
-                         set_.material ? points_.materials[index] : std::uint8_t{0},
-                         point_colour(points_.colours, index, shader_.colour())};
+    const PointLook look{.colour = pack_rgb(point_colour(points_.colours, index, shader_.colour())),
+                         .normal = points_.normals[index],
+                         .material = set_.material ? std::uint16_t{points_.materials[index]} : std::uint16_t{0}};
     return shader_.shade(look, target.centre(at), target.depth[at],
                          [&](std::size_t light) { return lit_fraction(light, index); });
 }

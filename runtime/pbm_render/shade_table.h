@@ -47,7 +47,10 @@ class ShadeTable {
 class ColourTable {
   public:
     ColourTable();
-    Float4 linear(Rgb8 srgb) const { return Float4{linear_[srgb[0]], linear_[srgb[1]], linear_[srgb[2]], 0}; }
+    // Red in the lowest byte.
+    Float4 linear(std::uint32_t srgb) const {
+        return Float4{linear_[srgb & 255], linear_[srgb >> 8 & 255], linear_[srgb >> 16 & 255], 0};
+    }
     // Opaque, packed as pack_rgba does.
     std::uint32_t pack_srgb(Float4 linear) const {
         constexpr Float4 kOne{1, 1, 1, 1};

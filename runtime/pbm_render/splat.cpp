@@ -19,7 +19,6 @@ SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, g
     const float inverse = 1 / (xx * yy - xy * xy);
 
     // Depth along the plane, but never farther from the middle's than the disc itself reaches.
-    constexpr float kEdgeOn = 0.02F;
     glm::vec2 slope = glm::vec2(normal.plane.x, normal.plane.y) / std::max(-facing, kEdgeOn);
     const float rise = std::sqrt(slope.x * (xx * slope.x + 2 * xy * slope.y) + yy * slope.y * slope.y);
     slope *= std::min(1.0F, size.radius / rise);

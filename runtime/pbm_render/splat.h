@@ -27,6 +27,8 @@ namespace pbm {
 // Voxel edges. The depth plane of a surface seen edge-on lies farther back, since the foremost of more voxels shows.
 inline constexpr float kOutlineInset = 0.4F;
 inline constexpr float kGrazingInset = 0.4F;
+// Planes are never taken to be seen at a flatter angle than with this cosine.
+inline constexpr float kEdgeOn = 0.02F;
 
 // What the image of a splat takes from its normal, its radius and the direction in which it is seen; the same for all
 // points of one normal and radius in a small part of the screen. For depth 1: the ellipse shrinks with the depth, the

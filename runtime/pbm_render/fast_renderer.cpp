@@ -1,0 +1,188 @@
+#include "pbm_render/fast_renderer.h"
+
+#include "pbm_format/parallel.h"
+#include "pbm_render/brick_splatter.h"
+#include "pbm_render/point_shader.h"
+#include "pbm_render/strip_pixels.h"
+#include "pbm_render/unit_grid.h"
+#include "pbm_render/worker_pool.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace pbm {
+namespace {
+
+// So that a strip of a picture 1,280 pixels wide takes less than a megabyte.
+constexpr int kStripPixels = 80 * 1024;
+constexpr int kLeastStripRows = 16;
+
+int strip_rows(int width) { return std::max(kLeastStripRows, kStripPixels / width); }
+
+// Where a run's part of the picture is.
+struct DrawnRun {
+    RunGeometry geometry;
+    std::size_t first_brick = 0, seen = 0; // in Frame::bricks
+    int top = 0, bottom = 0;
+};
+
+// Of a run's chunk, close together since every pixel asks for them.
+struct StreamPointers {
+    const std::uint16_t *normals;
+    const std::uint8_t *colours, *materials; // null without
+};
+
+} // namespace
+
+struct FastRenderer::Frame {
+    Frame(const ModelParameters &p, std::uint32_t chunk_points, int threads)
+        : parameters(p), lights(p.lights), point_bits(std::bit_width(chunk_points - 1)),
+          pool(resolve_threads(threads)), strips(static_cast<std::size_t>(pool.threads())) {
+        if (lights.empty())
+            lights = default_lights(p.grid.up);
+    }
+
+    void cull(std::size_t run, const FrameGeometry &geometry);
+    std::uint64_t draw(int top, const FrameGeometry &geometry, const PointShader &shader, const RenderOptions &options,
+                       DepthStrip &strip, Framebuffer &target) const;
+    void resolve(const DepthStrip &strip, const PointShader &shader, const RenderOptions &options,
+                 Framebuffer &target) const;
+    void read_looks(const CoveredPixels &pixels, ColourFormat colour, std::span<PointLook> looks) const;
+    float lit_fraction(std::size_t light, std::uint32_t id) const;
+
+    const ModelParameters &parameters;
+    std::vector<Light> lights;
+    const int point_bits; // of an id; the rest is the run
+    WorkerPool pool;
+
+    std::vector<DrawnRun> runs;
+    std::vector<StreamPointers> streams; // [runs]
+    std::vector<SeenBrick> bricks;
+    std::vector<DepthStrip> strips; // [thread]
+};
+
+FastRenderer::FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads)
+    : frame_(std::make_unique<Frame>(parameters, chunk_points, threads)) {}
+
+FastRenderer::~FastRenderer() = default;
+
+RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Camera &camera,
+                                      const RenderOptions &options, Framebuffer &target) {
+    Frame &frame = *frame_;
+    const Projection projection(in_unit_grid(camera, frame.parameters.grid), target.width, target.height);
+    const FrameGeometry geometry(projection, target.width, target.height);
+    RenderStatistics statistics;
+    frame.runs.clear();
+    frame.streams.clear();
+    std::size_t bricks = 0;
+    for (const PointRun &run : runs) {
+        frame.runs.push_back({RunGeometry(run, geometry), bricks});
+        frame.streams.push_back({run.chunk->normals.data(), run.chunk->colours.data(), run.chunk->materials.data()});
+        bricks += run.chunk->bricks.size();
+        statistics.level = std::max(statistics.level, run.level);
+        statistics.points += run.last - run.first;
+    }
+    if (frame.bricks.size() < bricks)
+        frame.bricks.resize(bricks);
+    frame.pool.run(runs.size(), [&](std::size_t run, std::size_t) { frame.cull(run, geometry); });
+
+    const PointShader shader(frame.parameters, frame.lights, projection, options.point_colours);
+    const int rows = strip_rows(target.width);
+    const auto count = static_cast<std::size_t>((target.height + rows - 1) / rows);
+    std::vector<std::uint64_t> drawn(count);
+    frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
+        drawn[i] = frame.draw(static_cast<int>(i) * rows, geometry, shader, options, frame.strips[thread], target);
+    });
+    for (const std::uint64_t points : drawn)
+        statistics.drawn_points += points;
+    return statistics;
+}
+
+void FastRenderer::Frame::cull(std::size_t index, const FrameGeometry &geometry) {
+    DrawnRun &run = runs[index];
+    const std::span<SeenBrick> room(bricks.data() + run.first_brick, run.geometry.run->chunk->bricks.size());
+    run.seen = find_seen_bricks(run.geometry, geometry, room);
+    run.top = geometry.height;
+    run.bottom = 0;
+    for (const SeenBrick &brick : room.first(run.seen)) {
+        run.top = std::min(run.top, brick.top);
+        run.bottom = std::max(run.bottom, brick.bottom);
+    }
+}
+
+// Draws a strip of the picture from row `top` on. Returns the points drawn.
+std::uint64_t FastRenderer::Frame::draw(int top, const FrameGeometry &geometry, const PointShader &shader,
+                                        const RenderOptions &options, DepthStrip &strip, Framebuffer &target) const {
+    strip.begin(target.width, top, std::min(top + strip_rows(target.width), target.height));
+    std::uint64_t drawn = 0;
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        const DrawnRun &run = runs[i];
+        if (run.top < strip.bottom && run.bottom > strip.top)
+            drawn += draw_bricks(geometry, run.geometry, std::span(bricks).subspan(run.first_brick, run.seen),
+                                 static_cast<std::uint32_t>(i) << point_bits, strip);
+    }
+    resolve(strip, shader, options, target);
+    return drawn;
+}
+
+// Colours and depths of a strip's pixels.
+void FastRenderer::Frame::resolve(const DepthStrip &strip, const PointShader &shader, const RenderOptions &options,
+                                  Framebuffer &target) const {
+    const std::uint32_t background = pack_rgba(options.background);
+    const auto edge = static_cast<float>(parameters.grid.edge());
+    CoveredPixels covered(target.width);
+    std::vector<PointLook> looks(static_cast<std::size_t>(target.width));
+    for (int y = strip.top; y < strip.bottom; ++y) {
+        const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(target.width);
+        std::uint32_t *const colours = target.colour.data() + row;
+        read_row(strip, y, background, edge, colours, target.depth.data() + row, covered);
+        // Two loops, so that the first waits for many points at once to come from memory.
+        read_looks(covered, shader.colour(), looks);
+        for (std::size_t i = 0; i < covered.count; ++i) {
+            const auto x = static_cast<std::size_t>(covered.x[i]);
+            const glm::vec2 pixel(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
+            colours[x] = shader.shade(looks[i], pixel, target.depth[row + x] / edge, [&](std::size_t light) {
+                return lit_fraction(light, static_cast<std::uint32_t>(covered.id[i]));
+            });
+        }
+    }
+}
+
+void FastRenderer::Frame::read_looks(const CoveredPixels &pixels, ColourFormat colour,
+                                     std::span<PointLook> looks) const {
+    const std::uint32_t point_mask = (1U << point_bits) - 1;
+    const std::size_t colour_bytes = static_cast<std::size_t>(parameters.attributes.colour_bytes());
+    for (std::size_t i = 0; i < pixels.count; ++i) {
+        constexpr std::size_t kAhead = 16;
+        const auto soon = static_cast<std::uint32_t>(pixels.id[std::min(i + kAhead, pixels.count - 1)]);
+        const StreamPointers &next = streams[soon >> point_bits];
+        __builtin_prefetch(next.normals + (soon & point_mask));
+        __builtin_prefetch(next.colours + (soon & point_mask) * colour_bytes);
+
+        const auto id = static_cast<std::uint32_t>(pixels.id[i]);
+        const StreamPointers &from = streams[id >> point_bits];
+        const std::size_t point = id & point_mask;
+        std::uint32_t packed = 0;
+        if (colour == ColourFormat::rgb888) {
+            const std::uint8_t *const rgb = from.colours + 3 * point;
+            packed = std::uint32_t{rgb[0]} | std::uint32_t{rgb[1]} << 8 | std::uint32_t{rgb[2]} << 16;
+        } else if (colour == ColourFormat::rgb565) {
+            const std::uint8_t *const rgb = from.colours + 2 * point;
+            packed = pack_rgb(expand_565(static_cast<std::uint16_t>(rgb[0] | rgb[1] << 8)));
+        }
+        looks[i] = {.colour = packed,
+                    .normal = from.normals[point],
+                    .material = from.materials != nullptr ? std::uint16_t{from.materials[point]} : std::uint16_t{0}};
+        looks[i].material %= kMaxMaterials;
+    }
+}
+
+float FastRenderer::Frame::lit_fraction(std::size_t light, std::uint32_t id) const {
+    const PointRun &run = *runs[id >> point_bits].geometry.run;
+    const unsigned bits = parameters.attributes.shadow_bits[light][static_cast<std::size_t>(run.level)];
+    const std::size_t at = (id & ((1U << point_bits) - 1)) * bits;
+    const unsigned value = run.chunk->packed_shadows[light][at / 8] >> (at % 8) & ((1U << bits) - 1);
+    return static_cast<float>(value) / static_cast<float>((1U << bits) - 1);
+}
+
+} // namespace pbm
