@@ -51,7 +51,6 @@ inline constexpr std::array<VoxelPlace, 64> kNodePlaces = [] {
 }();
 
 inline constexpr std::size_t kMostLanes = 16;
-inline constexpr std::size_t kLaneStep = 5; // coprime to every number of lanes
 inline constexpr std::size_t kBrickPoints = 512;
 
 // From a stored normal to kPackedTwoSided.
@@ -98,9 +97,9 @@ HWY_INLINE std::size_t list_places(const BrickRecord &brick, ByteView masks, Bri
 }
 
 // Points that face the eye, side by side: bricks differ in size, SIMD vectors do not.
+inline constexpr std::size_t kWaiting = 512; // so many points are drawn at once
 struct FacingPoints {
-    static constexpr std::size_t kCapacity = 2048; // of several bricks
-    static constexpr std::size_t kFull = kCapacity - kBrickPoints - kMostLanes;
+    static constexpr std::size_t kCapacity = kWaiting + kBrickPoints + kMostLanes;
     std::size_t count = 0;
     alignas(64) std::array<float, kCapacity> x, y, w;      // pixel and depth
     alignas(64) std::array<std::int32_t, kCapacity> normal; // packed; bit 0 says that it is two-sided
@@ -109,8 +108,8 @@ struct FacingPoints {
 
 // Blocks of 2 x 2 pixels: what small splats are drawn as.
 struct Blocks {
-    alignas(64) std::array<std::int32_t, kMostLanes> offset; // of the upper left pixel
-    alignas(64) std::array<float, 4 * kMostLanes> depths;    // upper left, upper right, lower left, lower right
+    alignas(64) std::array<std::int32_t, FacingPoints::kCapacity> offset; // of the upper left pixel
+    alignas(64) std::array<float, 4 * FacingPoints::kCapacity> depths; // upper left and right, lower left and right
 };
 
 HWY_INLINE void draw_block(const float *depths, std::uint32_t id, double *upper, std::ptrdiff_t stride) {
@@ -171,12 +170,11 @@ HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, V
     return n;
 }
 
-// Draws points first .. first + lanes - 1, those from `end` on nowhere.
-HWY_INLINE void draw_points(const FrameGeometry &frame, float voxel_edge, const FacingPoints &points, std::size_t first,
-                            std::size_t end, Blocks &blocks, DepthStrip &strip) {
+// Lays the blocks of a vector of points; those from `end` on are seen nowhere.
+HWY_INLINE void lay_blocks(const FrameGeometry &frame, float voxel_edge, const FacingPoints &points, std::size_t first,
+                           std::size_t end, const DepthStrip &strip, Blocks &blocks) {
     const Floats d;
     const Ints di;
-    const std::size_t lanes = hn::Lanes(d);
     const auto set = [&](float value) { return hn::Set(d, value); };
     const Vector zero = hn::Zero(d), half = set(0.5F), one = set(1);
     const auto clamp_to_one = [&](Vector v) { return hn::Min(hn::Max(v, zero), one); };
@@ -219,17 +217,12 @@ HWY_INLINE void draw_points(const FrameGeometry &frame, float voxel_edge, const 
         hn::Add(hn::Add(hn::ConvertTo(di, column), hn::Set(di, DepthStrip::kMarginLeft)),
                 hn::Mul(hn::Sub(hn::ConvertTo(di, row), hn::Set(di, strip.top - 1)), hn::Set(di, strip.stride)));
     hn::Store(hn::IfThenElse(hn::RebindMask(di, visible), offset, hn::Set(di, strip.unseen())), di,
-              blocks.offset.data());
+              blocks.offset.data() + first);
     const Vector depth = hn::Add(at_z, hn::Add(hn::Mul(slope_x, hn::Sub(hn::Add(column, half), at_x)),
                                                hn::Mul(slope_y, hn::Sub(hn::Add(row, half), at_y))));
     const Vector right = hn::Add(depth, slope_x);
-    hn::StoreInterleaved4(depth, right, hn::Add(depth, slope_y), hn::Add(right, slope_y), d, blocks.depths.data());
-    // Not one after the other: neighbours share pixels, and each would wait until the one before is stored.
-    for (std::size_t i = 0; i < lanes; ++i) {
-        const std::size_t lane = (kLaneStep * i) % lanes;
-        draw_block(blocks.depths.data() + 4 * lane, static_cast<std::uint32_t>(points.id[first + lane]),
-                   strip.pixels.data() + blocks.offset[lane], strip.stride);
-    }
+    hn::StoreInterleaved4(depth, right, hn::Add(depth, slope_y), hn::Add(right, slope_y), d,
+                          blocks.depths.data() + 4 * first);
 }
 
 // Projects the points begin .. end - 1 of a brick, whose places are known, and keeps those that face the eye and may
@@ -286,27 +279,15 @@ HWY_INLINE void find_facing_points(const FrameGeometry &frame, const RunGeometry
     }
 }
 
-// Draws whole vectors of points, or all; the others wait at the front.
-HWY_INLINE void draw_waiting(const FrameGeometry &frame, float voxel, bool all, Blocks &blocks, FacingPoints &points,
-                             DepthStrip &strip) {
-    const std::size_t lanes = hn::Lanes(Floats());
-    std::size_t i = 0;
-    for (; i + lanes <= points.count; i += lanes)
-        draw_points(frame, voxel, points, i, points.count, blocks, strip);
-    if (all && i < points.count) {
-        std::fill_n(points.id.begin() + static_cast<std::ptrdiff_t>(points.count), lanes, 0);
-        draw_points(frame, voxel, points, i, points.count, blocks, strip);
-        i = points.count;
-    }
-    const auto move = [&](auto &array) { std::copy_n(array.begin() + static_cast<std::ptrdiff_t>(i), lanes, array.begin()); };
-    if (i > 0) {
-        move(points.x);
-        move(points.y);
-        move(points.w);
-        move(points.normal);
-        move(points.id);
-    }
-    points.count -= i;
+// Draws all points. Blocks are laid before the first is drawn: so many steps that wait for each other do so together.
+HWY_INLINE void draw_points(const FrameGeometry &frame, float voxel, Blocks &blocks, FacingPoints &points,
+                            DepthStrip &strip) {
+    for (std::size_t i = 0; i < points.count; i += hn::Lanes(Floats()))
+        lay_blocks(frame, voxel, points, i, points.count, strip, blocks);
+    for (std::size_t i = 0; i < points.count; ++i)
+        draw_block(blocks.depths.data() + 4 * i, static_cast<std::uint32_t>(points.id[i]),
+                   strip.pixels.data() + blocks.offset[i], strip.stride);
+    points.count = 0;
 }
 
 std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &geometry, std::span<const SeenBrick> seen,
@@ -334,8 +315,8 @@ std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &geometr
             find_facing_points(frame, geometry, it, places, begin, end, normals.data() + first_point, available,
                                base_id, strip, points);
             drawn += points.count - before;
-            if (points.count >= FacingPoints::kFull)
-                draw_waiting(frame, geometry.voxel, false, blocks, points, strip);
+            if (points.count >= kWaiting)
+                draw_points(frame, geometry.voxel, blocks, points, strip);
             continue;
         }
         for (std::size_t i = begin; i < end; ++i) {
@@ -349,7 +330,7 @@ std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &geometr
             drawn += draw_ellipse(frame, size, normal, image, base_id + static_cast<std::uint32_t>(i), strip);
         }
     }
-    draw_waiting(frame, geometry.voxel, true, blocks, points, strip);
+    draw_points(frame, geometry.voxel, blocks, points, strip);
     return drawn;
 }
 
