@@ -40,26 +40,70 @@ void SampleCursor::load(std::uint32_t source) {
         const auto rest = [](const Sample &s) { return std::tie(s.normal, s.colour, s.material); };
         return rest(a->attributes) < rest(b->attributes);
     });
-    Triangle &t = triangle_;
-    t.nearest = NearestOnTriangle({in_voxels(order[0]->at), in_voxels(order[1]->at), in_voxels(order[2]->at)});
-    t.flat = to_short_normal(sampler_.normals_.faces_point_inward ? -facing : facing);
-    t.crease = t.two_sided = false;
-    t.radius = 0;
+    triangle_.set_corners({in_voxels(order[0]->at), in_voxels(order[1]->at), in_voxels(order[2]->at)});
+    const ShortNormal flat = to_short_normal(sampler_.normals_.faces_point_inward ? -facing : facing);
+    triangle_.flat = {static_cast<double>(flat[0]), static_cast<double>(flat[1]), static_cast<double>(flat[2])};
+    triangle_.is_flat = false;
+    triangle_.has_colour = !sampler_.surface_.colours.empty();
+    rest_ = {.material = order[0]->attributes.material, .radius = 0, .two_sided = false};
     for (std::size_t c = 0; c < 3; ++c) {
         const Sample &attributes = order[c]->attributes;
-        t.crease |= is_zero(attributes.normal) || (!sliver && across_crease(t.flat, attributes.normal));
-        t.radius = std::max(t.radius, attributes.radius);
-        t.two_sided |= attributes.two_sided;
-        t.materials[c] = attributes.material;
-        const auto &[x, y, z] = attributes.normal;
-        const auto &[red, green, blue] = attributes.colour;
-        t.values[c][0] = Pair{static_cast<double>(x), static_cast<double>(y)};
-        t.values[c][1] = Pair{static_cast<double>(z), static_cast<double>(red)};
-        t.values[c][2] = Pair{static_cast<double>(green), static_cast<double>(blue)};
+        // Across a crease samples keep the triangle's own.
+        triangle_.is_flat |= is_zero(attributes.normal) || (!sliver && across_crease(flat, attributes.normal));
+        rest_.radius = std::max(rest_.radius, attributes.radius);
+        rest_.two_sided |= attributes.two_sided;
+        materials_[c] = attributes.material;
+        for (std::size_t k = 0; k < 3; ++k) {
+            triangle_.normals[k][c] = attributes.normal[k];
+            triangle_.colours[k][c] = attributes.colour[k];
+        }
     }
-    t.mixed_materials = t.materials[1] != t.materials[0] || t.materials[2] != t.materials[0];
+    mixed_materials_ = materials_[1] != materials_[0] || materials_[2] != materials_[0];
     const glm::ivec3 voxel = voxel_of(corners[0].at);
-    t.in_one_voxel = voxel == voxel_of(corners[1].at) && voxel == voxel_of(corners[2].at);
+    triangle_.in_one_voxel = voxel == voxel_of(corners[1].at) && voxel == voxel_of(corners[2].at);
+}
+
+void SampleCursor::take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const {
+    const Sample sample = sampler_.corner(sampler_.vertex_of_point(source)).attributes;
+    for (std::size_t k = 0; k < 3; ++k) {
+        rows.mixed.normals.from[k][row] = sample.normal[k];
+        rows.mixed.colours[k][row] = sample.colour[k];
+    }
+    rows.mixed.normals.is_rounded[row] = 1;
+    rows.rest[row] = {sample.material, sample.radius, sample.two_sided};
+}
+
+void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end,
+                                 SampleRows &rows) const {
+    triangle_.mix(block_centre, first, end, rows.mixed);
+    for (std::size_t row = first; row < end; ++row)
+        rows.rest[row] = rest_;
+    for (std::size_t row = first; row < end && mixed_materials_; ++row) {
+        const auto &weights = rows.mixed.weights;
+        const std::array<double, 3> of_corners{weights[0][row], weights[1][row], weights[2][row]};
+        const auto nearest = std::max_element(of_corners.begin(), of_corners.end()) - of_corners.begin();
+        rows.rest[row].material = materials_[static_cast<std::size_t>(nearest)];
+    }
+}
+
+void SampleCursor::take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows) {
+    const glm::dvec3 block_centre = glm::dvec3(block) + 0.5;
+    for (std::size_t first = 0, end; first < hits.size(); first = end) {
+        const std::uint32_t source = source_of(hits[first]);
+        end = first + 1;
+        if (source >= triangle_count_) {
+            take_point(source, first, rows);
+            continue;
+        }
+        while (end < hits.size() && source_of(hits[end]) == source)
+            ++end;
+        if (source != source_) {
+            load(source);
+            source_ = source;
+        }
+        take_triangle(block_centre, first, end, rows);
+    }
+    rows.mixed.normals.round(hits.size());
 }
 
 } // namespace pbm::build

@@ -23,7 +23,7 @@ SurfaceSampler::SurfaceSampler(const Surface &surface, const VertexNormals &norm
                                const Grid &grid, int threads)
     : surface_(surface), normals_(normals), radii_(radii), lattice_(to_lattice(surface.positions, grid, threads)) {}
 
-void SurfaceSampler::find_hits(std::size_t i, int writer, HitStore &store) const {
+void SurfaceSampler::find_hits(std::size_t i, int writer, HitStore &store, SmallTriangleCodes &codes) const {
     const auto source = static_cast<std::uint32_t>(i);
     if (!is_triangle(i)) {
         store.add(writer, code_of(voxel_of(lattice_[vertex_of_point(i)])), source);
@@ -36,8 +36,13 @@ void SurfaceSampler::find_hits(std::size_t i, int writer, HitStore &store) const
         store.add(writer, code_of(voxel), source);
         return;
     }
+    const glm::dvec3 normal = lattice_normal(corners[0], corners[1], corners[2]);
+    const int depth_axis = largest_axis(normal);
+    if (const std::size_t count = find_small_triangle(corners, normal, depth_axis, codes); count > 0) {
+        store.add(writer, {codes.data(), count}, source);
+        return;
+    }
     sort_three(corners, before); // cut in the same order whichever corner the file names first
-    const int depth_axis = largest_axis(lattice_normal(corners[0], corners[1], corners[2]));
     visit_voxels({in_voxels(corners[0]), in_voxels(corners[1]), in_voxels(corners[2])}, depth_axis,
                  [&](MortonCode code) { store.add(writer, code, source); });
 }
@@ -65,10 +70,11 @@ Status sample_points(const SurfaceSampler &sampler, HitStore &store, const std::
     std::mutex progress_mutex;
     const auto writers = static_cast<std::size_t>(store.writers());
     parallel_for(writers, store.writers(), [&](std::size_t writer) {
+        SmallTriangleCodes codes;
         for (std::size_t begin = next.fetch_add(kBlock); begin < count && !store.full();
              begin = next.fetch_add(kBlock)) {
             for (std::size_t i = begin; i < std::min(begin + kBlock, count) && !store.full(); ++i)
-                sampler.find_hits(i, static_cast<int>(writer), store);
+                sampler.find_hits(i, static_cast<int>(writer), store, codes);
             if (progress && progress_mutex.try_lock()) {
                 const std::lock_guard lock(progress_mutex, std::adopt_lock);
                 progress(static_cast<double>(begin) / static_cast<double>(count));

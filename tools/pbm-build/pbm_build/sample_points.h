@@ -5,6 +5,7 @@
 #include "pbm_build/hit_store.h"
 #include "pbm_build/lattice.h"
 #include "pbm_build/sample.h"
+#include "pbm_build/triangle_columns.h"
 #include "pbm_build/vertex_normals.h"
 #include "pbm_format/model.h"
 #include "pbm_scan/surface.h"
@@ -23,8 +24,8 @@ class SurfaceSampler {
 
     std::size_t source_count() const { return surface_.triangles.size() + surface_.point_count(); }
 
-    // Adds every voxel that source `i` passes through.
-    void find_hits(std::size_t i, int writer, HitStore &store) const;
+    // Adds every voxel that source `i` passes through. `codes` are room for some.
+    void find_hits(std::size_t i, int writer, HitStore &store, SmallTriangleCodes &codes) const;
 
   private:
     friend class SampleCursor;

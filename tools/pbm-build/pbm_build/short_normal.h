@@ -26,13 +26,13 @@ inline ShortNormal to_short_normal(const glm::dvec3 &v) {
 // Directions in columns: the normals of many samples at once, since a square root and a division after the other keep
 // a processor waiting that could work on several.
 struct NormalColumns {
-    static constexpr std::size_t kRows = 64;
-    using Column = std::array<double, kRows>;
+    static constexpr std::size_t kRows = 64, kSpare = 8; // vectors may end in spare rows
+    using Column = std::array<double, kRows + kSpare>;
 
     std::array<Column, 3> from{};                             // any length, or with `is_rounded` a ShortNormal
     Column is_rounded{};                                      // 1, else 0
-    std::array<std::array<std::int32_t, kRows>, 3> rounded{}; // the ShortNormal of each row
-    void round();
+    std::array<std::array<std::int32_t, kRows + kSpare>, 3> rounded{}; // the ShortNormal of each row
+    void round(std::size_t rows = kRows); // the first ones
 };
 
 inline bool is_zero(const ShortNormal &n) { return (n[0] | n[1] | n[2]) == 0; }

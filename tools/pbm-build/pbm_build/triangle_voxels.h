@@ -1,6 +1,5 @@
-// All voxels that a triangle passes through, and the point of a triangle that is nearest to a voxel's centre.
+// All voxels that a triangle passes through.
 // Based on: Sutherland, Hodgman. Reentrant polygon clipping. 1974
-// Based on: Ericson. Real-Time Collision Detection. 2005, section 5.1.5 (closest point on a triangle)
 // Based on: Schrack. Finding Neighbors of Equal Size in Linear Quadtrees and Octrees in Constant Time. 1992 (steps
 // along
 //           one axis of a Morton code)
@@ -160,63 +159,5 @@ template <class Visit> void visit_voxels(const std::array<glm::dvec3, 3> &corner
         }
     }
 }
-
-// Where a triangle is nearest to the centres of voxels.
-class NearestOnTriangle {
-  public:
-    NearestOnTriangle() = default;
-    // Corners in voxel units, on the lattice (lattice.h).
-    explicit NearestOnTriangle(const std::array<glm::dvec3, 3> &corners)
-        : corners_(corners), ab_(corners[1] - corners[0]), ac_(corners[2] - corners[0]), ab_ab_(dot(ab_, ab_)),
-          ab_ac_(dot(ab_, ac_)), ac_ac_(dot(ac_, ac_)) {
-        // Products of differences of lattice points within 2,000 voxels are whole multiples of 2^-28 below 2^25: all
-        // sums of them are exact.
-        constexpr double kMostVoxels = 1900;
-        for (int axis = 0; axis < 3; ++axis)
-            exact_ = exact_ && std::max({std::fabs(ab_[axis]), std::fabs(ac_[axis]),
-                                         std::fabs(corners[2][axis] - corners[1][axis])}) < kMostVoxels;
-    }
-
-    // Barycentric weights of the point that is nearest to p, the centre of a voxel that the triangle passes through.
-    std::array<double, 3> weights(const glm::dvec3 &p) const {
-        const glm::dvec3 ap = p - corners_[0];
-        const double d1 = dot(ab_, ap), d2 = dot(ac_, ap);
-        if (d1 <= 0 && d2 <= 0)
-            return {1, 0, 0};
-        double d3 = d1 - ab_ab_, d4 = d2 - ab_ac_, d5 = d1 - ab_ac_, d6 = d2 - ac_ac_;
-        if (!exact_) {
-            const glm::dvec3 bp = p - corners_[1], cp = p - corners_[2];
-            d3 = dot(ab_, bp);
-            d4 = dot(ac_, bp);
-            d5 = dot(ab_, cp);
-            d6 = dot(ac_, cp);
-        }
-        if (d3 >= 0 && d4 <= d3)
-            return {0, 1, 0};
-        if (d6 >= 0 && d5 <= d6)
-            return {0, 0, 1};
-        const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
-        if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3)
-            return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
-        if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6)
-            return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
-        if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0 && (d4 - d3) + (d5 - d6) > 0) {
-            const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-            return {0, 1 - t, t};
-        }
-        const double area = va + vb + vc;
-        if (!(area > 0) || va < 0 || vb < 0 || vc < 0) // a sliver thinner than the arithmetic
-            return {1.0 / 3, 1.0 / 3, 1.0 / 3};
-        return {va / area, vb / area, vc / area};
-    }
-
-  private:
-    static double dot(const glm::dvec3 &x, const glm::dvec3 &y) { return (x.x * y.x + x.y * y.y) + x.z * y.z; }
-
-    std::array<glm::dvec3, 3> corners_{};
-    glm::dvec3 ab_{0}, ac_{0};
-    double ab_ab_ = 0, ab_ac_ = 0, ac_ac_ = 0;
-    bool exact_ = true;
-};
 
 } // namespace pbm::build

@@ -17,14 +17,15 @@ inline constexpr std::uint16_t kNoNormal = 0xFFFF;
 struct VoxelSums {
     std::array<std::int64_t, 3> normal{};
     std::array<std::uint64_t, 3> colour{};
-    std::uint32_t samples = 0;
+    std::uint32_t samples = 0; // of colour
     std::uint32_t votes = 0;     // for the normal
     std::uint32_t two_sided = 0; // of those
     std::uint8_t radius = 0;     // the largest
 
     void add(const Sample &sample) {
         add_normal({sample.normal[0], sample.normal[1], sample.normal[2]}, sample.two_sided);
-        add_rest(sample);
+        add_colour({sample.colour[0], sample.colour[1], sample.colour[2]});
+        add_radius(sample.radius);
     }
     void add_normal(const std::array<std::int32_t, 3> &n, bool is_two_sided) {
         const std::uint32_t vote = (n[0] | n[1] | n[2]) == 0 ? 0 : 1;
@@ -33,12 +34,12 @@ struct VoxelSums {
         for (std::size_t axis = 0; axis < 3; ++axis)
             normal[axis] += n[axis];
     }
-    void add_rest(const Sample &sample) {
+    void add_colour(const std::array<std::int32_t, 3> &linear) {
         ++samples;
         for (std::size_t channel = 0; channel < 3; ++channel)
-            colour[channel] += sample.colour[channel];
-        radius = std::max(radius, sample.radius);
+            colour[channel] += static_cast<std::uint64_t>(linear[channel]);
     }
+    void add_radius(std::uint8_t index) { radius = std::max(radius, index); }
 
     // Normals cancel to less than half the votes: a thin wall, whose normal is that of its plane.
     bool is_thin() const;

@@ -32,10 +32,11 @@ class BucketAverager {
         const std::size_t count = voxels_.codes.size() - first;
         sums_.assign(count, {});
         votes_.assign(set_.material ? count : 0, {});
+        normals_.clear();
         const auto corner = morton_decode(first_code);
         const glm::ivec3 block(corner[0], corner[1], corner[2]);
-        for (; !hits.empty(); hits = hits.subspan(std::min(hits.size(), NormalColumns::kRows)))
-            add_rows(hits.first(std::min(hits.size(), NormalColumns::kRows)), block);
+        for (; !hits.empty(); hits = hits.subspan(std::min(hits.size(), MixedRows::kRows)))
+            add_rows(hits.first(std::min(hits.size(), MixedRows::kRows)), block);
         voxels_.points.resize(first + count, set_);
         bool thin = false;
         for (std::size_t i = 0; i < count; ++i) {
@@ -45,7 +46,7 @@ class BucketAverager {
             thin |= sums_[i].is_thin();
         }
         if (thin)
-            average_thin(block_hits, block, first);
+            average_thin(block_hits, first);
     }
 
     // Without the room that blocks after blocks left: buckets wait for all others.
@@ -71,43 +72,38 @@ class BucketAverager {
             }
     }
 
-    static glm::ivec3 place_in_block(std::uint32_t voxel) {
+    static PlaceInBlock place_in_block(std::uint32_t voxel) {
         // Three bits per axis from nine.
-        static constexpr std::array<std::array<std::uint8_t, 3>, 512> kPlaces = [] {
-            std::array<std::array<std::uint8_t, 3>, 512> places{};
+        static constexpr std::array<PlaceInBlock, 512> kPlaces = [] {
+            std::array<PlaceInBlock, 512> places{};
             for (unsigned code = 0; code < places.size(); ++code)
                 for (unsigned bit = 0; bit < 9; ++bit)
-                    places[code][bit % 3] =
-                        static_cast<std::uint8_t>(places[code][bit % 3] | (code >> bit & 1) << bit / 3);
+                    places[code] |= static_cast<PlaceInBlock>((code >> bit & 1) << (8 * (bit % 3) + bit / 3));
             return places;
         }();
-        const auto &low = kPlaces[voxel % 512], &high = kPlaces[voxel / 512];
-        return {low[0] + 8 * high[0], low[1] + 8 * high[1], low[2] + 8 * high[2]};
+        return kPlaces[voxel % 512] + 8 * kPlaces[voxel / 512];
     }
 
-    // At most NormalColumns::kRows of them.
+    // At most MixedRows::kRows of them.
     void add_rows(std::span<const Hit> hits, const glm::ivec3 &block) {
-        std::array<bool, NormalColumns::kRows> two_sided;
-        for (std::size_t row = 0; row < hits.size(); ++row) {
-            const std::uint32_t voxel = voxel_in_block(hits[row]);
-            const auto [sample, normal, is_rounded] = cursor_.at(source_of(hits[row]), block + place_in_block(voxel));
-            normals_.from[0][row] = normal.x;
-            normals_.from[1][row] = normal.y;
-            normals_.from[2][row] = normal.z;
-            normals_.is_rounded[row] = is_rounded ? 1 : 0;
-            two_sided[row] = sample.two_sided;
-            const std::size_t point = point_in_block_[voxel];
-            sums_[point].add_rest(sample);
-            if (set_.material)
-                ++votes_[point][sample.material];
-        }
-        normals_.round();
         for (std::size_t row = 0; row < hits.size(); ++row)
-            sums_[point_in_block_[voxel_in_block(hits[row])]].add_normal(rounded_normal(row), two_sided[row]);
-    }
-
-    std::array<std::int32_t, 3> rounded_normal(std::size_t row) const {
-        return {normals_.rounded[0][row], normals_.rounded[1][row], normals_.rounded[2][row]};
+            rows_.mixed.places[row] = place_in_block(voxel_in_block(hits[row]));
+        cursor_.take(hits, block, rows_);
+        const auto &normals = rows_.mixed.normals.rounded;
+        const auto &colours = rows_.mixed.colours;
+        for (std::size_t row = 0; row < hits.size(); ++row) {
+            const std::size_t point = point_in_block_[voxel_in_block(hits[row])];
+            const auto &[material, radius, two_sided] = rows_.rest[row];
+            const std::array<std::int32_t, 3> normal{normals[0][row], normals[1][row], normals[2][row]};
+            VoxelSums &sums = sums_[point];
+            sums.add_normal(normal, two_sided);
+            sums.add_radius(radius);
+            if (set_.colour != ColourFormat::none)
+                sums.add_colour({colours[0][row], colours[1][row], colours[2][row]});
+            if (set_.material)
+                ++votes_[point][material];
+            normals_.push_back(normal);
+        }
     }
 
     void store(const VoxelSums &sums, std::size_t point) {
@@ -117,16 +113,7 @@ class BucketAverager {
             set_point_colour(voxels_.points, point, set_.colour, sums.mean_colour());
     }
 
-    std::array<std::int32_t, 3> normal_of(Hit hit, const glm::ivec3 &block) {
-        const SampleCursor::Unrounded at = cursor_.at(source_of(hit), block + place_in_block(voxel_in_block(hit)));
-        if (at.is_rounded)
-            return {static_cast<int>(at.normal.x), static_cast<int>(at.normal.y), static_cast<int>(at.normal.z)};
-        const ShortNormal n = to_short_normal(at.normal);
-        return {n[0], n[1], n[2]};
-    }
-
-    // Thin voxels are few: their samples are taken once more.
-    void average_thin(std::span<const Hit> hits, const glm::ivec3 &block, std::size_t first) {
+    void average_thin(std::span<const Hit> hits, std::size_t first) {
         std::vector<std::uint32_t> planes_of(sums_.size(), 0);
         std::vector<PlaneSums> planes(1); // the first belongs to nothing
         for (std::size_t i = 0; i < sums_.size(); ++i)
@@ -134,9 +121,9 @@ class BucketAverager {
                 planes_of[i] = static_cast<std::uint32_t>(planes.size());
                 planes.emplace_back();
             }
-        for (const Hit hit : hits)
-            if (const std::uint32_t plane = planes_of[point_in_block_[voxel_in_block(hit)]]; plane != 0)
-                planes[plane].add(normal_of(hit, block));
+        for (std::size_t i = 0; i < hits.size(); ++i)
+            if (const std::uint32_t plane = planes_of[point_in_block_[voxel_in_block(hits[i])]]; plane != 0)
+                planes[plane].add(normals_[i]);
         for (std::size_t i = 0; i < sums_.size(); ++i)
             if (planes_of[i] != 0)
                 voxels_.points.normals[first + i] = plane_normal(planes[planes_of[i]]);
@@ -148,7 +135,8 @@ class BucketAverager {
     std::array<std::uint64_t, kBlockVoxels / 64> occupied_{};
     std::vector<VoxelSums> sums_;
     std::vector<MaterialVotes> votes_;
-    NormalColumns normals_;
+    SampleRows rows_;
+    std::vector<std::array<std::int32_t, 3>> normals_; // of the block's hits
     Voxels voxels_;
 };
 
