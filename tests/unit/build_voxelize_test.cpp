@@ -1,15 +1,20 @@
 #include "pbm_build/grid_choice.h"
+#include "pbm_build/lattice_triangle.h"
 #include "pbm_build/radix_sort.h"
 #include "pbm_build/sample_points.h"
 #include "pbm_build/short_normal.h"
 #include "pbm_build/splat_radius.h"
 #include "pbm_build/tangent_cell.h"
+#include "pbm_build/triangle_columns.h"
+#include "pbm_build/triangle_mix.h"
 #include "pbm_build/triangle_voxels.h"
 #include "pbm_build/voxelize.h"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <algorithm>
+#include <bit>
 #include <random>
 #include <set>
 
@@ -46,6 +51,28 @@ VoxelSet voxels_of(const std::array<glm::dvec3, 3> &corners, int depth_axis) {
         voxels.insert({static_cast<int>(v[0]), static_cast<int>(v[1]), static_cast<int>(v[2])});
     });
     return voxels;
+}
+
+using Weights = std::array<double, 3>;
+
+// Barycentric weights of the triangle's point that is nearest to `p`.
+Weights nearest_weights(const std::array<glm::dvec3, 3> &corners, const glm::dvec3 &p) {
+    TriangleMix triangle;
+    triangle.set_corners(corners);
+    MixedRows rows;
+    triangle.mix(p, 0, 1, rows);
+    return {rows.weights[0][0], rows.weights[1][0], rows.weights[2][0]};
+}
+
+// Calls `same` once for each set of vector instructions that this processor has.
+template <class Function> void for_every_target(const Function &same) {
+    int tried = 0;
+    for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1, ++tried) {
+        hwy::SetSupportedTargetsForTest(targets & -targets);
+        same(hwy::TargetName(targets & -targets));
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    EXPECT_GT(tried, 0);
 }
 
 TEST(Average, NormalsAreSummed) {
@@ -124,7 +151,7 @@ TEST(TriangleVoxels, EveryPointOfATriangleLiesInAVoxelThatIsVisited) {
         }
         for (const auto &voxel : voxels) { // and none that it stays away from
             const glm::dvec3 centre(voxel[0] + 0.5, voxel[1] + 0.5, voxel[2] + 0.5);
-            const auto w = NearestOnTriangle(corners).weights(centre);
+            const auto w = nearest_weights(corners, centre);
             const glm::dvec3 off = corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2] - centre;
             ASSERT_LT(off.x * off.x + off.y * off.y + off.z * off.z, 0.75 + 1e-9);
         }
@@ -138,13 +165,108 @@ TEST(TriangleVoxels, TouchingAVoxelFromOutsideDoesNotCount) {
 
 TEST(TriangleVoxels, TheNearestPointIsFoundInEveryRegion) {
     const std::array<glm::dvec3, 3> t{{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}}};
-    using Weights = std::array<double, 3>;
-    EXPECT_EQ(NearestOnTriangle(t).weights({-1, -1, 5}), (Weights{1, 0, 0}));
-    EXPECT_EQ(NearestOnTriangle(t).weights({5, -1, 1}), (Weights{0, 1, 0}));
-    EXPECT_EQ(NearestOnTriangle(t).weights({-1, 5, 1}), (Weights{0, 0, 1}));
-    EXPECT_EQ(NearestOnTriangle(t).weights({1, -1, 1}), (Weights{0.5, 0.5, 0}));
-    EXPECT_EQ(NearestOnTriangle(t).weights({2, 2, 1}), (Weights{0, 0.5, 0.5}));
-    EXPECT_EQ(NearestOnTriangle(t).weights({0.5, 0.5, -3}), (Weights{0.5, 0.25, 0.25}));
+    EXPECT_EQ(nearest_weights(t, {-1, -1, 5}), (Weights{1, 0, 0}));
+    EXPECT_EQ(nearest_weights(t, {5, -1, 1}), (Weights{0, 1, 0}));
+    EXPECT_EQ(nearest_weights(t, {-1, 5, 1}), (Weights{0, 0, 1}));
+    EXPECT_EQ(nearest_weights(t, {1, -1, 1}), (Weights{0.5, 0.5, 0}));
+    EXPECT_EQ(nearest_weights(t, {2, 2, 1}), (Weights{0, 0.5, 0.5}));
+    EXPECT_EQ(nearest_weights(t, {0.5, 0.5, -3}), (Weights{0.5, 0.25, 0.25}));
+}
+
+// What is found without cutting is what is found by cutting, in any order of the corners, wherever it is found at all.
+TEST(TriangleVoxels, SmallTrianglesAreFoundAsCutOnesAre) {
+    std::mt19937 random(1);
+    int found = 0, slivers_found = 0;
+    constexpr int kRounds = 4000;
+    for (int round = 0; round < kRounds; ++round) {
+        const int size = (1 << kLatticeBits) * (1 + round % 16) - 2, far = round % 2 == 0 ? 0 : 65000 << kLatticeBits;
+        std::uniform_int_distribution<int> place(1, size);
+        std::array<LatticePoint, 3> corners;
+        for (LatticePoint &corner : corners)
+            corner = LatticePoint(place(random), place(random), place(random)) + far;
+        const bool sliver = round % 5 == 0;
+        if (sliver)
+            corners[2] = corners[0] + (corners[1] - corners[0]) / 3 + 1;
+        if (round % 7 == 0) // along an axis, in steps that make close calls
+            corners[1] = {corners[0].x, corners[0].y + (3 << kLatticeBits), corners[0].z};
+        const glm::dvec3 n = lattice_normal(corners[0], corners[1], corners[2]);
+        const int axis = std::fabs(n.x) >= std::fabs(n.y) ? (std::fabs(n.x) >= std::fabs(n.z) ? 0 : 2)
+                                                          : (std::fabs(n.y) >= std::fabs(n.z) ? 1 : 2);
+        sort_three(corners, before);
+        std::vector<MortonCode> expected;
+        visit_voxels({in_voxels(corners[0]), in_voxels(corners[1]), in_voxels(corners[2])}, axis,
+                     [&](MortonCode code) { expected.push_back(code); });
+        SmallTriangleCodes codes;
+        const std::size_t count = find_small_triangle(corners, n, axis, codes);
+        std::swap(corners[0], corners[1 + round % 2]);
+        SmallTriangleCodes again;
+        ASSERT_EQ(find_small_triangle(corners, -n, axis, again), count);
+        if (count == 0)
+            continue;
+        ++found;
+        slivers_found += sliver ? 1 : 0;
+        ASSERT_EQ(std::vector<MortonCode>(codes.begin(), codes.begin() + static_cast<std::ptrdiff_t>(count)), expected);
+        ASSERT_TRUE(std::equal(codes.begin(), codes.begin() + static_cast<std::ptrdiff_t>(count), again.begin()));
+    }
+    EXPECT_GT(found, kRounds * 3 / 4);
+    EXPECT_GT(slivers_found, kRounds / 10);
+}
+
+TEST(TriangleVoxels, CloseCallsAndLargeTrianglesAreLeftToTheCut) {
+    constexpr int kVoxel = 1 << kLatticeBits;
+    SmallTriangleCodes codes;
+    const auto find = [&](const LatticePoint &a, const LatticePoint &b, const LatticePoint &c) {
+        return find_small_triangle({a, b, c}, lattice_normal(a, b, c), 2, codes);
+    };
+    EXPECT_GT(find({5, 5, 5}, {15 * kVoxel + 9, 6, 7}, {9, 3 * kVoxel + 5, 9}), 0U);
+    EXPECT_EQ(find({5, 5, 5}, {16 * kVoxel + 1, 6, 7}, {9, 3 * kVoxel + 5, 9}), 0U) << "17 voxels";
+    EXPECT_EQ(find({5, 5, kVoxel}, {3 * kVoxel + 1, 6, kVoxel}, {9, 3 * kVoxel + 5, kVoxel}), 0U) << "on a border";
+    EXPECT_EQ(find({5, 5, 5}, {kVoxel + 5, kVoxel + 5, 5}, {3 * kVoxel + 5, 3 * kVoxel + 5, 5}), 0U) << "no area";
+}
+
+// Bytes of a file follow from these: not a bit may depend on the processor.
+TEST(TriangleVoxels, AllVectorInstructionsFindAndMixTheSame) {
+    using Results = std::vector<std::uint64_t>;
+    const auto all = [] {
+        std::mt19937 random(2);
+        Results results;
+        SmallTriangleCodes codes;
+        MixedRows rows;
+        for (int round = 0; round < 500; ++round) {
+            const int size = round % 10 == 9 ? 3000 : 2 + round % 10; // the largest is not exact
+            std::uniform_int_distribution<int> place(1, size << kLatticeBits);
+            std::array<LatticePoint, 3> corners;
+            for (LatticePoint &corner : corners)
+                corner = {place(random), place(random), place(random) / 3 + 1};
+            if (round % 6 == 0)
+                corners[2] = corners[0] + (corners[1] - corners[0]) / 2;
+            results.push_back(
+                find_small_triangle(corners, lattice_normal(corners[0], corners[1], corners[2]), 2, codes));
+            results.insert(results.end(), codes.begin(), codes.begin() + static_cast<std::ptrdiff_t>(results.back()));
+            TriangleMix triangle;
+            triangle.set_corners({in_voxels(corners[0]), in_voxels(corners[1]), in_voxels(corners[2])});
+            triangle.has_colour = true;
+            for (std::size_t k = 0; k < 3; ++k)
+                for (std::size_t corner = 0; corner < 3; ++corner) {
+                    triangle.normals[k][corner] = static_cast<double>(random() % 65535) - 32767;
+                    triangle.colours[k][corner] = static_cast<double>(random() % 65536);
+                }
+            constexpr std::size_t kFirst = 3, kEnd = 60;
+            for (std::size_t row = kFirst; row < kEnd; ++row)
+                rows.places[row] = static_cast<PlaceInBlock>(random() & 0x1F1F1F);
+            triangle.mix({0.5, 0.5, 0.5}, kFirst, kEnd, rows);
+            rows.normals.round(kEnd);
+            for (std::size_t k = 0; k < 3; ++k)
+                for (std::size_t row = kFirst; row < kEnd; ++row) {
+                    results.push_back(std::bit_cast<std::uint64_t>(rows.weights[k][row]));
+                    results.push_back(static_cast<std::uint64_t>(rows.normals.rounded[k][row]));
+                    results.push_back(static_cast<std::uint64_t>(rows.colours[k][row]));
+                }
+        }
+        return results;
+    };
+    const Results expected = all();
+    for_every_target([&](const char *target) { EXPECT_EQ(all() == expected, true) << target; });
 }
 
 // The Morton codes of a walk are counted up, not worked out.

@@ -282,8 +282,7 @@ int chosen_depth(const Surface &surface, const Bounds &bounds, int threads) {
 
 } // namespace
 
-Result<Grid> choose_grid(const Surface &surface, const GridRequest &request, int threads) {
-    const Bounds bounds = bounds_of(surface);
+Result<Grid> choose_grid(const Surface &surface, const Bounds &bounds, const GridRequest &request, int threads) {
     Grid grid;
     if (request.voxel_size) {
         auto snapped = snapped_grid(bounds, *request.voxel_size);

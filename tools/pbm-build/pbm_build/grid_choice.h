@@ -82,6 +82,6 @@ double relative_area(const Surface &surface, const Bounds &bounds, int threads);
 // With max_points the depth is an estimate from below: the surface may turn out to have more voxels.
 //
 // errors  usage  see snapped_grid and check_fits
-Result<Grid> choose_grid(const Surface &surface, const GridRequest &request, int threads);
+Result<Grid> choose_grid(const Surface &surface, const Bounds &bounds, const GridRequest &request, int threads);
 
 } // namespace pbm::build

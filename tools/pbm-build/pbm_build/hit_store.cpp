@@ -1,6 +1,7 @@
 #include "pbm_build/hit_store.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -28,6 +29,22 @@ void HitStore::grow(List &list) {
     bytes_.fetch_add(capacity * sizeof(Hit), std::memory_order_relaxed);
 }
 
+void HitStore::add(int writer, std::span<const MortonCode> codes, std::uint32_t source) {
+    MortonCode differ = 0;
+    for (const MortonCode code : codes)
+        differ |= code ^ codes.front();
+    List &list = writers_[static_cast<std::size_t>(writer)][codes.front() >> local_bits_];
+    if (differ > local_mask_ || list.room < codes.size()) {
+        for (const MortonCode code : codes)
+            add(writer, code, source);
+        return;
+    }
+    Hit *const next = std::exchange(list.next, list.next + codes.size());
+    list.room -= codes.size();
+    for (std::size_t i = 0; i < codes.size(); ++i)
+        next[i] = (codes[i] & local_mask_) << kSourceBits | source;
+}
+
 std::uint64_t HitStore::size() const {
     std::uint64_t hits = 0;
     for (const Writer &writer : writers_)
@@ -40,6 +57,11 @@ std::uint64_t HitStore::size() const {
 }
 
 void HitStore::take(std::size_t bucket, std::vector<Hit> &out) {
+    std::size_t most = out.size();
+    for (const Writer &writer : writers_)
+        for (const Chunk &chunk : writer[bucket].chunks)
+            most += chunk.capacity;
+    out.reserve(most);
     for (Writer &writer : writers_) {
         List &list = writer[bucket];
         for (std::size_t i = 0; i < list.chunks.size(); ++i) {

@@ -47,20 +47,7 @@ class HitStore {
     }
 
     // One source in several voxels, at least one; fastest where they are in one bucket.
-    void add(int writer, std::span<const MortonCode> codes, std::uint32_t source) {
-        MortonCode differ = 0;
-        for (const MortonCode code : codes)
-            differ |= code ^ codes.front();
-        List &list = writers_[static_cast<std::size_t>(writer)][codes.front() >> local_bits_];
-        if (differ > local_mask_ || list.room < codes.size()) {
-            for (const MortonCode code : codes)
-                add(writer, code, source);
-            return;
-        }
-        list.room -= codes.size();
-        for (const MortonCode code : codes)
-            *list.next++ = (code & local_mask_) << kSourceBits | source;
-    }
+    void add(int writer, std::span<const MortonCode> codes, std::uint32_t source);
 
     // Moves the hits of one bucket to the end of `out`, those of one writer in the order in which it found them, and
     // frees their memory. Several threads may take different buckets.

@@ -23,8 +23,7 @@ Error of_input(const std::string &name, Error error) {
 }
 
 // Refuses what would run for long only to end in the same error.
-Status check_hit_count(const Surface &surface, const Grid &grid, const BuildOptions &options) {
-    const Bounds bounds = bounds_of(surface);
+Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid &grid, const BuildOptions &options) {
     const double edge = centred_grid(bounds, kMinDepth).edge() / grid.voxel_size;
     const double least =
         relative_area(surface, bounds, options.threads) * edge * edge; // a column of voxels per voxel^2 or more
@@ -55,14 +54,14 @@ std::vector<Material> choose_materials(const Surface &surface) {
 
 // Samples and voxelizes at the depth of `grid`; where the depth is free at smaller ones too, until the points are few
 // enough and their samples fit into memory.
-Result<Voxels> sample_and_voxelize(const Surface &surface, const VertexNormals &normals, const AttributeSet &set,
-                                   Grid &grid, const BuildOptions &options, BuildStatistics &statistics,
-                                   StepClock &clock) {
+Result<Voxels> sample_and_voxelize(const Surface &surface, const Bounds &bounds, const VertexNormals &normals,
+                                   const AttributeSet &set, Grid &grid, const BuildOptions &options,
+                                   BuildStatistics &statistics, StepClock &clock) {
     const bool depth_is_free = !options.grid.depth && !options.grid.voxel_size && !options.grid.like;
     const int first_depth = grid.depth;
     for (;; grid.depth -= 1, grid.voxel_size *= 2) {
         const bool may_be_coarser = depth_is_free && grid.depth > kMinBuildDepth;
-        if (Status checked = check_hit_count(surface, grid, options); !checked) {
+        if (Status checked = check_hit_count(surface, bounds, grid, options); !checked) {
             if (may_be_coarser)
                 continue;
             return checked.error();
@@ -130,7 +129,8 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
         return merged.error();
     Surface &surface = *merged;
     statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
-    if (Status bounded = check_bounds(bounds_of(surface)); !bounded)
+    Bounds bounds = bounds_of(surface);
+    if (Status bounded = check_bounds(bounds); !bounded)
         return bounded.error();
     const AttributeSet set = choose_attributes(surface, options.colour);
     Result<std::string> metadata =
@@ -140,13 +140,15 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
         return metadata.error();
 
     VertexNormals normals = clock.run("normals", [&] { return find_normals(surface, options, statistics); });
-    Result<Grid> grid = clock.run("choose grid", [&] { return choose_grid(surface, options.grid, threads); });
+    if (surface.point_count() > 0)
+        bounds = bounds_of(surface);
+    Result<Grid> grid = clock.run("choose grid", [&] { return choose_grid(surface, bounds, options.grid, threads); });
     if (!grid)
         return grid.error();
     report_steps(single_precision, grid->voxel_size, statistics);
     if (!options.grid.voxel_size && !options.grid.like)
-        report_precision(bounds_of(surface), *grid, statistics);
-    Result<Voxels> voxels = sample_and_voxelize(surface, normals, set, *grid, options, statistics, clock);
+        report_precision(bounds, *grid, statistics);
+    Result<Voxels> voxels = sample_and_voxelize(surface, bounds, normals, set, *grid, options, statistics, clock);
     if (!voxels)
         return voxels.error();
     if (voxels->codes.size() > kMaxPoints)

@@ -24,22 +24,39 @@ bool across_crease(const ShortNormal &a, const ShortNormal &b) {
                               0.52 * static_cast<double>(dot(a, a)) * static_cast<double>(dot(b, b));
 }
 
+// Not in the order of the file. Without branches where x and y tell all corners apart: each goes to where it belongs.
+template <class Corner> std::array<const Corner *, 3> in_order(const std::array<Corner, 3> &corners) {
+    const auto key = [](const LatticePoint &p) { return std::int64_t{p.x} << 32 | std::int64_t{p.y}; };
+    const std::int64_t a = key(corners[0].at), b = key(corners[1].at), c = key(corners[2].at);
+    std::array<const Corner *, 3> order{&corners[0], &corners[1], &corners[2]};
+    if (a != b && b != c && a != c) {
+        const auto place = [](bool one, bool two) {
+            return static_cast<std::size_t>(one) + static_cast<std::size_t>(two);
+        };
+        order[place(b < a, c < a)] = &corners[0];
+        order[place(a < b, c < b)] = &corners[1];
+        order[place(a < c, b < c)] = &corners[2];
+        return order;
+    }
+    sort_three(order, [](const Corner *one, const Corner *two) {
+        if (one->at != two->at)
+            return before(one->at, two->at);
+        const auto rest = [](const Sample &s) { return std::tie(s.normal, s.colour, s.material); };
+        return rest(one->attributes) < rest(two->attributes);
+    });
+    return order;
+}
+
 } // namespace
 
 void SampleCursor::load(std::uint32_t source) {
     using Corner = SurfaceSampler::Corner;
     const glm::uvec3 &vertices = sampler_.surface_.triangles[source];
-    std::array<Corner, 3> corners{sampler_.corner(vertices.x), sampler_.corner(vertices.y),
-                                  sampler_.corner(vertices.z)};
+    const std::array<Corner, 3> corners{sampler_.corner(vertices.x), sampler_.corner(vertices.y),
+                                        sampler_.corner(vertices.z)};
     const glm::dvec3 facing = lattice_normal(corners[0].at, corners[1].at, corners[2].at);
     const bool sliver = is_sliver(facing, corners[0].at, corners[1].at, corners[2].at);
-    std::array<const Corner *, 3> order{&corners[0], &corners[1], &corners[2]}; // not that of the file
-    sort_three(order, [](const Corner *a, const Corner *b) {
-        if (a->at != b->at)
-            return before(a->at, b->at);
-        const auto rest = [](const Sample &s) { return std::tie(s.normal, s.colour, s.material); };
-        return rest(a->attributes) < rest(b->attributes);
-    });
+    const std::array<const Corner *, 3> order = in_order(corners);
     triangle_.set_corners({in_voxels(order[0]->at), in_voxels(order[1]->at), in_voxels(order[2]->at)});
     const ShortNormal flat = to_short_normal(sampler_.normals_.faces_point_inward ? -facing : facing);
     triangle_.flat = {static_cast<double>(flat[0]), static_cast<double>(flat[1]), static_cast<double>(flat[2])};
@@ -61,6 +78,28 @@ void SampleCursor::load(std::uint32_t source) {
     mixed_materials_ = materials_[1] != materials_[0] || materials_[2] != materials_[0];
     const glm::ivec3 voxel = voxel_of(corners[0].at);
     triangle_.in_one_voxel = voxel == voxel_of(corners[1].at) && voxel == voxel_of(corners[2].at);
+}
+
+void SampleCursor::foresee_sources(std::span<const Hit> hits) const {
+    std::uint64_t last = kMaxSources;
+    for (const Hit hit : hits)
+        if (const std::uint32_t source = source_of(hit); source != last && source < triangle_count_) {
+            last = source;
+            __builtin_prefetch(&sampler_.surface_.triangles[source]);
+        }
+}
+
+void SampleCursor::foresee_corners(std::span<const Hit> hits) const {
+    std::uint64_t last = kMaxSources;
+    for (const Hit hit : hits)
+        if (const std::uint32_t source = source_of(hit); source != last && source < triangle_count_) {
+            last = source;
+            for (int corner = 0; corner < 3; ++corner) {
+                const std::uint32_t vertex = sampler_.surface_.triangles[source][corner];
+                __builtin_prefetch(&sampler_.lattice_[vertex]);
+                __builtin_prefetch(&sampler_.normals_.normals[vertex]);
+            }
+        }
 }
 
 void SampleCursor::take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const {

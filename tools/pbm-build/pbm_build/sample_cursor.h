@@ -24,9 +24,13 @@ class SampleCursor {
     explicit SampleCursor(const SurfaceSampler &sampler)
         : sampler_(sampler), triangle_count_(sampler.surface_.triangles.size()) {}
 
-    // The samples of at most MixedRows::kRows hits, all in one block, whose first voxel is `block`. The places of `rows`
-    // say where in it, on return its normals are rounded.
+    // The samples of at most MixedRows::kRows hits, all in one block, whose first voxel is `block`. The places of
+    // `rows` say where in it, on return its normals are rounded.
     void take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows);
+
+    // Ask for the memory that `take` will need: first for the triangles, well before the rest.
+    void foresee_sources(std::span<const Hit> hits) const;
+    void foresee_corners(std::span<const Hit> hits) const;
 
   private:
     void load(std::uint32_t source);

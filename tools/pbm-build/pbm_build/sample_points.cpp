@@ -29,6 +29,10 @@ void SurfaceSampler::find_hits(std::size_t i, int writer, HitStore &store, Small
         store.add(writer, code_of(voxel_of(lattice_[vertex_of_point(i)])), source);
         return;
     }
+    constexpr std::size_t kAhead = 16;
+    if (is_triangle(i + kAhead))
+        for (int corner = 0; corner < 3; ++corner)
+            __builtin_prefetch(&lattice_[surface_.triangles[i + kAhead][corner]]);
     const glm::uvec3 &t = surface_.triangles[i];
     std::array<LatticePoint, 3> corners{lattice_[t.x], lattice_[t.y], lattice_[t.z]};
     const glm::ivec3 voxel = voxel_of(corners[0]);

@@ -29,10 +29,10 @@ struct NormalColumns {
     static constexpr std::size_t kRows = 64, kSpare = 8; // vectors may end in spare rows
     using Column = std::array<double, kRows + kSpare>;
 
-    std::array<Column, 3> from{};                             // any length, or with `is_rounded` a ShortNormal
-    Column is_rounded{};                                      // 1, else 0
+    std::array<Column, 3> from{};                                      // any length, or with `is_rounded` a ShortNormal
+    Column is_rounded{};                                               // 1, else 0
     std::array<std::array<std::int32_t, kRows + kSpare>, 3> rounded{}; // the ShortNormal of each row
-    void round(std::size_t rows = kRows); // the first ones
+    void round(std::size_t rows = kRows);                              // the first ones
 };
 
 inline bool is_zero(const ShortNormal &n) { return (n[0] | n[1] | n[2]) == 0; }

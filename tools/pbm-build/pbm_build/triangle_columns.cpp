@@ -16,11 +16,11 @@ namespace pbm::build::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // How close to a voxel's border a bound is not decided here. Bounds are found in single precision from corners that it
-// holds exactly, to 2^-18 of a voxel; visit_voxels finds them to 2^-35, enlarged by up to 2^17 where edges are steep.
-constexpr float kClose = 0x1p-15F;
+// holds exactly, to 2^-17 of a voxel; visit_voxels finds them to 2^-34, enlarged by up to 2^18 where edges are steep.
+constexpr float kClose = 0x1p-14F;
 constexpr float kFar = 1e9F; // beyond all bounds
 
-using Tag = hn::CappedTag<float, kSmallTriangle>;
+using Tag = hn::CappedTag<float, 8>;
 using Lanes = hn::Vec<Tag>;
 using Row = std::array<float, kSmallTriangle>; // [slab] or [column]
 
@@ -30,8 +30,8 @@ struct Bounds {
 
 // An edge as a function of one of its coordinates, `from` to `to`.
 struct Edge {
-    float from, to;  // from <= to
-    float at;        // where it has the values of the corner that it starts from
+    float from, to;   // from <= to
+    float at;         // where it has the values of the corner that it starts from
     float reciprocal; // of what it runs to the other corner; infinite edges are never entered
 };
 HWY_INLINE Edge edge_of(float start, float end) {
@@ -103,8 +103,8 @@ bool find_columns(const SmallTriangle &t, Columns &columns) {
             add_part(part, t.w[p], (t.w[q] - t.w[p]) * along_u[p].reciprocal, w_low, w_high);
         }
         const auto is_slab = hn::Lt(slab, hn::Set(d, static_cast<float>(t.slabs)));
-        close = hn::Or(close, hn::And(is_slab, hn::Or(is_close(v_low, hn::Floor(v_low)),
-                                                      is_close(v_high, hn::Floor(v_high)))));
+        close = hn::Or(
+            close, hn::And(is_slab, hn::Or(is_close(v_low, hn::Floor(v_low)), is_close(v_high, hn::Floor(v_high)))));
         hn::Store(v_low, d, &slab_v.low[at]);
         hn::Store(v_high, d, &slab_v.high[at]);
         hn::Store(w_low, d, &slab_w.low[at]);
@@ -129,12 +129,12 @@ bool find_columns(const SmallTriangle &t, Columns &columns) {
             const auto column = hn::Iota(d, static_cast<float>(at));
             const auto is_column = hn::And(hn::Gt(hn::Add(column, one), hn::Set(d, slab_v.low[i])),
                                            hn::Lt(column, hn::Set(d, slab_v.high[i])));
-            const auto plane = hn::Add(hn::Set(d, t.origin + static_cast<float>(i) * t.u_step),
-                                       hn::Mul(column, hn::Set(d, t.v_step)));
-            const auto low = hn::Max(hn::Max(hn::Set(d, slab_w.low[i]), hn::Load(d, &column_w.low[at])),
-                                     hn::Add(plane, below));
-            const auto high = hn::Min(hn::Min(hn::Set(d, slab_w.high[i]), hn::Load(d, &column_w.high[at])),
-                                      hn::Add(plane, above));
+            const auto plane =
+                hn::Add(hn::Set(d, t.origin + static_cast<float>(i) * t.u_step), hn::Mul(column, hn::Set(d, t.v_step)));
+            const auto low =
+                hn::Max(hn::Max(hn::Set(d, slab_w.low[i]), hn::Load(d, &column_w.low[at])), hn::Add(plane, below));
+            const auto high =
+                hn::Min(hn::Min(hn::Set(d, slab_w.high[i]), hn::Load(d, &column_w.high[at])), hn::Add(plane, above));
             const auto first = hn::Floor(low), last = hn::Floor(high);
             close = hn::Or(close, hn::And(is_column, hn::Or(is_close(low, first), is_close(high, last))));
             const auto count = hn::Min(hn::Max(hn::Add(hn::Sub(last, first), one), zero), hn::Set(d, 3));

@@ -12,14 +12,14 @@
 namespace pbm::build {
 
 // Voxels that a small triangle may be wide, across its columns.
-inline constexpr std::size_t kSmallTriangle = 8;
+inline constexpr std::size_t kSmallTriangle = 16;
 
 // At most three in a column: its plane rises by less than two voxels over one. Two more are written past the end.
 using SmallTriangleCodes = std::array<MortonCode, kSmallTriangle * kSmallTriangle * 3 + 2>;
 
-// Finds the codes of all voxels whose inside the triangle enters and writes them to the front of `codes`, how many there
-// are is returned: none, where the triangle is not small, has no area, or a decision is a close one. Columns run along
-// `depth_axis`, the axis closest to `normal`. The same for any order of the corners, on every processor.
+// Finds the codes of all voxels whose inside the triangle enters and writes them to the front of `codes`, how many
+// there are is returned: none, where the triangle is not small, has no area, or a decision is a close one. Columns run
+// along `depth_axis`, the axis closest to `normal`. The same for any order of the corners, on every processor.
 std::size_t find_small_triangle(const std::array<LatticePoint, 3> &corners, const glm::dvec3 &normal, int depth_axis,
                                 SmallTriangleCodes &codes);
 

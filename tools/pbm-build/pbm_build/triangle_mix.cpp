@@ -55,10 +55,10 @@ HWY_INLINE Weights nearest(const TriangleMix &t, const Point &p) {
     const auto both = [](auto x, auto y) { return hn::And(x, y); };
     const auto on_ab = both(both(hn::Le(vc, zero), hn::Ge(d1, zero)), both(hn::Le(d3, zero), hn::Gt(d1, d3)));
     const auto on_ac = both(both(hn::Le(vb, zero), hn::Ge(d2, zero)), both(hn::Le(d6, zero), hn::Gt(d2, d6)));
-    const auto on_bc =
-        both(both(hn::Le(va, zero), hn::Ge(d43, zero)), both(hn::Ge(d56, zero), hn::Gt(along_bc, zero)));
+    const auto on_bc = both(both(hn::Le(va, zero), hn::Ge(d43, zero)), both(hn::Ge(d56, zero), hn::Gt(along_bc, zero)));
     // A sliver thinner than the arithmetic.
-    const auto no_area = hn::Or(hn::Or(hn::Le(area, zero), hn::Lt(va, zero)), hn::Or(hn::Lt(vb, zero), hn::Lt(vc, zero)));
+    const auto no_area =
+        hn::Or(hn::Or(hn::Le(area, zero), hn::Lt(va, zero)), hn::Or(hn::Lt(vb, zero), hn::Lt(vc, zero)));
 
     // From the last case to the first, so that the first that applies stays. One division serves edges and inside.
     auto part = vb, whole = area;
@@ -85,8 +85,7 @@ HWY_INLINE Weights nearest(const TriangleMix &t, const Point &p) {
 }
 
 HWY_INLINE Lanes mixed(const Weights &w, const Three &values) {
-    return hn::Add(hn::Add(hn::Mul(w.a, set(values[0])), hn::Mul(w.b, set(values[1]))),
-                   hn::Mul(w.c, set(values[2])));
+    return hn::Add(hn::Add(hn::Mul(w.a, set(values[0])), hn::Mul(w.b, set(values[1]))), hn::Mul(w.c, set(values[2])));
 }
 HWY_INLINE Lanes mixed_and_half(const Weights &w, const Three &values) {
     const auto first = hn::Add(set(0.5), hn::Mul(w.a, set(values[0])));
@@ -139,7 +138,8 @@ void TriangleMix::set_corners(const std::array<glm::dvec3, 3> &at) {
             corners[c][k] = at[c][axis];
         ab[k] = at[1][axis] - at[0][axis];
         ac[k] = at[2][axis] - at[0][axis];
-        exact = exact && std::max({std::fabs(ab[k]), std::fabs(ac[k]), std::fabs(at[2][axis] - at[1][axis])}) < kMostVoxels;
+        exact =
+            exact && std::max({std::fabs(ab[k]), std::fabs(ac[k]), std::fabs(at[2][axis] - at[1][axis])}) < kMostVoxels;
     }
     ab_ab = dot(ab, ab);
     ab_ac = dot(ab, ac);

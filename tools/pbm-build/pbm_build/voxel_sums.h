@@ -17,7 +17,7 @@ inline constexpr std::uint16_t kNoNormal = 0xFFFF;
 struct VoxelSums {
     std::array<std::int64_t, 3> normal{};
     std::array<std::uint64_t, 3> colour{};
-    std::uint32_t samples = 0; // of colour
+    std::uint32_t samples = 0;   // of colour
     std::uint32_t votes = 0;     // for the normal
     std::uint32_t two_sided = 0; // of those
     std::uint8_t radius = 0;     // the largest

@@ -25,18 +25,24 @@ class BucketAverager {
         : cursor_(sampler), set_(set), point_in_block_(new std::uint16_t[kBlockVoxels]) {}
 
     // `hits`, not empty, all lie in the block whose first voxel is `first_code`.
-    void add_block(std::span<const Hit> block_hits, MortonCode first_code) {
-        std::span<const Hit> hits = block_hits;
+    void add_block(std::span<const Hit> hits, MortonCode first_code) {
         const std::size_t first = voxels_.codes.size();
         number_voxels(hits, first_code);
         const std::size_t count = voxels_.codes.size() - first;
         sums_.assign(count, {});
         votes_.assign(set_.material ? count : 0, {});
-        normals_.clear();
+        normals_.resize(hits.size());
         const auto corner = morton_decode(first_code);
         const glm::ivec3 block(corner[0], corner[1], corner[2]);
-        for (; !hits.empty(); hits = hits.subspan(std::min(hits.size(), MixedRows::kRows)))
-            add_rows(hits.first(std::min(hits.size(), MixedRows::kRows)), block);
+        const auto rows = [&](std::size_t batch) {
+            const std::size_t begin = std::min(hits.size(), batch * MixedRows::kRows);
+            return hits.subspan(begin, std::min(hits.size() - begin, MixedRows::kRows));
+        };
+        for (std::size_t batch = 0; batch * MixedRows::kRows < hits.size(); ++batch) {
+            cursor_.foresee_sources(rows(batch + 2));
+            cursor_.foresee_corners(rows(batch + 1));
+            add_rows(rows(batch), block, &normals_[batch * MixedRows::kRows]);
+        }
         voxels_.points.resize(first + count, set_);
         bool thin = false;
         for (std::size_t i = 0; i < count; ++i) {
@@ -46,7 +52,7 @@ class BucketAverager {
             thin |= sums_[i].is_thin();
         }
         if (thin)
-            average_thin(block_hits, first);
+            average_thin(hits, first);
     }
 
     // Without the room that blocks after blocks left: buckets wait for all others.
@@ -84,8 +90,8 @@ class BucketAverager {
         return kPlaces[voxel % 512] + 8 * kPlaces[voxel / 512];
     }
 
-    // At most MixedRows::kRows of them.
-    void add_rows(std::span<const Hit> hits, const glm::ivec3 &block) {
+    // At most MixedRows::kRows of them, whose normals are also written to `to`.
+    void add_rows(std::span<const Hit> hits, const glm::ivec3 &block, ShortNormal *to) {
         for (std::size_t row = 0; row < hits.size(); ++row)
             rows_.mixed.places[row] = place_in_block(voxel_in_block(hits[row]));
         cursor_.take(hits, block, rows_);
@@ -102,7 +108,8 @@ class BucketAverager {
                 sums.add_colour({colours[0][row], colours[1][row], colours[2][row]});
             if (set_.material)
                 ++votes_[point][material];
-            normals_.push_back(normal);
+            to[row] = {static_cast<std::int16_t>(normal[0]), static_cast<std::int16_t>(normal[1]),
+                       static_cast<std::int16_t>(normal[2])};
         }
     }
 
@@ -123,7 +130,7 @@ class BucketAverager {
             }
         for (std::size_t i = 0; i < hits.size(); ++i)
             if (const std::uint32_t plane = planes_of[point_in_block_[voxel_in_block(hits[i])]]; plane != 0)
-                planes[plane].add(normals_[i]);
+                planes[plane].add({normals_[i][0], normals_[i][1], normals_[i][2]});
         for (std::size_t i = 0; i < sums_.size(); ++i)
             if (planes_of[i] != 0)
                 voxels_.points.normals[first + i] = plane_normal(planes[planes_of[i]]);
@@ -136,7 +143,7 @@ class BucketAverager {
     std::vector<VoxelSums> sums_;
     std::vector<MaterialVotes> votes_;
     SampleRows rows_;
-    std::vector<std::array<std::int32_t, 3>> normals_; // of the block's hits
+    std::vector<ShortNormal> normals_; // of the block's hits
     Voxels voxels_;
 };
 
