@@ -5,8 +5,12 @@
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
+#include <functional>
 #include <memory>
+#include <numeric>
+#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -61,7 +65,7 @@ class BucketAverager {
         voxels_.points.normals.shrink_to_fit();
         for (Bytes *stream : {&voxels_.points.radii, &voxels_.points.colours, &voxels_.points.materials})
             stream->shrink_to_fit();
-        return std::move(voxels_);
+        return std::exchange(voxels_, {});
     }
 
   private:
@@ -69,6 +73,10 @@ class BucketAverager {
     void number_voxels(std::span<const Hit> hits, MortonCode first_code) {
         for (const Hit hit : hits)
             occupied_[voxel_in_block(hit) / 64] |= std::uint64_t{1} << voxel_in_block(hit) % 64;
+        if (voxels_.codes.empty()) // most buckets are one block
+            voxels_.codes.reserve(std::transform_reduce(
+                occupied_.begin(), occupied_.end(), std::size_t{0}, std::plus<>(),
+                [](std::uint64_t word) { return static_cast<std::size_t>(std::popcount(word)); }));
         std::uint16_t point = 0;
         for (std::size_t word = 0; word < occupied_.size(); ++word)
             for (std::uint64_t left = std::exchange(occupied_[word], 0); left != 0; left &= left - 1) {
@@ -147,23 +155,36 @@ class BucketAverager {
     Voxels voxels_;
 };
 
-// The voxels of one bucket, whose first voxel is `first_code`. `hits` are not empty.
-Voxels voxelize_bucket(const SurfaceSampler &sampler, std::vector<Hit> hits, MortonCode first_code, int local_bits,
-                       const AttributeSet &set) {
-    if (local_bits > kBlockBits) {
-        std::vector<Hit> spare;
-        radix_sort(hits, spare, kSourceBits + kBlockBits, local_bits - kBlockBits);
+// What one thread needs for one bucket after the other.
+class BucketVoxelizer {
+  public:
+    BucketVoxelizer(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set)
+        : store_(store), averager_(sampler, set) {}
+
+    // Null where the surface is not.
+    std::unique_ptr<Voxels> voxelize(std::size_t bucket) {
+        hits_.clear();
+        store_.take(bucket, hits_);
+        if (hits_.empty())
+            return nullptr;
+        if (store_.local_bits() > kBlockBits)
+            radix_sort(hits_, spare_, kSourceBits + kBlockBits, store_.local_bits() - kBlockBits);
+        const MortonCode first_code = static_cast<MortonCode>(bucket) << store_.local_bits();
+        for (auto begin = hits_.begin(); begin != hits_.end();) {
+            const MortonCode block = local_code_of(*begin) >> kBlockBits;
+            const auto end =
+                std::find_if(begin, hits_.end(), [&](Hit hit) { return local_code_of(hit) >> kBlockBits != block; });
+            averager_.add_block({begin, end}, first_code | block << kBlockBits);
+            begin = end;
+        }
+        return std::make_unique<Voxels>(averager_.take());
     }
-    BucketAverager averager(sampler, set);
-    for (auto begin = hits.begin(); begin != hits.end();) {
-        const MortonCode block = local_code_of(*begin) >> kBlockBits;
-        const auto end =
-            std::find_if(begin, hits.end(), [&](Hit hit) { return local_code_of(hit) >> kBlockBits != block; });
-        averager.add_block({begin, end}, first_code | block << kBlockBits);
-        begin = end;
-    }
-    return averager.take();
-}
+
+  private:
+    HitStore &store_;
+    BucketAverager averager_;
+    std::vector<Hit> hits_, spare_;
+};
 
 template <class T> void copy_to(const std::vector<T> &from, std::vector<T> &to, std::size_t at) {
     std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
@@ -173,13 +194,12 @@ template <class T> void copy_to(const std::vector<T> &from, std::vector<T> &to, 
 
 Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, int threads) {
     std::vector<std::unique_ptr<Voxels>> buckets(store.bucket_count()); // null where the surface is not
-    parallel_for(buckets.size(), threads, [&](std::size_t bucket) {
-        std::vector<Hit> hits;
-        store.take(bucket, hits);
-        const MortonCode first_code = static_cast<MortonCode>(bucket) << store.local_bits();
-        if (!hits.empty())
-            buckets[bucket] = std::make_unique<Voxels>(
-                voxelize_bucket(sampler, std::move(hits), first_code, store.local_bits(), set));
+    std::atomic<std::size_t> next{0};
+    const int workers = resolve_threads(threads);
+    parallel_for(static_cast<std::size_t>(workers), workers, [&](std::size_t) {
+        BucketVoxelizer voxelizer(sampler, store, set);
+        for (std::size_t bucket = next++; bucket < buckets.size(); bucket = next++)
+            buckets[bucket] = voxelizer.voxelize(bucket);
     });
 
     std::vector<std::size_t> starts(buckets.size() + 1, 0);
