@@ -191,8 +191,10 @@ class FacetTable {
                 {{top, core, core}, {core, top, core}, {core, core, top}}};
             return other == facet.own || surely_leads(facet.own, other, region);
         };
-        while (!std::all_of(others.begin(), others.end(), core_is_sure))
-            core += kStep;
+        // Smaller regions are sure where larger ones are: each normal goes on from where the one before it was content.
+        for (const std::uint16_t other : others)
+            while (!core_is_sure(other))
+                core += kStep;
         double side = kStep;
         const auto sides_are_sure = [&](std::uint16_t other) {
             for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -212,8 +214,9 @@ class FacetTable {
             }
             return true;
         };
-        while (2 * side + core < 1 && !std::all_of(others.begin(), others.end(), sides_are_sure))
-            side += kStep;
+        for (const std::uint16_t other : others)
+            while (2 * side + core < 1 && !sides_are_sure(other))
+                side += kStep;
         // Weights are computed to about 1e-14.
         facet.core = static_cast<float>(core + kStep / 16);
         facet.side = static_cast<float>(2 * side + core < 1 ? side + kStep / 16 : 1);

@@ -198,7 +198,7 @@ TEST(TriangleVoxels, SmallTrianglesAreFoundAsCutOnesAre) {
                      [&](MortonCode code) { expected.push_back(code); });
         SmallTriangleCodes codes;
         const std::size_t count = find_small_triangle(corners, n, axis, codes);
-        std::swap(corners[0], corners[1 + round % 2]);
+        std::swap(corners[0], corners[static_cast<std::size_t>(1 + round % 2)]);
         SmallTriangleCodes again;
         ASSERT_EQ(find_small_triangle(corners, -n, axis, again), count);
         if (count == 0)

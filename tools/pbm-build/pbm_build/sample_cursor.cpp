@@ -80,28 +80,6 @@ void SampleCursor::load(std::uint32_t source) {
     triangle_.in_one_voxel = voxel == voxel_of(corners[1].at) && voxel == voxel_of(corners[2].at);
 }
 
-void SampleCursor::foresee_sources(std::span<const Hit> hits) const {
-    std::uint64_t last = kMaxSources;
-    for (const Hit hit : hits)
-        if (const std::uint32_t source = source_of(hit); source != last && source < triangle_count_) {
-            last = source;
-            __builtin_prefetch(&sampler_.surface_.triangles[source]);
-        }
-}
-
-void SampleCursor::foresee_corners(std::span<const Hit> hits) const {
-    std::uint64_t last = kMaxSources;
-    for (const Hit hit : hits)
-        if (const std::uint32_t source = source_of(hit); source != last && source < triangle_count_) {
-            last = source;
-            for (int corner = 0; corner < 3; ++corner) {
-                const std::uint32_t vertex = sampler_.surface_.triangles[source][corner];
-                __builtin_prefetch(&sampler_.lattice_[vertex]);
-                __builtin_prefetch(&sampler_.normals_.normals[vertex]);
-            }
-        }
-}
-
 void SampleCursor::take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const {
     const Sample sample = sampler_.corner(sampler_.vertex_of_point(source)).attributes;
     for (std::size_t k = 0; k < 3; ++k) {

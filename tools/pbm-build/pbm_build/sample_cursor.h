@@ -28,10 +28,6 @@ class SampleCursor {
     // `rows` say where in it, on return its normals are rounded.
     void take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows);
 
-    // Ask for the memory that `take` will need: first for the triangles, well before the rest.
-    void foresee_sources(std::span<const Hit> hits) const;
-    void foresee_corners(std::span<const Hit> hits) const;
-
   private:
     void load(std::uint32_t source);
     void take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const;

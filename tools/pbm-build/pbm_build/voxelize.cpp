@@ -38,15 +38,8 @@ class BucketAverager {
         normals_.resize(hits.size());
         const auto corner = morton_decode(first_code);
         const glm::ivec3 block(corner[0], corner[1], corner[2]);
-        const auto rows = [&](std::size_t batch) {
-            const std::size_t begin = std::min(hits.size(), batch * MixedRows::kRows);
-            return hits.subspan(begin, std::min(hits.size() - begin, MixedRows::kRows));
-        };
-        for (std::size_t batch = 0; batch * MixedRows::kRows < hits.size(); ++batch) {
-            cursor_.foresee_sources(rows(batch + 2));
-            cursor_.foresee_corners(rows(batch + 1));
-            add_rows(rows(batch), block, &normals_[batch * MixedRows::kRows]);
-        }
+        for (std::size_t begin = 0; begin < hits.size(); begin += MixedRows::kRows)
+            add_rows(hits.subspan(begin, std::min(hits.size() - begin, MixedRows::kRows)), block, &normals_[begin]);
         voxels_.points.resize(first + count, set_);
         bool thin = false;
         for (std::size_t i = 0; i < count; ++i) {
