@@ -15,7 +15,7 @@ namespace pbm::build {
 // A convex polygon around the origin: an octagon of circumradius `radius`, less what is nearer to another point.
 class TangentCell {
   public:
-    explicit TangentCell(double radius) : count_(8), farthest_(radius * radius) {
+    explicit TangentCell(double radius) : count_(8) {
         constexpr double kDiagonal = 0.7071067811865476;
         const std::array<glm::dvec2, 8> corners{{{1, 0},
                                                  {kDiagonal, kDiagonal},
@@ -26,34 +26,38 @@ class TangentCell {
                                                  {0, -1},
                                                  {kDiagonal, -kDiagonal}}};
         for (std::size_t i = 0; i < count_; ++i)
-            corners_[i] = {radius * corners[i], false};
+            corners_[0][i] = {radius * corners[i], 0};
     }
 
     // Takes away what is nearer to `other`, not the origin. At most kMostCuts times.
     static constexpr std::size_t kMostCuts = 24;
     void cut(const glm::dvec2 &other) {
         const double limit = (other.x * other.x + other.y * other.y) / 2;
-        if (limit >= 2 * farthest_) // half way to `other` lies outside
+        Corners &corners = corners_[now_], &kept = corners_[1 - now_];
+        std::array<double, kMostCorners + 1> beyond; // the line half way to `other`
+        int outside = 0;
+        for (std::size_t i = 0; i < count_; ++i) {
+            beyond[i] = corners[i].at.x * other.x + corners[i].at.y * other.y - limit;
+            outside |= beyond[i] > 0 ? 1 : 0;
+        }
+        if (outside == 0)
             return;
-        const auto beyond = [&](const Corner &c) { return c.at.x * other.x + c.at.y * other.y - limit; };
-        std::array<Corner, kMostCorners> kept;
+        // Corners and crossings are all written, and counted where they belong to the cell: nothing to foretell.
+        beyond[count_] = beyond[0];
+        corners[count_] = corners[0];
         std::size_t kept_count = 0;
         for (std::size_t i = 0; i < count_; ++i) {
-            const Corner &from = corners_[i], &to = corners_[(i + 1) % count_];
-            const double a = beyond(from), b = beyond(to);
-            if (a <= 0)
-                kept[kept_count++] = from;
-            if ((a <= 0) == (b <= 0))
-                continue;
-            const glm::dvec2 at = from.at + (to.at - from.at) * (a / (a - b));
-            kept[kept_count++] = {at, a <= 0 ? true : from.next_edge_is_cut};
+            const Corner &from = corners[i], &to = corners[i + 1];
+            const double a = beyond[i], b = beyond[i + 1];
+            const int inside = a <= 0 ? 1 : 0, next_inside = b <= 0 ? 1 : 0;
+            kept[kept_count] = from;
+            kept_count += static_cast<std::size_t>(inside);
+            kept[kept_count] = {from.at + (to.at - from.at) * (a / (a - b)), inside | from.next_edge_is_cut};
+            kept_count += static_cast<std::size_t>(inside ^ next_inside);
         }
         assert(kept_count <= kMostCorners);
-        std::copy_n(kept.begin(), kept_count, corners_.begin());
         count_ = kept_count;
-        farthest_ = 0;
-        for (std::size_t i = 0; i < count_; ++i)
-            farthest_ = std::max(farthest_, squared(corners_[i].at));
+        now_ = 1 - now_;
     }
 
     struct Reach {
@@ -63,10 +67,12 @@ class TangentCell {
     Reach reach() const {
         Reach reach;
         double farthest = 0;
+        const Corners &corners = corners_[now_];
         for (std::size_t i = 0; i < count_; ++i) {
-            const bool closed = corners_[i].next_edge_is_cut && corners_[(i + count_ - 1) % count_].next_edge_is_cut;
+            const bool closed =
+                (corners[i].next_edge_is_cut & corners[i > 0 ? i - 1 : count_ - 1].next_edge_is_cut) != 0;
             if (closed)
-                farthest = std::max(farthest, squared(corners_[i].at));
+                farthest = std::max(farthest, squared(corners[i].at));
             reach.open = reach.open || !closed;
         }
         reach.closed = std::sqrt(farthest);
@@ -74,16 +80,16 @@ class TangentCell {
     }
 
   private:
-    struct Corner { // without defaults: a cut would fill thirty of them before it starts
+    struct Corner { // without defaults: they would take as long as a cut
         glm::dvec2 at;
-        bool next_edge_is_cut; // the edge to the next corner lies between two points
+        int next_edge_is_cut; // 1: the edge to the next corner lies between two points
     };
     static double squared(const glm::dvec2 &v) { return v.x * v.x + v.y * v.y; }
     static constexpr std::size_t kMostCorners = 8 + kMostCuts;
+    using Corners = std::array<Corner, kMostCorners + 2>; // with the first again, and room for one that does not count
 
-    std::array<Corner, kMostCorners> corners_;
-    std::size_t count_;
-    double farthest_; // squared distance of the farthest corner
+    std::array<Corners, 2> corners_; // those of the cell, and room for the next cut
+    std::size_t now_ = 0, count_;
 };
 
 } // namespace pbm::build
