@@ -64,7 +64,6 @@ HOMES = {
     r"glm/.*": r"(runtime|tools)/.*",
     r"hwy/.*": r"(format_spec/pbm_format|runtime/pbm_render|runtime/pbm_bake)/.*\.(cpp|h)",
     r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh_reader\.cpp",
-    r"nanoflann.*": r"tools/pbm-build/pbm_build/neighbours\.cpp",
     r"CLI/.*": r"command_line/parse\.h",
     r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",
     r"GLFW/.*": r"runtime/viewer/pbm-view/window\.cpp",
@@ -100,7 +99,7 @@ LINKS = {
 CMAKE = {
     "format_spec": r"pbm[_:]+(render|build|scan|bake)\b|glm|OpenMesh|glfw|CLI11",
     "command_line": r"pbm[_:]+(render|build|scan|bake)\b|OpenMesh|glfw|CLI11",
-    "runtime": r"pbm[_:]+(build|scan|sample)\b|OpenMesh|nanoflann|embree",
+    "runtime": r"pbm[_:]+(build|scan|sample)\b|OpenMesh|embree",
     "tools": r"pbm[_:]+render\b|glfw|embree",
     "data": r"pbm[_:]+(render|build|scan)\b",
 }

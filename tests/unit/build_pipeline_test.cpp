@@ -312,9 +312,12 @@ TEST(Pipeline, OutliersAreCountedAndStaySmallOrAreDroppedBeforeTheGridIsChosen) 
 
 TEST(Pipeline, PointsOfUtmSizeKeepTheirPrecision) {
     Surface here = without_normals(as_points(bumpy_sphere(60)));
+    std::mt19937 random(1);
     for (glm::dvec3 &p : here.positions) // to 2^-20, so that the shift loses nothing
-        for (int axis = 0; axis < 3; ++axis)
-            p[axis] = std::nearbyint(p[axis] * 0x1p20) * 0x1p-20;
+        for (int axis = 0; axis < 3; ++axis) {
+            const int stir = static_cast<int>(random() % 4096); // else neighbours lie equally far, and rounding chooses
+            p[axis] = (std::nearbyint(p[axis] * 0x1p20) + stir) * 0x1p-20;
+        }
     Surface far = here;
     for (glm::dvec3 &p : far.positions)
         p += glm::dvec3(500000.0, 8.5e6, 1234.0);

@@ -6,9 +6,54 @@
 namespace pbm::build {
 namespace {
 
-constexpr int kCellBits = 2;           // cells of 4x4x4 voxels
-constexpr int kReach = 1 << kCellBits; // all voxels so near lie in the cell itself or the 26 around it
+constexpr int kNodeBits = 3; // nodes of 8x8x8 voxels
+constexpr int kNodeEdge = 1 << kNodeBits;
+constexpr int kReach = 4; // a grid holds all voxels so near to those of its node
+constexpr int kGridEdge = kNodeEdge + 2 * kReach;
 constexpr int kTableLevel = 6;
+
+constexpr int place_in_grid(int x, int y, int z) { return (z * kGridEdge + y) * kGridEdge + x; }
+
+// Where a voxel of a node lies in a grid, from the corner of the node, by the last bits of its code.
+constexpr auto kPlaces = [] {
+    std::array<std::int16_t, std::size_t{1} << 3 * kNodeBits> places{};
+    for (std::size_t code = 0; code < places.size(); ++code) {
+        const auto v = morton_decode(code);
+        places[code] = static_cast<std::int16_t>(
+            place_in_grid(static_cast<int>(v[0]), static_cast<int>(v[1]), static_cast<int>(v[2])));
+    }
+    return places;
+}();
+
+// Offsets to all voxels within reach, by distance.
+struct Shells {
+    struct Offset {
+        std::int8_t x, y, z;
+        std::uint8_t squared;
+    };
+    static constexpr std::size_t kOffsets = 256; // lattice points within 4, without the origin
+    std::array<Offset, kOffsets> offsets;
+    std::array<std::int16_t, kOffsets> places;                // the same in a grid
+    std::array<std::uint16_t, kReach * kReach + 1> ends_with; // [squared distance] offsets up to there
+};
+
+constexpr Shells kShells = [] {
+    Shells shells{};
+    std::size_t count = 0;
+    for (int squared = 1; squared <= kReach * kReach; ++squared) {
+        for (int z = -kReach; z <= kReach; ++z)
+            for (int y = -kReach; y <= kReach; ++y)
+                for (int x = -kReach; x <= kReach; ++x)
+                    if (x * x + y * y + z * z == squared) {
+                        shells.offsets[count] = {static_cast<std::int8_t>(x), static_cast<std::int8_t>(y),
+                                                 static_cast<std::int8_t>(z), static_cast<std::uint8_t>(squared)};
+                        shells.places[count++] = static_cast<std::int16_t>(place_in_grid(x, y, z));
+                    }
+        shells.ends_with[static_cast<std::size_t>(squared)] = static_cast<std::uint16_t>(count);
+    }
+    return shells;
+}();
+static_assert(kShells.ends_with.back() == Shells::kOffsets);
 
 } // namespace
 
@@ -34,73 +79,76 @@ const VoxelNeighbours &NearVoxels::tree() const {
     return *tree_;
 }
 
-void NearVoxelCursor::gather(MortonCode cell) {
-    cell_ = cell;
-    around_.clear();
-    for (auto &axis : places_)
-        axis.clear();
-    const auto centre = morton_decode(cell);
-    const int cells = 1 << (voxels_.depth_ - kCellBits);
-    std::array<MortonCode, 27> near;
-    std::size_t count = 0;
+NearVoxelCursor::NearVoxelCursor(const NearVoxels &voxels)
+    : voxels_(voxels), grid_(static_cast<std::size_t>(kGridEdge * kGridEdge * kGridEdge)) {}
+
+void NearVoxelCursor::gather(MortonCode node) {
+    node_ = node;
+    for (const std::size_t place : filled_)
+        grid_[place] = 0;
+    filled_.clear();
+    const auto centre = morton_decode(node);
+    const int nodes = 1 << (voxels_.depth_ - kNodeBits);
+    const std::span<const MortonCode> codes = voxels_.codes_;
     for (int z = -1; z <= 1; ++z)
         for (int y = -1; y <= 1; ++y)
             for (int x = -1; x <= 1; ++x) {
-                const std::array<int, 3> at{static_cast<int>(centre[0]) + x, static_cast<int>(centre[1]) + y,
-                                            static_cast<int>(centre[2]) + z};
-                if (std::all_of(at.begin(), at.end(), [&](int c) { return c >= 0 && c < cells; }))
-                    near[count++] = morton_encode(static_cast<std::uint32_t>(at[0]), static_cast<std::uint32_t>(at[1]),
-                                                  static_cast<std::uint32_t>(at[2]));
+                const std::array<int, 3> step{x, y, z};
+                std::array<std::uint32_t, 3> at{};
+                MortonCode halves = 0, near_half = 0; // of each axis: the bit that says in which half of its node
+                bool inside = true;                   // a voxel lies, and how it is in the half within reach
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const int c = static_cast<int>(centre[axis]) + step[axis];
+                    inside = inside && c >= 0 && c < nodes;
+                    at[axis] = static_cast<std::uint32_t>(c);
+                    const MortonCode half = MortonCode{1} << (3 * (kNodeBits - 1) + axis);
+                    halves |= step[axis] != 0 ? half : 0;
+                    near_half |= step[axis] < 0 ? half : 0;
+                }
+                if (!inside)
+                    continue;
+                const MortonCode other = morton_encode(at[0], at[1], at[2]);
+                const int corner =
+                    place_in_grid(kReach + kNodeEdge * x, kReach + kNodeEdge * y, kReach + kNodeEdge * z);
+                for (std::size_t i = voxels_.first_not_below(other << 3 * kNodeBits);
+                     i < codes.size() && codes[i] >> 3 * kNodeBits == other; ++i) {
+                    if ((codes[i] & halves) != near_half)
+                        continue;
+                    const int in_grid = corner + kPlaces[codes[i] & (kPlaces.size() - 1)];
+                    const auto place = static_cast<std::size_t>(in_grid);
+                    grid_[place] = static_cast<std::uint32_t>(i) + 1;
+                    filled_.push_back(place);
+                }
             }
-    std::sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count));
-    const std::span<const MortonCode> codes = voxels_.codes_;
-    for (const MortonCode other : std::span(near).first(count))
-        for (std::size_t i = voxels_.first_not_below(other << 3 * kCellBits);
-             i < codes.size() && codes[i] >> 3 * kCellBits == other; ++i) {
-            const auto at = morton_decode(codes[i]);
-            around_.push_back(static_cast<std::uint32_t>(i));
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                places_[axis].push_back(
-                    static_cast<std::int16_t>(static_cast<int>(at[axis] - (centre[axis] << kCellBits))));
-        }
-    squared_.resize(around_.size());
-    close_.resize(around_.size() + 1);
 }
 
 std::size_t NearVoxelCursor::nearest(std::size_t voxel, std::span<Neighbour> found) {
     assert(found.size() <= VoxelNeighbours::kMost);
     const MortonCode code = voxels_.codes_[voxel];
-    if (voxels_.depth_ <= kCellBits)
+    if (voxels_.depth_ < kNodeBits)
         return voxels_.tree().nearest(voxel, found);
-    if (code >> 3 * kCellBits != cell_)
-        gather(code >> 3 * kCellBits);
-    const auto centre = morton_decode(code & ((1U << 3 * kCellBits) - 1)); // in its cell
-    const auto x = static_cast<std::int16_t>(centre[0]), y = static_cast<std::int16_t>(centre[1]),
-               z = static_cast<std::int16_t>(centre[2]);
-    for (std::size_t i = 0; i < squared_.size(); ++i) { // eight at once
-        const auto dx = static_cast<std::int16_t>(places_[0][i] - x), dy = static_cast<std::int16_t>(places_[1][i] - y),
-                   dz = static_cast<std::int16_t>(places_[2][i] - z);
-        squared_[i] = static_cast<std::int16_t>(dx * dx + dy * dy + dz * dz);
-    }
-    constexpr int kFarthest = kReach * kReach;
-    std::size_t close = 0;
-    for (std::size_t i = 0; i < squared_.size(); ++i) {
-        close_[close] = static_cast<std::uint32_t>(i);
-        close += squared_[i] <= kFarthest ? 1 : 0;
-    }
-    std::array<std::uint32_t, kFarthest + 1> counts{};
-    for (const std::uint32_t i : std::span(close_).first(close))
-        ++counts[static_cast<std::size_t>(squared_[i])];
-    counts[0] = 0; // itself
-    std::array<std::uint32_t, kFarthest + 2> place{};
-    for (std::size_t d = 1; d <= kFarthest; ++d)
-        place[d + 1] = place[d] + counts[d];
-    if (place[kFarthest + 1] < found.size())
+    if (code >> 3 * kNodeBits != node_)
+        gather(code >> 3 * kNodeBits);
+    const int place = place_in_grid(kReach, kReach, kReach) + kPlaces[code & (kPlaces.size() - 1)];
+    const std::uint32_t *const centre = grid_.data() + place;
+    struct Near {
+        std::uint32_t voxel; // and 1
+        std::uint32_t offset;
+    };
+    std::array<Near, Shells::kOffsets> near;
+    std::size_t count = 0;
+    std::uint32_t offset = 0;
+    for (std::size_t squared = 1; squared < kShells.ends_with.size() && count < found.size(); ++squared)
+        for (; offset < kShells.ends_with[squared]; ++offset) {
+            const std::uint32_t other = centre[kShells.places[offset]];
+            near[count] = {other, offset};
+            count += other != 0 ? 1 : 0;
+        }
+    if (count < found.size())
         return voxels_.tree().nearest(voxel, found);
-    for (const std::uint32_t i : std::span(close_).first(close)) {
-        const auto d = static_cast<std::size_t>(squared_[i]);
-        if (d > 0 && place[d] < found.size())
-            found[place[d]++] = {around_[i], static_cast<float>(d)};
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const Shells::Offset &o = kShells.offsets[near[i].offset];
+        found[i] = {near[i].voxel - 1, static_cast<float>(o.squared), {o.x, o.y, o.z}};
     }
     return found.size();
 }

@@ -1,5 +1,5 @@
-// The nearest occupied voxels, where most lie within a few voxels: cells of the octree itself instead of a tree of its
-// own, and integers that are counted instead of sorted.
+// The nearest occupied voxels, where most lie within a few voxels: a small grid of those around a node of the octree,
+// read outwards in shells, instead of a tree.
 #pragma once
 
 #include "pbm_build/neighbours.h"
@@ -11,7 +11,7 @@
 
 namespace pbm::build {
 
-// Occupied voxels and where those of each cell begin. Refers to `codes`: ascending, unique, of a grid of `depth`.
+// Occupied voxels and where those of each node begin. Refers to `codes`: ascending, unique, of a grid of `depth`.
 class NearVoxels {
   public:
     NearVoxels(std::span<const MortonCode> codes, int depth);
@@ -32,21 +32,18 @@ class NearVoxels {
 // Searches of one thread, fastest in ascending order.
 class NearVoxelCursor {
   public:
-    explicit NearVoxelCursor(const NearVoxels &voxels) : voxels_(voxels) {}
+    explicit NearVoxelCursor(const NearVoxels &voxels);
 
-    // The found.size() <= VoxelNeighbours::kMost nearest of the others by distance, then index; fewer if there are not
-    // so many. Beyond four voxels which of equally distant ones are found last is VoxelNeighbours' choice.
+    // As VoxelNeighbours::nearest.
     std::size_t nearest(std::size_t voxel, std::span<Neighbour> found);
 
   private:
-    void gather(MortonCode cell);
+    void gather(MortonCode node);
 
     const NearVoxels &voxels_;
-    MortonCode cell_ = ~MortonCode{0};                // whose surroundings these are:
-    std::vector<std::uint32_t> around_;               // voxels of the 27 cells, ascending
-    std::array<std::vector<std::int16_t>, 3> places_; // per axis, in voxels from the corner of cell_
-    std::vector<std::int16_t> squared_;               // distances from the voxel asked for
-    std::vector<std::uint32_t> close_;                // those within reach, as indices of around_
+    MortonCode node_ = ~MortonCode{0}; // whose surroundings these are:
+    std::vector<std::uint32_t> grid_;  // [z][y][x] index of the voxel and 1, or 0 where there is none
+    std::vector<std::size_t> filled_;  // places of it that are not 0
 };
 
 } // namespace pbm::build

@@ -37,16 +37,13 @@ float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Nei
     if (near.empty())
         return 0;
     const std::vector<std::uint16_t> &normals = voxels.points.normals;
+    const auto table = normal_table();
     const auto normal_of = [&](std::size_t i) {
-        const UnitVector &n = normal_table()[normals[i] & kNormalIndexMask];
+        const UnitVector &n = table[normals[i] & kNormalIndexMask];
         return glm::dvec3(n[0], n[1], n[2]);
     };
-    const auto place_of = [&](std::size_t i) {
-        const auto v = morton_decode(voxels.codes[i]);
-        return glm::dvec3(v[0], v[1], v[2]);
-    };
     const auto dot = [](const glm::dvec3 &a, const glm::dvec3 &b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; };
-    const glm::dvec3 n = normal_of(voxel), centre = place_of(voxel);
+    const glm::dvec3 n = normal_of(voxel);
     // Based on: Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin. Building an Orthonormal Basis, Revisited.
     // 2017
     const double sign = n.z < 0 ? -1 : 1, a = -1 / (sign + n.z), b = n.x * n.y * a;
@@ -54,7 +51,7 @@ float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Nei
 
     TangentCell cell(static_cast<double>(distance_of(near, near.size())));
     for (const Neighbour &neighbour : near) {
-        const glm::dvec3 offset = place_of(neighbour.voxel) - centre, m = normal_of(neighbour.voxel);
+        const glm::dvec3 offset(neighbour.offset), m = normal_of(neighbour.voxel);
         const bool either = ((normals[voxel] | normals[neighbour.voxel]) & kTwoSidedBit) != 0;
         const double cosine = either ? std::fabs(dot(n, m)) : dot(n, m);
         const glm::dvec2 flat(dot(offset, right), dot(offset, up));
