@@ -120,7 +120,7 @@ void report_repeated_points(const DistinctPoints &points, BuildStatistics &stati
 void remove_outliers(Surface &surface, int threads, BuildStatistics &statistics) {
     DistinctPoints points = distinct_points(places_of(surface), finest_grid(surface), threads);
     const PointNeighbours neighbours(std::move(points.at));
-    const Bytes outliers = find_outliers(link_points(neighbours, threads), threads);
+    const Bytes outliers = find_outliers(neighbours, threads);
     report_outliers(surface, points, outliers, true, statistics);
     drop_points(surface, points, outliers);
 }
@@ -160,23 +160,18 @@ VertexNormals estimate_normals(Surface &surface, const PointRequest &request, in
     DistinctPoints points = distinct_points(places_of(surface), grid, threads);
     const PointNeighbours neighbours(std::move(points.at));
     const std::size_t places = neighbours.points().size(), first = surface.first_point();
-    const auto report_kept_outliers = [&](const PointLinks &links) {
-        if (!request.remove_outliers)
-            report_outliers(surface, points, find_outliers(links, threads), false, statistics);
-    };
 
     report_repeated_points(points, statistics);
+    if (!request.remove_outliers)
+        report_outliers(surface, points, find_outliers(neighbours, threads), false, statistics);
     VertexNormals result = vertex_normals(surface, threads);
     const std::span<ShortNormal> normals = std::span(result.normals).subspan(first);
     const auto missing = static_cast<std::uint64_t>(std::count_if(normals.begin(), normals.end(), is_zero));
     if (missing == 0) {
         report_unused(request, true, statistics);
-        if (!request.remove_outliers)
-            report_kept_outliers(link_points(neighbours, threads));
         return result;
     }
     PlaneFits fits = fit_planes(neighbours, threads);
-    report_kept_outliers(fits.links);
     Bytes is_given;
     const std::uint64_t given = normals.size() - missing;
     if (given > 0) {

@@ -156,15 +156,6 @@ template <class Work> void for_each_point(std::size_t count, int threads, Work &
 
 } // namespace
 
-PointLinks link_points(const PointNeighbours &neighbours, int threads) {
-    PointLinks links = room_for_links(neighbours.points().size());
-    for_each_point(neighbours.points().size(), threads, [&](std::size_t i) {
-        std::array<NearPoint, kLinks> found;
-        keep_links(links, i, std::span(found).first(neighbours.nearest(i, found)));
-    });
-    return links;
-}
-
 PlaneFits fit_planes(const PointNeighbours &neighbours, int threads) {
     const std::vector<LatticePoint> &points = neighbours.points();
     PlaneFits fits{room_for_links(points.size()), std::vector<ShortNormal>(points.size()), Bytes(points.size())};

@@ -23,8 +23,6 @@ struct PlaneFits {
     Bytes at_border;                  // [points] 1: no neighbour in 150 degrees around, as at borders and along curves
 };
 
-PointLinks link_points(const PointNeighbours &neighbours, int threads);
-
 // The plane of least squares through the points around each, near ones counting more. Where the nearest few do not lie
 // on a plane, more are taken if they do so better: noise needs many points, edges and thin walls few. A border is a gap
 // between the directions of the nearest few in that plane.
