@@ -28,7 +28,7 @@ struct RunGeometry {
 
 // Splats up to this radius in pixels are drawn as a block of 2 x 2: points are nearer to each other than that wherever
 // voxels are at most 1.42 pixels wide, so that no pixel between them stays empty.
-inline constexpr float kBlockRadius = 1.3F;
+inline constexpr float kBlockRadius = 1.35F;
 
 // Fills `to`, which has room for all bricks of the chunk, in their order; returns how many. In bounds whatever the
 // bytes of a mapped chunk became.

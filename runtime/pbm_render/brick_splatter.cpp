@@ -56,11 +56,6 @@ inline constexpr std::size_t kBrickPoints = 512;
 // From a stored normal to kPackedTwoSided.
 inline constexpr int kTwoSidedShift = std::countr_zero(kTwoSidedBit);
 
-// A splat as wide as it is: all pixels of its ellipse in the strip. What draw_splat does for a framebuffer. Whether it
-// was drawn.
-bool draw_ellipse(const FrameGeometry &frame, const SplatSize &size, std::uint16_t normal, const glm::vec3 &image,
-                  std::uint32_t id, DepthStrip &strip);
-
 } // namespace pbm
 #endif
 
@@ -104,6 +99,9 @@ struct FacingPoints {
     alignas(64) std::array<float, kCapacity> x, y, w;      // pixel and depth
     alignas(64) std::array<std::int32_t, kCapacity> normal; // packed; bit 0 says that it is two-sided
     alignas(64) std::array<std::int32_t, kCapacity> id;
+    // Of large splats only:
+    alignas(64) std::array<float, kCapacity> radius;              // grid edges
+    alignas(64) std::array<std::int32_t, kCapacity> normal_index;
 };
 
 // Blocks of 2 x 2 pixels: what small splats are drawn as.
@@ -170,49 +168,73 @@ HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, V
     return n;
 }
 
+// Points as splat.h lays splats, a vector of them: what blocks and ellipses have in common.
+struct LaidSplats {
+    SeenNormal normal;
+    Vector image_x, image_y; // image of the normal, for focal length and depth 1
+    Vector pixel_size;       // in the depth of the point
+    Vector cosine;           // of the angle under which the plane is seen
+    Vector outline, inset;   // grid edges
+};
+
+HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, const FacingPoints &points,
+                                 std::size_t first) {
+    const Floats d;
+    const Ints di;
+    const Vector zero = hn::Zero(d), one = hn::Set(d, 1);
+    const auto clamp_to_one = [&](Vector v) { return hn::Min(hn::Max(v, zero), one); };
+    const IntVector packed = hn::Load(di, points.normal.data() + first);
+    LaidSplats s;
+    s.normal = see_normal(frame, packed, hn::Load(d, points.x.data() + first), hn::Load(d, points.y.data() + first));
+    const SeenNormal &n = s.normal;
+    const Vector voxel = hn::IfThenZeroElse(n.two_sided, hn::Set(d, voxel_edge));
+    s.outline = hn::Mul(hn::Mul(voxel, hn::Set(d, kOutlineInset)),
+                        clamp_to_one(hn::Add(one, hn::Mul(hn::Set(d, 1.4F), n.facing))));
+    const Vector edge_on = clamp_to_one(hn::Add(one, n.facing)), edge_on2 = hn::Mul(edge_on, edge_on);
+    const Vector mean_inset = hn::Mul(hn::ConvertTo(d, hn::And(packed, hn::Set(di, kPackedInsetMask))),
+                                      hn::Set(d, 1 / kPackedInsetScale));
+    s.inset =
+        hn::Mul(voxel, hn::Add(mean_inset, hn::Mul(hn::Set(d, kGrazingInset), hn::Mul(edge_on2, edge_on2))));
+    s.image_x = hn::Sub(n.x, hn::Mul(n.ray_x, n.z));
+    s.image_y = hn::Sub(n.y, hn::Mul(n.ray_y, n.z));
+    s.pixel_size = hn::Mul(hn::Load(d, points.w.data() + first), hn::Set(d, frame.inverse_focal));
+    s.cosine = hn::Max(hn::Neg(n.facing), hn::Set(d, kEdgeOn));
+    return s;
+}
+
+// Depth of the plane, of the given slopes per unit of depth 1, in the middle of the splat.
+HWY_INLINE Vector depth_in_middle(const LaidSplats &s, Vector w, Vector slope_x, Vector slope_y) {
+    const Vector along = hn::Add(hn::Mul(slope_x, s.image_x), hn::Mul(slope_y, s.image_y));
+    return hn::Add(w, hn::Sub(hn::Mul(along, hn::Sub(s.inset, s.outline)), hn::Mul(s.inset, s.normal.z)));
+}
+
 // Lays the blocks of a vector of points; those from `end` on are seen nowhere.
 HWY_INLINE void lay_blocks(const FrameGeometry &frame, float voxel_edge, const FacingPoints &points, std::size_t first,
                            std::size_t end, const DepthStrip &strip, Blocks &blocks) {
     const Floats d;
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
-    const Vector zero = hn::Zero(d), half = set(0.5F), one = set(1);
-    const auto clamp_to_one = [&](Vector v) { return hn::Min(hn::Max(v, zero), one); };
-    const Vector pixel_x = hn::Load(d, points.x.data() + first), pixel_y = hn::Load(d, points.y.data() + first);
-    const Vector w = hn::Load(d, points.w.data() + first);
-    const auto packed = hn::Load(di, points.normal.data() + first);
-    const SeenNormal n = see_normal(frame, packed, pixel_x, pixel_y);
-
-    // As lay_splat.
-    const Vector voxel = hn::IfThenZeroElse(n.two_sided, set(voxel_edge));
-    const Vector outline =
-        hn::Mul(hn::Mul(voxel, set(kOutlineInset)), clamp_to_one(hn::Add(one, hn::Mul(set(1.4F), n.facing))));
-    const Vector edge_on = clamp_to_one(hn::Add(one, n.facing)), edge_on2 = hn::Mul(edge_on, edge_on);
-    const Vector mean_inset =
-        hn::Mul(hn::ConvertTo(d, hn::And(packed, hn::Set(di, kPackedInsetMask))), set(1 / kPackedInsetScale));
-    const Vector inset =
-        hn::Mul(voxel, hn::Add(mean_inset, hn::Mul(set(kGrazingInset), hn::Mul(edge_on2, edge_on2))));
-    const Vector image_x = hn::Sub(n.x, hn::Mul(n.ray_x, n.z)), image_y = hn::Sub(n.y, hn::Mul(n.ray_y, n.z));
-    const Vector inverse_cosine = hn::Div(one, hn::Max(hn::Neg(n.facing), set(kEdgeOn)));
-    const Vector pixel_size = hn::Mul(w, set(frame.inverse_focal));
-    const Vector outline_pixels = hn::Div(outline, pixel_size);
-    const Vector at_x = hn::Sub(pixel_x, hn::Mul(outline_pixels, image_x));
-    const Vector at_y = hn::Sub(pixel_y, hn::Mul(outline_pixels, image_y));
-    const Vector along = hn::Mul(hn::Add(hn::Mul(n.x, image_x), hn::Mul(n.y, image_y)), inverse_cosine);
-    const Vector at_z = hn::Add(w, hn::Sub(hn::Mul(along, hn::Sub(inset, outline)), hn::Mul(inset, n.z)));
-    const Vector most = hn::Mul(pixel_size, set(kBlockRadius)), least = hn::Neg(most);
-    const Vector per_pixel = hn::Mul(pixel_size, inverse_cosine);
-    const Vector slope_x = hn::Min(hn::Max(hn::Mul(n.x, per_pixel), least), most);
-    const Vector slope_y = hn::Min(hn::Max(hn::Mul(n.y, per_pixel), least), most);
+    const Vector half = set(0.5F);
+    const LaidSplats s = lay_splats(frame, voxel_edge, points, first);
+    const SeenNormal &n = s.normal;
+    const Vector outline_pixels = hn::Div(s.outline, s.pixel_size);
+    const Vector at_x = hn::Sub(hn::Load(d, points.x.data() + first), hn::Mul(outline_pixels, s.image_x));
+    const Vector at_y = hn::Sub(hn::Load(d, points.y.data() + first), hn::Mul(outline_pixels, s.image_y));
+    // Never farther from the middle's depth than a splat of this size reaches.
+    const Vector inverse_cosine = hn::Div(set(1), s.cosine);
+    const Vector most = set(kBlockRadius), least = set(-kBlockRadius);
+    const Vector plane_x = hn::Min(hn::Max(hn::Mul(n.x, inverse_cosine), least), most);
+    const Vector plane_y = hn::Min(hn::Max(hn::Mul(n.y, inverse_cosine), least), most);
+    const Vector at_z = depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y);
+    const Vector slope_x = hn::Mul(plane_x, s.pixel_size), slope_y = hn::Mul(plane_y, s.pixel_size);
 
     // The block whose pixels' centres lie around the point; what is not in the strip goes where nobody looks.
-    const auto within = [&](Vector v, float from, float to) {
-        return hn::And(hn::Ge(v, set(from)), hn::Lt(v, set(to)));
+    const auto within = [&](Vector v, int from, int to) {
+        return hn::And(hn::Ge(v, set(static_cast<float>(from))), hn::Lt(v, set(static_cast<float>(to))));
     };
     const Vector column = hn::Floor(hn::Sub(at_x, half)), row = hn::Floor(hn::Sub(at_y, half));
-    const auto visible = hn::And(hn::FirstN(d, end - first),
-                                 hn::And(within(column, -1, static_cast<float>(strip.width)),
-                                         within(row, static_cast<float>(strip.top - 1), static_cast<float>(strip.bottom))));
+    const Mask visible = hn::And(hn::FirstN(d, end - first), hn::And(within(column, -1, strip.width),
+                                                                     within(row, strip.top - 1, strip.bottom)));
     const auto offset =
         hn::Add(hn::Add(hn::ConvertTo(di, column), hn::Set(di, DepthStrip::kMarginLeft)),
                 hn::Mul(hn::Sub(hn::ConvertTo(di, row), hn::Set(di, strip.top - 1)), hn::Set(di, strip.stride)));
@@ -225,15 +247,164 @@ HWY_INLINE void lay_blocks(const FrameGeometry &frame, float voxel_edge, const F
                           blocks.depths.data() + 4 * first);
 }
 
+// Draws all points as blocks. They are laid before the first is drawn: so many steps that wait for each other do so
+// together.
+HWY_INLINE void draw_blocks(const FrameGeometry &frame, float voxel, Blocks &blocks, FacingPoints &points,
+                            DepthStrip &strip) {
+    for (std::size_t i = 0; i < points.count; i += hn::Lanes(Floats()))
+        lay_blocks(frame, voxel, points, i, points.count, strip, blocks);
+    for (std::size_t i = 0; i < points.count; ++i)
+        draw_block(blocks.depths.data() + 4 * i, static_cast<std::uint32_t>(points.id[i]),
+                   strip.pixels.data() + blocks.offset[i], strip.stride);
+    points.count = 0;
+}
+
+// As SplatShape, for the depth where the point is: a vector of splats of any size.
+struct Ellipses {
+    alignas(64) std::array<float, kMostLanes> x, y, depth;         // middle
+    alignas(64) std::array<float, kMostLanes> xx, xy, yy;          // 1 on the outline
+    alignas(64) std::array<float, kMostLanes> slope_x, slope_y;    // of the depth, per pixel
+    alignas(64) std::array<std::int32_t, kMostLanes> left, right, top, bottom; // pixels, in the strip
+};
+
+// lay_splat for a vector of points; those from `end` on are seen nowhere.
+HWY_INLINE void lay_ellipses(const FrameGeometry &frame, float voxel_edge, const FacingPoints &points,
+                             std::size_t first, std::size_t end, const DepthStrip &strip, Ellipses &to) {
+    const Floats d;
+    const Ints di;
+    const auto set = [&](float value) { return hn::Set(d, value); };
+    const Vector one = set(1), half = set(0.5F);
+    const LaidSplats s = lay_splats(frame, voxel_edge, points, first);
+    const SeenNormal &n = s.normal;
+    const Vector radius = hn::Load(d, points.radius.data() + first);
+    // Behind the last point anything may stand, but no index of nothing.
+    const IntVector normal =
+        hn::And(hn::Load(di, points.normal_index.data() + first), hn::Set(di, kNormalIndexMask));
+    const Vector thickness = hn::Mul(set(voxel_edge), hn::GatherIndex(d, frame.thickness.data(), normal));
+
+    // r^2 I - (r^2 - t^2) n n^T through the Jacobian of the projection, for focal length and depth 1.
+    const Vector r2 = hn::Mul(radius, radius);
+    const Vector flat = hn::Max(hn::Sub(r2, hn::Mul(thickness, thickness)), hn::Zero(d));
+    const auto covariance = [&](Vector rays, Vector images) {
+        return hn::Sub(hn::Mul(r2, rays), hn::Mul(flat, images));
+    };
+    const Vector xx = covariance(hn::Add(one, hn::Mul(n.ray_x, n.ray_x)), hn::Mul(s.image_x, s.image_x));
+    const Vector xy = covariance(hn::Mul(n.ray_x, n.ray_y), hn::Mul(s.image_x, s.image_y));
+    const Vector yy = covariance(hn::Add(one, hn::Mul(n.ray_y, n.ray_y)), hn::Mul(s.image_y, s.image_y));
+    const Vector size2 = hn::Mul(s.pixel_size, s.pixel_size);
+    const Vector inverse = hn::Div(size2, hn::Sub(hn::Mul(xx, yy), hn::Mul(xy, xy)));
+    hn::Store(hn::Mul(yy, inverse), d, to.xx.data());
+    hn::Store(hn::Mul(hn::Mul(set(-2), xy), inverse), d, to.xy.data());
+    hn::Store(hn::Mul(xx, inverse), d, to.yy.data());
+
+    // Depth along the plane, but never farther from the middle's than the disc itself reaches.
+    Vector plane_x = hn::Div(n.x, s.cosine), plane_y = hn::Div(n.y, s.cosine);
+    const Vector rise = hn::Sqrt(
+        hn::Add(hn::Mul(plane_x, hn::Add(hn::Mul(xx, plane_x), hn::Mul(hn::Mul(set(2), xy), plane_y))),
+                hn::Mul(hn::Mul(yy, plane_y), plane_y)));
+    const Vector most = hn::Min(one, hn::Div(radius, hn::Max(rise, set(1e-20F))));
+    plane_x = hn::Mul(plane_x, most);
+    plane_y = hn::Mul(plane_y, most);
+    hn::Store(hn::Mul(plane_x, s.pixel_size), d, to.slope_x.data());
+    hn::Store(hn::Mul(plane_y, s.pixel_size), d, to.slope_y.data());
+    hn::Store(depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y), d, to.depth.data());
+
+    const Vector pixels = hn::Div(one, s.pixel_size);
+    const auto place = [&](const float *at, Vector image, Vector variance, float from, float to_end, float *middle,
+                           std::int32_t *begin, std::int32_t *finish) {
+        const Vector centre =
+            hn::Sub(hn::Load(d, at), hn::Mul(hn::Mul(s.outline, image), pixels));
+        const Vector reach = hn::Mul(hn::Sqrt(variance), pixels);
+        hn::Store(centre, d, middle);
+        // Pixel i is inside if its centre i + 0.5 is: the first one is floor(edge + 0.5).
+        const auto edge = [&](Vector v) {
+            const Vector inside = hn::Floor(hn::Min(hn::Max(hn::Add(v, half), set(from)), set(to_end)));
+            return hn::ConvertTo(di, hn::IfThenElseZero(hn::FirstN(d, end - first), inside));
+        };
+        hn::Store(edge(hn::Sub(centre, reach)), di, begin);
+        hn::Store(edge(hn::Add(centre, reach)), di, finish);
+    };
+    place(points.x.data() + first, s.image_x, xx, 0, static_cast<float>(strip.width), to.x.data(), to.left.data(),
+          to.right.data());
+    place(points.y.data() + first, s.image_y, yy, static_cast<float>(strip.top), static_cast<float>(strip.bottom),
+          to.y.data(), to.top.data(), to.bottom.data());
+}
+
+// Draws one splat: the pixels whose centres lie in the ellipse and that are nearer than what is there.
+HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::uint32_t id, DepthStrip &strip) {
+    const float xx = ellipses.xx[lane], xy = ellipses.xy[lane], yy = ellipses.yy[lane];
+    const float slope_x = ellipses.slope_x[lane];
+    const std::int32_t left = ellipses.left[lane], right = ellipses.right[lane];
+    for (std::int32_t row = ellipses.top[lane]; row < ellipses.bottom[lane]; ++row) {
+        const float y = static_cast<float>(row) + 0.5F - ellipses.y[lane];
+        const float row_depth = ellipses.depth[lane] + ellipses.slope_y[lane] * y, row_xy = xy * y, row_yy = yy * y * y;
+        double *const pixels = strip.pixels.data() + strip.offset(0, row);
+        const float first_x = static_cast<float>(left) + 0.5F - ellipses.x[lane];
+#if HWY_TARGET == HWY_SCALAR
+        for (std::int32_t i = left; i < right; ++i) {
+            const float x = first_x + static_cast<float>(i - left);
+            const float depth = row_depth + slope_x * x;
+            if (x * (xx * x + row_xy) + row_yy <= 1) {
+                const std::uint64_t bits = std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 | id;
+                pixels[i] = std::min(pixels[i], std::bit_cast<double>(bits));
+            }
+        }
+#else
+        const hn::FixedTag<float, 4> d32;
+        const hn::FixedTag<std::uint32_t, 4> du32;
+        const hn::FixedTag<double, 2> d64;
+        const auto four = hn::Set(d32, 4);
+        const auto ids = hn::Set(du32, id);
+        // Four pixels at once; those beside the box are outside the ellipse, too.
+        auto x = hn::Add(hn::Set(d32, first_x), hn::Iota(d32, 0));
+        for (std::int32_t i = left; i < right; i += 4, x = hn::Add(x, four)) {
+            const auto inside = hn::Le(
+                hn::Add(hn::Mul(x, hn::Add(hn::Mul(hn::Set(d32, xx), x), hn::Set(d32, row_xy))), hn::Set(d32, row_yy)),
+                hn::Set(d32, 1));
+            const auto depth = hn::Add(hn::Set(d32, row_depth), hn::Mul(hn::Set(d32, slope_x), x));
+            const auto z = hn::BitCast(
+                du32, hn::IfThenElse(inside, depth, hn::Set(d32, std::numeric_limits<float>::infinity())));
+            const auto draw = [&](auto value, double *to) {
+                hn::StoreU(hn::Min(hn::BitCast(d64, value), hn::LoadU(d64, to)), d64, to);
+            };
+            draw(hn::InterleaveLower(du32, ids, z), pixels + i);
+            draw(hn::InterleaveUpper(du32, ids, z), pixels + i + 2);
+        }
+#endif
+    }
+}
+
+// Draws all points, large and small, as the ellipses they are.
+HWY_INLINE void draw_ellipses(const FrameGeometry &frame, float voxel, FacingPoints &points, DepthStrip &strip) {
+    Ellipses ellipses;
+    const std::size_t lanes = hn::Lanes(Floats());
+    for (std::size_t i = 0; i < points.count; i += lanes) {
+        lay_ellipses(frame, voxel, points, i, points.count, strip, ellipses);
+        for (std::size_t lane = 0; lane < lanes; ++lane)
+            if (ellipses.left[lane] < ellipses.right[lane] && ellipses.top[lane] < ellipses.bottom[lane])
+                draw_ellipse(ellipses, lane, static_cast<std::uint32_t>(points.id[i + lane]), strip);
+    }
+    points.count = 0;
+}
+
+// A brick's points as they lie in the chunk: `available` of them may be read.
+struct BrickStreams {
+    const std::uint16_t *normals;
+    const std::uint8_t *radii;
+    std::size_t available;
+};
+
 // Projects the points begin .. end - 1 of a brick, whose places are known, and keeps those that face the eye and may
-// touch the strip. `available`: points of the chunk from the brick's first on.
+// touch the strip.
+template <bool kLarge>
 HWY_INLINE void find_facing_points(const FrameGeometry &frame, const RunGeometry &geometry, const SeenBrick &brick,
                                    const BrickPlaces &places, std::size_t begin, std::size_t end,
-                                   const std::uint16_t *normals, std::size_t available, std::uint32_t first_id,
-                                   const DepthStrip &strip, FacingPoints &to) {
+                                   const BrickStreams &streams, std::uint32_t first_id, const DepthStrip &strip,
+                                   FacingPoints &to) {
     const Floats d;
     const Ints di;
     const hn::Rebind<std::uint16_t, Floats> d16;
+    const hn::Rebind<std::uint8_t, Floats> d8;
     const std::size_t lanes = hn::Lanes(d);
     const auto set = [&](float value) { return hn::Set(d, value); };
     const auto &[step_x, step_y, step_z] = geometry.steps;
@@ -254,20 +425,31 @@ HWY_INLINE void find_facing_points(const FrameGeometry &frame, const RunGeometry
         const Vector pixel_x = hn::Mul(project(brick.u, step_x.x, step_y.x, step_z.x), inverse);
         const Vector pixel_y = hn::Mul(project(brick.v, step_x.y, step_y.y, step_z.y), inverse);
 
-        auto stored = hn::Zero(di);
-        if (i + lanes <= available) {
-            stored = hn::PromoteTo(di, hn::LoadU(d16, normals + i));
+        auto stored = hn::Zero(di), radius_index = hn::Zero(di);
+        if (i + lanes <= streams.available) {
+            stored = hn::PromoteTo(di, hn::LoadU(d16, streams.normals + i));
+            if constexpr (kLarge)
+                radius_index = hn::PromoteTo(di, hn::LoadU(d8, streams.radii + i));
         } else { // the chunk's last points
             alignas(32) std::array<std::uint16_t, kMostLanes> last{};
-            std::copy_n(normals + i, available - i, last.begin());
+            alignas(32) std::array<std::uint8_t, kMostLanes> last_radii{};
+            std::copy_n(streams.normals + i, streams.available - i, last.begin());
+            std::copy_n(streams.radii + i, streams.available - i, last_radii.begin());
             stored = hn::PromoteTo(di, hn::Load(d16, last.data()));
+            radius_index = hn::PromoteTo(di, hn::Load(d8, last_radii.data()));
         }
         const auto side = hn::And(hn::ShiftRight<kTwoSidedShift>(stored), hn::Set(di, kPackedTwoSided));
-        const auto packed =
-            hn::Or(hn::GatherIndex(di, frame.packed.data(), hn::And(stored, hn::Set(di, kNormalIndexMask))), side);
+        const IntVector index = hn::And(stored, hn::Set(di, kNormalIndexMask));
+        const IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), side);
         const Vector facing = see_normal(frame, packed, pixel_x, pixel_y).facing;
-        const auto keep = hn::And(hn::And(hn::Le(facing, set(kFacingSlack)), hn::FirstN(d, end - i)),
-                                  hn::And(hn::Gt(pixel_y, above), hn::Lt(pixel_y, below)));
+        Mask keep = hn::And(hn::Le(facing, set(kFacingSlack)), hn::FirstN(d, end - i));
+        [[maybe_unused]] Vector radius = hn::Zero(d);
+        if constexpr (kLarge) { // not those around the eye or behind it
+            radius = hn::GatherIndex(d, frame.radii.data(), radius_index);
+            keep = hn::And(keep, hn::Gt(w, hn::Mul(radius, set(kLeastDistance))));
+        } else {
+            keep = hn::And(keep, hn::And(hn::Gt(pixel_y, above), hn::Lt(pixel_y, below)));
+        }
         const auto id = hn::Iota(di, static_cast<std::int32_t>(first_id + i));
         const Packing pack(keep);
         hn::StoreU(pack(pixel_x), d, to.x.data() + to.count);
@@ -275,6 +457,10 @@ HWY_INLINE void find_facing_points(const FrameGeometry &frame, const RunGeometry
         hn::StoreU(pack(w), d, to.w.data() + to.count);
         hn::StoreU(pack(packed), di, to.normal.data() + to.count);
         hn::StoreU(pack(id), di, to.id.data() + to.count);
+        if constexpr (kLarge) {
+            hn::StoreU(pack(radius), d, to.radius.data() + to.count);
+            hn::StoreU(pack(index), di, to.normal_index.data() + to.count);
+        }
         to.count += hn::CountTrue(d, keep);
     }
 }
@@ -294,9 +480,10 @@ std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &geometr
                           std::uint32_t first_id, DepthStrip &strip) {
     const PointRun &run = *geometry.run;
     const std::span<const std::uint16_t> normals = run.chunk->normals;
+    const ByteView radii = run.chunk->radii;
     BrickPlaces places;
     Blocks blocks;
-    FacingPoints points;
+    FacingPoints small, large;
     std::uint64_t drawn = 0;
     for (const SeenBrick &it : seen) {
         if (it.top >= strip.bottom || it.bottom <= strip.top)
@@ -305,32 +492,28 @@ std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &geometr
         const std::size_t first_point = brick.first_point;
         if (first_point >= normals.size())
             continue;
-        const std::size_t available = normals.size() - first_point;
-        const std::size_t count = std::min(list_places(brick, run.chunk->masks, places), available);
+        const BrickStreams streams{normals.data() + first_point, radii.data() + first_point,
+                                   normals.size() - first_point};
+        const std::size_t count = std::min(list_places(brick, run.chunk->masks, places), streams.available);
         const std::size_t begin = run.first > first_point ? run.first - first_point : 0;
         const std::size_t end = run.last > first_point ? std::min<std::size_t>(count, run.last - first_point) : 0;
         const auto base_id = first_id + static_cast<std::uint32_t>(first_point);
-        if (!it.large) {
-            const std::size_t before = points.count;
-            find_facing_points(frame, geometry, it, places, begin, end, normals.data() + first_point, available,
-                               base_id, strip, points);
-            drawn += points.count - before;
-            if (points.count >= kWaiting)
-                draw_points(frame, geometry.voxel, blocks, points, strip);
-            continue;
-        }
-        for (std::size_t i = begin; i < end; ++i) {
-            const VoxelPlace place = places.place[i];
-            const glm::vec3 image = glm::vec3(it.u, it.v, it.w) + static_cast<float>(place & 15) * geometry.steps[0] +
-                                    static_cast<float>(place >> 4 & 15) * geometry.steps[1] +
-                                    static_cast<float>(place >> 8) * geometry.steps[2];
-            const std::uint16_t normal = normals[first_point + i];
-            const SplatSize size{frame.radii[run.chunk->radii[first_point + i]], geometry.voxel,
-                                 (normal & kTwoSidedBit) != 0};
-            drawn += draw_ellipse(frame, size, normal, image, base_id + static_cast<std::uint32_t>(i), strip);
+        if (it.large) {
+            drawn -= large.count;
+            find_facing_points<true>(frame, geometry, it, places, begin, end, streams, base_id, strip, large);
+            drawn += large.count;
+            if (large.count >= kWaiting)
+                draw_ellipses(frame, geometry.voxel, large, strip);
+        } else {
+            drawn -= small.count;
+            find_facing_points<false>(frame, geometry, it, places, begin, end, streams, base_id, strip, small);
+            drawn += small.count;
+            if (small.count >= kWaiting)
+                draw_blocks(frame, geometry.voxel, blocks, small, strip);
         }
     }
-    draw_points(frame, geometry.voxel, blocks, points, strip);
+    draw_ellipses(frame, geometry.voxel, large, strip);
+    draw_blocks(frame, geometry.voxel, blocks, small, strip);
     return drawn;
 }
 
@@ -341,48 +524,6 @@ HWY_AFTER_NAMESPACE();
 namespace pbm {
 
 HWY_EXPORT(draw_bricks);
-
-bool draw_ellipse(const FrameGeometry &frame, const SplatSize &size, std::uint16_t stored, const glm::vec3 &image,
-                  std::uint32_t id, DepthStrip &strip) {
-    // Points nearer to the eye than this, in splat radii, have the eye inside or next to them.
-    constexpr float kLeastDistance = 1.25F;
-    if (image.z <= kLeastDistance * size.radius)
-        return false;
-    const float inverse = 1 / image.z;
-    const glm::vec2 pixel(image.x * inverse, image.y * inverse);
-    ScreenNormal normal = frame.screen_normal(stored & kNormalIndexMask);
-    float facing = glm::dot(normal.plane, glm::vec3(pixel, 1));
-    if (size.two_sided && facing > 0) {
-        normal = frame.screen_normal((stored & kNormalIndexMask) ^ kOppositeNormal);
-        facing = -facing;
-    }
-    if (facing > kFacingSlack)
-        return false;
-    const SplatShape shape = lay_splat(frame.projection, normal, pixel, facing, size);
-    const auto clip = [](float edge, int least, int most) {
-        return static_cast<int>(std::clamp(std::floor(edge + 0.5F), static_cast<float>(least), static_cast<float>(most)));
-    };
-    const int left = clip(pixel.x + inverse * shape.box[0], 0, strip.width);
-    const int right = clip(pixel.x + inverse * shape.box[1], 0, strip.width);
-    const int top = clip(pixel.y + inverse * shape.box[2], strip.top, strip.bottom);
-    const int bottom = clip(pixel.y + inverse * shape.box[3], strip.top, strip.bottom);
-    const glm::vec2 middle = pixel + inverse * glm::vec2(shape.shift[0], shape.shift[2]);
-    const float slope_x = image.z * shape.slope_x[0], slope_y = image.z * shape.slope_y[0];
-    const float at_middle = image.z + shape.depth_shift[0], inside = inverse * inverse;
-    for (int row = top; row < bottom; ++row) {
-        const float y = static_cast<float>(row) + 0.5F - middle.y;
-        double *const pixels = strip.pixels.data() + strip.offset(0, row);
-        for (int column = left; column < right; ++column) {
-            const float x = static_cast<float>(column) + 0.5F - middle.x;
-            if (x * (shape.xx[0] * x + shape.xy[0] * y) + shape.yy[0] * y * y > inside)
-                continue;
-            const float z = at_middle + (slope_x * x + slope_y * y);
-            const auto bits = std::bit_cast<std::uint32_t>(z);
-            pixels[column] = std::min(pixels[column], std::bit_cast<double>(std::uint64_t{bits} << 32 | id));
-        }
-    }
-    return left < right && top < bottom;
-}
 
 std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
                           std::uint32_t first_id, DepthStrip &strip) {

@@ -7,7 +7,7 @@ namespace pbm {
 FrameGeometry::FrameGeometry(const Projection &p, int picture_width, int picture_height)
     : projection(p), width(picture_width), height(picture_height), focal(static_cast<float>(p.focal)),
       inverse_focal(1 / focal), middle_x(static_cast<float>(p.middle.x)), middle_y(static_cast<float>(p.middle.y)),
-      normals(kNormalCount), packed(kNormalCount), radii(radius_table()) {
+      normals(kNormalCount), packed(kNormalCount), radii(radius_table()), thickness(splat_thickness()) {
     const auto right = glm::vec3(p.axes.right), down = glm::vec3(-p.axes.up), forward = glm::vec3(p.axes.forward);
     const std::span<const SplatNormal> table = splat_normals();
     const auto pack = [](float value, int shift) {
@@ -22,15 +22,6 @@ FrameGeometry::FrameGeometry(const Projection &p, int picture_width, int picture
             pack(eye.x * kPackedNormalScale, 23) | (pack(eye.y * kPackedNormalScale, 14) & 0x7FC000) |
             (pack(eye.z * kPackedNormalScale, 5) & 0x3FE0) | pack(eye.inset * kPackedInsetScale / 2, 1));
     }
-}
-
-ScreenNormal FrameGeometry::screen_normal(std::size_t index) const {
-    const EyeNormal &n = normals[index];
-    const float x = n.x * inverse_focal, y = n.y * inverse_focal;
-    return {.image = {focal * n.x + middle_x * n.z, focal * n.y + middle_y * n.z, n.z},
-            .plane = {x, y, n.z - x * middle_x - y * middle_y},
-            .thickness = splat_normals()[index].thickness,
-            .inset = n.inset};
 }
 
 } // namespace pbm

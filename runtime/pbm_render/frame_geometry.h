@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace pbm {
@@ -30,9 +31,6 @@ struct FrameGeometry {
     // `projection` takes the unit grid to the screen.
     FrameGeometry(const Projection &projection, int width, int height);
 
-    // A stored normal as the splats of splat.h need it.
-    ScreenNormal screen_normal(std::size_t index) const;
-
     Projection projection;
     int width, height;
     float focal, inverse_focal;        // pixels
@@ -40,6 +38,7 @@ struct FrameGeometry {
     std::vector<EyeNormal> normals;    // [kNormalCount]
     std::vector<std::int32_t> packed;  // [kNormalCount]
     std::array<float, 256> radii;      // by radius index
+    std::span<const float> thickness;  // [kNormalCount] of splats, voxel edges
 };
 
 } // namespace pbm

@@ -36,6 +36,17 @@ std::span<const SplatNormal> splat_normals() {
     return kTable;
 }
 
+std::span<const float> splat_thickness() {
+    static const std::vector<float> kTable = [] {
+        std::vector<float> table;
+        table.reserve(kNormalCount);
+        for (const SplatNormal &normal : splat_normals())
+            table.push_back(normal.thickness);
+        return table;
+    }();
+    return kTable;
+}
+
 const std::array<float, 256> &radius_table() {
     static const std::array<float, 256> kTable = [] {
         std::array<float, 256> table{};

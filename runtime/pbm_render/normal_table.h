@@ -30,6 +30,7 @@ struct SplatNormal {
     float thickness, inset;
 };
 std::span<const SplatNormal> splat_normals();
+std::span<const float> splat_thickness(); // the same numbers beside each other
 
 // [kNormalCount]
 std::vector<ScreenNormal> transform_normals(const Projection &projection);

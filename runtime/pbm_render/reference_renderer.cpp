@@ -21,9 +21,6 @@ namespace {
 constexpr double kDenseRadius = 0.87;
 constexpr std::size_t kNoRadius = 256; // no index
 
-// Points nearer to the eye than this, in splat radii, have the eye inside or next to them.
-constexpr float kLeastDistance = 1.25F;
-
 // Everything that stays the same for a whole frame, and the cursors of the walk.
 class Walk {
   public:

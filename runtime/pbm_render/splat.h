@@ -29,6 +29,8 @@ inline constexpr float kOutlineInset = 0.4F;
 inline constexpr float kGrazingInset = 0.4F;
 // Planes are never taken to be seen at a flatter angle than with this cosine.
 inline constexpr float kEdgeOn = 0.02F;
+// Points nearer to the eye than this, in splat radii, have the eye inside or next to them: they are not drawn.
+inline constexpr float kLeastDistance = 1.25F;
 
 // What the image of a splat takes from its normal, its radius and the direction in which it is seen; the same for all
 // points of one normal and radius in a small part of the screen. For depth 1: the ellipse shrinks with the depth, the
