@@ -90,8 +90,8 @@ Result<Reader> Reader::open(ByteView file) {
         status = Error{ErrorCode::bad_header, 56, "2.18 the header's point count is not that of the finest level"};
     if (!status)
         return std::move(status).error();
-    reader.directories_.resize(1);
-    reader.proven_.resize(1);
+    reader.directories_.resize(static_cast<std::size_t>(depth) + 1);
+    reader.proven_.resize(static_cast<std::size_t>(depth) + 1);
     return reader;
 }
 
@@ -102,11 +102,12 @@ std::string_view Reader::metadata() const {
 
 Result<const LevelDirectory *> Reader::directory(int level) {
     assert(level >= 1 && level <= depth());
-    directories_.reserve(static_cast<std::size_t>(kMaxDepth) + 1); // pointers handed out stay valid
-    while (static_cast<int>(directories_.size()) <= level) {
-        const int next = static_cast<int>(directories_.size());
+    for (int next = 1; next <= level; ++next) {
+        const auto at = static_cast<std::size_t>(next);
+        if (is_read(next))
+            continue;
         const SectionEntry &entry = *section(SectionType::level_directory, static_cast<std::uint32_t>(next));
-        const LevelDirectory *above = next == 1 ? nullptr : &directories_.back();
+        const LevelDirectory *above = next == 1 ? nullptr : &directories_[at - 1];
         LevelDirectory read;
         const Status status = read_section(file_, entry, read, [&](ByteView bytes) {
             return decode_directory(bytes, next, parameters_.attributes, header_.chunk_points, above,
@@ -124,8 +125,8 @@ Result<const LevelDirectory *> Reader::directory(int level) {
                 return counted.error();
             proven = std::make_unique<std::atomic<bool>[]>(read.chunks.size());
         }
-        directories_.push_back(std::move(read));
-        proven_.push_back(std::move(proven));
+        directories_[at] = std::move(read);
+        proven_[at] = std::move(proven);
     }
     return &directories_[static_cast<std::size_t>(level)];
 }
@@ -133,7 +134,7 @@ Result<const LevelDirectory *> Reader::directory(int level) {
 Chunk Reader::root_chunk() const { return {.masks = {}, .points = root_points(header_.root, parameters_.attributes)}; }
 
 Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chunk &to) const {
-    assert(level >= 1 && static_cast<std::size_t>(level) < directories_.size() && &parent != &to);
+    assert(is_read(level) && &parent != &to);
     const LevelDirectory &directory = directories_[static_cast<std::size_t>(level)];
     assert(index < directory.chunks.size());
     const ChunkEntry &entry = directory.chunks[index];
@@ -157,7 +158,7 @@ Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chu
 
 Result<ChunkView> Reader::view_chunk(int level, std::size_t index) const {
     assert(header_.storage() == Storage::mapped);
-    assert(level >= 1 && static_cast<std::size_t>(level) < directories_.size());
+    assert(is_read(level));
     // Up to the first ancestor that is proven, and down again.
     std::array<std::size_t, kMaxDepth + 1> path{};
     int proven = level;

@@ -39,7 +39,8 @@ class Reader {
     // The one section of this type and instance, or null.
     const SectionEntry *section(SectionType type, std::uint32_t instance = 0) const;
 
-    // Directory of level 1..depth. The pointer stays valid as long as the reader. Not for several threads at once.
+    // Directory of level 1..depth. The pointer stays valid as long as the reader. Not for several threads at once, but
+    // while others load or view chunks of levels whose directories were read before.
     Result<const LevelDirectory *> directory(int level);
 
     // Level 0 as a chunk: the parent of the one chunk of level 1.
@@ -79,14 +80,17 @@ class Reader {
     // One for each chunk of a level: it was proven by view_chunk.
     using ProvenChunks = std::unique_ptr<std::atomic<bool>[]>;
 
+    bool is_read(int level) const {
+        return level >= 1 && level <= depth() && !directories_[static_cast<std::size_t>(level)].chunks.empty();
+    }
     Status prove_chunk_at(int level, std::size_t index) const;
 
     ByteView file_;
     FileHeader header_;
     std::vector<SectionEntry> sections_;
     ModelParameters parameters_;
-    std::vector<LevelDirectory> directories_; // [1..], read so far; [0] unused
-    std::vector<ProvenChunks> proven_;        // as many; empty if the file is not mapped
+    std::vector<LevelDirectory> directories_; // [depth + 1]; [0] unused, without chunks where not read yet
+    std::vector<ProvenChunks> proven_;        // [depth + 1]; empty if the file is not mapped
 };
 
 // Root record as a level of one point, and back.
