@@ -2,37 +2,90 @@
 
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace pbm {
 namespace {
 
-constexpr int kCentreLevel = 5; // about 1,500 voxels: enough to find the centre
-constexpr int kRadiusLevel = 8; // half a diagonal is then 0.3 % of the cube's edge
-constexpr std::size_t kMaxNodes = std::size_t{1} << (3 * kRadiusLevel);
+constexpr std::size_t kMaxVoxels = std::size_t{1} << (3 * kBoundsLevel);
 
-glm::dvec3 voxel_centre(MortonCode code) {
-    const auto [x, y, z] = morton_decode(code);
-    return glm::dvec3(x, y, z) + 0.5;
-}
-
-// Voxels of the deepest level there is, but not below `max_level`.
-std::vector<MortonCode> occupied_voxels(const Model &model, int max_level, int &level) {
+// Lower corners of the occupied voxels of `level`, in voxel edges.
+std::vector<glm::dvec3> voxel_corners(std::span<const ByteView> masks, int level) {
     std::vector<MortonCode> codes{0};
-    for (level = 0; level < max_level && static_cast<std::size_t>(level) + 1 < model.levels.size(); ++level) {
-        auto below = expand_level(codes, model.levels[static_cast<std::size_t>(level) + 1].masks, kMaxNodes);
+    for (int next = 1; next <= level; ++next) {
+        auto below = expand_level(codes, masks[static_cast<std::size_t>(next)], kMaxVoxels);
         assert(below.ok());
         codes = std::move(*below);
     }
-    return codes;
+    std::vector<glm::dvec3> corners;
+    corners.reserve(codes.size());
+    for (const MortonCode code : codes) {
+        const auto [x, y, z] = morton_decode(code);
+        corners.emplace_back(x, y, z);
+    }
+    return corners;
 }
 
-glm::dvec3 farthest(const std::vector<glm::dvec3> &points, glm::dvec3 from) {
-    return *std::max_element(points.begin(), points.end(), [&](const glm::dvec3 &a, const glm::dvec3 &b) {
-        return glm::dot(a - from, a - from) < glm::dot(b - from, b - from);
-    });
+double squared_distance(glm::dvec3 a, glm::dvec3 b) { return glm::dot(a - b, a - b); }
+
+// The corner of a voxel that is farthest from a point.
+glm::dvec3 far_corner(glm::dvec3 lower, glm::dvec3 from) {
+    return lower + glm::dvec3(glm::greaterThan(lower + 0.5, from));
+}
+
+// The corner of all voxels that is farthest from a point.
+glm::dvec3 farthest_corner(const std::vector<glm::dvec3> &voxels, glm::dvec3 from) {
+    glm::dvec3 farthest = far_corner(voxels.front(), from);
+    for (const glm::dvec3 &lower : voxels)
+        if (const glm::dvec3 corner = far_corner(lower, from);
+            squared_distance(corner, from) > squared_distance(farthest, from))
+            farthest = corner;
+    return farthest;
+}
+
+// Centre of the smallest sphere around a few points: walks towards the farthest in shrinking steps.
+glm::dvec3 middle_of(const std::vector<glm::dvec3> &points, glm::dvec3 start) {
+    glm::dvec3 centre = start;
+    double step = 0.5;
+    for (int i = 0; i < 300; ++i, step *= 0.97)
+        centre +=
+            step * (*std::max_element(points.begin(), points.end(), [&](const glm::dvec3 &a, const glm::dvec3 &b) {
+                return squared_distance(a, centre) < squared_distance(b, centre);
+            }) - centre);
+    return centre;
+}
+
+// The smallest sphere around voxels, nearly: around a few of their corners, to which the farthest is added until none
+// stands out. Based on: Badoiu, Clarkson. Smaller core-sets for balls. 2003
+Sphere enclose(const std::vector<glm::dvec3> &voxels) {
+    constexpr int kMaxSteps = 32;
+    constexpr double kWider = 1.001;
+    glm::dvec3 low = voxels.front(), high = low;
+    for (const glm::dvec3 &lower : voxels) {
+        low = glm::min(low, lower);
+        high = glm::max(high, lower + 1.0);
+    }
+    Sphere best{.centre = {}, .radius = std::numeric_limits<double>::infinity()};
+    std::vector<glm::dvec3> support;
+    glm::dvec3 centre = (low + high) / 2.0;
+    for (int i = 0; i < kMaxSteps; ++i) {
+        const glm::dvec3 corner = farthest_corner(voxels, centre);
+        const double reach = glm::length(corner - centre);
+        if (reach < best.radius)
+            best = {.centre = centre, .radius = reach};
+        double inner = 0; // no sphere is smaller than that around the support
+        for (const glm::dvec3 &point : support)
+            inner = std::max(inner, glm::length(point - centre));
+        if (best.radius <= kWider * inner)
+            break;
+        support.push_back(corner);
+        centre = middle_of(support, centre);
+    }
+    return best;
 }
 
 } // namespace
@@ -53,24 +106,18 @@ EyeAxes eye_axes(const Camera &camera) {
     return axes;
 }
 
+Sphere bounding_sphere(const Grid &grid, std::span<const ByteView> masks, int level) {
+    assert(level >= 0 && level <= kBoundsLevel);
+    const Sphere sphere = enclose(voxel_corners(masks, level));
+    const double edge = grid.voxel_size_at(level);
+    return {glm::dvec3(grid.origin[0], grid.origin[1], grid.origin[2]) + edge * sphere.centre, edge * sphere.radius};
+}
+
 Sphere bounding_sphere(const Model &model) {
-    int level = 0;
-    std::vector<glm::dvec3> points;
-    for (const MortonCode code : occupied_voxels(model, kCentreLevel, level))
-        points.push_back(voxel_centre(code) / std::ldexp(1.0, level));
-    // Walks towards the farthest voxel in shrinking steps: converges to the centre of the smallest sphere.
-    glm::dvec3 centre = points.front();
-    double step = 0.5;
-    for (int i = 0; i < 250; ++i, step *= 0.97)
-        centre += step * (farthest(points, centre) - centre);
-
-    double radius = 0; // of voxel centres, in units of the cube's edge
-    for (const MortonCode code : occupied_voxels(model, kRadiusLevel, level))
-        radius = std::max(radius, glm::length(voxel_centre(code) / std::ldexp(1.0, level) - centre));
-    radius += std::sqrt(0.75) / std::ldexp(1.0, level);
-
-    const Grid &grid = model.parameters.grid;
-    return {glm::dvec3(grid.origin[0], grid.origin[1], grid.origin[2]) + grid.edge() * centre, grid.edge() * radius};
+    std::vector<ByteView> masks;
+    for (std::size_t level = 0; level < model.levels.size() && level <= kBoundsLevel; ++level)
+        masks.emplace_back(model.levels[level].masks);
+    return bounding_sphere(model.parameters.grid, masks, static_cast<int>(masks.size()) - 1);
 }
 
 glm::dvec3 up_direction(UpAxis up) {

@@ -5,6 +5,8 @@
 
 #include <glm/vec3.hpp>
 
+#include <span>
+
 namespace pbm {
 
 inline constexpr double kDefaultViewAngle = 0.5235987755982988; // 30 degrees
@@ -33,7 +35,14 @@ struct Sphere {
     double radius = 0;
 };
 
-// A sphere around all occupied voxels of the finest level present, at most about 2 % wider than the smallest one.
+// Deepest level that bounding spheres are made of, so that a view is chosen before much is loaded: about 6,000 voxels.
+inline constexpr int kBoundsLevel = 6;
+
+// A sphere around all occupied voxels of `level`, 0..kBoundsLevel, and so around the model: at most 0.2 % wider than
+// the smallest one around them, which is 1 to 2 % wider than the smallest around the finest voxels where few of them
+// stand out, 5 % for a ball that fills the cube. masks[L] are those of a model's levels 1..level. BVG.md section 4
+Sphere bounding_sphere(const Grid &grid, std::span<const ByteView> masks, int level);
+// Of the finest level present, at most kBoundsLevel.
 Sphere bounding_sphere(const Model &model);
 
 // Directions in model space that a viewer calls up and front; the front is where the default camera stands:
