@@ -1,5 +1,6 @@
 #include "pbm_render/camera.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <glm/vector_relational.hpp>
@@ -30,32 +31,33 @@ std::vector<glm::dvec3> voxel_corners(std::span<const ByteView> masks, int level
     return corners;
 }
 
-double squared_distance(glm::dvec3 a, glm::dvec3 b) { return glm::dot(a - b, a - b); }
-
-// The corner of a voxel that is farthest from a point.
-glm::dvec3 far_corner(glm::dvec3 lower, glm::dvec3 from) {
-    return lower + glm::dvec3(glm::greaterThan(lower + 0.5, from));
-}
-
 // The corner of all voxels that is farthest from a point.
 glm::dvec3 farthest_corner(const std::vector<glm::dvec3> &voxels, glm::dvec3 from) {
-    glm::dvec3 farthest = far_corner(voxels.front(), from);
-    for (const glm::dvec3 &lower : voxels)
-        if (const glm::dvec3 corner = far_corner(lower, from);
-            squared_distance(corner, from) > squared_distance(farthest, from))
-            farthest = corner;
-    return farthest;
+    const glm::dvec3 to_centre = 0.5 - from;
+    double longest = 0;
+    const glm::dvec3 *farthest = nullptr;
+    for (const glm::dvec3 &lower : voxels) {
+        const glm::dvec3 reach = glm::abs(lower + to_centre) + 0.5;
+        if (const double length = glm::dot(reach, reach); length > longest) {
+            longest = length;
+            farthest = &lower;
+        }
+    }
+    return *farthest + glm::dvec3(glm::greaterThan(*farthest + to_centre, glm::dvec3(0)));
 }
 
 // Centre of the smallest sphere around a few points: walks towards the farthest in shrinking steps.
 glm::dvec3 middle_of(const std::vector<glm::dvec3> &points, glm::dvec3 start) {
+    const auto squared_distance = [](glm::dvec3 a, glm::dvec3 b) { return glm::dot(a - b, a - b); };
     glm::dvec3 centre = start;
     double step = 0.5;
-    for (int i = 0; i < 300; ++i, step *= 0.97)
-        centre +=
-            step * (*std::max_element(points.begin(), points.end(), [&](const glm::dvec3 &a, const glm::dvec3 &b) {
-                return squared_distance(a, centre) < squared_distance(b, centre);
-            }) - centre);
+    for (int i = 0; i < 150; ++i, step *= 0.94) {
+        glm::dvec3 farthest = points.front();
+        for (const glm::dvec3 &point : points)
+            if (squared_distance(point, centre) > squared_distance(farthest, centre))
+                farthest = point;
+        centre += step * (farthest - centre);
+    }
     return centre;
 }
 
