@@ -1,7 +1,5 @@
 #include "viewer/scene.h"
 
-#include "pbm_format/platform.h"
-
 namespace pbm {
 
 Status check_scene(const std::string &path) {
@@ -13,6 +11,32 @@ Status check_scene(const std::string &path) {
     return {};
 }
 
+Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options) {
+    auto file = MappedFile::open(path);
+    if (!file)
+        return file.error();
+    auto reader = Reader::open(file->bytes());
+    if (!reader)
+        return reader.error();
+    return std::make_unique<StreamedScene>(std::move(*file), std::move(*reader), std::move(options));
+}
+
+namespace {
+
+// Levels stand one after the other in the file, after all that is small.
+StreamingStatistics cost_of(const Reader &reader, const Model &model) {
+    StreamingStatistics cost;
+    const bool mapped = reader.header().storage() == Storage::mapped;
+    for (std::uint32_t level = 1; level < model.levels.size(); ++level) {
+        const SectionEntry &chunks = *reader.section(SectionType::level_chunks, level);
+        cost.bytes_read = chunks.offset + chunks.stored_bytes;
+        cost.points_decoded += mapped ? 0 : chunks.count;
+    }
+    return cost;
+}
+
+} // namespace
+
 Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options) {
     const auto file = MappedFile::open(path);
     if (!file)
@@ -23,7 +47,8 @@ Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const L
     auto model = load_model(*reader, options);
     if (!model)
         return model.error();
-    return std::make_shared<const Scene>(std::move(*model));
+    const StreamingStatistics cost = cost_of(*reader, *model);
+    return std::make_shared<const Scene>(std::move(*model), cost);
 }
 
 Error with_advice(std::string_view program, Error error) {

@@ -1,8 +1,10 @@
-// A model in memory, ready to be drawn: what every program that shows files loads first.
+// Models that are ready to be drawn: what every program that shows files opens first.
 #pragma once
 
+#include "pbm_format/platform.h"
 #include "pbm_format/reader.h"
 #include "pbm_render/reference_renderer.h"
+#include "pbm_render/streamed_model.h"
 
 #include <memory>
 #include <string>
@@ -10,14 +12,31 @@
 
 namespace pbm {
 
-// Stays where it is made: the renderer refers to the model. Unchanged from then on, so any thread may draw it.
+// Of which only what pictures need is read. Stays where it is made.
+struct StreamedScene {
+    StreamedScene(MappedFile mapped, Reader reader, StreamingOptions options)
+        : file(std::move(mapped)), model(std::move(reader), std::move(options)) {}
+    StreamedScene(const StreamedScene &) = delete;
+    StreamedScene &operator=(const StreamedScene &) = delete;
+
+    const MappedFile file;
+    StreamedModel model;
+};
+
+// Reads header and small sections of a file, which takes no time to speak of.
+Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options);
+
+// All of which is in memory. Stays where it is made: the renderer refers to the model. Unchanged from then on, so any
+// thread may draw it.
 struct Scene {
-    explicit Scene(Model loaded) : model(std::move(loaded)), renderer(model) {}
+    Scene(Model loaded, const StreamingStatistics &what_it_took)
+        : model(std::move(loaded)), renderer(model), cost(what_it_took) {}
     Scene(const Scene &) = delete;
     Scene &operator=(const Scene &) = delete;
 
     const Model model;
     const ReferenceRenderer renderer;
+    const StreamingStatistics cost;
 };
 
 // Proves header and small sections of a file, which takes no time to speak of; `load_scene` would fail the same way.

@@ -57,13 +57,33 @@ void add_view_options(CLI::App &app, ViewOptions &options) {
         "Draw points in the colour of their material");
     app.add_option_function<int>(
            "--level", [&options](int level) { options.render.level = options.load.max_level = level; },
-           "Detail level to draw; default, and above the depth: the finest")
+           "Finest detail level to draw; default, and above the depth: the finest there is")
         ->check(CLI::Range(0, kMaxDepth));
     app.option_defaults()->group("Options");
     command_line::add_max_memory(app, options.load.max_memory);
     command_line::add_threads(app, options.load.threads);
     command_line::add_quiet(app, options.verbosity);
     command_line::add_verbose(app, options.verbosity, "Say where the camera stands");
+}
+
+void add_detail_options(CLI::App &app, ViewOptions &options) {
+    app.add_option("--max-error", options.max_error,
+                   "Largest edge of the voxels drawn, pixels; finer detail is left out")
+        ->check(CLI::Range(0.1, 64.0))
+        ->capture_default_str()
+        ->group("Look");
+    app.add_option_function<std::string>(
+           "--renderer",
+           [&options](const std::string &name) {
+               options.renderer = name == "fast" ? Renderer::fast : Renderer::reference;
+           },
+           "fast (default); reference: slow and plain, draws every point of one level")
+        ->type_name("fast|reference")
+        ->check([](const std::string &name) {
+            return name == "fast" || name == "reference" ? std::string()
+                                                         : "'" + name + "' is no renderer; write fast or reference";
+        })
+        ->group("Look");
 }
 
 Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size) {

@@ -4,7 +4,8 @@
 #include "command_line/progress_display.h"
 #include "pbm_format/reader.h"
 #include "pbm_render/camera.h"
-#include "pbm_render/reference_renderer.h"
+#include "pbm_render/detail_selection.h"
+#include "pbm_render/render_options.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -18,10 +19,14 @@ class App;
 
 namespace pbm {
 
+enum class Renderer { fast, reference };
+
 struct ViewOptions {
     glm::ivec2 resolution{1280, 720};                         // pixels
     std::optional<glm::dvec3> position, focal_point, view_up; // model space; absent: the default camera's
     double view_angle = 30;                                   // degrees
+    Renderer renderer = Renderer::fast;
+    double max_error = kDefaultMaxError; // pixels
     RenderOptions render;
     LoadOptions load;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;
@@ -30,6 +35,9 @@ struct ViewOptions {
 // Declares the options of a view and -q, -v; the next option belongs to the group "Options". `options` must outlive the
 // parsing.
 void add_view_options(CLI::App &app, ViewOptions &options);
+
+// Declares --max-error and --renderer, for programs that have both.
+void add_detail_options(CLI::App &app, ViewOptions &options);
 
 // The default camera for a picture of `size`, but for what the command line says. `bounds` is the model's bounding
 // sphere, `up` the axis of its grid.

@@ -161,7 +161,7 @@ class View:
 
 
 def rendered(model, *options):
-    result = run("pbm-render", "-q", model, "-o", "expected.png", *options)
+    result = run("pbm-render", "-q", "--renderer", "reference", model, "-o", "expected.png", *options)
     check(result.returncode == 0, f"pbm-render {options}: {result.stderr}")
     width, height, channels, pixels = pictures.read_png(work / "expected.png")
     check(channels == 3, "pbm-render drew something transparent")

@@ -2,10 +2,13 @@
 #include "command_line/common_options.h"
 #include "pbm_format/platform.h"
 
+#include "model_drawer.h"
+#include "viewer/camera_control.h"
 #include "viewer/image_writer.h"
 #include "viewer/scene.h"
 #include "viewer/view_options.h"
 
+#include <glm/gtc/constants.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -25,14 +28,22 @@ struct Arguments {
     std::string input, output, depth_output;
     std::string json; // file, "-" for stdout, empty for none
     ViewOptions view;
-    int bench = 0; // further frames
+    int bench = 0; // frames
+};
+
+// Of the frames of --bench.
+struct BenchStatistics {
+    double least_ms = 0, median_ms = 0;
+    std::uint64_t drawn_points = 0; // mean
 };
 
 // What a run cost and drew.
 struct RunStatistics {
     RenderStatistics drawn;
     double load_ms = 0, frame_ms = 0, png_ms = 0;
-    std::optional<double> bench_ms; // median
+    StreamingStatistics cost; // until the picture was drawn
+    std::uint64_t file_bytes = 0;
+    std::optional<BenchStatistics> bench;
 };
 
 constexpr std::string_view kProgram = "pbm-render";
@@ -55,9 +66,10 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                    "PFM file of depths: distance along the view direction in model units, +inf where empty")
         ->type_name("FILE");
     add_view_options(app, arguments.view);
+    add_detail_options(app, arguments.view);
     bool no_background = false;
     app.add_flag("--no-background", no_background, "Transparent where nothing is drawn")->group("Look");
-    app.add_option("--bench", arguments.bench, "Draw N further frames and report their median time")
+    app.add_option("--bench", arguments.bench, "Draw N more frames once round the focal point; tell their times")
         ->check(CLI::Range(1, 100000))
         ->group("Output");
     command_line::add_json(app, arguments.json, "Statistics");
@@ -92,15 +104,21 @@ class Stopwatch {
 std::string to_json(const Arguments &arguments, const RunStatistics &s) {
     nlohmann::ordered_json json{{"width", arguments.view.resolution.x},
                                 {"height", arguments.view.resolution.y},
+                                {"renderer", arguments.view.renderer == Renderer::fast ? "fast" : "reference"},
                                 {"level", s.drawn.level},
                                 {"points", s.drawn.points},
                                 {"drawn_points", s.drawn.drawn_points},
+                                {"file_bytes", s.file_bytes},
+                                {"bytes_read", s.cost.bytes_read},
+                                {"points_decoded", s.cost.points_decoded},
                                 {"load_ms", s.load_ms},
                                 {"frame_ms", s.frame_ms},
                                 {"png_ms", s.png_ms}};
-    if (s.bench_ms) {
+    if (s.bench) {
         json["bench_frames"] = arguments.bench;
-        json["bench_median_ms"] = *s.bench_ms;
+        json["bench_min_ms"] = s.bench->least_ms;
+        json["bench_median_ms"] = s.bench->median_ms;
+        json["bench_drawn_points"] = s.bench->drawn_points;
     }
     json["peak_memory"] = peak_memory();
     return json.dump(2) + "\n";
@@ -111,14 +129,37 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
     const std::string name = arguments.output.empty() ? arguments.input : arguments.output;
     std::ostringstream text;
     if (arguments.view.verbosity == command_line::Verbosity::verbose)
-        text << "view: " << view_as_options(camera, arguments.view.view_angle, size) << '\n';
+        text << "view: " << view_as_options(camera, arguments.view.view_angle, size) << '\n'
+             << "read: " << s.cost.bytes_read << " of " << s.file_bytes << " bytes, " << s.cost.points_decoded
+             << " points decoded\n";
     text << std::fixed << std::setprecision(1) << command_line::printable(name == "-" ? "standard output" : name)
          << ": " << size.x << 'x' << size.y << ", level " << s.drawn.level << ", " << s.drawn.drawn_points << " of "
          << s.drawn.points << " points drawn, load " << s.load_ms << " ms, frame " << s.frame_ms << " ms, png "
          << s.png_ms << " ms\n";
-    if (s.bench_ms)
-        text << "bench: " << arguments.bench << " frames, median " << std::setprecision(2) << *s.bench_ms << " ms\n";
+    if (s.bench)
+        text << "bench: " << arguments.bench << " frames, minimum " << std::setprecision(2) << s.bench->least_ms
+             << " ms, median " << s.bench->median_ms << " ms, " << s.bench->drawn_points << " points drawn, memory "
+             << std::setprecision(1) << static_cast<double>(peak_memory()) / (1 << 20) << " MiB\n";
     return text.str();
+}
+
+// Frames from all around the model; what each needs is loaded before its time begins.
+Result<BenchStatistics> bench(ModelDrawer &drawer, const Camera &first, int frames, Framebuffer &picture) {
+    std::vector<double> times;
+    BenchStatistics statistics;
+    for (int i = 0; i < frames; ++i) {
+        const Camera camera = orbit(first, glm::two_pi<double>() * i / frames, 0);
+        if (Status loaded = drawer.load(camera, {picture.width, picture.height}); !loaded)
+            return std::move(loaded).error();
+        const Stopwatch frame;
+        statistics.drawn_points += drawer.draw(camera, picture).drawn_points;
+        times.push_back(frame.milliseconds());
+    }
+    std::sort(times.begin(), times.end());
+    statistics.least_ms = times.front();
+    statistics.median_ms = times[times.size() / 2];
+    statistics.drawn_points /= times.size();
+    return statistics;
 }
 
 int run(const Arguments &arguments) {
@@ -131,30 +172,23 @@ int run(const Arguments &arguments) {
 
     RunStatistics statistics;
     const Stopwatch loading;
-    const auto loaded = load_scene(arguments.input, view.load);
-    if (!loaded)
-        return fail(arguments.input, loaded.error());
-    const Scene &scene = **loaded;
-    statistics.load_ms = loading.milliseconds();
-
-    const auto camera =
-        choose_camera(view, bounding_sphere(scene.model), scene.model.parameters.grid.up, view.resolution);
+    const auto opened = ModelDrawer::open(arguments.input, view);
+    if (!opened)
+        return fail(arguments.input, opened.error());
+    ModelDrawer &drawer = **opened;
+    const auto camera = choose_camera(view, drawer.bounds(), drawer.grid().up, view.resolution);
     if (!camera)
         return fail_usage(camera.error().message);
+    if (const Status loaded = drawer.load(*camera, view.resolution); !loaded)
+        return fail(arguments.input, loaded.error());
+    statistics.load_ms = loading.milliseconds();
+
     Framebuffer picture(view.resolution.x, view.resolution.y);
     const Stopwatch drawing;
-    statistics.drawn = scene.renderer.render(*camera, view.render, picture);
+    statistics.drawn = drawer.draw(*camera, picture);
     statistics.frame_ms = drawing.milliseconds();
-    if (arguments.bench > 0) {
-        std::vector<double> times(static_cast<std::size_t>(arguments.bench));
-        for (double &time : times) {
-            const Stopwatch frame;
-            scene.renderer.render(*camera, view.render, picture);
-            time = frame.milliseconds();
-        }
-        std::nth_element(times.begin(), times.begin() + arguments.bench / 2, times.end());
-        statistics.bench_ms = times[times.size() / 2];
-    }
+    statistics.cost = drawer.cost();
+    statistics.file_bytes = drawer.file_size();
 
     if (!arguments.output.empty()) {
         const Stopwatch encoding;
@@ -169,6 +203,12 @@ int run(const Arguments &arguments) {
         if (const Status written = command_line::write_bytes(arguments.depth_output, encode_depth_pfm(picture));
             !written)
             return fail(arguments.depth_output, written.error());
+    if (arguments.bench > 0) {
+        const auto timed = bench(drawer, *camera, arguments.bench, picture);
+        if (!timed)
+            return fail(arguments.input, timed.error());
+        statistics.bench = *timed;
+    }
 
     std::ostream *const stream =
         command_line::report_stream({{arguments.output, arguments.depth_output}}, arguments.json);

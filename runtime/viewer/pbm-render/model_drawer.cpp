@@ -1,0 +1,55 @@
+#include "model_drawer.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace pbm {
+
+Result<std::unique_ptr<ModelDrawer>> ModelDrawer::open(const std::string &path, const ViewOptions &options) {
+    auto scene = open_scene(path, {.threads = options.load.threads, .max_memory = options.load.max_memory});
+    if (!scene)
+        return scene.error();
+    auto bounds = (*scene)->model.bounds();
+    if (!bounds)
+        return bounds.error();
+    return std::unique_ptr<ModelDrawer>(new ModelDrawer(path, options, std::move(*scene), *bounds));
+}
+
+ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene,
+                         Sphere bounds)
+    : path_(std::move(path)), options_(options), scene_(std::move(scene)), bounds_(bounds) {
+    const Reader &reader = scene_->model.reader();
+    if (options_.renderer == Renderer::fast)
+        fast_.emplace(reader.parameters(), reader.header().chunk_points, options_.load.threads);
+}
+
+DetailView ModelDrawer::view(const Camera &camera, glm::ivec2 size) const {
+    return {.camera = camera,
+            .width = size.x,
+            .height = size.y,
+            .max_error = options_.max_error,
+            .finest = std::max(1, options_.render.level)};
+}
+
+Status ModelDrawer::load(const Camera &camera, glm::ivec2 size) {
+    if (fast_) {
+        const auto loaded = scene_->model.load(view(camera, size));
+        return loaded ? Status() : Status(loaded.error());
+    }
+    if (whole_)
+        return {};
+    auto whole = load_scene(path_, options_.load);
+    if (!whole)
+        return whole.error();
+    whole_ = std::move(*whole);
+    return {};
+}
+
+RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target) {
+    if (!fast_)
+        return whole_->renderer.render(camera, options_.render, target);
+    const Detail detail = scene_->model.choose(view(camera, {target.width, target.height}));
+    return fast_->render(detail.runs, camera, options_.render, target);
+}
+
+} // namespace pbm
