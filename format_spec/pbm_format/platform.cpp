@@ -9,11 +9,16 @@
 #include <climits>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <optional>
 #include <utility>
 
 #include <fcntl.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -284,6 +289,24 @@ void end_when_mapped_file_shrinks(std::string_view program) {
     action.sa_handler = report_shrunk_file;
     ::sigemptyset(&action.sa_mask);
     ::sigaction(SIGBUS, &action, nullptr);
+}
+
+void use_large_pages() {
+#ifdef __GLIBC__
+    constexpr int kMostAtOnce = 32 << 20; // the largest threshold that there is
+    constexpr int kHeap = 256 << 20;      // addresses, not memory
+    ::mallopt(M_ARENA_MAX, 1);
+    ::mallopt(M_MMAP_THRESHOLD, kMostAtOnce);
+    ::mallopt(M_TRIM_THRESHOLD, kHeap);
+    ::mallopt(M_TOP_PAD, kHeap);
+    // The next block that the heap has no room for makes it grow.
+    const std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kMostAtOnce / 2), std::free);
+    const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+    const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(block.get()) + page - 1) / page * page;
+    const auto end = reinterpret_cast<std::uintptr_t>(::sbrk(0));
+    if (block != nullptr && begin < end && end - begin <= 2 * std::uintptr_t{kHeap})
+        static_cast<void>(::madvise(reinterpret_cast<void *>(begin), end - begin, MADV_HUGEPAGE));
+#endif
 }
 
 std::uint64_t peak_memory() {

@@ -76,6 +76,10 @@ void make_write_errors_returns();
 // instead of SIGBUS. Call first in `main`.
 void end_when_mapped_file_shrinks(std::string_view program);
 
+// Lets the heap of a program that soon fills some 10 MB and then ends grow at once and in pages of 2 MB, where C
+// library and kernel can: touching a small page for the first time takes a microsecond. Call first in `main`.
+void use_large_pages();
+
 // Largest resident memory of this process so far, bytes.
 std::uint64_t peak_memory();
 

@@ -224,6 +224,7 @@ int run(const Arguments &arguments) {
 } // namespace
 
 int main(int argc, char **argv) {
+    use_large_pages();
     return command_line::run_program(kProgram, [&] {
         Arguments arguments;
         const std::optional<int> done = parse(argc, argv, arguments);
