@@ -302,10 +302,11 @@ void use_large_pages() {
     // The next block that the heap has no room for makes it grow.
     const std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kMostAtOnce / 2), std::free);
     const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
-    const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(block.get()) + page - 1) / page * page;
-    const auto end = reinterpret_cast<std::uintptr_t>(::sbrk(0));
-    if (block != nullptr && begin < end && end - begin <= 2 * std::uintptr_t{kHeap})
-        static_cast<void>(::madvise(reinterpret_cast<void *>(begin), end - begin, MADV_HUGEPAGE));
+    const auto address = reinterpret_cast<std::uintptr_t>(block.get());
+    const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(::sbrk(0)), gap = (page - address % page) % page;
+    // Elsewhere if the heap cannot grow.
+    if (block != nullptr && address < end && end - address <= 2 * std::uintptr_t{kHeap})
+        static_cast<void>(::madvise(static_cast<char *>(block.get()) + gap, end - address - gap, MADV_HUGEPAGE));
 #endif
 }
 
