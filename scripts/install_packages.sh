@@ -6,11 +6,12 @@
 set -euo pipefail
 
 build_system=(g++ cmake ninja-build pkg-config)
-runtime=(libhwy-dev libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libpng-dev)
+runtime=(libhwy-dev libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libisal-dev
+    zlib1g-dev)
 viewer=(libglfw3-dev libepoxy-dev libimgui-dev)
 tools=(libopenmesh-dev libtomlplusplus-dev)
-tests=(libgtest-dev libembree-dev python3 python3-zstandard python3-xxhash valgrind zstd make mandoc groff-base
-    draco libdraco-dev)
+tests=(libgtest-dev libembree-dev libpng-dev python3 python3-zstandard python3-xxhash valgrind zstd make mandoc
+    groff-base draco libdraco-dev)
 window_tests=(xvfb xdotool imagemagick libgl1-mesa-dri)
 clang=(clang libclang-rt-14-dev clang-tidy clang-format)
 

@@ -69,7 +69,7 @@ HOMES = {
     r"GLFW/.*": r"runtime/viewer/pbm-view/window\.cpp",
     r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/presenter\.cpp",
     r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/overlay\.cpp",
-    r"(png|libdeflate|zlib)\.h": r"runtime/viewer/.*\.cpp",
+    r"isa-l/.*|zlib\.h": r"runtime/viewer/image_writer\.cpp",
     r"(jpeglib|turbojpeg)\.h|stb/.*": r"tools/pbm-build/.*\.cpp",
     r"sys/mman\.h": r"format_spec/pbm_format/platform\.cpp",
     r"sys/resource\.h": r"format_spec/pbm_format/(platform|child_process)\.cpp",
@@ -86,13 +86,13 @@ C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot
 # Programs and what they may not need at run time.
 WINDOWS = "libGL|libEGL|libOpenGL|libX11|libxcb|libwayland|libglfw|libepoxy"
 LINKS = {
-    "pbm-render": f"{WINDOWS}|libOpenMesh|libembree|libjpeg|libstb",
-    "pbm-view": "libOpenMesh|libembree|libjpeg",
-    "pbm-validate": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
-    "pbm-info": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
-    "pbm-export": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
-    "pbm-build": f"{WINDOWS}|libembree|libdeflate",
-    "pbm-sample": f"{WINDOWS}|libOpenMesh|libembree|libpng|libdeflate|libjpeg|libstb",
+    "pbm-render": f"{WINDOWS}|libOpenMesh|libembree|libpng|libjpeg|libstb",
+    "pbm-view": "libOpenMesh|libembree|libpng|libjpeg",
+    "pbm-validate": f"{WINDOWS}|libOpenMesh|libembree|libpng|libisal|libjpeg|libstb",
+    "pbm-info": f"{WINDOWS}|libOpenMesh|libembree|libpng|libisal|libjpeg|libstb",
+    "pbm-export": f"{WINDOWS}|libOpenMesh|libembree|libpng|libisal|libjpeg|libstb",
+    "pbm-build": f"{WINDOWS}|libembree|libisal",
+    "pbm-sample": f"{WINDOWS}|libOpenMesh|libembree|libpng|libisal|libjpeg|libstb",
 }
 
 # Targets that the CMake files of a folder may not name.
@@ -217,6 +217,8 @@ def self_test():
         ("runtime/viewer/pbm-view/window.cpp", "#include <backends/imgui_impl_glfw.h>"),
         ("runtime/viewer/pbm-view/window.cpp", '#include "pbm_build/pipeline.h"'),
         ("runtime/viewer/pbm-render/png_writer.h", "#include <CLI/CLI.hpp>"),
+        ("runtime/viewer/picture_file.cpp", "#include <isa-l/igzip_lib.h>"),
+        ("runtime/viewer/image_writer.cpp", "#include <png.h>"),
         ("tools/pbm-build/pbm_build/pipeline.cpp", '#include "pbm_render/camera.h"'),
         ("tools/pbm-build/pbm_scan/surface.h", '#include "pbm_build/pipeline.h"'),
         ("tools/pbm-build/pbm_scan/ply_reader.cpp", "#include <OpenMesh/Core/IO/MeshIO.hh>"),
@@ -239,6 +241,7 @@ def self_test():
         ("format_spec/pbm_format/frame.cpp", "#include <zstd.h>"),
         ("runtime/viewer/pbm-render/main.cpp", '#include "pbm_render/camera.h"\n#include "command_line/parse.h"\n#include "png_writer.h"'),
         ("runtime/viewer/view_options.cpp", '#include "command_line/parse.h"'),
+        ("runtime/viewer/image_writer.cpp", "#include <isa-l/igzip_lib.h>\n#include <zlib.h>"),
         ("runtime/viewer/pbm-view/window.cpp", "#include <GLFW/glfw3.h>"),
         ("runtime/viewer/pbm-view/presenter.cpp", "#include <epoxy/gl.h>"),
         ("runtime/viewer/pbm-view/overlay.cpp", "#include <imgui.h>\n#include <backends/imgui_impl_opengl3.h>"),
@@ -256,6 +259,7 @@ def self_test():
         ("pbm-render", "\tlibOpenMeshCore.so.9.0 => /lib/libOpenMeshCore.so.9.0 (0x1)"),
         ("pbm-view", "\tlibOpenMeshCore.so.9.0 => /lib/libOpenMeshCore.so.9.0 (0x1)"),
         ("pbm-validate", "\tlibOpenMeshCore.so.9.0 => /lib/libOpenMeshCore.so.9.0 (0x1)"),
+        ("pbm-render", "\tlibpng16.so.16 => /lib/libpng16.so.16 (0x1)"),
         ("pbm-info", "\tlibpng16.so.16 => /lib/libpng16.so.16 (0x1)"),
         ("pbm-build", "\tlibglfw.so.3 => /lib/libglfw.so.3 (0x1)"),
         ("pbm-build", "\tlibzstd.so.1 => not found"),

@@ -192,7 +192,7 @@ int run(const Arguments &arguments) {
 
     if (!arguments.output.empty()) {
         const Stopwatch encoding;
-        const auto png = encode_png(picture);
+        const auto png = encode_png(picture, view.load.threads);
         if (!png)
             return fail(arguments.output, png.error());
         statistics.png_ms = encoding.milliseconds();
