@@ -157,7 +157,7 @@ std::optional<int> refuse_outputs(std::string_view program, std::span<const std:
 
 Status write_bytes(const std::string &path, ByteView bytes) {
     if (path != "-")
-        return replace_file(path, bytes);
+        return replace_file(path, bytes, Durability::cached);
     std::cout.write(reinterpret_cast<const char *>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     return {};
 }

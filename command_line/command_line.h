@@ -54,7 +54,8 @@ std::optional<int> refuse_outputs(std::string_view program, std::span<const std:
 // errors  usage
 Result<std::uint64_t> parse_bytes(const std::string &text);
 
-// Writes to a file, atomically, or to standard output when `path` is "-".
+// Writes what is no model (a picture, a report) to a file, atomically but without waiting for the disk, or to standard
+// output when `path` is "-".
 Status write_bytes(const std::string &path, ByteView bytes);
 Status write_text(const std::string &path, std::string_view text);
 

@@ -231,9 +231,10 @@ Status FileReplacement::write(ByteView bytes) {
     return error == 0 ? Status() : io_error("cannot write", error);
 }
 
-Status FileReplacement::finish() {
+Status FileReplacement::finish(Durability durability) {
+    const bool synced = durability == Durability::synced;
     int error = 0;
-    if (!sibling_.empty() && (::fchmod(file_, mode_) != 0 || ::fsync(file_) != 0))
+    if (!sibling_.empty() && (::fchmod(file_, mode_) != 0 || (synced && ::fsync(file_) != 0)))
         error = errno;
     if (::close(std::exchange(file_, -1)) != 0 && error == 0)
         error = errno;
@@ -244,6 +245,8 @@ Status FileReplacement::finish() {
     if (sibling_.empty())
         return {};
     sibling_.clear();
+    if (!synced)
+        return {};
     // The rename itself survives a power cut only when the folder reached the disk; some file systems cannot do it.
     const Descriptor folder(::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (folder.ok())
@@ -251,13 +254,13 @@ Status FileReplacement::finish() {
     return {};
 }
 
-Status replace_file(const std::string &path, ByteView bytes) {
+Status replace_file(const std::string &path, ByteView bytes, Durability durability) {
     Result<FileReplacement> file = FileReplacement::begin(path);
     if (!file)
         return file.error();
     if (Status written = file->write(bytes); !written)
         return written;
-    return file->finish();
+    return file->finish(durability);
 }
 
 void make_write_errors_returns() {

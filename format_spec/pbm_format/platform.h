@@ -38,15 +38,19 @@ class MappedFile {
 // "-", which is standard input, and whatever has no size before it is read: a pipe, a socket, a character device.
 bool is_stream(const std::string &path);
 
+// Whether a replaced file survives a power cut right after. `cached` is for what is quickly made again, as pictures
+// are: the system writes it to the disk in its own time.
+enum class Durability { synced, cached };
+
 // Writes a file piece by piece and makes `path` name it at the end, or leaves `path` as it was: temporary sibling,
-// writes, fsync, rename, fsync of the folder. Links stay; the file that they name is replaced, or made. Written to
-// directly: open files of this process ("-", which is standard output, /dev/stdout, /dev/stderr, /dev/fd/N), character
-// devices, pipes.
+// writes, fsync, rename, fsync of the folder (both where `synced`). Links stay; the file that they name is replaced, or
+// made. Written to directly: open files of this process ("-", which is standard output, /dev/stdout, /dev/stderr,
+// /dev/fd/N), character devices, pipes.
 class FileReplacement {
   public:
     static Result<FileReplacement> begin(const std::string &path);
     Status write(ByteView bytes);
-    Status finish(); // the last call
+    Status finish(Durability durability = Durability::synced); // the last call
 
     FileReplacement(FileReplacement &&other) noexcept;
     FileReplacement &operator=(FileReplacement &&) = delete;
@@ -63,7 +67,7 @@ class FileReplacement {
 };
 
 // The same in one piece.
-Status replace_file(const std::string &path, ByteView bytes);
+Status replace_file(const std::string &path, ByteView bytes, Durability durability = Durability::synced);
 
 // Says early whether `path` can be replaced: the folder exists and takes a file, `path` is no folder.
 Status check_replaceable(const std::string &path);

@@ -32,7 +32,7 @@ Result<std::string> save_picture(const std::filesystem::path &folder, const std:
             return Error{ErrorCode::io, 0,
                          "cannot write " + path + ": " + std::error_code(errno, std::generic_category()).message()};
         }
-        if (const Status written = replace_file(path, *png); !written) {
+        if (const Status written = replace_file(path, *png, Durability::cached); !written) {
             std::error_code ignored;
             std::filesystem::remove(path, ignored);
             return Error{written.error().code, 0, path + ": " + written.error().message};

@@ -191,11 +191,13 @@ class ReplaceFile : public testing::Test {
 
 TEST_F(ReplaceFile, ReplacesTheWholeFileAndLeavesNothingBeside) {
     const std::string path = (folder_ / "a.bvg").string();
-    std::ofstream(path) << "the old content, which is longer";
-    const Bytes bytes{'n', 'e', 'w'};
-    ASSERT_TRUE(replace_file(path, bytes));
-    EXPECT_EQ(content("a.bvg"), "new");
-    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1);
+    for (const Durability durability : {Durability::synced, Durability::cached}) {
+        std::ofstream(path) << "the old content, which is longer";
+        const Bytes bytes{'n', 'e', 'w'};
+        ASSERT_TRUE(replace_file(path, bytes, durability));
+        EXPECT_EQ(content("a.bvg"), "new");
+        EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1);
+    }
 }
 
 TEST_F(ReplaceFile, FollowsALinkToTheFileItNames) {
