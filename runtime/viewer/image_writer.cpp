@@ -21,8 +21,12 @@ static_assert(std::endian::native == std::endian::little, "pixels lie in memory 
 
 constexpr std::uint8_t kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint8_t kEightBits = 8, kRgb = 2, kRgba = 6, kPerceptual = 0;
-constexpr std::uint8_t kUp = 2;                         // filter type: bytes less those of the row above
-constexpr std::uint8_t kZlibHeader[] = {0x78, 0x01};    // deflate, window of 32 KB, fastest level (RFC 1950)
+constexpr std::uint8_t kUp = 2;                      // filter type: bytes less those of the row above
+constexpr std::uint8_t kZlibHeader[] = {0x78, 0x01}; // deflate, window of 32 KB, fastest level (RFC 1950)
+// How the deflate data of a band start: its first byte, which is the filter of its first row, as a block that is not
+// compressed (RFC 1951, 3.2.4: type, padding, length, complement of the length).
+constexpr std::uint8_t kBandStart[] = {0x00, 0x01, 0x00, 0xFE, 0xFF, kUp};
+constexpr std::size_t kStoredBytes = 1;
 constexpr std::size_t kLengthBytes = 4, kTypeBytes = 4; // at the start of a chunk
 // Rows of about so many bytes are a band: small enough to stay in the cache from filter to compressor and to share
 // the work out evenly, large enough to lose little where no match may reach back into the band above.
@@ -109,6 +113,7 @@ class BandEncoder {
         open_chunk(result.chunk, "IDAT");
         if (band == 0)
             append(result.chunk, kZlibHeader);
+        append(result.chunk, kBandStart);
         result.failed = !deflate(size, end == bands_.height, result.chunk);
         close_chunk(result.chunk, 0);
         result.adler32 = isal_adler32(1, filtered_.data(), size);
@@ -133,7 +138,13 @@ class BandEncoder {
                 std::memcpy(filtered + 3 * x, difference + 4 * x, 4);
     }
 
-    // Appends the first `size` filtered bytes, compressed; a band that is not the last one ends with a full flush.
+    // Appends the first `size` filtered bytes less those of kBandStart, compressed; a band that is not the last one
+    // ends with a full flush.
+    //
+    // The stored byte is here for its use as a dictionary. Where a stream starts without one, ISA-L 2.30 files the
+    // third byte's position in its hash table under a hash of bits 16 to 47 of the stream's own address, as the code
+    // for the first byte (igzip_icf_body_h1_gr_bt.asm, .write_first_byte) takes a register for data that still holds
+    // this address: the bytes written, though never their meaning, would change with the layout of memory.
     bool deflate(std::size_t size, bool last, Bytes &out) {
         isal_deflate_init(&stream_);
         stream_.level = 1;
@@ -141,8 +152,10 @@ class BandEncoder {
         stream_.level_buf_size = static_cast<std::uint32_t>(level_memory_.size());
         stream_.flush = last ? NO_FLUSH : FULL_FLUSH;
         stream_.end_of_stream = last ? 1 : 0;
-        stream_.next_in = filtered_.data();
-        stream_.avail_in = static_cast<std::uint32_t>(size);
+        if (isal_deflate_set_dict(&stream_, filtered_.data(), kStoredBytes) != COMP_OK)
+            return false;
+        stream_.next_in = filtered_.data() + kStoredBytes;
+        stream_.avail_in = static_cast<std::uint32_t>(size - kStoredBytes);
         stream_.avail_out = 0;
         while (stream_.avail_out == 0) { // room is left: all is written
             const std::size_t before = out.size();
