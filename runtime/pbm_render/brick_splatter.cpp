@@ -450,7 +450,7 @@ HWY_INLINE void find_facing_points(const FrameGeometry &frame, const RunGeometry
         } else {
             keep = hn::And(keep, hn::And(hn::Gt(pixel_y, above), hn::Lt(pixel_y, below)));
         }
-        const auto id = hn::Iota(di, static_cast<std::int32_t>(first_id + i));
+        const IntVector id = count_from(static_cast<std::int32_t>(first_id + i));
         const Packing pack(keep);
         hn::StoreU(pack(pixel_x), d, to.x.data() + to.count);
         hn::StoreU(pack(pixel_y), d, to.y.data() + to.count);

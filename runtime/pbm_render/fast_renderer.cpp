@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
 
 namespace pbm {
 namespace {
@@ -36,7 +37,7 @@ struct StreamPointers {
 
 struct FastRenderer::Frame {
     Frame(const ModelParameters &p, std::uint32_t chunk_points, int threads)
-        : parameters(p), lights(p.lights), point_bits(std::bit_width(chunk_points - 1)),
+        : parameters(p), lights(p.lights), point_bits(static_cast<int>(std::bit_width(chunk_points - 1))),
           pool(resolve_threads(threads)), strips(static_cast<std::size_t>(pool.threads())) {
         if (lights.empty())
             lights = default_lights(p.grid.up);
@@ -84,14 +85,19 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     }
     if (frame.bricks.size() < bricks)
         frame.bricks.resize(bricks);
-    frame.pool.run(runs.size(), [&](std::size_t run, std::size_t) { frame.cull(run, geometry); });
+    std::optional<PointShader> shader;
+    frame.pool.run(runs.size() + 1, [&](std::size_t item, std::size_t) {
+        if (item == 0) // takes longest
+            shader.emplace(frame.parameters, frame.lights, projection, options.point_colours);
+        else
+            frame.cull(item - 1, geometry);
+    });
 
-    const PointShader shader(frame.parameters, frame.lights, projection, options.point_colours);
     const int rows = strip_rows(target.width);
     const auto count = static_cast<std::size_t>((target.height + rows - 1) / rows);
     std::vector<std::uint64_t> drawn(count);
     frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
-        drawn[i] = frame.draw(static_cast<int>(i) * rows, geometry, shader, options, frame.strips[thread], target);
+        drawn[i] = frame.draw(static_cast<int>(i) * rows, geometry, *shader, options, frame.strips[thread], target);
     });
     for (const std::uint64_t points : drawn)
         statistics.drawn_points += points;
@@ -135,13 +141,13 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const PointShader &sh
     for (int y = strip.top; y < strip.bottom; ++y) {
         const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(target.width);
         std::uint32_t *const colours = target.colour.data() + row;
-        read_row(strip, y, background, edge, colours, target.depth.data() + row, covered);
+        read_row(strip, y, background, edge, colours, options.depths ? target.depth.data() + row : nullptr, covered);
         // Two loops, so that the first waits for many points at once to come from memory.
         read_looks(covered, shader.colour(), looks);
         for (std::size_t i = 0; i < covered.count; ++i) {
             const auto x = static_cast<std::size_t>(covered.x[i]);
             const glm::vec2 pixel(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
-            colours[x] = shader.shade(looks[i], pixel, target.depth[row + x] / edge, [&](std::size_t light) {
+            colours[x] = shader.shade(looks[i], pixel, covered.depth[i], [&](std::size_t light) {
                 return lit_fraction(light, static_cast<std::uint32_t>(covered.id[i]));
             });
         }

@@ -1,7 +1,5 @@
 #include "pbm_render/frame_geometry.h"
 
-#include <cmath>
-
 namespace pbm {
 
 FrameGeometry::FrameGeometry(const Projection &p, int picture_width, int picture_height)
@@ -10,8 +8,8 @@ FrameGeometry::FrameGeometry(const Projection &p, int picture_width, int picture
       normals(kNormalCount), packed(kNormalCount), radii(radius_table()), thickness(splat_thickness()) {
     const auto right = glm::vec3(p.axes.right), down = glm::vec3(-p.axes.up), forward = glm::vec3(p.axes.forward);
     const std::span<const SplatNormal> table = splat_normals();
-    const auto pack = [](float value, int shift) {
-        return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(value + 0.5F))) << shift;
+    const auto pack = [](float value, int shift) { // nearest, of -256 .. 255
+        return static_cast<std::uint32_t>(static_cast<std::int32_t>(value + 256.5F) - 256) << shift;
     };
     for (std::size_t i = 0; i < kNormalCount; ++i) {
         const SplatNormal &n = table[i];

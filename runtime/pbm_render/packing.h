@@ -1,4 +1,4 @@
-// Bringing the lanes of a mask to the front: for files that Highway compiles for several targets; include it after
+// Vectors of numbers of lanes and of lanes brought to the front: for files that Highway compiles for several targets; include it after
 // highway.h, and not only once.
 #if defined(PBM_RENDER_PACKING_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_RENDER_PACKING_H
@@ -26,6 +26,8 @@ inline constexpr std::array<std::array<std::int32_t, 8>, 256> kPackedLanes = [] 
     return lanes;
 }();
 
+inline constexpr std::array<std::int32_t, 16> kLaneNumbers{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
 } // namespace pbm
 #endif
 
@@ -38,6 +40,12 @@ using Ints = hwy::HWY_NAMESPACE::RebindToSigned<Floats>;
 using Vector = hwy::HWY_NAMESPACE::Vec<Floats>;
 using IntVector = hwy::HWY_NAMESPACE::Vec<Ints>;
 using Mask = hwy::HWY_NAMESPACE::Mask<Floats>;
+
+// first, first + 1, .. : Iota of Highway 1.0 goes through memory lane by lane.
+HWY_INLINE IntVector count_from(std::int32_t first) {
+    namespace hn = hwy::HWY_NAMESPACE;
+    return hn::Add(hn::Set(Ints(), first), hn::LoadU(Ints(), kLaneNumbers.data()));
+}
 
 #if HWY_TARGET <= HWY_AVX3 || HWY_TARGET == HWY_SCALAR
 class Packing {

@@ -12,7 +12,9 @@ PointShader::PointShader(const ModelParameters &parameters, std::span<const Ligh
                          bool point_colours)
     : parameters_(parameters), lights_(lights), projection_(projection),
       colour_(point_colours ? parameters.attributes.colour : ColourFormat::none),
-      shadowed_(static_cast<std::size_t>(parameters.attributes.lights)),
+      shadowed_(static_cast<std::size_t>(parameters.attributes.lights)), normals_(splat_normals()),
+      first_ray_(projection.ray({0, 0})), ray_right_(projection.ray({1, 0}) - projection.ray({0, 0})),
+      ray_down_(projection.ray({0, 1}) - projection.ray({0, 0})),
       table_(parameters.materials, lights, parameters.attributes.lights, -projection.axes.forward) {
     for (std::size_t i = 0; i < parameters.materials.size(); ++i)
         material_colours_[i] = colours_.linear(pack_rgb(parameters.materials[i].colour));
@@ -22,8 +24,9 @@ PointShader::PointShader(const ModelParameters &parameters, std::span<const Ligh
 
 // The normal of a two-sided point, turned towards the eye.
 std::size_t PointShader::side_seen(std::size_t normal, glm::vec2 pixel) const {
-    const UnitVector &n = normal_table()[normal];
-    const bool away = glm::dot(projection_.ray(pixel), glm::dvec3(n[0], n[1], n[2])) > 0;
+    const SplatNormal &n = normals_[normal];
+    const glm::vec3 ray = first_ray_ + pixel.x * ray_right_ + pixel.y * ray_down_;
+    const bool away = n.x * ray.x + n.y * ray.y + n.z * ray.z > 0;
     return away ? normal ^ kOppositeNormal : normal;
 }
 

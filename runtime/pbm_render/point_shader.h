@@ -1,6 +1,7 @@
 // What a point looks like in a pixel: Phong's reflection times its colour. One frame's lights, materials and view.
 #pragma once
 
+#include "pbm_render/normal_table.h"
 #include "pbm_render/shade_table.h"
 #include "pbm_render/transform_table.h"
 
@@ -58,6 +59,8 @@ class PointShader {
     const Projection &projection_;
     const ColourFormat colour_;
     const std::size_t shadowed_; // lights that have a shadow stream
+    const std::span<const SplatNormal> normals_;
+    const glm::vec3 first_ray_, ray_right_, ray_down_; // through pixel (0, 0), and from pixel to pixel
     ShadeTable table_;
     ColourTable colours_;
     std::array<Float4, kMaxMaterials> material_colours_{}; // linear

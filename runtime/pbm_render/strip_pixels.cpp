@@ -27,20 +27,24 @@ void read_row(const DepthStrip &strip, int y, std::uint32_t background, float sc
         Vector id, depth;
         hn::LoadInterleaved2(d, pixels + 2 * x, id, depth); // the row has room behind for whole vectors
         const std::size_t left = width - x;
-        const auto scaled = hn::Mul(depth, hn::Set(d, scale));
-        if (left >= lanes) {
+        if (left >= lanes)
             hn::StoreU(hn::Set(du, background), du, colours + x);
-            hn::StoreU(scaled, d, depths + x);
-        } else {
+        else
             hn::BlendedStore(hn::Set(du, background), hn::FirstN(du, left), du, colours + x);
-            hn::BlendedStore(scaled, hn::FirstN(d, left), d, depths + x);
+        if (depths != nullptr) {
+            const Vector scaled = hn::Mul(depth, hn::Set(d, scale));
+            if (left >= lanes)
+                hn::StoreU(scaled, d, depths + x);
+            else
+                hn::BlendedStore(scaled, hn::FirstN(d, left), d, depths + x);
         }
         const auto drawn = hn::And(hn::Lt(depth, infinity), hn::FirstN(d, left));
         if (hn::AllFalse(d, drawn))
             continue;
         const Packing pack(drawn);
         hn::StoreU(pack(hn::BitCast(di, id)), di, covered.id.data() + covered.count);
-        hn::StoreU(pack(hn::Iota(di, static_cast<std::int32_t>(x))), di, covered.x.data() + covered.count);
+        hn::StoreU(pack(count_from(static_cast<std::int32_t>(x))), di, covered.x.data() + covered.count);
+        hn::StoreU(pack(depth), d, covered.depth.data() + covered.count);
         covered.count += hn::CountTrue(d, drawn);
     }
 }
@@ -55,7 +59,7 @@ HWY_EXPORT(read_row);
 
 // Whole SIMD vectors are stored at the end of what is known.
 CoveredPixels::CoveredPixels(int width)
-    : x(static_cast<std::size_t>(width) + 16), id(static_cast<std::size_t>(width) + 16) {}
+    : x(static_cast<std::size_t>(width) + kLaneNumbers.size()), id(x.size()), depth(x.size()) {}
 
 void read_row(const DepthStrip &strip, int y, std::uint32_t background, float scale, std::uint32_t *colours,
               float *depths, CoveredPixels &covered) {

@@ -88,6 +88,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
         return fail_usage(arguments.output + ": pictures are PNG files; choose a name that ends with .png");
     if (no_background)
         arguments.view.render.background = {0, 0, 0, 0};
+    arguments.view.render.depths = !arguments.depth_output.empty();
     return std::nullopt;
 }
 
