@@ -395,9 +395,9 @@ struct BrickStreams {
 };
 
 // Projects the points begin .. end - 1 of a brick, whose places are known, and keeps those that face the eye and may
-// touch the strip.
+// touch the strip. Returns how many of them are at home in the strip, which is where their centres are.
 template <bool kLarge>
-HWY_INLINE void find_facing_points(const FrameGeometry &frame, const RunGeometry &geometry, const SeenBrick &brick,
+HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunGeometry &geometry, const SeenBrick &brick,
                                    const BrickPlaces &places, std::size_t begin, std::size_t end,
                                    const BrickStreams &streams, std::uint32_t first_id, const DepthStrip &strip,
                                    FacingPoints &to) {
@@ -411,6 +411,10 @@ HWY_INLINE void find_facing_points(const FrameGeometry &frame, const RunGeometry
     // Outlines are at most this much farther in than their points, rounding included: a voxel is at most 1.42 pixels.
     constexpr float kShift = 2;
     const Vector above = set(static_cast<float>(strip.top) - kShift), below = set(static_cast<float>(strip.bottom) + kShift);
+    constexpr float kNowhere = std::numeric_limits<float>::infinity();
+    const Vector home_top = set(strip.top == 0 ? -kNowhere : static_cast<float>(strip.top));
+    const Vector home_bottom = set(strip.bottom == frame.height ? kNowhere : static_cast<float>(strip.bottom));
+    std::size_t at_home = 0;
     for (std::size_t i = begin; i < end; i += lanes) {
         const auto place = hn::PromoteTo(di, hn::LoadU(d16, places.place.data() + i));
         const Vector x = hn::ConvertTo(d, hn::And(place, hn::Set(di, 15)));
@@ -462,7 +466,9 @@ HWY_INLINE void find_facing_points(const FrameGeometry &frame, const RunGeometry
             hn::StoreU(pack(index), di, to.normal_index.data() + to.count);
         }
         to.count += hn::CountTrue(d, keep);
+        at_home += hn::CountTrue(d, hn::And(keep, hn::And(hn::Ge(pixel_y, home_top), hn::Lt(pixel_y, home_bottom))));
     }
+    return at_home;
 }
 
 // Draws all points. Blocks are laid before the first is drawn: so many steps that wait for each other do so together.
@@ -499,15 +505,11 @@ std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &geometr
         const std::size_t end = run.last > first_point ? std::min<std::size_t>(count, run.last - first_point) : 0;
         const auto base_id = first_id + static_cast<std::uint32_t>(first_point);
         if (it.large) {
-            drawn -= large.count;
-            find_facing_points<true>(frame, geometry, it, places, begin, end, streams, base_id, strip, large);
-            drawn += large.count;
+            drawn += find_facing_points<true>(frame, geometry, it, places, begin, end, streams, base_id, strip, large);
             if (large.count >= kWaiting)
                 draw_ellipses(frame, geometry.voxel, large, strip);
         } else {
-            drawn -= small.count;
-            find_facing_points<false>(frame, geometry, it, places, begin, end, streams, base_id, strip, small);
-            drawn += small.count;
+            drawn += find_facing_points<false>(frame, geometry, it, places, begin, end, streams, base_id, strip, small);
             if (small.count >= kWaiting)
                 draw_blocks(frame, geometry.voxel, blocks, small, strip);
         }

@@ -12,7 +12,7 @@
 namespace pbm {
 
 // Draws those of the run's `seen` bricks that touch the strip. The id of point i of the chunk is `first_id` + i. Returns
-// how many points were drawn whose splat begins in the strip. In bounds whatever the bytes of a mapped chunk became.
+// how many points were drawn, each counted in one strip. In bounds whatever the bytes of a mapped chunk became.
 std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
                           std::uint32_t first_id, DepthStrip &strip);
 
