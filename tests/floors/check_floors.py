@@ -71,7 +71,7 @@ HOMES = {
     r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/overlay\.cpp",
     r"isa-l/.*|zlib\.h": r"runtime/viewer/image_writer\.cpp",
     r"(jpeglib|turbojpeg)\.h|stb/.*": r"tools/pbm-build/.*\.cpp",
-    r"sys/mman\.h": r"format_spec/pbm_format/platform\.cpp",
+    r"(sys/mman|malloc)\.h": r"format_spec/pbm_format/platform\.cpp",
     r"sys/resource\.h": r"format_spec/pbm_format/(platform|child_process)\.cpp",
     r"sys/(prctl|syscall|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/child_process\.cpp",
     r"(fcntl|unistd)\.h|sys/.*": (
