@@ -63,7 +63,7 @@ TEST(ColourTable, ReturnsEveryByte) {
     const ColourTable table;
     for (int i = 0; i < 256; ++i) {
         const auto byte = static_cast<std::uint8_t>(i);
-        const Rgba8 back = unpack_rgba(table.pack_srgb(table.linear({byte, byte, byte})));
+        const Rgba8 back = unpack_rgba(table.pack_srgb(table.linear(pack_rgba({byte, byte, byte, 255}))));
         EXPECT_NEAR(back[0], i, i < 20 ? 1 : 0);
         EXPECT_EQ(back[3], 255);
     }
