@@ -11,10 +11,10 @@ namespace pbm {
 
 // A brick whose points may be seen.
 struct SeenBrick {
-    float u, v, w;                // M * (centre of its first voxel), as TransformTable has it
-    std::uint32_t brick;          // of the chunk
-    std::int32_t top, bottom;     // its points touch rows top .. bottom - 1 only
-    bool large;                   // some splat needs more than a block of 2 x 2 pixels, or the eye is near
+    float u, v, w;            // M * (centre of its first voxel), as TransformTable has it
+    std::uint32_t brick;      // of the chunk
+    std::int32_t top, bottom; // its points touch rows top .. bottom - 1 only
+    bool large;               // some splat needs more than a block of 2 x 2 pixels, or the eye is near
 };
 
 // What is the same for all bricks of a run.
@@ -22,8 +22,8 @@ struct RunGeometry {
     RunGeometry(const PointRun &points, const FrameGeometry &frame);
 
     const PointRun *run;
-    float voxel;                        // edge, grid edges
-    std::array<glm::vec3, 3> steps;     // M * (d, 0) from a voxel to the next in x, y, z
+    float voxel;                    // edge, grid edges
+    std::array<glm::vec3, 3> steps; // M * (d, 0) from a voxel to the next in x, y, z
 };
 
 // Splats up to this radius in pixels are drawn as a block of 2 x 2: points are nearer to each other than that wherever

@@ -96,18 +96,18 @@ inline constexpr std::size_t kWaiting = 512; // so many points are drawn at once
 struct FacingPoints {
     static constexpr std::size_t kCapacity = kWaiting + kBrickPoints + kMostLanes;
     std::size_t count = 0;
-    alignas(64) std::array<float, kCapacity> x, y, w;      // pixel and depth
+    alignas(64) std::array<float, kCapacity> x, y, w;       // pixel and depth
     alignas(64) std::array<std::int32_t, kCapacity> normal; // packed; bit 0 says that it is two-sided
     alignas(64) std::array<std::int32_t, kCapacity> id;
     // Of large splats only:
-    alignas(64) std::array<float, kCapacity> radius;              // grid edges
+    alignas(64) std::array<float, kCapacity> radius; // grid edges
     alignas(64) std::array<std::int32_t, kCapacity> normal_index;
 };
 
 // Blocks of 2 x 2 pixels: what small splats are drawn as.
 struct Blocks {
     alignas(64) std::array<std::int32_t, FacingPoints::kCapacity> offset; // of the upper left pixel
-    alignas(64) std::array<float, 4 * FacingPoints::kCapacity> depths; // upper left and right, lower left and right
+    alignas(64) std::array<float, 4 * FacingPoints::kCapacity> depths;    // upper left and right, lower left and right
 };
 
 HWY_INLINE void draw_block(const float *depths, std::uint32_t id, double *upper, std::ptrdiff_t stride) {
@@ -191,10 +191,9 @@ HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, c
     s.outline = hn::Mul(hn::Mul(voxel, hn::Set(d, kOutlineInset)),
                         clamp_to_one(hn::Add(one, hn::Mul(hn::Set(d, 1.4F), n.facing))));
     const Vector edge_on = clamp_to_one(hn::Add(one, n.facing)), edge_on2 = hn::Mul(edge_on, edge_on);
-    const Vector mean_inset = hn::Mul(hn::ConvertTo(d, hn::And(packed, hn::Set(di, kPackedInsetMask))),
-                                      hn::Set(d, 1 / kPackedInsetScale));
-    s.inset =
-        hn::Mul(voxel, hn::Add(mean_inset, hn::Mul(hn::Set(d, kGrazingInset), hn::Mul(edge_on2, edge_on2))));
+    const Vector mean_inset =
+        hn::Mul(hn::ConvertTo(d, hn::And(packed, hn::Set(di, kPackedInsetMask))), hn::Set(d, 1 / kPackedInsetScale));
+    s.inset = hn::Mul(voxel, hn::Add(mean_inset, hn::Mul(hn::Set(d, kGrazingInset), hn::Mul(edge_on2, edge_on2))));
     s.image_x = hn::Sub(n.x, hn::Mul(n.ray_x, n.z));
     s.image_y = hn::Sub(n.y, hn::Mul(n.ray_y, n.z));
     s.pixel_size = hn::Mul(hn::Load(d, points.w.data() + first), hn::Set(d, frame.inverse_focal));
@@ -233,8 +232,8 @@ HWY_INLINE void lay_blocks(const FrameGeometry &frame, float voxel_edge, const F
         return hn::And(hn::Ge(v, set(static_cast<float>(from))), hn::Lt(v, set(static_cast<float>(to))));
     };
     const Vector column = hn::Floor(hn::Sub(at_x, half)), row = hn::Floor(hn::Sub(at_y, half));
-    const Mask visible = hn::And(hn::FirstN(d, end - first), hn::And(within(column, -1, strip.width),
-                                                                     within(row, strip.top - 1, strip.bottom)));
+    const Mask visible = hn::And(hn::FirstN(d, end - first),
+                                 hn::And(within(column, -1, strip.width), within(row, strip.top - 1, strip.bottom)));
     const auto offset =
         hn::Add(hn::Add(hn::ConvertTo(di, column), hn::Set(di, DepthStrip::kMarginLeft)),
                 hn::Mul(hn::Sub(hn::ConvertTo(di, row), hn::Set(di, strip.top - 1)), hn::Set(di, strip.stride)));
@@ -261,9 +260,9 @@ HWY_INLINE void draw_blocks(const FrameGeometry &frame, float voxel, Blocks &blo
 
 // As SplatShape, for the depth where the point is: a vector of splats of any size.
 struct Ellipses {
-    alignas(64) std::array<float, kMostLanes> x, y, depth;         // middle
-    alignas(64) std::array<float, kMostLanes> xx, xy, yy;          // 1 on the outline
-    alignas(64) std::array<float, kMostLanes> slope_x, slope_y;    // of the depth, per pixel
+    alignas(64) std::array<float, kMostLanes> x, y, depth;                     // middle
+    alignas(64) std::array<float, kMostLanes> xx, xy, yy;                      // 1 on the outline
+    alignas(64) std::array<float, kMostLanes> slope_x, slope_y;                // of the depth, per pixel
     alignas(64) std::array<std::int32_t, kMostLanes> left, right, top, bottom; // pixels, in the strip
 };
 
@@ -278,8 +277,7 @@ HWY_INLINE void lay_ellipses(const FrameGeometry &frame, float voxel_edge, const
     const SeenNormal &n = s.normal;
     const Vector radius = hn::Load(d, points.radius.data() + first);
     // Behind the last point anything may stand, but no index of nothing.
-    const IntVector normal =
-        hn::And(hn::Load(di, points.normal_index.data() + first), hn::Set(di, kNormalIndexMask));
+    const IntVector normal = hn::And(hn::Load(di, points.normal_index.data() + first), hn::Set(di, kNormalIndexMask));
     const Vector thickness = hn::Mul(set(voxel_edge), hn::GatherIndex(d, frame.thickness.data(), normal));
 
     // r^2 I - (r^2 - t^2) n n^T through the Jacobian of the projection, for focal length and depth 1.
@@ -299,9 +297,9 @@ HWY_INLINE void lay_ellipses(const FrameGeometry &frame, float voxel_edge, const
 
     // Depth along the plane, but never farther from the middle's than the disc itself reaches.
     Vector plane_x = hn::Div(n.x, s.cosine), plane_y = hn::Div(n.y, s.cosine);
-    const Vector rise = hn::Sqrt(
-        hn::Add(hn::Mul(plane_x, hn::Add(hn::Mul(xx, plane_x), hn::Mul(hn::Mul(set(2), xy), plane_y))),
-                hn::Mul(hn::Mul(yy, plane_y), plane_y)));
+    const Vector rise =
+        hn::Sqrt(hn::Add(hn::Mul(plane_x, hn::Add(hn::Mul(xx, plane_x), hn::Mul(hn::Mul(set(2), xy), plane_y))),
+                         hn::Mul(hn::Mul(yy, plane_y), plane_y)));
     const Vector most = hn::Min(one, hn::Div(radius, hn::Max(rise, set(1e-20F))));
     plane_x = hn::Mul(plane_x, most);
     plane_y = hn::Mul(plane_y, most);
@@ -312,8 +310,7 @@ HWY_INLINE void lay_ellipses(const FrameGeometry &frame, float voxel_edge, const
     const Vector pixels = hn::Div(one, s.pixel_size);
     const auto place = [&](const float *at, Vector image, Vector variance, float from, float to_end, float *middle,
                            std::int32_t *begin, std::int32_t *finish) {
-        const Vector centre =
-            hn::Sub(hn::Load(d, at), hn::Mul(hn::Mul(s.outline, image), pixels));
+        const Vector centre = hn::Sub(hn::Load(d, at), hn::Mul(hn::Mul(s.outline, image), pixels));
         const Vector reach = hn::Mul(hn::Sqrt(variance), pixels);
         hn::Store(centre, d, middle);
         // Pixel i is inside if its centre i + 0.5 is: the first one is floor(edge + 0.5).
@@ -362,8 +359,8 @@ HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::ui
                 hn::Add(hn::Mul(x, hn::Add(hn::Mul(hn::Set(d32, xx), x), hn::Set(d32, row_xy))), hn::Set(d32, row_yy)),
                 hn::Set(d32, 1));
             const auto depth = hn::Add(hn::Set(d32, row_depth), hn::Mul(hn::Set(d32, slope_x), x));
-            const auto z = hn::BitCast(
-                du32, hn::IfThenElse(inside, depth, hn::Set(d32, std::numeric_limits<float>::infinity())));
+            const auto z =
+                hn::BitCast(du32, hn::IfThenElse(inside, depth, hn::Set(d32, std::numeric_limits<float>::infinity())));
             const auto draw = [&](auto value, double *to) {
                 hn::StoreU(hn::Min(hn::BitCast(d64, value), hn::LoadU(d64, to)), d64, to);
             };
@@ -397,10 +394,10 @@ struct BrickStreams {
 // Projects the points begin .. end - 1 of a brick, whose places are known, and keeps those that face the eye and may
 // touch the strip. Returns how many of them are at home in the strip, which is where their centres are.
 template <bool kLarge>
-HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunGeometry &geometry, const SeenBrick &brick,
-                                   const BrickPlaces &places, std::size_t begin, std::size_t end,
-                                   const BrickStreams &streams, std::uint32_t first_id, const DepthStrip &strip,
-                                   FacingPoints &to) {
+HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunGeometry &geometry,
+                                          const SeenBrick &brick, const BrickPlaces &places, std::size_t begin,
+                                          std::size_t end, const BrickStreams &streams, std::uint32_t first_id,
+                                          const DepthStrip &strip, FacingPoints &to) {
     const Floats d;
     const Ints di;
     const hn::Rebind<std::uint16_t, Floats> d16;
@@ -410,7 +407,8 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
     const auto &[step_x, step_y, step_z] = geometry.steps;
     // Outlines are at most this much farther in than their points, rounding included: a voxel is at most 1.42 pixels.
     constexpr float kShift = 2;
-    const Vector above = set(static_cast<float>(strip.top) - kShift), below = set(static_cast<float>(strip.bottom) + kShift);
+    const Vector above = set(static_cast<float>(strip.top) - kShift),
+                 below = set(static_cast<float>(strip.bottom) + kShift);
     constexpr float kNowhere = std::numeric_limits<float>::infinity();
     const Vector home_top = set(strip.top == 0 ? -kNowhere : static_cast<float>(strip.top));
     const Vector home_bottom = set(strip.bottom == frame.height ? kNowhere : static_cast<float>(strip.bottom));

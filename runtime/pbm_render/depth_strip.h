@@ -13,7 +13,8 @@ namespace pbm {
 // half. The least of them is nearest, ties go to the lower id, and so the order of drawing does not matter. Read as a
 // double, since that least is one instruction everywhere; positive floats never make a NaN of it.
 struct DepthStrip {
-    static constexpr int kMarginLeft = 1, kMarginRight = 16; // columns beside the picture: room for blocks and whole SIMD vectors
+    static constexpr int kMarginLeft = 1,
+                         kMarginRight = 16; // columns beside the picture: room for blocks and whole SIMD vectors
     static constexpr std::uint32_t kEmptyDepth = std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity());
     static constexpr double kEmpty = std::bit_cast<double>(std::uint64_t{kEmptyDepth} << 32 | 0xFFFFFFFF);
 

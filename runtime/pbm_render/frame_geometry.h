@@ -33,12 +33,12 @@ struct FrameGeometry {
 
     Projection projection;
     int width, height;
-    float focal, inverse_focal;        // pixels
-    float middle_x, middle_y;          // pixels
-    std::vector<EyeNormal> normals;    // [kNormalCount]
-    std::vector<std::int32_t> packed;  // [kNormalCount]
-    std::array<float, 256> radii;      // by radius index
-    std::span<const float> thickness;  // [kNormalCount] of splats, voxel edges
+    float focal, inverse_focal;       // pixels
+    float middle_x, middle_y;         // pixels
+    std::vector<EyeNormal> normals;   // [kNormalCount]
+    std::vector<std::int32_t> packed; // [kNormalCount]
+    std::array<float, 256> radii;     // by radius index
+    std::span<const float> thickness; // [kNormalCount] of splats, voxel edges
 };
 
 } // namespace pbm

@@ -1,5 +1,5 @@
-// Vectors of numbers of lanes and of lanes brought to the front: for files that Highway compiles for several targets; include it after
-// highway.h, and not only once.
+// Vectors of numbers of lanes and of lanes brought to the front: for files that Highway compiles for several targets;
+// include it after highway.h, and not only once.
 #if defined(PBM_RENDER_PACKING_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_RENDER_PACKING_H
 #undef PBM_RENDER_PACKING_H
