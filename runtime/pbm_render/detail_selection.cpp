@@ -22,16 +22,15 @@ constexpr double kSplatMargin = 2;
 // Integer normals are rounded: what their cosines may be wrong by.
 constexpr double kRounding = 1e-4;
 
-// Of a chunk's root, in units of the grid's edge.
-struct Box {
-    glm::dvec3 centre;
-    double half_edge;
-};
-
 Box root_box(const ChunkShape &shape) {
     const double edge = std::ldexp(1.0, -shape.root_depth);
     const auto [x, y, z] = morton_decode(shape.root_prefix);
-    return {.centre = (glm::dvec3(x, y, z) + 0.5) * edge, .half_edge = edge / 2};
+    const glm::dvec3 corner = glm::dvec3(x, y, z) * edge;
+    return {.least = corner, .most = corner + edge};
+}
+
+Box intersection(const Box &a, const Box &b) {
+    return {.least = glm::max(a.least, b.least), .most = glm::min(a.most, b.most)};
 }
 
 // What the eye sees of boxes.
@@ -49,22 +48,22 @@ class Frustum {
     // Never for a box of which something within `margin` is seen.
     bool misses(const Box &box, double margin) const {
         return std::any_of(inwards_.begin(), inwards_.end(), [&](const glm::dvec3 &inwards) {
-            return glm::dot(inwards, box.centre - eye_) + reach(box, inwards) + margin < 0;
+            return glm::dot(inwards, box.centre() - eye_) + reach(box, inwards) + margin < 0;
         });
     }
 
     // Pixels that `edge` takes where the box's visible part comes nearest; infinite around the eye.
     double largest_image(const Box &box, double edge) const {
-        const glm::dvec3 to_centre = box.centre - eye_;
-        const double distance = glm::length(glm::max(glm::abs(to_centre) - box.half_edge, glm::dvec3(0)));
+        const glm::dvec3 to_centre = box.centre() - eye_;
+        const double distance = glm::length(glm::max(glm::abs(to_centre) - box.half(), glm::dvec3(0)));
         const double depth = std::max(glm::dot(forward_, to_centre) - reach(box, forward_), distance * least_cosine_);
         return depth > 0 ? edge * projection_.focal / depth : std::numeric_limits<double>::infinity();
     }
 
     // Whether every normal of the cone is turned away so far, wherever in the box, that no renderer draws its point.
     bool sees_backs(const NormalCone &cone, const Box &box) const {
-        const glm::dvec3 to_centre = box.centre - eye_;
-        const double distance = glm::length(to_centre), radius = box.half_edge * std::sqrt(3.0);
+        const glm::dvec3 to_centre = box.centre() - eye_;
+        const double distance = glm::length(to_centre), radius = glm::length(box.half());
         if (cone.cosine == kNoCone || distance <= radius)
             return false;
         const UnitVector &n = normal_table()[cone.axis];
@@ -77,7 +76,7 @@ class Frustum {
   private:
     static double angle(double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)); }
     static double reach(const Box &box, const glm::dvec3 &direction) {
-        return box.half_edge * (std::abs(direction.x) + std::abs(direction.y) + std::abs(direction.z));
+        return glm::dot(box.half(), glm::abs(direction));
     }
 
     Projection projection_;
@@ -92,9 +91,10 @@ class Selector {
         : frustum_(in_unit_grid(view.camera, grid), view.width, view.height), levels_(levels), depth_(grid.depth),
           finest_(std::clamp(view.finest, 1, grid.depth)), max_error_(view.max_error) {}
 
-    // Sees to it that the place of a chunk is shown; false if the points above it have to. No radius in the chunk above
-    // has an index greater than `radius_above`. The depth of the recursion is that of the grid: at most 16.
-    bool show(ChunkPlace place, std::uint8_t radius_above);
+    // Sees to it that the place of a chunk is shown; false if the points above it have to. Its points are within `box`;
+    // no radius in the chunk above has an index greater than `radius_above`. The depth of the recursion is that of the
+    // grid: at most 16.
+    bool show(ChunkPlace place, Box box, std::uint8_t radius_above);
 
     DetailSelection take() {
         std::stable_sort(selection_.missing.begin(), selection_.missing.end(),
@@ -105,7 +105,8 @@ class Selector {
     }
 
   private:
-    void show_children(ChunkPlace place, const ChunkEntry &entry, const ChunkState &state, std::uint8_t radius);
+    void show_children(ChunkPlace place, const Box &box, const ChunkEntry &entry, const ChunkState &state,
+                       std::uint8_t radius);
     void draw(const ChunkState &state, const ChunkEntry &entry, int level, std::uint32_t first, std::uint32_t last);
 
     std::size_t chosen() const { return selection_.runs.size() + selection_.missing.size(); }
@@ -117,7 +118,7 @@ class Selector {
     DetailSelection selection_;
 };
 
-bool Selector::show(ChunkPlace place, std::uint8_t radius_above) {
+bool Selector::show(ChunkPlace place, Box box, std::uint8_t radius_above) {
     const LevelState &level = levels_[static_cast<std::size_t>(place.level)];
     const ChunkEntry &entry = level.directory->chunks[place.index];
     const ChunkState &state = level.chunks[place.index];
@@ -126,7 +127,8 @@ bool Selector::show(ChunkPlace place, std::uint8_t radius_above) {
     const std::uint8_t radius =
         at_hand ? state.largest_radius : radius_predictions(place.level, place.level == depth_)[radius_above];
     const double voxel = std::ldexp(1.0, -place.level);
-    const Box box = root_box(entry.shape);
+    if (at_hand)
+        box = state.bounds;
     if (frustum_.misses(box, kSplatMargin * voxel + radius_fraction(radius)))
         return true;
     const double error = frustum_.largest_image(box, voxel);
@@ -139,7 +141,7 @@ bool Selector::show(ChunkPlace place, std::uint8_t radius_above) {
     selection_.needs_directory |= too_coarse && !has_directory;
     if (too_coarse && has_directory) {
         const std::size_t before = chosen();
-        show_children(place, entry, state, radius);
+        show_children(place, box, entry, state, radius);
         if (chosen() == before) // all of it is outside or turned away
             return true;
     } else if (at_hand) {
@@ -152,14 +154,21 @@ bool Selector::show(ChunkPlace place, std::uint8_t radius_above) {
     return at_hand;
 }
 
-void Selector::show_children(ChunkPlace place, const ChunkEntry &entry, const ChunkState &state, std::uint8_t radius) {
+void Selector::show_children(ChunkPlace place, const Box &box, const ChunkEntry &entry, const ChunkState &state,
+                             std::uint8_t radius) {
+    const double voxel = std::ldexp(1.0, -place.level);
     const std::vector<ChunkEntry> &below = levels_[static_cast<std::size_t>(place.level) + 1].directory->chunks;
     // Chunks of the level below stand in the order of those they nest in.
     const auto first = std::partition_point(
         below.begin(), below.end(), [&](const ChunkEntry &child) { return child.shape.parent_chunk < place.index; });
     for (auto child = first; child != below.end() && child->shape.parent_chunk == place.index; ++child) {
         const auto index = static_cast<std::uint32_t>(child - below.begin());
-        if (show({place.level + 1, index}, radius) || state.view == nullptr)
+        const Box part = intersection(root_box(child->shape), box);
+        if (frustum_.misses(part, kSplatMargin * voxel + radius_fraction(radius)))
+            continue;
+        // What is too coarse as a whole may not be so here.
+        const bool too_coarse = frustum_.largest_image(part, voxel) > max_error_;
+        if ((too_coarse && show({place.level + 1, index}, part, radius)) || state.view == nullptr)
             continue;
         const auto points_before = static_cast<std::uint32_t>(child->first_node - entry.first_point);
         draw(state, entry, place.level, points_before, points_before + child->shape.nodes);
@@ -177,6 +186,17 @@ void Selector::draw(const ChunkState &state, const ChunkEntry &entry, int level,
 
 } // namespace
 
+Box bounds_of(std::span<const BrickRecord> bricks, int level) {
+    Box box{.least = glm::dvec3(1), .most = glm::dvec3(0)};
+    const double edge = std::ldexp(8.0, -level);
+    for (const BrickRecord &brick : bricks) {
+        const glm::dvec3 corner = glm::dvec3(brick.x, brick.y, brick.z) * edge;
+        box.least = glm::min(box.least, corner);
+        box.most = glm::max(box.most, glm::min(corner + edge, glm::dvec3(1)));
+    }
+    return box;
+}
+
 DetailSelection select_detail(const Grid &grid, std::uint8_t root_radius, std::span<const LevelState> levels,
                               const DetailView &view) {
     if (levels.size() < 2) {
@@ -185,7 +205,7 @@ DetailSelection select_detail(const Grid &grid, std::uint8_t root_radius, std::s
         return nothing;
     }
     Selector selector(grid, levels, view);
-    selector.show({1, 0}, root_radius);
+    selector.show({1, 0}, {.least = glm::dvec3(0), .most = glm::dvec3(1)}, root_radius);
     return selector.take();
 }
 

@@ -14,6 +14,8 @@
 #include "pbm_render/camera.h"
 #include "pbm_render/point_run.h"
 
+#include <glm/vec3.hpp>
+
 #include <span>
 #include <vector>
 
@@ -29,9 +31,21 @@ struct DetailView {
     int finest = kMaxDepth;              // no finer level than this, 1 or more
 };
 
+// Part of the grid, in units of its edge.
+struct Box {
+    glm::dvec3 least{0}, most{1}; // corners
+
+    glm::dvec3 centre() const { return (least + most) / 2.0; }
+    glm::dvec3 half() const { return (most - least) / 2.0; }
+};
+
+// The voxels of a chunk's bricks; one or more.
+Box bounds_of(std::span<const BrickRecord> bricks, int level);
+
 // What is known of one chunk.
 struct ChunkState {
     const ChunkView *view = nullptr; // null: not at hand
+    Box bounds = {};                 // of its bricks, if it is at hand
     std::uint8_t largest_radius = 0; // index, of its points, if it is at hand
     bool refused = false;            // damaged, and so are those below it for who needs it: not to be asked for
 };

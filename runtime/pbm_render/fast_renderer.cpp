@@ -14,8 +14,8 @@
 namespace pbm {
 namespace {
 
-// So that a strip of a picture 1,280 pixels wide takes less than a megabyte.
-constexpr int kStripPixels = 80 * 1024;
+// A megabyte: little enough for the cache, much enough that few bricks lie in two strips.
+constexpr int kStripPixels = 128 * 1024;
 constexpr int kLeastStripRows = 16;
 
 int strip_rows(int width) { return std::max(kLeastStripRows, kStripPixels / width); }

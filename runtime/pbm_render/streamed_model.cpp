@@ -129,13 +129,19 @@ Detail StreamedModel::choose(const DetailView &view) {
 // The radii of coarse levels bound those of finer ones, and so what may reach into the view: without them more would be
 // loaded than is needed.
 Result<Detail> StreamedModel::load(const DetailView &view) {
-    for (const int finest : {kBoundsLevel, kMaxDepth}) {
-        std::vector<MissingChunk> missing = choose(view).missing;
-        std::erase_if(missing, [&](const MissingChunk &chunk) { return chunk.place.level > finest; });
-        if (Status status = load_all(std::move(missing)); !status)
+    // Where chunks lie is known exactly when those above them are there: no others are loaded. One level after the
+    // other costs next to nothing, since chunks are decoded after the ones they nest in.
+    while (true) {
+        Detail detail = choose(view);
+        {
+            const std::lock_guard lock(mutex_);
+            std::erase_if(detail.missing, [&](const MissingChunk &chunk) { return !has_parent(chunk.place); });
+        }
+        if (detail.missing.empty())
+            return detail;
+        if (Status status = load_all(std::move(detail.missing)); !status)
             return std::move(status).error();
     }
-    return choose(view);
 }
 
 Status StreamedModel::load_all(std::vector<MissingChunk> missing) {
@@ -181,6 +187,13 @@ void StreamedModel::request(std::vector<MissingChunk> missing) {
         if (threads_.empty())
             throw;
     }
+}
+
+bool StreamedModel::has_parent(ChunkPlace place) const {
+    if (place.level == 1)
+        return true;
+    const ChunkPlace parent = parent_of(place);
+    return level_of(parent).slots[parent.index].chunk != nullptr;
 }
 
 bool StreamedModel::is_loading() const {
@@ -330,6 +343,7 @@ void StreamedModel::finish(const Task &task, Result<ChunkPointer> loaded) {
         slot.chunk = std::move(loaded).value();
         slot.last_view = view_;
         state.view = &slot.chunk->view;
+        state.bounds = bounds_of(slot.chunk->view.bricks, level);
         state.largest_radius = largest_radius(slot.chunk->view.bricks);
         statistics_.points_decoded += mapped ? 0 : task.entry->shape.points;
     } else {

@@ -139,6 +139,7 @@ class StreamedModel {
     const Level &level_of(ChunkPlace place) const { return levels_[static_cast<std::size_t>(place.level)]; }
     const ChunkEntry &entry_of(ChunkPlace place) const { return level_of(place).directory->chunks[place.index]; }
     ChunkPlace parent_of(ChunkPlace place) const { return {place.level - 1, entry_of(place).shape.parent_chunk}; }
+    bool has_parent(ChunkPlace place) const; // at hand, or none
     bool is_settled(ChunkPlace place) const;
     std::size_t find_task() const;
     std::optional<Task> take_task();

@@ -60,6 +60,7 @@ class ChosenModel {
                 states(level)[i] = {};
                 if (!orphan && !lost(level, i))
                     states(level)[i] = {.view = &some_view_,
+                                        .bounds = bounds_of(bricks(level, entry), level),
                                         .largest_radius = *std::max_element(radii.begin(), radii.end())};
             }
     }
@@ -106,6 +107,18 @@ class ChosenModel {
     }
 
   private:
+    // Those of a chunk's points, as far as bounds_of looks.
+    std::vector<BrickRecord> bricks(int level, const ChunkEntry &entry) const {
+        std::vector<BrickRecord> bricks;
+        for (std::uint64_t i = entry.first_point; i < entry.first_point + entry.shape.points; ++i) {
+            const auto [x, y, z] = morton_decode(codes_[static_cast<std::size_t>(level)][i]);
+            bricks.push_back({.x = static_cast<std::uint16_t>(x / 8),
+                              .y = static_cast<std::uint16_t>(y / 8),
+                              .z = static_cast<std::uint16_t>(z / 8)});
+        }
+        return bricks;
+    }
+
     Model model_;
     Bytes file_;
     Reader reader_;
