@@ -137,10 +137,11 @@ Result<Detail> StreamedModel::load(const DetailView &view) {
             const std::lock_guard lock(mutex_);
             std::erase_if(detail.missing, [&](const MissingChunk &chunk) { return !has_parent(chunk.place); });
         }
-        if (detail.missing.empty())
-            return detail;
-        if (Status status = load_all(std::move(detail.missing)); !status)
+        const bool complete = detail.missing.empty();
+        if (Status status = load_all(std::move(detail.missing)); !status) // a directory may be damaged, too
             return std::move(status).error();
+        if (complete)
+            return detail;
     }
 }
 
