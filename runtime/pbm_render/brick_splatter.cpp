@@ -216,11 +216,12 @@ HWY_INLINE void lay_blocks(const FrameGeometry &frame, float voxel_edge, const F
     const Vector half = set(0.5F);
     const LaidSplats s = lay_splats(frame, voxel_edge, points, first);
     const SeenNormal &n = s.normal;
-    const Vector outline_pixels = hn::Div(s.outline, s.pixel_size);
+    const Vector inverse = hn::Div(set(1), hn::Mul(s.pixel_size, s.cosine)); // one division for two
+    const Vector inverse_cosine = hn::Mul(inverse, s.pixel_size);
+    const Vector outline_pixels = hn::Mul(s.outline, hn::Mul(inverse, s.cosine));
     const Vector at_x = hn::Sub(hn::Load(d, points.x.data() + first), hn::Mul(outline_pixels, s.image_x));
     const Vector at_y = hn::Sub(hn::Load(d, points.y.data() + first), hn::Mul(outline_pixels, s.image_y));
     // Never farther from the middle's depth than a splat of this size reaches.
-    const Vector inverse_cosine = hn::Div(set(1), s.cosine);
     const Vector most = set(kBlockRadius), least = set(-kBlockRadius);
     const Vector plane_x = hn::Min(hn::Max(hn::Mul(n.x, inverse_cosine), least), most);
     const Vector plane_y = hn::Min(hn::Max(hn::Mul(n.y, inverse_cosine), least), most);
@@ -412,7 +413,7 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
     constexpr float kNowhere = std::numeric_limits<float>::infinity();
     const Vector home_top = set(strip.top == 0 ? -kNowhere : static_cast<float>(strip.top));
     const Vector home_bottom = set(strip.bottom == frame.height ? kNowhere : static_cast<float>(strip.bottom));
-    std::size_t at_home = 0;
+    std::size_t at_home = 0, count = to.count;
     for (std::size_t i = begin; i < end; i += lanes) {
         const auto place = hn::PromoteTo(di, hn::LoadU(d16, places.place.data() + i));
         const Vector x = hn::ConvertTo(d, hn::And(place, hn::Set(di, 15)));
@@ -454,18 +455,19 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
         }
         const IntVector id = count_from(static_cast<std::int32_t>(first_id + i));
         const Packing pack(keep);
-        hn::StoreU(pack(pixel_x), d, to.x.data() + to.count);
-        hn::StoreU(pack(pixel_y), d, to.y.data() + to.count);
-        hn::StoreU(pack(w), d, to.w.data() + to.count);
-        hn::StoreU(pack(packed), di, to.normal.data() + to.count);
-        hn::StoreU(pack(id), di, to.id.data() + to.count);
+        hn::StoreU(pack(pixel_x), d, to.x.data() + count);
+        hn::StoreU(pack(pixel_y), d, to.y.data() + count);
+        hn::StoreU(pack(w), d, to.w.data() + count);
+        hn::StoreU(pack(packed), di, to.normal.data() + count);
+        hn::StoreU(pack(id), di, to.id.data() + count);
         if constexpr (kLarge) {
-            hn::StoreU(pack(radius), d, to.radius.data() + to.count);
-            hn::StoreU(pack(index), di, to.normal_index.data() + to.count);
+            hn::StoreU(pack(radius), d, to.radius.data() + count);
+            hn::StoreU(pack(index), di, to.normal_index.data() + count);
         }
-        to.count += hn::CountTrue(d, keep);
+        count += hn::CountTrue(d, keep);
         at_home += hn::CountTrue(d, hn::And(keep, hn::And(hn::Ge(pixel_y, home_top), hn::Lt(pixel_y, home_bottom))));
     }
+    to.count = count;
     return at_home;
 }
 
