@@ -1,26 +1,132 @@
 #!/usr/bin/env python3
-"""Instructions per point of one frame of the reference renderer, counted by callgrind: the same on every run.
-usage: instructions.py BIN MODEL.bvg [pbm-render options]"""
+"""Instructions of one frame of each renderer, counted by callgrind: the same on every run.
+
+  instructions.py BIN MODEL.bvg [OPTION...]   prints what a frame costs, whole and per point
+  instructions.py BIN --check COMPILER        is no frame of the sample dearer than tests/instructions/expected.csv?
+  instructions.py BIN --update COMPILER       writes that table anew: after a change that is meant to cost more
+
+OPTION: of pbm-render. COMPILER: what BIN was built with, like "GNU 12.2.0"; another one makes other code, so that nothing
+is compared then. One thread, AVX2: valgrind knows nothing wider. Exit code 1: a frame is dearer, 77: nothing could be
+compared.
+"""
+import argparse
+import csv
 import json
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
 
+EXPECTED = pathlib.Path(__file__).resolve().parent.parent / "tests" / "instructions" / "expected.csv"
+CLASSES = {"fast": "FastRenderer", "reference": "ReferenceRenderer"}
+VIEWS = {"whole": [],  # splats of a pixel or two
+         "coarse": ["--level", "6"],  # of a dozen pixels, and what a picture costs without any
+         "dense": ["--resolution", "640,360", "--max-error", "0.5"]}  # more points than pixels
+TOLERANCE = 1.03  # what the same sources may cost more elsewhere: a loop of a third of a frame that is 10 % slower fails
+
+
+def count(program, renderer, model, options):
+    """Instructions inside render(), which draws one frame, and pbm-render's statistics."""
+    with tempfile.TemporaryDirectory() as name:
+        command = ["valgrind", "--tool=callgrind", "--collect-atstart=no", f"--toggle-collect=pbm::{CLASSES[renderer]}::render*",
+                   f"--callgrind-out-file={name}/out", program, model, "-o", f"{name}/picture.png", "-j", "1", "--json",
+                   "--renderer", renderer, *options]
+        run = subprocess.run(command, capture_output=True, text=True)
+    if run.returncode != 0:
+        sys.exit(f"{' '.join(map(str, command))}: exit code {run.returncode}\n{run.stderr[-2000:]}")
+    collected = next(line for line in run.stderr.splitlines() if "Collected" in line)
+    return int(collected.split(":")[1]), json.loads(run.stdout[run.stdout.index("{"):])
+
+
+def print_frames(program, model, options):
+    for renderer in CLASSES:
+        instructions, statistics = count(program, renderer, model, options)
+        points, drawn = statistics["points"], statistics["drawn_points"]
+        print(f"{renderer}: {instructions:,} instructions, {points:,} points: {instructions / points:.1f} per point, "
+              f"{instructions / drawn:.1f} per point drawn ({drawn:,})", flush=True)
+
+
+def sample(programs, folder):
+    """The model that frames are counted on, made anew: 0.8 M points."""
+    scan, model = folder / "sample.ply", folder / "sample.bvg"
+    for command in (["pbm-sample", "--vertices", "20000", "-o", scan], ["pbm-build", scan, "--depth", "9", "-o", model]):
+        subprocess.run([programs / command[0], "-q", *command[1:]], check=True)
+    return model
+
+
+def frames_of_sample(programs):
+    with tempfile.TemporaryDirectory() as folder:
+        model = sample(programs, pathlib.Path(folder))
+        for renderer in CLASSES:
+            for view, options in VIEWS.items():
+                instructions, statistics = count(programs / "pbm-render", renderer, model, options)
+                yield {"renderer": renderer, "view": view, "instructions": instructions,
+                       "drawn_points": statistics["drawn_points"]}
+
+
+def update(programs, compiler):
+    EXPECTED.parent.mkdir(exist_ok=True)
+    rows = list(frames_of_sample(programs))
+    with open(EXPECTED, "w", newline="") as file:
+        file.write(f"# instructions of one frame of the sample; written by bench/instructions.py --update, {compiler}\n")
+        table = csv.DictWriter(file, rows[0], lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+    print(f"{EXPECTED}: {len(rows)} rows")
+    return 0
+
+
+def why_not(compiler):
+    """Why nothing can be compared, or None."""
+    if not shutil.which("valgrind"):
+        return "valgrind is not installed"
+    information = pathlib.Path("/proc/cpuinfo")
+    if not information.exists() or not re.search(r"\bavx2\b", information.read_text()):
+        return "this processor has no AVX2"
+    with open(EXPECTED) as file:
+        expected = file.readline().strip().rsplit(", ")[-1]
+    major = lambda name: name.split(".")[0]
+    return None if major(compiler) == major(expected) else f"the counts are those of {expected}, not of {compiler}"
+
+
+def check(programs, compiler):
+    if problem := why_not(compiler):
+        print(f"skipped: {problem}")
+        return 77
+    with open(EXPECTED, newline="") as file:
+        file.readline()
+        expected = {(row["renderer"], row["view"]): row for row in csv.DictReader(file)}
+    dearer = 0
+    for frame in frames_of_sample(programs):
+        was = expected[frame["renderer"], frame["view"]]
+        ratio = frame["instructions"] / int(was["instructions"])
+        dearer += ratio > TOLERANCE
+        print(f"{frame['renderer']}, {frame['view']}: {frame['instructions']:,} instructions, {ratio:.3f} of what is expected; "
+              f"{frame['instructions'] / frame['drawn_points']:.1f} per point drawn ({frame['drawn_points']:,}, expected "
+              f"{int(was['drawn_points']):,}){'  DEARER' if ratio > TOLERANCE else ''}", flush=True)
+    if dearer:
+        print(f"If frames are meant to cost more: bench/instructions.py {programs} --update '{compiler}', and say in the "
+              "commit why they do.")
+    return 1 if dearer else 0
+
 
 def main():
-    program, model, options = pathlib.Path(sys.argv[1]) / "pbm-render", sys.argv[2], sys.argv[3:]
-    with tempfile.TemporaryDirectory() as name:
-        # Only what happens inside ReferenceRenderer::render is counted.
-        run = subprocess.run(
-            ["valgrind", "--tool=callgrind", "--collect-atstart=no", "--toggle-collect=pbm::ReferenceRenderer::render*",
-             f"--callgrind-out-file={name}/out", program, model, "-o", f"{name}/picture.png", "-j", "1", "--json", *options],
-            check=True, capture_output=True, text=True)
-    statistics = json.loads(run.stdout[run.stdout.index("{"):])
-    collected = next(line for line in run.stderr.splitlines() if "Collected" in line)
-    instructions = int(collected.split(":")[1])
-    print(f"{instructions:,} instructions, {statistics['points']:,} points: "
-          f"{instructions / statistics['points']:.1f} per point ({statistics['drawn_points']:,} drawn)")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("bin", type=pathlib.Path, metavar="BIN", help="folder of built programs")
+    parser.add_argument("model", nargs="?", metavar="MODEL.bvg", help="model to draw")
+    parser.add_argument("--check", metavar="COMPILER", help="compare the sample's frames with the table")
+    parser.add_argument("--update", metavar="COMPILER", help="write the table")
+    arguments, options = parser.parse_known_args()
+    programs = arguments.bin.resolve()
+    if arguments.check:
+        return check(programs, arguments.check)
+    if arguments.update:
+        return update(programs, arguments.update)
+    if not arguments.model:
+        parser.error("name a model, or --check or --update")
+    print_frames(programs / "pbm-render", arguments.model, options)
     return 0
 
 

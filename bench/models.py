@@ -124,13 +124,16 @@ class Workshop:
         return self.made(self.work / f"{scan.name}-marble.ply", [original, marble.__file__],
                          lambda out: marble.write_marble(original, out))
 
-    def model(self, scan, colour, level):
-        """`scan` built with default settings but for depth, colour and compression level (0: the default)."""
+    def model(self, scan, colour, level, mapped=False):
+        """`scan` built with default settings but for depth, colour, compression level (0: the default) and storage."""
         ply, program = self.input(scan), self.bin / "pbm-build"
         options = ["--depth", scan.depth, "--colour", colour, "-j", self.threads]
-        if level:
+        if mapped:
+            options += ["--store", "mapped"]
+        elif level:
             options += ["-z", level]
-        return self.made(self.work / f"{scan.name}-d{scan.depth}-{colour}-z{level or 'default'}.bvg", [ply, program],
+        stored = "mapped" if mapped else f"z{level or 'default'}"
+        return self.made(self.work / f"{scan.name}-d{scan.depth}-{colour}-{stored}.bvg", [ply, program],
                          lambda out: self.run(program, "-q", ply, "-o", out, *options))
 
     def info(self, model):

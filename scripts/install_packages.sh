@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|all]
+# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|all|peers]
 #   runtime  to build the format library, the renderer and pbm-render: nothing that knows of displays
 #   viewer   also pbm-view
-#   all      also pbm-build, the sample generator, the tests, the benches' peer, the linters and the fuzzers (default)
+#   all      also pbm-build, the sample generator, the tests, the benches' peers, the linters and the fuzzers (default)
+#   peers    also F3D, which bench/run measures against: 300 MB
 set -euo pipefail
 
 build_system=(g++ cmake ninja-build pkg-config)
@@ -13,6 +14,7 @@ tools=(libopenmesh-dev libtomlplusplus-dev)
 tests=(libgtest-dev libembree-dev libpng-dev python3 python3-zstandard python3-xxhash valgrind zstd make mandoc
     groff-base draco libdraco-dev)
 window_tests=(xvfb xdotool imagemagick libgl1-mesa-dri)
+peers=(f3d)
 clang=(clang libclang-rt-14-dev clang-tidy clang-format)
 
 case ${1:-all} in
@@ -22,8 +24,12 @@ all)
     packages=("${build_system[@]}" "${runtime[@]}" "${viewer[@]}" "${tools[@]}" "${tests[@]}" "${window_tests[@]}"
         "${clang[@]}")
     ;;
+peers)
+    packages=("${build_system[@]}" "${runtime[@]}" "${viewer[@]}" "${tools[@]}" "${tests[@]}" "${window_tests[@]}"
+        "${clang[@]}" "${peers[@]}")
+    ;;
 *)
-    echo "usage: install_packages.sh [runtime|viewer|all]" >&2
+    echo "usage: install_packages.sh [runtime|viewer|all|peers]" >&2
     exit 1
     ;;
 esac
