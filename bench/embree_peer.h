@@ -12,7 +12,7 @@ namespace pbm::bench {
 class EmbreePeer {
   public:
     // Builds the hierarchy with all processors; pictures are made with `threads` of them. Embree's highest quality is
-    // no faster here, nor are packets of 8 or single rays.
+    // no faster here, nor are packets of 8 rays.
     // `centre` is subtracted from every position, so that single precision suffices for georeferenced meshes.
     //
     // throws  std::runtime_error  no memory
