@@ -62,7 +62,11 @@ HOMES = {
     r"xxh.*\.h": r"format_spec/pbm_format/hash\.cpp",
     r"nlohmann/.*": r"format_spec/pbm_format/metadata\.cpp|tools/.*\.cpp|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools)/.*",
-    r"hwy/.*": r"(format_spec/pbm_format|runtime/pbm_render|runtime/pbm_bake)/.*\.(cpp|h)",
+    # In the builder only what runs once per sample: vectors elsewhere are the compiler's.
+    r"hwy/.*": (
+        r"(format_spec/pbm_format|runtime/pbm_render|runtime/pbm_bake)/.*\.(cpp|h)"
+        r"|tools/pbm-build/pbm_build/(short_normal|triangle_columns|triangle_mix)\.cpp"
+    ),
     r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh_reader\.cpp",
     r"CLI/.*": r"command_line/parse\.h",
     r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",
