@@ -38,16 +38,17 @@ ZSTD_DCtx *decompression_context() {
 // zstd's fast mode steps over `targetLength` bytes where it finds no match: this many, and it never looks for one.
 constexpr int kNoMatches = -(1 << 17);
 
-void compress(ByteView raw, int zstd_level, Bytes &frame) {
+// Returns the frame, which lies in `memory`.
+ByteView compress(ByteView raw, int zstd_level, Bytes &memory) {
     ZSTD_CCtx *context = compression_context();
     ZSTD_CCtx_reset(context, ZSTD_reset_session_and_parameters);
     ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, zstd_level);
     ZSTD_CCtx_setParameter(context, ZSTD_c_literalCompressionMode, ZSTD_ps_enable);
-    frame.resize(ZSTD_compressBound(raw.size()));
-    const std::size_t size = ZSTD_compress2(context, frame.data(), frame.size(), raw.data(), raw.size());
+    memory.resize(std::max(memory.size(), ZSTD_compressBound(raw.size()))); // never less: zeros would be written anew
+    const std::size_t size = ZSTD_compress2(context, memory.data(), memory.size(), raw.data(), raw.size());
     if (ZSTD_isError(size) != 0)
         throw std::bad_alloc(); // the only way to fail with a buffer of compressBound bytes
-    frame.resize(size);
+    return ByteView(memory).first(size);
 }
 
 // Matches must save this share to be worth their slower decoding.
@@ -66,16 +67,16 @@ bool is_plain_frame(ByteView stored) {
 
 StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out) {
     assert(compression_level >= 1 && compression_level <= 19);
-    thread_local Bytes frame, other;
-    compress(raw, kNoMatches, frame);
+    thread_local Bytes memory, other_memory;
+    ByteView frame = compress(raw, kNoMatches, memory);
     if (compression_level > 1) {
-        compress(raw, compression_level, other);
+        const ByteView other = compress(raw, compression_level, other_memory);
         if (matches_pay(other.size(), frame.size()))
-            frame.swap(other);
+            frame = other;
     }
     // A frame may not be larger than its raw bytes, nor expand beyond the limit readers accept.
     const bool smaller = frame.size() < raw.size() && raw.size() / kMaxExpansion <= frame.size();
-    const ByteView stored = smaller ? ByteView(frame) : raw;
+    const ByteView stored = smaller ? frame : raw;
     out.insert(out.end(), stored.begin(), stored.end());
     return {.stored_bytes = static_cast<std::uint32_t>(stored.size()), .zstd = smaller};
 }

@@ -1,9 +1,9 @@
 #include "pbm_format/stream_filter.h"
 
 #include "pbm_format/mask_ranks.h"
+#include "pbm_format/octree.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 
 namespace pbm {
@@ -69,12 +69,14 @@ std::uint8_t pair_code(unsigned low, unsigned high) { return static_cast<std::ui
 // Bytes of a plane that has its final size, one after the other.
 class PlaneWriter {
   public:
-    PlaneWriter(Bytes &plane, std::size_t size) : plane_(plane) { plane.resize(size); }
-    void push(unsigned value) { plane_[at_++] = static_cast<std::uint8_t>(value); }
+    PlaneWriter(Bytes &plane, std::size_t size) {
+        plane.resize(size);
+        next_ = plane.data();
+    }
+    void push(unsigned value) { *next_++ = static_cast<std::uint8_t>(value); }
 
   private:
-    Bytes &plane_;
-    std::size_t at_ = 0;
+    std::uint8_t *next_;
 };
 
 void push_escape(Bytes &plane, unsigned first, unsigned second) {
@@ -85,7 +87,7 @@ void push_escape(Bytes &plane, unsigned first, unsigned second) {
 std::size_t count_siblings(ByteView masks) {
     std::size_t count = 0;
     for (const std::uint8_t mask : masks)
-        count += (mask & (mask - 1)) == 0 ? 0U : static_cast<unsigned>(std::popcount(mask));
+        count += (mask & (mask - 1)) == 0 ? 0U : kChildren[mask];
     return count;
 }
 
@@ -93,13 +95,13 @@ std::size_t count_siblings(ByteView masks) {
 template <class Same, class Visit> bool for_siblings(ByteView masks, Same &&same, Visit &&visit) {
     std::size_t point = 0;
     for (std::size_t node = 0; node < masks.size(); ++node) {
-        const int children = std::popcount(masks[node]);
+        const unsigned children = kChildren[masks[node]];
         if (children == 1) {
             if (!same(node, point++))
                 return false;
             continue;
         }
-        for (const std::size_t end = point + static_cast<std::size_t>(children); point < end; ++point)
+        for (const std::size_t end = point + children; point < end; ++point)
             visit(node, point);
     }
     return true;
@@ -190,7 +192,7 @@ bool filter_textures(ByteView masks, ByteView points, ByteView parents, Bytes &c
 template <class Visit> void for_children(ByteView masks, Visit &&visit) {
     std::size_t point = 0;
     for (std::size_t node = 0; node < masks.size(); ++node)
-        for (const std::size_t end = point + static_cast<std::size_t>(std::popcount(masks[node])); point < end; ++point)
+        for (const std::size_t end = point + kChildren[masks[node]]; point < end; ++point)
             visit(node, point);
 }
 
@@ -242,9 +244,10 @@ std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, By
     case Filter::texture: possible = filter_textures(masks, points.textures, parents.nodes.textures, planes[0]); break;
     case Filter::radius: {
         const auto &predictions = radius_predictions(context.level, context.finest);
-        for_children(masks, [&](std::size_t node, std::size_t point) {
-            planes[0].push_back(
-                static_cast<std::uint8_t>(predictions[parents.nodes.radii[node]] - points.radii[point]));
+        planes[0].resize(points.radii.size());
+        for_children(masks, [from = parents.nodes.radii.data(), radii = points.radii.data(), prediction = predictions.data(),
+                             to = planes[0].data()](std::size_t node, std::size_t point) {
+            to[point] = static_cast<std::uint8_t>(prediction[from[node]] - radii[point]);
         });
         break;
     }

@@ -3,7 +3,6 @@
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace pbm::build {
 
@@ -17,8 +16,8 @@ std::vector<LatticePoint> to_lattice(std::span<const glm::dvec3> positions, cons
         for (std::size_t i = block * kBlock; i < end; ++i)
             for (int axis = 0; axis < 3; ++axis) {
                 const double voxels = (positions[i][axis] - origin[axis]) / grid.voxel_size;
-                lattice[i][axis] =
-                    static_cast<std::int32_t>(std::clamp(std::floor(voxels * kLatticeSteps + 0.5), 0.0, last));
+                // Rounds down, since nothing is negative.
+                lattice[i][axis] = static_cast<std::int32_t>(std::clamp(voxels * kLatticeSteps + 0.5, 0.0, last));
             }
     });
     return lattice;

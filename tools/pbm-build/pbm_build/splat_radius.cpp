@@ -64,6 +64,28 @@ float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Nei
     return static_cast<float>(reach.open ? std::max(closed, static_cast<double>(distance_of(near, kBorder))) : closed);
 }
 
+// The class of a radius, as classes[radius_index(fraction)] gives it: most are among the first few.
+class ClassFinder {
+  public:
+    explicit ClassFinder(const RadiusClasses &classes) {
+        for (std::size_t index = 0; index < classes.size(); ++index)
+            if (classes_.empty() || classes[index] != classes_.back()) {
+                classes_.push_back(classes[index]);
+                most_.push_back(radius_fraction(classes[index]));
+            }
+    }
+    std::uint8_t operator()(double fraction) const {
+        std::size_t at = 0;
+        while (at + 1 < most_.size() && !(fraction <= most_[at]))
+            ++at;
+        return classes_[at];
+    }
+
+  private:
+    Bytes classes_;
+    std::vector<double> most_; // that each covers, of the grid's edge
+};
+
 // Of some voxels, those below one node take the largest radius among them, unless it is much larger than theirs.
 void share_below_nodes(const Voxels &voxels, std::span<const std::size_t> some, Bytes &radii) {
     for (std::size_t begin = 0, end = 0; begin < some.size(); begin = end) {
@@ -143,10 +165,10 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
         }
     });
     const double median = median_of(ring);
-    const RadiusClasses classes = radius_classes(depth);
+    const ClassFinder class_of(radius_classes(depth));
     for (std::size_t i = 0; i < count; ++i) {
         const double most = ring[i] > kOutlierFactor * median ? median : kStray * median;
-        voxels.points.radii[missing[i]] = classes[radius_index(std::min(static_cast<double>(reach[i]), most) / edge)];
+        voxels.points.radii[missing[i]] = class_of(std::min(static_cast<double>(reach[i]), most) / edge);
     }
     share_below_nodes(voxels, missing, voxels.points.radii);
 }
