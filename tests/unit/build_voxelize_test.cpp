@@ -299,7 +299,7 @@ TEST(Samples, TheLimitOfMemoryHoldsForSliversAsWell) {
     ASSERT_FALSE(sampled.ok());
     EXPECT_EQ(sampled.error().code, ErrorCode::memory);
     constexpr std::uint64_t kMostOfOne = std::uint64_t{4} << kDepth; // hits of a sliver
-    EXPECT_LT(hits.size() * sizeof(Hit), kMostBytes + 2 * kMostOfOne * sizeof(Hit));
+    EXPECT_LT(hits.bytes(), kMostBytes + 2 * kMostOfOne * sizeof(Hit));
 }
 
 TEST(RadixSort, SortsByTheBitsItWasGivenAndKeepsTheOrderOfEqualOnes) {

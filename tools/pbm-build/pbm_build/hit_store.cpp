@@ -1,6 +1,7 @@
 #include "pbm_build/hit_store.h"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 namespace pbm::build {
@@ -8,7 +9,7 @@ namespace {
 
 constexpr int kMostBucketLevel = 5; // a surface touches a few thousand of the 32,768 nodes
 static_assert(3 * (kMaxDepth - kMostBucketLevel) + kSourceBits <= 64);
-constexpr std::size_t kFirstChunk = 64, kLargestChunk = 2048;
+constexpr std::size_t kFirstChunk = 128, kLargestChunk = 8192; // words
 
 } // namespace
 
@@ -20,54 +21,85 @@ HitStore::HitStore(int depth, int writers, std::uint64_t max_bytes)
         writer.resize(bucket_count());
 }
 
+// The last record has all its hits.
+void HitStore::finish(List &list) {
+    if (list.head == nullptr)
+        return;
+    const auto hits = static_cast<std::uint64_t>(list.next - list.head) - kHeadWords;
+    const std::uint64_t head = list.record | hits << kCountShift;
+    std::memcpy(list.head, &head, sizeof head);
+    list.hits += hits;
+    list.head = nullptr;
+}
+
 void HitStore::grow(List &list) {
-    const std::size_t capacity =
-        list.chunks.empty() ? kFirstChunk : std::min(2 * list.chunks.back().capacity, kLargestChunk);
-    list.chunks.push_back({std::unique_ptr<Hit[]>(new Hit[capacity]), capacity});
-    list.next = list.chunks.back().hits.get();
-    list.room = capacity;
-    bytes_.fetch_add(capacity * sizeof(Hit), std::memory_order_relaxed);
+    std::size_t capacity = kFirstChunk;
+    if (!list.chunks.empty()) {
+        Chunk &last = list.chunks.back();
+        last.used = last.capacity - static_cast<std::size_t>(list.end - list.next);
+        capacity = std::min(2 * last.capacity, kLargestChunk);
+    }
+    list.chunks.push_back({std::unique_ptr<Word[]>(new Word[capacity]), capacity, 0});
+    list.next = list.chunks.back().words.get();
+    list.end = list.next + capacity;
+    bytes_.fetch_add(capacity * sizeof(Word), std::memory_order_relaxed);
+}
+
+// With room for so many hits, few enough for a chunk.
+void HitStore::start(List &list, std::uint64_t record, std::size_t hits) {
+    finish(list);
+    while (static_cast<std::size_t>(list.end - list.next) < kHeadWords + hits)
+        grow(list);
+    list.head = std::exchange(list.next, list.next + kHeadWords);
+    list.record = record;
 }
 
 void HitStore::add(int writer, std::span<const MortonCode> codes, std::uint32_t source) {
     MortonCode differ = 0;
     for (const MortonCode code : codes)
         differ |= code ^ codes.front();
-    List &list = writers_[static_cast<std::size_t>(writer)][codes.front() >> local_bits_];
-    if (differ > local_mask_ || list.room < codes.size()) {
+    if (differ >> kBlockBits != 0 || codes.size() > kLargestChunk - kHeadWords) {
         for (const MortonCode code : codes)
             add(writer, code, source);
         return;
     }
-    Hit *const next = std::exchange(list.next, list.next + codes.size());
-    list.room -= codes.size();
-    for (std::size_t i = 0; i < codes.size(); ++i)
-        next[i] = (codes[i] & local_mask_) << kSourceBits | source;
+    List &list = list_of(writer, codes.front());
+    start(list, record_of(codes.front(), source), codes.size());
+    std::transform(codes.begin(), codes.end(), std::exchange(list.next, list.next + codes.size()), in_block);
 }
 
 std::uint64_t HitStore::size() const {
     std::uint64_t hits = 0;
     for (const Writer &writer : writers_)
         for (const List &list : writer) {
-            for (const Chunk &chunk : list.chunks)
-                hits += chunk.capacity;
-            hits -= list.room;
+            hits += list.hits;
+            if (list.head != nullptr)
+                hits += static_cast<std::uint64_t>(list.next - list.head) - kHeadWords;
         }
     return hits;
 }
 
 void HitStore::take(std::size_t bucket, std::vector<Hit> &out) {
-    std::size_t most = out.size();
-    for (const Writer &writer : writers_)
-        for (const Chunk &chunk : writer[bucket].chunks)
-            most += chunk.capacity;
-    out.reserve(most);
     for (Writer &writer : writers_) {
         List &list = writer[bucket];
-        for (std::size_t i = 0; i < list.chunks.size(); ++i) {
-            const Chunk &chunk = list.chunks[i];
-            const std::size_t used = chunk.capacity - (i + 1 == list.chunks.size() ? list.room : 0);
-            out.insert(out.end(), chunk.hits.get(), chunk.hits.get() + used);
+        if (list.chunks.empty())
+            continue;
+        finish(list);
+        list.chunks.back().used = list.chunks.back().capacity - static_cast<std::size_t>(list.end - list.next);
+        const std::size_t before = out.size();
+        out.resize(before + list.hits);
+        Hit *to = out.data() + before;
+        for (const Chunk &chunk : list.chunks) {
+            const Word *const end = chunk.words.get() + chunk.used;
+            for (const Word *from = chunk.words.get(); from < end;) {
+                std::uint64_t head = 0;
+                std::memcpy(&head, from, sizeof head);
+                from += kHeadWords;
+                const std::uint64_t source = head & (kMaxSources - 1);
+                const MortonCode block = (head & ((std::uint64_t{1} << kCountShift) - 1)) >> kSourceBits << kBlockBits;
+                for (std::uint64_t left = head >> kCountShift; left > 0; --left)
+                    *to++ = (block | *from++) << kSourceBits | source;
+            }
         }
         list = List();
     }
