@@ -245,10 +245,11 @@ std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, By
     case Filter::radius: {
         const auto &predictions = radius_predictions(context.level, context.finest);
         planes[0].resize(points.radii.size());
-        for_children(masks, [from = parents.nodes.radii.data(), radii = points.radii.data(), prediction = predictions.data(),
-                             to = planes[0].data()](std::size_t node, std::size_t point) {
-            to[point] = static_cast<std::uint8_t>(prediction[from[node]] - radii[point]);
-        });
+        for_children(masks,
+                     [from = parents.nodes.radii.data(), radii = points.radii.data(), prediction = predictions.data(),
+                      to = planes[0].data()](std::size_t node, std::size_t point) {
+                         to[point] = static_cast<std::uint8_t>(prediction[from[node]] - radii[point]);
+                     });
         break;
     }
     case Filter::shadow: {

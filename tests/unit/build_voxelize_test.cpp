@@ -302,6 +302,44 @@ TEST(Samples, TheLimitOfMemoryHoldsForSliversAsWell) {
     EXPECT_LT(hits.bytes(), kMostBytes + 2 * kMostOfOne * sizeof(Hit));
 }
 
+// Hits are packed where they follow each other: runs in one block, across blocks and buckets, longer than a chunk.
+TEST(HitStore, GivesBackWhatEachWriterFoundInItsOrder) {
+    std::mt19937_64 random(1);
+    for (const int depth : {2, 6, 10, 12, kMaxDepth}) {
+        HitStore store(depth, 2, ~std::uint64_t{0});
+        std::vector<std::vector<Hit>> expected(2 * store.bucket_count());
+        std::uint64_t count = 0;
+        const MortonCode last = (MortonCode{1} << 3 * depth) - 1;
+        for (std::uint32_t source = 0; source < 300; ++source) {
+            const MortonCode first = random() & last, step = MortonCode{1} << random() % 20;
+            std::vector<MortonCode> codes(source % 50 == 0 ? 20000 : 1 + random() % 30);
+            for (std::size_t i = 0; i < codes.size(); ++i)
+                codes[i] = (first + i * step) & last;
+            const std::uint32_t named = source % 7 == 0 ? static_cast<std::uint32_t>(kMaxSources - 1 - source) : source;
+            const auto writer = static_cast<int>(random() % 2);
+            for (const MortonCode code : codes)
+                expected[2 * (code >> store.local_bits()) + static_cast<std::size_t>(writer)].push_back(
+                    (code & ((MortonCode{1} << store.local_bits()) - 1)) << kSourceBits | named);
+            count += codes.size();
+            if (source % 2 == 0)
+                store.add(writer, codes, named);
+            else
+                for (const MortonCode code : codes)
+                    store.add(writer, code, named);
+        }
+        EXPECT_EQ(store.size(), count);
+        EXPECT_GE(store.bytes(), count * HitStore::kLeastHitBytes);
+        for (std::size_t bucket = 0; bucket < store.bucket_count(); ++bucket) {
+            std::vector<Hit> taken{7}, wanted{7};
+            for (std::size_t writer = 0; writer < 2; ++writer)
+                wanted.insert(wanted.end(), expected[2 * bucket + writer].begin(), expected[2 * bucket + writer].end());
+            store.take(bucket, taken);
+            ASSERT_EQ(taken, wanted) << "depth " << depth << ", bucket " << bucket;
+        }
+        EXPECT_EQ(store.size(), 0U);
+    }
+}
+
 TEST(RadixSort, SortsByTheBitsItWasGivenAndKeepsTheOrderOfEqualOnes) {
     std::mt19937_64 random(1);
     for (const std::size_t count : {0U, 1U, 300U, 20000U}) {

@@ -15,7 +15,8 @@ constexpr std::size_t kFirstChunk = 128, kLargestChunk = 8192; // words
 
 HitStore::HitStore(int depth, int writers, std::uint64_t max_bytes)
     : bucket_level_(std::clamp(depth - kBlockBits / 3, 1, kMostBucketLevel)), local_bits_(3 * (depth - bucket_level_)),
-      local_mask_((MortonCode{1} << local_bits_) - 1), max_bytes_(max_bytes),
+      local_mask_((MortonCode{1} << local_bits_) - 1),
+      block_mask_((MortonCode{1} << std::min(local_bits_, kBlockBits)) - 1), max_bytes_(max_bytes),
       writers_(static_cast<std::size_t>(writers)) {
     for (Writer &writer : writers_)
         writer.resize(bucket_count());
@@ -58,14 +59,15 @@ void HitStore::add(int writer, std::span<const MortonCode> codes, std::uint32_t 
     MortonCode differ = 0;
     for (const MortonCode code : codes)
         differ |= code ^ codes.front();
-    if (differ >> kBlockBits != 0 || codes.size() > kLargestChunk - kHeadWords) {
+    if (differ > block_mask_ || codes.size() > kLargestChunk - kHeadWords) {
         for (const MortonCode code : codes)
             add(writer, code, source);
         return;
     }
     List &list = list_of(writer, codes.front());
     start(list, record_of(codes.front(), source), codes.size());
-    std::transform(codes.begin(), codes.end(), std::exchange(list.next, list.next + codes.size()), in_block);
+    std::transform(codes.begin(), codes.end(), std::exchange(list.next, list.next + codes.size()),
+                   [this](MortonCode code) { return in_block(code); });
 }
 
 std::uint64_t HitStore::size() const {

@@ -69,14 +69,14 @@ class HitStore {
         std::size_t capacity, used;
     };
     struct List {
-        Word *next = nullptr, *end = nullptr;                // room that is left
-        Word *head = nullptr;                                // of the last record, whose hits are not yet counted
+        Word *next = nullptr, *end = nullptr;               // room that is left
+        Word *head = nullptr;                               // of the last record, whose hits are not yet counted
         std::uint64_t record = ~std::uint64_t{0}, hits = 0; // the last record without its hits; those of all others
         std::vector<Chunk> chunks;
     };
     using Writer = std::vector<List>; // [bucket_count()]
 
-    static Word in_block(MortonCode code) { return static_cast<Word>(code & ((1U << kBlockBits) - 1)); }
+    Word in_block(MortonCode code) const { return static_cast<Word>(code & block_mask_); }
     std::uint64_t record_of(MortonCode code, std::uint32_t source) const {
         return (code & local_mask_) >> kBlockBits << kSourceBits | source;
     }
@@ -89,7 +89,7 @@ class HitStore {
 
     int bucket_level_;
     int local_bits_;
-    MortonCode local_mask_;
+    MortonCode local_mask_, block_mask_; // bits within a bucket, within a block of it
     std::uint64_t max_bytes_;
     std::atomic<std::uint64_t> bytes_{0};
     std::vector<Writer> writers_;

@@ -1,5 +1,5 @@
 // From a surface to samples: one per pair of triangle and voxel it passes through, or one per point. First all such
-// pairs are found (8 bytes each); attributes are worked out when the voxel is averaged.
+// pairs are found (2 to 10 bytes each); attributes are worked out when the voxel is averaged.
 #pragma once
 
 #include "pbm_build/hit_store.h"
