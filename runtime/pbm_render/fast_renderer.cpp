@@ -158,6 +158,7 @@ void FastRenderer::Frame::read_looks(const CoveredPixels &pixels, ColourFormat c
                                      std::span<PointLook> looks) const {
     const std::uint32_t point_mask = (1U << point_bits) - 1;
     const std::size_t colour_bytes = static_cast<std::size_t>(parameters.attributes.colour_bytes());
+    const auto last_material = static_cast<std::uint16_t>(parameters.materials.size() - 1);
     for (std::size_t i = 0; i < pixels.count; ++i) {
         constexpr std::size_t kAhead = 16;
         const auto soon = static_cast<std::uint32_t>(pixels.id[std::min(i + kAhead, pixels.count - 1)]);
@@ -179,7 +180,7 @@ void FastRenderer::Frame::read_looks(const CoveredPixels &pixels, ColourFormat c
         looks[i] = {.colour = packed,
                     .normal = from.normals[point],
                     .material = from.materials != nullptr ? std::uint16_t{from.materials[point]} : std::uint16_t{0}};
-        looks[i].material %= kMaxMaterials;
+        looks[i].material = std::min(looks[i].material, last_material); // whatever a mapped file's bytes became
     }
 }
 
