@@ -7,12 +7,13 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <stdexcept>
 
 namespace pbm {
 namespace {
 
 constexpr float kEmpty = std::numeric_limits<float>::infinity();
-constexpr double kSeeThroughVoxels = 4;
+constexpr float kSeeThroughVoxels = 4;
 
 struct DepthRange {
     float nearest = kEmpty, farthest = -kEmpty;
@@ -34,10 +35,6 @@ DepthRange range_around(const std::vector<float> &depths, int width, int height,
     return range;
 }
 
-double percent(std::uint64_t part, std::uint64_t whole) {
-    return whole == 0 ? 0 : 100 * static_cast<double>(part) / static_cast<double>(whole);
-}
-
 } // namespace
 
 FidelityFigures &FidelityFigures::operator+=(const FidelityFigures &o) {
@@ -46,12 +43,14 @@ FidelityFigures &FidelityFigures::operator+=(const FidelityFigures &o) {
     holes += o.holes;
     see_through += o.see_through;
     bleed += o.bleed;
+    shrunk += o.shrunk;
     deep += o.deep;
     deep_near += o.deep_near;
     return *this;
 }
 
-FidelityFigures compare(const RayImage &image, const Framebuffer &drawn, double voxel) {
+FidelityFigures compare(const RayImage &image, const Drawing &drawing) {
+    const Framebuffer &drawn = drawing.picture;
     const std::vector<float> &rays = image.depths;
     // As a picture with holes where the mesh is seen from inside: one test for both kinds of border.
     std::vector<float> outside = rays;
@@ -68,6 +67,8 @@ FidelityFigures compare(const RayImage &image, const Framebuffer &drawn, double 
                 continue;
             }
             ++figures.object;
+            figures.shrunk +=
+                depth == kEmpty && range_around(outside, drawn.width, drawn.height, x, y, 1).farthest != kEmpty;
             const DepthRange around = range_around(outside, drawn.width, drawn.height, x, y, 2);
             if (around.farthest == kEmpty)
                 continue;
@@ -76,6 +77,7 @@ FidelityFigures compare(const RayImage &image, const Framebuffer &drawn, double 
                 ++figures.holes;
                 continue;
             }
+            const float voxel = drawing.voxels[at];
             const DepthRange next = range_around(rays, drawn.width, drawn.height, x, y, 1);
             figures.see_through += depth > around.farthest + kSeeThroughVoxels * voxel;
             figures.deep += std::abs(depth - rays[at]) <= voxel;
@@ -85,8 +87,38 @@ FidelityFigures compare(const RayImage &image, const Framebuffer &drawn, double 
     return figures;
 }
 
-std::array<Camera, 8> eight_views(const Model &model, int width, int height) {
-    const Camera front = default_camera(model, width, height);
+Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level) {
+    return [&renderer, &grid, level](const Camera &camera, Drawing &drawing) {
+        drawing.drawn = renderer.render(camera, {.level = level}, drawing.picture);
+        drawing.voxels.assign(drawing.voxels.size(), static_cast<float>(grid.voxel_size_at(drawing.drawn.level)));
+    };
+}
+
+Draw draw_detail(StreamedModel &model, FastRenderer &renderer, double max_error, int finest) {
+    return [&model, &renderer, max_error, finest](const Camera &camera, Drawing &drawing) {
+        Framebuffer &picture = drawing.picture;
+        const Result<Detail> detail = model.load({camera, picture.width, picture.height, max_error, finest});
+        if (!detail)
+            throw std::runtime_error(detail.error().message);
+        drawing.drawn = renderer.render(detail->runs, camera, {}, picture);
+        // A pixel shows the level that has its depth when drawn alone.
+        Framebuffer alone(picture.width, picture.height);
+        for (int level = 1; level <= drawing.drawn.level; ++level) {
+            std::vector<PointRun> runs = detail->runs;
+            std::erase_if(runs, [&](const PointRun &run) { return run.level != level; });
+            if (runs.empty())
+                continue;
+            renderer.render(runs, camera, {}, alone);
+            const auto voxel = static_cast<float>(model.reader().parameters().grid.voxel_size_at(level));
+            for (std::size_t i = 0; i < drawing.voxels.size(); ++i)
+                if (alone.depth[i] == picture.depth[i])
+                    drawing.voxels[i] = voxel;
+        }
+    };
+}
+
+std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, int height) {
+    const Camera front = default_camera(bounds, up, width, height);
     const glm::dvec3 out = front.position - front.focal_point;
     const glm::dvec3 side = glm::cross(glm::normalize(front.up), out);
     std::array<Camera, 8> views;
@@ -102,24 +134,19 @@ std::array<Camera, 8> eight_views(const Model &model, int width, int height) {
     return views;
 }
 
-std::vector<View> measure_fidelity(const RayCaster &rays, const Model &model, int level, int width, int height,
-                                   int threads) {
-    const ReferenceRenderer renderer(model);
-    Framebuffer picture(width, height);
+std::vector<View> measure_fidelity(const RayCaster &rays, const Draw &draw, std::span<const Camera> cameras, int width,
+                                   int height, int threads) {
+    Drawing drawing(width, height);
     std::vector<View> views;
-    for (const Camera &camera : eight_views(model, width, height)) {
-        View view;
-        view.drawn = renderer.render(camera, {.level = level}, picture);
-        const double voxel = model.parameters.grid.voxel_size_at(view.drawn.level);
-        view.figures = compare(rays.cast(camera, width, height, threads), picture, voxel);
-        view.voxel_pixels =
-            voxel * height / (2 * std::tan(camera.view_angle / 2)) / glm::length(camera.position - camera.focal_point);
-        views.push_back(view);
+    for (const Camera &camera : cameras) {
+        draw(camera, drawing);
+        views.push_back({.drawn = drawing.drawn,
+                         .figures = compare(rays.cast(camera, width, height, threads), drawing),
+                         .pixels_per_unit = height / (2 * std::tan(camera.view_angle / 2)) /
+                                            glm::length(camera.position - camera.focal_point)});
     }
     return views;
 }
-
-namespace {
 
 FidelityFigures total(const std::vector<View> &views) {
     FidelityFigures sum;
@@ -128,30 +155,39 @@ FidelityFigures total(const std::vector<View> &views) {
     return sum;
 }
 
+double percent(std::uint64_t part, std::uint64_t whole) {
+    return whole == 0 ? 0 : 100 * static_cast<double>(part) / static_cast<double>(whole);
+}
+
+namespace {
+
 std::string text_line(const char *name, const FidelityFigures &f) {
     std::array<char, 200> line{};
-    std::snprintf(line.data(), line.size(), "%-5s %9llu %9llu %7llu %7llu %8.4f %8.3f %8.3f\n", name,
+    std::snprintf(line.data(), line.size(), "%-5s %9llu %9llu %7llu %7llu %8.4f %8.4f %8.3f %8.3f\n", name,
                   static_cast<unsigned long long>(f.object), static_cast<unsigned long long>(f.interior),
                   static_cast<unsigned long long>(f.holes), static_cast<unsigned long long>(f.see_through),
-                  percent(f.bleed, f.object), percent(f.deep, f.interior), percent(f.deep_near, f.interior));
+                  percent(f.bleed, f.object), percent(f.shrunk, f.object), percent(f.deep, f.interior),
+                  percent(f.deep_near, f.interior));
     return line.data();
 }
 
 std::string json_object(const FidelityFigures &f) {
     std::array<char, 300> line{};
-    std::snprintf(line.data(), line.size(),
-                  "{\"object\": %llu, \"interior\": %llu, \"holes\": %llu, \"see_through\": %llu, "
-                  "\"bleed_percent\": %.5f, \"depth_percent\": %.4f, \"depth_near_percent\": %.4f}",
-                  static_cast<unsigned long long>(f.object), static_cast<unsigned long long>(f.interior),
-                  static_cast<unsigned long long>(f.holes), static_cast<unsigned long long>(f.see_through),
-                  percent(f.bleed, f.object), percent(f.deep, f.interior), percent(f.deep_near, f.interior));
+    std::snprintf(
+        line.data(), line.size(),
+        "{\"object\": %llu, \"interior\": %llu, \"holes\": %llu, \"see_through\": %llu, "
+        "\"bleed_percent\": %.5f, \"shrunk_percent\": %.5f, \"depth_percent\": %.4f, \"depth_near_percent\": %.4f}",
+        static_cast<unsigned long long>(f.object), static_cast<unsigned long long>(f.interior),
+        static_cast<unsigned long long>(f.holes), static_cast<unsigned long long>(f.see_through),
+        percent(f.bleed, f.object), percent(f.shrunk, f.object), percent(f.deep, f.interior),
+        percent(f.deep_near, f.interior));
     return line.data();
 }
 
 } // namespace
 
 std::string to_text(const std::vector<View> &views) {
-    std::string text = "view     object  interior   holes through  bleed %  depth %   near %\n";
+    std::string text = "view     object  interior   holes through  bleed % shrunk %  depth %   near %\n";
     for (std::size_t i = 0; i < views.size(); ++i)
         text += text_line(std::to_string(i).c_str(), views[i].figures);
     return text + text_line("all", total(views));
@@ -161,10 +197,8 @@ std::string to_json(const std::vector<View> &views) {
     std::string text = "{\"views\": [";
     for (std::size_t i = 0; i < views.size(); ++i)
         text += (i > 0 ? ", " : "") + json_object(views[i].figures);
-    std::array<char, 100> size{};
-    std::snprintf(size.data(), size.size(), "%d, \"voxel_pixels\": %.4f", views.empty() ? 0 : views[0].drawn.level,
-                  views.empty() ? 0 : views[0].voxel_pixels);
-    return text + "], \"all\": " + json_object(total(views)) + ", \"level\": " + size.data() + "}\n";
+    return text + "], \"all\": " + json_object(total(views)) +
+           ", \"level\": " + std::to_string(views.empty() ? 0 : views[0].drawn.level) + "}\n";
 }
 
 } // namespace pbm

@@ -1,11 +1,13 @@
 // How true a picture is to the mesh its model was made from.
 #pragma once
 
-#include "pbm_render/framebuffer.h"
+#include "pbm_render/fast_renderer.h"
 #include "pbm_render/reference_renderer.h"
+#include "pbm_render/streamed_model.h"
 #include "ray_caster.h"
 
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,27 +21,49 @@ struct FidelityFigures {
     std::uint64_t holes = 0;       // interior, nothing drawn
     std::uint64_t see_through = 0; // interior, more than 4 voxels behind every hit within 2 pixels
     std::uint64_t bleed = 0;       // drawn, more than 1 pixel outside the silhouette
+    std::uint64_t shrunk = 0;      // nothing drawn, more than 1 pixel inside the silhouette
     std::uint64_t deep = 0;        // interior, within 1 voxel of the ray's hit
     std::uint64_t deep_near = 0;   // interior, within 1 voxel of the hits of the pixel and its neighbours
 
     FidelityFigures &operator+=(const FidelityFigures &other);
 };
 
-// `voxel`: the voxel edge of the level drawn, model units.
-FidelityFigures compare(const RayImage &rays, const Framebuffer &drawn, double voxel);
+// A picture and, where it is covered, the voxel edge of the level drawn there, model units: [height][width].
+struct Drawing {
+    Drawing(int width, int height) : picture(width, height), voxels(picture.pixels()) {}
+
+    Framebuffer picture;
+    std::vector<float> voxels;
+    RenderStatistics drawn;
+};
+
+FidelityFigures compare(const RayImage &rays, const Drawing &drawing);
+
+// Fills a drawing as large as it was made.
+using Draw = std::function<void(const Camera &camera, Drawing &drawing)>;
+
+// The reference renderer, one level of a model. Both must outlive what is returned.
+Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level);
+// The fast renderer as the programs use it: levels mixed so that no voxel is larger than `max_error` pixels where the
+// model has a finer level, none finer than `finest`. Throws if the model cannot be loaded.
+Draw draw_detail(StreamedModel &model, FastRenderer &renderer, double max_error, int finest);
 
 // Eight views of the whole model: four around it at the height of its centre, four between them from 35 degrees above.
-std::array<Camera, 8> eight_views(const Model &model, int width, int height);
+std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, int height);
 
 struct View {
     RenderStatistics drawn;
     FidelityFigures figures;
-    double voxel_pixels = 0; // size of a voxel of the level drawn at the centre of the model
+    double pixels_per_unit = 0; // of length 1 in model space at the centre of the model
 };
 
-// Renders and casts all eight views.
-std::vector<View> measure_fidelity(const RayCaster &rays, const Model &model, int level, int width, int height,
-                                   int threads);
+// Draws views and casts rays for them.
+std::vector<View> measure_fidelity(const RayCaster &rays, const Draw &draw, std::span<const Camera> cameras, int width,
+                                   int height, int threads);
+
+// Of all views.
+FidelityFigures total(const std::vector<View> &views);
+double percent(std::uint64_t part, std::uint64_t whole);
 
 // One line per view and one for all, aligned columns.
 std::string to_text(const std::vector<View> &views);

@@ -39,6 +39,7 @@ bool touches_unit_cube(const std::array<glm::dvec3, 3> &t) {
 
 Model voxelise_by_brute_force(const TriangleMesh &mesh, int depth, double cube_edge) {
     Model model;
+    model.metadata = "{}";
     Grid &grid = model.parameters.grid;
     grid.depth = depth;
     grid.voxel_size = cube_edge / static_cast<double>(1 << depth);
