@@ -471,17 +471,6 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
     return at_home;
 }
 
-// Draws all points. Blocks are laid before the first is drawn: so many steps that wait for each other do so together.
-HWY_INLINE void draw_points(const FrameGeometry &frame, float voxel, Blocks &blocks, FacingPoints &points,
-                            DepthStrip &strip) {
-    for (std::size_t i = 0; i < points.count; i += hn::Lanes(Floats()))
-        lay_blocks(frame, voxel, points, i, points.count, strip, blocks);
-    for (std::size_t i = 0; i < points.count; ++i)
-        draw_block(blocks.depths.data() + 4 * i, static_cast<std::uint32_t>(points.id[i]),
-                   strip.pixels.data() + blocks.offset[i], strip.stride);
-    points.count = 0;
-}
-
 std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &geometry, std::span<const SeenBrick> seen,
                           std::uint32_t first_id, DepthStrip &strip) {
     const PointRun &run = *geometry.run;
