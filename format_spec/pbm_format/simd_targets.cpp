@@ -5,6 +5,8 @@
 
 #include <atomic>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 
 namespace hwy {
 namespace {
@@ -45,6 +47,12 @@ __attribute__((weak)) std::int64_t SupportedTargets() {
 __attribute__((weak)) void SetSupportedTargetsForTest(std::int64_t targets) {
     targets_for_test = targets;
     GetChosenTarget().DeInit();
+}
+
+// Where Highway's own checks end, which builds with sanitizers have.
+__attribute__((weak)) void Abort(const char *file, int line, const char *, ...) {
+    std::fprintf(stderr, "%s:%d: a check of Highway's failed\n", file, line);
+    std::abort();
 }
 
 } // namespace hwy
