@@ -180,6 +180,25 @@ TEST(FastRenderer, LooksFromAnywhere) {
     EXPECT_EQ(difference(two_sided, camera_of(looks()[0])).both, std::size_t{kWidth * kHeight});
 }
 
+// Far from the middle of wide pictures a length at the same depth takes more pixels.
+TEST(FastRenderer, HasNoHolesAtTheBordersOfWidePictures) {
+    for (const double angle : {60.0, 90.0, 120.0, 150.0})
+        for (const double turned : {0.6, 0.9})
+            for (const double pixels : {0.8, 1.1, 1.42}) {
+                Camera camera;
+                camera.view_angle = glm::radians(angle);
+                const double off = turned * camera.view_angle / 2; // of the ball, below the middle
+                const double focal = 700 / (2 * std::tan(camera.view_angle / 2));
+                const double distance = std::max(1.2, std::ldexp(2.0, -7) * focal / pixels) / std::cos(off);
+                camera.position = glm::dvec3(0, -1, -2) + distance * glm::dvec3(0, std::sin(off), std::cos(off));
+                camera.focal_point = camera.position - glm::dvec3(0, 0, 1);
+                const Difference d = difference(ball(), camera, 900, 700);
+                const std::string what = std::to_string(angle) + " degrees, " + std::to_string(off) + ": " + text(d);
+                EXPECT_GT(d.both, 100U) << what;
+                EXPECT_LE(d.lost, 3U) << what;
+            }
+}
+
 // Every attribute and kind of light, splat by splat: large enough that both show the same point in most pixels.
 TEST(FastRenderer, ShadesAsTheReferenceDoes) {
     const auto point_light = Light{.kind = LightKind::point, .position = {2, 1, 1}};
