@@ -3,6 +3,7 @@
 
 import json
 import pathlib
+import random
 import shutil
 import subprocess
 import sys
@@ -112,5 +113,21 @@ for renderer in ("fast", "reference"):
     check(bench["renderer"] == renderer and bench["bench_frames"] == 5, f"{bench}")
     check(0 < bench["bench_min_ms"] <= bench["bench_median_ms"], f"{bench}")
     check(bench["bench_drawn_points"] > 10000 and bench["peak_memory"] > 1 << 20, f"{bench}")
+# A mapped file that is written to while it is drawn: frames are spoilt, and nothing else happens. Its directories were
+# read by the time the first frame is drawn.
+victim = bytearray((work / "mapped888.bvg").read_bytes())
+(work / "written.bvg").write_bytes(victim)
+directory_end = len(victim) // 4
+bench = subprocess.Popen([str(programs / "pbm-render"), "written.bvg", "--bench", "300", "--resolution", "320,200", "-q"],
+                         cwd=work, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+random_bytes = random.Random(1)
+with open(work / "written.bvg", "r+b", buffering=0) as file:
+    while bench.poll() is None:
+        file.seek(random_bytes.randrange(directory_end, len(victim) - 4096))
+        file.write(random_bytes.choice([random_bytes.randbytes(4096), bytes(4096), b"\xff" * 4096]))
+output = "".join(bench.communicate())
+check(bench.returncode in (0, 3), f"{bench.returncode} from a file that is written to: {output}")
+check(bench.returncode == 0 or "offset" in output, output)
+
 print("first pictures:", {name: f"{cost['bytes_read']} bytes, {cost['points_decoded']} of {total} points decoded"
                           for name, cost in costs.items()})
