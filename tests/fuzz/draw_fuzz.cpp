@@ -92,7 +92,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     view.packed_shadows[0] = shadows;
     view.bricks = records;
     const ChunkEntry entry;
-    const std::vector<PointRun> runs(2, {.chunk = &view, .entry = &entry, .level = level, .first = first, .last = last});
+    const std::vector<PointRun> runs(2,
+                                     {.chunk = &view, .entry = &entry, .level = level, .first = first, .last = last});
 
     FastRenderer renderer(parameters, kMostPoints, 1);
     Framebuffer once(width, height), twice(width, height);
