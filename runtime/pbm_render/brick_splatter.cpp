@@ -50,6 +50,9 @@ inline constexpr std::array<VoxelPlace, 64> kNodePlaces = [] {
     return places;
 }();
 
+// kOutlineInset of blocks, which reach farther than the ellipses they stand for.
+inline constexpr float kBlockOutlineInset = 0.6F;
+
 inline constexpr std::size_t kMostLanes = 16;
 inline constexpr std::size_t kBrickPoints = 512;
 
@@ -177,8 +180,8 @@ struct LaidSplats {
     Vector outline, inset;   // grid edges
 };
 
-HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, const FacingPoints &points,
-                                 std::size_t first) {
+HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, float outline_inset,
+                                 const FacingPoints &points, std::size_t first) {
     const Floats d;
     const Ints di;
     const Vector zero = hn::Zero(d), one = hn::Set(d, 1);
@@ -188,7 +191,7 @@ HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, c
     s.normal = see_normal(frame, packed, hn::Load(d, points.x.data() + first), hn::Load(d, points.y.data() + first));
     const SeenNormal &n = s.normal;
     const Vector voxel = hn::IfThenZeroElse(n.two_sided, hn::Set(d, voxel_edge));
-    s.outline = hn::Mul(hn::Mul(voxel, hn::Set(d, kOutlineInset)),
+    s.outline = hn::Mul(hn::Mul(voxel, hn::Set(d, outline_inset)),
                         clamp_to_one(hn::Add(one, hn::Mul(hn::Set(d, 1.4F), n.facing))));
     const Vector edge_on = clamp_to_one(hn::Add(one, n.facing)), edge_on2 = hn::Mul(edge_on, edge_on);
     const Vector mean_inset =
@@ -214,7 +217,7 @@ HWY_INLINE void lay_blocks(const FrameGeometry &frame, float voxel_edge, const F
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
     const Vector half = set(0.5F);
-    const LaidSplats s = lay_splats(frame, voxel_edge, points, first);
+    const LaidSplats s = lay_splats(frame, voxel_edge, kBlockOutlineInset, points, first);
     const SeenNormal &n = s.normal;
     const Vector inverse = hn::Div(set(1), hn::Mul(s.pixel_size, s.cosine)); // one division for two
     const Vector inverse_cosine = hn::Mul(inverse, s.pixel_size);
@@ -274,7 +277,7 @@ HWY_INLINE void lay_ellipses(const FrameGeometry &frame, float voxel_edge, const
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
     const Vector one = set(1), half = set(0.5F);
-    const LaidSplats s = lay_splats(frame, voxel_edge, points, first);
+    const LaidSplats s = lay_splats(frame, voxel_edge, kOutlineInset, points, first);
     const SeenNormal &n = s.normal;
     const Vector radius = hn::Load(d, points.radius.data() + first);
     // Behind the last point anything may stand, but no index of nothing.

@@ -25,7 +25,7 @@
 namespace pbm {
 
 // Voxel edges. The depth plane of a surface seen edge-on lies farther back, since the foremost of more voxels shows.
-inline constexpr float kOutlineInset = 0.6F;
+inline constexpr float kOutlineInset = 0.4F;
 inline constexpr float kGrazingInset = 0.4F;
 // Planes are never taken to be seen at a flatter angle than with this cosine.
 inline constexpr float kEdgeOn = 0.02F;
