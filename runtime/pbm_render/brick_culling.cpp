@@ -11,6 +11,8 @@ namespace {
 constexpr float kBrickVoxels = 8;
 // Eyes nearer than so many times what the brick reaches see it under an angle that nothing here is made for.
 constexpr float kNear = 8;
+// Points up to this fraction of 2 pixels apart leave no gap between blocks, however they lie.
+constexpr float kBlockRoom = 0.8F;
 
 // Whether no normal of the cone faces the eye anywhere in the brick. `sight` is the way from the eye to its centre,
 // `reach` the brick's, both eye space.
@@ -75,7 +77,9 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
             if (brick.cone_cosine != kNoCone &&
                 faces_away(brick, frame.normals[brick.cone_axis & kNormalIndexMask], centre, reach))
                 continue;
-            it.large = radius * frame.focal > kBlockRadius * nearest;
+            // Away from the middle of the picture a length across the ray takes more pixels; blocks have room for some.
+            const float stretch = std::sqrt(1 + (x * x + y * y) * frame.inverse_focal * frame.inverse_focal);
+            it.large = radius * frame.focal * std::max(1.0F, kBlockRoom * stretch) > kBlockRadius * nearest;
             it.top = static_cast<std::int32_t>(std::max(y + frame.middle_y - reach_y, 0.0F));
             it.bottom = static_cast<std::int32_t>(std::min(y + frame.middle_y + reach_y + 1, height));
         }

@@ -84,7 +84,7 @@ void expect_alike(const Difference &d, int level, double pixels, const std::stri
     const double voxel = std::ldexp(2.0, -level), both = static_cast<double>(d.both);
     const bool blocks = pixels < 1.5;
     EXPECT_GT(d.both, 0U);
-    EXPECT_LE(static_cast<double>(d.lost), 0.0003 * both);
+    EXPECT_LE(static_cast<double>(d.lost), (blocks ? 0.001 : 0.0003) * both);
     EXPECT_LE(static_cast<double>(d.added), blocks ? std::sqrt(4 * 3.1416 * both) : 5);
     EXPECT_LE(d.depth, voxel * (blocks ? 0.35 / (pixels * pixels) : 0.035));
     EXPECT_LE(d.colour, blocks ? 0.9 / (pixels * pixels) : 0.2);
@@ -195,7 +195,7 @@ TEST(FastRenderer, HasNoHolesAtTheBordersOfWidePictures) {
                 const Difference d = difference(ball(), camera, 900, 700);
                 const std::string what = std::to_string(angle) + " degrees, " + std::to_string(off) + ": " + text(d);
                 EXPECT_GT(d.both, 100U) << what;
-                EXPECT_LE(d.lost, 3U) << what;
+                EXPECT_LE(d.lost, 10U) << what; // of the silhouette
             }
 }
 
