@@ -11,6 +11,12 @@ void BackgroundThread::set_wake(std::function<void()> wake) {
     wake_ = std::move(wake);
 }
 
+void BackgroundThread::wake() const {
+    const std::lock_guard lock(mutex_);
+    if (wake_)
+        wake_();
+}
+
 bool BackgroundThread::busy() const {
     const std::lock_guard lock(mutex_);
     return working_ || !queue_.empty();

@@ -20,9 +20,11 @@ class BackgroundThread {
     BackgroundThread(const BackgroundThread &) = delete;
     BackgroundThread &operator=(const BackgroundThread &) = delete;
 
-    // Called after every piece of work, on this thread, from now on. Empty: nothing is called, and nothing is being
+    // Called after every piece of work, on this thread, and by `wake`, from now on. Empty: nothing is called, and nothing is being
     // called any more when this returns.
     void set_wake(std::function<void()> wake);
+    // Calls it now. Any thread.
+    void wake() const;
 
     // Queues `work`. Its exceptions come out of the future.
     template <class Work> auto post(Work work) {

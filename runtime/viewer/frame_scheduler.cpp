@@ -2,19 +2,14 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 
 namespace pbm {
 
-std::vector<std::uint64_t> level_points(const Model &model) {
-    std::vector<std::uint64_t> points;
-    for (const Level &level : model.levels)
-        points.push_back(level.points.size());
-    return points;
-}
-
-FrameScheduler::FrameScheduler(std::vector<std::uint64_t> points, int finest)
-    : points_(std::move(points)), finest_(std::min(finest, static_cast<int>(points_.size()) - 1)) {
-    assert(finest_ >= 0);
+FrameScheduler::FrameScheduler(double max_error, double min_fps)
+    : exact_(max_error),
+      moving_budget_(min_fps > 0 ? kDrawingShare / min_fps : std::numeric_limits<double>::infinity()) {
+    assert(max_error > 0 && min_fps >= 0);
 }
 
 void FrameScheduler::view_changed(double now) {
@@ -22,41 +17,52 @@ void FrameScheduler::view_changed(double now) {
     changed_ = now;
 }
 
-void FrameScheduler::drawn(int level, double seconds) {
-    if (!shown_)
-        quick_ = level;
-    shown_ = level;
-    seconds_per_point_ = seconds / static_cast<double>(points_[static_cast<std::size_t>(level)]);
+void FrameScheduler::arrived(bool all) {
+    if (all)
+        news_ = News::all;
+    else if (news_ == News::none)
+        news_ = News::some;
 }
 
-std::optional<FrameScheduler::Step> FrameScheduler::next(double now) const {
+void FrameScheduler::drawn(const Picture &picture, double now) {
     if (!shown_)
-        return Step{quick_level(), true};
-    if (complete() || now < changed_ + kRest)
+        quick_ = picture.max_error;
+    shown_ = picture;
+    news_ = News::none;
+    drawn_at_ = now;
+    if (picture.points > 0)
+        seconds_per_point_ = picture.seconds / static_cast<double>(picture.points);
+}
+
+std::optional<FrameScheduler::Step> FrameScheduler::next(double now, const PointsAt &points_at) const {
+    if (const auto when = due(); !when || now < *when)
         return std::nullopt;
-    return Step{*shown_ + 1, expected_seconds(*shown_ + 1) <= kFrameBudget};
+    if (!shown_)
+        return Step{quick_error(points_at), true};
+    return Step{exact_, expected_seconds(points_at(exact_)) <= kFrameBudget};
 }
 
 std::optional<double> FrameScheduler::due() const {
     if (!shown_)
-        return changed_;
-    return complete() ? std::nullopt : std::optional(changed_ + kRest);
+        return changed_.value_or(0);
+    if (!is_exact())
+        return changed_ ? *changed_ + kRest : 0;
+    if (complete() || news_ == News::none)
+        return std::nullopt;
+    return news_ == News::all ? drawn_at_ : drawn_at_ + kPause * shown_->seconds;
 }
 
-double FrameScheduler::expected_seconds(int level) const {
-    return seconds_per_point_ * static_cast<double>(points_[static_cast<std::size_t>(level)]);
-}
-
-int FrameScheduler::quick_level() const {
-    const auto fits = [this](int level) {
-        const bool finer = quick_ && level > *quick_;
-        return expected_seconds(level) <= (finer ? (1 - kReserve) * kFrameBudget : kFrameBudget) ||
-               points_[static_cast<std::size_t>(level)] <= kFewPoints;
+double FrameScheduler::quick_error(const PointsAt &points_at) const {
+    double error = exact_;
+    const auto fits = [&] {
+        const std::uint64_t points = points_at(error);
+        const bool finer = quick_ && error < *quick_;
+        return points <= kFewPoints ||
+               expected_seconds(points) <= (finer ? (1 - kReserve) * moving_budget_ : moving_budget_);
     };
-    int level = finest_;
-    while (level > 0 && !fits(level))
-        --level;
-    return level;
+    while (error < kLargestError && !fits())
+        error *= kErrorStep;
+    return error;
 }
 
 } // namespace pbm

@@ -63,4 +63,11 @@ Result<Rgba8> parse_colour(const std::string &text) {
     return colour;
 }
 
+Result<double> parse_frame_rate(const std::string &text) {
+    const auto numbers = parse_numbers(text, "", 1);
+    if (!numbers || !((*numbers)[0] == 0 || ((*numbers)[0] >= 1 && (*numbers)[0] <= 240)))
+        return usage("'" + text + "' is no frame rate; write 1 to 240, or 0 for any");
+    return (*numbers)[0];
+}
+
 } // namespace pbm

@@ -59,6 +59,10 @@ void add_view_options(CLI::App &app, ViewOptions &options) {
            "--level", [&options](int level) { options.render.level = options.load.max_level = level; },
            "Finest detail level to draw; default, and above the depth: the finest there is")
         ->check(CLI::Range(0, kMaxDepth));
+    app.add_option("--max-error", options.max_error,
+                   "Largest edge of the voxels drawn, pixels; finer detail is left out")
+        ->check(CLI::Range(0.1, 64.0))
+        ->capture_default_str();
     app.option_defaults()->group("Options");
     command_line::add_max_memory(app, options.load.max_memory);
     command_line::add_threads(app, options.load.threads);
@@ -66,12 +70,7 @@ void add_view_options(CLI::App &app, ViewOptions &options) {
     command_line::add_verbose(app, options.verbosity, "Say where the camera stands");
 }
 
-void add_detail_options(CLI::App &app, ViewOptions &options) {
-    app.add_option("--max-error", options.max_error,
-                   "Largest edge of the voxels drawn, pixels; finer detail is left out")
-        ->check(CLI::Range(0.1, 64.0))
-        ->capture_default_str()
-        ->group("Look");
+void add_renderer_option(CLI::App &app, ViewOptions &options) {
     app.add_option_function<std::string>(
            "--renderer",
            [&options](const std::string &name) {

@@ -36,8 +36,8 @@ struct ViewOptions {
 // parsing.
 void add_view_options(CLI::App &app, ViewOptions &options);
 
-// Declares --max-error and --renderer, for programs that have both.
-void add_detail_options(CLI::App &app, ViewOptions &options);
+// Declares --renderer, for programs that have both.
+void add_renderer_option(CLI::App &app, ViewOptions &options);
 
 // The default camera for a picture of `size`, but for what the command line says. `bounds` is the model's bounding
 // sphere, `up` the axis of its grid.

@@ -66,7 +66,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                    "PFM file of depths: distance along the view direction in model units, +inf where empty")
         ->type_name("FILE");
     add_view_options(app, arguments.view);
-    add_detail_options(app, arguments.view);
+    add_renderer_option(app, arguments.view);
     bool no_background = false;
     app.add_flag("--no-background", no_background, "Transparent where nothing is drawn")->group("Look");
     app.add_option("--bench", arguments.bench, "Draw N more frames once round the focal point; tell their times")

@@ -35,7 +35,7 @@ int run(int argc, char **argv, std::unique_ptr<BackgroundThread> &background) {
         return command_line::fail(kProgram, path, with_advice(kProgram, good.error()));
 
     background = std::make_unique<BackgroundThread>();
-    Loading loading = begin_loading(*background, path, arguments.view.load);
+    Loading loading = begin_loading(*background, path, arguments.view);
     const auto window = Window::open(std::filesystem::path(path).filename().string() + " - " + std::string(kProgram),
                                      arguments.view.resolution);
     if (!window)

@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include "command_line/parse.h"
+#include "viewer/option_values.h"
 
 #include <array>
 #include <map>
@@ -27,6 +28,16 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
             return modes.count(mode) != 0 ? std::string() : "'" + mode + "' is no camera mode; write orbit or fly";
         });
     app.option_defaults()->group("Look");
+    app.add_option_function<std::string>(
+           "--min-fps",
+           [&](const std::string &text) {
+               const auto fps = parse_frame_rate(text);
+               if (!fps)
+                   throw CLI::ValidationError(fps.error().message);
+               arguments.min_fps = *fps;
+           },
+           "Frames per second that a moving view keeps, with larger voxels where it must; default 30; 0: never coarser")
+        ->type_name("N");
     app.add_flag("--show-frame-time", arguments.show_frame_time, "Show what a picture costs; F2 does too");
     add_view_options(app, arguments.view);
     app.set_version_flag("-V,--version", std::string(program) + " " PBM_VERSION);

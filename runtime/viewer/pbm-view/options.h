@@ -14,6 +14,7 @@ struct Arguments {
     std::string input; // empty: the sample
     ViewOptions view;
     CameraMode camera_mode = CameraMode::orbit;
+    double min_fps = 30; // frames per second while the view moves; 0: any
     bool show_frame_time = false;
 };
 

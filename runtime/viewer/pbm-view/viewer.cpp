@@ -1,7 +1,6 @@
 #include "viewer.h"
 
 #include "command_line/command_line.h"
-#include "viewer/picture_file.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -10,7 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
-#include <new>
+#include <utility>
 
 namespace pbm {
 namespace {
@@ -18,7 +17,7 @@ namespace {
 constexpr double kDoubleClick = 0.4;       // seconds
 constexpr double kDoubleClickReach = 0.01; // picture heights
 constexpr double kNoticeTime = 4, kProblemTime = 10;
-constexpr double kBusyPoll = 0.1; // seconds; should a wake-up ever be lost while the background works
+constexpr double kBusyPoll = 0.1; // seconds; should a wake-up ever be lost while other threads work
 
 std::string file_name(const std::string &path) { return std::filesystem::path(path).filename().string(); }
 
@@ -41,6 +40,22 @@ std::string milliseconds(double seconds) {
 }
 
 std::string size_text(glm::ivec2 size) { return std::to_string(size.x) + "x" + std::to_string(size.y); }
+
+// Where to stand for the model named on the command line says nothing about others.
+void forget_camera(ViewOptions &options) { options.position = options.focal_point = options.view_up = std::nullopt; }
+
+std::string pixels(double error) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.2f pixels", error);
+    return text.data();
+}
+
+std::string levels(const PictureStatistics &picture) {
+    const std::string finest = std::to_string(picture.drawn.level);
+    return picture.coarsest_level == picture.drawn.level ? "level " + finest
+                                                         : "levels " + std::to_string(picture.coarsest_level) + " to " +
+                                                               finest;
+}
 
 std::vector<OverlayRow> help_rows(CameraMode mode) {
     std::vector<OverlayRow> rows;
@@ -66,29 +81,19 @@ std::vector<OverlayRow> help_rows(CameraMode mode) {
 
 } // namespace
 
-Loading begin_loading(BackgroundThread &background, const std::string &path, const LoadOptions &options) {
-    return background.post([path, options]() -> Result<LoadedScene> {
-        try {
-            auto scene = load_scene(path, options);
-            if (!scene)
-                return scene.error();
-            const Sphere bounds = bounding_sphere((*scene)->model);
-            return LoadedScene{path, std::move(*scene), bounds};
-        } catch (const std::bad_alloc &) {
-            return Error{ErrorCode::memory, 0, "out of memory"};
-        }
-    });
-}
-
 Viewer::Viewer(std::string_view program, const Arguments &arguments, Window &window, BackgroundThread &background,
                const std::string &path, Loading loading, Clock::time_point start)
-    : program_(program), options_(arguments.view), window_(window), background_(background),
-      overlay_(window.content_scale()), start_(start), context_(Window::now()), loading_(std::move(loading)),
-      loading_path_(path), mode_(arguments.camera_mode), show_frame_time_(arguments.show_frame_time) {
+    : program_(program), options_(arguments.view), min_fps_(arguments.min_fps), window_(window),
+      background_(background), start_(start), context_(Window::now()), overlay_(window.content_scale()),
+      loading_(std::move(loading)), loading_path_(path), mode_(arguments.camera_mode), saver_(background),
+      show_frame_time_(arguments.show_frame_time) {
     background_.set_wake(Window::wake);
 }
 
-Viewer::~Viewer() { background_.set_wake({}); }
+Viewer::~Viewer() {
+    background_.set_wake({});
+    let_go(background_, std::move(model_));
+}
 
 int Viewer::run() {
     while (!quit_ && !window_.close_requested()) {
@@ -97,12 +102,15 @@ int Viewer::run() {
         if (quit_)
             break;
         if (const glm::dvec2 steps = arrows_.take_steps(Window::now()); model_ && steps != glm::dvec2(0))
-            move_to(after_arrows(camera_, mode_, steps, model_->bounds.radius));
+            move_to(after_arrows(camera_, mode_, steps, model_->bounds().radius));
         if (const auto failed = receive_model())
             return *failed;
+        receive_chunks();
         receive_saves(false);
         receive_picture();
         draw_due_picture();
+        serve_saver();
+        check_room();
         if (!notice_.text.empty() && Window::now() >= notice_.until) {
             notice_ = {};
             stale_ = true;
@@ -180,12 +188,12 @@ void Viewer::handle(const MoveEvent &event) {
         drag = Drag::pan;
     else if (*dragging_ == MouseButton::right)
         drag = Drag::distance;
-    move_to(after_drag(camera_, mode_, drag, {moved.x, -moved.y}, model_->bounds.radius));
+    move_to(after_drag(camera_, mode_, drag, {moved.x, -moved.y}, model_->bounds().radius));
 }
 
 void Viewer::handle(const WheelEvent &event) {
     if (model_ && event.notches != 0)
-        move_to(after_wheel(camera_, mode_, event.notches, model_->bounds.radius));
+        move_to(after_wheel(camera_, mode_, event.notches, model_->bounds().radius));
 }
 
 void Viewer::handle(const DropEvent &event) {
@@ -221,23 +229,44 @@ std::optional<int> Viewer::receive_model() {
 }
 
 void Viewer::open(const std::string &path) {
-    loading_ = begin_loading(background_, path, options_.load);
+    ViewOptions options = options_;
+    if (model_)
+        forget_camera(options);
+    if (view_size_ != glm::ivec2(0))
+        options.resolution = view_size_;
+    loading_ = begin_loading(background_, path, options);
     loading_path_ = path;
     stale_ = true;
 }
 
-Status Viewer::show(LoadedScene loaded) {
-    if (model_) // where to stand for the model named on the command line says nothing about others
-        options_.position = options_.focal_point = options_.view_up = std::nullopt;
-    const auto camera = first_camera(loaded);
+Status Viewer::show(ShownModelPointer loaded) {
+    if (model_)
+        forget_camera(options_);
+    const auto camera = first_camera(*loaded);
     if (!camera)
         return camera.error();
-    model_ = std::move(loaded);
-    scheduler_.emplace(level_points(model_->scene->model), options_.render.level);
+    let_go(background_, std::exchange(model_, std::move(loaded)));
     camera_ = *camera;
-    change_view();
-    window_.set_title(file_name(model_->path) + " - " + std::string(program_) + " (F1: help)");
+    if (picture_size() != glm::ivec2(0))
+        view_size_ = picture_size();
+    ++view_;
+    scheduler_.emplace(options_.max_error, min_fps_);
+    has_told_of_room_ = false;
+    window_.set_title(file_name(model_->path()) + " - " + std::string(program_) + " (F1: help)");
     return {};
+}
+
+// Chunks that were loaded make better pictures; what is damaged is named, and coarser levels stay in its place.
+void Viewer::receive_chunks() {
+    if (!model_)
+        return;
+    if (model_->take_arrivals())
+        scheduler_->arrived(!model_->streamed().is_loading());
+    const std::vector<Error> errors = model_->streamed().take_errors();
+    for (const Error &error : errors)
+        command_line::fail(program_, model_->path(), with_advice(program_, error));
+    if (!errors.empty())
+        notify(file_name(model_->path()) + ": " + with_advice(program_, errors.front()).message, true);
 }
 
 void Viewer::move_to(const Camera &camera) {
@@ -253,11 +282,11 @@ void Viewer::change_view() {
 }
 
 // For the window as it is; one without pixels has the size it had.
-Result<Camera> Viewer::first_camera(const LoadedScene &model) const {
+Result<Camera> Viewer::first_camera(const ShownModel &model) const {
     glm::ivec2 size = picture_size();
     if (size == glm::ivec2(0))
         size = view_size_ == glm::ivec2(0) ? options_.resolution : view_size_;
-    return choose_camera(options_, model.bounds, model.scene->model.parameters.grid.up, size);
+    return choose_camera(options_, model.bounds(), model.grid().up, size);
 }
 
 void Viewer::reset_camera() {
@@ -275,80 +304,113 @@ void Viewer::draw_due_picture() {
         view_size_ = size;
         change_view();
     }
-    const auto step = scheduler_->next(Window::now());
+    const auto points_at = [&](double max_error) {
+        std::uint64_t points = 0;
+        for (const PointRun &run : model_->streamed().choose(model_->view(camera_, size, max_error)).runs)
+            points += run.last - run.first;
+        return points;
+    };
+    const auto step = scheduler_->next(Window::now(), points_at);
     if (!step)
         return;
+    const DetailView view = model_->view(camera_, size, step->max_error);
     if (step->at_once)
-        draw_now(step->level);
+        draw_now(view);
     else if (!refining_.valid())
-        draw_in_background(step->level);
+        draw_in_background(view);
 }
 
-void Viewer::draw_now(int level) {
+// What there is of a picture; what it lacks is requested, unless a picture that is to be saved needs other chunks.
+Detail Viewer::choose(const DetailView &view) {
+    Detail detail = model_->streamed().choose(view);
+    if (!saver_.is_waiting())
+        model_->streamed().request(detail.missing);
+    return detail;
+}
+
+void Viewer::draw_now(const DetailView &view) {
     if (!canvas_ || glm::ivec2(canvas_->width, canvas_->height) != view_size_)
         canvas_.emplace(view_size_.x, view_size_.y);
     const bool first_of_view = !scheduler_->shown();
-    RenderOptions options = options_.render;
-    options.level = level;
-    const double begin = Window::now();
-    const RenderStatistics drawn = model_->scene->renderer.render(camera_, options, *canvas_);
-    show_picture(*canvas_, drawn, Window::now() - begin);
+    const PictureStatistics drawn = model_->draw_now(choose(view), view, *canvas_);
+    show_picture(*canvas_, view.max_error, drawn);
     if (first_of_view && verbose())
         std::cout << "view: " << view_as_options(camera_, options_.view_angle, view_size_) << std::endl;
 }
 
-void Viewer::draw_in_background(int level) {
-    RenderOptions options = options_.render;
-    options.level = level;
-    refining_ = background_.post([scene = model_->scene, camera = camera_, options, size = view_size_, view = view_] {
-        const auto begin = Clock::now();
-        Framebuffer pixels(size.x, size.y);
-        const RenderStatistics drawn = scene->renderer.render(camera, options, pixels);
-        const std::chrono::duration<double> taken = Clock::now() - begin;
-        return Picture{view, std::move(pixels), drawn, taken.count()};
+void Viewer::draw_in_background(const DetailView &view) {
+    refining_ = background_.post([model = model_, detail = choose(view), view, number = view_] {
+        Picture picture{number, view.max_error, Framebuffer(view.width, view.height), {}};
+        picture.drawn = model->draw_in_background(detail, view, picture.pixels);
+        return picture;
     });
 }
 
-// Shows the fine picture that was drawn in the background, unless the view is another by now.
+// Shows the picture that was drawn in the background, unless the view is another by now.
 void Viewer::receive_picture() {
     if (!is_ready(refining_))
         return;
     const Picture picture = refining_.get();
     if (picture.view == view_)
-        show_picture(picture.pixels, picture.drawn, picture.seconds);
+        show_picture(picture.pixels, picture.max_error, picture.drawn);
+    full_view_ = 0; // it held chunks of a view that may be past
 }
 
-void Viewer::show_picture(const Framebuffer &pixels, const RenderStatistics &drawn, double seconds) {
+void Viewer::show_picture(const Framebuffer &pixels, double max_error, const PictureStatistics &drawn) {
+    const double begin = Window::now();
     presenter_.upload(pixels);
-    scheduler_->drawn(drawn.level, seconds);
     drawn_ = drawn;
-    drawn_seconds_ = seconds;
+    const double now = Window::now();
+    scheduler_->drawn({.max_error = max_error,
+                       .points = drawn.drawn.points,
+                       .complete = drawn.missing == 0,
+                       .seconds = drawn.seconds + now - begin},
+                      now);
     stale_ = true;
 }
 
-// Draws the view once more, at the finest level, whatever is shown at the moment.
-void Viewer::save() {
-    if (!model_ || view_size_ == glm::ivec2(0))
+// Says so, once for every model, if what the picture lacks does not fit into the memory allowed.
+void Viewer::check_room() {
+    if (!model_ || !scheduler_->shown() || scheduler_->complete() || scheduler_->due() || refining_.valid() ||
+        saver_.is_waiting() || view_ == full_view_ || model_->streamed().is_loading())
         return;
-    const std::string name = std::filesystem::path(model_->path).stem().string();
-    saves_.push_back(
-        background_.post([scene = model_->scene, camera = camera_, options = options_.render, size = view_size_, name] {
-            Framebuffer pixels(size.x, size.y);
-            scene->renderer.render(camera, options, pixels);
-            return save_picture(std::filesystem::path(), name, pixels);
-        }));
+    if (choose(model_->view(camera_, view_size_, options_.max_error)).missing.size() != drawn_.missing)
+        return scheduler_->arrived(true);
+    full_view_ = view_;
+    if (std::exchange(has_told_of_room_, true))
+        return;
+    const Error error =
+        with_advice(program_, {ErrorCode::memory, 0,
+                               "the picture needs more memory than allowed (" +
+                                   std::to_string(options_.load.max_memory >> 20) + " MiB) and is coarser"});
+    command_line::fail(program_, model_->path(), error);
+    notify(file_name(model_->path()) + ": " + error.message, true);
+}
+
+// Draws the view once more, exact, whatever is shown at the moment.
+void Viewer::save() {
+    if (model_ && view_size_ != glm::ivec2(0))
+        saver_.add(model_, model_->view(camera_, view_size_, options_.max_error));
+}
+
+// Last of all that chooses chunks: those that the last view needs are not let go.
+void Viewer::serve_saver() {
+    if (!saver_.is_waiting())
+        return;
+    saver_.serve();
+    if (!saver_.is_waiting() && scheduler_)
+        scheduler_->arrived(true);
 }
 
 // Tells what became of pictures that were to be saved; waits for those not yet done if `all` are wanted.
 void Viewer::receive_saves(bool all) {
-    while (!saves_.empty() && (all || is_ready(saves_.front()))) {
-        const auto saved = saves_.front().get();
-        saves_.erase(saves_.begin());
+    for (const Result<std::string> &saved : saver_.take_done(all)) {
         if (saved && options_.verbosity != command_line::Verbosity::quiet)
             std::cout << "saved " << *saved << std::endl;
         if (!saved)
             command_line::fail(program_, "", saved.error());
         notify(saved ? "Saved " + std::filesystem::absolute(*saved).string() : saved.error().message, !saved);
+        full_view_ = 0; // it held chunks
     }
 }
 
@@ -369,7 +431,7 @@ std::optional<double> Viewer::timeout() const {
         no_later_than(now);
     if (!notice_.text.empty())
         no_later_than(notice_.until);
-    if (background_.busy())
+    if (background_.busy() || (model_ && model_->streamed().is_loading()))
         no_later_than(now + kBusyPoll);
     no_later_than(arrows_.next_step(now));
     // A fine picture that is due waits for the one under way.
@@ -395,9 +457,9 @@ OverlayText Viewer::overlay_text() const {
         text.help = help_rows(mode_);
     }
     if (show_frame_time_ && scheduler_ && scheduler_->shown())
-        text.corner = milliseconds(drawn_seconds_) + "   level " + std::to_string(drawn_.level) + " of " +
-                      std::to_string(model_->scene->model.levels.size() - 1) + "   " + grouped(drawn_.drawn_points) +
-                      " of " + grouped(drawn_.points) + " points   " + size_text(view_size_);
+        text.corner = milliseconds(drawn_.seconds) + "   " + pixels(drawn_.error) + "   " + levels(drawn_) + " of " +
+                      std::to_string(model_->depth()) + "   " + grouped(drawn_.drawn.drawn_points) + " of " +
+                      grouped(drawn_.drawn.points) + " points   " + size_text(view_size_);
     text.notice = notice_.text;
     text.notice_is_problem = notice_.is_problem;
     return text;
@@ -413,20 +475,32 @@ void Viewer::present() {
         overlay_.draw(size, text);
     window_.swap();
     ++frames_;
-    if (!verbose())
+    if (verbose())
+        tell_frame();
+}
+
+void Viewer::tell_frame() {
+    std::cout << "frame " << frames_ << ": ";
+    if (!scheduler_ || !scheduler_->shown()) {
+        std::cout << "no picture yet" << std::endl;
         return;
-    if (scheduler_ && scheduler_->shown()) {
-        if (std::exchange(first_picture_, false)) {
-            const std::chrono::duration<double> since_start = Clock::now() - start_;
-            std::cout << "first picture: " << milliseconds(since_start.count()) << " after the start, "
-                      << milliseconds(Window::now() - context_) << " after the OpenGL context\n";
-        }
-        std::cout << "frame " << frames_ << ": level " << drawn_.level << " of "
-                  << model_->scene->model.levels.size() - 1 << ", " << milliseconds(drawn_seconds_) << ", "
-                  << size_text(view_size_) << std::endl;
-    } else {
-        std::cout << "frame " << frames_ << ": no picture yet" << std::endl;
     }
+    const StreamingStatistics cost = model_->streamed().statistics();
+    std::cout << "error " << pixels(drawn_.error) << ", " << levels(drawn_) << " of " << model_->depth() << ", "
+              << drawn_.drawn.drawn_points << " of " << drawn_.drawn.points << " points drawn, "
+              << milliseconds(drawn_.seconds) << ", " << size_text(view_size_) << ", " << cost.bytes_read
+              << " bytes read, " << cost.points_decoded << " points decoded, "
+              << (scheduler_->complete() ? "exact" : std::to_string(drawn_.missing) + " chunks missing") << '\n';
+    const auto tell_time = [&](const char *what) {
+        const std::chrono::duration<double> since_start = Clock::now() - start_;
+        std::cout << what << " picture: " << milliseconds(since_start.count()) << " after the start, "
+                  << milliseconds(Window::now() - context_) << " after the OpenGL context\n";
+    };
+    if (std::exchange(first_picture_, false))
+        tell_time("first");
+    if (scheduler_->complete() && std::exchange(exact_picture_, false))
+        tell_time("exact");
+    std::cout << std::flush;
 }
 
 } // namespace pbm

@@ -1,7 +1,8 @@
 // What the window shows and how it answers: models, cameras, pictures, cards of text.
 //
-// Coarse pictures are drawn between two events, on this thread; loading, fine pictures of large models and saving
-// happen on the background thread, so that the window always answers. FrameScheduler says which picture is due.
+// Pictures are drawn between two events, on this thread, of what is loaded; opening, pictures that take long and saving
+// happen on the background thread and chunks are decoded by threads of the model, so that the window always answers.
+// FrameScheduler says which picture is due.
 #pragma once
 
 #include "options.h"
@@ -11,7 +12,8 @@
 
 #include "viewer/background_thread.h"
 #include "viewer/frame_scheduler.h"
-#include "viewer/scene.h"
+#include "viewer/picture_saver.h"
+#include "viewer/shown_model.h"
 
 #include <chrono>
 #include <future>
@@ -21,15 +23,6 @@
 #include <vector>
 
 namespace pbm {
-
-struct LoadedScene {
-    std::string path;
-    std::shared_ptr<const Scene> scene;
-    Sphere bounds;
-};
-using Loading = std::future<Result<LoadedScene>>;
-
-Loading begin_loading(BackgroundThread &background, const std::string &path, const LoadOptions &options);
 
 class Viewer {
   public:
@@ -46,12 +39,12 @@ class Viewer {
     int run();
 
   private:
-    // A fine picture, and the view it is of.
+    // A picture that took long, and the view it is of.
     struct Picture {
         std::uint64_t view;
+        double max_error;
         Framebuffer pixels;
-        RenderStatistics drawn;
-        double seconds;
+        PictureStatistics drawn;
     };
     struct Notice {
         std::string text;
@@ -68,19 +61,23 @@ class Viewer {
 
     std::optional<int> receive_model();
     void open(const std::string &path);
-    Status show(LoadedScene loaded);
+    Status show(ShownModelPointer loaded);
+    void receive_chunks();
     void move_to(const Camera &camera);
     void change_view();
-    Result<Camera> first_camera(const LoadedScene &model) const;
+    Result<Camera> first_camera(const ShownModel &model) const;
     void reset_camera();
 
     void draw_due_picture();
-    void draw_now(int level);
-    void draw_in_background(int level);
+    void draw_now(const DetailView &view);
+    void draw_in_background(const DetailView &view);
     void receive_picture();
-    void show_picture(const Framebuffer &pixels, const RenderStatistics &drawn, double seconds);
+    void show_picture(const Framebuffer &pixels, double max_error, const PictureStatistics &drawn);
+    Detail choose(const DetailView &view);
+    void check_room();
 
     void save();
+    void serve_saver();
     void receive_saves(bool all);
     void notify(std::string text, bool is_problem);
 
@@ -88,21 +85,23 @@ class Viewer {
     glm::ivec2 picture_size() const;
     OverlayText overlay_text() const;
     void present();
+    void tell_frame();
     bool verbose() const { return options_.verbosity == command_line::Verbosity::verbose; }
 
     const std::string_view program_;
     ViewOptions options_;
+    const double min_fps_;
     Window &window_;
     BackgroundThread &background_;
-    Presenter presenter_;
-    Overlay overlay_;
     const Clock::time_point start_;
     const double context_; // when the OpenGL context was there, window's clock
+    Presenter presenter_;
+    Overlay overlay_;
 
     Loading loading_;
     std::string loading_path_;
     std::string dropped_path_; // to be opened when what is being loaded is there; empty for none
-    std::optional<LoadedScene> model_;
+    ShownModelPointer model_;
     Camera camera_;
     CameraMode mode_;
     HeldArrows arrows_;
@@ -118,16 +117,17 @@ class Viewer {
     glm::ivec2 view_size_{0};
     std::optional<Framebuffer> canvas_; // of pictures drawn on this thread
     std::future<Picture> refining_;
-    RenderStatistics drawn_; // of the picture shown
-    double drawn_seconds_ = 0;
+    PictureStatistics drawn_;       // of the picture shown
+    std::uint64_t full_view_ = 0;   // the view for which there is no more memory
+    bool has_told_of_room_ = false; // that there is too little
 
-    std::vector<std::future<Result<std::string>>> saves_;
+    PictureSaver saver_;
     Notice notice_;
     bool show_help_ = false, show_frame_time_;
     bool stale_ = true; // what the window shows
     bool quit_ = false;
-    std::uint64_t frames_ = 0;  // shown
-    bool first_picture_ = true; // is still to come
+    std::uint64_t frames_ = 0;                          // shown
+    bool first_picture_ = true, exact_picture_ = true; // are still to come
 };
 
 } // namespace pbm
