@@ -73,8 +73,8 @@ class FrameScheduler {
     std::optional<double> quick_;     // error of the last picture drawn at once for a new view
     std::optional<double> changed_;   // when the view moved last
     double drawn_at_ = 0;
-    // The last picture drawn says what a point costs. Until then: a slow computer's guess.
-    double seconds_per_point_ = 20e-9;
+    // The last picture drawn says what a point costs. Until then: a small computer's guess.
+    double seconds_per_point_ = 10e-9;
 };
 
 } // namespace pbm

@@ -29,6 +29,8 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const ViewOp
     if (!bounds)
         return bounds.error();
     shown->bounds_ = *bounds;
+    const Reader &reader = shown->streamed().reader();
+    shown->window_renderer_.emplace(reader.parameters(), reader.header().chunk_points, options.load.threads);
     // An unusable camera is told when there is a window to tell it.
     if (const auto camera = choose_camera(options, *bounds, shown->grid().up, options.resolution))
         shown->streamed().request(

@@ -490,7 +490,8 @@ void Viewer::tell_frame() {
               << drawn_.drawn.drawn_points << " of " << drawn_.drawn.points << " points drawn, "
               << milliseconds(drawn_.seconds) << ", " << size_text(view_size_) << ", " << cost.bytes_read
               << " bytes read, " << cost.points_decoded << " points decoded, "
-              << (scheduler_->complete() ? "exact" : std::to_string(drawn_.missing) + " chunks missing") << '\n';
+              << (scheduler_->complete() ? "exact" : "coarse, " + std::to_string(drawn_.missing) + " chunks missing")
+              << '\n';
     const auto tell_time = [&](const char *what) {
         const std::chrono::duration<double> since_start = Clock::now() - start_;
         std::cout << what << " picture: " << milliseconds(since_start.count()) << " after the start, "
