@@ -47,6 +47,18 @@ TEST(BackgroundThread, IsBusyUntilItsWorkIsDoneAndThenWakes) {
     EXPECT_FALSE(thread.busy());
 }
 
+TEST(BackgroundThread, WakesForOthersAsLongAsSomebodyListens) {
+    BackgroundThread thread;
+    thread.wake();
+    std::atomic<int> woken = 0;
+    thread.set_wake([&] { ++woken; });
+    std::jthread([&] { thread.wake(); }).join();
+    EXPECT_EQ(woken, 1);
+    thread.set_wake({});
+    thread.wake();
+    EXPECT_EQ(woken, 1);
+}
+
 TEST(BackgroundThread, HandsExceptionsOverAndGoesOn) {
     BackgroundThread thread;
     auto failing = thread.post([]() -> int { throw std::runtime_error("no memory, say"); });

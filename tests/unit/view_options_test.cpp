@@ -38,6 +38,18 @@ TEST(ViewAsOptions, EveryNumberReadsBackAsItWas) {
     EXPECT_EQ(option(line, "camera-view-angle"), "30.1");
 }
 
+TEST(ParseFrameRate, IsOneTo240OrNone) {
+    EXPECT_EQ(*parse_frame_rate("0"), 0);
+    EXPECT_EQ(*parse_frame_rate("1"), 1);
+    EXPECT_EQ(*parse_frame_rate("23.976"), 23.976);
+    EXPECT_EQ(*parse_frame_rate("240"), 240);
+    for (const char *const wrong : {"", "0.5", "-1", "241", "nan", "30fps", "30,60", "1e9"}) {
+        const auto refused = parse_frame_rate(wrong);
+        ASSERT_FALSE(refused) << wrong;
+        EXPECT_EQ(refused.error().code, ErrorCode::usage);
+    }
+}
+
 TEST(ChooseCamera, TakesFromTheCommandLineWhatItSays) {
     const Sphere bounds{{1, 2, 3}, 5};
     ViewOptions options;
