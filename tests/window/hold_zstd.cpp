@@ -1,5 +1,5 @@
-// Preloaded by window_test.py: decompression waits as long as the file $PBM_TEST_HOLD exists, so that a test can look
-// at a program while it loads.
+// Preloaded by window_test.py: decompression to $PBM_TEST_HOLD_FROM bytes or more (default 0) waits as long as the file
+// $PBM_TEST_HOLD exists, so that a test can look at a program while it loads.
 #include <dlfcn.h>
 #include <unistd.h>
 
@@ -13,7 +13,9 @@ extern "C" std::size_t ZSTD_decompressDCtx(void *context, void *target, std::siz
     using Decompress = std::size_t(void *, void *, std::size_t, const void *, std::size_t);
     auto *const decompress = reinterpret_cast<Decompress *>(dlsym(RTLD_NEXT, "ZSTD_decompressDCtx"));
     const char *const hold = std::getenv("PBM_TEST_HOLD");
-    while (hold != nullptr && access(hold, F_OK) == 0)
+    const char *const from = std::getenv("PBM_TEST_HOLD_FROM");
+    const bool is_held = hold != nullptr && capacity >= (from == nullptr ? 0 : std::strtoull(from, nullptr, 10));
+    while (is_held && access(hold, F_OK) == 0)
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     return decompress(context, target, capacity, source, size);
 }

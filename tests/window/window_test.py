@@ -112,14 +112,14 @@ class View:
             time.sleep(0.02)
 
     def settle(self, views):
-        """Waits until there were more than `views` views and the last one is shown at its finest level."""
+        """Waits until there were more than `views` views and the last one is shown exactly."""
 
         def is_settled():
             text = self.text()
             if text.count("\nview: ") + text.startswith("view: ") <= views:
                 return False
-            frames = re.findall(r"^frame \d+: level (\d+) of (\d+)", text[text.rindex("view: "):], re.MULTILINE)
-            return bool(frames) and frames[-1][0] == frames[-1][1]
+            frames = re.findall(r"^frame \d+: .*, (exact|\d+ chunks missing)$", text[text.rindex("view: "):], re.MULTILINE)
+            return bool(frames) and frames[-1] == "exact"
 
         self.wait(is_settled, "finished picture of a new view")
 
@@ -137,6 +137,15 @@ class View:
 
     def view(self):
         return self.lines("view: ")[-1].removeprefix("view: ").split()
+
+    def pictures(self):
+        """What was told of each frame with a picture: (error in pixels, ms, points decoded, chunks missing or None)."""
+        found = re.findall(r"^frame \d+: error (\S+) pixels, levels? [\d to]+ of \d+, \d+ of \d+ points drawn, (\S+) ms, "
+                           r"\d+x\d+, \d+ bytes read, (\d+) points decoded, (?:exact|coarse, (\d+) chunks missing)$",
+                           self.text(), re.MULTILINE)
+        check(len(found) == len([line for line in self.lines("frame ") if "no picture" not in line]), self.text())
+        return [(float(error), float(ms), int(points), int(missing) if missing else None)
+                for error, ms, points, missing in found]
 
     def vectors(self):
         """Position and focal point of the camera."""
@@ -161,16 +170,16 @@ class View:
 
 
 def rendered(model, *options):
-    result = run("pbm-render", "-q", "--renderer", "reference", model, "-o", "expected.png", *options)
+    result = run("pbm-render", "-q", model, "-o", "expected.png", *options)
     check(result.returncode == 0, f"pbm-render {options}: {result.stderr}")
     width, height, channels, pixels = pictures.read_png(work / "expected.png")
     check(channels == 3, "pbm-render drew something transparent")
     return width, height, pixels
 
 
-def check_same(view, model, what):
+def check_same(view, model, what, *options):
     """The window shows what pbm-render draws for the view that was printed."""
-    expected, shown = rendered(model, *view.view()), view.grab()
+    expected, shown = rendered(model, *view.view(), *options), view.grab()
     check(shown[:2] == expected[:2], f"{what}: the window has {shown[:2]}, the picture {expected[:2]}")
     different = sum(a != b for a, b in zip(shown[2], expected[2]))
     check(len(shown[2]) == len(expected[2]) and different == 0, f"{what}: {different} bytes differ")
@@ -178,13 +187,13 @@ def check_same(view, model, what):
     return shown
 
 
-def check_same_in_the_end(view, model, what):
+def check_same_in_the_end(view, model, what, *options):
     """The same while the window may still be about to draw what it was told."""
     end = time.monotonic() + PATIENCE
     while True:
         view.settle(0)
         try:
-            return check_same(view, model, what)
+            return check_same(view, model, what, *options)
         except AssertionError:
             if time.monotonic() > end:
                 raise
@@ -210,7 +219,8 @@ def test_first_picture(display):
         expected = rendered("model.bvg", "--resolution", f"{SIZE[0]},{SIZE[1]}")
         check(shown == expected, "the first picture is not pbm-render's")
         check_same(view, "model.bvg", "the printed view")
-        check(len(view.lines("first picture: ")) == 1, f"the first picture is not told once: {view.text()}")
+        for what in ("first picture: ", "exact picture: "):
+            check(len(view.lines(what)) == 1, f"the {what} is not told once: {view.text()}")
         check(view.quit() == 0, "Escape does not end with 0")
 
 
@@ -219,7 +229,7 @@ def test_loading(display):
     held = work / "held"
     # The driver keeps its shaders in files, with zstd too.
     more = {"loading": True, "LD_PRELOAD": str(hold), "PBM_TEST_HOLD": str(held), "MESA_SHADER_CACHE_DISABLE": "true"}
-    for action in ("wait", "drop", "Escape", "close"):
+    for action in ("wait", "drop", "drop a model", "Escape", "close"):
         held.touch()
         with View(display, "model.bvg", **more) as view:
             shown = view.grab()
@@ -238,6 +248,14 @@ def test_loading(display):
                 check_same(view, "model.bvg", "after loading")
                 check(view.quit() == 0, "Escape does not end with 0")
                 continue
+            if action == "drop a model":
+                x11.Desktop(display).drop(view.window, (work / "other.bvg").as_uri())
+                held.unlink()
+                view.settle(1)
+                view.next_frame("key", "F2")
+                check_same(view, "other.bvg", "a model that was dropped while another one was loaded")
+                check(view.quit() == 0, "Escape does not end with 0")
+                continue
             if action == "drop":
                 # It has its turn when the first model is there, and what is no model does not end the program.
                 x11.Desktop(display).drop(view.window, (work / "scan.ply").as_uri())
@@ -253,6 +271,123 @@ def test_loading(display):
             check(view.process.wait(PATIENCE) == 0, f"{action} does not end with 0")
             check(held.exists() and not view.lines("view: "), "the end waited for the model")
     held.unlink()
+
+
+def test_refining(display):
+    """The first picture is made of the coarsest levels; the window answers while finer ones are loaded."""
+    held = work / "held"
+    more = {"loading": True, "LD_PRELOAD": str(hold), "PBM_TEST_HOLD": str(held), "PBM_TEST_HOLD_FROM": "20000",
+            "MESA_SHADER_CACHE_DISABLE": "true"}
+    desktop = x11.Desktop(display)
+    for action in ("wait", "save", "drop", "Escape", "shrink"):
+        held.touch()
+        shutil.copy(work / "large.bvg", work / "copy.bvg")
+        with View(display, "copy.bvg", **more) as view:
+            view.wait(lambda: view.lines("first picture: "), "first picture")
+            error, _, decoded, missing = view.pictures()[-1]
+            check(error > 1.42 and missing > 0, f"the first picture is not coarse: {view.text()}")
+            check(not view.lines("exact picture: "), "the picture is exact before all is there")
+            before = len(view.lines("view: "))
+            view.xdotool("key", "Left")
+            view.wait(lambda: len(view.lines("view: ")) > before, "answer to a key while chunks are loaded")
+            check(len(set(zip(*[iter(view.grab()[2])] * 3))) > 100, "nothing is to be seen while chunks are loaded")
+            if action == "wait":
+                held.unlink()
+                view.settle(before)
+                check_same(view, "copy.bvg", "a refined picture")
+                check(view.pictures()[-1][0] == 1.42 and view.pictures()[-1][2] > decoded, view.text())
+                check(len(view.lines("exact picture: ")) == 1, "the exact picture is not told once")
+            elif action == "save":
+                # Saved is the exact picture of the view that it was asked for in, whatever the window shows by then.
+                asked = view.view()
+                view.xdotool("key", "space", "key", "Right", "key", "Up")
+                view.wait(lambda: len(view.lines("view: ")) > before + 1, "answer to a key while a picture is saved")
+                check(not view.lines("saved "), "a coarse picture was saved")
+                held.unlink()
+                view.wait(lambda: view.lines("saved "), "saved picture")
+                rendered("copy.bvg", *asked)
+                saved = work / view.lines("saved ")[-1].removeprefix("saved ")
+                check(saved.read_bytes() == (work / "expected.png").read_bytes(), "not the picture that was asked for")
+                check_same_in_the_end(view, "copy.bvg", "after a picture was saved")
+            elif action == "drop":
+                views = len(view.lines("view: "))
+                desktop.drop(view.window, (work / "other.bvg").as_uri())
+                view.settle(views)
+                check_same(view, "other.bvg", "a model dropped while another one was refined")
+            elif action == "shrink":
+                os.truncate(work / "copy.bvg", 4096)
+                held.unlink()
+                check(view.process.wait(PATIENCE) == 2, "a file that shrinks does not end with 2")
+                check("pbm-view: the file became shorter while it was read" in view.text(), view.text())
+                continue
+            check(view.quit() == 0, "Escape does not end with 0")
+            check(action in ("wait", "save") or held.exists(), "the end waited for chunks")
+    held.unlink(missing_ok=True)
+
+
+def test_damage(display):
+    """A chunk that is damaged is named once, on standard error and in the window, which goes on without it."""
+    damaged = bytearray((work / "model.bvg").read_bytes())
+    damaged[-100] ^= 1  # in the finest level
+    (work / "damaged.bvg").write_bytes(damaged)
+    refused = run("pbm-render", "damaged.bvg", "-o", "damaged.png")
+    check(refused.returncode == 3, f"pbm-render: {refused}")
+    with View(display, "damaged.bvg") as view:
+        shown = view.grab()
+        check(view.lines("pbm-view: ") == [refused.stderr.strip().replace("pbm-render", "pbm-view")], view.text())
+        check(shown != rendered("damaged.bvg", *view.view(), "--level=6"), "the window does not name the damage")
+        for key in ("Left", "Up", "f"):
+            view.key(key)
+        check(len(view.lines("pbm-view: ")) == 1, f"the damage is named again: {view.text()}")
+        # Without the notice there is what is left.
+        end = time.monotonic() + PATIENCE
+        while view.grab() != rendered("damaged.bvg", *view.view(), "--level=6"):
+            check(time.monotonic() < end, "the level above does not stand in")
+            time.sleep(0.5)
+        view.xdotool("key", "space")
+        view.wait(lambda: view.lines("saved "), "saved picture")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_frame_rate(display):
+    """A moving view gets coarser where that keeps its rate, and exact again when it rests."""
+    drag = [part for x in range(150, 350, 5) for part in ("mousemove", x, 150, "sleep", "0.01")]
+    for fps in (240, 0):
+        with View(display, "large.bvg", f"--min-fps={fps}", "--max-error=0.5", "-j1") as view:
+            before = len(view.pictures())
+            view.act("mousemove", 150, 150, "mousedown", 1, *drag, "mouseup", 1)
+            check_same_in_the_end(view, "large.bvg", "after a long drag", "--max-error=0.5")
+            moving = view.pictures()[before:-1]
+            check(len(moving) > 3, f"no pictures while the view moves: {view.text()}")
+            coarser = [p for p in moving if p[0] > 0.5 and not p[3]]
+            check(not coarser or fps > 0, f"coarser pictures without --min-fps: {coarser}")
+            slow = [p for p in moving if p[1] > 1000 / 240 and p[0] == 0.5]
+            check(coarser or fps == 0 or len(slow) < 3, f"the rate is not kept: {moving}")
+            print(f"  --min-fps {fps}: {len(moving)} frames, largest error {max(p[0] for p in moving):.2f}")
+            check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_memory(display):
+    """What does not fit into the memory allowed is told once, and the picture is as fine as fits."""
+    with View(display, "large.bvg", "--max-memory=2800k", "--max-error=0.5", loading=True) as view:
+        view.wait(lambda: "needs more memory than allowed (2 MiB)" in view.text(), "word about the memory")
+        check(view.pictures()[-1][3] > 0 and not view.lines("exact picture"), view.text())
+        view.next_frame("key", "Left")
+        view.next_frame("key", "Right")
+        view.xdotool("mousemove", 100, 100, *["click", 5] * 16)  # from afar coarse levels are enough
+        view.wait(lambda: view.lines("exact picture"), "picture that fits")
+        check_same_in_the_end(view, "large.bvg", "a picture that fits", "--max-error=0.5")
+        check(view.text().count("needs more memory") == 1, "it is told again")
+        check(view.quit() == 0, "Escape does not end with 0")
+    # Round a close view: chunks are let go and come back.
+    with View(display, "large.bvg", "--max-memory=5M", "--max-error=0.5", "--camera-position=0.02,-0.027,0.13") as view:
+        decoded = []
+        for _ in range(6):
+            view.act(*dragged(1, (60, 150), (360, 150)))
+            check_same_in_the_end(view, "large.bvg", "a view with little memory", "--max-error=0.5")
+            decoded.append(view.pictures()[-1][2]); print(view.lines("frame ")[-1])
+        check(decoded[0] < decoded[-1], "nothing was loaded on the way")
+        check(view.quit() == 0, "Escape does not end with 0")
 
 
 def test_target_camera(display):
@@ -458,7 +593,7 @@ def test_sample(display):
         check_same(view, sample, "the sample")
         title = view.xdotool("getwindowname", view.window)
         check(title.startswith("sample.bvg"), f"the title is {title}")
-        # A drag through many views ends at the finest level of the last one.
+        # A drag through many views ends at the exact picture of the last one.
         path = [part for x in range(200, 300, 4) for part in ("mousemove", x, 150)]
         view.act("mousemove", 200, 150, "mousedown", 1, *path, "mouseup", 1)
         check_same_in_the_end(view, sample, "the sample after a long drag")
@@ -475,8 +610,9 @@ def test_sample(display):
 def test_bad_files(display):
     good = bytearray((work / "model.bvg").read_bytes())
     (work / "short.bvg").write_bytes(good[:1000])
+    good = bytearray((work / "other.bvg").read_bytes())
     good[-100] ^= 1
-    (work / "flipped.bvg").write_bytes(good)  # found only when the finest level is loaded
+    (work / "flipped.bvg").write_bytes(good)  # found only when the coarse levels are loaded: this has no others
     invalid = source / "format_spec" / "vectors" / "invalid"
     codes = set()
     for file in ("none.bvg", ".", "scan.ply", "short.bvg", "flipped.bvg", invalid / "2.5-major-version-7.bvg",
@@ -524,7 +660,9 @@ def test_display_goes_away():
 def main():
     for arguments in (("pbm-sample", "-q", "--vertices", 20000, "-o", "scan.ply"),
                       ("pbm-build", "-q", "--depth", 7, "scan.ply", "-o", "model.bvg"),
-                      ("pbm-build", "-q", "--depth", 6, "scan.ply", "-o", "other.bvg")):
+                      ("pbm-build", "-q", "--depth", 6, "scan.ply", "-o", "other.bvg"),
+                      ("pbm-sample", "-q", "--vertices", 300000, "-o", "large.ply"),
+                      ("pbm-build", "-q", "--depth", 9, "large.ply", "-o", "large.bvg")):
         result = run(*arguments)
         if result.returncode != 0:
             sys.exit(f"FAILED: {arguments}: {result.stderr}")
