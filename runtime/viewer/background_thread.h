@@ -20,8 +20,8 @@ class BackgroundThread {
     BackgroundThread(const BackgroundThread &) = delete;
     BackgroundThread &operator=(const BackgroundThread &) = delete;
 
-    // Called after every piece of work, on this thread, and by `wake`, from now on. Empty: nothing is called, and nothing is being
-    // called any more when this returns.
+    // Called after every piece of work, on this thread, and by `wake`, from now on. Empty: nothing is called, and
+    // nothing is being called any more when this returns.
     void set_wake(std::function<void()> wake);
     // Calls it now. Any thread.
     void wake() const;

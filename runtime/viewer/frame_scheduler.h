@@ -69,9 +69,9 @@ class FrameScheduler {
 
     double exact_, moving_budget_; // pixels, seconds
     std::optional<Picture> shown_;
-    News news_ = News::none;          // since it was drawn
-    std::optional<double> quick_;     // error of the last picture drawn at once for a new view
-    std::optional<double> changed_;   // when the view moved last
+    News news_ = News::none;        // since it was drawn
+    std::optional<double> quick_;   // error of the last picture drawn at once for a new view
+    std::optional<double> changed_; // when the view moved last
     double drawn_at_ = 0;
     // The last picture drawn says what a point costs. Until then: a small computer's guess.
     double seconds_per_point_ = 10e-9;

@@ -16,7 +16,8 @@ std::uint64_t points_at(double max_error) { return static_cast<std::uint64_t>(4e
 double seconds(double max_error) { return kSecondsPerPoint * static_cast<double>(points_at(max_error)); }
 
 FrameScheduler::Picture picture(double max_error, bool complete = true) {
-    return {.max_error = max_error, .points = points_at(max_error), .complete = complete, .seconds = seconds(max_error)};
+    return {
+        .max_error = max_error, .points = points_at(max_error), .complete = complete, .seconds = seconds(max_error)};
 }
 
 // That has drawn the exact picture and knows what points cost.
@@ -60,7 +61,8 @@ TEST(FrameScheduler, AMovingViewKeepsItsRateByALargerError) {
         EXPECT_LE(seconds(error), 1 / fps) << fps;
         EXPECT_EQ(error > kExact, seconds(kExact) > FrameScheduler::kDrawingShare / fps) << fps;
         const double finer = error / FrameScheduler::kErrorStep;
-        EXPECT_TRUE(error == kExact || seconds(finer) > FrameScheduler::kDrawingShare / fps) << fps; // no more than that
+        EXPECT_TRUE(error == kExact || seconds(finer) > FrameScheduler::kDrawingShare / fps)
+            << fps; // no more than that
     }
 }
 

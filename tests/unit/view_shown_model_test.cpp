@@ -49,8 +49,7 @@ class ShownModelTest : public testing::Test {
     }
 
     static const Bytes &file() {
-        static const Bytes bytes =
-            encode_model(test::sphere_model(8, {}), {.chunk_points = 512, .threads = 1}).value();
+        static const Bytes bytes = encode_model(test::sphere_model(8, {}), {.chunk_points = 512, .threads = 1}).value();
         return bytes;
     }
     static void write(const Bytes &bytes) {

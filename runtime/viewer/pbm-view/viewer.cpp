@@ -52,9 +52,9 @@ std::string pixels(double error) {
 
 std::string levels(const PictureStatistics &picture) {
     const std::string finest = std::to_string(picture.drawn.level);
-    return picture.coarsest_level == picture.drawn.level ? "level " + finest
-                                                         : "levels " + std::to_string(picture.coarsest_level) + " to " +
-                                                               finest;
+    return picture.coarsest_level == picture.drawn.level
+               ? "level " + finest
+               : "levels " + std::to_string(picture.coarsest_level) + " to " + finest;
 }
 
 std::vector<OverlayRow> help_rows(CameraMode mode) {

@@ -126,7 +126,7 @@ class Viewer {
     bool show_help_ = false, show_frame_time_;
     bool stale_ = true; // what the window shows
     bool quit_ = false;
-    std::uint64_t frames_ = 0;                          // shown
+    std::uint64_t frames_ = 0;                         // shown
     bool first_picture_ = true, exact_picture_ = true; // are still to come
 };
 
