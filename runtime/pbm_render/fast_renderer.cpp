@@ -76,6 +76,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     frame.runs.clear();
     frame.streams.clear();
     std::size_t bricks = 0;
+    runs = runs.first(std::min(runs.size(), std::size_t{1} << (32 - frame.point_bits))); // as many as ids can tell
     for (const PointRun &run : runs) {
         frame.runs.push_back({RunGeometry(run, geometry), bricks});
         frame.streams.push_back({run.chunk->normals.data(), run.chunk->colours.data(), run.chunk->materials.data()});

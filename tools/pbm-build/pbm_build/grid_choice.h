@@ -78,8 +78,9 @@ int point_depth(const std::vector<std::uint64_t> &occupied);
 // Area of all triangles in units of the square of the centred grid's edge.
 double relative_area(const Surface &surface, const Bounds &bounds, int threads);
 
-// The grid that is asked for, with its unit and up axis, of a surface and its bounds; of meshes and points together the finer of what each asks for.
-// With max_points the depth is an estimate from below: the surface may turn out to have more voxels.
+// The grid that is asked for, with its unit and up axis, of a surface and its bounds; of meshes and points together the
+// finer of what each asks for. With max_points the depth is an estimate from below: the surface may turn out to have
+// more voxels.
 //
 // errors  usage  see snapped_grid and check_fits
 Result<Grid> choose_grid(const Surface &surface, const Bounds &bounds, const GridRequest &request, int threads);
