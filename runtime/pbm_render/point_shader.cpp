@@ -7,6 +7,12 @@
 #include <cmath>
 
 namespace pbm {
+namespace {
+
+// More tables of shaded normals would take longer than what they save.
+constexpr std::size_t kFewMaterials = 2;
+
+} // namespace
 
 PointShader::PointShader(const ModelParameters &parameters, std::span<const Light> lights, const Projection &projection,
                          bool point_colours)
@@ -20,6 +26,13 @@ PointShader::PointShader(const ModelParameters &parameters, std::span<const Ligh
         material_colours_[i] = colours_.linear(pack_rgb(parameters.materials[i].colour));
     for (const Light &light : lights)
         positional_ |= light.kind != LightKind::directional;
+    if (colour_ != ColourFormat::none || shadowed_ > 0 || positional_ || parameters.materials.size() > kFewMaterials)
+        return;
+    shaded_normals_.reserve(parameters.materials.size() * kNormalCount);
+    for (std::size_t material = 0; material < parameters.materials.size(); ++material)
+        for (std::size_t normal = 0; normal < kNormalCount; ++normal)
+            shaded_normals_.push_back(
+                colours_.pack_srgb(material_colours_[material] * table_.unshadowed(material, normal)));
 }
 
 // The normal of a two-sided point, turned towards the eye.

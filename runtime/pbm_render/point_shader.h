@@ -38,6 +38,8 @@ class PointShader {
         std::size_t normal = point.normal & (kNormalIndexMask | kTwoSidedBit);
         if ((normal & kTwoSidedBit) != 0)
             normal = side_seen(normal & kNormalIndexMask, pixel);
+        if (!shaded_normals_.empty())
+            return shaded_normals_[point.material * kNormalCount + normal];
         Float4 light = table_.unshadowed(point.material, normal);
         for (std::size_t l = 0; l < shadowed_; ++l)
             light += table_.shadowed(l, point.material, normal) * lit(l);
@@ -65,6 +67,8 @@ class PointShader {
     ColourTable colours_;
     std::array<Float4, kMaxMaterials> material_colours_{}; // linear
     bool positional_ = false;
+    // [materials][kNormalCount] as pack_rgba, where points differ in nothing else; else empty.
+    std::vector<std::uint32_t> shaded_normals_;
 };
 
 } // namespace pbm
