@@ -142,7 +142,7 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const PointShader &sh
     for (int y = strip.top; y < strip.bottom; ++y) {
         const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(target.width);
         std::uint32_t *const colours = target.colour.data() + row;
-        read_row(strip, y, background, edge, colours, options.depths ? target.depth.data() + row : nullptr, covered);
+        read_row(strip, y, background, edge, colours, target.depth.empty() ? nullptr : target.depth.data() + row, covered);
         // Two loops, so that the first waits for many points at once to come from memory.
         read_looks(covered, shader.colour(), looks);
         for (std::size_t i = 0; i < covered.count; ++i) {

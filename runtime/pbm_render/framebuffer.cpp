@@ -6,12 +6,13 @@
 
 namespace pbm {
 
-Framebuffer::Framebuffer(int w, int h)
+Framebuffer::Framebuffer(int w, int h, bool with_depths)
     : width(w),
       height(h), limits{static_cast<float>(w), static_cast<float>(w), static_cast<float>(h), static_cast<float>(h)},
-      colour(pixels() + static_cast<std::size_t>(w) + 1), depth(colour.size()) {
+      colour(pixels() + (with_depths ? static_cast<std::size_t>(w) + 1 : 0)), depth(with_depths ? colour.size() : 0) {
     assert(w >= 1 && h >= 1 && w <= kMaxPictureEdge && h <= kMaxPictureEdge);
-    clear({});
+    if (with_depths)
+        clear({});
 }
 
 void Framebuffer::clear(Rgba8 background) {

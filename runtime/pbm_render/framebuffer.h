@@ -7,6 +7,9 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <new>
+#include <utility>
 #include <vector>
 
 namespace pbm {
@@ -29,12 +32,24 @@ constexpr Rgba8 unpack_rgba(std::uint32_t c) {
             static_cast<std::uint8_t>(c >> 24)};
 }
 
+// std::vector's memory without its zeros: the first to write a page is who draws there, on whatever thread.
+template <class T> struct UninitializedAllocator : std::allocator<T> {
+    template <class U> struct rebind { using other = UninitializedAllocator<U>; };
+    using std::allocator<T>::allocator;
+    template <class U> void construct(U *at) { ::new (static_cast<void *>(at)) U; }
+    template <class U, class... Arguments> void construct(U *at, Arguments &&...arguments) {
+        ::new (static_cast<void *>(at)) U(std::forward<Arguments>(arguments)...);
+    }
+};
+template <class T> using PixelArray = std::vector<T, UninitializedAllocator<T>>;
+
 inline constexpr int kMaxPictureEdge = 32768;
-// Both arrays are [height][width], top row first, and padding behind, so that blocks of 2 x 2 pixels
-// can be read and written wherever one of them is; the centre of pixel (x, y) is at
-// (x + 0.5, y + 0.5).
+// Both arrays are [height][width], top row first; the centre of pixel (x, y) is at (x + 0.5, y + 0.5).
 struct Framebuffer {
-    Framebuffer(int width, int height);
+    // With depths everything is cleared, and there is padding behind, so that blocks of 2 x 2 pixels can be read and
+    // written wherever one of them is. Without, for renderers that need none (`depth` is empty then), pixels hold
+    // anything until they are drawn.
+    Framebuffer(int width, int height, bool with_depths = true);
 
     // Fills colour with `background` and depth with +infinity.
     void clear(Rgba8 background);
@@ -46,10 +61,10 @@ struct Framebuffer {
     }
     std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
 
-    int width, height;                 // pixels, each 1..kMaxPictureEdge
-    Float4 limits;                     // width, width, height, height
-    std::vector<std::uint32_t> colour; // pack_rgba
-    std::vector<float> depth; // the same; eye space: distance along the view direction, model units; +infinity if empty
+    int width, height;                // pixels, each 1..kMaxPictureEdge
+    Float4 limits;                    // width, width, height, height
+    PixelArray<std::uint32_t> colour; // pack_rgba
+    PixelArray<float> depth; // the same; eye space: distance along the view direction, model units; +infinity if empty
 };
 
 } // namespace pbm

@@ -12,7 +12,6 @@ struct RenderOptions {
     int level = kMaxDepth;             // detail level; beyond the finest one there is: the finest
     Rgba8 background{51, 51, 51, 255}; // sRGB
     bool point_colours = true;         // else every point has the colour of its material
-    bool depths = true;                // else the fast renderer leaves Framebuffer::depth as it is, which saves time
 };
 
 struct RenderStatistics {

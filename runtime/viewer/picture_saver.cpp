@@ -29,7 +29,7 @@ void PictureSaver::begin(const Waiting &picture, Detail detail) {
         [model = picture.model, view = picture.view, detail = std::move(detail)]() -> Result<std::string> {
             if (!detail.missing.empty())
                 return Error{ErrorCode::memory, 0, "the picture needs more memory than allowed"};
-            Framebuffer pixels(view.width, view.height);
+            Framebuffer pixels(view.width, view.height, false);
             model->draw_in_background(detail, view, pixels);
             return save_picture(std::filesystem::path(), std::filesystem::path(model->path()).stem().string(), pixels);
         }));

@@ -55,14 +55,12 @@ class ShownModel {
     PictureStatistics draw_in_background(const Detail &detail, const DetailView &view, Framebuffer &target);
 
   private:
-    ShownModel(std::string path, const ViewOptions &options) : path_(std::move(path)), options_(options) {
-        options_.render.depths = false;
-    }
+    ShownModel(std::string path, const ViewOptions &options) : path_(std::move(path)), options_(options) {}
     PictureStatistics draw(std::optional<FastRenderer> &renderer, const Detail &detail, const DetailView &view,
                            Framebuffer &target) const;
 
     const std::string path_;
-    ViewOptions options_;
+    const ViewOptions options_;
     std::atomic<bool> has_arrivals_ = false;
     Sphere bounds_;
     std::unique_ptr<StreamedScene> scene_;

@@ -337,20 +337,21 @@ TEST(FastRenderer, GivesTheSamePictureForAnyChunksAndRuns) {
     EXPECT_EQ(pixels_of(other), pixels_of(big.fast(camera, kWidth / 2, kHeight, {})));
 }
 
-TEST(FastRenderer, FillsTheBackgroundAndLeavesDepthsIfToldSo) {
+TEST(FastRenderer, FillsTheBackgroundAndNeedsNoDepths) {
     const Camera camera = camera_at_ball(7, 1.0, kHeight);
     const Framebuffer expected = ball().fast(camera, kWidth, kHeight, {.background = {9, 8, 7, 0}});
     EXPECT_EQ(unpack_rgba(expected.colour[0]), (Rgba8{9, 8, 7, 0}));
     EXPECT_EQ(expected.depth[0], kEmpty);
     EXPECT_EQ(unpack_rgba(expected.colour[static_cast<std::size_t>(kHeight / 2 * kWidth + kWidth / 2)])[3], 255);
 
-    Framebuffer target(kWidth, kHeight);
-    std::fill(target.depth.begin(), target.depth.end(), -1.0F);
+    Framebuffer target(kWidth, kHeight, false);
+    std::fill(target.colour.begin(), target.colour.end(), 0xA5A5A5A5);
     const test::WholeLevel level(ball().file, 7);
     FastRenderer(ball().model.parameters, ball().chunk_points, 1)
-        .render(level.runs, camera, {.background = {9, 8, 7, 0}, .depths = false}, target);
-    EXPECT_EQ(target.colour, expected.colour);
-    EXPECT_TRUE(std::all_of(target.depth.begin(), target.depth.end(), [](float depth) { return depth == -1; }));
+        .render(level.runs, camera, {.background = {9, 8, 7, 0}}, target);
+    EXPECT_EQ(target.colour.size(), target.pixels());
+    EXPECT_TRUE(std::equal(target.colour.begin(), target.colour.end(), expected.colour.begin()));
+    EXPECT_TRUE(target.depth.empty());
 
     Framebuffer nothing(kWidth, kHeight);
     const RenderStatistics drawn = FastRenderer(ball().model.parameters, ball().chunk_points, 1)

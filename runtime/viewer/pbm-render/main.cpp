@@ -88,7 +88,6 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
         return fail_usage(arguments.output + ": pictures are PNG files; choose a name that ends with .png");
     if (no_background)
         arguments.view.render.background = {0, 0, 0, 0};
-    arguments.view.render.depths = !arguments.depth_output.empty();
     return std::nullopt;
 }
 
@@ -184,7 +183,8 @@ int run(const Arguments &arguments) {
         return fail(arguments.input, loaded.error());
     statistics.load_ms = loading.milliseconds();
 
-    Framebuffer picture(view.resolution.x, view.resolution.y);
+    const bool with_depths = drawer.needs_depths() || !arguments.depth_output.empty();
+    Framebuffer picture(view.resolution.x, view.resolution.y, with_depths);
     const Stopwatch drawing;
     statistics.drawn = drawer.draw(*camera, picture);
     statistics.frame_ms = drawing.milliseconds();

@@ -18,6 +18,8 @@ class ModelDrawer {
 
     const Sphere &bounds() const { return bounds_; }
     const Grid &grid() const { return scene_->model.reader().parameters().grid; }
+    // Whether the renderer draws only into pictures with depths.
+    bool needs_depths() const { return !fast_; }
     // Of the file, bytes.
     std::uint64_t file_size() const { return scene_->file.bytes().size(); }
 

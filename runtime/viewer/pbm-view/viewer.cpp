@@ -330,7 +330,7 @@ Detail Viewer::choose(const DetailView &view) {
 
 void Viewer::draw_now(const DetailView &view) {
     if (!canvas_ || glm::ivec2(canvas_->width, canvas_->height) != view_size_)
-        canvas_.emplace(view_size_.x, view_size_.y);
+        canvas_.emplace(view_size_.x, view_size_.y, false);
     const bool first_of_view = !scheduler_->shown();
     const PictureStatistics drawn = model_->draw_now(choose(view), view, *canvas_);
     show_picture(*canvas_, view.max_error, drawn);
@@ -340,7 +340,7 @@ void Viewer::draw_now(const DetailView &view) {
 
 void Viewer::draw_in_background(const DetailView &view) {
     refining_ = background_.post([model = model_, detail = choose(view), view, number = view_] {
-        Picture picture{number, view.max_error, Framebuffer(view.width, view.height), {}};
+        Picture picture{number, view.max_error, Framebuffer(view.width, view.height, false), {}};
         picture.drawn = model->draw_in_background(detail, view, picture.pixels);
         return picture;
     });
