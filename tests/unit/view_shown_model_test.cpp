@@ -117,8 +117,10 @@ TEST_F(ShownModelTest, WakesOnceUntilSomebodyLooks) {
 
 TEST_F(ShownModelTest, SaysHowCoarseAPictureIs) {
     write(file());
+    options_.max_error = 64; // nothing that is still to be loaded when it is open
     const ShownModelPointer model = open();
     DetailView near = view(*model);
+    near.max_error = 0.5;
     near.camera.position = model->bounds().centre + glm::dvec3(0, 0, 1.1 * model->bounds().radius);
     near.camera.focal_point = model->bounds().centre;
     Framebuffer picture(kSize.x, kSize.y);
