@@ -9,6 +9,7 @@
 // milliseconds: [round][view], processors (how many the process had while it drew). A first round that is not counted
 // warms up.
 #include "embree_peer.h"
+#include "pbm_format/platform.h"
 #include "pbm_scan/surface_reader.h"
 #include "viewer/camera_control.h"
 #include "viewer/pbm-render/model_drawer.h"
@@ -48,7 +49,8 @@ template <class T> T value_or_throw(Result<T> result, const std::string &file) {
 // Everything that draws, made once for all tasks that want the same.
 class Renderers {
   public:
-    Renderers(int views, int width, int height) : view_count_(views), picture_(width, height) {}
+    Renderers(int views, int width, int height)
+        : view_count_(views), picture_(width, height), colours_(width, height, false) {}
 
     ModelDrawer &model(const Task &task) {
         auto &drawer = models_[{task.what, task.threads, task.file}];
@@ -80,6 +82,7 @@ class Renderers {
     }
 
     Framebuffer &picture() { return picture_; }
+    Framebuffer &colours() { return colours_; } // without depths, as the programs have it
 
   private:
     // Moved along its view direction; where the middle of the picture is empty the nearest surface counts.
@@ -101,7 +104,7 @@ class Renderers {
     }
 
     const int view_count_;
-    Framebuffer picture_;
+    Framebuffer picture_, colours_;
     std::map<std::tuple<std::string, int, std::string>, std::unique_ptr<ModelDrawer>> models_;
     std::map<std::tuple<int, std::string>, std::unique_ptr<bench::EmbreePeer>> peers_;
 };
@@ -135,7 +138,8 @@ void draw_all(Renderers &renderers, const Task &task, const std::vector<Camera> 
             ModelDrawer &drawer = renderers.model(task);
             if (const Status loaded = drawer.load(camera, {picture.width, picture.height}); !loaded)
                 throw std::runtime_error(task.file + ": " + loaded.error().message);
-            timed([&] { cost.drawn_points += drawer.draw(camera, picture).drawn_points; });
+            Framebuffer &target = drawer.needs_depths() ? picture : renderers.colours();
+            timed([&] { cost.drawn_points += drawer.draw(camera, target).drawn_points; });
         }
     }
 }
@@ -186,6 +190,7 @@ int run(const std::vector<std::string> &arguments) {
 } // namespace
 
 int main(int argc, char **argv) {
+    use_large_pages(); // as pbm-render does
     try {
         return run({argv + 1, argv + argc});
     } catch (const std::exception &problem) {

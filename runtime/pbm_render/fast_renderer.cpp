@@ -14,11 +14,14 @@
 namespace pbm {
 namespace {
 
-// A megabyte: little enough for the cache, much enough that few bricks lie in two strips.
-constexpr int kStripPixels = 128 * 1024;
+// A megabyte: little enough for the cache, much enough that few bricks lie in two strips. Several threads share the
+// work more evenly if it comes in smaller pieces.
+constexpr int kStripPixels = 128 * 1024, kSharedStripPixels = 80 * 1024;
 constexpr int kLeastStripRows = 16;
 
-int strip_rows(int width) { return std::max(kLeastStripRows, kStripPixels / width); }
+int strip_rows(int width, int threads) {
+    return std::max(kLeastStripRows, (threads == 1 ? kStripPixels : kSharedStripPixels) / width);
+}
 
 // Where a run's part of the picture is.
 struct DrawnRun {
@@ -44,8 +47,8 @@ struct FastRenderer::Frame {
     }
 
     void cull(std::size_t run, const FrameGeometry &geometry);
-    std::uint64_t draw(int top, const FrameGeometry &geometry, const PointShader &shader, const RenderOptions &options,
-                       DepthStrip &strip, Framebuffer &target) const;
+    std::uint64_t draw(int top, int rows, const FrameGeometry &geometry, const PointShader &shader,
+                       const RenderOptions &options, DepthStrip &strip, Framebuffer &target) const;
     void resolve(const DepthStrip &strip, const PointShader &shader, const RenderOptions &options,
                  Framebuffer &target) const;
     void read_looks(const CoveredPixels &pixels, ColourFormat colour, std::span<PointLook> looks) const;
@@ -94,11 +97,12 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
             frame.cull(item - 1, geometry);
     });
 
-    const int rows = strip_rows(target.width);
+    const int rows = strip_rows(target.width, frame.pool.threads());
     const auto count = static_cast<std::size_t>((target.height + rows - 1) / rows);
     std::vector<std::uint64_t> drawn(count);
     frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
-        drawn[i] = frame.draw(static_cast<int>(i) * rows, geometry, *shader, options, frame.strips[thread], target);
+        drawn[i] =
+            frame.draw(static_cast<int>(i) * rows, rows, geometry, *shader, options, frame.strips[thread], target);
     });
     for (const std::uint64_t points : drawn)
         statistics.drawn_points += points;
@@ -117,10 +121,10 @@ void FastRenderer::Frame::cull(std::size_t index, const FrameGeometry &geometry)
     }
 }
 
-// Draws a strip of the picture from row `top` on. Returns the points drawn.
-std::uint64_t FastRenderer::Frame::draw(int top, const FrameGeometry &geometry, const PointShader &shader,
+// Draws the strip of `rows` rows from row `top` on. Returns the points drawn.
+std::uint64_t FastRenderer::Frame::draw(int top, int rows, const FrameGeometry &geometry, const PointShader &shader,
                                         const RenderOptions &options, DepthStrip &strip, Framebuffer &target) const {
-    strip.begin(target.width, top, std::min(top + strip_rows(target.width), target.height));
+    strip.begin(target.width, top, std::min(top + rows, target.height));
     std::uint64_t drawn = 0;
     for (std::size_t i = 0; i < runs.size(); ++i) {
         const DrawnRun &run = runs[i];
@@ -142,7 +146,8 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const PointShader &sh
     for (int y = strip.top; y < strip.bottom; ++y) {
         const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(target.width);
         std::uint32_t *const colours = target.colour.data() + row;
-        read_row(strip, y, background, edge, colours, target.depth.empty() ? nullptr : target.depth.data() + row, covered);
+        read_row(strip, y, background, edge, colours, target.depth.empty() ? nullptr : target.depth.data() + row,
+                 covered);
         // Two loops, so that the first waits for many points at once to come from memory.
         read_looks(covered, shader.colour(), looks);
         for (std::size_t i = 0; i < covered.count; ++i) {
