@@ -24,10 +24,10 @@ class FastRenderer {
     FastRenderer(const FastRenderer &) = delete;
     FastRenderer &operator=(const FastRenderer &) = delete;
 
-    // Draws one frame into `target`, whatever was there before, and its depths if it has any. The camera must be usable. The chunks of `runs` were
-    // proven; a mapped file whose bytes change afterwards spoils the picture and nothing else. Of more than 2^32 /
-    // `chunk_points` runs, more than any model has, those behind are not drawn. Same picture for any number of threads
-    // and any SIMD target. Not for several threads at once.
+    // Draws one frame into `target`, whatever was there before, and its depths if it has any. The camera must be
+    // usable. The chunks of `runs` were proven; a mapped file whose bytes change afterwards spoils the picture and
+    // nothing else. Of more than 2^32 / `chunk_points` runs, more than any model has, those behind are not drawn. Same
+    // picture for any number of threads and any SIMD target. Not for several threads at once.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                             Framebuffer &target);
 

@@ -20,7 +20,8 @@ class ReferenceRenderer {
     // the root down to some level must be there; only those can be drawn.
     explicit ReferenceRenderer(const Model &model);
 
-    // Draws one frame into `target`, which has depths, whatever was there before. The camera must be usable. One thread, deterministic.
+    // Draws one frame into `target`, which has depths, whatever was there before. The camera must be usable. One
+    // thread, deterministic.
     RenderStatistics render(const Camera &camera, const RenderOptions &options, Framebuffer &target) const;
 
   private:
