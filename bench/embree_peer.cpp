@@ -1,16 +1,15 @@
 #include "embree_peer.h"
 
+#include "embree_scene.h"
+#include "pbm_format/point_attributes.h"
 #include "pbm_render/worker_pool.h"
 
-#include <embree3/rtcore.h>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
-#include <thread>
 
 namespace pbm::bench {
 
@@ -25,8 +24,7 @@ std::array<std::uint32_t, kShades> grey_shades() {
     std::array<std::uint32_t, kShades> shades{};
     for (std::size_t i = 0; i < shades.size(); ++i) {
         const double linear = kAlbedo * static_cast<double>(i) / (kShades - 1);
-        const double encoded = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-        const auto grey = static_cast<std::uint8_t>(std::lround(255 * encoded));
+        const std::uint8_t grey = linear_to_srgb(static_cast<std::uint32_t>(std::lround(65535 * linear)));
         shades[i] = pack_rgba({grey, grey, grey, 255});
     }
     return shades;
@@ -49,42 +47,18 @@ RayFrame ray_frame(const Camera &camera, const glm::dvec3 &centre, int width, in
 } // namespace
 
 struct EmbreePeer::Scene {
-    explicit Scene(int threads) : pool(threads) {}
-    ~Scene() {
-        rtcReleaseScene(scene);
-        rtcReleaseDevice(device);
-    }
+    Scene(const build::Surface &mesh, const glm::dvec3 &origin, int threads)
+        : triangles(mesh.positions, mesh.triangles, origin, RTC_SCENE_FLAG_NONE), centre(origin), pool(threads) {}
     void render_packet(const RayFrame &frame, std::size_t left, std::size_t top, Framebuffer &target) const;
 
-    RTCDevice device = rtcNewDevice(nullptr);
-    RTCScene scene = rtcNewScene(device);
-    glm::dvec3 centre{0};
+    EmbreeScene triangles;
+    glm::dvec3 centre;
     WorkerPool pool;
     std::array<std::uint32_t, kShades> shades = grey_shades();
 };
 
 EmbreePeer::EmbreePeer(const build::Surface &mesh, const glm::dvec3 &centre, int threads)
-    : scene_(std::make_unique<Scene>(threads)) {
-    scene_->centre = centre;
-    const RTCGeometry geometry = rtcNewGeometry(scene_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto *const vertices = static_cast<float *>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
-    auto *const triangles = static_cast<unsigned *>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
-    if (vertices == nullptr || triangles == nullptr)
-        throw std::runtime_error("Embree: no memory for the mesh");
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
-        for (int axis = 0; axis < 3; ++axis)
-            vertices[3 * i + static_cast<std::size_t>(axis)] =
-                static_cast<float>(mesh.positions[i][axis] - centre[axis]);
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-        for (int corner = 0; corner < 3; ++corner)
-            triangles[3 * i + static_cast<std::size_t>(corner)] = mesh.triangles[i][corner];
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_->scene, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_->scene);
-}
+    : scene_(std::make_unique<Scene>(mesh, centre, threads)) {}
 
 EmbreePeer::~EmbreePeer() = default;
 
@@ -113,7 +87,7 @@ void EmbreePeer::Scene::render_packet(const RayFrame &frame, std::size_t left, s
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect16(valid.data(), scene, &context, &rays);
+    rtcIntersect16(valid.data(), triangles.scene, &context, &rays);
     for (std::size_t i = 0; i < kRays; ++i) {
         const std::size_t x = left + i % kPacketEdge, y = top + i / kPacketEdge;
         if (valid[i] == 0 || rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID)

@@ -1,47 +1,21 @@
 #include "ray_caster.h"
 
+#include "embree_scene.h"
 #include "pbm_format/parallel.h"
 
-#include <embree3/rtcore.h>
 #include <glm/geometric.hpp>
 
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace pbm {
 
-struct RayCaster::Scene {
-    RTCDevice device = rtcNewDevice(nullptr);
-    RTCScene scene = rtcNewScene(device);
-    ~Scene() {
-        rtcReleaseScene(scene);
-        rtcReleaseDevice(device);
-    }
+struct RayCaster::Scene : EmbreeScene {
+    using EmbreeScene::EmbreeScene;
 };
 
 RayCaster::RayCaster(const TriangleMesh &mesh, const glm::dvec3 &centre)
-    : scene_(std::make_unique<Scene>()), centre_(centre) {
-    const RTCGeometry geometry = rtcNewGeometry(scene_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto *const vertices = static_cast<float *>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
-    auto *const triangles = static_cast<unsigned *>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
-    if (vertices == nullptr || triangles == nullptr)
-        throw std::runtime_error("Embree: no memory for the mesh");
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
-        for (int axis = 0; axis < 3; ++axis)
-            vertices[3 * i + static_cast<std::size_t>(axis)] =
-                static_cast<float>(mesh.positions[i][axis] - centre[axis]);
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-        for (int corner = 0; corner < 3; ++corner)
-            triangles[3 * i + static_cast<std::size_t>(corner)] = mesh.triangles[i][corner];
-    rtcSetSceneFlags(scene_->scene, RTC_SCENE_FLAG_ROBUST);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_->scene, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_->scene);
-}
+    : scene_(std::make_unique<Scene>(mesh.positions, mesh.triangles, centre, RTC_SCENE_FLAG_ROBUST)), centre_(centre) {}
 
 RayCaster::~RayCaster() = default;
 

@@ -1,4 +1,4 @@
-// What a picture should show: one ray per pixel against the triangles. The tests' only user of Embree.
+// What a picture should show: one ray per pixel against the triangles.
 #pragma once
 
 #include "pbm_render/camera.h"
