@@ -116,14 +116,10 @@ struct Blocks {
 HWY_INLINE void draw_block(const float *depths, std::uint32_t id, double *upper, std::ptrdiff_t stride) {
     double *const lower = upper + stride;
 #if HWY_TARGET == HWY_SCALAR
-    const auto draw = [&](float depth, double *pixel) {
-        const std::uint64_t bits = std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 | id;
-        *pixel = std::min(*pixel, std::bit_cast<double>(bits));
-    };
-    draw(depths[0], upper);
-    draw(depths[1], upper + 1);
-    draw(depths[2], lower);
-    draw(depths[3], lower + 1);
+    for (std::size_t i = 0; i < 2; ++i) {
+        upper[i] = std::min(upper[i], DepthStrip::pixel(depths[i], id));
+        lower[i] = std::min(lower[i], DepthStrip::pixel(depths[2 + i], id));
+    }
 #else
     const hn::FixedTag<float, 4> d32;
     const hn::FixedTag<double, 2> d64;
@@ -192,7 +188,7 @@ HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, f
     const SeenNormal &n = s.normal;
     const Vector voxel = hn::IfThenZeroElse(n.two_sided, hn::Set(d, voxel_edge));
     s.outline = hn::Mul(hn::Mul(voxel, hn::Set(d, outline_inset)),
-                        clamp_to_one(hn::Add(one, hn::Mul(hn::Set(d, 1.4F), n.facing))));
+                        clamp_to_one(hn::Add(one, hn::Mul(hn::Set(d, kOutlineSlope), n.facing))));
     const Vector edge_on = clamp_to_one(hn::Add(one, n.facing)), edge_on2 = hn::Mul(edge_on, edge_on);
     const Vector mean_inset =
         hn::Mul(hn::ConvertTo(d, hn::And(packed, hn::Set(di, kPackedInsetMask))), hn::Set(d, 1 / kPackedInsetScale));
@@ -344,11 +340,8 @@ HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::ui
 #if HWY_TARGET == HWY_SCALAR
         for (std::int32_t i = left; i < right; ++i) {
             const float x = first_x + static_cast<float>(i - left);
-            const float depth = row_depth + slope_x * x;
-            if (x * (xx * x + row_xy) + row_yy <= 1) {
-                const std::uint64_t bits = std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 | id;
-                pixels[i] = std::min(pixels[i], std::bit_cast<double>(bits));
-            }
+            if (x * (xx * x + row_xy) + row_yy <= 1)
+                pixels[i] = std::min(pixels[i], DepthStrip::pixel(row_depth + slope_x * x, id));
         }
 #else
         const hn::FixedTag<float, 4> d32;

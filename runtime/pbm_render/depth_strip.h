@@ -15,8 +15,10 @@ namespace pbm {
 struct DepthStrip {
     static constexpr int kMarginLeft = 1,
                          kMarginRight = 16; // columns beside the picture: room for blocks and whole SIMD vectors
-    static constexpr std::uint32_t kEmptyDepth = std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity());
-    static constexpr double kEmpty = std::bit_cast<double>(std::uint64_t{kEmptyDepth} << 32 | 0xFFFFFFFF);
+
+    static constexpr double pixel(float depth, std::uint32_t id) {
+        return std::bit_cast<double>(std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 | id);
+    }
 
     // For rows first .. end - 1 of a picture; one more above and below may be drawn into.
     void begin(int picture_width, int first, int end) {
@@ -24,7 +26,9 @@ struct DepthStrip {
         top = first;
         bottom = end;
         stride = picture_width + kMarginLeft + kMarginRight;
-        pixels.assign(static_cast<std::size_t>(stride) * static_cast<std::size_t>(end - first + 2), kEmpty);
+        constexpr float kNothing = std::numeric_limits<float>::infinity();
+        pixels.assign(static_cast<std::size_t>(stride) * static_cast<std::size_t>(end - first + 2),
+                      pixel(kNothing, 0xFFFFFFFF));
     }
     // Offset of a block that is part of no picture.
     int unseen() const { return stride - kMarginRight + 2; }

@@ -49,7 +49,7 @@ class Walk {
 
     TransformTable table_;
     std::vector<ScreenNormal> normals_;
-    std::array<float, 256> radii_;        // grid edges
+    const std::array<float, 256> &radii_; // grid edges
     std::array<float, 256> pixel_splats_; // 1 / depth below which a splat of that radius is one pixel
     float voxel_;                         // edge at this level
 
@@ -66,13 +66,11 @@ Walk::Walk(const Model &model, const Grid &grid, const Projection &projection, i
     : projection_(projection), grid_(grid), level_(level),
       point_normals_(model.levels[static_cast<std::size_t>(level)].points.normals.data()),
       point_radii_(model.levels[static_cast<std::size_t>(level)].points.radii.data()), target_(target),
-      table_(grid_, projection), normals_(transform_normals(projection)),
+      table_(grid_, projection), normals_(transform_normals(projection)), radii_(radius_table()),
       voxel_(static_cast<float>(grid_.voxel_size_at(level))), facing_(2 * kNormalCount, Facing::some),
       shapes_(kNormalCount) {
-    for (std::size_t i = 0; i < radii_.size(); ++i) {
-        radii_[i] = static_cast<float>(radius_fraction(static_cast<std::uint8_t>(i)) * grid_.edge());
+    for (std::size_t i = 0; i < radii_.size(); ++i)
         pixel_splats_[i] = 0.5F / (static_cast<float>(projection.focal) * radii_[i]);
-    }
     for (std::size_t i = 1; i < model.levels.size(); ++i)
         masks_[i] = model.levels[i].masks.data();
 }

@@ -26,7 +26,7 @@ SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, g
     float depth_shift = 0;
     if (!size.two_sided) {
         // The outline goes back from nothing at 45 degrees to all of it edge-on.
-        const float outline = kOutlineInset * std::clamp(1 + 1.4F * facing, 0.0F, 1.0F) * size.voxel;
+        const float outline = kOutlineInset * std::clamp(1 + kOutlineSlope * facing, 0.0F, 1.0F) * size.voxel;
         const float edge_on = std::clamp(1 + facing, 0.0F, 1.0F);
         const float inset = (normal.inset + kGrazingInset * edge_on * edge_on * edge_on * edge_on) * size.voxel;
         shift = -outline * n;

@@ -27,6 +27,8 @@ namespace pbm {
 // Voxel edges. The depth plane of a surface seen edge-on lies farther back, since the foremost of more voxels shows.
 inline constexpr float kOutlineInset = 0.4F;
 inline constexpr float kGrazingInset = 0.4F;
+// Outlines begin to go back where this times the cosine of normal and ray is -1.
+inline constexpr float kOutlineSlope = 1.4F;
 // Planes are never taken to be seen at a flatter angle than with this cosine.
 inline constexpr float kEdgeOn = 0.02F;
 // Points nearer to the eye than this, in splat radii, have the eye inside or next to them: they are not drawn.

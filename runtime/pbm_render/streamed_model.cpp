@@ -14,19 +14,20 @@ struct StreamedModel::LoadedChunk {
     std::array<Bytes, kMaxLights> packed_shadows; // the same
     std::vector<BrickRecord> bricks;              // the same
     ChunkView view;
+    Box bounds; // of its bricks
+    std::uint8_t largest_radius = 0;
     Claim memory;
+
+    void bound(int level) {
+        bounds = bounds_of(view.bricks, level);
+        for (const BrickRecord &brick : view.bricks)
+            largest_radius = std::max(largest_radius, brick.largest_radius);
+    }
 };
 
 namespace {
 
 std::size_t index_of(int level) { return static_cast<std::size_t>(level); }
-
-std::uint8_t largest_radius(std::span<const BrickRecord> bricks) {
-    std::uint8_t largest = 0;
-    for (const BrickRecord &brick : bricks)
-        largest = std::max(largest, brick.largest_radius);
-    return largest;
-}
 
 // Header, table and small sections: what Reader::open has read.
 std::uint64_t opening_bytes(const Reader &reader) {
@@ -126,8 +127,6 @@ Detail StreamedModel::choose(const DetailView &view) {
     return detail;
 }
 
-// The radii of coarse levels bound those of finer ones, and so what may reach into the view: without them more would be
-// loaded than is needed.
 Result<Detail> StreamedModel::load(const DetailView &view) {
     // Where chunks lie is known exactly when those above them are there: no others are loaded. One level after the
     // other costs next to nothing, since chunks are decoded after the ones they nest in.
@@ -247,6 +246,7 @@ Result<StreamedModel::ChunkPointer> StreamedModel::load_chunk(Task &task) const 
             if (!view)
                 return std::move(view).error();
             chunk->view = *view;
+            chunk->bound(level);
             return ChunkPointer(std::move(chunk));
         }
         if (Status status = reader_.load_chunk(level, index, level == 1 ? root_ : task.parent->decoded, chunk->decoded);
@@ -274,6 +274,7 @@ Result<StreamedModel::ChunkPointer> StreamedModel::load_chunk(Task &task) const 
         chunk->view.materials = points.materials;
         chunk->view.textures = points.textures;
         chunk->view.bricks = chunk->bricks;
+        chunk->bound(level);
         return ChunkPointer(std::move(chunk));
     } catch (const std::bad_alloc &) {
         return Error{ErrorCode::memory, 0, "out of memory"};
@@ -290,10 +291,7 @@ std::size_t StreamedModel::find_task() const {
     if (full_)
         return queue_.size();
     const auto can_be_loaded = [&](const MissingChunk &chunk) {
-        if (is_settled(chunk.place))
-            return false;
-        const ChunkPlace parent = chunk.place.level == 1 ? chunk.place : parent_of(chunk.place);
-        return chunk.place.level == 1 || level_of(parent).states[parent.index].view != nullptr;
+        return !is_settled(chunk.place) && has_parent(chunk.place);
     };
     return static_cast<std::size_t>(
         std::find_if(queue_.begin() + static_cast<std::ptrdiff_t>(queue_start_), queue_.end(), can_be_loaded) -
@@ -344,8 +342,8 @@ void StreamedModel::finish(const Task &task, Result<ChunkPointer> loaded) {
         slot.chunk = std::move(loaded).value();
         slot.last_view = view_;
         state.view = &slot.chunk->view;
-        state.bounds = bounds_of(slot.chunk->view.bricks, level);
-        state.largest_radius = largest_radius(slot.chunk->view.bricks);
+        state.bounds = slot.chunk->bounds;
+        state.largest_radius = slot.chunk->largest_radius;
         statistics_.points_decoded += mapped ? 0 : task.entry->shape.points;
     } else {
         state.refused = true;
