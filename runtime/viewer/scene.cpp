@@ -2,26 +2,22 @@
 
 namespace pbm {
 
-Status check_scene(const std::string &path) {
-    const auto file = MappedFile::open(path);
-    if (!file)
-        return file.error();
-    if (const auto reader = Reader::open(file->bytes()); !reader)
-        return reader.error();
-    return {};
-}
+namespace {
 
-Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options) {
+struct OpenedFile {
+    MappedFile file;
+    Reader reader; // of the file, wherever this is moved to
+};
+
+Result<OpenedFile> open_file(const std::string &path) {
     auto file = MappedFile::open(path);
     if (!file)
         return file.error();
     auto reader = Reader::open(file->bytes());
     if (!reader)
         return reader.error();
-    return std::make_unique<StreamedScene>(std::move(*file), std::move(*reader), std::move(options));
+    return OpenedFile{std::move(*file), std::move(*reader)};
 }
-
-namespace {
 
 // Levels stand one after the other in the file, after all that is small.
 StreamingStatistics cost_of(const Reader &reader, const Model &model) {
@@ -37,17 +33,26 @@ StreamingStatistics cost_of(const Reader &reader, const Model &model) {
 
 } // namespace
 
+Status check_scene(const std::string &path) {
+    const auto opened = open_file(path);
+    return opened ? Status() : Status(opened.error());
+}
+
+Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options) {
+    auto opened = open_file(path);
+    if (!opened)
+        return opened.error();
+    return std::make_unique<StreamedScene>(std::move(opened->file), std::move(opened->reader), std::move(options));
+}
+
 Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options) {
-    const auto file = MappedFile::open(path);
-    if (!file)
-        return file.error();
-    auto reader = Reader::open(file->bytes());
-    if (!reader)
-        return reader.error();
-    auto model = load_model(*reader, options);
+    auto opened = open_file(path);
+    if (!opened)
+        return opened.error();
+    auto model = load_model(opened->reader, options);
     if (!model)
         return model.error();
-    const StreamingStatistics cost = cost_of(*reader, *model);
+    const StreamingStatistics cost = cost_of(opened->reader, *model);
     return std::make_shared<const Scene>(std::move(*model), cost);
 }
 

@@ -39,11 +39,7 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const ViewOp
 }
 
 DetailView ShownModel::view(const Camera &camera, glm::ivec2 size, double max_error) const {
-    return {.camera = camera,
-            .width = size.x,
-            .height = size.y,
-            .max_error = max_error,
-            .finest = std::max(1, options_.render.level)};
+    return detail_view(options_, camera, size, max_error);
 }
 
 PictureStatistics ShownModel::draw_now(const Detail &detail, const DetailView &view, Framebuffer &target) {

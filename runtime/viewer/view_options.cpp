@@ -5,6 +5,7 @@
 
 #include <glm/trigonometric.hpp>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 
@@ -95,6 +96,14 @@ Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, U
                      "the camera sees nothing: it stands at its focal point or looks along its view-up, or a number is "
                      "missing"};
     return camera;
+}
+
+DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error) {
+    return {.camera = camera,
+            .width = size.x,
+            .height = size.y,
+            .max_error = max_error,
+            .finest = std::max(1, options.render.level)};
 }
 
 std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size) {

@@ -45,6 +45,9 @@ void add_renderer_option(CLI::App &app, ViewOptions &options);
 // errors  usage  it sees nothing
 Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size);
 
+// The picture of `size` that `camera` takes, no voxel larger than `max_error` pixels.
+DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error);
+
 // The options that make pbm-render draw this very view: every number reads back as the same double. `view_angle` in
 // degrees, since the camera's radians do not.
 std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size);

@@ -1,6 +1,5 @@
 #include "model_drawer.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace pbm {
@@ -24,11 +23,7 @@ ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::uniq
 }
 
 DetailView ModelDrawer::view(const Camera &camera, glm::ivec2 size) const {
-    return {.camera = camera,
-            .width = size.x,
-            .height = size.y,
-            .max_error = options_.max_error,
-            .finest = std::max(1, options_.render.level)};
+    return detail_view(options_, camera, size, options_.max_error);
 }
 
 Status ModelDrawer::load(const Camera &camera, glm::ivec2 size) {
