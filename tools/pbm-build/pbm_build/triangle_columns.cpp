@@ -38,6 +38,12 @@ HWY_INLINE Edge edge_of(float start, float end) {
     return {std::min(start, end), std::max(start, end), start, 1 / (end - start)};
 }
 
+// first, first + 1, .. : Iota of Highway 1.0 from anything but a constant goes through memory lane by lane.
+HWY_INLINE Lanes count_from(std::size_t first) {
+    const Tag d;
+    return hn::Add(hn::Set(d, static_cast<float>(first)), hn::Iota(d, 0.0F));
+}
+
 // The part of an edge within the slabs of some lanes, which start at `slab`.
 struct Part {
     Lanes first, last; // from where the edge starts
@@ -94,7 +100,7 @@ bool find_columns(const SmallTriangle &t, Columns &columns) {
     auto close = hn::Lt(hn::Zero(d), hn::Zero(d));
     const auto far = hn::Set(d, kFar), before = hn::Set(d, -kFar);
     for (std::size_t at = 0; at < t.slabs; at += lanes) {
-        const auto slab = hn::Iota(d, static_cast<float>(at));
+        const auto slab = count_from(at);
         auto v_low = far, v_high = before, w_low = far, w_high = before;
         for (std::size_t p = 0; p < 3; ++p) {
             const std::size_t q = p == 2 ? 0 : p + 1;
@@ -111,7 +117,7 @@ bool find_columns(const SmallTriangle &t, Columns &columns) {
         hn::Store(w_high, d, &slab_w.high[at]);
     }
     for (std::size_t at = 0; at < t.columns; at += lanes) {
-        const auto column = hn::Iota(d, static_cast<float>(at));
+        const auto column = count_from(at);
         auto w_low = far, w_high = before;
         for (std::size_t p = 0; p < 3; ++p) {
             const std::size_t q = p == 2 ? 0 : p + 1;
@@ -126,7 +132,7 @@ bool find_columns(const SmallTriangle &t, Columns &columns) {
     const auto zero = hn::Zero(d), one = hn::Set(d, 1);
     for (std::size_t i = 0; i < t.slabs; ++i)
         for (std::size_t at = 0; at < t.columns; at += lanes) {
-            const auto column = hn::Iota(d, static_cast<float>(at));
+            const auto column = count_from(at);
             const auto is_column = hn::And(hn::Gt(hn::Add(column, one), hn::Set(d, slab_v.low[i])),
                                            hn::Lt(column, hn::Set(d, slab_v.high[i])));
             const auto plane =
