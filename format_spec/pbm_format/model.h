@@ -1,11 +1,13 @@
 // A whole voxel grid model in memory: what the builder hands to the writer and what `load_model` returns.
 #pragma once
 
+#include "pbm_format/image.h"
 #include "pbm_format/octree.h"
 #include "pbm_format/point_attributes.h"
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -80,13 +82,33 @@ struct SolidTexture {
     bool operator==(const SolidTexture &) const = default;
 };
 
-// Everything of a file that is not per point and changes its pictures.
+// A square under the object, perpendicular to the up axis. Its own coordinates u and v run along the axes that follow
+// the up axis in the cycle x, y, z, so that u x v is up. BVG.md section 3.11.
+struct GroundPlane {
+    std::array<float, 3> centre{};       // model units from the grid's minimum corner
+    float half_edge = 1;                 // model units, > 0
+    std::uint8_t material = 0;           // index
+    std::optional<SolidTexture> texture; // absent: the material's colour
+    bool operator==(const GroundPlane &) const = default;
+};
+
+// The rasters of a file. Texel (0, 0) of those of the ground plane lies at its least u and v, columns along u.
+struct ModelImages {
+    // Equirectangular, width 2 x height, 3 channels; empty without. The default camera looks at its middle, up is up.
+    Image panorama;
+    Image ground_texture;          // 1 channel, indices into the palette of GroundPlane::texture; empty without
+    std::vector<Image> ground_lit; // 1 channel, lit fraction x 255; one for each light with a shadow stream, or none
+    bool operator==(const ModelImages &) const = default;
+};
+
+// Everything of a file that is neither per point nor per texel and changes its pictures.
 struct ModelParameters {
     Grid grid;
     AttributeSet attributes;
     std::vector<Material> materials;   // 1..kMaxMaterials
     std::vector<Light> lights;         // 0..kMaxLights
     std::vector<SolidTexture> texture; // one if attributes.texture, else none
+    std::optional<GroundPlane> ground;
     bool operator==(const ModelParameters &) const = default;
 };
 
@@ -102,6 +124,7 @@ struct Model {
     std::string metadata; // JSON object, <= 4 KB
     // [depth + 1]; levels[0] is the root: no masks, one point. The last one holds the model's points.
     std::vector<Level> levels;
+    ModelImages images;
 
     std::uint64_t point_count() const { return levels.empty() ? 0 : levels.back().points.size(); }
     bool operator==(const Model &) const = default;

@@ -158,8 +158,12 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     clock.run("choose radii", [&] { choose_radii(*voxels, surface, grid->depth, threads); });
 
     Model model;
-    model.parameters = {
-        .grid = *grid, .attributes = set, .materials = choose_materials(surface), .lights = {}, .texture = {}};
+    model.parameters = {.grid = *grid,
+                        .attributes = set,
+                        .materials = choose_materials(surface),
+                        .lights = {},
+                        .texture = {},
+                        .ground = {}};
     model.metadata = std::move(*metadata);
     surface = {};
     clock.run("octree", [&] {
