@@ -15,6 +15,7 @@ std::string_view to_string(ErrorCode code) {
     case ErrorCode::bad_directory: return "bad_directory";
     case ErrorCode::bad_octree: return "bad_octree";
     case ErrorCode::bad_attribute: return "bad_attribute";
+    case ErrorCode::bad_image: return "bad_image";
     case ErrorCode::bad_content: return "bad_content";
     case ErrorCode::bad_input: return "bad_input";
     case ErrorCode::too_large: return "too_large";
@@ -35,6 +36,7 @@ bool has_offset(const Error &error) {
     case ErrorCode::bad_directory:
     case ErrorCode::bad_octree:
     case ErrorCode::bad_attribute:
+    case ErrorCode::bad_image:
     case ErrorCode::bad_content: return true;
     default: return error.offset != 0;
     }

@@ -26,6 +26,7 @@ enum class ErrorCode : std::uint8_t {
     bad_directory,       // chunk directory of a level
     bad_octree,          // child masks
     bad_attribute,       // attribute values out of range
+    bad_image,           // a raster: shape, tile directory, tiles, mip levels
     bad_content,         // content_id, averages or counts disagree with the data
     bad_input,           // a scan (PLY, OBJ, ...) is damaged or says something impossible
     too_large,           // over a limit of BVG.md section 10

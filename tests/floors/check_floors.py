@@ -34,6 +34,7 @@ FORMAT_LAYERS = [
     {"hash", "normal", "octree", "chunk_rule", "parallel", "descriptor"},
     {"platform", "child_process"},
     {"point_attributes", "mask_ranks"},
+    {"image"},
     {"model", "detail_levels"},
     {"stream_filter"},
     {"unfilter"},
@@ -41,7 +42,8 @@ FORMAT_LAYERS = [
     {"layout", "sections", "directory", "metadata"},
     {"frame", "stream_rules", "brick_index"},
     {"chunk"},
-    {"mapped_chunk"},
+    {"mapped_chunk", "image_section"},
+    {"tiled_image"},
     {"reader"},
     {"writer", "validate"},
 ]
