@@ -46,17 +46,6 @@ ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t 
 
 namespace {
 
-// Planes with their entries in front.
-void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &out) {
-    const std::size_t entries = out.size();
-    out.resize(entries + kPlaneEntryBytes * planes.size());
-    for (std::size_t p = 0; p < planes.size(); ++p) {
-        const StoredFrame frame = append_frame(planes[p], compression_level, out);
-        const std::uint32_t entry = frame.stored_bytes | (frame.zstd ? 1U << 31 : 0U);
-        std::memcpy(out.data() + entries + kPlaneEntryBytes * p, &entry, kPlaneEntryBytes);
-    }
-}
-
 // Plain streams are worth a search for matches only where they come near to filtered ones without it.
 bool may_become_smaller(std::size_t plain, std::size_t filtered) { return plain / 2 < filtered; }
 
@@ -148,8 +137,6 @@ class Decoder {
     }
 
   private:
-    static constexpr const char *kImpossiblePlanes = "5.8.1 the sizes of the filter's planes are impossible";
-
     // Kept by each thread, so that a chunk costs no allocation.
     static UnfilterScratch &scratch() {
         thread_local UnfilterScratch scratch;
@@ -202,45 +189,19 @@ class Decoder {
         return {};
     }
 
-    // Cuts the planes apart and decodes one after the other, each with the size that those before give it.
-    class Planes {
-      public:
-        Planes(ByteView bytes, std::size_t count) : bytes_(bytes), at_(kPlaneEntryBytes * count) {}
-
-        // False if the next plane cannot be one of `raw_bytes`.
-        bool next(std::size_t raw_bytes, ByteView &stored, bool &zstd) {
-            std::uint32_t entry = 0;
-            std::memcpy(&entry, bytes_.data() + kPlaneEntryBytes * index_++, kPlaneEntryBytes);
-            const std::size_t size = entry & 0xFFFFFF;
-            zstd = entry >> 31 != 0;
-            if ((entry & 0x7F000000) != 0 || size > bytes_.size() - at_ ||
-                (zstd ? size >= raw_bytes : size != raw_bytes))
-                return false;
-            stored = bytes_.subspan(at_, size);
-            at_ += size;
-            return true;
-        }
-        bool finished() const { return at_ == bytes_.size(); }
-
-      private:
-        ByteView bytes_;
-        std::size_t at_;
-        std::size_t index_ = 0;
-    };
-
     // Plane `index` as `size` bytes with kSlack bytes behind them.
-    Status read_plane(Planes &planes, std::size_t index, std::size_t size, ByteView &plane) {
+    Status read_plane(PlaneCursor &planes, std::size_t index, std::size_t size, ByteView &plane) {
         Bytes &memory = scratch_.planes[index];
         memory.resize(std::max(memory.size(), size + kSlack));
         ByteView stored;
         bool zstd = false;
         if (!planes.next(size, stored, zstd))
-            return bad(kImpossiblePlanes);
+            return impossible_planes(offset_);
         plane = ByteView(memory).first(size);
         return decode_frame(stored, zstd, std::span(memory).first(size), offset_);
     }
 
-    Status read_escapes(Planes &planes, std::size_t index, ByteView pairs, ByteView &escapes) {
+    Status read_escapes(PlaneCursor &planes, std::size_t index, ByteView pairs, ByteView &escapes) {
         const EscapeCount count = count_escapes(pairs);
         if (!count.valid)
             return bad("5.8.2 a code of a pair is no escape and no pair");
@@ -248,18 +209,18 @@ class Decoder {
     }
 
     Status read_filtered(ByteView bytes, const StreamInfo &stream, Filter filter) {
-        Planes planes(bytes, plane_count(filter));
+        PlaneCursor planes(bytes, plane_count(filter));
         Status status = filter == Filter::mask_rank ? read_ranks(planes)
                         : filter == Filter::normal  ? read_normals(planes)
                         : filter == Filter::colour565 || filter == Filter::colour888
                             ? read_colours(planes, filter)
                             : read_values(planes, stream, filter);
         if (status && !planes.finished())
-            return bad(kImpossiblePlanes);
+            return impossible_planes(offset_);
         return status;
     }
 
-    Status read_ranks(Planes &planes) {
+    Status read_ranks(PlaneCursor &planes) {
         ByteView codes;
         if (Status status = read_plane(planes, 0, entry_.shape.nodes, codes); !status)
             return status;
@@ -267,7 +228,7 @@ class Decoder {
         return {};
     }
 
-    Status read_normals(Planes &planes) {
+    Status read_normals(PlaneCursor &planes) {
         ByteView codes, escapes;
         if (Status status = read_plane(planes, 0, scratch_.layout.codes(), codes); !status)
             return status;
@@ -278,7 +239,7 @@ class Decoder {
         return {};
     }
 
-    Status read_colours(Planes &planes, Filter filter) {
+    Status read_colours(PlaneCursor &planes, Filter filter) {
         ByteView green, red_blue, escapes;
         if (Status status = read_plane(planes, 0, scratch_.layout.codes(), green); !status)
             return status;
@@ -292,7 +253,7 @@ class Decoder {
     }
 
     // The filters of one plane.
-    Status read_values(Planes &planes, const StreamInfo &stream, Filter filter) {
+    Status read_values(PlaneCursor &planes, const StreamInfo &stream, Filter filter) {
         ByteView codes;
         PointAttributes &points = to_.points;
         const PointView &nodes = parents_.nodes;
@@ -310,7 +271,7 @@ class Decoder {
         return {};
     }
 
-    Status read_shadows(Planes &planes, const StreamInfo &stream) {
+    Status read_shadows(PlaneCursor &planes, const StreamInfo &stream) {
         const unsigned bits = shadow_bits(stream, rules_.level);
         Bytes &codes = scratch_.planes[1];
         codes.resize(std::max(codes.size(), entry_.shape.points + kSlack));
@@ -318,7 +279,7 @@ class Decoder {
         bool zstd = false;
         const std::size_t size = (std::size_t{entry_.shape.points} * bits + 7) / 8;
         if (!planes.next(size, stored, zstd))
-            return bad(kImpossiblePlanes);
+            return impossible_planes(offset_);
         if (Status status = read_lit_fractions(stored, stream, zstd, std::span(codes).first(entry_.shape.points));
             !status)
             return status;

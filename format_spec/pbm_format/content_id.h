@@ -11,7 +11,8 @@ namespace pbm {
 
 using ContentId = Hash128;
 
-// Hash over parameters, chunk roots, masks of every level and attributes of the finest (the others follow from them).
+// Hash over parameters, chunk roots, masks of every level, attributes of the finest and level 0 of rasters (the others
+// follow from them).
 // `chunks` is split_into_chunks() of the model's octree.
 ContentId content_id(const Model &model, std::span<const std::vector<ChunkShape>> chunks, std::uint32_t chunk_points);
 

@@ -1,7 +1,5 @@
 #include "pbm_format/frame.h"
 
-#include "pbm_format/layout.h"
-
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -98,6 +96,32 @@ Status decode_frame(ByteView stored, bool zstd, std::span<std::uint8_t> raw, std
     if (ZSTD_isError(size) != 0 || size != raw.size())
         return Error{ErrorCode::bad_attribute, offset, "5.6.3 the zstd frame does not decode"};
     return {};
+}
+
+void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &out) {
+    const std::size_t entries = out.size();
+    out.resize(entries + kPlaneEntryBytes * planes.size());
+    for (std::size_t p = 0; p < planes.size(); ++p) {
+        const StoredFrame frame = append_frame(planes[p], compression_level, out);
+        const std::uint32_t entry = frame.stored_bytes | (frame.zstd ? 1U << 31 : 0U);
+        std::memcpy(out.data() + entries + kPlaneEntryBytes * p, &entry, kPlaneEntryBytes);
+    }
+}
+
+Error impossible_planes(std::uint64_t offset) {
+    return {ErrorCode::bad_attribute, offset, "5.8.1 the sizes of the filter's planes are impossible"};
+}
+
+bool PlaneCursor::next(std::size_t raw_bytes, ByteView &stored, bool &zstd) {
+    std::uint32_t entry = 0;
+    std::memcpy(&entry, bytes_.data() + kPlaneEntryBytes * index_++, kPlaneEntryBytes);
+    const std::size_t size = entry & 0xFFFFFF;
+    zstd = entry >> 31 != 0;
+    if ((entry & 0x7F000000) != 0 || size > bytes_.size() - at_ || (zstd ? size >= raw_bytes : size != raw_bytes))
+        return false;
+    stored = bytes_.subspan(at_, size);
+    at_ += size;
+    return true;
 }
 
 } // namespace pbm

@@ -3,6 +3,7 @@
 
 #include "pbm_format/bytes.h"
 #include "pbm_format/error.h"
+#include "pbm_format/layout.h"
 
 namespace pbm {
 
@@ -21,5 +22,24 @@ StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out);
 //
 // errors  bad_attribute  5.6.1 not one whole frame of a single segment, 5.6.2 another content size, 5.6.3 no frame
 Status decode_frame(ByteView stored, bool zstd, std::span<std::uint8_t> raw, std::uint64_t offset);
+
+// Appends planes of a filter with their entries in front. BVG.md 5.8.1
+void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &out);
+
+// Cuts planes apart, one after the other, each with the size that those before give it.
+class PlaneCursor {
+  public:
+    PlaneCursor(ByteView bytes, std::size_t count) : bytes_(bytes), at_(kPlaneEntryBytes * count) {}
+
+    // False if the next plane cannot be one of `raw_bytes`.
+    bool next(std::size_t raw_bytes, ByteView &stored, bool &zstd);
+    bool finished() const { return at_ == bytes_.size(); }
+
+  private:
+    ByteView bytes_;
+    std::size_t at_;
+    std::size_t index_ = 0;
+};
+Error impossible_planes(std::uint64_t offset); // 5.8.1
 
 } // namespace pbm

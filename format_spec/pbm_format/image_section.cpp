@@ -3,8 +3,10 @@
 #include "pbm_format/frame.h"
 #include "pbm_format/hash.h"
 #include "pbm_format/parallel.h"
+#include "pbm_format/texel_filter.h"
 
 #include <bit>
+#include <optional>
 
 namespace pbm {
 
@@ -80,16 +82,20 @@ Bytes encode_directory(const ImageDirectory &directory) {
     return whole.take();
 }
 
-// 3.10.10 for the tile whose entry is at `at` of the file.
-Status check_tile(const TileEntry &tile, std::size_t raw_bytes, Storage storage, std::uint64_t at) {
+// 3.10.9, 3.10.10 for the tile whose entry is at `at` of the file.
+Status check_tile(const TileEntry &tile, std::size_t raw_bytes, std::size_t channels, Storage storage,
+                  std::uint64_t at) {
     const StreamEntry &stream = tile.stream;
-    if (stream.filter != Filter::none)
+    if (stream.filter != Filter::none && stream.filter != Filter::texels)
         return Error{ErrorCode::unsupported_feature, at + 8, "3.10.9 a filter of tiles this program does not know"};
     const bool sized =
-        stream.zstd ? stream.stored_bytes >= 1 && stream.stored_bytes < raw_bytes : stream.stored_bytes == raw_bytes;
+        stream.filter != Filter::none
+            ? !stream.zstd && stream.stored_bytes >= kPlaneEntryBytes * channels && stream.stored_bytes < raw_bytes
+        : stream.zstd ? stream.stored_bytes >= 1 && stream.stored_bytes < raw_bytes
+                      : stream.stored_bytes == raw_bytes;
     if (!sized)
-        return bad_image(at + 8, "3.10.10 stored size of a tile that cannot be");
-    if (storage == Storage::mapped && stream.zstd)
+        return bad_image(at + 8, "3.10.10 the stored size of a tile is impossible for its raw size");
+    if (storage == Storage::mapped && (stream.zstd || stream.filter != Filter::none))
         return bad_image(at + 8, "3.10.10 a tile of a mapped file is not stored raw");
     return {};
 }
@@ -146,7 +152,9 @@ Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t of
         if (in.u32() != 0)
             return bad_image(at + 12, "3.10.8 reserved bytes are not zero");
         const int level = directory->grid.level_of(number);
-        if (const Status status = check_tile(tile, directory->grid.tile_bytes(level), directory->storage, at); !status)
+        if (const Status status =
+                check_tile(tile, directory->grid.tile_bytes(level), head.channels, directory->storage, at);
+            !status)
             return status.error();
         tile.offset = align(end, directory->storage);
         if (tile.offset > section.size() || tile.stream.stored_bytes > section.size() - tile.offset)
@@ -159,6 +167,30 @@ Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t of
     return directory;
 }
 
+Result<ImageDirectory> read_image_directory(ByteView file, const SectionEntry &entry, Storage storage) {
+    Result<ImageDirectory> directory =
+        decode_image_directory(file.subspan(entry.offset, entry.stored_bytes), entry.offset);
+    if (!directory)
+        return directory;
+    if (directory->storage != storage)
+        return bad_image(entry.offset + 20,
+                         "3.10.5 tiles are not aligned as those of a " + std::string(to_string(storage)) + " file");
+    const TileGrid &grid = directory->grid;
+    const bool panorama = entry.type == SectionType::panorama;
+    const bool shaped =
+        panorama ? grid.channels() == 3 && grid.width(0) == 2 * grid.height(0)
+                 : grid.channels() == 1 && grid.width(0) == grid.height(0) && grid.width(0) <= kMaxGroundRaster;
+    if (!shaped)
+        return bad_image(entry.offset + 8, panorama ? "3.10.15 a panorama is not 2:1 with three channels"
+                                                    : "3.10.15 a raster of the ground plane is not square, has more "
+                                                      "than one channel or is over 4,096 texels wide");
+    const std::uint64_t raw_bytes =
+        storage == Storage::mapped ? entry.stored_bytes : image_directory_bytes(grid) + grid.texel_bytes();
+    if (entry.count != grid.tiles() || entry.raw_bytes != raw_bytes)
+        return bad_image(entry.offset, "3.10.16 the section table counts other tiles or bytes than there are");
+    return directory;
+}
+
 Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number) {
     const TileEntry &tile = directory.tiles[number];
     if (hash64(section.subspan(tile.offset, tile.stream.stored_bytes)) == tile.hash)
@@ -167,14 +199,123 @@ Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirect
                  "3.10.12 tile " + std::to_string(number) + " was changed: its hash does not match"};
 }
 
+namespace {
+
+Status decode_filtered(ByteView stored, const TileGrid &grid, std::size_t number, std::span<std::uint8_t> texels,
+                       std::uint64_t offset) {
+    thread_local std::array<std::array<std::uint8_t, kMaxTileBytes / kMaxChannels>, kMaxChannels> memory;
+    const std::size_t plane_bytes = texels.size() / grid.channels();
+    PlaneCursor cursor(stored, grid.channels());
+    TexelPlanes planes;
+    for (std::size_t c = 0; c < grid.channels(); ++c) {
+        ByteView plane;
+        bool zstd = false;
+        if (!cursor.next(plane_bytes, plane, zstd))
+            return impossible_planes(offset);
+        planes[c] = std::span(memory[c]).first(plane_bytes);
+        if (Status status = decode_frame(plane, zstd, std::span(memory[c]).first(plane_bytes), offset); !status)
+            return status;
+    }
+    if (!cursor.finished())
+        return impossible_planes(offset);
+    unfilter_texels(planes, grid.tile_width(grid.level_of(number)), grid.channels(), texels);
+    return {};
+}
+
+} // namespace
+
 Status decode_tile(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
                    std::span<std::uint8_t> texels) {
     assert(texels.size() == directory.grid.tile_bytes(directory.grid.level_of(number)));
     if (Status status = prove_tile_hash(section, offset, directory, number); !status)
         return status;
     const TileEntry &tile = directory.tiles[number];
-    return decode_frame(section.subspan(tile.offset, tile.stream.stored_bytes), tile.stream.zstd, texels,
-                        offset + tile.offset);
+    const ByteView stored = section.subspan(tile.offset, tile.stream.stored_bytes);
+    if (tile.stream.filter == Filter::none)
+        return decode_frame(stored, tile.stream.zstd, texels, offset + tile.offset);
+    return decode_filtered(stored, directory.grid, number, texels, offset + tile.offset);
+}
+
+void place_tile(const TileGrid &grid, int level, std::size_t index, const std::uint8_t *texels, Image &image) {
+    const std::size_t across = grid.tiles_across(level);
+    const std::size_t tile_row = std::size_t{grid.tile_width(level)} * image.channels;
+    std::uint8_t *to =
+        image.texels.data() + (index / across * grid.tile_height(level) * across + index % across) * tile_row;
+    for (std::uint32_t y = 0; y < grid.tile_height(level); ++y, texels += tile_row, to += across * tile_row)
+        std::copy_n(texels, tile_row, to);
+}
+
+namespace {
+
+Image empty_level(const TileGrid &grid, int level) {
+    Image image{.width = grid.width(level), .height = grid.height(level), .channels = grid.channels(), .texels = {}};
+    image.texels.resize(std::size_t{image.width} * image.height * image.channels);
+    return image;
+}
+
+// Decodes a level; what is wrong with its tiles is added to `faults`.
+Image decode_tiles(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level, int threads,
+                   std::vector<Error> &faults) {
+    const TileGrid &grid = directory.grid;
+    Image image = empty_level(grid, level);
+    std::vector<std::optional<Error>> failures(std::size_t{grid.tiles_across(level)} * grid.tiles_down(level));
+    parallel_for(failures.size(), threads, [&](std::size_t i) {
+        thread_local std::array<std::uint8_t, kMaxTileBytes> texels;
+        Status status = decode_tile(section, offset, directory, grid.first_tile(level) + i,
+                                    std::span(texels).first(grid.tile_bytes(level)));
+        if (status)
+            place_tile(grid, level, i, texels.data(), image);
+        else
+            failures[i] = std::move(status).error();
+    });
+    for (std::optional<Error> &failure : failures)
+        if (failure)
+            faults.push_back(std::move(*failure));
+    return image;
+}
+
+// 3.10.13
+void check_padding(ByteView section, std::uint64_t offset, const ImageDirectory &directory,
+                   std::vector<Error> &faults) {
+    std::uint64_t end = image_directory_bytes(directory.grid);
+    const auto check_until = [&](std::uint64_t next) {
+        for (; end < next; ++end)
+            if (section[end] != 0)
+                return faults.push_back(bad_image(offset + end, "3.10.13 padding of a raster is not zero"));
+    };
+    for (const TileEntry &tile : directory.tiles) {
+        check_until(tile.offset);
+        end = tile.offset + tile.stream.stored_bytes;
+    }
+    check_until(section.size());
+}
+
+} // namespace
+
+Result<Image> decode_level(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level,
+                           int threads) {
+    std::vector<Error> faults;
+    Image image = decode_tiles(section, offset, directory, level, threads, faults);
+    if (!faults.empty())
+        return std::move(faults.front());
+    return image;
+}
+
+std::vector<Error> prove_image(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int threads,
+                               Image &level_0) {
+    std::vector<Error> faults;
+    check_padding(section, offset, directory, faults);
+    level_0 = decode_tiles(section, offset, directory, 0, threads, faults);
+    Image finer;
+    for (int level = 1; level < directory.grid.levels(); ++level) {
+        Image image = decode_tiles(section, offset, directory, level, threads, faults);
+        if (faults.empty() && halved(level == 1 ? level_0 : finer) != image)
+            faults.push_back(
+                {ErrorCode::bad_content, offset,
+                 "3.10.14 mip level " + std::to_string(level) + " does not hold the means of the finer one"});
+        finer = std::move(image);
+    }
+    return faults;
 }
 
 Bytes cut_tile(const TileGrid &grid, int level, const Image &level_image, std::uint32_t tx, std::uint32_t ty) {
@@ -188,6 +329,21 @@ Bytes cut_tile(const TileGrid &grid, int level, const Image &level_image, std::u
         texels.insert(texels.end(), from, from + tile_row);
     return texels;
 }
+
+namespace {
+
+// The smaller of filtered and plain.
+StreamEntry pack_tile(ByteView texels, const TileGrid &grid, int level, int compression_level, Bytes &stored) {
+    Bytes filtered;
+    append_planes(filter_texels(texels, grid.tile_width(level), grid.channels()), compression_level, filtered);
+    const StoredFrame plain = append_frame(texels, compression_level, stored);
+    if (filtered.size() >= stored.size())
+        return {.stored_bytes = plain.stored_bytes, .zstd = plain.zstd};
+    stored = std::move(filtered);
+    return {.stored_bytes = static_cast<std::uint32_t>(stored.size()), .filter = Filter::texels};
+}
+
+} // namespace
 
 Bytes encode_image(const Image &image, Storage storage, int compression_level, int threads) {
     ImageDirectory directory{
@@ -206,8 +362,7 @@ Bytes encode_image(const Image &image, Storage storage, int compression_level, i
                                     static_cast<std::uint32_t>(i / grid.tiles_across(level)));
             TileEntry &tile = directory.tiles[first + i];
             if (storage == Storage::packed) {
-                const StoredFrame frame = append_frame(texels, compression_level, stored[first + i]);
-                tile.stream = {.stored_bytes = frame.stored_bytes, .zstd = frame.zstd};
+                tile.stream = pack_tile(texels, grid, level, compression_level, stored[first + i]);
             } else {
                 tile.stream = {.stored_bytes = static_cast<std::uint32_t>(texels.size())};
                 stored[first + i] = std::move(texels);

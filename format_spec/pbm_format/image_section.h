@@ -74,12 +74,27 @@ std::uint64_t image_directory_bytes(const TileGrid &grid); // header included
 // file, where the section starts at `offset`.
 Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t offset);
 
+// The same for the raster of a file's section, and rules 3.10.5, 3.10.15 and 3.10.16: it is of a shape that its type
+// may have, stored as the file is, and what the table says of it.
+Result<ImageDirectory> read_image_directory(ByteView file, const SectionEntry &entry, Storage storage);
+
 // Proves tile `number` of a section whose directory was decoded, and decodes it to `texels` of tile_bytes:
-// 3.10.12 to 3.10.14.
+// 3.10.12, 5.6 and 5.8.
 Status decode_tile(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
                    std::span<std::uint8_t> texels);
 // The first half of it: that the stored bytes are those that were written.
 Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number);
+
+// Everything that can be wrong with a raster whose directory is `directory`, in the order of the file: tiles, padding
+// (3.10.13), mip levels against the finer ones (3.10.14). If nothing is, `level_0` holds it.
+std::vector<Error> prove_image(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int threads,
+                               Image &level_0);
+
+// All tiles of a level, or the first error.
+Result<Image> decode_level(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level,
+                           int threads);
+// Places a tile of `level` in `image`, which is that level as a whole.
+void place_tile(const TileGrid &grid, int level, std::size_t index, const std::uint8_t *texels, Image &image);
 
 // Texels of one tile of `level_image`, which is that level as a whole.
 Bytes cut_tile(const TileGrid &grid, int level, const Image &level_image, std::uint32_t tx, std::uint32_t ty);

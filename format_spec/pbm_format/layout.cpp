@@ -16,6 +16,8 @@ std::string_view to_string(SectionType type) {
     case SectionType::level_directory: return "directory";
     case SectionType::level_chunks: return "chunks";
     case SectionType::level_bricks: return "bricks";
+    case SectionType::ground_texture: return "ground texture";
+    case SectionType::ground_lit: return "ground light";
     case SectionType::panorama: return "panorama";
     }
     return "unknown";
@@ -183,11 +185,15 @@ bool known(SectionType type) {
     case SectionType::materials:
     case SectionType::lights:
     case SectionType::texture:
+    case SectionType::ground_plane:
     case SectionType::level_directory:
     case SectionType::level_chunks:
-    case SectionType::level_bricks: return true;
-    default: return false;
+    case SectionType::level_bricks:
+    case SectionType::ground_texture:
+    case SectionType::ground_lit:
+    case SectionType::panorama: return true;
     }
+    return false;
 }
 
 // 3.2.15, 3.2.16
@@ -195,7 +201,7 @@ Status check_storage(const SectionEntry &entry, Storage storage, std::uint64_t a
     const bool bricks = entry.type == SectionType::level_bricks;
     if (storage == Storage::packed)
         return bricks ? Error{ErrorCode::bad_table, at, "3.2.15 bricks in a file that is not mapped"} : Status{};
-    if ((bricks && entry.alignment != kMappedStreamAlignment) ||
+    if (((bricks || is_raster(entry.type)) && entry.alignment != kMappedStreamAlignment) ||
         (entry.type == SectionType::level_chunks && entry.alignment != kMappedChunksAlignment))
         return Error{ErrorCode::bad_table, at + 16,
                      "3.2.16 " + std::string(to_string(entry.type)) + ": not the alignment of a mapped file"};
@@ -208,7 +214,9 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
     const bool chunks = entry.type == SectionType::level_chunks;
     const bool of_level =
         chunks || entry.type == SectionType::level_directory || entry.type == SectionType::level_bricks;
-    const Codec codec = chunks && header.storage() == Storage::packed ? Codec::zstd_chunks : Codec::raw;
+    const bool coded = chunks || is_raster(entry.type);
+    const bool has_instance = entry.type == SectionType::ground_lit ? entry.instance < kMaxLights : entry.instance == 0;
+    const Codec codec = coded && header.storage() == Storage::packed ? Codec::zstd_chunks : Codec::raw;
     if (!known(entry.type)) {
         if ((entry.flags & kCriticalFlag) != 0)
             return Error{ErrorCode::unsupported_feature, at,
@@ -220,7 +228,7 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
     }
     if ((entry.flags & ~kCriticalFlag) != 0)
         return Error{ErrorCode::bad_table, at + 6, "3.2.6 " + name + ": unknown flag"};
-    if (of_level ? entry.instance < 1 || entry.instance > header.depth : known(entry.type) && entry.instance != 0)
+    if (of_level ? entry.instance < 1 || entry.instance > header.depth : known(entry.type) && !has_instance)
         return Error{ErrorCode::bad_table, at + 8, "3.2.7 " + name + ": no such instance"};
     if (!std::has_single_bit(entry.alignment) || entry.alignment < kSectionAlignment || entry.alignment > 65536)
         return Error{ErrorCode::bad_table, at + 16,
@@ -231,7 +239,7 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
         return Error{ErrorCode::too_large, at + 40, "3.2.10 " + name + ": expands more than 32,768 times"};
     const bool counted = entry.element_bytes > 0 && entry.raw_bytes % entry.element_bytes == 0 &&
                          entry.raw_bytes / entry.element_bytes == entry.count;
-    if (known(entry.type) && (chunks ? entry.element_bytes != 0 : !counted))
+    if (known(entry.type) && (coded ? entry.element_bytes != 0 : !counted))
         return Error{ErrorCode::bad_table, at + 12,
                      "3.2.13 " + name + ": element size and count do not give the raw size"};
     return check_storage(entry, header.storage(), at);

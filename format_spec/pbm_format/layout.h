@@ -2,10 +2,11 @@
 //
 //   0      header, 128 bytes
 //   128    section table, 64 bytes per entry, sorted by place in the file
-//          metadata, grid, attributes, materials, lights, texture          (small, raw)
+//          metadata, grid, attributes, materials, lights, texture, ground  (small, raw)
 //          directory of level 1, bricks of level 1, chunks of level 1      (coarse)
 //          ...
 //          directory, bricks, chunks of level depth                        (fine)
+//          rasters: ground texture, lit fractions of the ground, panorama
 //
 // Bricks are in mapped files only.
 #pragma once
@@ -25,7 +26,7 @@ namespace pbm {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'B', 'V', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
 inline constexpr std::uint16_t kMajorVersion = 0;
-inline constexpr std::uint16_t kMinorVersion = 2;
+inline constexpr std::uint16_t kMinorVersion = 3;
 inline constexpr std::uint32_t kEndianTag = 0x01020304;
 inline constexpr std::size_t kHeaderBytes = 128;
 inline constexpr std::size_t kSectionEntryBytes = 64;
@@ -87,15 +88,21 @@ enum class SectionType : std::uint32_t {
     materials = 4,
     lights = 5,
     texture = 6,
-    ground_plane = 7,     // reserved
+    ground_plane = 7,
     level_directory = 16, // instance = level
     level_chunks = 17,    // instance = level
     level_bricks = 18,    // instance = level; mapped files only
-    panorama = 32,        // reserved
+    ground_texture = 24,  // raster
+    ground_lit = 25,      // raster; instance = light
+    panorama = 32,        // raster
 };
 std::string_view to_string(SectionType type);
+// Sections that image_section.h lays out.
+inline bool is_raster(SectionType type) {
+    return type == SectionType::ground_texture || type == SectionType::ground_lit || type == SectionType::panorama;
+}
 
-enum class Codec : std::uint16_t { raw = 0, zstd_chunks = 1 };
+enum class Codec : std::uint16_t { raw = 0, zstd_chunks = 1 }; // chunks, or tiles of rasters
 
 inline constexpr std::uint16_t kCriticalFlag = 1; // a reader that does not know the section must refuse the file
 
@@ -109,10 +116,10 @@ struct SectionEntry {
     std::uint64_t offset = 0;
     std::uint64_t stored_bytes = 0;
     std::uint64_t raw_bytes = 0;
-    std::uint64_t count = 0; // elements: records, chunks (directory), points (chunks)
+    std::uint64_t count = 0; // elements: records, chunks (directory), points (chunks), tiles (rasters)
     std::uint64_t hash = 0;  // XXH3-64 of the stored bytes
 
-    // Place in the file: small sections by type, then directory, bricks and chunks level by level, panorama last.
+    // Place in the file: small sections by type, then directory, bricks and chunks level by level, then rasters.
     std::array<std::uint32_t, 3> order() const;
 };
 
@@ -132,10 +139,16 @@ Bytes encode_lights(std::span<const Light> lights);
 Result<std::vector<Light>> decode_lights(ByteView bytes);
 Bytes encode_texture(const SolidTexture &texture);
 Result<SolidTexture> decode_texture(ByteView bytes);
+Bytes encode_ground_plane(const GroundPlane &ground);
+Result<GroundPlane> decode_ground_plane(ByteView bytes);
 // UTF-8 JSON object of at most kMaxMetadataBytes.
 Status check_metadata(ByteView bytes);
 // Rules 3.9, which tie parameters together: shadow streams <= lights, material indices need more than one material, ...
 Status check_parameters(const ModelParameters &parameters);
+// Rules 3.9.5 and 3.9.6: the rasters of the ground plane are those that the parameters ask for. `lit` of them hold lit
+// fractions, of lights 0, 1, ..
+Status check_rasters(const ModelParameters &parameters, bool ground_texture, std::size_t lit);
+Status check_rasters(const ModelParameters &parameters, std::span<const SectionEntry> sections);
 // Rules 2.13 to 2.17: the root record names existing attributes only.
 Status check_root(const RootRecord &root, const ModelParameters &parameters);
 

@@ -78,8 +78,12 @@ Result<Reader> Reader::open(ByteView file) {
         status = read_section(file, *lights, parameters.lights, decode_lights);
     if (const SectionEntry *texture = reader.section(SectionType::texture); status && texture != nullptr)
         status = read_section(file, *texture, parameters.texture.emplace_back(), decode_texture);
+    if (const SectionEntry *ground = reader.section(SectionType::ground_plane); status && ground != nullptr)
+        status = read_section(file, *ground, parameters.ground, decode_ground_plane);
     if (status) {
         status = check_parameters(parameters);
+        if (status)
+            status = check_rasters(parameters, reader.sections_);
         if (!status)
             status.error().offset += reader.section(SectionType::attributes)->offset;
     }
@@ -194,6 +198,32 @@ Status Reader::prove_chunk_at(int level, std::size_t index) const {
     return status;
 }
 
+std::vector<const SectionEntry *> Reader::rasters() const {
+    std::vector<const SectionEntry *> rasters;
+    for (const SectionEntry &entry : sections_)
+        if (is_raster(entry.type))
+            rasters.push_back(&entry);
+    return rasters;
+}
+
+Result<TiledImages> Reader::images() const {
+    TiledImages images;
+    for (const SectionEntry *entry : rasters()) {
+        Result<ImageDirectory> directory = read_image_directory(file_, *entry, header_.storage());
+        if (!directory)
+            return std::move(directory).error();
+        auto image = std::make_shared<const TiledImage>(
+            TiledImage::open(file_.subspan(entry->offset, entry->stored_bytes), entry->offset, std::move(*directory)));
+        if (entry->type == SectionType::panorama)
+            images.panorama = std::move(image);
+        else if (entry->type == SectionType::ground_texture)
+            images.ground_texture = std::move(image);
+        else
+            images.ground_lit.push_back(std::move(image));
+    }
+    return images;
+}
+
 Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks) {
     const std::uint64_t count =
         directory.chunks.empty() ? 0 : directory.chunks.back().first_brick + directory.chunks.back().shape.bricks;
@@ -271,7 +301,39 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
     return {};
 }
 
+// Level 0 of all rasters.
+Status load_images(const TiledImages &images, int threads, ModelImages &to) {
+    Status status;
+    const auto load = [&](const std::shared_ptr<const TiledImage> &image, Image &into) {
+        if (!status || image == nullptr)
+            return;
+        Result<Image> level = image->level_image(0, threads);
+        if (level)
+            into = std::move(level).value();
+        else
+            status = std::move(level).error();
+    };
+    load(images.ground_texture, to.ground_texture);
+    to.ground_lit.resize(images.ground_lit.size());
+    for (std::size_t light = 0; light < images.ground_lit.size(); ++light)
+        load(images.ground_lit[light], to.ground_lit[light]);
+    load(images.panorama, to.panorama);
+    return status;
+}
+
 } // namespace
+
+std::uint64_t decoded_bytes(const TiledImages &images) {
+    std::uint64_t bytes = 0;
+    const auto add = [&](const std::shared_ptr<const TiledImage> &image) {
+        bytes += image == nullptr ? 0 : image->grid().texel_bytes();
+    };
+    add(images.panorama);
+    add(images.ground_texture);
+    for (const auto &lit : images.ground_lit)
+        add(lit);
+    return bytes;
+}
 
 Result<Model> load_model(Reader &reader, const LoadOptions &options) {
     const AttributeSet &set = reader.parameters().attributes;
@@ -285,6 +347,10 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) {
         directories.push_back(*directory);
         memory += decoded_bytes(**directory, set);
     }
+    const Result<TiledImages> images = reader.images();
+    if (!images)
+        return images.error();
+    memory += decoded_bytes(*images);
     if (memory > options.max_memory)
         return Error{ErrorCode::memory, 0,
                      "the model needs " + std::to_string(memory >> 20) + " MiB of memory, more than allowed (" +
@@ -300,6 +366,8 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) {
         if (Status status = load_level(reader, *directories[static_cast<std::size_t>(level)], options.threads, model);
             !status)
             return std::move(status).error();
+    if (Status status = load_images(*images, options.threads, model.images); !status)
+        return std::move(status).error();
     return model;
 }
 
@@ -336,6 +404,14 @@ Status Reader::verify_all(int threads, std::uint64_t max_memory) {
             if (i >= shapes.size() || i >= directory.chunks.size() || shapes[i] != directory.chunks[i].shape)
                 return Error{ErrorCode::bad_directory, entry.offset + i * chunk_entry_bytes(parameters_.attributes),
                              "5.2 the chunk is not a maximal subtree within the limit"};
+    }
+    for (const SectionEntry *entry : rasters()) {
+        Image level_0;
+        const std::vector<Error> faults =
+            prove_image(file_.subspan(entry->offset, entry->stored_bytes), entry->offset,
+                        *read_image_directory(file_, *entry, header_.storage()), threads, level_0);
+        if (!faults.empty())
+            return faults.front();
     }
     if (content_id(model, expected, header_.chunk_points) != header_.content_id)
         return Error{ErrorCode::bad_content, 72, "8.1 content_id is not that of the content"};

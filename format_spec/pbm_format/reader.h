@@ -4,6 +4,7 @@
 //   directory   proves the chunk directory of a level (and of those above) when it is first needed
 //   load_chunk  proves a chunk before first use: hash, masks, counts, ranges
 //   view_chunk  the same for a chunk of a mapped file, once, and hands it out where it lies
+//   images      proves the tile directories of the rasters; a tile proves itself when it is first looked at
 //   verify_all  proves everything; agrees with `validate` on every input
 //
 // verify_stored lies between: that nothing was changed since it was written, not that it was written rightly.
@@ -13,6 +14,7 @@
 #include "pbm_format/layout.h"
 #include "pbm_format/mapped_chunk.h"
 #include "pbm_format/model.h"
+#include "pbm_format/tiled_image.h"
 
 #include <atomic>
 #include <functional>
@@ -57,6 +59,12 @@ class Reader {
     // any. Safe to call from several threads.
     Result<ChunkView> view_chunk(int level, std::size_t index) const;
 
+    // The rasters of the file, none of whose tiles is read yet. Opened anew by each call: hold on to them. They need
+    // the file's bytes, not the reader.
+    Result<TiledImages> images() const;
+    // Rasters in the order of the file.
+    std::vector<const SectionEntry *> rasters() const;
+
     ChunkRules chunk_rules(int level) const {
         return {.set = parameters_.attributes,
                 .material_count = parameters_.materials.size(),
@@ -67,8 +75,8 @@ class Reader {
     // That every byte is as it was written: padding and the hashes of all sections. Decodes nothing.
     Status verify_stored() const;
 
-    // Everything: padding, section hashes, directories, chunks, chunk rule, normal cones, averages, content_id.
-    // Decodes the whole model; more than `max_memory` bytes of it is ErrorCode::memory.
+    // Everything: padding, section hashes, directories, chunks, chunk rule, normal cones, averages, rasters,
+    // content_id. Decodes the whole model; more than `max_memory` bytes of it is ErrorCode::memory.
     Status verify_all(int threads = 0, std::uint64_t max_memory = kDefaultMaxMemory);
 
     // Stored bytes of a chunk.
@@ -103,10 +111,13 @@ struct LoadOptions {
     std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded streams; more is ErrorCode::memory
 };
 
+// Bytes of all levels of all rasters.
+std::uint64_t decoded_bytes(const TiledImages &images);
+
 // The level's bricks are as many as its directory says. BVG.md 5.10.2
 Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks);
 
-// All levels up to `max_level`, each as contiguous streams.
+// All levels up to `max_level`, each as contiguous streams, and all rasters.
 Result<Model> load_model(Reader &reader, const LoadOptions &options = {});
 
 } // namespace pbm

@@ -1,4 +1,4 @@
-// The small sections: grid, attributes, materials, lights, texture.
+// The small sections: grid, attributes, materials, lights, texture, ground plane.
 #include "pbm_format/layout.h"
 
 #include <algorithm>
@@ -13,6 +13,7 @@ constexpr std::size_t kAttributeBytes = 24;
 constexpr std::size_t kMaterialBytes = 32;
 constexpr std::size_t kLightBytes = 48;
 constexpr std::size_t kTextureBytes = 32 + 3 * 256;
+constexpr std::size_t kGroundBytes = 32; // without its texture
 
 Error bad_section(std::uint64_t offset, std::string message) {
     return {ErrorCode::bad_section, offset, std::move(message)};
@@ -256,13 +257,77 @@ Result<SolidTexture> decode_texture(ByteView bytes) {
     return texture;
 }
 
+Bytes encode_ground_plane(const GroundPlane &ground) {
+    ByteWriter out;
+    for (const float coordinate : ground.centre)
+        out.f32(coordinate);
+    out.f32(ground.half_edge);
+    out.u8(ground.material);
+    out.zeros(15);
+    if (ground.texture)
+        out.append(encode_texture(*ground.texture));
+    return out.take();
+}
+
+Result<GroundPlane> decode_ground_plane(ByteView bytes) {
+    if (bytes.size() != kGroundBytes && bytes.size() != kGroundBytes + kTextureBytes)
+        return bad_section(0, "3.11.1 the ground plane is not 32 bytes, nor 832 with a texture");
+    ByteReader in(bytes);
+    GroundPlane ground;
+    for (float &coordinate : ground.centre)
+        coordinate = in.f32();
+    ground.half_edge = in.f32();
+    ground.material = in.u8();
+    in.zeros(15);
+    for (const float coordinate : ground.centre)
+        if (!std::isfinite(coordinate))
+            return bad_section(0, "3.11.2 the centre of the ground plane is not finite");
+    if (!std::isnormal(ground.half_edge) || ground.half_edge <= 0)
+        return bad_section(12, "3.11.3 half the edge of the ground plane is not a positive number");
+    if (!in.reserved_clear())
+        return bad_section(17, "3.11.4 reserved bytes are not zero");
+    if (bytes.size() == kGroundBytes)
+        return ground;
+    Result<SolidTexture> texture = decode_texture(bytes.subspan(kGroundBytes));
+    if (!texture) {
+        texture.error().offset += kGroundBytes;
+        return std::move(texture).error();
+    }
+    ground.texture = *texture;
+    return ground;
+}
+
+Status check_rasters(const ModelParameters &parameters, bool ground_texture, std::size_t lit) {
+    if (ground_texture != (parameters.ground && parameters.ground->texture))
+        return bad_section(0, "3.9.5 the ground plane's texture and its raster go together");
+    if (lit != 0 && (!parameters.ground || lit != static_cast<std::size_t>(parameters.attributes.lights)))
+        return bad_section(0,
+                           "3.9.6 lit fractions of a ground plane are not those of every light with a shadow stream");
+    return {};
+}
+
+Status check_rasters(const ModelParameters &parameters, std::span<const SectionEntry> sections) {
+    bool ground_texture = false;
+    std::size_t lit = 0;
+    for (const SectionEntry &entry : sections) {
+        ground_texture |= entry.type == SectionType::ground_texture;
+        if (entry.type == SectionType::ground_lit) // a gap is more lights than there are
+            lit = entry.instance == lit ? lit + 1 : kMaxLights + 1;
+    }
+    return check_rasters(parameters, ground_texture, lit);
+}
+
 Status check_parameters(const ModelParameters &parameters) {
     if (parameters.attributes.lights > static_cast<int>(parameters.lights.size()))
         return bad_section(0, "3.9.1 a shadow stream belongs to no light");
     if (parameters.attributes.texture != !parameters.texture.empty())
         return bad_section(0, "3.9.2 texture values and the texture section go together");
-    if (!parameters.attributes.material && parameters.materials.size() > 1)
-        return bad_section(0, "3.9.3 several materials but no material stream");
+    const std::optional<GroundPlane> &ground = parameters.ground;
+    const std::size_t used = ground && ground->material == 1 ? 2 : 1; // without stream
+    if (!parameters.attributes.material && parameters.materials.size() > used)
+        return bad_section(0, "3.9.3 a material that neither a material stream nor the ground plane can use");
+    if (ground && ground->material >= parameters.materials.size())
+        return bad_section(0, "3.9.4 the material of the ground plane does not exist");
     return {};
 }
 

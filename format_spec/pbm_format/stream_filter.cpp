@@ -23,7 +23,8 @@ Filter filter_of(const StreamInfo &stream, const AttributeSet &set) {
 
 std::size_t plane_count(Filter filter) {
     switch (filter) {
-    case Filter::none: return 0;
+    case Filter::none:
+    case Filter::texels: return 0;
     case Filter::normal: return 2;
     case Filter::colour565:
     case Filter::colour888: return 3;
@@ -230,7 +231,8 @@ std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, By
     std::vector<Bytes> planes(plane_count(filter));
     bool possible = true;
     switch (filter) {
-    case Filter::none: return std::nullopt;
+    case Filter::none:
+    case Filter::texels: return std::nullopt;
     case Filter::mask_rank:
         planes[0].resize(masks.size());
         rank_masks(masks, {.parent_masks = parents.masks, .node_normals = parents.nodes.normals}, planes[0]);

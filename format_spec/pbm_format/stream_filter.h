@@ -25,12 +25,13 @@ enum class Filter : std::uint8_t {
     colour888 = 5,
     material = 6,
     texture = 7,
-    shadow = 8
+    shadow = 8,
+    texels = 9 // of tiles of rasters: texel_filter.h
 };
 
-// The one filter that a stream may have besides none.
+// The one filter that a stream of a chunk may have besides none.
 Filter filter_of(const StreamInfo &stream, const AttributeSet &set);
-// Planes of a stream with that filter: 1 to 3, 0 for none.
+// Planes of a stream of a chunk with that filter: 1 to 3, 0 for none. Those of tiles have one for each channel.
 std::size_t plane_count(Filter filter);
 inline constexpr std::size_t kMaxPlanes = 3;
 

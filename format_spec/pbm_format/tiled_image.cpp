@@ -1,11 +1,8 @@
 #include "pbm_format/tiled_image.h"
 
-#include "pbm_format/parallel.h"
-
 #include <atomic>
 #include <mutex>
 #include <new>
-#include <optional>
 #include <utility>
 
 namespace pbm {
@@ -111,13 +108,17 @@ Result<TiledImage> TiledImage::open(ByteView section, std::uint64_t offset_in_fi
     Result<ImageDirectory> directory = decode_image_directory(section, offset_in_file);
     if (!directory)
         return std::move(directory).error();
-    auto state = std::make_unique<State>(directory->grid);
-    state->owns_tiles = directory->storage == Storage::packed;
+    return open(section, offset_in_file, std::move(directory).value());
+}
+
+TiledImage TiledImage::open(ByteView section, std::uint64_t offset_in_file, ImageDirectory directory) {
+    auto state = std::make_unique<State>(directory.grid);
+    state->owns_tiles = directory.storage == Storage::packed;
     state->section = section;
     state->offset = offset_in_file;
-    state->stored_bytes = image_directory_bytes(directory->grid);
-    state->memory_bytes = directory->tiles.size() * (sizeof(TileEntry) + sizeof(State::Slot));
-    state->directory = std::move(directory).value();
+    state->stored_bytes = image_directory_bytes(directory.grid);
+    state->memory_bytes = directory.tiles.size() * (sizeof(TileEntry) + sizeof(State::Slot));
+    state->directory = std::move(directory);
     return TiledImage(std::move(state));
 }
 
@@ -139,32 +140,13 @@ const std::uint8_t *TiledImage::texel(int level, std::uint32_t x, std::uint32_t 
 }
 
 Result<Image> TiledImage::level_image(int level, int threads) const {
+    if (!state_->section.empty()) // past the tiles that are kept: whoever copies a level wants no second copy of it
+        return decode_level(state_->section, state_->offset, state_->directory, level, threads);
     Image image{.width = width(level), .height = height(level), .channels = channels(), .texels = {}};
     image.texels.resize(std::size_t{image.width} * image.height * image.channels);
-    const std::size_t across = grid().tiles_across(level);
-    const std::size_t tile_row = std::size_t{grid().tile_width(level)} * image.channels;
-    std::vector<std::optional<Error>> failures(across * grid().tiles_down(level));
-    parallel_for(failures.size(), threads, [&](std::size_t i) {
-        const std::size_t number = grid().first_tile(level) + i;
-        thread_local Bytes decoded;
-        const std::uint8_t *from = state_->tiles[number].load(std::memory_order_acquire);
-        if (from == nullptr || from == &kDamaged) { // not kept: whoever copies a level wants no second copy of it
-            decoded.resize(grid().tile_bytes(level));
-            Status status = decode_tile(state_->section, state_->offset, state_->directory, number, decoded);
-            if (!status) {
-                failures[i] = std::move(status).error();
-                return;
-            }
-            from = decoded.data();
-        }
-        std::uint8_t *to =
-            image.texels.data() + (i / across * grid().tile_height(level) * across + i % across) * tile_row;
-        for (std::uint32_t y = 0; y < grid().tile_height(level); ++y, from += tile_row, to += across * tile_row)
-            std::copy_n(from, tile_row, to);
-    });
-    for (std::optional<Error> &failure : failures)
-        if (failure)
-            return std::move(*failure);
+    const std::size_t first = grid().first_tile(level);
+    for (std::size_t i = 0; i < std::size_t{grid().tiles_across(level)} * grid().tiles_down(level); ++i)
+        place_tile(grid(), level, i, state_->tiles[first + i].load(std::memory_order_relaxed), image);
     return image;
 }
 
@@ -175,6 +157,17 @@ std::vector<Error> TiledImage::take_errors() const {
 
 TiledImage::Statistics TiledImage::statistics() const {
     return {.tiles = state_->tiles_read, .stored_bytes = state_->stored_bytes, .memory_bytes = state_->memory_bytes};
+}
+
+TiledImages TiledImages::of(const ModelImages &images) {
+    const auto tiled = [](const Image &image) {
+        return image.empty() ? nullptr : std::make_shared<const TiledImage>(TiledImage::of(image));
+    };
+    TiledImages all{
+        .panorama = tiled(images.panorama), .ground_texture = tiled(images.ground_texture), .ground_lit = {}};
+    for (const Image &lit : images.ground_lit)
+        all.ground_lit.push_back(tiled(lit));
+    return all;
 }
 
 } // namespace pbm

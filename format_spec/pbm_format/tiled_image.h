@@ -6,6 +6,7 @@
 #pragma once
 
 #include "pbm_format/image_section.h"
+#include "pbm_format/model.h"
 
 #include <memory>
 #include <vector>
@@ -26,6 +27,9 @@ class TiledImage {
     // Proves header and tile directory of a section that starts at `offset_in_file`. The bytes stay readable as long as
     // this lives; raw tiles are used where they lie.
     static Result<TiledImage> open(ByteView section, std::uint64_t offset_in_file);
+
+    // The same with a directory that was proven before.
+    static TiledImage open(ByteView section, std::uint64_t offset_in_file, ImageDirectory directory);
 
     TiledImage(TiledImage &&) noexcept;
     TiledImage &operator=(TiledImage &&) noexcept;
@@ -54,6 +58,14 @@ class TiledImage {
     struct State;
     explicit TiledImage(std::unique_ptr<State> state);
     std::unique_ptr<State> state_;
+};
+
+// The rasters of a file or of a model; null where there is none.
+struct TiledImages {
+    std::shared_ptr<const TiledImage> panorama, ground_texture;
+    std::vector<std::shared_ptr<const TiledImage>> ground_lit; // one for each light with a shadow stream, or none
+
+    static TiledImages of(const ModelImages &images);
 };
 
 } // namespace pbm

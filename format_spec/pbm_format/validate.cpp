@@ -31,13 +31,16 @@ class Validator {
         for (const SectionEntry &entry : sections_)
             check_hash(entry);
         check_small_sections();
-        if (parameters_known_)
-            check_levels();
+        if (!parameters_known_)
+            return report_;
+        check_levels();
         return report_;
     }
 
   private:
     std::string name(const SectionEntry &entry) const {
+        if (entry.type == SectionType::ground_lit)
+            return std::string(to_string(entry.type)) + " " + std::to_string(entry.instance);
         const bool of_level = entry.type == SectionType::level_directory || entry.type == SectionType::level_chunks ||
                               entry.type == SectionType::level_bricks;
         return (of_level ? "level " + std::to_string(entry.instance) + " " : "") + std::string(to_string(entry.type));
@@ -115,18 +118,25 @@ class Validator {
             if (texture)
                 parameters_.texture = {*texture};
         }
+        if (find(SectionType::ground_plane) != nullptr) {
+            parameters_.ground = small_section(SectionType::ground_plane, decode_ground_plane);
+            known = known && parameters_.ground;
+        }
         if (!known)
             return;
         parameters_.grid = *grid;
         parameters_.attributes = *set;
         parameters_.materials = *materials;
-        if (Status status = check_parameters(parameters_); !status) {
+        Status status = check_parameters(parameters_);
+        if (status)
+            status = check_rasters(parameters_, sections_);
+        if (!status) {
             status.error().offset += find(SectionType::attributes)->offset;
             return fault(status.error(), "attributes");
         }
         parameters_known_ = true;
-        if (const Status status = check_root(header_.root, parameters_); !status)
-            fault(status.error(), "header");
+        if (const Status root = check_root(header_.root, parameters_); !root)
+            fault(root.error(), "header");
     }
 
     // Directories from coarse to fine; one that is broken ends the walk, since the next ones nest in it.
@@ -159,17 +169,55 @@ class Validator {
             memory += decoded_bytes(*directory, parameters_.attributes);
             directories.push_back(std::move(directory).value());
         }
+        const std::uint64_t faults = report_.total;
+        const std::vector<Raster> rasters = read_raster_directories();
+        for (const Raster &raster : rasters)
+            memory += raster.directory.grid.texel_bytes();
         if (memory > kDefaultMaxMemory)
             return fault(
                 {ErrorCode::memory, 0,
                  "the model needs " + std::to_string(memory >> 20) + " MiB of memory: more than the validator may use"},
                 "chunks");
-        const std::uint64_t faults = report_.total;
         std::vector<bool> refused{false};
         for (std::uint32_t level = 1; level <= finest; ++level)
             load_level(directories[level], directories[level - 1], *find(SectionType::level_chunks, level), refused);
+        prove_rasters(rasters);
         if (report_.total == faults)
             check_whole(directories);
+    }
+
+    struct Raster {
+        const SectionEntry *entry;
+        ImageDirectory directory;
+    };
+
+    // Those that are there and right.
+    std::vector<Raster> read_raster_directories() {
+        std::vector<Raster> rasters;
+        for (const SectionEntry &entry : sections_) {
+            if (!is_raster(entry.type))
+                continue;
+            Result<ImageDirectory> directory = read_image_directory(file_, entry, header_.storage());
+            if (directory)
+                rasters.push_back({&entry, std::move(directory).value()});
+            else
+                fault(directory.error(), name(entry));
+        }
+        return rasters;
+    }
+
+    void prove_rasters(std::span<const Raster> rasters) {
+        for (const auto &[entry, directory] : rasters) {
+            Image level_0;
+            for (const Error &error : prove_image(stored(*entry), entry->offset, directory, options_.threads, level_0))
+                fault(error, name(*entry));
+            if (entry->type == SectionType::panorama)
+                model_.images.panorama = std::move(level_0);
+            else if (entry->type == SectionType::ground_texture)
+                model_.images.ground_texture = std::move(level_0);
+            else
+                model_.images.ground_lit.push_back(std::move(level_0));
+        }
     }
 
     // Decodes the chunks whose parents were decoded; `refused` says of which chunks of the level above that is not so,

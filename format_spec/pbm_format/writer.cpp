@@ -70,6 +70,46 @@ class FileLayout {
     std::vector<Bytes> stored_;
 };
 
+// Rasters that a file can hold: 3.10.4 and 3.10.15.
+Status check_shapes(const ModelImages &images) {
+    const auto whole = [](const Image &image) {
+        return is_storable(image.width, image.height, image.channels) &&
+               image.texels.size() == std::size_t{image.width} * image.height * image.channels;
+    };
+    const Image &panorama = images.panorama;
+    if (!panorama.empty() && (!whole(panorama) || panorama.channels != 3 || panorama.width != 2 * panorama.height))
+        return Error{ErrorCode::bad_image, 0,
+                     "3.10.15 the panorama's sides are not powers of two, 2:1, with 3 channels"};
+    const auto fits_ground = [&](const Image &image) {
+        return whole(image) && image.channels == 1 && image.width == image.height && image.width <= kMaxGroundRaster;
+    };
+    if ((!images.ground_texture.empty() && !fits_ground(images.ground_texture)) ||
+        !std::all_of(images.ground_lit.begin(), images.ground_lit.end(), fits_ground))
+        return Error{ErrorCode::bad_image, 0,
+                     "3.10.15 a raster of the ground plane is not square, a power of two up to 4,096, with 1 channel"};
+    return {};
+}
+
+void add_raster(FileLayout &layout, SectionType type, std::uint32_t instance, const Image &image,
+                const WriteOptions &options) {
+    if (image.empty())
+        return;
+    const TileGrid grid(image.width, image.height, image.channels);
+    Bytes stored = encode_image(image, options.storage, options.compression_level, options.threads);
+    const bool mapped = options.storage == Storage::mapped;
+    const std::uint64_t raw_bytes = mapped ? stored.size() : image_directory_bytes(grid) + grid.texel_bytes();
+    layout.add(type, instance, mapped ? Codec::raw : Codec::zstd_chunks, 0, grid.tiles(), raw_bytes, std::move(stored),
+               mapped ? kMappedStreamAlignment : kSectionAlignment);
+}
+
+void add_rasters(FileLayout &layout, const ModelImages &images, const WriteOptions &options) {
+    add_raster(layout, SectionType::ground_texture, 0, images.ground_texture, options);
+    for (std::size_t light = 0; light < images.ground_lit.size(); ++light)
+        add_raster(layout, SectionType::ground_lit, static_cast<std::uint32_t>(light), images.ground_lit[light],
+                   options);
+    add_raster(layout, SectionType::panorama, 0, images.panorama, options);
+}
+
 // Parameters as their own bytes say them: what a reader would refuse is refused before any work.
 Status check_encodable(const Model &model) {
     const ModelParameters &parameters = model.parameters;
@@ -87,8 +127,11 @@ Status check_encodable(const Model &model) {
         also(decode_lights(encode_lights(parameters.lights)));
     if (!parameters.texture.empty())
         also(decode_texture(encode_texture(parameters.texture.front())));
+    if (parameters.ground)
+        also(decode_ground_plane(encode_ground_plane(*parameters.ground)));
     also(check_parameters(parameters));
-    return status;
+    also(check_rasters(parameters, !model.images.ground_texture.empty(), model.images.ground_lit.size()));
+    return status ? check_shapes(model.images) : status;
 }
 
 struct EncodedChunk {
@@ -220,8 +263,14 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
         layout.add_records(SectionType::lights, 0, 48, encode_lights(parameters.lights));
     if (!parameters.texture.empty())
         layout.add_records(SectionType::texture, 0, 800, encode_texture(parameters.texture.front()));
+    if (parameters.ground) {
+        Bytes ground = encode_ground_plane(*parameters.ground);
+        const auto bytes = static_cast<std::uint32_t>(ground.size());
+        layout.add_records(SectionType::ground_plane, 0, bytes, std::move(ground));
+    }
     for (std::size_t level = 1; level < encoded.size(); ++level)
         add_level(layout, set, static_cast<int>(level), options.storage, encoded[level]);
+    add_rasters(layout, model.images, options);
     FileHeader header;
     header.required_features = mapped ? kMappedFeature : 0;
     header.depth = static_cast<std::uint8_t>(depth);

@@ -36,7 +36,7 @@ FORMAT_LAYERS = [
     {"point_attributes", "mask_ranks"},
     {"image"},
     {"model", "detail_levels"},
-    {"stream_filter"},
+    {"stream_filter", "texel_filter"},
     {"unfilter"},
     {"content_id"},
     {"layout", "sections", "directory", "metadata"},

@@ -122,6 +122,7 @@ Points unfilter(const Case &c, const std::vector<Bytes> &planes) {
         unfilter_shadows(scratch, c.values, shadow_predictions(c.shadow_bits(c.level - 1), c.shadow_bits(c.level)),
                          c.shadow_bits(c.level), codes.view(), points.values);
         break;
+    case Filter::texels:
     case Filter::none:
     case Filter::mask_rank: std::abort();
     }

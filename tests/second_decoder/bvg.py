@@ -13,12 +13,14 @@ from collections import namedtuple
 import xxhash
 
 import bricks
+import rasters
 from averages import Sums, root_record
 from streams import PLANES, BvgError, Part, Planes, filter_of, fold_bits, need, unfilter, unpack_part, unrank, xxh3
 from values import (COLOUR, INTEGER_NORMALS, MATERIAL, NORMAL, RADIUS, SHADOW, TEXEL, Stream, dot, expand565, pack565)
 
 MAGIC = b"\x89BVG\r\n\x1a\n"
-METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, DIRECTORY, CHUNKS, BRICKS = 1, 2, 3, 4, 5, 6, 16, 17, 18
+METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, GROUND, DIRECTORY, CHUNKS, BRICKS = 1, 2, 3, 4, 5, 6, 7, 16, 17, 18
+RASTERS = (rasters.GROUND_TEXTURE, rasters.GROUND_LIT, rasters.PANORAMA)
 PLACES = {DIRECTORY: 0, BRICKS: 1, CHUNKS: 2}           # 3.2.2: the sections of a level
 EXPANSION = 32768                                       # section 10: raw bytes per stored byte
 
@@ -56,7 +58,7 @@ def read_header(m):
      m.limit, zero2, m.table_hash, hash64) = struct.unpack_from("<8sHHIQQIB3sQQQQ16s16sI4sQQ", data)
     need(hash64 == xxh3(data[:120]), "bad_hash", 0, "2.3")
     need(tag == 0x01020304, "bad_header", 12, "2.4")
-    need((major, minor) == (0, 2), "unsupported_version", 8, "2.5")
+    need((major, minor) == (0, 3), "unsupported_version", 8, "2.5")
     need(required & ~1 == 0, "unsupported_feature", 40, "2.6")
     m.mapped = required == 1
     need(len(data) >= size, "truncated", len(data), "2.7")
@@ -76,22 +78,24 @@ def check_entry(m, e, before, end):
     def rule(condition, field, number, code="bad_table"):
         need(condition, code, e.at + field, number)
     levels = e.type in PLACES
-    known = e.type in range(1, 7) or levels
+    coded = e.type == CHUNKS or e.type in RASTERS
+    known = e.type in range(1, 8) or levels or e.type in RASTERS
+    most = 7 if e.type == rasters.GROUND_LIT else 0
     rule(e.zero == 0, 20, "3.2.1")
     rule(before is None or key(before) < key(e), 0, "3.2.2")
     rule(known or not e.flags & 1, 0, "3.2.4", "unsupported_feature")
-    rule(not known or e.codec == (e.type == CHUNKS and not m.mapped), 4, "3.2.5", "unsupported_feature")
+    rule(not known or e.codec == (coded and not m.mapped), 4, "3.2.5", "unsupported_feature")
     rule(e.flags & ~1 == 0, 6, "3.2.6")
-    rule(not known or (1 <= e.instance <= m.depth if levels else e.instance == 0), 8, "3.2.7")
+    rule(not known or (1 <= e.instance <= m.depth if levels else e.instance <= most), 8, "3.2.7")
     rule(power_of_two(e.alignment, 8, 65536), 16, "3.2.8")
     rule(e.codec != 0 or e.raw == e.stored, 40, "3.2.9")
     rule(e.raw < EXPANSION * (e.stored + 1), 40, "3.2.10", "too_large")
-    if e.type == CHUNKS:
+    if coded:
         rule(e.element == 0, 12, "3.2.13")
     elif known:
         rule(e.element > 0 and e.element * e.count == e.raw, 12, "3.2.13")
     rule(m.mapped or e.type != BRICKS, 0, "3.2.15")
-    rule(not m.mapped or e.alignment == {CHUNKS: 4096, BRICKS: 64}.get(e.type, e.alignment), 16, "3.2.16")
+    rule(not m.mapped or e.alignment == {CHUNKS: 4096, BRICKS: 64, **dict.fromkeys(RASTERS, 64)}.get(e.type, e.alignment), 16, "3.2.16")
     rule(e.offset == -(-end // e.alignment) * e.alignment, 24, "3.2.3")
     need(e.offset + e.stored <= len(m.data), "truncated", len(m.data), "3.2.11")
 
@@ -210,21 +214,41 @@ def read_lights(m, e):
         need(not any(zero) and not any(zero2), "bad_section", at + 1, "3.7.7")
         m.lights.append((kind, v[:3], v[3:6], v[6:9], spot))
 
+def texture_record(m, at):
+    """3.8.2 to 3.8.4."""
+    kind, zero, seed, scale, turbulence, zero2, palette = struct.unpack_from("<B3sIff16s768s", m.data, at)
+    need(kind in (1, 2), "bad_section", at, "3.8.2")
+    need(f32(1e-9) <= scale <= 1e9 and 0 <= turbulence <= 1e6, "bad_section", at + 8, "3.8.3")
+    need(not any(zero) and not any(zero2), "bad_section", at + 1, "3.8.4")
+    return kind, seed, scale, turbulence, palette
+
 def read_texture(m, e):
     """3.8."""
     need(e.raw == 800, "bad_section", e.offset, "3.8.1")
-    kind, zero, seed, scale, turbulence, zero2, palette = struct.unpack("<B3sIff16s768s", stored(m, e))
-    need(kind in (1, 2), "bad_section", e.offset, "3.8.2")
-    need(f32(1e-9) <= scale <= 1e9 and 0 <= turbulence <= 1e6, "bad_section", e.offset + 8, "3.8.3")
-    need(not any(zero) and not any(zero2), "bad_section", e.offset + 1, "3.8.4")
-    m.texture = (kind, seed, scale, turbulence, palette)
+    m.texture = texture_record(m, e.offset)
+
+def read_ground(m, e):
+    """3.11: centre, half edge, material, texture or None."""
+    need(e.raw in (32, 832), "bad_section", e.offset, "3.11.1")
+    *centre, half, material, zero = struct.unpack_from("<4fB15s", m.data, e.offset)
+    need(all(map(math.isfinite, centre)), "bad_section", e.offset, "3.11.2")
+    need(2.0 ** -126 <= half < math.inf, "bad_section", e.offset + 12, "3.11.3")
+    need(not any(zero), "bad_section", e.offset + 17, "3.11.4")
+    m.ground = (centre, half, material, texture_record(m, e.offset + 32) if e.raw == 832 else None)
 
 def check_together(m):
     """3.9, and 2.14 to 2.17: the root record fits the sections."""
     attributes = m.section[ATTRIBUTES, 0].offset
     need(len(m.lights) >= len(m.shadows), "bad_section", attributes, "3.9.1")
     need((m.texture is not None) == ((TEXEL, 0) in m.index), "bad_section", attributes, "3.9.2")
-    need((MATERIAL, 0) in m.index or len(m.materials) == 1, "bad_section", attributes, "3.9.3")
+    of_ground = m.ground[2] if m.ground else 0
+    several = len(m.materials) == 2 and of_ground == 1
+    need((MATERIAL, 0) in m.index or len(m.materials) == 1 or several, "bad_section", attributes, "3.9.3")
+    need(of_ground < len(m.materials), "bad_section", attributes, "3.9.4")
+    textured = m.ground is not None and m.ground[3] is not None
+    need(((rasters.GROUND_TEXTURE, 0) in m.section) == textured, "bad_section", attributes, "3.9.5")
+    lit = [e.instance for e in m.entries if e.type == rasters.GROUND_LIT]
+    need(not lit or m.ground and lit == [s.light for s in m.shadows], "bad_section", attributes, "3.9.6")
     colour = tuple(m.root[2:5])
     if (COLOUR, 0) not in m.index:
         need(colour == (0, 0, 0), "bad_header", 90, "2.14")
@@ -450,7 +474,7 @@ def check_averages(m):
 def content_id(m):
     """8.1."""
     h = xxhash.xxh3_128(struct.pack("<II", m.depth, m.limit))
-    for t in (GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE):
+    for t in (GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, GROUND):
         if (t, 0) in m.section:
             h.update(stored(m, m.section[t, 0]))
     for level in range(1, m.depth + 1):
@@ -459,18 +483,20 @@ def content_id(m):
         h.update(bytes(m.levels[level].masks))
     for values in m.levels[m.depth].values:
         h.update(bytes(values))
+    for e, (width, height, texels) in m.rasters:
+        h.update(struct.pack("<4I", e.type, e.instance, width, height) + texels)
     return h.intdigest().to_bytes(16, "little")
 
 def read(data, max_nodes=None):
     """Prove every rule of a file (8.3) and return its Model. `max_nodes` is the limit of 4.5."""
     m = Model()
-    m.data, m.lights, m.texture = bytes(data), [], None
+    m.data, m.lights, m.texture, m.ground = bytes(data), [], None, None
     read_header(m)
     read_table(m)
     check_padding(m)
     check_hashes(m, lambda t: t != CHUNKS)
     for t, parse in ((METADATA, read_metadata), (GRID, read_grid), (ATTRIBUTES, read_attributes),
-                     (MATERIALS, read_materials), (LIGHTS, read_lights), (TEXTURE, read_texture)):
+                     (MATERIALS, read_materials), (LIGHTS, read_lights), (TEXTURE, read_texture), (GROUND, read_ground)):
         if (t, 0) in m.section:
             parse(m, m.section[t, 0])
     check_together(m)
@@ -486,5 +512,6 @@ def read(data, max_nodes=None):
         check_chunk_rule(m, level)
     check_hashes(m, lambda t: t == CHUNKS)
     check_averages(m)
+    m.rasters = [(e, rasters.read(m, e)) for e in m.entries if e.type in RASTERS]
     need(content_id(m) == m.content_id, "bad_content", 72, "8.1")
     return m

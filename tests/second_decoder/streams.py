@@ -62,9 +62,9 @@ class Planes:
     """The planes of a filtered stream (5.8.1), taken in their order. `take` proves that they are as large as announced;
     `end` that none is left."""
 
-    def __init__(self, m, part):
+    def __init__(self, m, part, count=None):
         self.m, self.part, self.number = m, part, 0
-        self.words = struct.unpack_from(f"<{PLANES[part.filter]}I", m.data, part.offset)
+        self.words = struct.unpack_from(f"<{count or PLANES[part.filter]}I", m.data, part.offset)
         self.offset = part.offset + 4 * len(self.words)
         sizes = sum(word & 0xFFFFFF for word in self.words)
         self.need(not any(word & 0x7F000000 for word in self.words), "5.8.1")

@@ -60,12 +60,15 @@ class FileEditor {
         set<std::uint64_t>(64, get<std::uint64_t>(64) - bytes);
     }
 
-    // Hashes of sections, table and header, and of chunks if asked for, as far as their bytes lie inside the file.
+    // Hashes of sections, table and header, and of chunks and tiles if asked for, as far as their bytes lie inside the
+    // file.
     void repair(bool chunks = true) {
         const std::uint64_t most = file_.size() < kHeaderBytes ? 0 : (file_.size() - kHeaderBytes) / kSectionEntryBytes;
         const std::uint64_t count = std::min<std::uint64_t>(get<std::uint32_t>(32), most);
-        for (std::uint64_t i = 0; chunks && i < count; ++i)
+        for (std::uint64_t i = 0; chunks && i < count; ++i) {
             repair_chunks(kHeaderBytes + i * kSectionEntryBytes);
+            repair_tiles(kHeaderBytes + i * kSectionEntryBytes);
+        }
         for (std::uint64_t i = 0; i < count; ++i) {
             const std::size_t at = kHeaderBytes + i * kSectionEntryBytes;
             const ByteView stored = part(get<std::uint64_t>(at + 24), get<std::uint64_t>(at + 32));
@@ -108,6 +111,24 @@ class FileEditor {
             set(directory_at + i + 8, hash64(part(at, stored)));
             at += stored;
         }
+    }
+
+    void repair_tiles(std::size_t section_entry) {
+        const std::size_t at = get<std::uint64_t>(section_entry + 24);
+        const ByteView section = part(at, get<std::uint64_t>(section_entry + 32));
+        if (!is_raster(SectionType{get<std::uint32_t>(section_entry)}) || section.size() < 32)
+            return;
+        const std::uint64_t tiles = std::min<std::uint64_t>(get<std::uint32_t>(at + 16), (section.size() - 32) / 16);
+        const std::uint64_t directory_bytes = 32 + 16 * tiles;
+        const bool mapped = get<std::uint16_t>(at + 20) == kMappedStreamAlignment;
+        std::uint64_t end = at + directory_bytes;
+        for (std::size_t tile = at + 32; tile < at + directory_bytes; tile += 16) {
+            end = mapped ? align_stream(end) : end; // sections of rasters are aligned like their tiles
+            const std::uint64_t stored = get<std::uint32_t>(tile + 8) & 0xFFFFFF;
+            set(tile, hash64(part(end, stored)));
+            end += stored;
+        }
+        set(at, hash64(part(at + 8, directory_bytes - 8)));
     }
 
     Bytes file_;

@@ -136,6 +136,7 @@ PointAttributes unfilter(const Family &family, const std::function<std::vector<B
             break;
         }
         case Filter::mask_rank:
+        case Filter::texels:
         case Filter::none: break;
         }
     }

@@ -1,28 +1,23 @@
 // Rasters with mip levels in tiles: BVG.md section 3.10.
+#include "pbm_format/reader.h"
 #include "pbm_format/tiled_image.h"
+#include "pbm_format/validate.h"
+#include "pbm_format/writer.h"
+
+#include "file_damage.h"
+#include "test_models.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <bit>
+#include <functional>
 #include <thread>
 
 namespace pbm {
 namespace {
 
-// Smooth with some noise, so that both zstd and raw tiles occur.
-Image test_image(std::uint32_t width, std::uint32_t height, std::uint32_t channels) {
-    Image image{.width = width, .height = height, .channels = channels, .texels = {}};
-    std::uint32_t random = 1;
-    for (std::uint32_t y = 0; y < height; ++y)
-        for (std::uint32_t x = 0; x < width; ++x)
-            for (std::uint32_t c = 0; c < channels; ++c) {
-                random = random * 1664525 + 1013904223;
-                const std::uint32_t noise = x < width / 2 ? random >> 30 : random >> 24;
-                image.texels.push_back(static_cast<std::uint8_t>(x * 100 / width + y * 50 / height + c * 30 + noise));
-            }
-    return image;
-}
+using test::test_image;
 
 std::vector<Image> levels_of(const Image &image) {
     std::vector<Image> levels{image};
@@ -50,7 +45,7 @@ void expect_same_texels(const TiledImage &tiled, const Image &image) {
     }
 }
 
-// The figure in BVG.md 3.10.15.
+// The figure in BVG.md 3.10.14.
 TEST(Image, MipLevelsAreMeansInLinearLightOrOfValues) {
     EXPECT_EQ(halved({.width = 2, .height = 2, .channels = 1, .texels = {0, 1, 2, 255}}).texels, Bytes({65}));
     EXPECT_EQ(halved({.width = 2, .height = 2, .channels = 1, .texels = {0, 0, 1, 1}}).texels, Bytes({1}));
@@ -158,6 +153,191 @@ TEST(TiledImage, EveryTruncationAndEveryFlippedBitOfTheDirectoryIsRefused) {
         section[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
         EXPECT_FALSE(TiledImage::open(section, 0)) << bit;
         section[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
+    }
+}
+
+TEST(TiledImage, TilesAreStoredInTheWayThatIsSmallest) {
+    const Bytes section = encode_image(test_image(256, 128, 3), Storage::packed, 3, 1);
+    const ImageDirectory directory = decode_image_directory(section, 0).value();
+    const StreamEntry smooth = directory.tiles[directory.grid.tile_number(0, 0, 0)].stream;
+    EXPECT_EQ(smooth.filter, Filter::texels);
+    EXPECT_LT(smooth.stored_bytes, kMaxTileBytes / 2);
+    const StreamEntry smallest = directory.tiles[0].stream; // 2x1 texels
+    EXPECT_EQ(smallest, StreamEntry{.stored_bytes = 6});
+    const Bytes flat =
+        encode_image({.width = 64, .height = 64, .channels = 1, .texels = Bytes(4096, 255)}, Storage::packed, 3, 1);
+    EXPECT_LT(flat.size(), 400U);
+}
+
+TEST(TiledImage, ARasterInAFileIsOfAShapeThatItsTypeMayHave) {
+    const auto read = [](SectionType type, const Image &image, Storage stored_as, Storage file_storage) {
+        const Bytes section = encode_image(image, stored_as, 3, 1);
+        const TileGrid grid(image.width, image.height, image.channels);
+        SectionEntry entry{.type = type, .stored_bytes = section.size(), .count = grid.tiles()};
+        entry.raw_bytes =
+            stored_as == Storage::mapped ? section.size() : image_directory_bytes(grid) + grid.texel_bytes();
+        const Result<ImageDirectory> directory = read_image_directory(section, entry, file_storage);
+        return directory ? std::string() : directory.error().message.substr(0, 8);
+    };
+    using enum SectionType;
+    const Storage packed = Storage::packed, mapped = Storage::mapped;
+    EXPECT_EQ(read(panorama, test_image(8, 4, 3), packed, packed), "");
+    EXPECT_EQ(read(panorama, test_image(8, 4, 3), mapped, mapped), "");
+    EXPECT_EQ(read(ground_lit, test_image(8, 8, 1), packed, packed), "");
+    EXPECT_EQ(read(panorama, test_image(8, 8, 3), packed, packed), "3.10.15 ");
+    EXPECT_EQ(read(panorama, test_image(8, 4, 1), packed, packed), "3.10.15 ");
+    EXPECT_EQ(read(ground_texture, test_image(8, 8, 3), packed, packed), "3.10.15 ");
+    EXPECT_EQ(read(ground_lit, test_image(8, 4, 1), packed, packed), "3.10.15 ");
+    EXPECT_EQ(read(panorama, test_image(8, 4, 3), mapped, packed), "3.10.5 t");
+    EXPECT_EQ(read(panorama, test_image(8, 4, 3), packed, mapped), "3.10.5 t");
+}
+
+TEST(TiledImage, ARasterOfTheGroundPlaneIsAtMost4096TexelsWide) {
+    for (const std::uint32_t edge : {4096U, 8192U}) { // directory without tiles, which nobody decodes
+        const TileGrid grid(edge, edge, 1);
+        ByteWriter out;
+        out.u32(edge);
+        out.u32(edge);
+        out.u32(static_cast<std::uint32_t>(grid.tiles()));
+        out.u16(1);
+        out.u8(1);
+        out.u8(0);
+        out.u64(0);
+        for (std::size_t tile = 0; tile < grid.tiles(); ++tile) {
+            out.u64(0);
+            out.u32(tile == 0 ? 1 : 1U | 1U << 31);
+            out.u32(0);
+        }
+        ByteWriter section;
+        section.u64(hash64(out.bytes()));
+        section.append(out.bytes());
+        section.append(Bytes(grid.tiles()));
+        const SectionEntry entry{.type = SectionType::ground_lit,
+                                 .stored_bytes = section.size(),
+                                 .raw_bytes = image_directory_bytes(grid) + grid.texel_bytes(),
+                                 .count = grid.tiles()};
+        EXPECT_EQ(read_image_directory(section.bytes(), entry, Storage::packed).ok(), edge == 4096);
+    }
+}
+
+Model shaded_model(int depth, std::uint32_t panorama_height, std::uint32_t ground_edge) {
+    Model model = test::sphere_model(depth, test::every_attribute(ColourFormat::rgb888, depth));
+    test::add_surroundings(model, panorama_height, ground_edge);
+    return model;
+}
+
+TEST(Surroundings, SurviveTheRoundTripWithOneContentId) {
+    const Model model = shaded_model(4, 64, 128);
+    std::vector<ContentId> ids;
+    for (const Storage storage : {Storage::packed, Storage::mapped}) {
+        const Bytes file = encode_model(model, {.storage = storage, .threads = 2}).value();
+        Reader reader = Reader::open(file).value();
+        EXPECT_EQ(load_model(reader, {.threads = 2}).value(), model);
+        const Status status = reader.verify_all(2);
+        EXPECT_TRUE(status) << status.error().message;
+        EXPECT_TRUE(validate(file, {.threads = 2}).valid());
+        ids.push_back(reader.header().content_id);
+        const TiledImages images = reader.images().value();
+        expect_same_texels(*images.panorama, model.images.panorama);
+        expect_same_texels(*images.ground_texture, model.images.ground_texture);
+        ASSERT_EQ(images.ground_lit.size(), 2U);
+        expect_same_texels(*images.ground_lit[1], model.images.ground_lit[1]);
+    }
+    EXPECT_EQ(ids[0], ids[1]);
+    for (const auto &change : std::vector<std::function<void(Model &)>>{
+             [](Model &m) { m.images.panorama.texels[77] ^= 1; },
+             [](Model &m) { m.images.ground_texture.texels[77] ^= 1; },
+             [](Model &m) { m.images.ground_lit[1].texels[77] ^= 1; }, [](Model &m) { m.images.ground_lit.clear(); },
+             [](Model &m) { m.parameters.ground->half_edge = 2; },
+             [](Model &m) { m.parameters.ground->texture->palette[9][0] ^= 1; }}) {
+        Model changed = model;
+        change(changed);
+        const Bytes file = encode_model(changed).value();
+        EXPECT_NE(Reader::open(file)->header().content_id, ids[0]);
+    }
+}
+
+TEST(Surroundings, StandBehindThePointsOfAFile) {
+    const Model with = shaded_model(3, 32, 64);
+    Model without = with;
+    without.parameters.ground.reset();
+    without.images = {};
+    const Bytes file = encode_model(with).value(), plain = encode_model(without).value();
+    const auto finest = [](const Bytes &of) {
+        const Reader reader = Reader::open(of).value();
+        const SectionEntry &chunks = *reader.section(SectionType::level_chunks, 3);
+        return chunks.offset + chunks.stored_bytes;
+    };
+    // Six table entries and the ground plane's record stand in front, no texel does.
+    EXPECT_LE(finest(file), finest(plain) + 6 * kSectionEntryBytes + 840);
+    EXPECT_EQ(finest(plain), plain.size());
+}
+
+TEST(Surroundings, WhatDoesNotFitTogetherIsNotWritten) {
+    const Model good = shaded_model(2, 4, 8);
+    const auto rule_broken_by = [&](const std::function<void(Model &)> &change) {
+        Model model = good;
+        change(model);
+        const Result<Bytes> file = encode_model(model);
+        return file ? std::string("none") : file.error().message.substr(0, file.error().message.find(' '));
+    };
+    EXPECT_EQ(rule_broken_by([](Model &) {}), "none");
+    EXPECT_EQ(rule_broken_by([](Model &m) { m.parameters.ground->material = 3; }), "3.9.4");
+    EXPECT_EQ(rule_broken_by([](Model &m) { m.parameters.ground->texture.reset(); }), "3.9.5");
+    EXPECT_EQ(rule_broken_by([](Model &m) { m.images.ground_texture = {}; }), "3.9.5");
+    EXPECT_EQ(rule_broken_by([](Model &m) { m.images.ground_lit.pop_back(); }), "3.9.6");
+    EXPECT_EQ(rule_broken_by([](Model &m) {
+                  m.parameters.ground.reset();
+                  m.images.ground_texture = {};
+              }),
+              "3.9.6");
+    EXPECT_EQ(rule_broken_by([](Model &m) { m.images.panorama = test_image(12, 6, 3); }), "3.10.15");
+    EXPECT_EQ(rule_broken_by([](Model &m) { m.images.ground_lit[0] = test_image(8, 4, 1); }), "3.10.15");
+    EXPECT_EQ(rule_broken_by([](Model &m) { m.images.panorama.texels.pop_back(); }), "3.10.15");
+    EXPECT_EQ(rule_broken_by([](Model &m) { m.parameters.ground->half_edge = 0; }), "3.11.3");
+}
+
+TEST(Surroundings, TheGroundPlaneMayHaveAMaterialOfItsOwnWithoutMaterialStream) {
+    Model model = test::sphere_model(2, {});
+    model.parameters.materials.resize(2);
+    EXPECT_FALSE(encode_model(model));
+    model.parameters.ground = {.centre = {}, .half_edge = 1, .material = 1, .texture = {}};
+    const Bytes file = encode_model(model).value();
+    EXPECT_TRUE(test::read_everything(file));
+    model.parameters.materials.resize(3);
+    EXPECT_FALSE(encode_model(model));
+}
+
+TEST(Damage, EveryTruncationAndFlippedBitOfRastersIsRefusedByReaderAndValidator) {
+    for (const Storage storage : {Storage::packed, Storage::mapped}) {
+        Bytes file = encode_model(shaded_model(2, 4, 8), {.storage = storage, .threads = 1}).value();
+        const Reader reader = Reader::open(file).value();
+        const SectionEntry &ground = *reader.section(SectionType::ground_plane);
+        const std::uint64_t first_raster = reader.section(SectionType::ground_texture)->offset;
+        for (std::size_t size = first_raster; size < file.size(); size += 3)
+            EXPECT_FALSE(test::read_everything(ByteView(file).first(size)));
+        const auto flip = [&](std::uint64_t bit) {
+            file[bit / 8] = static_cast<std::uint8_t>(file[bit / 8] ^ 1U << bit % 8);
+        };
+        for (std::uint64_t bit = 8 * ground.offset; bit < 8 * file.size(); ++bit) {
+            if (bit == 8 * (ground.offset + ground.stored_bytes))
+                bit = 8 * first_raster;
+            flip(bit);
+            const Status status = test::read_everything(file);
+            ASSERT_FALSE(status) << bit;
+            ASSERT_FALSE(validate(file, {.threads = 1}).valid()) << bit;
+            EXPECT_EQ(exit_code(status.error().code), 3) << bit;
+            EXPECT_LE(status.error().offset, bit / 8) << bit;
+            flip(bit);
+        }
+    }
+}
+
+TEST(Damage, OfRastersWithRepairedHashesFindsReaderAndValidatorInAgreement) {
+    for (const Storage storage : {Storage::packed, Storage::mapped}) {
+        const Bytes file = encode_model(shaded_model(2, 64, 64), {.storage = storage, .threads = 1}).value();
+        const std::size_t rasters = Reader::open(file)->section(SectionType::ground_texture)->offset;
+        EXPECT_GT(test::count_refused(file, 300, [&](int round) { return round % 2 == 0 ? rasters : 128; }), 200);
     }
 }
 

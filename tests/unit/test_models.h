@@ -93,4 +93,29 @@ inline AttributeSet every_attribute(ColourFormat colour, int depth) {
     return set;
 }
 
+// Smooth, with noise in its right half, so that filtered, zstd and raw tiles all occur.
+inline Image test_image(std::uint32_t width, std::uint32_t height, std::uint32_t channels) {
+    Image image{.width = width, .height = height, .channels = channels, .texels = {}};
+    Random random(width + height + channels);
+    for (std::uint32_t y = 0; y < height; ++y)
+        for (std::uint32_t x = 0; x < width; ++x)
+            for (std::uint32_t c = 0; c < channels; ++c)
+                image.texels.push_back(static_cast<std::uint8_t>(x * 100 / width + y * 50 / height + c * 30 +
+                                                                 random.below(x < width / 2 ? 4 : 256)));
+    return image;
+}
+
+// Gives a model all that a file can hold beside its points: a panorama of that height, a ground plane with a texture,
+// and its lit fractions for each light with a shadow stream.
+inline void add_surroundings(Model &model, std::uint32_t panorama_height, std::uint32_t ground_edge) {
+    ModelParameters &parameters = model.parameters;
+    parameters.ground = {.centre = {1, 0, 1}, .half_edge = 3, .material = 0, .texture = SolidTexture{}};
+    for (std::size_t i = 0; i < 256; ++i)
+        parameters.ground->texture->palette[i] = {static_cast<std::uint8_t>(i), 100, 50};
+    model.images.panorama = test_image(2 * panorama_height, panorama_height, 3);
+    model.images.ground_texture = test_image(ground_edge, ground_edge, 1);
+    for (int light = 0; light < parameters.attributes.lights; ++light)
+        model.images.ground_lit.push_back(test_image(ground_edge / 2, ground_edge / 2, 1));
+}
+
 } // namespace pbm::test

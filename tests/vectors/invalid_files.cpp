@@ -1,6 +1,4 @@
-#include "invalid_files.h"
-
-#include "file_editor.h"
+#include "collection.h"
 #include "test_models.h"
 
 #include "pbm_format/brick_index.h"
@@ -100,54 +98,6 @@ const Bytes &mapped_file() {
 const Bytes &mapped_chunks_file() {
     static const Bytes file = encode_mapped(sphere_model(5, {}));
     return file;
-}
-
-class Collection {
-  public:
-    using Edit = std::function<void(FileEditor &)>;
-
-    void add(const std::string &name, const Bytes &good, const Edit &edit) {
-        FileEditor editor(good);
-        edit(editor);
-        editor.repair();
-        files_.push_back({name + ".bvg", editor.bytes()});
-    }
-    void add(const std::string &name, const Edit &edit) { add(name, every_attribute_file(), edit); }
-    // Damage that a hash must find: nothing is repaired.
-    void add_unrepaired(const std::string &name, std::size_t at) {
-        Bytes file = every_attribute_file();
-        file[at] ^= 0x10;
-        files_.push_back({name + ".bvg", std::move(file)});
-    }
-    void add_as_is(const std::string &name, Bytes bytes) { files_.push_back({name + ".bvg", std::move(bytes)}); }
-    std::vector<InvalidFile> take() { return std::move(files_); }
-
-  private:
-    std::vector<InvalidFile> files_;
-};
-
-template <class T> Collection::Edit set(std::size_t at, T value) {
-    return [=](FileEditor &file) { file.set<T>(at, value); };
-}
-
-// Sets a field of a section's table entry.
-template <class T> Collection::Edit set_entry(SectionType type, std::uint32_t instance, std::size_t field, T value) {
-    return [=](FileEditor &file) { file.set<T>(file.entry(type, instance) + field, value); };
-}
-
-// Sets a field inside a section.
-template <class T> Collection::Edit set_in(SectionType type, std::size_t field, T value) {
-    return [=](FileEditor &file) { file.set<T>(file.section(type) + field, value); };
-}
-
-// Sets a field of a chunk's directory entry.
-template <class T> Collection::Edit set_chunk(std::uint32_t level, std::size_t index, std::size_t field, T value) {
-    return [=](FileEditor &file) { file.set<T>(file.chunk(level, index) + field, value); };
-}
-
-// Takes the last bytes of a small section away; elements now have `record` bytes.
-Collection::Edit shorten(SectionType type, std::uint32_t record, std::uint64_t bytes) {
-    return [=](FileEditor &file) { file.shorten(type, 0, bytes, record); };
 }
 
 void add_header_files(Collection &files) {
@@ -263,6 +213,11 @@ void add_section_files(Collection &files) {
     files.add("3.7.3-negative-intensity", set_in<float>(lights, 4, -1));
     files.add("3.7.4-position-is-infinite", set_in<float>(lights, 16, std::numeric_limits<float>::infinity()));
     files.add("3.7.5-direction-of-length-2", set_in<float>(lights, 36, 2));
+    files.add("3.7.5-direction-is-zero", [](FileEditor &file) {
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            file.set<float>(file.section(lights) + 28 + 4 * axis, 0);
+    });
+    files.add("3.7.5-direction-is-nan", set_in<float>(lights, 32, std::numeric_limits<float>::quiet_NaN()));
     files.add("3.7.6-spot-exponent", set_in<float>(lights, 40, 2000));
     files.add("3.7.7-reserved", set_in<std::uint8_t>(lights, 45, 1));
     files.add("3.8.1-short-texture", shorten(texture, 8, 8));
@@ -486,26 +441,31 @@ Bytes unknown_extras_file() {
 } // namespace
 
 std::vector<ValidFile> valid_files() {
-    return {{"every-attribute.bvg", every_attribute_file()},
-            {"many-chunks.bvg", many_chunks_file()},
-            {"colour-565.bvg", colour_565_file()},
-            {"filtered.bvg", filtered_file()},
-            {"filtered-565.bvg", encode_filtered(sphere_model(5, every_attribute(ColourFormat::rgb565, 5), 0.3, 7))},
-            {"filtered-regions.bvg", filtered_regions_file()},
-            {"smallest.bvg", encode(sphere_model(2, {}, 0.05))},
-            {"mapped.bvg", mapped_file()},
-            {"mapped-chunks.bvg", mapped_chunks_file()},
-            {"two-sided.bvg", two_sided_file()},
-            {"unknown-extras.bvg", unknown_extras_file()}};
+    std::vector<ValidFile> files = valid_surroundings_files();
+    const std::vector<ValidFile> others = {
+        {"every-attribute.bvg", every_attribute_file()},
+        {"many-chunks.bvg", many_chunks_file()},
+        {"colour-565.bvg", colour_565_file()},
+        {"filtered.bvg", filtered_file()},
+        {"filtered-565.bvg", encode_filtered(sphere_model(5, every_attribute(ColourFormat::rgb565, 5), 0.3, 7))},
+        {"filtered-regions.bvg", filtered_regions_file()},
+        {"smallest.bvg", encode(sphere_model(2, {}, 0.05))},
+        {"mapped.bvg", mapped_file()},
+        {"mapped-chunks.bvg", mapped_chunks_file()},
+        {"two-sided.bvg", two_sided_file()},
+        {"unknown-extras.bvg", unknown_extras_file()}};
+    files.insert(files.end(), others.begin(), others.end());
+    return files;
 }
 
 std::vector<InvalidFile> invalid_files() {
-    Collection files;
+    Collection files(every_attribute_file());
     add_header_files(files);
     add_table_files(files);
     add_section_files(files);
     add_chunk_files(files);
     add_mapped_files(files);
+    add_surroundings_files(files);
     return files.take();
 }
 
