@@ -1,4 +1,4 @@
-// pbm-info: what is in a .bvg, from its header, tables and directories; no chunk is decoded.
+// pbm-info: what is in a .bvg, from its header, tables and directories; no chunk and no tile is decoded.
 #include "command_line/common_options.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/reader.h"
@@ -7,6 +7,7 @@
 
 #include <iomanip>
 #include <iostream>
+#include <optional>
 #include <sstream>
 
 namespace {
@@ -27,15 +28,52 @@ struct LevelSize {
     std::vector<StreamSize> streams;
 };
 
+struct RasterSize {
+    std::string type;
+    std::uint32_t width = 0, height = 0, channels = 0;
+    int mip_levels = 0;
+    std::size_t tiles = 0;
+    std::uint64_t stored_bytes = 0, raw_bytes = 0; // directory and all mip levels
+};
+
 struct FileSizes {
     std::vector<LevelSize> levels;
     std::vector<StreamSize> streams; // over all levels
+    std::vector<RasterSize> rasters;
+    std::uint64_t counted_bytes = 0; // of the file without its panorama: what bits per point count
 };
 
-pbm::Result<FileSizes> measure(pbm::Reader &reader) {
+pbm::Status measure_rasters(const pbm::Reader &reader, pbm::ByteView file, FileSizes &sizes) {
+    sizes.counted_bytes = reader.header().file_size;
+    for (const pbm::SectionEntry *entry : reader.rasters()) {
+        const pbm::Result<pbm::ImageDirectory> directory =
+            pbm::read_image_directory(file, *entry, reader.header().storage());
+        if (!directory)
+            return directory.error();
+        const pbm::TileGrid &grid = directory->grid;
+        std::string type(pbm::to_string(entry->type));
+        if (entry->type == pbm::SectionType::ground_lit)
+            type += " " + std::to_string(entry->instance);
+        if (entry->type == pbm::SectionType::panorama)
+            sizes.counted_bytes -= entry->stored_bytes;
+        sizes.rasters.push_back({.type = std::move(type),
+                                 .width = grid.width(0),
+                                 .height = grid.height(0),
+                                 .channels = grid.channels(),
+                                 .mip_levels = grid.levels(),
+                                 .tiles = grid.tiles(),
+                                 .stored_bytes = entry->stored_bytes,
+                                 .raw_bytes = pbm::image_directory_bytes(grid) + grid.texel_bytes()});
+    }
+    return {};
+}
+
+pbm::Result<FileSizes> measure(pbm::Reader &reader, pbm::ByteView file) {
     const pbm::AttributeSet &set = reader.parameters().attributes;
     const std::vector<pbm::StreamInfo> infos = pbm::streams_of(set);
     FileSizes sizes;
+    if (pbm::Status status = measure_rasters(reader, file, sizes); !status)
+        return std::move(status).error();
     for (const pbm::StreamInfo &info : infos) {
         std::string type(pbm::to_string(info.kind));
         if (info.kind == pbm::StreamKind::shadow)
@@ -93,6 +131,65 @@ json to_json(const std::vector<StreamSize> &streams) {
     return list;
 }
 
+std::string_view kind_name(pbm::LightKind kind) {
+    constexpr std::array<std::string_view, 3> kNames{"directional", "point", "spot"};
+    return kNames[static_cast<std::size_t>(kind)];
+}
+
+std::string_view kind_name(pbm::TextureKind kind) { return kind == pbm::TextureKind::marble ? "marble" : "wood"; }
+
+// Bits of lit fraction of a light at levels 0..depth.
+std::vector<int> shadow_bits(const pbm::Reader &reader, std::size_t light) {
+    const auto &bits = reader.parameters().attributes.shadow_bits[light];
+    return {bits.begin(), bits.begin() + reader.depth() + 1};
+}
+
+json to_json(const pbm::SolidTexture &texture) {
+    return {{"kind", kind_name(texture.kind)},
+            {"seed", texture.seed},
+            {"scale", texture.scale},
+            {"turbulence", texture.turbulence}};
+}
+
+json lights_to_json(const pbm::Reader &reader) {
+    const pbm::ModelParameters &parameters = reader.parameters();
+    json list = json::array();
+    for (std::size_t i = 0; i < parameters.lights.size(); ++i) {
+        const pbm::Light &light = parameters.lights[i];
+        const bool shadow = static_cast<int>(i) < parameters.attributes.lights;
+        list.push_back({{"kind", kind_name(light.kind)},
+                        {"intensity", light.intensity},
+                        {"position", light.position},
+                        {"direction", light.direction},
+                        {"exponent", light.exponent},
+                        {"shadow_bits", shadow ? json(shadow_bits(reader, i)) : json()}});
+    }
+    return list;
+}
+
+json ground_to_json(const std::optional<pbm::GroundPlane> &ground) {
+    if (!ground)
+        return {};
+    return {{"centre", ground->centre},
+            {"half_edge", ground->half_edge},
+            {"material", ground->material},
+            {"texture", ground->texture ? to_json(*ground->texture) : json()}};
+}
+
+json to_json(const std::vector<RasterSize> &rasters) {
+    json list = json::array();
+    for (const RasterSize &raster : rasters)
+        list.push_back({{"type", raster.type},
+                        {"width", raster.width},
+                        {"height", raster.height},
+                        {"channels", raster.channels},
+                        {"mip_levels", raster.mip_levels},
+                        {"tiles", raster.tiles},
+                        {"stored_bytes", raster.stored_bytes},
+                        {"raw_bytes", raster.raw_bytes}});
+    return list;
+}
+
 json to_json(const std::string &path, const pbm::Reader &reader, const FileSizes &sizes) {
     const pbm::FileHeader &header = reader.header();
     const pbm::ModelParameters &parameters = reader.parameters();
@@ -113,24 +210,100 @@ json to_json(const std::string &path, const pbm::Reader &reader, const FileSizes
                              {"power", material.power},
                              {"colour", material.colour},
                              {"environment", material.environment}});
-    return {{"file", path},
-            {"version", std::to_string(header.major) + "." + std::to_string(header.minor)},
-            {"file_bytes", header.file_size},
-            {"points", header.point_count},
-            {"bits_per_point", 8.0 * static_cast<double>(header.file_size) / static_cast<double>(header.point_count)},
-            {"depth", header.depth},
-            {"voxel_size", parameters.grid.voxel_size},
-            {"origin", parameters.grid.origin},
-            {"unit", pbm::to_string(parameters.grid.unit)},
-            {"up", pbm::to_string(parameters.grid.up)},
-            {"store", pbm::to_string(header.storage())},
-            {"colour", colour_name(parameters.attributes.colour)},
-            {"content_id", hex(header.content_id)},
-            {"materials", std::move(materials)},
-            {"lights", parameters.lights.size()},
-            {"metadata", json::parse(reader.metadata(), nullptr, false)},
-            {"streams", to_json(sizes.streams)},
-            {"levels", std::move(levels)}};
+    return {
+        {"file", path},
+        {"version", std::to_string(header.major) + "." + std::to_string(header.minor)},
+        {"file_bytes", header.file_size},
+        {"points", header.point_count},
+        {"bits_per_point", 8.0 * static_cast<double>(sizes.counted_bytes) / static_cast<double>(header.point_count)},
+        {"depth", header.depth},
+        {"voxel_size", parameters.grid.voxel_size},
+        {"origin", parameters.grid.origin},
+        {"unit", pbm::to_string(parameters.grid.unit)},
+        {"up", pbm::to_string(parameters.grid.up)},
+        {"store", pbm::to_string(header.storage())},
+        {"colour", colour_name(parameters.attributes.colour)},
+        {"content_id", hex(header.content_id)},
+        {"materials", std::move(materials)},
+        {"lights", lights_to_json(reader)},
+        {"texture", parameters.texture.empty() ? json() : to_json(parameters.texture.front())},
+        {"ground", ground_to_json(parameters.ground)},
+        {"rasters", to_json(sizes.rasters)},
+        {"metadata", json::parse(reader.metadata(), nullptr, false)},
+        {"streams", to_json(sizes.streams)},
+        {"levels", std::move(levels)}};
+}
+
+std::string texture_text(const pbm::SolidTexture &texture) {
+    std::ostringstream out;
+    out << kind_name(texture.kind) << ", seed " << texture.seed << ", scale " << texture.scale << ", turbulence "
+        << texture.turbulence;
+    return out.str();
+}
+
+// Materials, lights, textures, ground: one line each.
+void print_shading(const pbm::ModelParameters &parameters) {
+    std::cout << std::defaultfloat << std::setprecision(4);
+    for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
+        const pbm::Material &m = parameters.materials[i];
+        std::cout << "material " << i << "  ka " << m.ka << ", kd " << m.kd << ", ks " << m.ks << ", power " << m.power
+                  << ", colour " << +m.colour[0] << ' ' << +m.colour[1] << ' ' << +m.colour[2] << ", environment "
+                  << m.environment << '\n';
+    }
+    const auto print_vector = [](const char *name, const std::array<float, 3> &v) {
+        std::cout << name << v[0] << ' ' << v[1] << ' ' << v[2];
+    };
+    for (std::size_t i = 0; i < parameters.lights.size(); ++i) {
+        const pbm::Light &light = parameters.lights[i];
+        std::cout << "light " << i << "     " << kind_name(light.kind);
+        print_vector(", intensity ", light.intensity);
+        if (light.kind != pbm::LightKind::directional)
+            print_vector(", at ", light.position);
+        if (light.kind != pbm::LightKind::point)
+            print_vector(", along ", light.direction);
+        if (light.kind == pbm::LightKind::spot)
+            std::cout << ", exponent " << light.exponent;
+        std::cout << (static_cast<int>(i) < parameters.attributes.lights ? ", with shadow\n" : "\n");
+    }
+    if (!parameters.texture.empty())
+        std::cout << "texture     " << texture_text(parameters.texture.front()) << '\n';
+    if (const auto &ground = parameters.ground) {
+        print_vector("ground      centre ", ground->centre);
+        std::cout << ", half edge " << ground->half_edge << ", material " << +ground->material
+                  << (ground->texture ? ", " + texture_text(*ground->texture) : std::string()) << '\n';
+    }
+}
+
+// Bits of lit fraction and stored bytes, level by level.
+void print_shadows(const pbm::Reader &reader, const FileSizes &sizes) {
+    const auto lights = static_cast<std::size_t>(reader.parameters().attributes.lights);
+    if (lights == 0)
+        return;
+    std::cout << "\nlevel";
+    for (std::size_t light = 0; light < lights; ++light)
+        std::cout << "  shadow " << light << " bits          bytes";
+    std::cout << '\n';
+    for (const LevelSize &level : sizes.levels) {
+        std::cout << std::setw(5) << level.level;
+        const std::size_t first = level.streams.size() - lights; // shadows are the last streams
+        for (std::size_t light = 0; light < lights; ++light)
+            std::cout << std::setw(15) << shadow_bits(reader, light)[static_cast<std::size_t>(level.level)]
+                      << std::setw(15) << level.streams[first + light].stored_bytes;
+        std::cout << '\n';
+    }
+}
+
+void print_rasters(const std::vector<RasterSize> &rasters) {
+    if (rasters.empty())
+        return;
+    std::cout << "\nraster               texels   tiles   stored bytes      raw bytes  bits/texel\n";
+    for (const RasterSize &raster : rasters) {
+        const std::string shape = std::to_string(raster.width) + "x" + std::to_string(raster.height);
+        const double texels = static_cast<double>(raster.width) * raster.height;
+        std::cout << std::left << std::setw(15) << raster.type << std::right << std::setw(12) << shape << std::setw(8)
+                  << raster.tiles << std::setw(15) << raster.stored_bytes << std::setw(15) << raster.raw_bytes
+                  << std::setw(12) << 8.0 * static_cast<double>(raster.stored_bytes) / texels << '\n';
+    }
 }
 
 void print_text(const std::string &path, const pbm::Reader &reader, const FileSizes &sizes) {
@@ -143,15 +316,19 @@ void print_text(const std::string &path, const pbm::Reader &reader, const FileSi
               << '\n'
               << "points      " << header.point_count << " at depth " << +header.depth << '\n'
               << "file        " << header.file_size << " bytes, " << std::fixed << std::setprecision(2)
-              << bits(header.file_size) << " bits per point, " << pbm::to_string(header.storage()) << '\n'
+              << bits(sizes.counted_bytes)
+              << (sizes.counted_bytes == header.file_size ? " bits per point, "
+                                                          : " bits per point without the panorama, ")
+              << pbm::to_string(header.storage()) << '\n'
               << std::defaultfloat << std::setprecision(9) << "voxel size  " << grid.voxel_size
               << (grid.unit == pbm::Unit::unknown ? "" : " ")
               << (grid.unit == pbm::Unit::unknown ? std::string_view() : pbm::to_string(grid.unit)) << '\n'
               << "grid        from " << grid.origin[0] << ' ' << grid.origin[1] << ' ' << grid.origin[2] << ", edge "
               << grid.edge() << ", up " << pbm::to_string(grid.up) << '\n'
               << "colour      " << colour_name(parameters.attributes.colour) << '\n'
-              << "materials   " << parameters.materials.size() << ", lights " << parameters.lights.size() << '\n'
-              << "content id  " << hex(header.content_id) << '\n'
+              << "materials   " << parameters.materials.size() << ", lights " << parameters.lights.size() << '\n';
+    print_shading(parameters);
+    std::cout << "content id  " << hex(header.content_id) << '\n'
               << "metadata    " << reader.metadata() << "\n\n"
               << "stream            stored bytes      raw bytes  bits/point\n"
               << std::fixed << std::setprecision(2);
@@ -163,6 +340,8 @@ void print_text(const std::string &path, const pbm::Reader &reader, const FileSi
         std::cout << std::setw(5) << level.level << std::setw(14) << level.points << std::setw(9) << level.chunks
                   << std::setw(9) << level.bricks << std::setw(15) << level.bytes << std::setw(12) << bits(level.bytes)
                   << '\n';
+    print_shadows(reader, sizes);
+    print_rasters(sizes.rasters);
 }
 
 int fail(const std::string &path, const pbm::Error &error) { return pbm::command_line::fail("pbm-info", path, error); }
@@ -187,7 +366,7 @@ int run(int argc, char **argv) {
     pbm::Result<pbm::Reader> reader = pbm::Reader::open(file->bytes());
     if (!reader)
         return fail(path, reader.error());
-    const pbm::Result<FileSizes> sizes = measure(*reader);
+    const pbm::Result<FileSizes> sizes = measure(*reader, file->bytes());
     if (!sizes)
         return fail(path, sizes.error());
     if (json_path.empty()) {
