@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace pbm {
+namespace pbm::build {
 
 struct ColourStop {
     double position = 0; // 0..1
@@ -30,4 +30,4 @@ Result<std::vector<ColourStop>> find_colour_stops(TextureKind kind, std::string_
 // the first and behind the last stop its colour.
 std::array<Rgb8, 256> make_palette(std::span<const ColourStop> stops);
 
-} // namespace pbm
+} // namespace pbm::build

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace pbm {
+namespace pbm::build {
 
 inline constexpr std::uint32_t kDefaultPanoramaWidth = 2048;
 
@@ -14,4 +14,4 @@ inline constexpr std::uint32_t kDefaultPanoramaWidth = 2048;
 // power of two, 16..16384. The same bytes for any number of threads.
 Image default_panorama(std::uint32_t width, int threads);
 
-} // namespace pbm
+} // namespace pbm::build

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <span>
 
-namespace pbm {
+namespace pbm::build {
 
 using Permutation = std::array<std::uint8_t, 256>;
 
@@ -19,7 +19,7 @@ using Permutation = std::array<std::uint8_t, 256>;
 Permutation shuffled_permutation(std::uint32_t seed);
 
 // Gradient noise with a lattice of 256 cells a side, then repeated; 0 at each lattice point, always within
-// -kNoiseBound..kNoiseBound, of mean 0 and standard deviation 0.25. Coordinates are in cells, below 2^30.
+// -kNoiseBound..kNoiseBound, of mean 0 and standard deviation 0.27. Coordinates are in cells, below 2^30.
 class PerlinNoise {
   public:
     explicit PerlinNoise(std::uint32_t seed) : PerlinNoise(shuffled_permutation(seed)) {}
@@ -61,10 +61,12 @@ struct SamplePlaces {
     std::span<const float> x, y, z;
 };
 
-// sums[i] = sum over octaves k, in order, of amplitude k x noise at place i. Vector instructions; sum_octaves_at is the
-// same one by one.
+// sums[i] = sum over octaves k, in order, of amplitude k x noise at place i, by vector instructions.
 void sum_octaves(const PerlinNoise &noise, const Octaves &octaves, OctaveSum sum, const SamplePlaces &places,
                  std::span<float> sums);
-float sum_octaves_at(const PerlinNoise &noise, const Octaves &octaves, OctaveSum sum, std::array<float, 3> place);
+// The same one by one: what the vector instructions are compared with.
+void sum_octaves_singly(const PerlinNoise &noise, const Octaves &octaves, OctaveSum sum, const SamplePlaces &places,
+                        std::span<float> sums);
+using OctaveSummer = decltype(sum_octaves);
 
-} // namespace pbm
+} // namespace pbm::build

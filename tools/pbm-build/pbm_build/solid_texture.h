@@ -3,6 +3,7 @@
 // Based on: Perlin. An Image Synthesizer. 1985; Peachey. Solid Texturing of Complex Surfaces. 1985
 #pragma once
 
+#include "pbm_build/noise.h"
 #include "pbm_format/error.h"
 #include "pbm_format/image.h"
 #include "pbm_format/model.h"
@@ -13,7 +14,7 @@
 #include <string>
 #include <string_view>
 
-namespace pbm {
+namespace pbm::build {
 
 // Texture space is the grid's cube with edge `scale`: a place's offset from the grid's minimum corner, over the grid's
 // edge, times the scale, with the axes (u, v, up) of GroundPlane. So a texture looks alike on models of any size and
@@ -38,9 +39,10 @@ struct TextureOptions {
 Result<SolidTexture> make_texture(const TextureOptions &options);
 
 // values[i]: the texture at the centre of the finest voxel codes[i]. The same for any number of threads. `texture`
-// comes from make_texture, or from a file, where numbers beyond the ranges above count as their ends.
+// comes from make_texture, or from a file, where numbers beyond the ranges above count as their ends. `sum_by` is for
+// tests and measurements.
 void evaluate_texture(const SolidTexture &texture, const Grid &grid, std::span<const MortonCode> codes,
-                      std::span<std::uint8_t> values, int threads);
+                      std::span<std::uint8_t> values, int threads, OctaveSummer *sum_by = sum_octaves);
 
 // The raster of the ground plane: [size][size], 1 channel, as ModelImages::ground_texture. Marble is a slice through
 // the solid; wood a floor of boards along u, each cut from another place of it, with dark seams. `ground.texture` is
@@ -48,4 +50,4 @@ void evaluate_texture(const SolidTexture &texture, const Grid &grid, std::span<c
 Image evaluate_ground_texture(const SolidTexture &texture, const Grid &grid, const GroundPlane &ground,
                               std::uint32_t size, int threads);
 
-} // namespace pbm
+} // namespace pbm::build
