@@ -67,7 +67,7 @@ HOMES = {
     # In the builder only what runs once per sample: vectors elsewhere are the compiler's.
     r"hwy/.*": (
         r"(format_spec/pbm_format|runtime/pbm_render|runtime/pbm_bake)/.*\.(cpp|h)"
-        r"|tools/pbm-build/pbm_build/(short_normal|triangle_columns|triangle_mix)\.cpp"
+        r"|tools/pbm-build/pbm_build/(noise|short_normal|triangle_columns|triangle_mix)\.cpp"
     ),
     r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh_reader\.cpp",
     r"CLI/.*": r"command_line/parse\.h",

@@ -55,7 +55,7 @@ float power_of_two_power(float base, int doublings) { // base^(2^doublings)
 }
 
 // Linear colours.
-constexpr Vec3 kZenith{0.20F, 0.31F, 0.50F};
+constexpr Vec3 kZenith{0.22F, 0.32F, 0.48F};
 constexpr Vec3 kSkyMiddle{0.42F, 0.54F, 0.70F};
 constexpr Vec3 kHorizon{0.83F, 0.83F, 0.81F};
 constexpr Vec3 kSunlight{1.0F, 0.93F, 0.80F};
@@ -104,15 +104,16 @@ class Painter {
 
   private:
     // Sums of octaves at directions (columns x reach, height), each times a factor, plus a shift.
-    std::vector<float> sums(float reach, float height, float shift, double texels_per_cell, int most) const {
+    std::vector<float> sums(float reach, float height, float shift, double texels_per_cell, int most,
+                            float gain = 0.5F) const {
         Row row(width_);
         for (std::size_t i = 0; i < width_; ++i) {
             row.x[i] = columns_[i].x * reach + shift;
             row.y[i] = height + shift;
             row.z[i] = columns_[i].z * reach + shift;
         }
-        sum_octaves(noise_, band_limited_octaves(texels_per_cell, most), OctaveSum::signed_noise, {row.x, row.y, row.z},
-                    row.sums);
+        sum_octaves(noise_, band_limited_octaves(texels_per_cell, most, gain), OctaveSum::signed_noise,
+                    {row.x, row.y, row.z}, row.sums);
         return std::move(row.sums);
     }
 
@@ -156,11 +157,11 @@ class Painter {
 
     // A terrace of stone slabs, seen from the height of the eye, which is the unit here.
     void paint_ground(float height, float reach, std::vector<Vec3> &colours) const {
-        constexpr float kSlab = 0.8F, kJoint = 0.028F;
+        constexpr float kSlab = 0.6F, kJoint = 0.03F;
         const float distance = 1 / std::max(0.004F, -height);
         // Seen at a low angle a texel is long.
         const float texel = static_cast<float>(2 * kPi / width_) * distance * std::max(1.0F, 0.6F * distance);
-        const auto grain = sums(reach * distance * 9, 0, 5.1F, 1 / (9 * static_cast<double>(texel)), 8);
+        const auto grain = sums(reach * distance * 9, 0, 5.1F, 1 / (9 * static_cast<double>(texel)), 8, 0.75F);
         const auto patches = sums(reach * distance * 0.7F, 0, 33.7F, 1 / (0.7 * static_cast<double>(texel)), 7);
         const float haze = smooth_step(0.09F, 0.0F, -height);
         const float distinct = smooth_step(1.2F * kSlab, 0.2F * kSlab, texel);
@@ -171,7 +172,7 @@ class Painter {
             const float tone = noise_.at(cell_x * 0.47F + 0.2F, 0.4F, cell_z * 0.47F + 0.3F);
             const float joint = std::max(joint_cover(x - cell_x, kJoint, texel / kSlab),
                                          joint_cover(z - cell_z, kJoint, texel / kSlab));
-            const float stone = 1 + 0.16F * grain[i] + 0.20F * patches[i] + 0.30F * distinct * tone;
+            const float stone = 1 + 0.10F * grain[i] + 0.20F * patches[i] + 0.30F * distinct * tone;
             const float sunny = 0.90F + 0.10F * dot(columns_[i], kSun);
             colours[i] = mix(0.8F * haze, (1 - 0.55F * joint) * stone * sunny * kGround, kHaze);
         }
@@ -203,7 +204,7 @@ class Painter {
 
     std::uint32_t width_;
     std::vector<Vec3> columns_; // horizontal unit vectors
-    PerlinNoise noise_{7};
+    PerlinNoise noise_{18};
 };
 
 } // namespace

@@ -64,10 +64,11 @@ void sum_octaves(const Recipe &recipe, const Block &block, Frequency frequency, 
     recipe.sum_by(recipe.noise, octaves, OctaveSum::signed_noise, {part(x), part(y), part(z)}, part(sums));
 }
 
-// How much a vein darkens a place at `distance` from its middle: a sharp core with a wide, faint halo.
-float vein(float distance, float half_width) {
-    const float squared = half_width * half_width;
-    return squared / (squared + distance * distance);
+// How much a vein darkens a place at `distance` from its middle: a sharp core with a wide, faint halo. A vein narrower
+// than `narrowest` gets paler in place of narrower.
+float vein(float distance, float half_width, float narrowest) {
+    const float drawn = std::max(half_width, narrowest);
+    return half_width * drawn / (drawn * drawn + distance * distance);
 }
 // From the middle between two whole numbers.
 float from_middle(float phase) { return std::abs(phase - whole_part(phase) - 0.5F); }
@@ -90,21 +91,22 @@ void evaluate_marble(const Recipe &recipe, Block &block, std::span<std::uint8_t>
     sum_octaves(recipe, block, {0.9F, 0.9F, 0.9F}, 71.9F, 1, 0.5F, spread);
     sum_octaves(recipe, block, {0.6F, 0.6F, 0.6F}, 88.3F, 1, 0.5F, presence);
 
-    // A vein is never narrower than a sample and a half.
-    const auto narrowest = static_cast<float>(1.5 / recipe.samples_per_unit);
+    // Nothing is narrower than a sample and a half.
+    const auto narrowest = static_cast<float>(std::min(1e6, 1.5 / recipe.samples_per_unit));
     for (std::size_t i = 0; i < block.size; ++i) {
         const float jitter = recipe.turbulence * rough[i];
         const float along = 0.45F * block.u[i] + 0.30F * block.v[i] + 0.84F * block.up[i];
         const float across = 0.75F * block.u[i] - 0.55F * block.v[i] + 0.37F * block.up[i];
         const float wide = smooth_step(-0.4F, 0.6F, spread[i]);
         const float here = smooth_step(-0.5F, 0.2F, presence[i]);
-        const float long_width = std::max(0.010F + 0.085F * wide * wide, narrowest);
+        const float long_width = 0.010F + 0.085F * wide * wide;
         const float long_vein = (0.88F - 0.42F * wide) * (0.35F + 0.65F * here) *
-                                vein(from_middle(0.85F * along + 0.42F * jitter), long_width);
-        const float cross_width = std::max(0.012F + 0.03F * (1 - wide), narrowest);
-        const float cross_vein = 0.55F * (1 - here) * vein(from_middle(1.1F * across - 0.5F * jitter), cross_width);
-        const float net_width = std::max(0.010F + 0.02F * wide, narrowest);
-        const float net_vein = 0.30F * (1 - wide) * vein(net[i], net_width);
+                                vein(from_middle(0.85F * along + 0.42F * jitter), long_width, narrowest);
+        const float cross_width = 0.012F + 0.03F * (1 - wide);
+        const float cross_vein =
+            0.55F * (1 - here) * vein(from_middle(1.1F * across - 0.5F * jitter), cross_width, narrowest);
+        const float net_width = 0.010F + 0.02F * wide;
+        const float net_vein = 0.30F * (1 - wide) * vein(net[i], net_width, narrowest);
         const float cloud = 0.5F + 0.9F * rough[i];
         const float light = (1 - long_vein) * (1 - cross_vein) * (1 - net_vein) * (1 - 0.17F * cloud);
         values[i] = quantise(1.03F * light);
@@ -117,9 +119,9 @@ void evaluate_wood(const Recipe &recipe, Block &block, std::span<std::uint8_t> v
     Row bend_u, bend_v, rough, spacing, fibre, pores, tone, strength;
     sum_octaves(recipe, block, {0.09F, 0.09F, 0.09F * kStretch * 2}, 3.7F, 2, 0.5F, bend_u);
     sum_octaves(recipe, block, {0.09F, 0.09F, 0.09F * kStretch * 2}, 21.3F, 2, 0.5F, bend_v);
-    sum_octaves(recipe, block, {0.7F, 0.7F, 0.7F * kStretch}, 40.9F, 4, 0.5F, rough);
+    sum_octaves(recipe, block, {0.5F, 0.5F, 0.5F * kStretch}, 40.9F, 3, 0.4F, rough);
     sum_octaves(recipe, block, {7, 7, 7 * kStretch * 0.4F}, 57.1F, 3, 0.5F, fibre);
-    sum_octaves(recipe, block, {9, 9, 9 * kStretch * 0.6F}, 71.9F, 1, 0.5F, pores);
+    sum_octaves(recipe, block, {9, 9, 9 * kStretch * 0.4F}, 71.9F, 1, 0.5F, pores);
     sum_octaves(recipe, block, {0.06F, 0.06F, 0.06F * kStretch}, 88.3F, 1, 0.5F, tone);
 
     Row rings;
@@ -131,7 +133,7 @@ void evaluate_wood(const Recipe &recipe, Block &block, std::span<std::uint8_t> v
     Block along{.size = block.size, .u = rings, .v = {}, .up = {}, .tone = {}};
     sum_octaves(recipe, along, {0.45F, 0, 0}, 7.5F, 1, 0.5F, spacing);
     for (std::size_t i = 0; i < block.size; ++i) {
-        rings[i] += 0.8F * spacing[i] + 0.22F * recipe.turbulence * rough[i];
+        rings[i] += 0.8F * spacing[i] + 0.20F * recipe.turbulence * rough[i];
         along.u[i] = whole_part(rings[i]);
     }
     sum_octaves(recipe, along, {0.37F, 0, 0}, 9.5F, 1, 0.5F, strength);
@@ -146,7 +148,7 @@ void evaluate_wood(const Recipe &recipe, Block &block, std::span<std::uint8_t> v
         const float late = grown * grown * (1 - smooth_step(1 - end, 1, part));
         const float ring = 0.3F + contrast * ((0.75F + 0.8F * strength[i]) * late - 0.3F);
         const float pore = smooth_step(0.2F, 0.55F, pores[i]) * (1 - 0.6F * late);
-        values[i] = quantise(0.12F + 0.50F * ring + 0.16F * fibre[i] + 0.20F * pore + 0.16F * tone[i] + block.tone[i]);
+        values[i] = quantise(0.12F + 0.50F * ring + 0.16F * fibre[i] + 0.17F * pore + 0.16F * tone[i] + block.tone[i]);
     }
 }
 
@@ -261,7 +263,7 @@ void place_boards(const GroundRaster &raster, std::uint32_t seed, std::size_t x,
 
 } // namespace
 
-float default_texture_scale(TextureKind kind) { return kind == TextureKind::wood ? 36.0F : 5.0F; }
+float default_texture_scale(TextureKind kind) { return kind == TextureKind::wood ? 30.0F : 5.0F; }
 
 std::optional<TextureKind> texture_kind(std::string_view name) {
     if (name == "marble")

@@ -1,0 +1,69 @@
+// bench_texture ROUNDS: how fast solid textures are evaluated on one core; see bench/texture.
+#include "pbm_build/default_panorama.h"
+#include "pbm_build/solid_texture.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <vector>
+
+namespace {
+
+using namespace pbm;
+
+// The voxels that a sphere's surface enters, in Morton order.
+std::vector<MortonCode> sphere_codes(int depth) {
+    const std::int64_t edge = std::int64_t{1} << depth;
+    std::vector<MortonCode> codes;
+    for (std::int64_t z = 0; z < edge; ++z)
+        for (std::int64_t y = 0; y < edge; ++y)
+            for (std::int64_t x = 0; x < edge; ++x) {
+                const auto offset = [edge](std::int64_t at) { return 2 * at + 1 - edge; };
+                const std::int64_t squared = offset(x) * offset(x) + offset(y) * offset(y) + offset(z) * offset(z);
+                const std::int64_t radius = edge * 9 / 10;
+                if (squared > (radius - 2) * (radius - 2) && squared <= radius * radius)
+                    codes.push_back(morton_encode(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
+                                                  static_cast<std::uint32_t>(z)));
+            }
+    std::sort(codes.begin(), codes.end());
+    return codes;
+}
+
+double seconds_of(const std::function<void()> &work) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    if (argc != 2)
+        return 1;
+    constexpr int kDepth = 9;
+    const std::vector<MortonCode> codes = sphere_codes(kDepth);
+    const Grid grid{.depth = kDepth, .origin = {}};
+    Bytes values(codes.size());
+    nlohmann::json rounds = nlohmann::json::array();
+    for (int round = 0; round < std::atoi(argv[1]); ++round) {
+        nlohmann::json seconds;
+        for (const TextureKind kind : {TextureKind::marble, TextureKind::wood}) {
+            const auto texture = build::make_texture({.kind = kind, .colours = {}, .scale = {}});
+            const char *const name = kind == TextureKind::marble ? "marble" : "wood";
+            const auto evaluate = [&](build::OctaveSummer *sum_by) {
+                return seconds_of([&] { build::evaluate_texture(*texture, grid, codes, values, 1, sum_by); });
+            };
+            seconds[name] = {{"vectors", evaluate(build::sum_octaves)},
+                             {"singly", evaluate(build::sum_octaves_singly)}};
+        }
+        seconds["panorama"] =
+            seconds_of([] { static_cast<void>(build::default_panorama(build::kDefaultPanoramaWidth, 1)); });
+        rounds.push_back(seconds);
+    }
+    std::printf("%s\n", nlohmann::json{{"points", codes.size()}, {"rounds", rounds}}.dump().c_str());
+    return 0;
+}
