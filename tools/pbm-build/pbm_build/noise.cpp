@@ -24,6 +24,42 @@ constexpr std::array<std::array<float, 3>, 3> kTurn{{{10.0F / 15, 20.0F / 15, 20
                                                      {-28.0F / 15, 4.0F / 15, 10.0F / 15}}};
 constexpr std::array<float, 3> kShift{12.71F, 31.37F, 23.93F};
 
+// The directions of the twelve edges by the low four bits of a hash; four stand twice.
+constexpr std::array<std::array<float, 3>, 16> kEdges{{{1, 1, 0},
+                                                       {-1, 1, 0},
+                                                       {1, -1, 0},
+                                                       {-1, -1, 0},
+                                                       {1, 0, 1},
+                                                       {-1, 0, 1},
+                                                       {1, 0, -1},
+                                                       {-1, 0, -1},
+                                                       {0, 1, 1},
+                                                       {0, -1, 1},
+                                                       {0, 1, -1},
+                                                       {0, -1, -1},
+                                                       {1, 1, 0},
+                                                       {0, -1, 1},
+                                                       {-1, 1, 0},
+                                                       {0, -1, -1}}};
+
+// Hashes of a cell's corners, x fastest.
+using CornerHashes = std::array<std::uint8_t, 8>;
+CornerHashes corner_hashes(const std::int32_t *pairs, std::int32_t x, std::int32_t y, std::int32_t z) {
+    const auto pair = [pairs](std::int32_t index) { return pairs[index & 255]; };
+    const std::int32_t column = pair(x);
+    const std::int32_t left = pair((column & 255) + y), right = pair((column >> 8) + y);
+    CornerHashes hashes{};
+    for (const int j : {0, 1}) {
+        const std::int32_t at_left = pair((left >> 8 * j & 255) + z), at_right = pair((right >> 8 * j & 255) + z);
+        const auto corner = static_cast<std::size_t>(2 * j);
+        hashes[corner] = static_cast<std::uint8_t>(at_left);
+        hashes[corner + 1] = static_cast<std::uint8_t>(at_right);
+        hashes[corner + 4] = static_cast<std::uint8_t>(at_left >> 8);
+        hashes[corner + 5] = static_cast<std::uint8_t>(at_right >> 8);
+    }
+    return hashes;
+}
+
 } // namespace
 } // namespace pbm::build
 #endif
@@ -61,6 +97,14 @@ HWY_INLINE Vector slope(IntVector hash, Vector x, Vector y, Vector z) {
     return hn::Add(hn::Xor(u, sign_u), hn::Xor(v, sign_v));
 }
 
+// The same where the hash is that of all lanes: a sum in which one of three terms is zero.
+HWY_INLINE Vector common_slope(std::uint8_t hash, Vector x, Vector y, Vector z) {
+    const Floats d;
+    const float *const edge = kEdges[hash & 15].data();
+    const Vector xy = hn::Add(hn::Mul(hn::Set(d, edge[0]), x), hn::Mul(hn::Set(d, edge[1]), y));
+    return hn::Add(xy, hn::Mul(hn::Set(d, edge[2]), z));
+}
+
 // Pairs at `index` mod 256: the hash below and the one above.
 struct HashPair {
     IntVector low, high;
@@ -78,8 +122,26 @@ HWY_INLINE Vector noise_at(const std::int32_t *pairs, Vector px, Vector py, Vect
     const Vector floor_x = hn::Floor(px), floor_y = hn::Floor(py), floor_z = hn::Floor(pz);
     const Vector x = hn::Sub(px, floor_x), y = hn::Sub(py, floor_y), z = hn::Sub(pz, floor_z);
     const Vector x1 = hn::Sub(x, one), y1 = hn::Sub(y, one), z1 = hn::Sub(z, one);
-    const IntVector cell_y = hn::ConvertTo(di, floor_y), cell_z = hn::ConvertTo(di, floor_z);
+    const Vector u = fade(x), v = fade(y), w = fade(z);
 
+    // Points come along a curve: coarse cells often hold all of a vector's.
+    const float first_x = hn::GetLane(floor_x), first_y = hn::GetLane(floor_y), first_z = hn::GetLane(floor_z);
+    const auto same_xy = hn::And(hn::Eq(floor_x, hn::Set(d, first_x)), hn::Eq(floor_y, hn::Set(d, first_y)));
+    if (hn::AllTrue(d, hn::And(same_xy, hn::Eq(floor_z, hn::Set(d, first_z))))) {
+        const CornerHashes hashes =
+            corner_hashes(pairs, static_cast<std::int32_t>(first_x), static_cast<std::int32_t>(first_y),
+                          static_cast<std::int32_t>(first_z));
+        const auto corner = [&](int number, Vector at_x, Vector at_y, Vector at_z) {
+            return common_slope(hashes[static_cast<std::size_t>(number)], at_x, at_y, at_z);
+        };
+        const Vector below =
+            mix(v, mix(u, corner(0, x, y, z), corner(1, x1, y, z)), mix(u, corner(2, x, y1, z), corner(3, x1, y1, z)));
+        const Vector above = mix(v, mix(u, corner(4, x, y, z1), corner(5, x1, y, z1)),
+                                 mix(u, corner(6, x, y1, z1), corner(7, x1, y1, z1)));
+        return mix(w, below, above);
+    }
+
+    const IntVector cell_y = hn::ConvertTo(di, floor_y), cell_z = hn::ConvertTo(di, floor_z);
     const HashPair column = hash_pair(pairs, hn::ConvertTo(di, floor_x));
     const HashPair left = hash_pair(pairs, hn::Add(column.low, cell_y));
     const HashPair right = hash_pair(pairs, hn::Add(column.high, cell_y));
@@ -88,7 +150,6 @@ HWY_INLINE Vector noise_at(const std::int32_t *pairs, Vector px, Vector py, Vect
     const HashPair h10 = hash_pair(pairs, hn::Add(right.low, cell_z));
     const HashPair h11 = hash_pair(pairs, hn::Add(right.high, cell_z));
 
-    const Vector u = fade(x), v = fade(y), w = fade(z);
     const Vector below = mix(v, mix(u, slope(h00.low, x, y, z), slope(h10.low, x1, y, z)),
                              mix(u, slope(h01.low, x, y1, z), slope(h11.low, x1, y1, z)));
     const Vector above = mix(v, mix(u, slope(h00.high, x, y, z1), slope(h10.high, x1, y, z1)),
@@ -167,13 +228,6 @@ std::uint64_t splitmix64(std::uint64_t &state) {
 float fade(float t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 float mix(float t, float a, float b) { return a + t * (b - a); }
 
-float slope(std::int32_t hash, float x, float y, float z) {
-    const std::int32_t low = hash & 15;
-    const float u = low < 8 ? x : y;
-    const float v = low < 4 ? y : (low == 12 || low == 14 ? x : z);
-    return ((low & 1) != 0 ? -u : u) + ((low & 2) != 0 ? -v : v);
-}
-
 } // namespace
 
 HWY_EXPORT(sum_octaves);
@@ -195,20 +249,19 @@ PerlinNoise::PerlinNoise(const Permutation &permutation) {
 float PerlinNoise::at(float px, float py, float pz) const {
     const float floor_x = std::floor(px), floor_y = std::floor(py), floor_z = std::floor(pz);
     const float x = px - floor_x, y = py - floor_y, z = pz - floor_z;
-    const auto cell_x = static_cast<std::int32_t>(floor_x), cell_y = static_cast<std::int32_t>(floor_y),
-               cell_z = static_cast<std::int32_t>(floor_z);
-    const auto pair = [this](std::int32_t index) { return pairs_[static_cast<std::size_t>(index & 255)]; };
-    const std::int32_t column = pair(cell_x);
-    const std::int32_t left = pair((column & 255) + cell_y), right = pair((column >> 8) + cell_y);
-    const std::int32_t h00 = pair((left & 255) + cell_z), h01 = pair((left >> 8) + cell_z);
-    const std::int32_t h10 = pair((right & 255) + cell_z), h11 = pair((right >> 8) + cell_z);
+    const CornerHashes hashes = corner_hashes(pairs_.data(), static_cast<std::int32_t>(floor_x),
+                                              static_cast<std::int32_t>(floor_y), static_cast<std::int32_t>(floor_z));
     const float u = fade(x), v = fade(y), w = fade(z);
-    const auto layer = [&](int shift, float dz) {
-        const float front = mix(u, slope(h00 >> shift, x, y, dz), slope(h10 >> shift, x - 1, y, dz));
-        const float back = mix(u, slope(h01 >> shift, x, y - 1, dz), slope(h11 >> shift, x - 1, y - 1, dz));
+    const auto slope = [&](std::size_t corner, float dx, float dy, float dz) {
+        const auto &edge = kEdges[hashes[corner] & 15];
+        return edge[0] * dx + edge[1] * dy + edge[2] * dz;
+    };
+    const auto layer = [&](std::size_t first, float dz) {
+        const float front = mix(u, slope(first, x, y, dz), slope(first + 1, x - 1, y, dz));
+        const float back = mix(u, slope(first + 2, x, y - 1, dz), slope(first + 3, x - 1, y - 1, dz));
         return mix(v, front, back);
     };
-    return mix(w, layer(0, z), layer(8, z - 1));
+    return mix(w, layer(0, z), layer(4, z - 1));
 }
 
 Octaves band_limited_octaves(double samples_per_cell, int most, float gain) {

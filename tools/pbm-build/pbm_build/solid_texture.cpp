@@ -296,7 +296,7 @@ void evaluate_texture(const SolidTexture &texture, const Grid &grid, std::span<c
     const auto voxels = static_cast<double>(std::uint64_t{1} << grid.depth);
     const Recipe recipe = make_recipe(texture, voxels, sum_by);
     const auto voxel = static_cast<float>(static_cast<double>(recipe.scale) / voxels);
-    const auto [u, v, up] = axes_of(grid.up);
+    const auto axes = axes_of(grid.up);
     parallel_for((codes.size() + kTogether - 1) / kTogether, threads, [&](std::size_t item) {
         Block block;
         const std::size_t end = std::min(codes.size(), (item + 1) * kTogether);
@@ -304,9 +304,9 @@ void evaluate_texture(const SolidTexture &texture, const Grid &grid, std::span<c
             block.size = std::min(kBlock, end - first);
             for (std::size_t i = 0; i < block.size; ++i) {
                 const auto place = morton_decode(codes[first + i]);
-                block.u[i] = (static_cast<float>(place[u]) + 0.5F) * voxel;
-                block.v[i] = (static_cast<float>(place[v]) + 0.5F) * voxel;
-                block.up[i] = (static_cast<float>(place[up]) + 0.5F) * voxel;
+                block.u[i] = (static_cast<float>(place[axes[0]]) + 0.5F) * voxel;
+                block.v[i] = (static_cast<float>(place[axes[1]]) + 0.5F) * voxel;
+                block.up[i] = (static_cast<float>(place[axes[2]]) + 0.5F) * voxel;
             }
             if (texture.kind == TextureKind::wood)
                 move_to_log(recipe, block);
