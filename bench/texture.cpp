@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <functional>
 #include <vector>
 
@@ -39,20 +40,16 @@ double seconds_of(const std::function<void()> &work) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-} // namespace
-
-int main(int argc, char **argv) {
-    if (argc != 2)
-        return 1;
+void measure(int round_count) {
     constexpr int kDepth = 9;
     const std::vector<MortonCode> codes = sphere_codes(kDepth);
     const Grid grid{.depth = kDepth, .origin = {}};
     Bytes values(codes.size());
     nlohmann::json rounds = nlohmann::json::array();
-    for (int round = 0; round < std::atoi(argv[1]); ++round) {
+    for (int round = 0; round < round_count; ++round) {
         nlohmann::json seconds;
         for (const TextureKind kind : {TextureKind::marble, TextureKind::wood}) {
-            const auto texture = build::make_texture({.kind = kind, .colours = {}, .scale = {}});
+            const auto texture = build::make_texture({.kind = kind});
             const char *const name = kind == TextureKind::marble ? "marble" : "wood";
             const auto evaluate = [&](build::OctaveSummer *sum_by) {
                 return seconds_of([&] { build::evaluate_texture(*texture, grid, codes, values, 1, sum_by); });
@@ -65,5 +62,18 @@ int main(int argc, char **argv) {
         rounds.push_back(seconds);
     }
     std::printf("%s\n", nlohmann::json{{"points", codes.size()}, {"rounds", rounds}}.dump().c_str());
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    if (argc != 2)
+        return 1;
+    try {
+        measure(std::atoi(argv[1]));
+    } catch (const std::exception &failure) {
+        std::fprintf(stderr, "bench_texture: %s\n", failure.what());
+        return 4;
+    }
     return 0;
 }

@@ -142,7 +142,8 @@ class Painter {
         for (std::size_t i = 0; i < width_; ++i) {
             const Vec3 towards{columns_[i].x * reach, height, columns_[i].z * reach};
             const float sun = std::max(0.0F, dot(towards, kSun));
-            const float glow = 0.35F * power_of_two_power(sun, 3) + 0.5F * power_of_two_power(sun, 6);
+            const float glow = 0.35F * power_of_two_power(sun, 3) + 0.5F * power_of_two_power(sun, 6) +
+                               0.5F * power_of_two_power(sun, 9);
             Vec3 colour = clear + 0.5F * glow * kSunlight;
             const float thin = 0.35F * smooth_step(-0.2F, 0.7F, veil[i]) * fades;
             colour = mix(thin, colour, kCloudLight);
@@ -150,7 +151,7 @@ class Painter {
             const float light =
                 std::clamp(0.62F + 0.9F * (shape[i] - lit.sums[i]) - 0.25F * shape[i] + 0.6F * glow, 0.0F, 1.0F);
             colour = mix(0.9F * thick, colour, mix(light, kCloudShade, kCloudLight));
-            const float disc = power_of_two_power(sun, 10) * (1 - 0.5F * thick);
+            const float disc = power_of_two_power(sun, 12) * (1 - 0.5F * thick);
             colours[i] = colour + (2.5F * disc) * kSunlight;
         }
     }

@@ -228,6 +228,14 @@ std::uint64_t splitmix64(std::uint64_t &state) {
 float fade(float t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 float mix(float t, float a, float b) { return a + t * (b - a); }
 
+// Where octave k + 1 looks, for the place where octave k looks.
+std::array<float, 3> next_octave(const std::array<float, 3> &place) {
+    std::array<float, 3> next{};
+    for (std::size_t row = 0; row < 3; ++row)
+        next[row] = kTurn[row][0] * place[0] + kTurn[row][1] * place[1] + kTurn[row][2] * place[2] + kShift[row];
+    return next;
+}
+
 } // namespace
 
 HWY_EXPORT(sum_octaves);
@@ -274,13 +282,6 @@ Octaves band_limited_octaves(double samples_per_cell, int most, float gain) {
         samples_per_cell /= 2;
     }
     return octaves;
-}
-
-std::array<float, 3> next_octave(const std::array<float, 3> &place) {
-    std::array<float, 3> next{};
-    for (std::size_t row = 0; row < 3; ++row)
-        next[row] = kTurn[row][0] * place[0] + kTurn[row][1] * place[1] + kTurn[row][2] * place[2] + kShift[row];
-    return next;
 }
 
 void sum_octaves(const PerlinNoise &noise, const Octaves &octaves, OctaveSum sum, const SamplePlaces &places,

@@ -36,7 +36,7 @@ class PerlinNoise {
 inline constexpr float kNoiseBound = 1.04F;
 
 // Amplitudes of octaves. Octave 0 is the noise itself; each further one lies on a lattice of half the cell, turned and
-// shifted (see next_octave), so that zeros and axes of the lattices do not fall together.
+// shifted, so that zeros and axes of the lattices do not fall together.
 inline constexpr int kMaxOctaves = 12;
 struct Octaves {
     int count = 0;
@@ -47,9 +47,6 @@ struct Octaves {
 // cell is four samples or more is there in full, one of two samples or less is not, between them it fades linearly.
 // `samples_per_cell`: of octave 0.
 Octaves band_limited_octaves(double samples_per_cell, int most, float gain = 0.5F);
-
-// Where octave k + 1 looks, for the place where octave k looks.
-std::array<float, 3> next_octave(const std::array<float, 3> &place);
 
 enum class OctaveSum : std::uint8_t {
     signed_noise,  // fractal Brownian motion: sum of amplitude x noise

@@ -29,7 +29,7 @@ std::optional<TextureKind> texture_kind(std::string_view name);
 
 struct TextureOptions {
     TextureKind kind = TextureKind::marble;
-    std::string colours; // name of a colour map or stops (colour_map.h); empty: the kind's default
+    std::string colours{}; // name of a colour map or stops (colour_map.h); empty: the kind's default
     std::uint32_t seed = 0;
     std::optional<float> scale;            // kLeastTextureScale..kMostTextureScale; default: default_texture_scale
     float turbulence = kDefaultTurbulence; // 0..kMostTurbulence
