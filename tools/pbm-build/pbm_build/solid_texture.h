@@ -31,7 +31,7 @@ struct TextureOptions {
     TextureKind kind = TextureKind::marble;
     std::string colours{}; // name of a colour map or stops (colour_map.h); empty: the kind's default
     std::uint32_t seed = 0;
-    std::optional<float> scale;            // kLeastTextureScale..kMostTextureScale; default: default_texture_scale
+    std::optional<float> scale{};          // kLeastTextureScale..kMostTextureScale; default: default_texture_scale
     float turbulence = kDefaultTurbulence; // 0..kMostTurbulence
 };
 
