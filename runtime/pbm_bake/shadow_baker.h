@@ -1,0 +1,46 @@
+// Shadows of one light, baked: the lit fraction of every point and of a ground plane, from several shadow maps.
+// Based on: Williams. Casting Curved Shadows on Curved Surfaces. 1978; dissertation sections 4.3 and 7.1
+//
+//   const ShadowCasters casters(model, threads);
+//   model.levels.back().points.shadows[0] = bake_light(casters, lights[0], {.maps = 4});
+//   model.images.ground_lit = {bake_ground(casters, lights[0], ground, 1024, {.maps = 16})};
+//
+// The same bytes for any number of threads, SIMD target and compiler.
+#pragma once
+
+#include "pbm_bake/shadow_casters.h"
+
+#include <functional>
+#include <stop_token>
+
+namespace pbm {
+
+inline constexpr int kMaxShadowMaps = 256;
+
+struct ShadowOptions {
+    int maps = 4; // 1..kMaxShadowMaps; soft shadows want 2^bits and more
+    int bits = 1; // of the lit fraction: 1, 2, 4 or 8
+    // 0: hard shadows. Directional lights: diameter at distance 1 (the sun: 0.0093). Others: diameter, model units.
+    double light_size = 0;
+    int threads = 0;                          // 0: one per processor
+    std::uint64_t map_bytes = 64ULL << 20;    // upper limit of the memory of one map; larger ones are made in strips
+    std::function<void(double)> progress = {}; // called with 0..1, one call at a time; may be empty
+    std::stop_token stop = {};                 // where another thread asks to stop the result is empty
+};
+
+// One byte per point of `casters`, 0 (in shadow) .. 2^bits - 1 (lit). Points that face away from the light, which no
+// renderer lights, carry what their neighbours that face it do: so averages of coarser levels hold the lit fraction
+// of what can be lit, and the stream compresses. `light` obeys BVG.md 3.7. Behind a spot light all is in shadow.
+// The ground plane casts no shadow.
+//
+// throws  std::bad_alloc
+Bytes bake_light(const ShadowCasters &casters, const Light &light, const ShadowOptions &options = {});
+
+// Lit fraction x 255 of `size` x `size` texels of `ground`, one channel, as ModelImages::ground_lit wants it.
+// `options.bits` does not matter. Points of the model below the plane cast no shadow on it.
+//
+// throws  std::bad_alloc
+Image bake_ground(const ShadowCasters &casters, const Light &light, const GroundPlane &ground, std::uint32_t size,
+                  const ShadowOptions &options = {});
+
+} // namespace pbm
