@@ -15,15 +15,14 @@
 
 namespace pbm {
 
-inline constexpr int kMaxShadowMaps = 256;
+inline constexpr int kMaxShadowMaps = 255;
 
 struct ShadowOptions {
     int maps = 4; // 1..kMaxShadowMaps; soft shadows want 2^bits and more
     int bits = 1; // of the lit fraction: 1, 2, 4 or 8
     // 0: hard shadows. Directional lights: diameter at distance 1 (the sun: 0.0093). Others: diameter, model units.
     double light_size = 0;
-    int threads = 0;                          // 0: one per processor
-    std::uint64_t map_bytes = 64ULL << 20;    // upper limit of the memory of one map; larger ones are made in strips
+    int threads = 0;                           // 0: one per processor
     std::function<void(double)> progress = {}; // called with 0..1, one call at a time; may be empty
     std::stop_token stop = {};                 // where another thread asks to stop the result is empty
 };

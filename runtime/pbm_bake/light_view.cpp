@@ -1,0 +1,143 @@
+#include "pbm_bake/light_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pbm {
+namespace {
+
+// Farther away than so many radii of the model a light's rays are parallel.
+constexpr double kParallelFrom = 1 << 20;
+constexpr double kFarthest = 1e30; // voxels: squares are finite
+// Nearer than so many radii a light sees more than 90 degrees of the model.
+constexpr double kOneViewFrom = 1.5;
+
+// Cosines and sines of the turns that maps take in turn: Pythagorean triples.
+constexpr std::array<std::array<double, 2>, 4> kTurns{
+    {{1, 0}, {4. / 5, 3. / 5}, {12. / 13, 5. / 13}, {15. / 17, 8. / 17}}};
+
+Vector3 operator+(const Vector3 &a, const Vector3 &b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+Vector3 operator-(const Vector3 &a, const Vector3 &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Vector3 operator*(const Vector3 &a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }
+double dot(const Vector3 &a, const Vector3 &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vector3 cross(const Vector3 &a, const Vector3 &b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+Vector3 normalise(const Vector3 &a) { return a * (1 / std::sqrt(dot(a, a))); }
+
+// Right-handed, `forward` as the last one, turned around it.
+std::array<Vector3, 3> axes_along(const Vector3 &forward, const std::array<double, 2> &turn) {
+    std::size_t least = 0;
+    for (std::size_t axis = 1; axis < 3; ++axis)
+        if (std::abs(forward[axis]) < std::abs(forward[least]))
+            least = axis;
+    Vector3 across{};
+    across[least] = 1;
+    const Vector3 x = normalise(cross(across, forward)), y = cross(forward, x);
+    return {x * turn[0] + y * turn[1], y * turn[0] - x * turn[1], forward};
+}
+
+// Term `i` of a sequence that fills [0, 1) evenly in `axis` 0, 1 and, together, the square and the cube.
+// Based on: Roberts. The Unreasonable Effectiveness of Quasirandom Sequences. 2018
+double spread(std::uint32_t i, std::size_t axis) {
+    constexpr std::array<std::uint32_t, 3> kSteps{3518319155U, 2882110345U, 2360945575U}; // 2^32 / 1.2207..^k
+    return static_cast<double>((i + 1) * kSteps[axis] + 0x80000000U) * 0x1p-32;
+}
+
+// Point `i` of a disc of diameter 1 (two axes) or a ball (three): those of the sequence that lie within it.
+Vector3 place_on_light(int i, std::size_t axes) {
+    std::uint32_t term = 0;
+    for (;; ++term) {
+        Vector3 at{};
+        for (std::size_t axis = 0; axis < axes; ++axis)
+            at[axis] = spread(term, axis) - 0.5;
+        if (dot(at, at) <= 0.25 && i-- == 0)
+            return at;
+    }
+}
+
+struct Ball {
+    Vector3 centre;
+    double radius;
+};
+
+// In voxels; holds the surface of all points and half a voxel more.
+Ball bounds_of(const ShadowCasters &casters) {
+    std::array<int, 3> low{1 << 20, 1 << 20, 1 << 20}, high{};
+    const auto bricks = casters.bricks();
+    for (std::size_t b = 0; b + 1 < bricks.size(); ++b)
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            low[axis] = std::min(low[axis], 8 * bricks[b].corner[axis]);
+            high[axis] = std::max(high[axis], 8 * bricks[b].corner[axis] + 8);
+        }
+    const Vector3 a{static_cast<double>(low[0]), static_cast<double>(low[1]), static_cast<double>(low[2])};
+    const Vector3 b{static_cast<double>(high[0]), static_cast<double>(high[1]), static_cast<double>(high[2])};
+    const Vector3 diagonal = b - a;
+    return {(a + b) * 0.5, std::sqrt(dot(diagonal, diagonal)) / 2 + 2};
+}
+
+} // namespace
+
+LightPlace place_light(const Light &light, const ShadowCasters &casters) {
+    LightPlace place;
+    place.parallel = light.kind == LightKind::directional;
+    place.spot = light.kind == LightKind::spot;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        place.direction[axis] = static_cast<double>(light.direction[axis]);
+        place.position[axis] =
+            std::clamp(static_cast<double>(light.position[axis]) / casters.voxel_size(), -kFarthest, kFarthest);
+    }
+    if (light.kind != LightKind::point)
+        place.direction = normalise(place.direction);
+    return place;
+}
+
+std::vector<LightView> views_of_map(const LightPlace &light, const ShadowCasters &casters, int map, double size) {
+    const Ball ball = bounds_of(casters);
+    const auto &turn = kTurns[static_cast<std::size_t>(map) % kTurns.size()];
+    LightView view;
+    view.shift_u = spread(static_cast<std::uint32_t>(map), 0);
+    view.shift_v = spread(static_cast<std::uint32_t>(map), 1);
+    view.origin = ball.centre;
+
+    const Vector3 way = ball.centre - light.position;
+    const double distance = std::sqrt(dot(way, way));
+    const bool far = distance > kParallelFrom * ball.radius;
+    if (light.parallel || far) {
+        const Vector3 forward = light.parallel ? light.direction : way * (1 / distance);
+        const Vector3 at = place_on_light(map, 2);
+        const double spread_by = light.parallel ? size : size / distance;
+        const auto axes = axes_along(forward, {1, 0});
+        view.axes = axes_along(normalise(forward + (axes[0] * at[0] + axes[1] * at[1]) * spread_by), turn);
+        return {view};
+    }
+    if (distance - size / 2 >= kOneViewFrom * ball.radius) {
+        const Vector3 at = place_on_light(map, 2);
+        const auto axes = axes_along(way * (1 / distance), {1, 0});
+        const Vector3 from = light.position + (axes[0] * at[0] + axes[1] * at[1]) * size;
+        const Vector3 to = ball.centre - from;
+        const double length = std::sqrt(dot(to, to));
+        view.axes = axes_along(to * (1 / length), turn);
+        view.inverse_distance = 1 / length;
+        return {view};
+    }
+    // A texel is a voxel wide where the middle of the model is, or half its radius away.
+    const Vector3 from = light.position + place_on_light(map, 3) * size;
+    const Vector3 to = ball.centre - from;
+    const double near = std::max({std::sqrt(dot(to, to)), ball.radius / 2, 16.0});
+    // Not along the grid's axes, so that surfaces along them are not seen from their edge.
+    const auto axes = axes_along(normalise({2, 3, 6}), turn);
+    std::vector<LightView> views;
+    for (int face = 0; face < 6; ++face) {
+        const std::size_t axis = static_cast<std::size_t>(face) / 2;
+        const double sign = face % 2 == 0 ? 1 : -1;
+        view.face = face;
+        view.axes = {axes[(axis + 1) % 3] * sign, axes[(axis + 2) % 3], axes[axis] * sign};
+        view.origin = from + view.axes[2] * near;
+        view.inverse_distance = 1 / near;
+        views.push_back(view);
+    }
+    return views;
+}
+
+} // namespace pbm
