@@ -83,6 +83,13 @@ struct GroundRaster {
         normal[up] = 1;
         step_u[u] = step_v[v] = texel;
     }
+    // Whether the light is on the plane's upper side; else it lights nothing of it.
+    bool faces(const LightPlace &light) const {
+        double height = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            height += normal[axis] * (light.parallel ? -light.direction[axis] : light.position[axis] - corner[axis]);
+        return height > 0;
+    }
     Vector3 at(double u, double v) const {
         return {corner[0] + u * step_u[0] + v * step_v[0], corner[1] + u * step_u[1] + v * step_v[1],
                 corner[2] + u * step_u[2] + v * step_v[2]};
@@ -146,6 +153,10 @@ Image bake_ground(const ShadowCasters &casters, const Light &light, const Ground
     const double light_size = size_in_view(place, casters, options);
     const GroundRaster raster(ground, casters, size);
     Image image{.width = size, .height = size, .channels = 1, .texels = {}};
+    if (!raster.faces(place)) {
+        image.texels.assign(static_cast<std::size_t>(size) * size, 0);
+        return image;
+    }
     std::vector<std::uint16_t> blocked(static_cast<std::size_t>(size) * size, 0);
     ProgressCount progress(options, static_cast<std::size_t>(options.maps));
     for (int map = 0; map < options.maps; ++map) {

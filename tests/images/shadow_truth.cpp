@@ -1,17 +1,19 @@
 #include "shadow_truth.h"
 
 #include "embree_scene.h"
+#include "pbm_format/parallel.h"
 
 #include <glm/geometric.hpp>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace pbm {
 namespace {
 
-constexpr float kLift = 0.01F; // voxels
+constexpr double kStrictLift = 0.01; // voxels
+constexpr std::size_t kPointsAtOnce = 1024;
 
 struct NearestQuery {
     const std::vector<glm::dvec3> &positions;
@@ -60,36 +62,23 @@ bool look_at_triangle(RTCPointQueryFunctionArguments *arguments) {
 
 } // namespace
 
-TowardsLight towards_light(const Light &light, const Grid &grid, const glm::dvec3 &place) {
-    if (light.kind == LightKind::directional)
-        return {-glm::vec3(light.direction[0], light.direction[1], light.direction[2]),
-                std::numeric_limits<float>::infinity()};
-    const glm::dvec3 way = glm::dvec3(grid.origin[0], grid.origin[1], grid.origin[2]) +
-                           glm::dvec3(light.position[0], light.position[1], light.position[2]) - place;
-    const double distance = glm::length(way);
-    return {way / distance, static_cast<float>(distance)};
-}
-
 struct ShadowTruth::Scene {
-    Scene(std::span<const glm::dvec3> all, std::span<const glm::uvec3> corners, const glm::dvec3 &origin)
-        : centre(origin), positions(all.begin(), all.end()), triangles(corners.begin(), corners.end()),
-          rays(positions, triangles, centre, RTC_SCENE_FLAG_ROBUST) {}
+    Scene(const TriangleMesh &all, const glm::dvec3 &origin)
+        : centre(origin), mesh(all), rays(mesh.positions, mesh.triangles, centre, RTC_SCENE_FLAG_ROBUST) {}
     glm::dvec3 centre;
-    std::vector<glm::dvec3> positions;
-    std::vector<glm::uvec3> triangles;
+    TriangleMesh mesh;
     EmbreeScene rays;
 };
 
-ShadowTruth::ShadowTruth(std::span<const glm::dvec3> positions, std::span<const glm::uvec3> triangles, const Grid &grid)
-    : scene_(std::make_unique<Scene>(positions, triangles,
-                                     glm::dvec3(grid.origin[0], grid.origin[1], grid.origin[2]) + grid.edge() / 2)),
-      grid_(grid) {}
+ShadowTruth::ShadowTruth(const TriangleMesh &mesh, const glm::dvec3 &centre)
+    : scene_(std::make_unique<Scene>(mesh, centre)) {}
 
 ShadowTruth::~ShadowTruth() = default;
 
-SurfacePlace ShadowTruth::nearest(const glm::dvec3 &centre, const glm::vec3 &normal) const {
-    NearestQuery query{scene_->positions, scene_->triangles, centre};
-    const glm::dvec3 local = centre - scene_->centre;
+SurfacePlace ShadowTruth::nearest(const glm::dvec3 &from) const {
+    const auto &p = scene_->mesh.positions;
+    NearestQuery query{p, scene_->mesh.triangles, from};
+    const glm::dvec3 local = from - scene_->centre;
     RTCPointQuery ball{};
     ball.x = static_cast<float>(local.x);
     ball.y = static_cast<float>(local.y);
@@ -98,24 +87,14 @@ SurfacePlace ShadowTruth::nearest(const glm::dvec3 &centre, const glm::vec3 &nor
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(scene_->rays.scene, &ball, &context, look_at_triangle, &query);
-    const glm::uvec3 &corners = scene_->triangles[query.triangle];
-    const auto &p = scene_->positions;
-    glm::vec3 facet = glm::normalize(glm::cross(p[corners.y] - p[corners.x], p[corners.z] - p[corners.x]));
-    if (!(glm::dot(facet, facet) > 0)) // no area
-        facet = normal;
-    return {query.nearest, glm::dot(facet, normal) < 0 ? -facet : facet, static_cast<float>(query.distance)};
+    const glm::uvec3 &corners = query.triangles[query.triangle];
+    const glm::dvec3 across = glm::cross(p[corners.y] - p[corners.x], p[corners.z] - p[corners.x]);
+    const double length = glm::length(across);
+    const glm::dvec3 normal = length > 0 ? across / length : glm::dvec3(0);
+    return {query.nearest, normal, normal};
 }
 
-bool ShadowTruth::reached(const SurfacePlace &place, const TowardsLight &light, float skip) const {
-    const float side = glm::dot(place.normal, light.direction) < 0 ? -1.0F : 1.0F;
-    const glm::dvec3 lift = place.normal * (side * kLift);
-    return reached(place.position + lift * grid_.voxel_size + glm::dvec3(light.direction * skip),
-                   {light.direction, light.distance - skip});
-}
-
-bool ShadowTruth::reached(const glm::dvec3 &from, const TowardsLight &light) const {
-    if (light.distance <= 0)
-        return true;
+bool ShadowTruth::reaches(const glm::dvec3 &from, const glm::dvec3 &direction, double distance) const {
     const glm::vec3 origin = from - scene_->centre;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
@@ -123,13 +102,92 @@ bool ShadowTruth::reached(const glm::dvec3 &from, const TowardsLight &light) con
     ray.org_x = origin.x;
     ray.org_y = origin.y;
     ray.org_z = origin.z;
-    ray.dir_x = light.direction.x;
-    ray.dir_y = light.direction.y;
-    ray.dir_z = light.direction.z;
-    ray.tfar = light.distance;
+    ray.dir_x = static_cast<float>(direction.x);
+    ray.dir_y = static_cast<float>(direction.y);
+    ray.dir_z = static_cast<float>(direction.z);
+    ray.tfar = static_cast<float>(distance);
     ray.mask = ~0U;
     rtcOccluded1(scene_->rays.scene, &context, &ray);
     return ray.tfar >= 0;
+}
+
+TowardsLight towards_light(const Light &light, const Grid &grid, const glm::dvec3 &place) {
+    if (light.kind == LightKind::directional)
+        return {-glm::normalize(glm::dvec3(light.direction[0], light.direction[1], light.direction[2])),
+                std::numeric_limits<double>::infinity()};
+    const glm::dvec3 way = glm::dvec3(grid.origin[0], grid.origin[1], grid.origin[2]) +
+                           glm::dvec3(light.position[0], light.position[1], light.position[2]) - place;
+    const double distance = glm::length(way);
+    return {way / distance, distance};
+}
+
+SampledPoints sample_model(const ShadowTruth &truth, const Model &model, std::size_t stride, int threads) {
+    std::vector<MortonCode> codes{0};
+    for (std::size_t level = 1; level < model.levels.size(); ++level)
+        codes = expand_level(codes, model.levels[level].masks, model.levels[level].points.size()).value();
+    SampledPoints sample;
+    for (std::size_t i = 0; i < codes.size(); i += stride)
+        sample.points.push_back(i);
+    sample.places.resize(sample.points.size());
+    const Grid &grid = model.parameters.grid;
+    const auto &normals = model.levels.back().points.normals;
+    parallel_for((sample.points.size() + kPointsAtOnce - 1) / kPointsAtOnce, threads, [&](std::size_t block) {
+        const std::size_t end = std::min(sample.points.size(), (block + 1) * kPointsAtOnce);
+        for (std::size_t k = block * kPointsAtOnce; k < end; ++k) {
+            const std::size_t i = sample.points[k];
+            const auto [x, y, z] = morton_decode(codes[i]);
+            const UnitVector &n = normal_table()[normals[i] & kNormalIndexMask];
+            SurfacePlace place = truth.nearest(glm::dvec3(grid.origin[0], grid.origin[1], grid.origin[2]) +
+                                               (glm::dvec3(x, y, z) + 0.5) * grid.voxel_size);
+            place.normal = {n[0], n[1], n[2]};
+            if (glm::dot(place.facet, place.normal) < 0)
+                place.facet = -place.facet;
+            place.two_sided = (normals[i] & kTwoSidedBit) != 0;
+            sample.places[k] = place;
+        }
+    });
+    return sample;
+}
+
+ShadowFigures compare_shadows(const ShadowTruth &truth, const SampledPoints &sample, const Grid &grid,
+                              const Light &light, ByteView baked, int threads) {
+    const glm::dvec3 spot(light.direction[0], light.direction[1], light.direction[2]);
+    const std::size_t blocks = (sample.points.size() + kPointsAtOnce - 1) / kPointsAtOnce;
+    std::vector<ShadowFigures> figures(blocks);
+    parallel_for(blocks, threads, [&](std::size_t block) {
+        ShadowFigures &sum = figures[block];
+        const std::size_t end = std::min(sample.points.size(), (block + 1) * kPointsAtOnce);
+        for (std::size_t k = block * kPointsAtOnce; k < end; ++k) {
+            const SurfacePlace &place = sample.places[k];
+            TowardsLight way = towards_light(light, grid, place.position);
+            double side = glm::dot(place.normal, way.direction) < 0 ? -1 : 1;
+            if ((side < 0 && !place.two_sided) || (light.kind == LightKind::spot && glm::dot(spot, way.direction) >= 0))
+                continue;
+            const bool lit = baked[sample.points[k]] != 0;
+            const glm::dvec3 start = place.position + place.normal * (side * kTruthLift * grid.voxel_size);
+            const TowardsLight lifted = towards_light(light, grid, start);
+            const bool reached = truth.reaches(start, lifted.direction, lifted.distance);
+            ++sum.facing;
+            sum.lit += reached ? 1 : 0;
+            sum.false_shadow += reached && !lit ? 1 : 0;
+            sum.false_light += !reached && lit ? 1 : 0;
+            if (side * glm::dot(place.facet, way.direction) <= 0)
+                continue;
+            ++sum.facing_strictly;
+            const glm::dvec3 close = place.position + place.facet * (side * kStrictLift * grid.voxel_size);
+            sum.wrong_strictly += truth.reaches(close, way.direction, way.distance) != lit ? 1 : 0;
+        }
+    });
+    ShadowFigures total;
+    for (const ShadowFigures &sum : figures) {
+        total.facing += sum.facing;
+        total.lit += sum.lit;
+        total.false_shadow += sum.false_shadow;
+        total.false_light += sum.false_light;
+        total.facing_strictly += sum.facing_strictly;
+        total.wrong_strictly += sum.wrong_strictly;
+    }
+    return total;
 }
 
 } // namespace pbm

@@ -1,55 +1,80 @@
-// Whether the light reaches the surface behind a point: shadow rays against the triangles a model was made from.
+// Whether light reaches the surface behind a point: shadow rays against the triangles a model was made from.
 //
-// A point stands for the piece of surface in its voxel, with one lit fraction for all of it. So its ray starts on the
-// triangle nearest to the voxel's centre, a hundredth of a voxel above it on the light's side, and what it meets within
-// the voxel's own extent does not count.
+// A ray starts at the place of the mesh that is nearest to the voxel's centre, a quarter of a voxel above it along the
+// point's normal, and goes to the light: relief lower than that is below what voxels hold of a surface. Beside it the
+// strict ray starts a hundredth of a voxel above the triangle, and all relief of the mesh shadows it.
 #pragma once
 
 #include "pbm_format/model.h"
 #include "triangle_mesh.h"
 
+#include <glm/vec3.hpp>
+
 #include <memory>
-#include <optional>
 #include <span>
+#include <vector>
 
 namespace pbm {
 
-// Unit vector from `place` to the light, and how far that is (infinite for directional lights). Model space.
-struct TowardsLight {
-    glm::vec3 direction;
-    float distance;
-};
-TowardsLight towards_light(const Light &light, const Grid &grid, const glm::dvec3 &place);
+inline constexpr double kTruthLift = 0.25; // voxels
 
 // What a point's voxel holds of the mesh.
 struct SurfacePlace {
     glm::dvec3 position; // on the mesh, nearest to the voxel's centre; model space
-    glm::vec3 normal;    // of the triangle, unit length, on the side of the point's own normal
-    float distance;      // to the voxel's centre
+    glm::dvec3 normal;   // the point's
+    glm::dvec3 facet;    // the triangle's, on the same side
+    bool two_sided = false;
 };
 
 class ShadowTruth {
   public:
-    // `grid` is that of the models asked about.
+    // `centre` is subtracted from every position, so that single precision suffices for georeferenced meshes.
     //
     // throws  std::runtime_error  no memory
-    ShadowTruth(std::span<const glm::dvec3> positions, std::span<const glm::uvec3> triangles, const Grid &grid);
+    ShadowTruth(const TriangleMesh &mesh, const glm::dvec3 &centre);
     ~ShadowTruth();
     ShadowTruth(const ShadowTruth &) = delete;
     ShadowTruth &operator=(const ShadowTruth &) = delete;
 
-    SurfacePlace nearest(const glm::dvec3 &centre, const glm::vec3 &normal) const;
-
-    // A ray from `place` to the light, `skip` of it left out at its start.
-    bool reached(const SurfacePlace &place, const TowardsLight &light, float skip) const;
-
-    // The same for any point of the light and any start, nothing left out: for ground planes and soft lights.
-    bool reached(const glm::dvec3 &from, const TowardsLight &light) const;
+    // The place nearest to `from`; its normal is the triangle's.
+    SurfacePlace nearest(const glm::dvec3 &from) const;
+    // Nothing lies between `from` and what is `distance` (which may be infinite) away.
+    bool reaches(const glm::dvec3 &from, const glm::dvec3 &direction, double distance) const;
 
   private:
     struct Scene;
     std::unique_ptr<Scene> scene_;
-    Grid grid_;
 };
+
+// The way from a place to a light; the distance of directional lights is infinite.
+struct TowardsLight {
+    glm::dvec3 direction; // unit length
+    double distance = 0;
+};
+TowardsLight towards_light(const Light &light, const Grid &grid, const glm::dvec3 &place);
+
+// Every `stride`-th point of the finest level.
+struct SampledPoints {
+    std::vector<std::size_t> points;
+    std::vector<SurfacePlace> places;
+};
+SampledPoints sample_model(const ShadowTruth &truth, const Model &model, std::size_t stride, int threads);
+
+// Of the points that face the light.
+struct ShadowFigures {
+    std::size_t facing = 0, lit = 0; // by rays
+    std::size_t false_shadow = 0, false_light = 0;
+    std::size_t facing_strictly = 0, wrong_strictly = 0; // strict rays, where the triangle faces the light, too
+    double wrong() const {
+        return facing == 0 ? 0 : static_cast<double>(false_shadow + false_light) / static_cast<double>(facing);
+    }
+    double strictly_wrong() const {
+        return facing_strictly == 0 ? 0 : static_cast<double>(wrong_strictly) / static_cast<double>(facing_strictly);
+    }
+};
+
+// `baked`: one byte per point of the model, 0 in shadow.
+ShadowFigures compare_shadows(const ShadowTruth &truth, const SampledPoints &sample, const Grid &grid,
+                              const Light &light, ByteView baked, int threads);
 
 } // namespace pbm
