@@ -3,6 +3,7 @@
 #include "pbm_render/normal_table.h"
 #include "pbm_render/point_shader.h"
 #include "pbm_render/splat.h"
+#include "pbm_render/splat_kernels.h"
 #include "pbm_render/transform_table.h"
 #include "pbm_render/unit_grid.h"
 
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 namespace pbm {
 namespace {
@@ -20,11 +22,21 @@ namespace {
 // Voxel edges. What the builder gives points where the scan is dense.
 constexpr double kDenseRadius = 0.87;
 constexpr std::size_t kNoRadius = 256; // no index
+// A dense splat covers its voxel; the dissertation's discs reach the neighbours in the directions of all corners.
+constexpr float kNeighbourReach = 2;
+
+// Between which depths the whole grid lies, in front of the eye.
+SplatKernels make_kernels(const Grid &grid, const Projection &projection, int width, int height) {
+    const double middle = projection.point(glm::dvec3(grid.edge() / 2)).z, half = grid.edge() * std::sqrt(0.75);
+    const double rear = std::max(middle + half, grid.edge());
+    return {projection, width, height, std::clamp(middle - half, 0.001 * rear, 0.999 * rear), rear};
+}
 
 // Everything that stays the same for a whole frame, and the cursors of the walk.
 class Walk {
   public:
-    Walk(const Model &model, const Grid &grid, const Projection &projection, int level, Framebuffer &target);
+    Walk(const Model &model, const Grid &grid, const Projection &projection, int level, Splats splats,
+         Framebuffer &target);
 
     void draw_root() { draw_odd_point(0, table_.centre); }
     // Draws octant grid number `octant` among those that exist; `place` is its child number.
@@ -52,6 +64,7 @@ class Walk {
     const std::array<float, 256> &radii_; // grid edges
     std::array<float, 256> pixel_splats_; // 1 / depth below which a splat of that radius is one pixel
     float voxel_;                         // edge at this level
+    std::optional<SplatKernels> kernels_; // for Splats::kernels
 
     // Of the octant grid being drawn:
     std::vector<Facing> facing_;           // mark_facing
@@ -62,7 +75,8 @@ class Walk {
     std::array<std::size_t, kMaxDepth + 1> cursor_{};         // next node of each level
 };
 
-Walk::Walk(const Model &model, const Grid &grid, const Projection &projection, int level, Framebuffer &target)
+Walk::Walk(const Model &model, const Grid &grid, const Projection &projection, int level, Splats splats,
+           Framebuffer &target)
     : projection_(projection), grid_(grid), level_(level),
       point_normals_(model.levels[static_cast<std::size_t>(level)].points.normals.data()),
       point_radii_(model.levels[static_cast<std::size_t>(level)].points.radii.data()), target_(target),
@@ -71,6 +85,8 @@ Walk::Walk(const Model &model, const Grid &grid, const Projection &projection, i
       shapes_(kNormalCount) {
     for (std::size_t i = 0; i < radii_.size(); ++i)
         pixel_splats_[i] = 0.5F / (static_cast<float>(projection.focal) * radii_[i]);
+    if (splats == Splats::kernels)
+        kernels_.emplace(make_kernels(grid, projection, target.width, target.height));
     for (std::size_t i = 1; i < model.levels.size(); ++i)
         masks_[i] = model.levels[i].masks.data();
 }
@@ -99,7 +115,7 @@ void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
     const double reach = half_edge * std::sqrt(3.0);
     const glm::dvec3 image = projection_.point(centre);
     const bool narrow = reach <= kNarrow * glm::length(centre - projection_.eye);
-    if (!narrow || image.z - reach <= static_cast<double>(kLeastDistance * radii_[radius]))
+    if (kernels_ || !narrow || image.z - reach <= static_cast<double>(kLeastDistance * radii_[radius]))
         return;
     table_radius_ = radius;
     const glm::vec2 pixel(image.x / image.z, image.y / image.z);
@@ -162,15 +178,20 @@ void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     if (depth <= kLeastDistance * radius) // behind the eye, or around it
         return;
     const glm::vec2 pixel(centre.x / depth, centre.y / depth);
-    const ScreenNormal *normal = &normals_[point_normals_[index] & kNormalIndexMask];
-    float facing = glm::dot(normal->plane, glm::vec3(pixel, 1));
+    std::size_t normal = point_normals_[index] & kNormalIndexMask;
+    float facing = glm::dot(normals_[normal].plane, glm::vec3(pixel, 1));
     if (two_sided && facing > 0) {
-        normal = &normals_[(point_normals_[index] & kNormalIndexMask) ^ kOppositeNormal];
+        normal ^= kOppositeNormal;
         facing = -facing;
     }
-    if (facing <= kFacingSlack)
-        draw(lay_splat(projection_, *normal, pixel, facing, {radius, voxel_, two_sided}), index, pixel, depth,
-             1 / depth);
+    if (facing > kFacingSlack)
+        return;
+    if (!kernels_)
+        return draw(lay_splat(projection_, normals_[normal], pixel, facing, {radius, voxel_, two_sided}), index, pixel,
+                    depth, 1 / depth);
+    ++drawn_points;
+    const float pixels = kNeighbourReach * radius * static_cast<float>(projection_.focal) / depth;
+    kernels_->draw(normal, pixel, depth, pixels, static_cast<std::uint32_t>(index), target_);
 }
 
 inline void Walk::draw(const SplatShape &shape, std::size_t index, glm::vec2 pixel, float depth, float inverse_depth) {
@@ -266,7 +287,7 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
     const Grid grid = unit_grid(model_.parameters.grid);
     const Camera unit_camera = in_unit_grid(camera, model_.parameters.grid);
     const Projection projection(unit_camera, target.width, target.height);
-    Walk walk(model_, grid, projection, level, target);
+    Walk walk(model_, grid, projection, level, options.splats, target);
     if (level == 0) {
         walk.draw_root();
     } else {

@@ -14,6 +14,9 @@ enum class Quality : std::uint8_t { fast, fine };
 // Darkens what lies behind its surroundings, from the z-buffer alone.
 enum class DepthCue : std::uint8_t { none, eye_dome, ambient_occlusion };
 
+// What the reference renderer draws points as: exact images of discs, or the dissertation's table of stencils.
+enum class Splats : std::uint8_t { ellipses, kernels };
+
 // What the file does not have is left out, whatever is asked for.
 struct RenderOptions {
     int level = kMaxDepth;             // detail level; beyond the finest one there is: the finest
@@ -26,6 +29,7 @@ struct RenderOptions {
     bool reflections = true;           // of the panorama, where materials ask for it
     DepthCue depth_cue = DepthCue::none;
     Quality quality = Quality::fast;
+    Splats splats = Splats::ellipses;
     int samples = 8; // per pixel of fine pictures, 1..64
 };
 
