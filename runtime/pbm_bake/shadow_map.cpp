@@ -7,6 +7,8 @@
 namespace pbm {
 namespace {
 
+using Float4 = float __attribute__((vector_size(16)));
+
 // Receivers are raised by so much along their normals, in voxels: the surface is known to 0.1.
 constexpr float kBias = 0.35F;
 // A disc reaches over its voxel; what of it stands over edges shadows what it should not.
@@ -105,97 +107,163 @@ void ShadowView::find_window() {
     }
 }
 
-ShadowView::Point ShadowView::point(const ViewBrick &brick, std::size_t i) const {
-    const auto &place = places_[casters_.places()[i]];
-    const ViewNormal &n = normals_[casters_.normals()[i] & kNormalIndexMask];
-    const float offset = static_cast<float>(casters_.offsets()[i]) * (1.0F / ShadowCasters::kOffsetSteps);
-    return {brick.corner[0] + place[0] + offset * n.x, brick.corner[1] + place[1] + offset * n.y,
-            brick.corner[2] + place[2] + offset * n.z, &n};
+// Where points lie, with everything at hand that a loop over them needs.
+class ShadowView::SplatsOfView {
+  public:
+    explicit SplatsOfView(const ShadowView &view)
+        : place_of_(view.casters_.places().data()), normal_of_(view.casters_.normals().data()),
+          offset_of_(view.casters_.offsets().data()), places_(view.places_.data()), normals_(view.normals_.data()) {}
+
+    Splat operator()(const ViewBrick &brick, std::size_t i) const {
+        const auto &place = places_[place_of_[i]];
+        const ViewNormal &n = normals_[normal_of_[i] & kNormalIndexMask];
+        const float offset = static_cast<float>(offset_of_[i]) * (1.0F / ShadowCasters::kOffsetSteps);
+        return {brick.corner[0] + place[0] + offset * n.x, brick.corner[1] + place[1] + offset * n.y,
+                brick.corner[2] + place[2] + offset * n.z, &n};
+    }
+
+  private:
+    const std::uint16_t *place_of_, *normal_of_;
+    const std::int8_t *offset_of_;
+    const std::array<float, 4> *places_;
+    const ViewNormal *normals_;
+};
+
+// Some rows of a map, and how places come into them.
+struct ShadowView::Rows {
+    int first, count, width;
+    float *map;
+    float inverse_distance, to_column, to_row; // added to u and v
+    bool touch(const ViewBrick &brick) const { return brick.first_row < first + count && brick.last_row >= first; }
+    float *row(int at) const { return map + static_cast<std::ptrdiff_t>(at) * width; }
+
+    // Where a splat falls into the map, and its plane there.
+    struct Footprint {
+        float u, v, column, row, depth; // of its centre
+        float step_u, step_v;           // of the depth
+        float limit;                    // its radius squared
+    };
+    template <bool kPerspective> void draw(const Splat &splat, float radius) const;
+    template <bool kPerspective>
+    void draw_square(const Splat &splat, const Footprint &footprint, int left, int top) const;
+    template <bool kPerspective>
+    void draw_texels(const Splat &splat, const Footprint &footprint, float wide, float high) const;
+};
+
+// The texels left, left + 1 of rows top, top + 1, without a branch: most splats have no more, and half of them none.
+template <bool kPerspective>
+void ShadowView::Rows::draw_square(const Splat &splat, const Footprint &footprint, int left, int top) const {
+    const float e = inverse_distance;
+    const Float4 du = Float4{0, 1, 0, 1} + (static_cast<float>(left) - footprint.column);
+    const Float4 dv = Float4{0, 0, 1, 1} + (static_cast<float>(top) - footprint.row);
+    const Float4 there = footprint.depth + footprint.step_u * du + footprint.step_v * dv;
+    Float4 x = du, y = dv, z = there - footprint.depth, reach = Float4{} + footprint.limit;
+    if constexpr (kPerspective) { // all of it times `back`, which brings places back from the projection
+        const Float4 back = 1 - e * there;
+        x = footprint.u + du - splat.x * back;
+        y = footprint.v + dv - splat.y * back;
+        z = there - splat.z * back;
+        reach = back > 0 ? reach * back * back : Float4{} - 1;
+    }
+    const Float4 depths = x * x + y * y + z * z <= reach ? there : Float4{} + std::numeric_limits<float>::infinity();
+    float *const upper = row(top) + left, *const lower = upper + width;
+    upper[0] = std::min(upper[0], depths[0]);
+    upper[1] = std::min(upper[1], depths[1]);
+    lower[0] = std::min(lower[0], depths[2]);
+    lower[1] = std::min(lower[1], depths[3]);
 }
 
+// All texels within the half extents.
 template <bool kPerspective>
-void ShadowView::draw_point(const Point &point, float radius, int first, int rows, float *map) const {
-    const ViewNormal &n = *point.normal;
-    const float e = inverse_distance_;
-    float q = 1, u = point.x, v = point.y, depth = point.z, cosine = n.z;
-    float wide = radius * n.wide, high = radius * n.high;
-    if constexpr (kPerspective) {
-        const float along = 1 + e * point.z;
-        if (along <= kNearest * e)
-            return;
-        q = 1 / along;
-        u *= q;
-        v *= q;
-        depth *= q;
-        cosine += e * (n.x * point.x + n.y * point.y + n.z * point.z);
-        // The disc's extent across the ray, and longer by how much nearer its rim can be.
-        const float nearer = 1 - radius * n.deep * e * q, scale = nearer > 0.1F ? q / nearer : 10 * q;
-        wide = (wide + radius * n.deep * std::abs(u) * e) * scale;
-        high = (high + radius * n.deep * std::abs(v) * e) * scale;
-    }
-    const float column = u + to_column_, row = v + to_row_ - static_cast<float>(first);
-    if (column + wide < 0 || row + high < 0)
-        return;
-    const int left = static_cast<int>(std::max(column - wide, -1.0F) + 1),
-              right = static_cast<int>(std::min(column + wide, static_cast<float>(width_ - 1)));
-    const int top = static_cast<int>(std::max(row - high, -1.0F) + 1),
-              bottom = static_cast<int>(std::min(row + high, static_cast<float>(rows - 1)));
-    if (left > right || top > bottom)
-        return;
-    const float inverse = -1 / away_from_zero(cosine);
-    const float step_u = n.x * inverse, step_v = n.y * inverse, limit = radius * radius;
+void ShadowView::Rows::draw_texels(const Splat &splat, const Footprint &footprint, float wide, float high) const {
+    const auto after = [](float low) { return static_cast<int>(std::max(low, -1.0F) + 1); };
+    const auto last = [](float far, int size) {
+        return static_cast<int>(std::clamp(far, -1.0F, static_cast<float>(size - 1)));
+    };
+    const float e = inverse_distance;
+    const int left = after(footprint.column - wide), right = last(footprint.column + wide, width);
+    const int top = after(footprint.row - high), bottom = last(footprint.row + high, count);
     for (int j = top; j <= bottom; ++j)
         for (int i = left; i <= right; ++i) {
-            const float du = static_cast<float>(i) - column, dv = static_cast<float>(j) - row;
-            const float there = depth + step_u * du + step_v * dv;
-            float x = du, y = dv, z = there - depth;
+            const float du = static_cast<float>(i) - footprint.column, dv = static_cast<float>(j) - footprint.row;
+            const float there = footprint.depth + footprint.step_u * du + footprint.step_v * dv;
+            float x = du, y = dv, z = there - footprint.depth, reach = footprint.limit;
             if constexpr (kPerspective) {
                 const float back = 1 - e * there;
                 if (back <= 0)
                     continue;
-                const float s = 1 / back;
-                x = (u + du) * s - point.x;
-                y = (v + dv) * s - point.y;
-                z = there * s - point.z;
+                x = footprint.u + du - splat.x * back;
+                y = footprint.v + dv - splat.y * back;
+                z = there - splat.z * back;
+                reach = reach * back * back;
             }
-            if (x * x + y * y + z * z > limit)
-                continue;
-            float &nearest =
-                map[static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(i)];
-            nearest = std::min(nearest, there);
+            if (x * x + y * y + z * z <= reach)
+                row(j)[i] = std::min(row(j)[i], there);
         }
 }
 
-template <bool kPerspective> void ShadowView::draw_bricks(int first, int rows, float *map) const {
-    const auto bricks = casters_.bricks();
-    const ByteView radii = casters_.radii();
-    for (std::size_t b = 0; b < bricks_.size(); ++b) {
-        if (bricks_[b].first_row >= first + rows || bricks_[b].last_row < first)
-            continue;
-        for (std::size_t i = bricks[b].first_point; i < bricks[b + 1].first_point; ++i)
-            draw_point<kPerspective>(point(bricks_[b], i), radii_[radii[i]], first, rows, map);
+template <bool kPerspective> void ShadowView::Rows::draw(const Splat &splat, float radius) const {
+    const ViewNormal &n = *splat.normal;
+    const float e = inverse_distance;
+    float u = splat.x, v = splat.y, depth = splat.z, cosine = n.z;
+    float wide = radius * n.wide, high = radius * n.high;
+    if constexpr (kPerspective) {
+        const float along = 1 + e * splat.z;
+        if (along <= kNearest * e)
+            return;
+        const float q = 1 / along;
+        u *= q;
+        v *= q;
+        depth *= q;
+        cosine += e * (n.x * splat.x + n.y * splat.y + n.z * splat.z);
+        // The disc's extent across the ray, and longer by how much nearer its rim can be.
+        const float deep = radius * n.deep * e, nearer = along - deep;
+        const float scale = nearer > 0.1F * along ? 1 / nearer : 10 * q;
+        wide = (wide + deep * std::abs(u)) * scale;
+        high = (high + deep * std::abs(v)) * scale;
     }
+    const float inverse = -1 / away_from_zero(cosine);
+    const Footprint footprint{u, v, u + to_column, v + to_row, depth, n.x * inverse, n.y * inverse, radius * radius};
+    const float left = footprint.column - wide, top = footprint.row - high;
+    if (wide <= 1 && high <= 1 && left >= 0 && top >= 0 && left < static_cast<float>(width - 2) &&
+        top < static_cast<float>(count - 2))
+        draw_square<kPerspective>(splat, footprint, static_cast<int>(left) + 1, static_cast<int>(top) + 1);
+    else
+        draw_texels<kPerspective>(splat, footprint, wide, high);
+}
+
+template <bool kPerspective> void ShadowView::draw_bricks(const Rows &rows) const {
+    const auto bricks = casters_.bricks();
+    const std::uint8_t *const radius_of = casters_.radii().data();
+    const float *const radii = radii_.data();
+    const SplatsOfView splats(*this);
+    for (std::size_t b = 0; b < bricks_.size(); ++b)
+        if (rows.touch(bricks_[b]))
+            for (std::size_t i = bricks[b].first_point, end = bricks[b + 1].first_point; i < end; ++i)
+                rows.draw<kPerspective>(splats(bricks_[b], i), radii[radius_of[i]]);
 }
 
 void ShadowView::draw(int first, int rows, std::span<float> map) const {
     std::fill(map.begin(), map.end(), std::numeric_limits<float>::infinity());
+    const Rows part{
+        first, rows, width_, map.data(), inverse_distance_, to_column_, to_row_ - static_cast<float>(first)};
     if (inverse_distance_ != 0)
-        draw_bricks<true>(first, rows, map.data());
+        draw_bricks<true>(part);
     else
-        draw_bricks<false>(first, rows, map.data());
+        draw_bricks<false>(part);
 }
 
-template <bool kPerspective>
-void ShadowView::vote_bricks(int first, int rows, const float *map, std::span<std::uint8_t> votes) const {
+template <bool kPerspective> void ShadowView::vote_bricks(const Rows &rows, std::span<std::uint8_t> votes) const {
     const auto bricks = casters_.bricks();
-    const auto normals = casters_.normals();
+    const std::uint16_t *const normal_of = casters_.normals().data();
+    const SplatsOfView splats(*this);
     const float e = inverse_distance_;
-    const int face = view_.face;
+    const bool one_of_six = view_.face >= 0;
     for (std::size_t b = 0; b < bricks_.size(); ++b) {
-        if (bricks_[b].first_row >= first + rows || bricks_[b].last_row < first)
+        if (!rows.touch(bricks_[b]))
             continue;
-        for (std::size_t i = bricks[b].first_point; i < bricks[b + 1].first_point; ++i) {
-            const Point p = point(bricks_[b], i);
+        for (std::size_t i = bricks[b].first_point, end = bricks[b + 1].first_point; i < end; ++i) {
+            const Splat p = splats(bricks_[b], i);
             const ViewNormal &n = *p.normal;
             float q = 1, cosine = n.z;
             if constexpr (kPerspective) {
@@ -205,16 +273,15 @@ void ShadowView::vote_bricks(int first, int rows, const float *map, std::span<st
                 q = 1 / along;
                 cosine += e * (n.x * p.x + n.y * p.y + n.z * p.z);
             }
-            const bool two_sided = (normals[i] & kTwoSidedBit) != 0;
-            if (cosine >= 0 && !two_sided)
+            if (cosine >= 0 && (normal_of[i] & kTwoSidedBit) == 0)
                 continue;
             const float u = p.x * q, v = p.y * q;
             if constexpr (kPerspective)
-                if (face >= 0 && (u * e < -1 || u * e >= 1 || v * e < -1 || v * e >= 1))
+                if (one_of_six && (u * e < -1 || u * e >= 1 || v * e < -1 || v * e >= 1))
                     continue;
-            const float column = u + to_column_, row = v + to_row_;
+            const float column = u + rows.to_column, row = v + rows.to_row;
             const int at_column = static_cast<int>(column + 0.5F), at_row = static_cast<int>(row + 0.5F);
-            if (at_row < first || at_row >= first + rows)
+            if (row < -0.5F || at_row >= rows.count)
                 continue;
             // Raised towards the light.
             const float raised =
@@ -223,18 +290,18 @@ void ShadowView::vote_bricks(int first, int rows, const float *map, std::span<st
             const float there = p.z * q - kBias * q * std::abs(inverse) +
                                 n.x * inverse * (static_cast<float>(at_column) - column) +
                                 n.y * inverse * (static_cast<float>(at_row) - row);
-            const float nearest = map[static_cast<std::size_t>(at_row - first) * static_cast<std::size_t>(width_) +
-                                      static_cast<std::size_t>(at_column)];
-            votes[i] = static_cast<std::uint8_t>(votes[i] + (nearest >= there ? 1 : 0));
+            votes[i] = static_cast<std::uint8_t>(votes[i] + (rows.row(at_row)[at_column] >= there ? 1 : 0));
         }
     }
 }
 
-void ShadowView::vote(int first, int rows, std::span<const float> map, std::span<std::uint8_t> votes) const {
+void ShadowView::vote(int first, int rows, std::span<float> map, std::span<std::uint8_t> votes) const {
+    const Rows part{
+        first, rows, width_, map.data(), inverse_distance_, to_column_, to_row_ - static_cast<float>(first)};
     if (inverse_distance_ != 0)
-        vote_bricks<true>(first, rows, map.data(), votes);
+        vote_bricks<true>(part, votes);
     else
-        vote_bricks<false>(first, rows, map.data(), votes);
+        vote_bricks<false>(part, votes);
 }
 
 ShadowView::Seen ShadowView::see(const Vector3 &place, const Vector3 &normal) const {

@@ -23,7 +23,7 @@ class ShadowView {
     void draw(int first, int rows, std::span<float> map) const;
 
     // Adds 1 to the votes of every point that faces the light, falls into these rows and is not behind something.
-    void vote(int first, int rows, std::span<const float> map, std::span<std::uint8_t> votes) const;
+    void vote(int first, int rows, std::span<float> map, std::span<std::uint8_t> votes) const;
 
     // A place of a plane that casts no shadow itself: the texel it falls into, and the plane's depth there.
     struct Seen {
@@ -43,17 +43,15 @@ class ShadowView {
         std::array<float, 3> corner; // along the view's axes
         int first_row, last_row;     // what its splats can reach; empty if the view does not hold it
     };
-    struct Point {
+    struct Splat {
         float x, y, z; // along the view's axes
         const ViewNormal *normal;
     };
+    class SplatsOfView;
+    struct Rows;
     void find_window();
-    Point point(const ViewBrick &brick, std::size_t i) const;
-    template <bool kPerspective> void draw_bricks(int first, int rows, float *map) const;
-    template <bool kPerspective>
-    void draw_point(const Point &point, float radius, int first, int rows, float *map) const;
-    template <bool kPerspective>
-    void vote_bricks(int first, int rows, const float *map, std::span<std::uint8_t> votes) const;
+    template <bool kPerspective> void draw_bricks(const Rows &rows) const;
+    template <bool kPerspective> void vote_bricks(const Rows &rows, std::span<std::uint8_t> votes) const;
 
     const ShadowCasters &casters_;
     LightView view_;
