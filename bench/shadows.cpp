@@ -3,8 +3,8 @@
 //   bench_shadows ROUNDS MAPS MODEL.bvg MESH
 //
 // Prints a JSON object: points, prepare_ns (of ShadowCasters, per point, [round]), and for each of four lights: name,
-// facing, lit, false_shadow, false_light, wrong, strictly_wrong, bake_ns (per point, [round]), embree_ns (per ray,
-// [round]). One thread. A first round that is not counted warms up.
+// facing, lit, false_shadow, false_light, wrong, wrong_light, strictly_wrong, bake_ns (per point, [round]), embree_ns
+// (per ray, [round]). One thread. A first round that is not counted warms up.
 #include "pbm_bake/shadow_baker.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/reader.h"
@@ -127,6 +127,7 @@ nlohmann::json measure(int rounds, int maps, const std::string &model_file, cons
                                     {"false_shadow", figures.false_shadow},
                                     {"false_light", figures.false_light},
                                     {"wrong", figures.wrong()},
+                                    {"wrong_light", figures.wrong_light()},
                                     {"strictly_wrong", figures.strictly_wrong()},
                                     {"bake_ns", bake_ns[l]},
                                     {"embree_ns", embree_ns[l]}});

@@ -82,11 +82,15 @@ LightPlace place_light(const Light &light, const ShadowCasters &casters) {
     LightPlace place;
     place.parallel = light.kind == LightKind::directional;
     place.spot = light.kind == LightKind::spot;
+    double farthest = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         place.direction[axis] = static_cast<double>(light.direction[axis]);
-        place.position[axis] =
-            std::clamp(static_cast<double>(light.position[axis]) / casters.voxel_size(), -kFarthest, kFarthest);
+        place.position[axis] = static_cast<double>(light.position[axis]);
+        farthest = std::max(farthest, std::abs(place.position[axis]));
     }
+    // Beyond it only the direction matters.
+    const double limit = kFarthest * casters.voxel_size();
+    place.position = place.position * ((farthest > limit ? limit / farthest : 1) / casters.voxel_size());
     if (light.kind != LightKind::point)
         place.direction = normalise(place.direction);
     return place;

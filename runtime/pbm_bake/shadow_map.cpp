@@ -11,8 +11,9 @@ using Float4 = float __attribute__((vector_size(16)));
 
 // Receivers are raised by so much along their normals, in voxels: the surface is known to 0.1.
 constexpr float kBias = 0.35F;
-// A disc reaches over its voxel; what of it stands over edges shadows what it should not.
-constexpr float kDenseRadius = 1, kDenseScale = 0.75F; // voxels
+// A disc reaches over its voxel; what of it stands over edges shadows what it should not. So those of dense points get
+// just what closes a sheet of voxels: 0.71, half the diagonal of a square.
+constexpr float kDenseRadius = 1, kDenseScale = 0.83F; // voxels
 // Surfaces nearer to edge-on than this cosine are taken to have it.
 constexpr float kLeastCosine = 0.02F;
 // Nothing nearer to the light than this casts a shadow, and it is lit: the light is in its voxel. Voxels.

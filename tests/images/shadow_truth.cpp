@@ -159,8 +159,8 @@ ShadowFigures compare_shadows(const ShadowTruth &truth, const SampledPoints &sam
         const std::size_t end = std::min(sample.points.size(), (block + 1) * kPointsAtOnce);
         for (std::size_t k = block * kPointsAtOnce; k < end; ++k) {
             const SurfacePlace &place = sample.places[k];
-            TowardsLight way = towards_light(light, grid, place.position);
-            double side = glm::dot(place.normal, way.direction) < 0 ? -1 : 1;
+            const TowardsLight way = towards_light(light, grid, place.position);
+            const double side = glm::dot(place.normal, way.direction) < 0 ? -1 : 1;
             if ((side < 0 && !place.two_sided) || (light.kind == LightKind::spot && glm::dot(spot, way.direction) >= 0))
                 continue;
             const bool lit = baked[sample.points[k]] != 0;
@@ -171,6 +171,9 @@ ShadowFigures compare_shadows(const ShadowTruth &truth, const SampledPoints &sam
             sum.lit += reached ? 1 : 0;
             sum.false_shadow += reached && !lit ? 1 : 0;
             sum.false_light += !reached && lit ? 1 : 0;
+            const double cosine = side * glm::dot(place.normal, way.direction);
+            sum.cosines += cosine;
+            sum.wrong_cosines += reached != lit ? cosine : 0;
             if (side * glm::dot(place.facet, way.direction) <= 0)
                 continue;
             ++sum.facing_strictly;
@@ -184,6 +187,8 @@ ShadowFigures compare_shadows(const ShadowTruth &truth, const SampledPoints &sam
         total.lit += sum.lit;
         total.false_shadow += sum.false_shadow;
         total.false_light += sum.false_light;
+        total.cosines += sum.cosines;
+        total.wrong_cosines += sum.wrong_cosines;
         total.facing_strictly += sum.facing_strictly;
         total.wrong_strictly += sum.wrong_strictly;
     }

@@ -64,10 +64,12 @@ SampledPoints sample_model(const ShadowTruth &truth, const Model &model, std::si
 struct ShadowFigures {
     std::size_t facing = 0, lit = 0; // by rays
     std::size_t false_shadow = 0, false_light = 0;
+    double cosines = 0, wrong_cosines = 0;               // sums of N.L: what the points could be lit with
     std::size_t facing_strictly = 0, wrong_strictly = 0; // strict rays, where the triangle faces the light, too
     double wrong() const {
         return facing == 0 ? 0 : static_cast<double>(false_shadow + false_light) / static_cast<double>(facing);
     }
+    double wrong_light() const { return cosines > 0 ? wrong_cosines / cosines : 0; }
     double strictly_wrong() const {
         return facing_strictly == 0 ? 0 : static_cast<double>(wrong_strictly) / static_cast<double>(facing_strictly);
     }
