@@ -1,0 +1,97 @@
+// What is seen around the object: the ground plane under it, the panorama behind everything, the background colour
+// where there is none. Ray lookups per pixel, all in linear light.
+//
+//   Surroundings surroundings(parameters, tile_images(model.images))       once for a model, shared by its renderers
+//   const SurroundingsView view(surroundings, appearance, projection, options)              per frame
+//   view.draw_row(..) or view.look(..)                                     rows of pixels, on several threads
+//
+// The panorama is infinitely far away: bilinear in the mip levels that fit a pixel's angle; it wraps at the seam.
+// The ground plane is a square that is seen from above only, since from below it would hide the object; its border is
+// anti-aliased. It is lit by every light, Phong per pixel, each light by its lit fraction; it mirrors the panorama as
+// its material asks.
+// Based on: dissertation sections 4.5 and 4.6; Williams. Pyramidal parametrics. 1983 (mip levels);
+//           Igehy. Tracing ray differentials. 1999 (footprints)
+#pragma once
+
+#include "pbm_format/tiled_image.h"
+#include "pbm_render/appearance.h"
+#include "pbm_render/render_options.h"
+#include "pbm_render/transform_table.h"
+
+#include <memory>
+#include <vector>
+
+namespace pbm {
+
+// The rasters of a model, each null where there is none.
+struct SurroundingImages {
+    std::shared_ptr<const TiledImage> panorama, ground_texture;
+    std::vector<std::shared_ptr<const TiledImage>> ground_lit; // one for each light with a shadow stream, or none
+};
+SurroundingImages tile_images(const ModelImages &images);
+
+// Texels are read and made ready when a picture first sees them, tile by tile. Safe to use from several threads; the
+// same for any number of them.
+class Surroundings {
+  public:
+    // `parameters` must stay as long as the surroundings.
+    Surroundings(const ModelParameters &parameters, SurroundingImages images);
+    ~Surroundings();
+    Surroundings(const Surroundings &) = delete;
+    Surroundings &operator=(const Surroundings &) = delete;
+
+    bool has_panorama() const;
+    bool has_ground() const;
+
+    // Tiles that were found damaged since the last call, each once. Pictures show coarser mip levels in their place.
+    std::vector<Error> take_errors() const;
+
+  private:
+    friend class SurroundingsView;
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+// A row of pixels, linear light, straight alpha: [pixels], with room behind for whole SIMD vectors.
+struct SurroundingsRow {
+    void resize(std::size_t pixels);
+
+    std::vector<float> red, green, blue, alpha;
+    std::vector<float> depth; // grid edges, of the nearer of object and ground; +infinity in front of the panorama
+};
+
+// One frame of it.
+class SurroundingsView {
+  public:
+    // `projection` takes the unit grid to the screen. `surroundings` may be null: then there is only the background
+    // colour. All arguments must outlive the view.
+    SurroundingsView(const Surroundings *surroundings, const Appearance &appearance, const Projection &projection,
+                     const RenderOptions &options);
+    ~SurroundingsView();
+    SurroundingsView(const SurroundingsView &) = delete;
+    SurroundingsView &operator=(const SurroundingsView &) = delete;
+
+    // Whether rays that miss the object meet nothing but the background colour.
+    bool is_plain() const;
+    // Whether there is a panorama that materials may mirror, and the options want that.
+    bool has_reflections() const;
+
+    // Looks through `count` points of the screen, one pixel apart from `first` on. `object_depths`: of the object there,
+    // grid edges, +infinity where it is not; where it is nearer than the ground, the row's colours mean nothing.
+    void look(glm::dvec2 first, std::size_t count, const float *object_depths, SurroundingsRow &row) const;
+
+    // Puts the surroundings behind the object of a row of pixel centres: `depths` in grid edges x `scale`, +infinity
+    // where there is no object and `colours` hold the background. Writes colours (opaque but for the border of the
+    // ground), and the depth of the ground where that is seen; that of the panorama stays +infinity.
+    void draw_row(int y, std::size_t width, float scale, std::uint32_t *colours, float *depths) const;
+
+    // What the panorama sends along a direction, model axes, any length, filtered over an angle (radians). Linear red,
+    // green, blue and 0. Needs has_reflections().
+    Float4 reflection(glm::vec3 direction, float footprint) const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+} // namespace pbm
