@@ -9,6 +9,7 @@
 #include "pbm_render/framebuffer.h"
 #include "pbm_render/point_run.h"
 #include "pbm_render/render_options.h"
+#include "pbm_render/surroundings.h"
 
 #include <memory>
 #include <span>
@@ -18,16 +19,21 @@ namespace pbm {
 class FastRenderer {
   public:
     // `parameters` must stay as long as the renderer. `chunk_points` bounds the points of a chunk (the file's header
-    // says it). `threads`: 0 asks for one per processor.
-    FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads);
+    // says it). `threads`: 0 asks for one per processor. Without `surroundings` there is only the background colour.
+    FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
+                 std::shared_ptr<const Surroundings> surroundings = nullptr);
     ~FastRenderer();
     FastRenderer(const FastRenderer &) = delete;
     FastRenderer &operator=(const FastRenderer &) = delete;
 
-    // Draws one frame into `target`, whatever was there before, and its depths if it has any. The camera must be
-    // usable. The chunks of `runs` were proven; a mapped file whose bytes change afterwards spoils the picture and
-    // nothing else. Of more than 2^32 / `chunk_points` runs, more than any model has, those behind are not drawn. Same
-    // picture for any number of threads and any SIMD target. Not for several threads at once.
+    // From the next frame on: the tables of a frame are all that depends on it.
+    void set_appearance(Appearance appearance);
+
+    // Draws one frame into `target`, whatever was there before, and its depths if it has any: of object and ground, the
+    // panorama has none. The camera must be usable. The chunks of `runs` were proven; a mapped file whose bytes change
+    // afterwards spoils the picture and nothing else. Of more than 2^32 / `chunk_points` runs, more than any model has,
+    // those behind are not drawn. Same picture for any number of threads and any SIMD target. Not for several threads
+    // at once.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                             Framebuffer &target);
 

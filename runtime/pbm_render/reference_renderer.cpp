@@ -205,23 +205,23 @@ inline void Walk::draw(const SplatShape &shape, std::size_t index, glm::vec2 pix
 // Turns the point indices in `target` into colours. Only what is seen is shaded, pixel by pixel.
 class Shading {
   public:
-    Shading(const Model &model, std::span<const Light> lights, const Projection &projection, int level,
-            bool point_colours)
+    Shading(const Model &model, const PointShader &shader, int level)
         : set_(model.parameters.attributes), level_(level),
           points_(model.levels[static_cast<std::size_t>(level)].points), edge_(model.parameters.grid.edge()),
-          shader_(model.parameters, lights, projection, point_colours) {}
+          shader_(shader) {}
 
     void resolve(Framebuffer &target) const;
 
   private:
-    std::uint32_t shade(std::size_t index, std::size_t at, const Framebuffer &target) const;
+    template <bool kSpecial> std::uint32_t shade(std::size_t index, std::size_t at, const Framebuffer &target) const;
+    std::uint32_t colour(std::size_t index) const;
     float lit_fraction(std::size_t light, std::size_t index) const;
 
     const AttributeSet &set_;
     const int level_;
     const PointAttributes &points_;
     const double edge_; // of the grid, model units
-    PointShader shader_;
+    const PointShader &shader_;
 };
 
 // Whether nothing was drawn into four pixels.
@@ -247,7 +247,7 @@ void Shading::resolve(Framebuffer &target) const {
         }
         if (shader_.is_positional() || colours[at] != last) {
             last = colours[at];
-            shaded = shade(last, at, target);
+            shaded = shader_.is_special() ? shade<true>(last, at, target) : shade<false>(last, at, target);
         }
         colours[at] = shaded;
         depths[at] *= edge; // from here on in model units
@@ -255,12 +255,19 @@ void Shading::resolve(Framebuffer &target) const {
 }
 
 // What point `index` looks like in pixel `at`. Not inlined: the scan over empty pixels needs the registers.
+template <bool kSpecial>
 [[gnu::noinline]] std::uint32_t Shading::shade(std::size_t index, std::size_t at, const Framebuffer &target) const {
-    const PointLook look{.colour = pack_rgb(point_colour(points_.colours, index, shader_.colour())),
+    const PointLook look{.colour = colour(index),
                          .normal = points_.normals[index],
                          .material = set_.material ? std::uint16_t{points_.materials[index]} : std::uint16_t{0}};
-    return shader_.shade(look, target.centre(at), target.depth[at],
-                         [&](std::size_t light) { return lit_fraction(light, index); });
+    return shader_.shade<kSpecial>(look, target.centre(at), target.depth[at],
+                                   [&](std::size_t light) { return lit_fraction(light, index); });
+}
+
+std::uint32_t Shading::colour(std::size_t index) const {
+    if (shader_.colour_source() == ColourSource::texture)
+        return shader_.palette()[points_.textures[index]];
+    return pack_rgb(point_colour(points_.colours, index, shader_.point_colours()));
 }
 
 float Shading::lit_fraction(std::size_t light, std::size_t index) const {
@@ -268,11 +275,19 @@ float Shading::lit_fraction(std::size_t light, std::size_t index) const {
     return static_cast<float>(points_.shadows[light][index]) / static_cast<float>((1 << bits) - 1);
 }
 
+void draw_behind(const SurroundingsView &surroundings, float edge, Framebuffer &target) {
+    SurroundingsRow scratch;
+    const auto width = static_cast<std::size_t>(target.width);
+    for (int y = 0; y < target.height && !surroundings.is_plain(); ++y) {
+        const std::size_t row = static_cast<std::size_t>(y) * width;
+        surroundings.draw_row(y, width, edge, target.colour.data() + row, target.depth.data() + row, scratch);
+    }
+}
+
 } // namespace
 
-ReferenceRenderer::ReferenceRenderer(const Model &model) : model_(model), lights_(model.parameters.lights) {
-    if (lights_.empty())
-        lights_ = default_lights(model.parameters.grid.up);
+ReferenceRenderer::ReferenceRenderer(const Model &model, std::shared_ptr<const Surroundings> surroundings)
+    : model_(model), surroundings_(std::move(surroundings)), appearance_(model.parameters) {
     LevelMasks masks;
     for (const Level &level : model.levels)
         masks.push_back(level.masks);
@@ -304,7 +319,10 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
                                  octant_starts_);
         }
     }
-    Shading(model_, lights_, projection, level, options.point_colours).resolve(target);
+    const SurroundingsView surroundings(surroundings_.get(), appearance_, projection, options);
+    const PointShader shader(model_.parameters, appearance_, projection, surroundings, options);
+    Shading(model_, shader, level).resolve(target);
+    draw_behind(surroundings, static_cast<float>(model_.parameters.grid.edge()), target);
     return {level, model_.levels[static_cast<std::size_t>(level)].points.size(), walk.drawn_points};
 }
 

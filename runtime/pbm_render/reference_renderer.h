@@ -7,9 +7,12 @@
 #include "pbm_render/camera.h"
 #include "pbm_render/framebuffer.h"
 #include "pbm_render/render_options.h"
+#include "pbm_render/surroundings.h"
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 namespace pbm {
@@ -17,16 +20,21 @@ namespace pbm {
 class ReferenceRenderer {
   public:
     // `model` must be well formed (the reader has proven it), stay unchanged and outlive the renderer. Levels from
-    // the root down to some level must be there; only those can be drawn.
-    explicit ReferenceRenderer(const Model &model);
+    // the root down to some level must be there; only those can be drawn. Without `surroundings` there is only the
+    // background colour.
+    explicit ReferenceRenderer(const Model &model, std::shared_ptr<const Surroundings> surroundings = nullptr);
 
-    // Draws one frame into `target`, which has depths, whatever was there before. The camera must be usable. One
-    // thread, deterministic.
+    // From the next frame on: the tables of a frame are all that depends on it.
+    void set_appearance(Appearance appearance) { appearance_ = std::move(appearance); }
+
+    // Draws one frame into `target`, which has depths, whatever was there before: those of object and ground, the
+    // panorama has none. The camera must be usable. One thread, deterministic.
     RenderStatistics render(const Camera &camera, const RenderOptions &options, Framebuffer &target) const;
 
   private:
     const Model &model_;
-    std::vector<Light> lights_;
+    const std::shared_ptr<const Surroundings> surroundings_;
+    Appearance appearance_;
     // [level][octant grid]: index of its first node; one more entry at the end of each level (as subtree_starts).
     std::vector<std::vector<std::uint64_t>> octant_starts_;
 };

@@ -57,7 +57,7 @@ ShadeTable::ShadeTable(std::span<const Material> materials, std::span<const Ligh
 ColourTable::ColourTable() {
     for (std::size_t i = 0; i < linear_.size(); ++i)
         linear_[i] = static_cast<float>(linear_table()[i]) / 65535.0F;
-    for (std::size_t i = 0; i < srgb_.size(); ++i)
+    for (std::size_t i = 0; i <= static_cast<std::size_t>(kSteps); ++i)
         srgb_[i] = linear_to_srgb(static_cast<std::uint32_t>(std::lround(65535.0 * static_cast<double>(i) / 4095.0)));
 }
 
