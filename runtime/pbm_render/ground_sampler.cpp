@@ -33,7 +33,7 @@ glm::vec3 linear(Rgb8 srgb) {
 
 } // namespace
 
-GroundSampler::GroundSampler(const ModelParameters &parameters, const SurroundingImages &images)
+GroundSampler::GroundSampler(const ModelParameters &parameters, const TiledImages &images)
     : parameters_(parameters), plane_(*parameters.ground) {
     if (images.ground_texture && plane_.texture)
         texture_ = std::make_unique<TexelLevels>(std::vector{images.ground_texture}, kMissingValue / 2);

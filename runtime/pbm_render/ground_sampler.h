@@ -16,7 +16,6 @@
 namespace pbm {
 
 struct Appearance;
-struct SurroundingImages;
 
 // The axes of the plane: u and v along its sides, h upwards; lengths in edges of the square, from its least corner.
 struct GroundLight {
@@ -62,7 +61,7 @@ struct GroundPixels {
 
 class GroundSampler {
   public:
-    GroundSampler(const ModelParameters &parameters, const SurroundingImages &images);
+    GroundSampler(const ModelParameters &parameters, const TiledImages &images);
 
     GroundFrame frame(const Appearance &appearance, const Projection &projection, bool shadows, bool texture) const;
     static GroundRow row(const GroundFrame &frame, const Projection &projection, glm::dvec2 first, std::size_t count);

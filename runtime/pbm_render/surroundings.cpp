@@ -95,10 +95,6 @@ namespace {
 HWY_EXPORT(find_free);
 HWY_EXPORT(pack_row);
 
-std::shared_ptr<const TiledImage> tiled(const Image &image) {
-    return image.empty() ? nullptr : std::make_shared<const TiledImage>(TiledImage::of(image));
-}
-
 const ColourTable &colour_table() {
     static const ColourTable kTable;
     return kTable;
@@ -106,15 +102,7 @@ const ColourTable &colour_table() {
 
 } // namespace
 
-SurroundingImages tile_images(const ModelImages &images) {
-    SurroundingImages result{
-        .panorama = tiled(images.panorama), .ground_texture = tiled(images.ground_texture), .ground_lit = {}};
-    for (const Image &lit : images.ground_lit)
-        result.ground_lit.push_back(tiled(lit));
-    return result;
-}
-
-Surroundings::Surroundings(const ModelParameters &parameters, SurroundingImages images)
+Surroundings::Surroundings(const ModelParameters &parameters, TiledImages images)
     : parameters_(parameters), images_(std::move(images)) {
     if (images_.panorama)
         panorama_.emplace(images_.panorama, parameters_.grid.up);

@@ -1,7 +1,8 @@
 // What is seen around the object: the ground plane under it, the panorama behind everything, the background colour
 // where there is none. Ray lookups per pixel, all in linear light.
 //
-//   Surroundings surroundings(parameters, tile_images(model.images))       once for a model, shared by its renderers
+//   Surroundings surroundings(parameters, images)     once for a model, shared by its renderers: of Reader::images()
+//                                                     or TiledImages::of(model.images)
 //   const SurroundingsView view(surroundings, appearance, projection, options)              per frame
 //   view.draw_row(..) or view.look(..)                                     rows of pixels, on several threads
 //
@@ -26,19 +27,12 @@
 
 namespace pbm {
 
-// The rasters of a model, each null where there is none.
-struct SurroundingImages {
-    std::shared_ptr<const TiledImage> panorama, ground_texture;
-    std::vector<std::shared_ptr<const TiledImage>> ground_lit; // one for each light with a shadow stream, or none
-};
-SurroundingImages tile_images(const ModelImages &images);
-
 // Texels are read and made ready when a picture first sees them, tile by tile. Safe to use from several threads; the
 // same for any number of them.
 class Surroundings {
   public:
     // `parameters` must stay as long as the surroundings.
-    Surroundings(const ModelParameters &parameters, SurroundingImages images);
+    Surroundings(const ModelParameters &parameters, TiledImages images);
     Surroundings(const Surroundings &) = delete;
     Surroundings &operator=(const Surroundings &) = delete;
 
@@ -51,7 +45,7 @@ class Surroundings {
   private:
     friend class SurroundingsView;
     const ModelParameters &parameters_;
-    const SurroundingImages images_;
+    const TiledImages images_;
     std::optional<PanoramaSampler> panorama_;
     std::optional<GroundSampler> ground_;
 };

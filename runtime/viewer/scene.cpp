@@ -42,7 +42,11 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
     auto opened = open_file(path);
     if (!opened)
         return opened.error();
-    return std::make_unique<StreamedScene>(std::move(opened->file), std::move(opened->reader), std::move(options));
+    auto images = opened->reader.images();
+    if (!images)
+        return images.error();
+    return std::make_unique<StreamedScene>(std::move(opened->file), std::move(opened->reader), std::move(*images),
+                                           std::move(options));
 }
 
 Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options) {

@@ -14,13 +14,15 @@ namespace pbm {
 
 // Of which only what pictures need is read. Stays where it is made.
 struct StreamedScene {
-    StreamedScene(MappedFile mapped, Reader reader, StreamingOptions options)
-        : file(std::move(mapped)), model(std::move(reader), std::move(options)) {}
+    StreamedScene(MappedFile mapped, Reader reader, TiledImages images, StreamingOptions options)
+        : file(std::move(mapped)), model(std::move(reader), std::move(options)),
+          surroundings(std::make_shared<const Surroundings>(model.reader().parameters(), std::move(images))) {}
     StreamedScene(const StreamedScene &) = delete;
     StreamedScene &operator=(const StreamedScene &) = delete;
 
     const MappedFile file;
     StreamedModel model;
+    const std::shared_ptr<const Surroundings> surroundings; // for renderers; refers to the model
 };
 
 // Reads header and small sections of a file, which takes no time to speak of.
@@ -30,7 +32,9 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
 // thread may draw it.
 struct Scene {
     Scene(Model loaded, const StreamingStatistics &what_it_took)
-        : model(std::move(loaded)), renderer(model), cost(what_it_took) {}
+        : model(std::move(loaded)),
+          renderer(model, std::make_shared<const Surroundings>(model.parameters, TiledImages::of(model.images))),
+          cost(what_it_took) {}
     Scene(const Scene &) = delete;
     Scene &operator=(const Scene &) = delete;
 

@@ -30,7 +30,8 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const ViewOp
         return bounds.error();
     shown->bounds_ = *bounds;
     const Reader &reader = shown->streamed().reader();
-    shown->window_renderer_.emplace(reader.parameters(), reader.header().chunk_points, options.load.threads);
+    shown->window_renderer_.emplace(reader.parameters(), reader.header().chunk_points, options.load.threads,
+                                    shown->scene_->surroundings);
     // An unusable camera is told when there is a window to tell it.
     if (const auto camera = choose_camera(options, *bounds, shown->grid().up, options.resolution))
         shown->streamed().request(
@@ -55,7 +56,8 @@ PictureStatistics ShownModel::draw(std::optional<FastRenderer> &renderer, const 
     const auto begin = std::chrono::steady_clock::now();
     const Reader &reader = streamed().reader();
     if (!renderer)
-        renderer.emplace(reader.parameters(), reader.header().chunk_points, options_.load.threads);
+        renderer.emplace(reader.parameters(), reader.header().chunk_points, options_.load.threads,
+                         scene_->surroundings);
     PictureStatistics statistics;
     statistics.drawn = renderer->render(detail.runs, view.camera, options_.render, target);
     statistics.coarsest_level = statistics.drawn.level;
