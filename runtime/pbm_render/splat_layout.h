@@ -1,0 +1,131 @@
+// Points as ellipses on the screen, a vector of them as splat.h lays one: for files that Highway compiles for several
+// targets; include it after highway.h, and not only once. The same numbers on every target.
+#if defined(PBM_RENDER_SPLAT_LAYOUT_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PBM_RENDER_SPLAT_LAYOUT_H
+#undef PBM_RENDER_SPLAT_LAYOUT_H
+#else
+#define PBM_RENDER_SPLAT_LAYOUT_H
+#endif
+
+#include "pbm_render/facing_points.h"
+
+#include <array>
+#include <cstdint>
+
+HWY_BEFORE_NAMESPACE();
+namespace pbm::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Points as splat.h lays splats, a vector of them: what blocks and ellipses have in common.
+struct LaidSplats {
+    SeenNormal normal;
+    Vector image_x, image_y; // image of the normal, for focal length and depth 1
+    Vector pixel_size;       // in the depth of the point
+    Vector cosine;           // of the angle under which the plane is seen
+    Vector outline, inset;   // grid edges
+};
+
+HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, float outline_inset,
+                                 const FacingPoints &points, std::size_t first) {
+    const Floats d;
+    const Ints di;
+    const Vector zero = hn::Zero(d), one = hn::Set(d, 1);
+    const auto clamp_to_one = [&](Vector v) { return hn::Min(hn::Max(v, zero), one); };
+    const IntVector packed = hn::Load(di, points.normal.data() + first);
+    LaidSplats s;
+    s.normal = see_normal(frame, packed, hn::Load(d, points.x.data() + first), hn::Load(d, points.y.data() + first));
+    const SeenNormal &n = s.normal;
+    const Vector voxel = hn::IfThenZeroElse(n.two_sided, hn::Set(d, voxel_edge));
+    s.outline = hn::Mul(hn::Mul(voxel, hn::Set(d, outline_inset)),
+                        clamp_to_one(hn::Add(one, hn::Mul(hn::Set(d, kOutlineSlope), n.facing))));
+    const Vector edge_on = clamp_to_one(hn::Add(one, n.facing)), edge_on2 = hn::Mul(edge_on, edge_on);
+    const Vector mean_inset =
+        hn::Mul(hn::ConvertTo(d, hn::And(packed, hn::Set(di, kPackedInsetMask))), hn::Set(d, 1 / kPackedInsetScale));
+    s.inset = hn::Mul(voxel, hn::Add(mean_inset, hn::Mul(hn::Set(d, kGrazingInset), hn::Mul(edge_on2, edge_on2))));
+    s.image_x = hn::Sub(n.x, hn::Mul(n.ray_x, n.z));
+    s.image_y = hn::Sub(n.y, hn::Mul(n.ray_y, n.z));
+    s.pixel_size = hn::Mul(hn::Load(d, points.w.data() + first), hn::Set(d, frame.inverse_focal));
+    s.cosine = hn::Max(hn::Neg(n.facing), hn::Set(d, kEdgeOn));
+    return s;
+}
+
+// Depth of the plane, of the given slopes per unit of depth 1, in the middle of the splat.
+HWY_INLINE Vector depth_in_middle(const LaidSplats &s, Vector w, Vector slope_x, Vector slope_y) {
+    const Vector along = hn::Add(hn::Mul(slope_x, s.image_x), hn::Mul(slope_y, s.image_y));
+    return hn::Add(w, hn::Sub(hn::Mul(along, hn::Sub(s.inset, s.outline)), hn::Mul(s.inset, s.normal.z)));
+}
+
+// As SplatShape, for the depth where the point is: a vector of splats of any size.
+struct Ellipses {
+    alignas(64) std::array<float, kMostLanes> x, y, depth;                     // middle
+    alignas(64) std::array<float, kMostLanes> xx, xy, yy;                      // 1 on the outline
+    alignas(64) std::array<float, kMostLanes> slope_x, slope_y;                // of the depth, per pixel
+    alignas(64) std::array<std::int32_t, kMostLanes> left, right, top, bottom; // pixels, in the strip
+};
+
+// lay_splat for a vector of points; those from `end` on are seen nowhere.
+HWY_INLINE void lay_ellipses(const FrameGeometry &frame, float voxel_edge, const FacingPoints &points,
+                             std::size_t first, std::size_t end, const DepthStrip &strip, Ellipses &to) {
+    const Floats d;
+    const Ints di;
+    const auto set = [&](float value) { return hn::Set(d, value); };
+    const Vector one = set(1), half = set(0.5F);
+    const LaidSplats s = lay_splats(frame, voxel_edge, kOutlineInset, points, first);
+    const SeenNormal &n = s.normal;
+    const Vector radius = hn::Load(d, points.radius.data() + first);
+    // Behind the last point anything may stand, but no index of nothing.
+    const IntVector normal = hn::And(hn::Load(di, points.normal_index.data() + first), hn::Set(di, kNormalIndexMask));
+    const Vector thickness = hn::Mul(set(voxel_edge), hn::GatherIndex(d, frame.thickness.data(), normal));
+
+    // r^2 I - (r^2 - t^2) n n^T through the Jacobian of the projection, for focal length and depth 1.
+    const Vector r2 = hn::Mul(radius, radius);
+    const Vector flat = hn::Max(hn::Sub(r2, hn::Mul(thickness, thickness)), hn::Zero(d));
+    const auto covariance = [&](Vector rays, Vector images) {
+        return hn::Sub(hn::Mul(r2, rays), hn::Mul(flat, images));
+    };
+    const Vector xx = covariance(hn::Add(one, hn::Mul(n.ray_x, n.ray_x)), hn::Mul(s.image_x, s.image_x));
+    const Vector xy = covariance(hn::Mul(n.ray_x, n.ray_y), hn::Mul(s.image_x, s.image_y));
+    const Vector yy = covariance(hn::Add(one, hn::Mul(n.ray_y, n.ray_y)), hn::Mul(s.image_y, s.image_y));
+    const Vector size2 = hn::Mul(s.pixel_size, s.pixel_size);
+    const Vector inverse = hn::Div(size2, hn::Sub(hn::Mul(xx, yy), hn::Mul(xy, xy)));
+    hn::Store(hn::Mul(yy, inverse), d, to.xx.data());
+    hn::Store(hn::Mul(hn::Mul(set(-2), xy), inverse), d, to.xy.data());
+    hn::Store(hn::Mul(xx, inverse), d, to.yy.data());
+
+    // Depth along the plane, but never farther from the middle's than the disc itself reaches.
+    Vector plane_x = hn::Div(n.x, s.cosine), plane_y = hn::Div(n.y, s.cosine);
+    const Vector rise =
+        hn::Sqrt(hn::Add(hn::Mul(plane_x, hn::Add(hn::Mul(xx, plane_x), hn::Mul(hn::Mul(set(2), xy), plane_y))),
+                         hn::Mul(hn::Mul(yy, plane_y), plane_y)));
+    const Vector most = hn::Min(one, hn::Div(radius, hn::Max(rise, set(1e-20F))));
+    plane_x = hn::Mul(plane_x, most);
+    plane_y = hn::Mul(plane_y, most);
+    hn::Store(hn::Mul(plane_x, s.pixel_size), d, to.slope_x.data());
+    hn::Store(hn::Mul(plane_y, s.pixel_size), d, to.slope_y.data());
+    hn::Store(depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y), d, to.depth.data());
+
+    const Vector pixels = hn::Div(one, s.pixel_size);
+    const auto place = [&](const float *at, Vector image, Vector variance, float from, float to_end, float *middle,
+                           std::int32_t *begin, std::int32_t *finish) {
+        const Vector centre = hn::Sub(hn::Load(d, at), hn::Mul(hn::Mul(s.outline, image), pixels));
+        const Vector reach = hn::Mul(hn::Sqrt(variance), pixels);
+        hn::Store(centre, d, middle);
+        // Pixel i is inside if its centre i + 0.5 is: the first one is floor(edge + 0.5).
+        const auto edge = [&](Vector v) {
+            const Vector inside = hn::Floor(hn::Min(hn::Max(hn::Add(v, half), set(from)), set(to_end)));
+            return hn::ConvertTo(di, hn::IfThenElseZero(hn::FirstN(d, end - first), inside));
+        };
+        hn::Store(edge(hn::Sub(centre, reach)), di, begin);
+        hn::Store(edge(hn::Add(centre, reach)), di, finish);
+    };
+    place(points.x.data() + first, s.image_x, xx, 0, static_cast<float>(strip.width), to.x.data(), to.left.data(),
+          to.right.data());
+    place(points.y.data() + first, s.image_y, yy, static_cast<float>(strip.top), static_cast<float>(strip.bottom),
+          to.y.data(), to.top.data(), to.bottom.data());
+}
+
+} // namespace pbm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
