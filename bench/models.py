@@ -124,16 +124,22 @@ class Workshop:
         return self.made(self.work / f"{scan.name}-marble.ply", [original, marble.__file__],
                          lambda out: marble.write_marble(original, out))
 
-    def model(self, scan, colour, level, mapped=False):
-        """`scan` built with default settings but for depth, colour, compression level (0: the default) and storage."""
+    def model(self, scan, colour="", level=0, mapped=False, more=()):
+        """`scan` built with default settings but for depth and compression level (0: the default), colour ("": the
+        default), storage and `more` options."""
         ply, program = self.input(scan), self.bin / "pbm-build"
-        options = ["--depth", scan.depth, "--colour", colour, "-j", self.threads]
+        options = ["-j", self.threads, *more]
+        if scan.depth:
+            options += ["--depth", scan.depth]
+        if colour:
+            options += ["--colour", colour]
         if mapped:
             options += ["--store", "mapped"]
         elif level:
             options += ["-z", level]
         stored = "mapped" if mapped else f"z{level or 'default'}"
-        return self.made(self.work / f"{scan.name}-d{scan.depth}-{colour}-{stored}.bvg", [ply, program],
+        parts = [scan.name, f"d{scan.depth or 'default'}", colour, stored, *(str(option).strip("-") for option in more)]
+        return self.made(self.work / ("-".join(filter(None, parts)) + ".bvg"), [ply, program],
                          lambda out: self.run(program, "-q", ply, "-o", out, *options))
 
     def info(self, model):

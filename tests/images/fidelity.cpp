@@ -13,7 +13,6 @@ namespace pbm {
 namespace {
 
 constexpr float kEmpty = std::numeric_limits<float>::infinity();
-constexpr float kSeeThroughVoxels = 4;
 
 struct DepthRange {
     float nearest = kEmpty, farthest = -kEmpty;
@@ -35,6 +34,14 @@ DepthRange range_around(const std::vector<float> &depths, int width, int height,
     return range;
 }
 
+std::uint64_t squared_difference(const Srgb &truth, std::uint32_t drawn) {
+    const Rgba8 colour = unpack_rgba(drawn);
+    int sum = 0;
+    for (std::size_t channel = 0; channel < 3; ++channel)
+        sum += (truth[channel] - colour[channel]) * (truth[channel] - colour[channel]);
+    return static_cast<std::uint64_t>(sum);
+}
+
 } // namespace
 
 FidelityFigures &FidelityFigures::operator+=(const FidelityFigures &o) {
@@ -46,16 +53,27 @@ FidelityFigures &FidelityFigures::operator+=(const FidelityFigures &o) {
     shrunk += o.shrunk;
     deep += o.deep;
     deep_near += o.deep_near;
+    squared_error += o.squared_error;
     return *this;
 }
 
-FidelityFigures compare(const RayImage &image, const Drawing &drawing) {
-    const Framebuffer &drawn = drawing.picture;
-    const std::vector<float> &rays = image.depths;
-    // As a picture with holes where the mesh is seen from inside: one test for both kinds of border.
-    std::vector<float> outside = rays;
+std::vector<float> outside_depths(const RayImage &image) {
+    std::vector<float> outside = image.depths;
     for (std::size_t i = 0; i < outside.size(); ++i)
         outside[i] = image.inside[i] != 0 ? kEmpty : outside[i];
+    return outside;
+}
+
+bool is_interior(const std::vector<float> &outside, const Framebuffer &picture, std::size_t at) {
+    const int x = static_cast<int>(at % static_cast<std::size_t>(picture.width));
+    const int y = static_cast<int>(at / static_cast<std::size_t>(picture.width));
+    return range_around(outside, picture.width, picture.height, x, y, 2).farthest != kEmpty;
+}
+
+FidelityFigures compare(const RayImage &image, std::span<const Srgb> truth, const Drawing &drawing) {
+    const Framebuffer &drawn = drawing.picture;
+    const std::vector<float> &rays = image.depths;
+    const std::vector<float> outside = outside_depths(image);
     FidelityFigures figures;
     std::size_t at = 0;
     for (int y = 0; y < drawn.height; ++y) {
@@ -73,6 +91,8 @@ FidelityFigures compare(const RayImage &image, const Drawing &drawing) {
             if (around.farthest == kEmpty)
                 continue;
             ++figures.interior;
+            if (!truth.empty())
+                figures.squared_error += squared_difference(truth[at], drawn.colour[at]);
             if (depth == kEmpty) {
                 ++figures.holes;
                 continue;
@@ -87,6 +107,11 @@ FidelityFigures compare(const RayImage &image, const Drawing &drawing) {
     return figures;
 }
 
+double psnr(const FidelityFigures &figures) {
+    return 10 * std::log10(3 * 255.0 * 255.0 * static_cast<double>(figures.interior) /
+                           static_cast<double>(figures.squared_error));
+}
+
 Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level) {
     return [&renderer, &grid, level](const Camera &camera, Drawing &drawing) {
         drawing.drawn = renderer.render(camera, {.level = level}, drawing.picture);
@@ -94,13 +119,14 @@ Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level) 
     };
 }
 
-Draw draw_detail(StreamedModel &model, FastRenderer &renderer, double max_error, int finest) {
-    return [&model, &renderer, max_error, finest](const Camera &camera, Drawing &drawing) {
+Draw draw_detail(StreamedModel &model, FastRenderer &renderer, double max_error, int finest,
+                 const RenderOptions &options) {
+    return [&model, &renderer, max_error, finest, options](const Camera &camera, Drawing &drawing) {
         Framebuffer &picture = drawing.picture;
         const Result<Detail> detail = model.load({camera, picture.width, picture.height, max_error, finest});
         if (!detail)
             throw std::runtime_error(detail.error().message);
-        drawing.drawn = renderer.render(detail->runs, camera, {}, picture);
+        drawing.drawn = renderer.render(detail->runs, camera, options, picture);
         // A pixel shows the level that has its depth when drawn alone.
         Framebuffer alone(picture.width, picture.height);
         for (int level = 1; level <= drawing.drawn.level; ++level) {
@@ -108,7 +134,7 @@ Draw draw_detail(StreamedModel &model, FastRenderer &renderer, double max_error,
             std::erase_if(runs, [&](const PointRun &run) { return run.level != level; });
             if (runs.empty())
                 continue;
-            renderer.render(runs, camera, {}, alone);
+            renderer.render(runs, camera, options, alone);
             const auto voxel = static_cast<float>(model.reader().parameters().grid.voxel_size_at(level));
             for (std::size_t i = 0; i < drawing.voxels.size(); ++i)
                 if (alone.depth[i] == picture.depth[i])
@@ -141,7 +167,7 @@ std::vector<View> measure_fidelity(const RayCaster &rays, const Draw &draw, std:
     for (const Camera &camera : cameras) {
         draw(camera, drawing);
         views.push_back({.drawn = drawing.drawn,
-                         .figures = compare(rays.cast(camera, width, height, threads), drawing),
+                         .figures = compare(rays.cast(camera, width, height, threads), {}, drawing),
                          .pixels_per_unit = height / (2 * std::tan(camera.view_angle / 2)) /
                                             glm::length(camera.position - camera.focal_point)});
     }
@@ -171,19 +197,6 @@ std::string text_line(const char *name, const FidelityFigures &f) {
     return line.data();
 }
 
-std::string json_object(const FidelityFigures &f) {
-    std::array<char, 300> line{};
-    std::snprintf(
-        line.data(), line.size(),
-        "{\"object\": %llu, \"interior\": %llu, \"holes\": %llu, \"see_through\": %llu, "
-        "\"bleed_percent\": %.5f, \"shrunk_percent\": %.5f, \"depth_percent\": %.4f, \"depth_near_percent\": %.4f}",
-        static_cast<unsigned long long>(f.object), static_cast<unsigned long long>(f.interior),
-        static_cast<unsigned long long>(f.holes), static_cast<unsigned long long>(f.see_through),
-        percent(f.bleed, f.object), percent(f.shrunk, f.object), percent(f.deep, f.interior),
-        percent(f.deep_near, f.interior));
-    return line.data();
-}
-
 } // namespace
 
 std::string to_text(const std::vector<View> &views) {
@@ -191,14 +204,6 @@ std::string to_text(const std::vector<View> &views) {
     for (std::size_t i = 0; i < views.size(); ++i)
         text += text_line(std::to_string(i).c_str(), views[i].figures);
     return text + text_line("all", total(views));
-}
-
-std::string to_json(const std::vector<View> &views) {
-    std::string text = "{\"views\": [";
-    for (std::size_t i = 0; i < views.size(); ++i)
-        text += (i > 0 ? ", " : "") + json_object(views[i].figures);
-    return text + "], \"all\": " + json_object(total(views)) +
-           ", \"level\": " + std::to_string(views.empty() ? 0 : views[0].drawn.level) + "}\n";
 }
 
 } // namespace pbm

@@ -4,7 +4,7 @@
 #include "pbm_render/fast_renderer.h"
 #include "pbm_render/reference_renderer.h"
 #include "pbm_render/streamed_model.h"
-#include "ray_caster.h"
+#include "ray_tracer.h"
 
 #include <array>
 #include <functional>
@@ -18,12 +18,13 @@ namespace pbm {
 struct FidelityFigures {
     std::uint64_t object = 0; // pixels whose ray hits the mesh
     std::uint64_t interior = 0;
-    std::uint64_t holes = 0;       // interior, nothing drawn
-    std::uint64_t see_through = 0; // interior, more than 4 voxels behind every hit within 2 pixels
-    std::uint64_t bleed = 0;       // drawn, more than 1 pixel outside the silhouette
-    std::uint64_t shrunk = 0;      // nothing drawn, more than 1 pixel inside the silhouette
-    std::uint64_t deep = 0;        // interior, within 1 voxel of the ray's hit
-    std::uint64_t deep_near = 0;   // interior, within 1 voxel of the hits of the pixel and its neighbours
+    std::uint64_t holes = 0;         // interior, nothing drawn
+    std::uint64_t see_through = 0;   // interior, more than 4 voxels behind every hit within 2 pixels
+    std::uint64_t bleed = 0;         // drawn, more than 1 pixel outside the silhouette
+    std::uint64_t shrunk = 0;        // nothing drawn, more than 1 pixel inside the silhouette
+    std::uint64_t deep = 0;          // interior, within 1 voxel of the ray's hit
+    std::uint64_t deep_near = 0;     // interior, within 1 voxel of the hits of the pixel and its neighbours
+    std::uint64_t squared_error = 0; // of all interior pixels, R, G and B, sRGB 0..255; 0 without a picture to compare
 
     FidelityFigures &operator+=(const FidelityFigures &other);
 };
@@ -37,7 +38,19 @@ struct Drawing {
     RenderStatistics drawn;
 };
 
-FidelityFigures compare(const RayImage &rays, const Drawing &drawing);
+// Voxels behind every hit around a pixel from which on it is to be seen through.
+inline constexpr float kSeeThroughVoxels = 4;
+
+// Depths of rays as a picture with holes where the mesh is seen from inside: one test for both kinds of border.
+std::vector<float> outside_depths(const RayImage &rays);
+// Of a picture of the size of `picture`.
+bool is_interior(const std::vector<float> &outside, const Framebuffer &picture, std::size_t at);
+
+// `truth` as `trace` gives it, or nothing.
+FidelityFigures compare(const RayImage &rays, std::span<const Srgb> truth, const Drawing &drawing);
+
+// Peak signal to noise ratio of the interior, decibels.
+double psnr(const FidelityFigures &figures);
 
 // Fills a drawing as large as it was made.
 using Draw = std::function<void(const Camera &camera, Drawing &drawing)>;
@@ -46,7 +59,8 @@ using Draw = std::function<void(const Camera &camera, Drawing &drawing)>;
 Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level);
 // The fast renderer as the programs use it: levels mixed so that no voxel is larger than `max_error` pixels where the
 // model has a finer level, none finer than `finest`. Throws if the model cannot be loaded.
-Draw draw_detail(StreamedModel &model, FastRenderer &renderer, double max_error, int finest);
+Draw draw_detail(StreamedModel &model, FastRenderer &renderer, double max_error, int finest,
+                 const RenderOptions &options = {});
 
 // Eight views of the whole model: four around it at the height of its centre, four between them from 35 degrees above.
 std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, int height);
@@ -67,6 +81,5 @@ double percent(std::uint64_t part, std::uint64_t whole);
 
 // One line per view and one for all, aligned columns.
 std::string to_text(const std::vector<View> &views);
-std::string to_json(const std::vector<View> &views);
 
 } // namespace pbm

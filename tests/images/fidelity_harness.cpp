@@ -1,12 +1,21 @@
-// fidelity_harness MESH FILE.bvg [--max-error PIXELS] [--finest L] [--reference LEVEL] [--resolution WxH] [--json]:
-// how true the pictures of a model are to its mesh, drawn as pbm-render draws them or by the reference renderer.
+// fidelity_harness MESH FILE.bvg [OPTIONS]: how true the pictures of a model are to its mesh, drawn as pbm-render draws
+// them or by the reference renderer. --help tells the options.
+#include "close_ups.h"
+#include "depth_by_angle.h"
+#include "difference_pictures.h"
 #include "fidelity.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/reader.h"
+#include "pbm_render/shade_table.h"
 #include "pbm_scan/surface_reader.h"
+#include "shadow_flags.h"
 
+#include <CLI/CLI.hpp>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <iostream>
 #include <stdexcept>
 #include <string>
@@ -16,92 +25,252 @@ namespace {
 
 using namespace pbm;
 
-int fail(const std::string &file, const Error &error) {
-    std::cerr << "fidelity_harness: " << file << ": " << error.message << "\n";
-    return exit_code(error.code);
-}
-
 struct Options {
+    std::string mesh, model;
     double max_error = kDefaultMaxError;
     int finest = kMaxDepth;
     int reference = 0; // level; 0: the fast renderer
-    int width = 1280, height = 720;
+    std::string resolution = "1280x720";
+    int width = 0, height = 0;
+    std::vector<std::string> qualities;
+    int views = 8;
+    bool close_ups = false;
+    bool shading = false, shadows = true, shadow_flags = false, angles = false;
+    int samples = 8; // of the truth
+    std::string pictures;
     bool json = false;
 };
 
-std::vector<View> measure_reference(const RayCaster &rays, ByteView file, std::span<const Camera> cameras,
-                                    const Options &options) {
-    Reader reader = Reader::open(file).value();
-    const auto model = load_model(reader);
-    if (!model)
-        throw std::runtime_error(model.error().message);
-    const ReferenceRenderer renderer(*model);
-    return measure_fidelity(rays, draw_level(renderer, model->parameters.grid, options.reference), cameras,
-                            options.width, options.height, 0);
+template <class T> T value_or_throw(Result<T> result, const std::string &file) {
+    if (!result)
+        throw std::runtime_error(file + ": " + result.error().message);
+    return std::move(*result);
 }
 
-int run(const std::string &mesh_file, const std::string &model_file, const Options &options) {
-    const auto surface = build::read_surface(mesh_file, build::ReadOptions{});
-    if (!surface)
-        return fail(mesh_file, surface.error());
-    const auto file = MappedFile::open(model_file);
-    if (!file)
-        return fail(model_file, file.error());
-    auto reader = Reader::open(file->bytes());
-    if (!reader)
-        return fail(model_file, reader.error());
-    StreamedModel model(std::move(*reader));
-    const auto bounds = model.bounds();
-    if (!bounds)
-        return fail(model_file, bounds.error());
+// The mesh as rays see it; wound so that it is seen from where its normals point.
+struct Subject {
+    TriangleMesh mesh;
+    SurfaceLook look;
+};
 
+Subject read_subject(const std::string &file) {
+    build::Surface surface = value_or_throw(build::read_surface(file, build::ReadOptions{}), file);
+    Subject subject{{std::move(surface.positions), std::move(surface.triangles)}, {}};
+    if (faces_point_inward(subject.mesh, surface.normals))
+        for (glm::uvec3 &t : subject.mesh.triangles)
+            std::swap(t.y, t.z);
+    subject.look = look_of(subject.mesh, surface.normals);
+    for (const Srgb &colour : surface.colours)
+        subject.look.colours.emplace_back(to_linear(colour[0]), to_linear(colour[1]), to_linear(colour[2]));
+    subject.look.materials = std::move(surface.material_ids);
+    return subject;
+}
+
+struct NamedView {
+    std::string name;
+    Camera camera;
+    double pixels_per_voxel; // of the finest level, in the middle
+};
+
+std::vector<NamedView> choose_views(const RayCaster &rays, const Sphere &bounds, const Grid &grid,
+                                    const Options &options) {
+    const auto whole = eight_views(bounds, grid.up, options.width, options.height);
+    std::vector<NamedView> views;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(options.views); ++i) {
+        const double distance = glm::length(whole[i].position - whole[i].focal_point);
+        views.push_back({"whole " + std::to_string(i), whole[i],
+                         options.height / (2 * std::tan(whole[i].view_angle / 2)) / distance * grid.voxel_size});
+    }
+    if (!options.close_ups)
+        return views;
+    const std::span<const Camera> around(whole.data(), static_cast<std::size_t>(std::clamp(options.views, 1, 4)));
+    for (const CloseUp &near : close_ups(rays, around, grid.voxel_size, options.width, options.height))
+        views.push_back({std::string(near.slanted ? "slanted " : "front ") + std::to_string(views.size()), near.camera,
+                         near.pixels_per_voxel});
+    return views;
+}
+
+// A way to draw, and what came of it.
+struct Renderer {
+    std::string name;
+    Draw draw;
+    std::vector<View> views{};
+    DepthByAngle depths{};
+};
+
+nlohmann::json to_json(const View &view) {
+    const FidelityFigures &f = view.figures;
+    return {{"object", f.object},
+            {"interior", f.interior},
+            {"holes", f.holes},
+            {"see_through", f.see_through},
+            {"bleed", f.bleed},
+            {"shrunk", f.shrunk},
+            {"deep", f.deep},
+            {"deep_near", f.deep_near},
+            {"squared_error", f.squared_error},
+            {"level", view.drawn.level},
+            {"points", view.drawn.points}};
+}
+
+nlohmann::json to_json(const std::vector<ShadowFigures> &lights) {
+    nlohmann::json all = nlohmann::json::array();
+    for (const ShadowFigures &light : lights)
+        all.push_back({{"facing", light.facing},
+                       {"lit", light.lit},
+                       {"falsely_lit", light.falsely_lit},
+                       {"falsely_dark", light.falsely_dark}});
+    return all;
+}
+
+void print_shadows(const std::vector<ShadowFigures> &lights) {
+    for (std::size_t i = 0; i < lights.size(); ++i)
+        std::printf(
+            "light %zu: of %llu points that face it %.2f %% are lit; %.3f %% falsely lit, %.3f %% falsely dark\n", i,
+            static_cast<unsigned long long>(lights[i].facing), percent(lights[i].lit, lights[i].facing),
+            percent(lights[i].falsely_lit, lights[i].facing), percent(lights[i].falsely_dark, lights[i].facing));
+}
+
+nlohmann::json to_json(const std::vector<NamedView> &views, const std::vector<Renderer> &renderers) {
+    nlohmann::json all = nlohmann::json::array();
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        nlohmann::json figures;
+        for (const Renderer &renderer : renderers)
+            figures[renderer.name] = to_json(renderer.views[i]);
+        all.push_back({{"name", views[i].name}, {"pixels_per_voxel", views[i].pixels_per_voxel}, {"figures", figures}});
+    }
+    return all;
+}
+
+void print_psnr(const std::vector<NamedView> &views, const Renderer &renderer) {
+    std::printf("%s, PSNR of the interior, dB\n", renderer.name.c_str());
+    for (std::size_t i = 0; i < views.size(); ++i)
+        std::printf("%-12s %6.2f   (%.2f pixels per voxel of the finest level)\n", views[i].name.c_str(),
+                    psnr(renderer.views[i].figures), views[i].pixels_per_voxel);
+    std::printf("%-12s %6.2f\n", "all", psnr(total(renderer.views)));
+}
+
+void measure(const RayCaster &rays, const Subject &subject, const ModelParameters &parameters,
+             const std::vector<NamedView> &views, std::vector<Renderer> &renderers, const Options &options) {
+    const std::vector<Light> lights =
+        parameters.lights.empty() ? default_lights(parameters.grid.up) : parameters.lights;
+    const auto &origin = parameters.grid.origin;
+    const TracedScene scene{.rays = rays,
+                            .mesh = subject.mesh,
+                            .look = subject.look,
+                            .materials = parameters.materials,
+                            .lights = lights,
+                            .light_origin = {origin[0], origin[1], origin[2]},
+                            .edge = parameters.grid.edge(),
+                            .shadowed = options.shadows ? parameters.attributes.lights : 0};
+    Drawing drawing(options.width, options.height);
+    for (const NamedView &view : views) {
+        const RayImage image = rays.cast(view.camera, options.width, options.height, 0);
+        std::vector<Srgb> truth;
+        if (options.shading)
+            truth = trace(scene, view.camera, options.width, options.height, options.samples, 0);
+        const std::string picture = options.pictures.empty() ? "" : options.pictures + "/" + view.name;
+        if (!picture.empty() && options.shading)
+            write_picture(picture + " truth.png", truth, options.width, options.height);
+        for (Renderer &renderer : renderers) {
+            renderer.draw(view.camera, drawing);
+            renderer.views.push_back({.drawn = drawing.drawn, .figures = compare(image, truth, drawing)});
+            add_depth_errors(image, drawing, renderer.depths);
+            if (picture.empty())
+                continue;
+            write_picture(picture + " " + renderer.name + ".png", drawing.picture);
+            if (options.shading)
+                write_difference(picture + " " + renderer.name + " difference.png", truth, drawing.picture);
+        }
+    }
+}
+
+Model load_whole(const MappedFile &file, const std::string &name) {
+    Reader reader = value_or_throw(Reader::open(file.bytes()), name);
+    return value_or_throw(load_model(reader), name);
+}
+
+int run(const Options &options) {
+    const Subject subject = read_subject(options.mesh);
+    const auto file = MappedFile::open(options.model);
+    if (!file)
+        throw std::runtime_error(options.model + ": " + file.error().message);
+    StreamedModel model(value_or_throw(Reader::open(file->bytes()), options.model));
+    const Sphere bounds = value_or_throw(model.bounds(), options.model);
     const ModelParameters &parameters = model.reader().parameters();
-    const TriangleMesh mesh{surface->positions, surface->triangles};
-    const RayCaster rays(mesh, bounds->centre);
-    const auto cameras = eight_views(*bounds, parameters.grid.up, options.width, options.height);
-    FastRenderer renderer(parameters, model.reader().header().chunk_points, 0);
-    const std::vector<View> views =
-        options.reference > 0 ? measure_reference(rays, file->bytes(), cameras, options)
-                              : measure_fidelity(rays, draw_detail(model, renderer, options.max_error, options.finest),
-                                                 cameras, options.width, options.height, 0);
-    if (!options.json)
-        std::printf("level %d, %llu points, %.3f pixels per voxel\n", views[0].drawn.level,
-                    static_cast<unsigned long long>(views[0].drawn.points),
-                    views[0].pixels_per_unit * parameters.grid.voxel_size_at(views[0].drawn.level));
-    std::fputs((options.json ? to_json(views) : to_text(views)).c_str(), stdout);
+    const RayCaster rays(subject.mesh, bounds.centre);
+
+    RenderOptions look{
+        .texture = false, .shadows = options.shadows, .panorama = false, .ground = false, .reflections = false};
+    FastRenderer fast(parameters, model.reader().header().chunk_points, 0);
+    std::optional<Model> whole;
+    std::optional<ReferenceRenderer> reference;
+    std::vector<Renderer> renderers;
+    if (options.reference > 0) {
+        whole = load_whole(*file, options.model);
+        reference.emplace(*whole);
+        renderers.push_back({"reference", draw_level(*reference, parameters.grid, options.reference)});
+    } else {
+        for (const std::string &quality : options.qualities)
+            renderers.push_back({quality, draw_detail(model, fast, options.max_error, options.finest, look)});
+    }
+
+    const std::vector<NamedView> views = choose_views(rays, bounds, parameters.grid, options);
+    measure(rays, subject, parameters, views, renderers, options);
+    std::vector<ShadowFigures> shadows;
+    if (options.shadow_flags)
+        shadows = check_shadows(rays, load_whole(*file, options.model), 0);
+    if (options.json) {
+        std::cout << nlohmann::json{{"views", to_json(views, renderers)}, {"shadows", to_json(shadows)}}.dump(2)
+                  << "\n";
+        return 0;
+    }
+    print_shadows(shadows);
+    for (const Renderer &renderer : renderers) {
+        std::printf("%s: level %d, %llu points\n%s", renderer.name.c_str(), renderer.views[0].drawn.level,
+                    static_cast<unsigned long long>(renderer.views[0].drawn.points), to_text(renderer.views).c_str());
+        if (options.angles)
+            std::fputs(to_text(renderer.depths).c_str(), stdout);
+        if (options.shading)
+            print_psnr(views, renderer);
+    }
     return 0;
 }
 
 } // namespace
 
 int main(int argc, char **argv) {
-    std::vector<std::string> files;
     Options options;
-    int &width = options.width, &height = options.height;
-    for (int i = 1; i < argc; ++i) {
-        const std::string argument = argv[i];
-        const bool has_value = i + 1 < argc;
-        if (argument == "--json")
-            options.json = true;
-        else if (argument == "--max-error" && has_value)
-            options.max_error = std::atof(argv[++i]);
-        else if (argument == "--finest" && has_value)
-            options.finest = std::atoi(argv[++i]);
-        else if (argument == "--reference" && has_value)
-            options.reference = std::atoi(argv[++i]);
-        else if (argument == "--resolution" && has_value && std::sscanf(argv[i + 1], "%dx%d", &width, &height) == 2)
-            ++i;
-        else
-            files.push_back(argument);
-    }
-    if (files.size() != 2 || width < 1 || height < 1 || width > kMaxPictureEdge || height > kMaxPictureEdge ||
-        !(options.max_error > 0) || options.finest < 1 || options.reference < 0) {
-        std::cerr << "fidelity_harness MESH FILE.bvg [--max-error PIXELS] [--finest L] [--reference LEVEL] "
-                     "[--resolution WxH] [--json]\n";
-        return 1;
-    }
+    CLI::App app("How true the pictures of a model are to the mesh it was made from");
+    app.add_option("mesh", options.mesh)->required();
+    app.add_option("model", options.model)->required();
+    app.add_option("--max-error", options.max_error, "Largest voxels, pixels")->check(CLI::PositiveNumber);
+    app.add_option("--finest", options.finest, "Draw no finer level")->check(CLI::PositiveNumber);
+    app.add_option("--reference", options.reference, "The reference renderer, this level");
+    app.add_option("--resolution", options.resolution, "WxH");
+    app.add_option("--quality", options.qualities, "fast, fine or both; default fast")
+        ->check(CLI::IsMember({"fast", "fine"}));
+    app.add_option("--views", options.views, "So many of the eight views of the whole model")->check(CLI::Range(0, 8));
+    app.add_flag("--close-ups", options.close_ups, "Close views, too: 4 to 8 pixels per voxel");
+    app.add_flag("--angles", options.angles, "Depths by the angle under which the surface is seen");
+    app.add_flag("--shading", options.shading, "Compare colours with the ray-traced picture");
+    app.add_option("--samples", options.samples, "Rays per pixel of that picture")->check(CLI::Range(1, 256));
+    app.add_flag("!--no-shadows", options.shadows, "Neither has shadows");
+    app.add_flag("--shadow-flags", options.shadow_flags, "Compare baked shadows with rays");
+    app.add_option("--pictures", options.pictures, "Folder for truth, picture and difference of every view")
+        ->check(CLI::ExistingDirectory);
+    app.add_flag("--json", options.json);
     try {
-        return run(files[0], files[1], options);
+        app.parse(argc, argv);
+        int &width = options.width, &height = options.height;
+        if (std::sscanf(options.resolution.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1 ||
+            width > kMaxPictureEdge || height > kMaxPictureEdge)
+            throw CLI::ValidationError("--resolution", "WxH");
+        if (options.qualities.empty())
+            options.qualities = {"fast"};
+        return run(options);
+    } catch (const CLI::ParseError &error) {
+        return app.exit(error) == 0 ? 0 : 1;
     } catch (const std::exception &error) {
         std::cerr << "fidelity_harness: " << error.what() << "\n";
         return 4;

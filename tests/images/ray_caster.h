@@ -1,11 +1,13 @@
-// What a picture should show: one ray per pixel against the triangles.
+// What a picture should show: rays against the triangles.
 #pragma once
 
 #include "pbm_render/camera.h"
 #include "triangle_mesh.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace pbm {
@@ -14,6 +16,28 @@ namespace pbm {
 struct RayImage {
     std::vector<float> depths;        // of the nearest triangle along the view direction, +infinity where there is none
     std::vector<std::uint8_t> inside; // 1: the ray meets the triangle's back, so the mesh is open there
+    std::vector<float> cosines;       // between the ray and the triangle's normal, 0..1; 0 where there is none
+};
+
+// Where a ray meets its nearest triangle.
+struct RayHit {
+    float distance; // in lengths of the ray's direction
+    std::size_t triangle;
+    glm::vec3 weights; // of the triangle's corners
+    glm::vec3 face;    // unit normal on the side from which the corners run counter-clockwise
+};
+
+// Rays through the pixels of a picture.
+struct PixelRays {
+    PixelRays(const Camera &camera, int width, int height);
+
+    // Length 1 along the view direction: the ray's parameter is the depth. Pixel (0, 0) is 0..1 each way.
+    glm::dvec3 through(double x, double y) const { return corner_ + x * right_ + y * down_; }
+
+    glm::dvec3 eye; // model space
+
+  private:
+    glm::dvec3 corner_, right_, down_;
 };
 
 class RayCaster {
@@ -23,6 +47,11 @@ class RayCaster {
     ~RayCaster();
     RayCaster(const RayCaster &) = delete;
     RayCaster &operator=(const RayCaster &) = delete;
+
+    // Model space; `direction` of any length.
+    std::optional<RayHit> nearest(const glm::dvec3 &origin, const glm::dvec3 &direction) const;
+    // Whether a triangle lies on the way from `origin` to `origin + reach * direction`.
+    bool is_blocked(const glm::dvec3 &origin, const glm::dvec3 &direction, double reach) const;
 
     // One ray through each pixel's centre.
     RayImage cast(const Camera &camera, int width, int height, int threads) const;

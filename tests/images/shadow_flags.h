@@ -1,0 +1,24 @@
+// Whether the shadows baked into a model's points are those of rays.
+#pragma once
+
+#include "ray_caster.h"
+
+#include "pbm_format/model.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace pbm {
+
+// Of one light, points of the finest level. Two-sided points, which face every light, are left out.
+struct ShadowFigures {
+    std::uint64_t facing = 0;      // normal and direction to the light less than 90 degrees apart
+    std::uint64_t lit = 0;         // of those, by rays
+    std::uint64_t falsely_lit = 0; // of those, lit by more than half in the file, in shadow by rays
+    std::uint64_t falsely_dark = 0;
+};
+
+// One for each light of the model that has a shadow stream. `model` has all its levels.
+std::vector<ShadowFigures> check_shadows(const RayCaster &rays, const Model &model, int threads);
+
+} // namespace pbm
