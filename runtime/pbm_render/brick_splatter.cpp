@@ -72,10 +72,7 @@ HWY_INLINE void lay_blocks(const FrameGeometry &frame, float voxel_edge, const F
     const Vector outline_pixels = hn::Mul(s.outline, hn::Mul(inverse, s.cosine));
     const Vector at_x = hn::Sub(hn::Load(d, points.x.data() + first), hn::Mul(outline_pixels, s.image_x));
     const Vector at_y = hn::Sub(hn::Load(d, points.y.data() + first), hn::Mul(outline_pixels, s.image_y));
-    // Never farther from the middle's depth than a splat of this size reaches.
-    const Vector most = set(kBlockRadius), least = set(-kBlockRadius);
-    const Vector plane_x = hn::Min(hn::Max(hn::Mul(n.x, inverse_cosine), least), most);
-    const Vector plane_y = hn::Min(hn::Max(hn::Mul(n.y, inverse_cosine), least), most);
+    const Vector plane_x = plane_slope(n.x, inverse_cosine), plane_y = plane_slope(n.y, inverse_cosine);
     const Vector at_z = depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y);
     const Vector slope_x = hn::Mul(plane_x, s.pixel_size), slope_y = hn::Mul(plane_y, s.pixel_size);
 

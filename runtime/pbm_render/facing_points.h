@@ -201,7 +201,8 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
         [[maybe_unused]] Vector radius = hn::Zero(d);
         if constexpr (kLarge) { // not those around the eye or behind it
             radius = hn::GatherIndex(d, frame.radii.data(), radius_index);
-            keep = hn::And(keep, hn::Gt(w, hn::Mul(radius, set(kLeastDistance))));
+            keep = hn::And(keep,
+                           hn::Gt(w, hn::Add(hn::Mul(radius, set(kLeastRadii)), set(kLeastVoxels * geometry.voxel))));
         } else {
             keep = hn::And(keep, hn::And(hn::Gt(pixel_y, above), hn::Lt(pixel_y, below)));
         }

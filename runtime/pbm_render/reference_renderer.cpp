@@ -115,7 +115,8 @@ void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
     const double reach = half_edge * std::sqrt(3.0);
     const glm::dvec3 image = projection_.point(centre);
     const bool narrow = reach <= kNarrow * glm::length(centre - projection_.eye);
-    if (kernels_ || !narrow || image.z - reach <= static_cast<double>(kLeastDistance * radii_[radius]))
+    if (kernels_ || !narrow ||
+        image.z - reach <= static_cast<double>(kLeastRadii * radii_[radius] + kLeastVoxels * voxel_))
         return;
     table_radius_ = radius;
     const glm::vec2 pixel(image.x / image.z, image.y / image.z);
@@ -175,7 +176,7 @@ void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0;
     const float radius = radii_[point_radii_[index]];
     const float depth = centre.z;
-    if (depth <= kLeastDistance * radius) // behind the eye, or around it
+    if (depth <= kLeastRadii * radius + kLeastVoxels * voxel_) // behind the eye, or around it
         return;
     const glm::vec2 pixel(centre.x / depth, centre.y / depth);
     std::size_t normal = point_normals_[index] & kNormalIndexMask;

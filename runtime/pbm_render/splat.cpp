@@ -1,5 +1,7 @@
 #include "pbm_render/splat.h"
 
+#include <glm/common.hpp>
+
 namespace pbm {
 
 SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, glm::vec2 pixel, float facing,
@@ -18,17 +20,16 @@ SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, g
 
     const float inverse = 1 / (xx * yy - xy * xy);
 
-    // Depth along the plane, but never farther from the middle's than the disc itself reaches.
-    glm::vec2 slope = glm::vec2(normal.plane.x, normal.plane.y) / std::max(-facing, kEdgeOn);
-    const float rise = std::sqrt(slope.x * (xx * slope.x + 2 * xy * slope.y) + yy * slope.y * slope.y);
-    slope *= std::min(1.0F, size.radius / rise);
+    const float steepest = kSteepest / focal;
+    const glm::vec2 slope =
+        glm::clamp(glm::vec2(normal.plane.x, normal.plane.y) / std::max(-facing, kEdgeOn), -steepest, steepest);
     glm::vec2 shift(0);
     float depth_shift = 0;
     if (!size.two_sided) {
         // The outline goes back from nothing at 45 degrees to all of it edge-on.
         const float outline = kOutlineInset * std::clamp(1 + kOutlineSlope * facing, 0.0F, 1.0F) * size.voxel;
         const float edge_on = std::clamp(1 + facing, 0.0F, 1.0F);
-        const float inset = (normal.inset + kGrazingInset * edge_on * edge_on * edge_on * edge_on) * size.voxel;
+        const float inset = (normal.inset + kGrazingInset * edge_on * edge_on * edge_on) * size.voxel;
         shift = -outline * n;
         depth_shift = glm::dot(slope, (inset - outline) * n) - inset * normal.image.z;
     }

@@ -25,14 +25,18 @@
 namespace pbm {
 
 // Voxel edges. The depth plane of a surface seen edge-on lies farther back, since the foremost of more voxels shows.
-inline constexpr float kOutlineInset = 0.4F;
-inline constexpr float kGrazingInset = 0.4F;
+inline constexpr float kOutlineInset = 0.5F;
+inline constexpr float kGrazingInset = 0.7F;
 // Outlines begin to go back where this times the cosine of normal and ray is -1.
 inline constexpr float kOutlineSlope = 1.4F;
-// Planes are never taken to be seen at a flatter angle than with this cosine.
+// Planes are never taken to be seen at a flatter angle than with this cosine,
 inline constexpr float kEdgeOn = 0.02F;
-// Points nearer to the eye than this, in splat radii, have the eye inside or next to them: they are not drawn.
-inline constexpr float kLeastDistance = 1.25F;
+// nor to go deeper, along each axis of the screen, than this times what they cover of it: as they are up to 70 degrees;
+// beyond, normals are too rough to say how deep a plane is a pixel away from its point.
+inline constexpr float kSteepest = 3;
+// Points nearer to the eye than so many splat radii and voxels together have the eye inside or next to them, and their
+// planes would reach behind it: they are not drawn.
+inline constexpr float kLeastRadii = 1.25F, kLeastVoxels = 2;
 
 // What the image of a splat takes from its normal, its radius and the direction in which it is seen; the same for all
 // points of one normal and radius in a small part of the screen. For depth 1: the ellipse shrinks with the depth, the

@@ -39,15 +39,22 @@ HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, f
     const Vector voxel = hn::IfThenZeroElse(n.two_sided, hn::Set(d, voxel_edge));
     s.outline = hn::Mul(hn::Mul(voxel, hn::Set(d, outline_inset)),
                         clamp_to_one(hn::Add(one, hn::Mul(hn::Set(d, kOutlineSlope), n.facing))));
-    const Vector edge_on = clamp_to_one(hn::Add(one, n.facing)), edge_on2 = hn::Mul(edge_on, edge_on);
+    const Vector edge_on = clamp_to_one(hn::Add(one, n.facing));
+    const Vector grazing = hn::Mul(hn::Mul(edge_on, edge_on), edge_on);
     const Vector mean_inset =
         hn::Mul(hn::ConvertTo(d, hn::And(packed, hn::Set(di, kPackedInsetMask))), hn::Set(d, 1 / kPackedInsetScale));
-    s.inset = hn::Mul(voxel, hn::Add(mean_inset, hn::Mul(hn::Set(d, kGrazingInset), hn::Mul(edge_on2, edge_on2))));
+    s.inset = hn::Mul(voxel, hn::Add(mean_inset, hn::Mul(hn::Set(d, kGrazingInset), grazing)));
     s.image_x = hn::Sub(n.x, hn::Mul(n.ray_x, n.z));
     s.image_y = hn::Sub(n.y, hn::Mul(n.ray_y, n.z));
     s.pixel_size = hn::Mul(hn::Load(d, points.w.data() + first), hn::Set(d, frame.inverse_focal));
     s.cosine = hn::Max(hn::Neg(n.facing), hn::Set(d, kEdgeOn));
     return s;
+}
+
+// Depth per length across the view direction, of one component of a plane's normal.
+HWY_INLINE Vector plane_slope(Vector component, Vector inverse_cosine) {
+    const Vector most = hn::Set(Floats(), kSteepest), least = hn::Set(Floats(), -kSteepest);
+    return hn::Min(hn::Max(hn::Mul(component, inverse_cosine), least), most);
 }
 
 // Depth of the plane, of the given slopes per unit of depth 1, in the middle of the splat.
@@ -93,14 +100,8 @@ HWY_INLINE void lay_ellipses(const FrameGeometry &frame, float voxel_edge, const
     hn::Store(hn::Mul(hn::Mul(set(-2), xy), inverse), d, to.xy.data());
     hn::Store(hn::Mul(xx, inverse), d, to.yy.data());
 
-    // Depth along the plane, but never farther from the middle's than the disc itself reaches.
-    Vector plane_x = hn::Div(n.x, s.cosine), plane_y = hn::Div(n.y, s.cosine);
-    const Vector rise =
-        hn::Sqrt(hn::Add(hn::Mul(plane_x, hn::Add(hn::Mul(xx, plane_x), hn::Mul(hn::Mul(set(2), xy), plane_y))),
-                         hn::Mul(hn::Mul(yy, plane_y), plane_y)));
-    const Vector most = hn::Min(one, hn::Div(radius, hn::Max(rise, set(1e-20F))));
-    plane_x = hn::Mul(plane_x, most);
-    plane_y = hn::Mul(plane_y, most);
+    const Vector inverse_cosine = hn::Div(one, s.cosine);
+    const Vector plane_x = plane_slope(n.x, inverse_cosine), plane_y = plane_slope(n.y, inverse_cosine);
     hn::Store(hn::Mul(plane_x, s.pixel_size), d, to.slope_x.data());
     hn::Store(hn::Mul(plane_y, s.pixel_size), d, to.slope_y.data());
     hn::Store(depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y), d, to.depth.data());
