@@ -53,6 +53,7 @@ FidelityFigures &FidelityFigures::operator+=(const FidelityFigures &o) {
     shrunk += o.shrunk;
     deep += o.deep;
     deep_near += o.deep_near;
+    on_surface += o.on_surface;
     squared_error += o.squared_error;
     return *this;
 }
@@ -101,6 +102,7 @@ FidelityFigures compare(const RayImage &image, std::span<const Srgb> truth, cons
             const DepthRange next = range_around(rays, drawn.width, drawn.height, x, y, 1);
             figures.see_through += depth > around.farthest + kSeeThroughVoxels * voxel;
             figures.deep += std::abs(depth - rays[at]) <= voxel;
+            figures.on_surface += std::abs(depth - rays[at]) * image.cosines[at] <= voxel;
             figures.deep_near += depth >= next.nearest - voxel && depth <= next.farthest + voxel;
         }
     }
@@ -189,18 +191,18 @@ namespace {
 
 std::string text_line(const char *name, const FidelityFigures &f) {
     std::array<char, 200> line{};
-    std::snprintf(line.data(), line.size(), "%-5s %9llu %9llu %7llu %7llu %8.4f %8.4f %8.3f %8.3f\n", name,
+    std::snprintf(line.data(), line.size(), "%-5s %9llu %9llu %7llu %7llu %8.4f %8.4f %8.3f %8.3f %9.3f\n", name,
                   static_cast<unsigned long long>(f.object), static_cast<unsigned long long>(f.interior),
                   static_cast<unsigned long long>(f.holes), static_cast<unsigned long long>(f.see_through),
                   percent(f.bleed, f.object), percent(f.shrunk, f.object), percent(f.deep, f.interior),
-                  percent(f.deep_near, f.interior));
+                  percent(f.deep_near, f.interior), percent(f.on_surface, f.interior));
     return line.data();
 }
 
 } // namespace
 
 std::string to_text(const std::vector<View> &views) {
-    std::string text = "view     object  interior   holes through  bleed % shrunk %  depth %   near %\n";
+    std::string text = "view     object  interior   holes through  bleed % shrunk %  depth %   near % surface %\n";
     for (std::size_t i = 0; i < views.size(); ++i)
         text += text_line(std::to_string(i).c_str(), views[i].figures);
     return text + text_line("all", total(views));

@@ -24,6 +24,7 @@ struct FidelityFigures {
     std::uint64_t shrunk = 0;        // nothing drawn, more than 1 pixel inside the silhouette
     std::uint64_t deep = 0;          // interior, within 1 voxel of the ray's hit
     std::uint64_t deep_near = 0;     // interior, within 1 voxel of the hits of the pixel and its neighbours
+    std::uint64_t on_surface = 0;    // interior, within 1 voxel of the plane that the ray hits
     std::uint64_t squared_error = 0; // of all interior pixels, R, G and B, sRGB 0..255; 0 without a picture to compare
 
     FidelityFigures &operator+=(const FidelityFigures &other);

@@ -108,6 +108,7 @@ nlohmann::json to_json(const View &view) {
             {"shrunk", f.shrunk},
             {"deep", f.deep},
             {"deep_near", f.deep_near},
+            {"on_surface", f.on_surface},
             {"squared_error", f.squared_error},
             {"level", view.drawn.level},
             {"points", view.drawn.points}};
