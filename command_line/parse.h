@@ -35,6 +35,12 @@ inline bool names_file(const CLI::Option &option) {
            option.get_type_name().find("FILE") != std::string::npos;
 }
 
+// The same of one value: a type like FILE|default has words beside names of files.
+inline bool names_file(const CLI::Option &option, const std::string &value) {
+    const std::vector<std::string> words = CLI::detail::split(option.get_type_name(), '|');
+    return names_file(option) && (words.size() == 1 || std::count(words.begin() + 1, words.end(), value) == 0);
+}
+
 namespace detail {
 
 // "N" for numbers, "565|888" for words; CLI11 says INT:INT in [5 - 16] and TEXT:{565,888}.

@@ -84,10 +84,9 @@ class SettingsFile : public CLI::Config {
                                               const std::string &path) {
         std::vector<std::string> values = setting.values;
         const std::string folder = path.substr(0, path.find_last_of('/') + 1);
-        if (names_file(option))
-            for (std::string &name : values)
-                if (!name.empty() && name != "-" && name.front() != '/')
-                    name.insert(0, folder);
+        for (std::string &name : values)
+            if (names_file(option, name) && !name.empty() && name != "-" && name.front() != '/')
+                name.insert(0, folder);
         if (setting.is_array && option.get_items_expected_max() == 1)
             values = {CLI::detail::join(values, ",")};
         return values;
@@ -99,7 +98,7 @@ class SettingsFile : public CLI::Config {
         CLI::Option *const option = find(setting.key);
         if (option == nullptr)
             return unknown(setting.key);
-        if (contains(set, option))
+        if (contains(set, option) && option->get_items_expected_max() == 1)
             return "'" + setting.key + "' is set twice, under two names";
         set.push_back(option);
         if (setting.values.empty())

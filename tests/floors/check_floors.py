@@ -76,7 +76,7 @@ HOMES = {
     r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/presenter\.cpp",
     r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/overlay\.cpp",
     r"isa-l/.*|zlib\.h": r"runtime/viewer/image_writer\.cpp",
-    r"(jpeglib|turbojpeg)\.h|stb/.*": r"tools/pbm-build/.*\.cpp",
+    r"(jpeglib|png)\.h|stb/.*": r"tools/pbm-build/pbm_build/image_decoder\.cpp",
     r"(sys/mman|malloc)\.h": r"format_spec/pbm_format/platform\.cpp",
     r"sys/resource\.h": r"format_spec/pbm_format/(platform|child_process)\.cpp",
     r"sys/(prctl|syscall|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/child_process\.cpp",

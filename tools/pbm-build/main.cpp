@@ -108,6 +108,16 @@ void take_figures(const EarlierOutput &earlier, Outcome outcome, BuildStatistics
     statistics.file_bytes = earlier.file_bytes;
 }
 
+// A bad image is told before the scan, which may take minutes, is read. An empty image where none is asked for.
+Result<Image> read_panorama_first(const Arguments &arguments, BuildStatistics &statistics, const Progress &progress) {
+    const auto &request = arguments.build.scene.panorama;
+    if (!request)
+        return Image{};
+    return StepClock(statistics, progress).run("panorama", [&] {
+        return make_panorama(*request, arguments.build.threads, statistics);
+    });
+}
+
 // Builds and writes, unless with --if-changed what is there is what would come out. Returns the exit code.
 int build(const Arguments &arguments, std::span<const std::string> sources, BuildStatistics &statistics) {
     SourceRecord record;
@@ -127,11 +137,17 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
 
     command_line::ProgressDisplay display(arguments.verbosity);
     const Progress progress = [&](std::string_view step, double done) { display.show(step, done); };
+    auto panorama = read_panorama_first(arguments, statistics, progress);
+    if (!panorama) {
+        display.clear();
+        return fail(arguments.build.scene.panorama->file, panorama.error());
+    }
     Result<Model> model = read_and_build(arguments.inputs, arguments.build, statistics, progress);
     display.clear();
     const std::string input = arguments.inputs.size() > 1 ? "" : name_of(arguments.inputs.front()); // errors name it
     if (!model)
         return fail(input, model.error());
+    model->images.panorama = std::move(*panorama);
     log_dropped(statistics);
     if (!record.source_hash.empty()) {
         auto metadata = with_record(model->metadata, record);

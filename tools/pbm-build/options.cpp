@@ -5,6 +5,7 @@
 #include "pbm_format/layout.h"
 #include "pbm_format/platform.h"
 #include "recipe.h"
+#include "scene_options.h"
 
 #include <algorithm>
 #include <array>
@@ -17,7 +18,7 @@ namespace pbm::build {
 namespace {
 
 // The spellings of compilers.
-constexpr std::array<command_line::OldSwitch, 2> kSwitches{
+constexpr std::array<command_line::OldSwitch, 2> kCompilerSwitches{
     {{"-MD", "--write-dependencies"}, {"-MF", "--dependency-file"}}};
 
 // An option that takes one of some words.
@@ -82,7 +83,7 @@ bool changes_result(const CLI::Option &option) {
 
 // Numbers in their shortest spelling; several stand between commas.
 std::string in_one_spelling(const CLI::Option &option, const std::string &text) {
-    if (command_line::names_file(option)) // its content counts, and its extension, which can say how it is read
+    if (command_line::names_file(option, text)) // its content counts, and its extension, which can say how it is read
         return std::filesystem::path(text).extension().string();
     if (option.get_type_name() == "TEXT")
         return text;
@@ -105,7 +106,7 @@ void describe_request(const CLI::App &app, Arguments &arguments) {
             continue;
         for (const std::string &text : option->results()) {
             arguments.request += option->get_name() + "=" + in_one_spelling(*option, text) + '\n';
-            if (command_line::names_file(*option))
+            if (command_line::names_file(*option, text))
                 arguments.sources.push_back(text);
         }
     }
@@ -223,11 +224,14 @@ void add_general_options(CLI::App &app, Arguments &arguments) {
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
     CLI::App app{"Turns a scan (PLY, OBJ, STL, OFF) into a binary voxel grid (.bvg).\n"
                  "Says of every attribute of the scan whether it was kept, converted or dropped.\n"
-                 "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, and names of "
-                 "files are relative to the recipe's folder. The command line wins over the recipe.",
+                 "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, lights and "
+                 "materials may be tables ([[light]]), and names of files are relative to the recipe's folder. The "
+                 "command line wins over the recipe.",
                  "pbm-build"};
     add_input_options(app, arguments);
     add_grid_options(app, arguments);
+    SceneArguments scene;
+    add_scene_options(app, scene);
     add_output_options(app, arguments);
     add_build_system_options(app, arguments);
     add_general_options(app, arguments);
@@ -237,10 +241,23 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
                      {"pbm-build left.ply right.ply --depth 10 --unit mm --up z --strict -o scan.bvg",
                       "Two scans as one model of at most 1,024 voxels per edge; an error if anything of them would be "
                       "dropped."},
+                     {"pbm-build scan.ply --lights studio --shadows --ground wood --panorama default -o scan.bvg",
+                      "With shadows on a wooden floor, under a sky."},
                      {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.bvg", "As build systems call it."}},
         .logs_steps = true};
-    if (const auto done = command_line::parse(app, program, argc, argv, kSwitches, manual))
+    std::vector<command_line::OldSwitch> switches(kCompilerSwitches.begin(), kCompilerSwitches.end());
+    switches.insert(switches.end(), scene_switches().begin(), scene_switches().end());
+    std::vector<std::string> words = with_optional_values(argc, argv);
+    std::vector<char *> pointers;
+    for (std::string &word : words)
+        pointers.push_back(word.data());
+    if (const auto done =
+            command_line::parse(app, program, static_cast<int>(pointers.size()), pointers.data(), switches, manual))
         return done;
+    Result<SceneRequest> request = scene_request(app, scene);
+    if (!request)
+        return command_line::fail_usage(program, request.error().message);
+    arguments.build.scene = std::move(*request);
     if (const auto refused = check_inputs(program, arguments))
         return refused;
     arguments.depfile = arguments.depfile || !arguments.depfile_name.empty();

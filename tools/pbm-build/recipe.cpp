@@ -56,7 +56,9 @@ Result<Setting> setting_of(std::string key, const toml::node &node) {
         return true;
     };
     if (node.is_table())
-        return refuse(entry.line, "'" + entry.key + "' is a table; write options alone, like depth = 9");
+        return refuse(entry.line, "'" + entry.key +
+                                      "' is a table; write options alone, like depth = 9, and lights and materials as "
+                                      "[[light]] and [[material]]");
     bool good = true;
     if (const toml::array *items = node.as_array())
         for (const toml::node &item : *items)
@@ -67,6 +69,41 @@ Result<Setting> setting_of(std::string key, const toml::node &node) {
         return refuse(entry.line,
                       "'" + entry.key + "' is neither a string, a number, true, false nor an array of one of them");
     return entry;
+}
+
+// A table of one light or material as the text of its option: its kind or name, then key=value between commas.
+Result<Setting> setting_of_table(const std::string &option, const toml::table &table) {
+    Setting entry{.key = option,
+                  .kind = Setting::Kind::text,
+                  .values = {""},
+                  .is_array = false,
+                  .line = table.source().begin.line};
+    std::string word;
+    std::string fields;
+    for (const auto &[name, node] : table) {
+        const std::string key(name.str());
+        Result<Setting> field = setting_of(key, node);
+        if (!field)
+            return field.error();
+        const bool flag = field->kind == Setting::Kind::flag;
+        std::string value;
+        for (const std::string &part : field->values)
+            (value += value.empty() ? "" : ",") += flag ? (part == "true" ? "on" : "off") : part;
+        if (key.find_first_of("=,") != std::string::npos || value.find('=') != std::string::npos)
+            return refuse(field->line, "'" + key + "' and its value hold no = and no comma");
+        if (key == "kind" || key == "name")
+            word = value;
+        else
+            fields += "," + key + "=" + value;
+    }
+    entry.values.front() = word.empty() && !fields.empty() ? fields.substr(1) : word + fields;
+    return entry;
+}
+
+// [[light]] and [[material]]; nothing for other keys.
+const toml::array *tables_of(const std::string &key, const toml::node &node) {
+    const bool known = key == "light" || key == "material";
+    return known && node.is_array_of_tables() ? node.as_array() : nullptr;
 }
 
 } // namespace
@@ -86,11 +123,23 @@ Result<std::vector<Setting>> read_recipe(const std::string &path) {
         return refuse(at.line, "column " + std::to_string(at.column) + ": " + std::string(error.description()));
     }
     std::vector<Setting> entries;
-    for (const auto &[key, node] : table) {
-        Result<Setting> entry = setting_of(std::string(key.str()), node);
+    const auto add = [&entries](Result<Setting> entry) -> Status {
         if (!entry)
             return entry.error();
         entries.push_back(std::move(*entry));
+        return {};
+    };
+    for (const auto &[name, node] : table) {
+        const std::string key(name.str());
+        const toml::array *const tables = tables_of(key, node);
+        if (tables == nullptr) {
+            if (const Status added = add(setting_of(key, node)); !added)
+                return added.error();
+            continue;
+        }
+        for (const toml::node &item : *tables)
+            if (const Status added = add(setting_of_table(key, *item.as_table())); !added)
+                return added.error();
     }
     std::stable_sort(entries.begin(), entries.end(),
                      [](const Setting &a, const Setting &b) { return a.line < b.line; });

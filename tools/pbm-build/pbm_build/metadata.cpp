@@ -8,7 +8,7 @@ namespace pbm::build {
 
 Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, const Placement &placement,
                                   const PointRequest &points, ColourFormat colour, const Coding &coding,
-                                  bool flip_faces) {
+                                  bool flip_faces, std::span<const GivenOption> scene) {
     nlohmann::ordered_json metadata;
     metadata["generator"] = std::string("pbm-build ") + PBM_VERSION;
     const auto add = [&](const char *key, const std::string &text) {
@@ -43,6 +43,15 @@ Result<std::string> make_metadata(const Credits &credits, const GridRequest &gri
         options["viewpoint"] = *points.viewpoint;
     if (points.remove_outliers)
         options["remove_outliers"] = true;
+    for (const GivenOption &given : scene) {
+        nlohmann::ordered_json &value = options[given.name];
+        if (value.is_null())
+            value = given.value == "true" ? nlohmann::ordered_json(true) : nlohmann::ordered_json(given.value);
+        else if (value.is_array())
+            value.push_back(given.value);
+        else
+            value = {value, given.value};
+    }
 
     std::string text;
     try {
@@ -52,7 +61,8 @@ Result<std::string> make_metadata(const Credits &credits, const GridRequest &gri
     }
     if (text.size() > kMaxMetadataBytes)
         return Error{ErrorCode::usage, 0,
-                     "--name, --licence and --credit are too long: metadata is at most 4,096 bytes"};
+                     "--name, --licence, --credit and the options of the scene are too long: metadata is at most "
+                     "4,096 bytes"};
     return text;
 }
 

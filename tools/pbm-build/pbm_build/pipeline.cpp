@@ -43,12 +43,14 @@ AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
     return set;
 }
 
-std::vector<Material> choose_materials(const Surface &surface) {
+std::vector<Material> choose_materials(const Surface &surface, const AttributeSet &set) {
     std::vector<Material> materials;
     for (const SurfaceMaterial &m : surface.materials)
         materials.push_back({m.ka, m.kd, m.ks, m.power, m.colour, m.environment});
     if (materials.empty())
         materials.emplace_back();
+    if (!set.material) // no point says which it has: all have the first
+        materials.resize(1);
     return materials;
 }
 
@@ -111,6 +113,28 @@ void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads
         radius = classes[radius];
 }
 
+// The scene around the points, and what of it is baked into them.
+Status furnish(const SceneRequest &request, Voxels &voxels, Model &model, int threads, BuildStatistics &statistics,
+               StepClock &clock) {
+    auto &[grid, set, materials, lights, texture, ground] = model.parameters;
+    Result<Scene> scene = place_scene(request, grid, voxels.codes, materials, statistics);
+    if (!scene)
+        return scene.error();
+    set.texture = !scene->texture.empty();
+    choose_shadow_bits(request, *scene, grid.depth, set);
+    if (set.texture || (scene->ground && scene->ground->texture))
+        clock.run("solid texture",
+                  [&] { evaluate_solid_texture(request, *scene, grid, voxels, model.images, threads); });
+    if (set.lights > 0)
+        clock.run("shadows", [&](auto shadow_progress) {
+            bake_shadows(request, *scene, grid, set, voxels, model.images, threads, shadow_progress);
+        });
+    lights = std::move(scene->lights);
+    texture = std::move(scene->texture);
+    ground = std::move(scene->ground);
+    return {};
+}
+
 } // namespace
 
 Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics &statistics,
@@ -118,6 +142,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     StepClock clock(statistics, progress);
     const int threads = options.threads;
     std::vector<SinglePrecision> single_precision;
+    dress(surfaces, options.scene, statistics);
     for (Surface &surface : surfaces) {
         if (Status good = examine_surface(surface, options.flip_faces, options.strict, statistics); !good)
             return of_input(surface.name, good.error());
@@ -135,7 +160,8 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     const AttributeSet set = choose_attributes(surface, options.colour);
     Result<std::string> metadata =
         make_metadata(options.credits, options.grid, options.placement, point_request(options), set.colour,
-                      {.storage = options.storage, .compression_level = options.compression_level}, options.flip_faces);
+                      {.storage = options.storage, .compression_level = options.compression_level}, options.flip_faces,
+                      options.scene.given);
     if (!metadata)
         return metadata.error();
 
@@ -158,14 +184,13 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     clock.run("choose radii", [&] { choose_radii(*voxels, surface, grid->depth, threads); });
 
     Model model;
-    model.parameters = {.grid = *grid,
-                        .attributes = set,
-                        .materials = choose_materials(surface),
-                        .lights = {},
-                        .texture = {},
-                        .ground = {}};
+    model.parameters.grid = *grid;
+    model.parameters.attributes = set;
+    model.parameters.materials = choose_materials(surface, set);
     model.metadata = std::move(*metadata);
     surface = {};
+    if (Status furnished = furnish(options.scene, *voxels, model, threads, statistics, clock); !furnished)
+        return furnished.error();
     clock.run("octree", [&] {
         LevelMasks masks = encode_octree(voxels->codes, grid->depth);
         voxels->codes = {};
@@ -198,8 +223,10 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
         StepClock clock(statistics, progress);
         const std::string name = inputs.size() > 1 ? name_of(input) : "";
         Result<Surface> surface = clock.run("read", [&](auto read_progress) {
-            return read_surface(input,
-                                {.strict = options.strict, .format = options.input_format, .progress = read_progress});
+            return read_surface(input, {.strict = options.strict,
+                                        .format = options.input_format,
+                                        .default_material = options.scene.default_material.value_or(SurfaceMaterial{}),
+                                        .progress = read_progress});
         });
         if (!surface)
             return of_input(name, surface.error());

@@ -1,12 +1,14 @@
 // The whole walk from a scan to a .bvg file.
 //
-//   read_surface -> place -> merge_surfaces -> estimate_normals -> choose_grid -> sample_points -> voxelize ->
-//   choose_radii -> encode_octree -> average_levels -> write_model
+//   read_surface -> place -> dress -> merge_surfaces -> estimate_normals -> choose_grid -> sample_points -> voxelize ->
+//   choose_radii -> place_scene -> evaluate_solid_texture -> bake_shadows -> encode_octree -> average_levels ->
+//   write_model
 #pragma once
 
 #include "pbm_build/build_statistics.h"
 #include "pbm_build/grid_choice.h"
 #include "pbm_build/metadata.h"
+#include "pbm_build/scene.h"
 #include "pbm_format/model.h"
 #include "pbm_format/writer.h"
 #include "pbm_scan/surface_reader.h"
@@ -25,6 +27,7 @@ struct BuildOptions {
     Storage storage = Storage::packed;
     int compression_level = kDefaultCompressionLevel; // of packed files
     Credits credits;
+    SceneRequest scene;
     bool flip_faces = false;                              // the scan winds its faces clockwise
     std::optional<std::array<double, 3>> viewpoint;       // estimated normals face it; model units
     bool remove_outliers = false;                         // of points without faces; outliers.h
@@ -33,10 +36,10 @@ struct BuildOptions {
     std::uint64_t max_hit_bytes = std::uint64_t{4} << 30; // of hits (hit_store.h); more is ErrorCode::memory
 };
 
-// Surfaces in the model's coordinates to a model, all levels. The same model for any number of threads, any order of
-// the surfaces, and any order of equal vertices, triangles and points. Adds to `statistics`.
+// Surfaces in the model's coordinates to a model, all levels, without panorama. The same model for any number of
+// threads, any order of the surfaces, and any order of equal vertices, triangles and points. Adds to `statistics`.
 //
-// errors  unsupported_feature  more than kMaxMaterials materials
+// errors  unsupported_feature  more than kMaxMaterials materials, that of the ground plane included
 //         bad_input            with `strict`: vertices that no triangle uses
 //         too_large, usage     see grid_choice.h; more than kMaxPoints points
 //         memory               more samples than max_hit_bytes hold
@@ -49,7 +52,7 @@ Result<Model> build_model(Surface surface, const BuildOptions &options, BuildSta
 inline std::string name_of(const std::string &input) { return input == "-" ? "standard input" : input; }
 
 // read_surface and place for each input, then build_model. Of several inputs, errors and lines of the report name
-// theirs.
+// theirs. The panorama (make_panorama) is the caller's.
 Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
                              BuildStatistics &statistics, const Progress &progress = {});
 

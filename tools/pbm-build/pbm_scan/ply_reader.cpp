@@ -48,11 +48,11 @@ Outcome finish_radii(PlyBody &body, Surface &surface) {
     return {Fate::kept, "splat radius"};
 }
 
-Result<SurfaceMaterial> finish_material(const std::array<double, 8> &values, std::size_t row, double colour_scale) {
+Result<SurfaceMaterial> finish_material(const std::array<double, 8> &values, std::size_t row, double colour_scale,
+                                        SurfaceMaterial material) {
     const auto refuse = [row](const char *name, const char *range) {
         return Error{ErrorCode::bad_input, 0, "material " + std::to_string(row) + ": " + name + " must be in " + range};
     };
-    SurfaceMaterial material;
     const std::array<std::pair<float *, const char *>, 4> factors{
         {{&material.ka, "ka"}, {&material.kd, "kd"}, {&material.ks, "ks"}, {&material.power, "power"}}};
     constexpr double kMost = 1e6;
@@ -115,7 +115,8 @@ Outcome finish_range_grid(const PlyHeader &header, const PlyBody &body, Surface 
                                  " to triangles; steps in depth of more than 4 grid steps stay open"};
 }
 
-Result<Outcomes> finish(const PlyHeader &header, PlyBody &body, Surface &surface) {
+Result<Outcomes> finish(const PlyHeader &header, PlyBody &body, const SurfaceMaterial &default_material,
+                        Surface &surface) {
     Outcomes outcomes;
     const PlyElement &vertex = *find_element(header, PlyKind::vertex);
     surface.positions = std::move(body.positions);
@@ -132,7 +133,8 @@ Result<Outcomes> finish(const PlyHeader &header, PlyBody &body, Surface &surface
     if (const PlyElement *material = find_element(header, PlyKind::material)) {
         const double scale = material_colour_scale(*material, body);
         for (const std::array<double, 8> &values : body.materials) {
-            Result<SurfaceMaterial> finished = finish_material(values, surface.materials.size(), scale);
+            Result<SurfaceMaterial> finished =
+                finish_material(values, surface.materials.size(), scale, default_material);
             if (!finished)
                 return finished.error();
             surface.materials.push_back(*finished);
@@ -255,7 +257,7 @@ Result<Surface> read_ply(std::span<const std::uint8_t> bytes, const ReadOptions 
         return inserted_line_ends_error(*header);
 
     Surface surface;
-    const Result<Outcomes> outcomes = finish(*header, *body, surface);
+    const Result<Outcomes> outcomes = finish(*header, *body, options.default_material, surface);
     if (!outcomes)
         return outcomes.error();
     write_report(*header, *outcomes, surface);

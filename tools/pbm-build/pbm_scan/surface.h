@@ -64,6 +64,7 @@ enum class ScanFormat : std::uint8_t { ply, obj, off, stl };
 struct ReadOptions {
     bool strict = false;                       // refuse (`bad_input`) instead of dropping anything
     std::optional<ScanFormat> format{};        // surface_reader.h: where neither content nor name tells
+    SurfaceMaterial default_material{};        // what a material of the file does not say
     std::function<void(double done)> progress; // called now and then from the calling thread, 0..1; may be empty
 };
 
