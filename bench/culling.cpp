@@ -1,0 +1,75 @@
+// What leaving out points that face away is worth: frames of the reference renderer with and without it.
+//
+//   bench_culling ROUNDS WIDTH HEIGHT FILE
+//
+// Without it every point counts as two-sided. Prints a JSON object: culled, drawn: [round] milliseconds;
+// culled_points, drawn_points; table_milliseconds: [round], marking the normals that face away, for eight octants.
+#include "pbm_format/platform.h"
+#include "pbm_format/reader.h"
+#include "pbm_render/normal_table.h"
+#include "pbm_render/reference_renderer.h"
+
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <functional>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+
+namespace {
+
+using namespace pbm;
+
+template <class T> T value_or_throw(Result<T> result, const std::string &file) {
+    if (!result)
+        throw std::runtime_error(file + ": " + result.error().message);
+    return std::move(*result);
+}
+
+double milliseconds(const std::function<void()> &work) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+nlohmann::json measure(int rounds, int width, int height, const std::string &file) {
+    const MappedFile bytes = value_or_throw(MappedFile::open(file), file);
+    Reader reader = value_or_throw(Reader::open(bytes.bytes()), file);
+    const Model culled = value_or_throw(load_model(reader), file);
+    Model drawn = culled;
+    for (std::uint16_t &normal : drawn.levels.back().points.normals)
+        normal |= kTwoSidedBit;
+    const ReferenceRenderer with(culled), without(drawn);
+    const Camera camera = default_camera(culled, width, height);
+    Framebuffer target(width, height);
+    std::vector<Facing> facing;
+    nlohmann::json result;
+    for (int round = 0; round < rounds; ++round) {
+        result["culled"].push_back(
+            milliseconds([&] { result["culled_points"] = with.render(camera, {}, target).drawn_points; }));
+        result["drawn"].push_back(
+            milliseconds([&] { result["drawn_points"] = without.render(camera, {}, target).drawn_points; }));
+        result["table_milliseconds"].push_back(milliseconds([&] {
+            for (int octant = 0; octant < 8; ++octant)
+                mark_facing(camera.position, camera.focal_point, culled.parameters.grid.edge() / 4, facing);
+        }));
+    }
+    return result;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    if (argc != 5) {
+        std::cerr << "usage: bench_culling ROUNDS WIDTH HEIGHT FILE\n";
+        return 1;
+    }
+    try {
+        std::cout << measure(std::stoi(argv[1]), std::stoi(argv[2]), std::stoi(argv[3]), argv[4]) << "\n";
+    } catch (const std::exception &problem) {
+        std::cerr << "bench_culling: " << problem.what() << "\n";
+        return 1;
+    }
+    return 0;
+}
