@@ -19,8 +19,7 @@ ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::uniq
     : path_(std::move(path)), options_(options), scene_(std::move(scene)), bounds_(bounds) {
     const Reader &reader = scene_->model.reader();
     if (options_.renderer == Renderer::fast)
-        fast_.emplace(reader.parameters(), reader.header().chunk_points, options_.load.threads,
-                      scene_->surroundings);
+        fast_.emplace(reader.parameters(), reader.header().chunk_points, options_.load.threads, scene_->surroundings);
 }
 
 DetailView ModelDrawer::view(const Camera &camera, glm::ivec2 size) const {
