@@ -78,7 +78,8 @@ void ShadowView::find_window() {
         const double x = dot(middle, view_.axes[0]), y = dot(middle, view_.axes[1]), z = dot(middle, view_.axes[2]);
         // How far from the light along the view, in units of the distance to the origin.
         const double nearest = 1 + e * (z - reach), farthest = 1 + e * (z + reach);
-        if (farthest <= 0) {
+        const double aside = (1 + e * z) * (1 + e) + 2 * reach * e;
+        if (farthest <= 0 || (e > 0 && std::max(std::abs(x), std::abs(y)) * e > aside)) {
             rows[b] = {kEverywhere, -kEverywhere};
         } else if (nearest < 0.01) {
             rows[b] = {-kEverywhere, kEverywhere};
@@ -210,7 +211,9 @@ template <bool kPerspective> void ShadowView::Rows::draw(const Splat &splat, flo
     float wide = radius * n.wide, high = radius * n.high;
     if constexpr (kPerspective) {
         const float along = 1 + e * splat.z;
-        if (along <= kNearest * e)
+        // Not farther to the side than in front, and a texel and the disc: the view is at most 90 degrees wide.
+        const float aside = along * (1 + e) + 2 * radius * e;
+        if (along <= kNearest * e || std::abs(u) * e > aside || std::abs(v) * e > aside)
             return;
         const float q = 1 / along;
         u *= q;
