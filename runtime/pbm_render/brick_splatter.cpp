@@ -107,53 +107,12 @@ HWY_INLINE void draw_blocks(const FrameGeometry &frame, float voxel, Blocks &blo
     points.count = 0;
 }
 
-// Draws one splat: the pixels whose centres lie in the ellipse and that are nearer than what is there.
-HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::uint32_t id, DepthStrip &strip) {
-    const float xx = ellipses.xx[lane], xy = ellipses.xy[lane], yy = ellipses.yy[lane];
-    const float slope_x = ellipses.slope_x[lane];
-    const std::int32_t left = ellipses.left[lane], right = ellipses.right[lane];
-    for (std::int32_t row = ellipses.top[lane]; row < ellipses.bottom[lane]; ++row) {
-        const float y = static_cast<float>(row) + 0.5F - ellipses.y[lane];
-        const float row_depth = ellipses.depth[lane] + ellipses.slope_y[lane] * y, row_xy = xy * y, row_yy = yy * y * y;
-        double *const pixels = strip.pixels.data() + strip.offset(0, row);
-        const float first_x = static_cast<float>(left) + 0.5F - ellipses.x[lane];
-#if HWY_TARGET == HWY_SCALAR
-        for (std::int32_t i = left; i < right; ++i) {
-            const float x = first_x + static_cast<float>(i - left);
-            if (x * (xx * x + row_xy) + row_yy <= 1)
-                pixels[i] = std::min(pixels[i], DepthStrip::pixel(row_depth + slope_x * x, id));
-        }
-#else
-        const hn::FixedTag<float, 4> d32;
-        const hn::FixedTag<std::uint32_t, 4> du32;
-        const hn::FixedTag<double, 2> d64;
-        const auto four = hn::Set(d32, 4);
-        const auto ids = hn::Set(du32, id);
-        // Four pixels at once; those beside the box are outside the ellipse, too.
-        auto x = hn::Add(hn::Set(d32, first_x), hn::Iota(d32, 0));
-        for (std::int32_t i = left; i < right; i += 4, x = hn::Add(x, four)) {
-            const auto inside = hn::Le(
-                hn::Add(hn::Mul(x, hn::Add(hn::Mul(hn::Set(d32, xx), x), hn::Set(d32, row_xy))), hn::Set(d32, row_yy)),
-                hn::Set(d32, 1));
-            const auto depth = hn::Add(hn::Set(d32, row_depth), hn::Mul(hn::Set(d32, slope_x), x));
-            const auto z =
-                hn::BitCast(du32, hn::IfThenElse(inside, depth, hn::Set(d32, std::numeric_limits<float>::infinity())));
-            const auto draw = [&](auto value, double *to) {
-                hn::StoreU(hn::Min(hn::BitCast(d64, value), hn::LoadU(d64, to)), d64, to);
-            };
-            draw(hn::InterleaveLower(du32, ids, z), pixels + i);
-            draw(hn::InterleaveUpper(du32, ids, z), pixels + i + 2);
-        }
-#endif
-    }
-}
-
 // Draws all points, large and small, as the ellipses they are.
 HWY_INLINE void draw_ellipses(const FrameGeometry &frame, float voxel, FacingPoints &points, DepthStrip &strip) {
     Ellipses ellipses;
     const std::size_t lanes = hn::Lanes(Floats());
     for (std::size_t i = 0; i < points.count; i += lanes) {
-        lay_ellipses(frame, voxel, points, i, points.count, strip, ellipses);
+        lay_ellipses(frame, voxel, {}, points, i, points.count, strip, ellipses);
         for (std::size_t lane = 0; lane < lanes; ++lane)
             if (ellipses.left[lane] < ellipses.right[lane] && ellipses.top[lane] < ellipses.bottom[lane])
                 draw_ellipse(ellipses, lane, static_cast<std::uint32_t>(points.id[i + lane]), strip);

@@ -34,6 +34,12 @@ struct DepthStrip {
     int unseen() const { return stride - kMarginRight + 2; }
     std::ptrdiff_t offset(int x, int y) const { return std::ptrdiff_t{y - top + 1} * stride + x + kMarginLeft; }
 
+    float depth(int x, int y) const { return std::bit_cast<float>(static_cast<std::uint32_t>(bits(x, y) >> 32)); }
+    std::uint32_t id(int x, int y) const { return static_cast<std::uint32_t>(bits(x, y)); }
+    std::uint64_t bits(int x, int y) const {
+        return std::bit_cast<std::uint64_t>(pixels[static_cast<std::size_t>(offset(x, y))]);
+    }
+
     int width = 0, top = 0, bottom = 0;
     int stride = 0; // pixels
     std::vector<double> pixels;

@@ -18,23 +18,25 @@
 #include "pbm_render/framebuffer.h"
 #include "pbm_render/point_run.h"
 #include "pbm_render/render_options.h"
+#include "pbm_render/surroundings.h"
 
 #include <memory>
 #include <span>
 
 namespace pbm {
 
-class Surroundings;
-
 class FineRenderer {
   public:
-    // `parameters` and `surroundings` must stay as long as the renderer. `chunk_points` bounds the points of a chunk
-    // (the file's header says it). `threads`: 0 asks for one per processor.
+    // `parameters` must stay as long as the renderer. `chunk_points` bounds the points of a chunk (the file's header
+    // says it). `threads`: 0 asks for one per processor. Without `surroundings` there is only the background colour.
     FineRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
-                 const Surroundings &surroundings);
+                 std::shared_ptr<const Surroundings> surroundings = nullptr);
     ~FineRenderer();
     FineRenderer(const FineRenderer &) = delete;
     FineRenderer &operator=(const FineRenderer &) = delete;
+
+    // From the next picture on.
+    void set_appearance(Appearance appearance);
 
     // Draws a whole picture of `options.samples` into `target`, as FastRenderer::render does: what it says of cameras,
     // runs, bytes of mapped files, numbers of threads and SIMD targets holds here too. Depths are those of the first

@@ -71,16 +71,24 @@ struct Ellipses {
     alignas(64) std::array<std::int32_t, kMostLanes> left, right, top, bottom; // pixels, in the strip
 };
 
-// lay_splat for a vector of points; those from `end` on are seen nowhere.
-HWY_INLINE void lay_ellipses(const FrameGeometry &frame, float voxel_edge, const FacingPoints &points,
-                             std::size_t first, std::size_t end, const DepthStrip &strip, Ellipses &to) {
+// How much larger the ellipse is that is laid than the splat.
+struct Enlargement {
+    float radius = 1; // times the splat's
+    float outline_inset = kOutlineInset;
+    float low_pass = 0; // pixels: an ellipse's radii become the hypotenuses of themselves and this
+};
+
+// lay_splat for a vector of points, into the lanes of `to` from `lane` on; those from `end` on are seen nowhere.
+HWY_INLINE LaidSplats lay_ellipses(const FrameGeometry &frame, float voxel_edge, const Enlargement &enlarged,
+                                   const FacingPoints &points, std::size_t first, std::size_t end,
+                                   const DepthStrip &strip, Ellipses &to, std::size_t lane = 0) {
     const Floats d;
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
     const Vector one = set(1), half = set(0.5F);
-    const LaidSplats s = lay_splats(frame, voxel_edge, kOutlineInset, points, first);
+    const LaidSplats s = lay_splats(frame, voxel_edge, enlarged.outline_inset, points, first);
     const SeenNormal &n = s.normal;
-    const Vector radius = hn::Load(d, points.radius.data() + first);
+    const Vector radius = hn::Mul(set(enlarged.radius), hn::Load(d, points.radius.data() + first));
     // Behind the last point anything may stand, but no index of nothing.
     const IntVector normal = hn::And(hn::Load(di, points.normal_index.data() + first), hn::Set(di, kNormalIndexMask));
     const Vector thickness = hn::Mul(set(voxel_edge), hn::GatherIndex(d, frame.thickness.data(), normal));
@@ -91,20 +99,23 @@ HWY_INLINE void lay_ellipses(const FrameGeometry &frame, float voxel_edge, const
     const auto covariance = [&](Vector rays, Vector images) {
         return hn::Sub(hn::Mul(r2, rays), hn::Mul(flat, images));
     };
-    const Vector xx = covariance(hn::Add(one, hn::Mul(n.ray_x, n.ray_x)), hn::Mul(s.image_x, s.image_x));
+    const Vector low_pass = hn::Mul(set(enlarged.low_pass), s.pixel_size), low_pass2 = hn::Mul(low_pass, low_pass);
+    const Vector xx =
+        hn::Add(covariance(hn::Add(one, hn::Mul(n.ray_x, n.ray_x)), hn::Mul(s.image_x, s.image_x)), low_pass2);
     const Vector xy = covariance(hn::Mul(n.ray_x, n.ray_y), hn::Mul(s.image_x, s.image_y));
-    const Vector yy = covariance(hn::Add(one, hn::Mul(n.ray_y, n.ray_y)), hn::Mul(s.image_y, s.image_y));
+    const Vector yy =
+        hn::Add(covariance(hn::Add(one, hn::Mul(n.ray_y, n.ray_y)), hn::Mul(s.image_y, s.image_y)), low_pass2);
     const Vector size2 = hn::Mul(s.pixel_size, s.pixel_size);
     const Vector inverse = hn::Div(size2, hn::Sub(hn::Mul(xx, yy), hn::Mul(xy, xy)));
-    hn::Store(hn::Mul(yy, inverse), d, to.xx.data());
-    hn::Store(hn::Mul(hn::Mul(set(-2), xy), inverse), d, to.xy.data());
-    hn::Store(hn::Mul(xx, inverse), d, to.yy.data());
+    hn::Store(hn::Mul(yy, inverse), d, to.xx.data() + lane);
+    hn::Store(hn::Mul(hn::Mul(set(-2), xy), inverse), d, to.xy.data() + lane);
+    hn::Store(hn::Mul(xx, inverse), d, to.yy.data() + lane);
 
     const Vector inverse_cosine = hn::Div(one, s.cosine);
     const Vector plane_x = plane_slope(n.x, inverse_cosine), plane_y = plane_slope(n.y, inverse_cosine);
-    hn::Store(hn::Mul(plane_x, s.pixel_size), d, to.slope_x.data());
-    hn::Store(hn::Mul(plane_y, s.pixel_size), d, to.slope_y.data());
-    hn::Store(depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y), d, to.depth.data());
+    hn::Store(hn::Mul(plane_x, s.pixel_size), d, to.slope_x.data() + lane);
+    hn::Store(hn::Mul(plane_y, s.pixel_size), d, to.slope_y.data() + lane);
+    hn::Store(depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y), d, to.depth.data() + lane);
 
     const Vector pixels = hn::Div(one, s.pixel_size);
     const auto place = [&](const float *at, Vector image, Vector variance, float from, float to_end, float *middle,
@@ -115,15 +126,57 @@ HWY_INLINE void lay_ellipses(const FrameGeometry &frame, float voxel_edge, const
         // Pixel i is inside if its centre i + 0.5 is: the first one is floor(edge + 0.5).
         const auto edge = [&](Vector v) {
             const Vector inside = hn::Floor(hn::Min(hn::Max(hn::Add(v, half), set(from)), set(to_end)));
-            return hn::ConvertTo(di, hn::IfThenElseZero(hn::FirstN(d, end - first), inside));
+            return hn::ConvertTo(di, hn::IfThenElseZero(hn::FirstN(d, end > first ? end - first : 0), inside));
         };
         hn::Store(edge(hn::Sub(centre, reach)), di, begin);
         hn::Store(edge(hn::Add(centre, reach)), di, finish);
     };
-    place(points.x.data() + first, s.image_x, xx, 0, static_cast<float>(strip.width), to.x.data(), to.left.data(),
-          to.right.data());
+    place(points.x.data() + first, s.image_x, xx, 0, static_cast<float>(strip.width), to.x.data() + lane,
+          to.left.data() + lane, to.right.data() + lane);
     place(points.y.data() + first, s.image_y, yy, static_cast<float>(strip.top), static_cast<float>(strip.bottom),
-          to.y.data(), to.top.data(), to.bottom.data());
+          to.y.data() + lane, to.top.data() + lane, to.bottom.data() + lane);
+    return s;
+}
+
+// Draws one splat: the pixels whose centres lie in the ellipse and that are nearer than what is there.
+HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::uint32_t id, DepthStrip &strip) {
+    const float xx = ellipses.xx[lane], xy = ellipses.xy[lane], yy = ellipses.yy[lane];
+    const float slope_x = ellipses.slope_x[lane];
+    const std::int32_t left = ellipses.left[lane], right = ellipses.right[lane];
+    for (std::int32_t row = ellipses.top[lane]; row < ellipses.bottom[lane]; ++row) {
+        const float y = static_cast<float>(row) + 0.5F - ellipses.y[lane];
+        const float row_depth = ellipses.depth[lane] + ellipses.slope_y[lane] * y, row_xy = xy * y, row_yy = yy * y * y;
+        double *const pixels = strip.pixels.data() + strip.offset(0, row);
+        const float first_x = static_cast<float>(left) + 0.5F - ellipses.x[lane];
+#if HWY_TARGET == HWY_SCALAR
+        for (std::int32_t i = left; i < right; ++i) {
+            const float x = first_x + static_cast<float>(i - left);
+            if (x * (xx * x + row_xy) + row_yy <= 1)
+                pixels[i] = std::min(pixels[i], DepthStrip::pixel(row_depth + slope_x * x, id));
+        }
+#else
+        const hn::FixedTag<float, 4> d32;
+        const hn::FixedTag<std::uint32_t, 4> du32;
+        const hn::FixedTag<double, 2> d64;
+        const auto four = hn::Set(d32, 4);
+        const auto ids = hn::Set(du32, id);
+        // Four pixels at once; those beside the box are outside the ellipse, too.
+        auto x = hn::Add(hn::Set(d32, first_x), hn::Iota(d32, 0));
+        for (std::int32_t i = left; i < right; i += 4, x = hn::Add(x, four)) {
+            const auto inside = hn::Le(
+                hn::Add(hn::Mul(x, hn::Add(hn::Mul(hn::Set(d32, xx), x), hn::Set(d32, row_xy))), hn::Set(d32, row_yy)),
+                hn::Set(d32, 1));
+            const auto depth = hn::Add(hn::Set(d32, row_depth), hn::Mul(hn::Set(d32, slope_x), x));
+            const auto z =
+                hn::BitCast(du32, hn::IfThenElse(inside, depth, hn::Set(d32, std::numeric_limits<float>::infinity())));
+            const auto draw = [&](auto value, double *to) {
+                hn::StoreU(hn::Min(hn::BitCast(d64, value), hn::LoadU(d64, to)), d64, to);
+            };
+            draw(hn::InterleaveLower(du32, ids, z), pixels + i);
+            draw(hn::InterleaveUpper(du32, ids, z), pixels + i + 2);
+        }
+#endif
+    }
 }
 
 } // namespace pbm::HWY_NAMESPACE
