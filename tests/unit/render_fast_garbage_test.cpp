@@ -2,6 +2,7 @@
 // else. Every stream lies in memory of exactly its size, so that a sanitizer sees the first byte beyond.
 #include "pbm_render/fast_renderer.h"
 
+#include "pbm_render/fine_renderer.h"
 #include "pbm_render/streamed_model.h"
 #include "render_fast_test_model.h"
 
@@ -82,6 +83,7 @@ class CopiedLevel {
 // Pictures in which splats are blocks, ellipses or around the eye. Cells of the background have not been drawn into.
 void draw_all(const ModelParameters &parameters, std::span<const PointRun> runs, int level) {
     FastRenderer renderer(parameters, 512, 1);
+    FineRenderer fine(parameters, 512, 1);
     for (const double pixels : {0.7, 1.3, 4.0, 1000.0})
         for (const int width : {1, 33}) {
             Framebuffer target(width, 21);
@@ -92,6 +94,7 @@ void draw_all(const ModelParameters &parameters, std::span<const PointRun> runs,
             }
             const RenderStatistics drawn = renderer.render(runs, camera, {}, target);
             EXPECT_LE(drawn.drawn_points, 512 * 512 * runs.size());
+            fine.render(runs, camera, {.samples = 1}, target);
         }
 }
 
@@ -193,6 +196,9 @@ TEST(FastRendererGarbage, BytesMayChangeWhileTheyAreDrawn) {
     Framebuffer target(view.width, view.height);
     for (int frame = 0; frame < 100; ++frame)
         renderer.render(detail.runs, view.camera, {}, target);
+    FineRenderer fine(streamed.reader().parameters(), 512, 2);
+    for (int frame = 0; frame < 20; ++frame)
+        fine.render(detail.runs, view.camera, {.samples = 2}, target);
     stop = true;
 }
 
