@@ -205,6 +205,7 @@ Result<FileReplacement> FileReplacement::begin(const std::string &path) {
     if (Status status = check_replaceable(path); !status)
         return status.error();
     if (const auto number = open_file_of(path)) {
+        file.target_ = path;
         file.file_ = ::fcntl(*number, F_DUPFD_CLOEXEC, 0);
         return file.file_ >= 0 ? Result<FileReplacement>(std::move(file)) : io_error("cannot write", errno);
     }
@@ -229,6 +230,18 @@ Result<FileReplacement> FileReplacement::begin(const std::string &path) {
 Status FileReplacement::write(ByteView bytes) {
     const int error = write_all(file_, bytes);
     return error == 0 ? Status() : io_error("cannot write", error);
+}
+
+Status FileReplacement::overwrite(std::uint64_t offset, ByteView bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+        if (written < 0 && errno != EINTR)
+            return io_error("cannot write", errno);
+        const auto done = static_cast<std::size_t>(std::max<ssize_t>(written, 0));
+        offset += done;
+        bytes = bytes.subspan(done);
+    }
+    return {};
 }
 
 Status FileReplacement::finish(Durability durability) {

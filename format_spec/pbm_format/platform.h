@@ -50,6 +50,12 @@ class FileReplacement {
   public:
     static Result<FileReplacement> begin(const std::string &path);
     Status write(ByteView bytes);
+    // Writes over what was written before; `offset` bytes from the start.
+    //
+    // errors  io  also where it is written to directly and has no places, as a pipe
+    Status overwrite(std::uint64_t offset, ByteView bytes);
+    // The name under which another program may fill the file before `finish`.
+    const std::string &name_until_finished() const { return sibling_.empty() ? target_ : sibling_; }
     Status finish(Durability durability = Durability::synced); // the last call
 
     FileReplacement(FileReplacement &&other) noexcept;
@@ -62,7 +68,7 @@ class FileReplacement {
     FileReplacement() = default;
 
     int file_ = -1;
-    std::string target_, sibling_; // empty where it is written to directly
+    std::string target_, sibling_; // `sibling_` is empty where it is written to directly
     unsigned mode_ = 0;
 };
 

@@ -32,7 +32,7 @@ FORMAT_LAYERS = [
     {"error"},
     {"bytes"},
     {"hash", "normal", "octree", "chunk_rule", "parallel", "descriptor"},
-    {"platform", "child_process"},
+    {"platform", "child_process", "child_program"},
     {"point_attributes", "mask_ranks"},
     {"image"},
     {"model", "detail_levels"},
@@ -74,14 +74,16 @@ HOMES = {
     r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",
     r"GLFW/.*": r"runtime/viewer/pbm-view/window\.cpp",
     r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/presenter\.cpp",
-    r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/overlay\.cpp",
+    r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/(overlay|panel)\.cpp",
     r"isa-l/.*|zlib\.h": r"runtime/viewer/image_writer\.cpp",
-    r"(jpeglib|png)\.h|stb/.*": r"tools/pbm-build/pbm_build/image_decoder\.cpp",
-    r"(sys/mman|malloc)\.h": r"format_spec/pbm_format/platform\.cpp",
+    r"jpeglib\.h": r"tools/pbm-build/pbm_build/image_decoder\.cpp|runtime/viewer/jpeg_encoder\.cpp",
+    r"png\.h|stb/.*": r"tools/pbm-build/pbm_build/image_decoder\.cpp",
+    r"sys/mman\.h": r"format_spec/pbm_format/(platform|child_program)\.cpp",
+    r"malloc\.h": r"format_spec/pbm_format/platform\.cpp",
     r"sys/resource\.h": r"format_spec/pbm_format/(platform|child_process)\.cpp",
-    r"sys/(prctl|syscall|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/child_process\.cpp",
+    r"sys/(prctl|syscall|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/child_(process|program)\.cpp",
     r"(fcntl|unistd)\.h|sys/.*": (
-        r"format_spec/pbm_format/(platform|child_process|descriptor)\.cpp"
+        r"format_spec/pbm_format/(platform|child_process|child_program|descriptor)\.cpp"
         r"|command_line/progress_display\.cpp"
     ),
 }
