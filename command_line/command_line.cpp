@@ -19,7 +19,7 @@ namespace {
 struct DissertationSwitch {
     std::string_view name, programs;
 };
-constexpr std::array<DissertationSwitch, 7> kDissertation{{{"-AVI", ""},
+constexpr std::array<DissertationSwitch, 7> kDissertation{{{"-AVI", "pbm-render and pbm-view"},
                                                            {"-FLYING_CAMERA", "pbm-view"},
                                                            {"-IGNORE_POINT_COLOURS", "pbm-render and pbm-view"},
                                                            {"-BACKGROUND", ""},

@@ -4,8 +4,11 @@
 #include "command_line/parse.h"
 #include "command_line/progress_display.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace pbm::command_line {
 
@@ -13,6 +16,28 @@ namespace pbm::command_line {
 template <class Count> void add_threads(CLI::App &app, Count &threads) {
     app.add_option("-j,--threads", threads, "Threads; default 0: as many as processors")
         ->check(CLI::Range(Count{0}, Count{1024}));
+}
+
+// One of several words, each with what it stands for. `what` is what a wrong word is not: "camera mode".
+template <class Value>
+CLI::Option *add_choice(CLI::App &app, const std::string &name, const std::string &what,
+                        std::vector<std::pair<std::string, Value>> choices, Value &target, const std::string &help) {
+    std::string words, list; // "a|b|c", "a, b or c"
+    for (std::size_t i = 0; i < choices.size(); ++i) {
+        words += (i == 0 ? "" : "|") + choices[i].first;
+        list += (i == 0 ? "" : i + 1 == choices.size() ? " or " : ", ") + choices[i].first;
+    }
+    const auto find = [choices = std::move(choices)](const std::string &word) {
+        const auto found = std::find_if(choices.begin(), choices.end(), [&](const auto &c) { return c.first == word; });
+        return found == choices.end() ? std::nullopt : std::optional<Value>(found->second);
+    };
+    return app
+        .add_option_function<std::string>(
+            name, [find, &target](const std::string &word) { target = *find(word); }, help)
+        ->type_name(words)
+        ->check([=](const std::string &word) {
+            return find(word) ? std::string() : "'" + word + "' is no " + what + "; write " + list;
+        });
 }
 
 inline void add_max_memory(CLI::App &app, std::uint64_t &bytes) {

@@ -8,7 +8,7 @@ set -euo pipefail
 
 build_system=(g++ cmake ninja-build pkg-config)
 runtime=(libhwy-dev libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libisal-dev
-    zlib1g-dev)
+    libjpeg62-turbo-dev zlib1g-dev)
 viewer=(libglfw3-dev libepoxy-dev libimgui-dev)
 tools=(libopenmesh-dev libtomlplusplus-dev libjpeg62-turbo-dev libpng-dev libstb-dev)
 tests=(libgtest-dev libembree-dev libpng-dev python3 python3-zstandard python3-xxhash valgrind zstd make mandoc

@@ -53,6 +53,16 @@ Camera orbit(const Camera &camera, double right, double up) {
     return result;
 }
 
+Camera turntable(const Camera &camera, const glm::dvec3 &axis, double angle) {
+    if (angle == 0)
+        return camera; // exactly
+    const glm::dvec3 unit = glm::normalize(axis);
+    Camera result = camera;
+    result.position = camera.focal_point + rotate(camera.position - camera.focal_point, unit, angle);
+    result.up = rotate(camera.up, unit, angle);
+    return result;
+}
+
 Camera approach(const Camera &camera, double factor, double model_radius) {
     const glm::dvec3 from_focus = camera.position - camera.focal_point;
     const double distance = glm::length(from_focus);

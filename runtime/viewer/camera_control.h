@@ -17,6 +17,9 @@ enum class CameraMode { orbit, fly };
 
 // Turns around the focal point, radians: the eye goes right, and up until it nearly stands above or below.
 Camera orbit(const Camera &camera, double right, double up);
+// Turns the whole view about `axis` through the focal point, radians: the eye goes right. Unlike `orbit` it comes back
+// to the same view from everywhere, from above too.
+Camera turntable(const Camera &camera, const glm::dvec3 &axis, double angle);
 // Scales the distance to the focal point, within 1/1000 and 1000 radii of the model.
 Camera approach(const Camera &camera, double factor, double model_radius);
 // Moves eye and focal point in the plane of the picture: what lies in the focal point's plane moves by `offset`

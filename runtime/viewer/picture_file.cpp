@@ -1,6 +1,7 @@
 #include "viewer/picture_file.h"
 
 #include "pbm_format/platform.h"
+#include "viewer/bmp_writer.h"
 #include "viewer/image_writer.h"
 
 #include <cerrno>
@@ -17,6 +18,22 @@ bool take_name(const std::string &path) {
 }
 
 } // namespace
+
+Result<PictureForm> picture_form(const std::string &name) {
+    std::string extension = std::filesystem::path(name).extension().string();
+    for (char &c : extension)
+        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    if (extension.empty() || extension == ".png")
+        return PictureForm::png;
+    if (extension == ".bmp")
+        return PictureForm::bmp;
+    return Error{ErrorCode::usage, 0,
+                 name + ": pictures are PNG or BMP files; choose a name that ends with .png or .bmp"};
+}
+
+Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads) {
+    return form == PictureForm::bmp ? encode_bmp(picture) : encode_png(picture, threads);
+}
 
 Result<std::string> save_picture(const std::filesystem::path &folder, const std::string &name,
                                  const Framebuffer &picture) {

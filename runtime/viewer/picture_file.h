@@ -1,6 +1,7 @@
-// Pictures that a viewer saves on request.
+// Pictures as files: which form a name asks for, and those that a viewer saves on request.
 #pragma once
 
+#include "pbm_format/bytes.h"
 #include "pbm_format/error.h"
 #include "pbm_render/framebuffer.h"
 
@@ -8,6 +9,16 @@
 #include <string>
 
 namespace pbm {
+
+enum class PictureForm { png, bmp };
+
+// What the name's extension asks for, in small or large letters; PNG without one.
+//
+// errors  usage  another extension
+Result<PictureForm> picture_form(const std::string &name);
+
+// errors  as encode_png and encode_bmp
+Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads = 1);
 
 // Writes NAME-1.png into `folder`, or NAME-2.png and so on: the first number that is not taken, so that nothing is ever
 // overwritten. Returns the path.

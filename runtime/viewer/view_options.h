@@ -1,6 +1,7 @@
 // The part of a command line that says which view of which model is wanted; pbm-render and pbm-view share it.
 #pragma once
 
+#include "command_line/command_line.h"
 #include "command_line/progress_display.h"
 #include "pbm_format/reader.h"
 #include "pbm_render/camera.h"
@@ -10,14 +11,18 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include <initializer_list>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace CLI {
 class App;
 }
 
 namespace pbm {
+
+inline constexpr int kMaxSamples = 64;
 
 enum class Renderer { fast, reference };
 
@@ -31,6 +36,10 @@ struct ViewOptions {
     LoadOptions load;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;
 };
+
+// The dissertation's switches that ask for what is in the file; `arguments` of command_line takes them.
+// `more`: those of one program.
+std::vector<command_line::OldSwitch> old_switches(std::initializer_list<command_line::OldSwitch> more);
 
 // Declares the options of a view and -q, -v; the next option belongs to the group "Options". `options` must outlive the
 // parsing.
@@ -51,6 +60,13 @@ DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::iv
 // The options that make pbm-render draw this very view: every number reads back as the same double. `view_angle` in
 // degrees, since the camera's radians do not.
 std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size);
+
+// The words of the command line.
+const std::string &word_of(Quality quality);
+const std::string &word_of(DepthCue cue);
+
+// The options that make it draw with these switches, each with a space in front; those that are as usual are left out.
+std::string look_as_options(const RenderOptions &render);
 
 // Fails if the pictures of `size` that a program keeps would take more than the memory granted.
 //

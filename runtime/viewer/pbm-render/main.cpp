@@ -3,9 +3,12 @@
 #include "pbm_format/platform.h"
 
 #include "model_drawer.h"
+#include "turntable.h"
 #include "viewer/camera_control.h"
 #include "viewer/image_writer.h"
+#include "viewer/picture_file.h"
 #include "viewer/scene.h"
+#include "viewer/video_options.h"
 #include "viewer/view_options.h"
 
 #include <glm/gtc/constants.hpp>
@@ -28,7 +31,16 @@ struct Arguments {
     std::string input, output, depth_output;
     std::string json; // file, "-" for stdout, empty for none
     ViewOptions view;
+    VideoChoice choice;
     int bench = 0; // frames
+
+    const VideoOptions &video() const { return choice.video; }
+    bool wants_picture() const { return !output.empty() || !depth_output.empty() || bench > 0; }
+    std::vector<std::string> outputs() const {
+        std::vector<std::string> files = video_files(video());
+        files.insert(files.end(), {output, depth_output});
+        return files;
+    }
 };
 
 // Of the frames of --bench.
@@ -40,15 +52,14 @@ struct BenchStatistics {
 // What a run cost and drew.
 struct RunStatistics {
     RenderStatistics drawn;
-    double load_ms = 0, frame_ms = 0, png_ms = 0;
+    double load_ms = 0, frame_ms = 0, encode_ms = 0;
     StreamingStatistics cost; // until the picture was drawn
     std::uint64_t file_bytes = 0;
     std::optional<BenchStatistics> bench;
+    std::optional<RecordedVideo> video;
 };
 
 constexpr std::string_view kProgram = "pbm-render";
-
-constexpr std::array<command_line::OldSwitch, 1> kOldSwitches{{{"-IGNORE_POINT_COLOURS", "--ignore-point-colours"}}};
 
 int fail_usage(const std::string &message) { return command_line::fail_usage(kProgram, message); }
 
@@ -58,36 +69,46 @@ int fail(const std::string &file, const Error &error) {
 
 // Fills `arguments`, or returns the exit code of a program that has said all it had to say.
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
-    CLI::App app{"Draws a binary voxel grid (.bvg) into a PNG file.", "pbm-render"};
+    CLI::App app{"Draws a binary voxel grid (.bvg) into a picture or a video.", "pbm-render"};
     app.add_option("FILE", arguments.input, "Model to draw")->required();
     app.option_defaults()->group("Output");
-    app.add_option("-o,--output", arguments.output, "PNG file to write, - for standard output")->type_name("FILE");
+    app.add_option("-o,--output", arguments.output, "Picture to write, .png or .bmp; - for standard output (PNG)")
+        ->type_name("FILE");
     app.add_option("--depth-output", arguments.depth_output,
                    "PFM file of depths: distance along the view direction in model units, +inf where empty")
         ->type_name("FILE");
     add_view_options(app, arguments.view);
     add_renderer_option(app, arguments.view);
     bool no_background = false;
-    app.add_flag("--no-background", no_background, "Transparent where nothing is drawn")->group("Look");
+    app.add_flag("--no-background", no_background, "Transparent where nothing is drawn, without panorama")
+        ->group("Look");
     app.add_option("--bench", arguments.bench, "Draw N more frames once round the focal point; tell their times")
         ->check(CLI::Range(1, 100000))
         ->group("Output");
+    add_video_options(app, arguments.choice);
     command_line::add_json(app, arguments.json, "Statistics");
     app.set_version_flag("-V,--version", "pbm-render " PBM_VERSION);
     if (const auto done = command_line::parse(
-            app, kProgram, argc, argv, kOldSwitches,
-            {.most_used = {"--output", "--resolution", "--camera-position", "--no-background", "--help"},
-             .examples = {{"pbm-render scan.bvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
-                          {"pbm-render scan.bvg -o - --no-background | display",
-                           "A transparent picture for the next program."}}}))
+            app, kProgram, argc, argv, old_switches({kOldVideoSwitch}),
+            {.most_used = {"--output", "--resolution", "--turntable", "--quality", "--help"},
+             .examples = {
+                 {"pbm-render scan.bvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
+                 {"pbm-render scan.bvg -o - --no-background | display", "A transparent picture for the next program."},
+                 {"pbm-render scan.bvg --turntable scan.avi --quality fine", "A video once round the model."},
+                 {"pbm-render scan.bvg --turntable - | ffmpeg -f rawvideo -pix_fmt rgb24 -s 1280x720 -r 30 "
+                  "-i - scan.webm",
+                  "The same in any other form."}}}))
         return done;
-    if (arguments.output.empty() && arguments.depth_output.empty() && arguments.bench == 0)
-        return fail_usage("nothing to do: name a picture with -o");
-    if (const std::string extension = std::filesystem::path(arguments.output).extension().string();
-        !extension.empty() && extension != ".png" && extension != ".PNG")
-        return fail_usage(arguments.output + ": pictures are PNG files; choose a name that ends with .png");
-    if (no_background)
+    if (no_background) {
         arguments.view.render.background = {0, 0, 0, 0};
+        arguments.view.render.panorama = false;
+    }
+    if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.render); !known)
+        return fail_usage(known.error().message);
+    if (!arguments.wants_picture() && arguments.video().output.empty())
+        return fail_usage("nothing to do: name a picture with -o or a video with --turntable");
+    if (const auto form = picture_form(arguments.output); !form)
+        return fail_usage(form.error().message);
     return std::nullopt;
 }
 
@@ -101,10 +122,23 @@ class Stopwatch {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+nlohmann::ordered_json look_json(const RenderOptions &render) {
+    return {{"quality", word_of(render.quality)},
+            {"samples", render.quality == Quality::fine ? render.samples : 1},
+            {"texture", render.texture},
+            {"point_colours", render.point_colours},
+            {"shadows", render.shadows},
+            {"panorama", render.panorama},
+            {"ground", render.ground},
+            {"reflections", render.reflections},
+            {"depth_cue", word_of(render.depth_cue)}};
+}
+
 std::string to_json(const Arguments &arguments, const RunStatistics &s) {
     nlohmann::ordered_json json{{"width", arguments.view.resolution.x},
                                 {"height", arguments.view.resolution.y},
                                 {"renderer", arguments.view.renderer == Renderer::fast ? "fast" : "reference"},
+                                {"look", look_json(arguments.view.render)},
                                 {"level", s.drawn.level},
                                 {"points", s.drawn.points},
                                 {"drawn_points", s.drawn.drawn_points},
@@ -113,29 +147,52 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
                                 {"points_decoded", s.cost.points_decoded},
                                 {"load_ms", s.load_ms},
                                 {"frame_ms", s.frame_ms},
-                                {"png_ms", s.png_ms}};
+                                {"encode_ms", s.encode_ms}};
     if (s.bench) {
         json["bench_frames"] = arguments.bench;
         json["bench_min_ms"] = s.bench->least_ms;
         json["bench_median_ms"] = s.bench->median_ms;
         json["bench_drawn_points"] = s.bench->drawn_points;
     }
+    if (s.video) {
+        json["video_frames"] = arguments.video().frames;
+        json["video_fps"] = arguments.video().fps;
+        json["video_bytes"] = s.video->bytes;
+        json["video_ms"] = s.video->ms;
+    }
     json["peak_memory"] = peak_memory();
     return json.dump(2) + "\n";
 }
 
+// Nothing for fast pictures.
+std::string quality_text(const RenderOptions &render) {
+    return render.quality == Quality::fast
+               ? ""
+               : word_of(render.quality) + ", " + std::to_string(render.samples) + " samples, ";
+}
+
+// What a run told of itself; `camera` is the first one.
 std::string report(const Arguments &arguments, const Camera &camera, const RunStatistics &s) {
     const glm::ivec2 size = arguments.view.resolution;
-    const std::string name = arguments.output.empty() ? arguments.input : arguments.output;
+    const auto shown_name = [](const std::string &name) {
+        return command_line::printable(name == "-" ? "standard output" : name);
+    };
     std::ostringstream text;
     if (arguments.view.verbosity == command_line::Verbosity::verbose)
-        text << "view: " << view_as_options(camera, arguments.view.view_angle, size) << '\n'
+        text << "view: " << view_as_options(camera, arguments.view.view_angle, size)
+             << look_as_options(arguments.view.render) << '\n'
              << "read: " << s.cost.bytes_read << " of " << s.file_bytes << " bytes, " << s.cost.points_decoded
              << " points decoded\n";
-    text << std::fixed << std::setprecision(1) << command_line::printable(name == "-" ? "standard output" : name)
-         << ": " << size.x << 'x' << size.y << ", level " << s.drawn.level << ", " << s.drawn.drawn_points << " of "
-         << s.drawn.points << " points drawn, load " << s.load_ms << " ms, frame " << s.frame_ms << " ms, png "
-         << s.png_ms << " ms\n";
+    text << std::fixed << std::setprecision(1);
+    if (arguments.wants_picture())
+        text << shown_name(arguments.output.empty() ? arguments.input : arguments.output) << ": " << size.x << 'x'
+             << size.y << ", " << quality_text(arguments.view.render) << "level " << s.drawn.level << ", "
+             << s.drawn.drawn_points << " of " << s.drawn.points << " points drawn, load " << s.load_ms << " ms, frame "
+             << s.frame_ms << " ms, encode " << s.encode_ms << " ms\n";
+    if (s.video)
+        text << shown_name(arguments.video().output) << ": " << arguments.video().frames << " frames of " << size.x
+             << 'x' << size.y << ", " << quality_text(arguments.view.render) << s.video->bytes << " bytes, "
+             << s.video->ms / 1000 << " s\n";
     if (s.bench)
         text << "bench: " << arguments.bench << " frames, minimum " << std::setprecision(2) << s.bench->least_ms
              << " ms, median " << s.bench->median_ms << " ms, " << s.bench->drawn_points << " points drawn, memory "
@@ -162,9 +219,67 @@ Result<BenchStatistics> bench(ModelDrawer &drawer, const Camera &first, int fram
     return statistics;
 }
 
+// Draws the one picture and writes what is wanted of it. The exit code if it fails.
+std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera,
+                                RunStatistics &statistics) {
+    const ViewOptions &view = arguments.view;
+    const bool with_depths = drawer.needs_depths() || !arguments.depth_output.empty();
+    Framebuffer picture(view.resolution.x, view.resolution.y, with_depths);
+    const Stopwatch drawing;
+    statistics.drawn = drawer.draw(camera, picture);
+    statistics.frame_ms = drawing.milliseconds();
+    statistics.cost = drawer.cost();
+
+    if (!arguments.output.empty()) {
+        const Stopwatch encoding;
+        const auto file = encode_picture(picture, *picture_form(arguments.output), view.load.threads);
+        if (!file)
+            return fail(arguments.output, file.error());
+        statistics.encode_ms = encoding.milliseconds();
+        if (const Status written = command_line::write_bytes(arguments.output, *file); !written)
+            return fail(arguments.output, written.error());
+    }
+    if (!arguments.depth_output.empty())
+        if (const Status written = command_line::write_bytes(arguments.depth_output, encode_depth_pfm(picture));
+            !written)
+            return fail(arguments.depth_output, written.error());
+    if (arguments.bench > 0) {
+        const auto timed = bench(drawer, camera, arguments.bench, picture);
+        if (!timed)
+            return fail(arguments.input, timed.error());
+        statistics.bench = *timed;
+    }
+    return std::nullopt;
+}
+
+// The same for the video.
+std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera, VideoSink sink,
+                              RunStatistics &statistics) {
+    const VideoOptions &video = arguments.video();
+    const ViewOptions &view = arguments.view;
+    std::ostream *const stream = command_line::report_stream(arguments.outputs(), arguments.json);
+    command_line::ProgressDisplay progress(view.verbosity);
+    const auto tell = [&](int frame, const Camera &from) {
+        progress.show("video", static_cast<double>(frame) / video.frames);
+        if (view.verbosity == command_line::Verbosity::verbose && stream != nullptr)
+            *stream << "frame " << frame + 1 << ": " << view_as_options(from, view.view_angle, view.resolution)
+                    << look_as_options(view.render) << '\n';
+    };
+    const auto made = record_turntable(drawer, std::move(sink), video, view, camera, tell);
+    progress.clear();
+    if (!made.model)
+        return fail(arguments.input, made.model.error());
+    if (!made.file)
+        return command_line::fail(kProgram, video.output == "-" ? "" : video.output, made.file.error());
+    statistics.video = made;
+    statistics.cost = drawer.cost();
+    return std::nullopt;
+}
+
 int run(const Arguments &arguments) {
-    if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}},
-                                                          {{arguments.output, arguments.depth_output, arguments.json}}))
+    std::vector<std::string> outputs = arguments.outputs();
+    outputs.push_back(arguments.json);
+    if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}}, outputs))
         return *refused;
     const ViewOptions &view = arguments.view;
     if (const Status affordable = check_picture_memory(view.resolution, view.load); !affordable)
@@ -182,37 +297,23 @@ int run(const Arguments &arguments) {
     if (const Status loaded = drawer.load(*camera, view.resolution); !loaded)
         return fail(arguments.input, loaded.error());
     statistics.load_ms = loading.milliseconds();
-
-    const bool with_depths = drawer.needs_depths() || !arguments.depth_output.empty();
-    Framebuffer picture(view.resolution.x, view.resolution.y, with_depths);
-    const Stopwatch drawing;
-    statistics.drawn = drawer.draw(*camera, picture);
-    statistics.frame_ms = drawing.milliseconds();
-    statistics.cost = drawer.cost();
     statistics.file_bytes = drawer.file_size();
 
-    if (!arguments.output.empty()) {
-        const Stopwatch encoding;
-        const auto png = encode_png(picture, view.load.threads);
-        if (!png)
-            return fail(arguments.output, png.error());
-        statistics.png_ms = encoding.milliseconds();
-        if (const Status written = command_line::write_bytes(arguments.output, *png); !written)
-            return fail(arguments.output, written.error());
+    std::optional<VideoSink> sink; // first: what cannot be written is refused before anything is drawn
+    if (const std::string &name = arguments.video().output; !name.empty()) {
+        auto open = open_video(arguments.video(), view.resolution);
+        if (!open)
+            return command_line::fail(kProgram, name, open.error());
+        sink = std::move(*open);
     }
-    if (!arguments.depth_output.empty())
-        if (const Status written = command_line::write_bytes(arguments.depth_output, encode_depth_pfm(picture));
-            !written)
-            return fail(arguments.depth_output, written.error());
-    if (arguments.bench > 0) {
-        const auto timed = bench(drawer, *camera, arguments.bench, picture);
-        if (!timed)
-            return fail(arguments.input, timed.error());
-        statistics.bench = *timed;
-    }
+    if (arguments.wants_picture())
+        if (const auto failed = make_picture(arguments, drawer, *camera, statistics))
+            return *failed;
+    if (sink)
+        if (const auto failed = make_video(arguments, drawer, *camera, std::move(*sink), statistics))
+            return *failed;
 
-    std::ostream *const stream =
-        command_line::report_stream({{arguments.output, arguments.depth_output}}, arguments.json);
+    std::ostream *const stream = command_line::report_stream(arguments.outputs(), arguments.json);
     if (view.verbosity != command_line::Verbosity::quiet && stream != nullptr)
         *stream << report(arguments, *camera, statistics);
     if (arguments.json.empty())

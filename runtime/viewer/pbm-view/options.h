@@ -2,6 +2,7 @@
 #pragma once
 
 #include "viewer/camera_control.h"
+#include "viewer/video_options.h"
 #include "viewer/view_options.h"
 
 #include <optional>
@@ -13,9 +14,11 @@ namespace pbm {
 struct Arguments {
     std::string input; // empty: the sample
     ViewOptions view;
+    VideoChoice choice;
     CameraMode camera_mode = CameraMode::orbit;
     double min_fps = 30; // frames per second while the view moves; 0: any
     bool show_frame_time = false;
+    bool show_panel = false;
 };
 
 // Fills `arguments`, or returns the exit code of a program that has said all it had to say.
