@@ -25,14 +25,14 @@ void PictureSaver::serve() {
 }
 
 void PictureSaver::begin(const Waiting &picture, Detail detail) {
-    saving_.push_back(background_.post(
-        [model = picture.model, view = picture.view, detail = std::move(detail)]() -> Result<std::string> {
-            if (!detail.missing.empty())
-                return Error{ErrorCode::memory, 0, "the picture needs more memory than allowed"};
-            Framebuffer pixels(view.width, view.height, false);
-            model->draw_in_background(detail, view, pixels);
-            return save_picture(std::filesystem::path(), std::filesystem::path(model->path()).stem().string(), pixels);
-        }));
+    saving_.push_back(background_.post([model = picture.model, view = picture.view, look = picture.look,
+                                        detail = std::move(detail)]() -> Result<std::string> {
+        if (!detail.missing.empty())
+            return Error{ErrorCode::memory, 0, "the picture needs more memory than allowed"};
+        Framebuffer pixels(view.width, view.height, false);
+        model->draw_in_background(detail, view, look, pixels);
+        return save_picture(std::filesystem::path(), std::filesystem::path(model->path()).stem().string(), pixels);
+    }));
 }
 
 std::vector<Result<std::string>> PictureSaver::take_done(bool all) {

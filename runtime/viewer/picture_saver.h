@@ -16,8 +16,10 @@ class PictureSaver {
     // Draws and writes on `background`, which must outlive it, into the folder of the process.
     explicit PictureSaver(BackgroundThread &background) : background_(background) {}
 
-    // The picture of `view` is to be saved under the model's name, in the order of these calls.
-    void add(ShownModelPointer model, const DetailView &view) { waiting_.push_back({std::move(model), view}); }
+    // The picture of `view`, drawn as `look` says, is to be saved under the model's name, in the order of these calls.
+    void add(ShownModelPointer model, const DetailView &view, LookPointer look) {
+        waiting_.push_back({std::move(model), view, std::move(look)});
+    }
 
     // Begins what can begin and requests what the next picture lacks. To be called after `add` and when chunks arrived,
     // on the thread that owns the models. Loading is for one view at a time: until nothing waits nobody else should
@@ -33,6 +35,7 @@ class PictureSaver {
     struct Waiting {
         ShownModelPointer model;
         DetailView view;
+        LookPointer look;
         bool requested = false;
     };
     void begin(const Waiting &picture, Detail detail);

@@ -1,7 +1,6 @@
 #include "viewer/shown_model.h"
 
 #include <algorithm>
-#include <chrono>
 #include <new>
 #include <utility>
 
@@ -29,9 +28,7 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const ViewOp
     if (!bounds)
         return bounds.error();
     shown->bounds_ = *bounds;
-    const Reader &reader = shown->streamed().reader();
-    shown->window_renderer_.emplace(reader.parameters(), reader.header().chunk_points, options.load.threads,
-                                    shown->scene_->surroundings);
+    static_cast<void>(shown->painter(shown->window_)); // now, while there is no window
     // An unusable camera is told when there is a window to tell it.
     if (const auto camera = choose_camera(options, *bounds, shown->grid().up, options.resolution))
         shown->streamed().request(
@@ -39,28 +36,56 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const ViewOp
     return shown;
 }
 
+std::vector<Error> ShownModel::take_errors() {
+    std::vector<Error> errors = streamed().take_errors();
+    for (Error &error : scene_->surroundings->take_errors())
+        errors.push_back(std::move(error));
+    return errors;
+}
+
 DetailView ShownModel::view(const Camera &camera, glm::ivec2 size, double max_error) const {
     return detail_view(options_, camera, size, max_error);
 }
 
-PictureStatistics ShownModel::draw_now(const Detail &detail, const DetailView &view, Framebuffer &target) {
-    return draw(window_renderer_, detail, view, target);
-}
-
-PictureStatistics ShownModel::draw_in_background(const Detail &detail, const DetailView &view, Framebuffer &target) {
-    return draw(background_renderer_, detail, view, target);
-}
-
-PictureStatistics ShownModel::draw(std::optional<FastRenderer> &renderer, const Detail &detail, const DetailView &view,
-                                   Framebuffer &target) const {
+PictureStatistics ShownModel::draw_now(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                       Framebuffer &target) {
     const auto begin = std::chrono::steady_clock::now();
-    const Reader &reader = streamed().reader();
-    if (!renderer)
-        renderer.emplace(reader.parameters(), reader.header().chunk_points, options_.load.threads,
-                         scene_->surroundings);
+    return statistics(detail, view, painter(window_).draw_fast(detail.runs, view.camera, *look, target), begin);
+}
+
+PictureStatistics ShownModel::draw_and_wait(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                            Framebuffer &target) {
+    const auto begin = std::chrono::steady_clock::now();
+    return statistics(detail, view, painter(window_).draw(detail.runs, view.camera, *look, target), begin);
+}
+
+PictureStatistics ShownModel::draw_in_background(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                                 Framebuffer &target) {
+    const auto begin = std::chrono::steady_clock::now();
+    return statistics(detail, view, painter(background_).draw(detail.runs, view.camera, *look, target), begin);
+}
+
+void ShownModel::begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look) {
+    painter(refining_).begin_fine(detail.runs, view.camera, *look, view.width, view.height);
+}
+
+PictureStatistics ShownModel::add_sample(const Detail &detail, const DetailView &view, Framebuffer &target) {
+    const auto begin = std::chrono::steady_clock::now();
+    return statistics(detail, view, refining_->add_sample(target), begin);
+}
+
+Painter &ShownModel::painter(std::optional<Painter> &made) const {
+    if (!made)
+        made.emplace(parameters(), scene_->surroundings, streamed().reader().header().chunk_points,
+                     options_.load.threads);
+    return *made;
+}
+
+PictureStatistics ShownModel::statistics(const Detail &detail, const DetailView &view, const RenderStatistics &drawn,
+                                         std::chrono::steady_clock::time_point begin) const {
     PictureStatistics statistics;
-    statistics.drawn = renderer->render(detail.runs, view.camera, options_.render, target);
-    statistics.coarsest_level = statistics.drawn.level;
+    statistics.drawn = drawn;
+    statistics.coarsest_level = drawn.level;
     for (const PointRun &run : detail.runs)
         statistics.coarsest_level = std::min(statistics.coarsest_level, run.level);
     statistics.error = error_of(detail, view.max_error);

@@ -1,12 +1,14 @@
 // A model that a window shows: opened and drawn with what there is of it, while the rest is loaded.
 #pragma once
 
-#include "pbm_render/fast_renderer.h"
 #include "viewer/background_thread.h"
+#include "viewer/look.h"
+#include "viewer/painter.h"
 #include "viewer/scene.h"
 #include "viewer/view_options.h"
 
 #include <atomic>
+#include <chrono>
 #include <future>
 #include <memory>
 #include <optional>
@@ -39,7 +41,9 @@ class ShownModel {
 
     const std::string &path() const { return path_; }
     const Sphere &bounds() const { return bounds_; }
-    const Grid &grid() const { return streamed().reader().parameters().grid; }
+    const ModelParameters &parameters() const { return streamed().reader().parameters(); }
+    const Grid &grid() const { return parameters().grid; }
+    bool has_panorama() const { return streamed().reader().section(SectionType::panorama) != nullptr; }
     int depth() const { return streamed().reader().depth(); }
 
     // For one thread at a time, as it says.
@@ -49,22 +53,36 @@ class ShownModel {
     bool take_arrivals() { return has_arrivals_.exchange(false); }
     bool has_arrivals() const { return has_arrivals_; }
 
+    // Damage found since the last call, of chunks and of rasters.
+    std::vector<Error> take_errors();
+
     DetailView view(const Camera &camera, glm::ivec2 size, double max_error) const;
-    // Draws what was chosen for `view`: the window's thread and the background thread have a renderer each.
-    PictureStatistics draw_now(const Detail &detail, const DetailView &view, Framebuffer &target);
-    PictureStatistics draw_in_background(const Detail &detail, const DetailView &view, Framebuffer &target);
+    // As the command line and the file say.
+    LookPointer first_look() const { return std::make_shared<Look>(options_.render, parameters()); }
+    // Draws what was chosen for `view`: the window's thread, always fast, and the background thread, as `look` says.
+    PictureStatistics draw_now(const Detail &detail, const DetailView &view, const LookPointer &look,
+                               Framebuffer &target);
+    // As `look` says, on the window's thread.
+    PictureStatistics draw_and_wait(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                    Framebuffer &target);
+    PictureStatistics draw_in_background(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                         Framebuffer &target);
+    // A fine picture sample by sample, on the background thread: `target` is what there is of it.
+    void begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look);
+    PictureStatistics add_sample(const Detail &detail, const DetailView &view, Framebuffer &target);
 
   private:
     ShownModel(std::string path, const ViewOptions &options) : path_(std::move(path)), options_(options) {}
-    PictureStatistics draw(std::optional<FastRenderer> &renderer, const Detail &detail, const DetailView &view,
-                           Framebuffer &target) const;
+    Painter &painter(std::optional<Painter> &made) const;
+    PictureStatistics statistics(const Detail &detail, const DetailView &view, const RenderStatistics &drawn,
+                                 std::chrono::steady_clock::time_point begin) const;
 
     const std::string path_;
     const ViewOptions options_;
     std::atomic<bool> has_arrivals_ = false;
     Sphere bounds_;
     std::unique_ptr<StreamedScene> scene_;
-    std::optional<FastRenderer> window_renderer_, background_renderer_; // made when first needed
+    std::optional<Painter> window_, background_, refining_; // made when first needed
 };
 
 using ShownModelPointer = std::shared_ptr<ShownModel>;

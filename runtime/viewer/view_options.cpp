@@ -137,6 +137,10 @@ void add_renderer_option(CLI::App &app, ViewOptions &options) {
                                        {{"fast", Renderer::fast}, {"reference", Renderer::reference}}, options.renderer,
                                        "fast (default); reference: slow and plain, draws every point of one level")
         ->group("Look");
+    command_line::add_choice<Splats>(
+        app, "--splats", "kind of splat", {{"ellipses", Splats::ellipses}, {"kernels", Splats::kernels}},
+        options.render.splats, "Of the reference renderer: ellipses (default); kernels: the dissertation's table")
+        ->group("Look");
 }
 
 Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size) {
@@ -190,10 +194,13 @@ std::string look_as_options(const RenderOptions &render) {
     return text;
 }
 
-Status check_picture_memory(glm::ivec2 size, const LoadOptions &load) {
-    constexpr std::uint64_t kBytesPerPixel = 16; // colour, depth, and two copies to encode or to show
+Status check_picture_memory(const ViewOptions &options) {
+    const std::uint64_t bytes_per_pixel = 16 // colour, depth, two copies
+                                          + (options.render.quality == Quality::fine ? 20 : 0) // sums of samples
+                                          + (options.render.depth_cue != DepthCue::none ? 8 : 0);
+    const glm::ivec2 size = options.resolution;
     const auto pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
-    if (pixels * kBytesPerPixel <= load.max_memory)
+    if (pixels * bytes_per_pixel <= options.load.max_memory)
         return {};
     return Error{ErrorCode::memory, 0,
                  "a picture of " + std::to_string(size.x) + "x" + std::to_string(size.y) +

@@ -68,9 +68,9 @@ const std::string &word_of(DepthCue cue);
 // The options that make it draw with these switches, each with a space in front; those that are as usual are left out.
 std::string look_as_options(const RenderOptions &render);
 
-// Fails if the pictures of `size` that a program keeps would take more than the memory granted.
+// Fails if the pictures of that resolution which a program keeps would take more than the memory granted.
 //
 // errors  memory
-Status check_picture_memory(glm::ivec2 size, const LoadOptions &load);
+Status check_picture_memory(const ViewOptions &options);
 
 } // namespace pbm

@@ -38,6 +38,22 @@ TEST(ViewAsOptions, EveryNumberReadsBackAsItWas) {
     EXPECT_EQ(option(line, "camera-view-angle"), "30.1");
 }
 
+TEST(LookAsOptions, SaysWhatIsNotAsUsual) {
+    RenderOptions render;
+    EXPECT_EQ(look_as_options(render), "");
+    render.shadows = render.ground = false;
+    render.quality = Quality::fine;
+    render.samples = 3;
+    render.depth_cue = DepthCue::ambient_occlusion;
+    EXPECT_EQ(look_as_options(render),
+              " --no-shadows --no-ground --depth-cue=ambient-occlusion --quality=fine --samples=3");
+    for (int value = 0; value < 256; ++value) {
+        const auto byte = static_cast<std::uint8_t>(value);
+        render.background = {byte, 7, static_cast<std::uint8_t>(255 - byte), 255};
+        EXPECT_EQ(*parse_colour(option(look_as_options(render), "background-color")), render.background);
+    }
+}
+
 TEST(ParseFrameRate, IsOneTo240OrNone) {
     EXPECT_EQ(*parse_frame_rate("0"), 0);
     EXPECT_EQ(*parse_frame_rate("1"), 1);
@@ -76,10 +92,15 @@ TEST(DefaultCamera, IsTheSameForAModelAndItsBounds) {
 }
 
 TEST(CheckPictureMemory, RefusesPicturesThatTakeMoreThanGranted) {
-    LoadOptions load;
-    EXPECT_TRUE(check_picture_memory({1280, 720}, load));
-    load.max_memory = 1280 * 720 * 16 - 1;
-    const Status refused = check_picture_memory({1280, 720}, load);
+    ViewOptions options;
+    EXPECT_TRUE(check_picture_memory(options));
+    options.load.max_memory = 1280 * 720 * 16;
+    EXPECT_TRUE(check_picture_memory(options));
+    options.render.quality = Quality::fine; // sums of samples
+    EXPECT_FALSE(check_picture_memory(options));
+    options.render.quality = Quality::fast;
+    options.load.max_memory = 1280 * 720 * 16 - 1;
+    const Status refused = check_picture_memory(options);
     ASSERT_FALSE(refused);
     EXPECT_EQ(exit_code(refused.error().code), 4);
 }

@@ -72,7 +72,7 @@ class ShownModelTest : public testing::Test {
     // The picture of all that it needs.
     Framebuffer exact_picture(ShownModel &model) const {
         Framebuffer picture(kSize.x, kSize.y);
-        model.draw_now(model.streamed().load(view(model)).value(), view(model), picture);
+        model.draw_now(model.streamed().load(view(model)).value(), view(model), model.first_look(), picture);
         return picture;
     }
 
@@ -92,13 +92,75 @@ TEST_F(ShownModelTest, LoadsItsFirstPictureUnasked) {
     EXPECT_GE(wakes_, 1);
     Framebuffer shown(kSize.x, kSize.y), behind(kSize.x, kSize.y);
     const Detail detail = model->streamed().choose(view(*model));
-    const PictureStatistics drawn = model->draw_now(detail, view(*model), shown);
+    const PictureStatistics drawn = model->draw_now(detail, view(*model), model->first_look(), shown);
     EXPECT_EQ(drawn.missing, 0U);
     EXPECT_EQ(drawn.error, options_.max_error);
     EXPECT_GE(drawn.drawn.level, drawn.coarsest_level);
     EXPECT_GT(drawn.drawn.drawn_points, 1000U);
-    model->draw_in_background(detail, view(*model), behind);
+    model->draw_in_background(detail, view(*model), model->first_look(), behind);
     EXPECT_EQ(shown.colour, behind.colour);
+}
+
+TEST_F(ShownModelTest, EditsShowAtOnceAndGoBack) {
+    write(file());
+    const ShownModelPointer model = open();
+    const Detail detail = model->streamed().load(view(*model)).value();
+    Framebuffer first = exact_picture(*model), edited(kSize.x, kSize.y), again(kSize.x, kSize.y);
+    Look look = *model->first_look();
+    look.appearance.lights.front().intensity = {0.1F, 0.5F, 0.1F};
+    look.appearance.materials.front().kd = 0.9F;
+    const auto pointer = std::make_shared<const Look>(look);
+    model->draw_now(detail, view(*model), pointer, edited);
+    EXPECT_NE(first.colour, edited.colour);
+    model->draw_in_background(detail, view(*model), pointer, again);
+    EXPECT_EQ(edited.colour, again.colour);
+    model->draw_now(detail, view(*model), model->first_look(), again);
+    EXPECT_EQ(first.colour, again.colour);
+}
+
+TEST_F(ShownModelTest, DepthCuesNeedNoDepthsOfTheTarget) {
+    write(file());
+    const ShownModelPointer model = open();
+    const Detail detail = model->streamed().load(view(*model)).value();
+    const Framebuffer plain = exact_picture(*model);
+    for (const DepthCue cue : {DepthCue::eye_dome, DepthCue::ambient_occlusion})
+        for (const Quality quality : {Quality::fast, Quality::fine}) {
+            Look look = *model->first_look();
+            look.options.depth_cue = cue;
+            look.options.quality = quality;
+            look.options.samples = 2;
+            Framebuffer with(kSize.x, kSize.y, true), without(kSize.x, kSize.y, false);
+            model->draw_and_wait(detail, view(*model), std::make_shared<Look>(look), with);
+            model->draw_and_wait(detail, view(*model), std::make_shared<Look>(look), without);
+            EXPECT_TRUE(std::equal(without.colour.begin(),
+                                   without.colour.begin() + static_cast<std::ptrdiff_t>(without.pixels()),
+                                   with.colour.begin()));
+            EXPECT_NE(with.colour, plain.colour);
+        }
+}
+
+// What a window shows in the end is what a program without one draws.
+TEST_F(ShownModelTest, SampleBySampleIsTheWholeFinePicture) {
+    write(file());
+    const ShownModelPointer model = open();
+    const Detail detail = model->streamed().load(view(*model)).value();
+    for (const DepthCue cue : {DepthCue::none, DepthCue::eye_dome}) {
+        Look look = *model->first_look();
+        look.options.quality = Quality::fine;
+        look.options.samples = 3;
+        look.options.depth_cue = cue;
+        const auto pointer = std::make_shared<const Look>(look);
+        Framebuffer whole(kSize.x, kSize.y, false), shown(kSize.x, kSize.y, false);
+        model->draw_and_wait(detail, view(*model), pointer, whole);
+        model->begin_fine(detail, view(*model), pointer);
+        for (int i = 0; i < 3; ++i) {
+            model->add_sample(detail, view(*model), shown);
+            EXPECT_EQ(shown.colour == whole.colour, i == 2) << i;
+        }
+        Framebuffer fast(kSize.x, kSize.y, false);
+        model->draw_now(detail, view(*model), pointer, fast);
+        EXPECT_NE(fast.colour, whole.colour);
+    }
 }
 
 TEST_F(ShownModelTest, WakesOnceUntilSomebodyLooks) {
@@ -126,7 +188,7 @@ TEST_F(ShownModelTest, SaysHowCoarseAPictureIs) {
     Framebuffer picture(kSize.x, kSize.y);
     const Detail detail = model->streamed().choose(near);
     ASSERT_FALSE(detail.missing.empty());
-    const PictureStatistics drawn = model->draw_now(detail, near, picture);
+    const PictureStatistics drawn = model->draw_now(detail, near, model->first_look(), picture);
     EXPECT_EQ(drawn.missing, detail.missing.size());
     EXPECT_GT(drawn.error, near.max_error);
     EXPECT_NEAR(drawn.error, 2 * detail.missing[0].error, 1e-9);
@@ -167,7 +229,7 @@ TEST_F(ShownModelTest, SavesTheExactPictureHoweverLittleIsLoaded) {
     BackgroundThread background;
     const ShownModelPointer model = open();
     PictureSaver saver(background);
-    saver.add(model, view(*model));
+    saver.add(model, view(*model), model->first_look());
     EXPECT_TRUE(saver.is_waiting());
     std::vector<Result<std::string>> saved;
     EXPECT_TRUE(wait_for([&] {
@@ -190,7 +252,7 @@ TEST_F(ShownModelTest, SavesAllWhenItIsOver) {
     const ShownModelPointer model = open();
     PictureSaver saver(background);
     for (int i = 0; i < 3; ++i)
-        saver.add(model, view(*model));
+        saver.add(model, view(*model), model->first_look());
     const auto saved = saver.take_done(true);
     ASSERT_EQ(saved.size(), 3U);
     for (const Result<std::string> &name : saved)
@@ -209,8 +271,8 @@ TEST_F(ShownModelTest, SavesWithinItsMemory) {
     DetailView finer = view(*model);
     finer.max_error = 0.5;
     PictureSaver saver(background);
-    saver.add(model, finer);
-    saver.add(model, view(*model));
+    saver.add(model, finer, model->first_look());
+    saver.add(model, view(*model), model->first_look());
     std::vector<Result<std::string>> saved;
     EXPECT_TRUE(wait_for([&] {
         saver.serve();

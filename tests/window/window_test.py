@@ -118,8 +118,8 @@ class View:
             text = self.text()
             if text.count("\nview: ") + text.startswith("view: ") <= views:
                 return False
-            frames = re.findall(r"^frame \d+: .*, (exact|\d+ chunks missing)$", text[text.rindex("view: "):], re.MULTILINE)
-            return bool(frames) and frames[-1] == "exact"
+            frames = re.findall(r"^frame \d+: .*, (exact|fine, \d+ of \d+ samples|\d+ chunks missing)$", text[text.rindex("view: "):], re.MULTILINE)
+            return bool(frames) and (frames[-1] == "exact" or frames[-1].startswith("fine"))
 
         self.wait(is_settled, "finished picture of a new view")
 
@@ -141,7 +141,7 @@ class View:
     def pictures(self):
         """What was told of each frame with a picture: (error in pixels, ms, points decoded, chunks missing or None)."""
         found = re.findall(r"^frame \d+: error (\S+) pixels, levels? [\d to]+ of \d+, \d+ of \d+ points drawn, (\S+) ms, "
-                           r"\d+x\d+, \d+ bytes read, (\d+) points decoded, (?:exact|coarse, (\d+) chunks missing)$",
+                           r"\d+x\d+, \d+ bytes read, (\d+) points decoded, (?:exact|fine, \d+ of \d+ samples|coarse, (\d+) chunks missing)$",
                            self.text(), re.MULTILINE)
         check(len(found) == len([line for line in self.lines("frame ") if "no picture" not in line]), self.text())
         return [(float(error), float(ms), int(points), int(missing) if missing else None)
@@ -583,12 +583,129 @@ def processor_time(process):
 def test_options(display):
     with View(display, "model.bvg", "-IGNORE_POINT_COLOURS", "--background-color=0.1,0.2,0.9", "--level=4") as view:
         shown = view.grab()
-        expected = rendered("model.bvg", *view.view(), "--ignore-point-colours", "--background-color=0.1,0.2,0.9",
-                            "--level=4")
+        expected = rendered("model.bvg", *view.view(), "--level=4")
         check(shown == expected, "colours or level are not those of pbm-render")
         check(view.quit() == 0, "Escape does not end with 0")
     with View(display, "-q", "model.bvg", "-v") as view:
         check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_panel(display):
+    """Tab shows the panel: what it changes is seen at once and saved; its input is not the camera's; then there is rest."""
+    size = (640, 480)
+    left = size[0] - 330 - 12 + 19  # of its checkboxes
+
+    def clicked(y):
+        return ["mousemove", left, y, "sleep", "0.1", "click", 1]
+
+    with View(display, "model.bvg", size=size) as view:
+        first = view.grab()
+        view.next_frame("key", "Tab")
+        check(view.grab() != first, "Tab shows no panel")
+        time.sleep(0.3)
+        frames = len(view.lines("frame "))
+        time.sleep(1)
+        check(len(view.lines("frame ")) == frames, "frames are drawn while the panel is open and nothing changes")
+        view.act(*clicked(79))
+        check(view.view()[-1] == "--ignore-point-colours", f"no other look: {view.view()}")
+        views = len(view.lines("view: "))
+        view.xdotool(*dragged(1, (left + 200, 70), (left + 250, 100)), "click", 4)
+        view.xdotool("key", "space")
+        view.wait(lambda: view.lines("saved "), "saved picture")
+        check(len(view.lines("view: ")) == views, "the panel's input moves the camera")
+        rendered("model.bvg", *view.view())
+        saved = work / view.lines("saved ")[-1].removeprefix("saved ")
+        check(saved.read_bytes() == (work / "expected.png").read_bytes(), "another picture is saved")
+        view.act(*dragged(1, (40, 300), (60, 330)))
+        view.next_frame("key", "Tab")
+        check_same_in_the_end(view, "model.bvg", "a look of the panel")  # without the notice
+        view.key("f")
+        view.next_frame("key", "Tab")
+        # A light that is brighter, and how it was.
+        view.next_frame(*clicked(313))
+        view.act("mousemove", left + 140, 359, "sleep", "0.1", "click", 1)
+        view.next_frame(*clicked(313))
+        view.next_frame("key", "Tab")
+        brighter = view.grab()
+        check(sum(brighter[2]) > sum(rendered("model.bvg", *view.view())[2]), "the light is not brighter")
+        view.next_frame("key", "Tab")
+        view.act(*clicked(365))
+        view.next_frame("key", "Tab")
+        check(view.grab() == first, "Reset does not bring the first look back")
+        check(view.quit() == 0, "Escape does not end with 0")
+    # A number that is typed is no command of the window, nor is what ends it.
+    with View(display, "--panel", "model.bvg", size=size) as view:
+        check(view.grab() != first, "--panel does not show it")
+        view.next_frame(*clicked(313))
+        view.next_frame("mousemove", left + 60, 386, "sleep", "0.1", "keydown", "ctrl", "click", 1, "keyup", "ctrl")
+        camera = view.vectors()
+        view.act("key", "c", "key", "4", "key", "5", "key", "Left", "key", "Escape")
+        time.sleep(0.5)
+        check(view.vectors() == camera and view.process.poll() is None, "the window takes what is typed")
+        view.next_frame("mousemove", left + 60, 386, "sleep", "0.1", "keydown", "ctrl", "click", 1, "keyup", "ctrl")
+        view.act("key", "4", "key", "5", "key", "Return")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_fine(display):
+    """A view that rests gets finer, sample by sample, until it is pbm-render's fine picture; input ends that at once."""
+    with View(display, "model.bvg", "--quality=fine", "--samples=3") as view:
+        def fine_frames():
+            return re.findall(r"fine, (\d+) of 3 samples$", view.text()[view.text().rindex("view: "):], re.MULTILINE)
+
+        def is_fine():
+            return fine_frames()[-1:] == ["3"]
+
+        view.wait(is_fine, "fine picture")
+        check("--quality=fine" in view.view(), f"not the options of the picture: {view.view()}")
+        check_same(view, "model.bvg", "a fine picture")
+        frames = len(view.lines("frame "))
+        time.sleep(0.5)
+        check(len(view.lines("frame ")) == frames, "frames are drawn when the picture is fine")
+        view.act("key", "Left")
+        view.wait(is_fine, "fine picture of another view")
+        check_same(view, "model.bvg", "a fine picture of another view")
+        check(fine_frames() in (["1", "2", "3"], ["1", "2", "3", "3"]), f"samples {fine_frames()}")
+        view.xdotool("key", "space")
+        view.wait(lambda: view.lines("saved "), "saved picture")
+        rendered("model.bvg", *view.view())
+        saved = work / view.lines("saved ")[-1].removeprefix("saved ")
+        check(saved.read_bytes() == (work / "expected.png").read_bytes(), "another picture is saved")
+        check(view.quit() == 0, "Escape does not end with 0")
+    with View(display, "large.bvg", "--quality=fine", "--samples=64") as view:
+        before = len(view.lines("view: "))
+        view.xdotool("key", "Left", "key", "Up", "key", "Left")
+        view.settle(before)
+        check(view.quit() == 0, "Escape does not end with 0")
+    result = run("pbm-view", "-AVI", "-q", "--quality=fine", "--samples=2", "--resolution=160,120", "--frames=3",
+                 "model.bvg", display=display)
+    check(result.returncode == 0 and not result.stderr, f"{result}")
+    drawn = run("pbm-render", "-q", "--turntable=fine.avi", "--quality=fine", "--samples=2", "--resolution=160,120",
+                "--frames=3", "model.bvg")
+    check(drawn.returncode == 0 and (work / "model.avi").read_bytes() == (work / "fine.avi").read_bytes(), "fine video")
+
+
+def test_recording(display):
+    """-AVI: a video once round, shown while it is made, the same as pbm-render's, and the end."""
+    options = ("--resolution=160,120", "--frames=7", "model.bvg")
+    for more in ((), ("--ignore-point-colours", "--camera-position=0.1,0.2,0.4")):
+        result = run("pbm-view", "-AVI", "-v", *options, *more, display=display)
+        check(result.returncode == 0 and not result.stderr, f"{result}")
+        check(result.stdout.count("view: ") == 8 and "saved model.avi\n" in result.stdout, result.stdout)
+        made = (work / "model.avi").read_bytes()
+        check(run("pbm-render", "-q", "--turntable", "expected.avi", *options, *more).returncode == 0, "pbm-render")
+        check(made == (work / "expected.avi").read_bytes(), "the video is not pbm-render's")
+    (work / "model.avi").write_text("precious")
+    with View(display, "-AVI", "--frames=100000", "model.bvg") as view:
+        view.wait(lambda: len(view.lines("view: ")) > 3, "frames")
+        check(view.quit() == 0, "Escape does not end with 0")
+        check(view.lines("stopped: model.avi is not made"), view.text())
+    check((work / "model.avi").read_text() == "precious", "half a video replaces one")
+    check(not list(work.glob("model.avi.*")), "half a video is left")
+    result = run("pbm-view", "--turntable=nowhere/a.avi", *options, display=display)
+    check(result.returncode == 2 and result.stderr.count("\n") == 1, f"{result}")
+    result = run("pbm-view", "--turntable=model.bvg", *options, display=display)
+    check(result.returncode == 1, f"{result}")
 
 
 def test_sample(display):
@@ -627,7 +744,7 @@ def test_bad_files(display):
         codes.add(shown.returncode)
     check(codes == {2, 3, 5}, f"exit codes {codes}")
     for arguments, code in ((("--max-memory=1k", "model.bvg"), 4), (("--camera-mode=walk", "model.bvg"), 1),
-                            (("-SHADOW", "model.bvg"), 5),
+                            (("--turntable=-", "model.bvg"), 1),
                             (("--camera-position=1,2,3", "--camera-focal-point=1,2,3", "model.bvg"), 1)):
         result = run("pbm-view", *arguments, display=display)
         check(result.returncode == code and len(result.stderr.splitlines()) == 1, f"{arguments}: {result}")

@@ -103,6 +103,8 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
         arguments.view.render.background = {0, 0, 0, 0};
         arguments.view.render.panorama = false;
     }
+    if (arguments.view.renderer == Renderer::reference && arguments.view.render.quality == Quality::fine)
+        return fail_usage("--renderer reference draws no fine pictures; leave out --quality fine");
     if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.render); !known)
         return fail_usage(known.error().message);
     if (!arguments.wants_picture() && arguments.video().output.empty())
@@ -229,6 +231,8 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
     statistics.drawn = drawer.draw(camera, picture);
     statistics.frame_ms = drawing.milliseconds();
     statistics.cost = drawer.cost();
+    if (const Status whole = drawer.damage(); !whole)
+        return fail(arguments.input, whole.error());
 
     if (!arguments.output.empty()) {
         const Stopwatch encoding;
@@ -282,7 +286,7 @@ int run(const Arguments &arguments) {
     if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}}, outputs))
         return *refused;
     const ViewOptions &view = arguments.view;
-    if (const Status affordable = check_picture_memory(view.resolution, view.load); !affordable)
+    if (const Status affordable = check_picture_memory(view); !affordable)
         return command_line::fail(kProgram, arguments.output, affordable.error());
 
     RunStatistics statistics;

@@ -16,10 +16,12 @@ Result<std::unique_ptr<ModelDrawer>> ModelDrawer::open(const std::string &path, 
 
 ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene,
                          Sphere bounds)
-    : path_(std::move(path)), options_(options), scene_(std::move(scene)), bounds_(bounds) {
+    : path_(std::move(path)), options_(options), scene_(std::move(scene)), bounds_(bounds),
+      look_(options.render, scene_->model.reader().parameters()) {
     const Reader &reader = scene_->model.reader();
     if (options_.renderer == Renderer::fast)
-        fast_.emplace(reader.parameters(), reader.header().chunk_points, options_.load.threads, scene_->surroundings);
+        painter_.emplace(reader.parameters(), scene_->surroundings, reader.header().chunk_points,
+                         options_.load.threads);
 }
 
 DetailView ModelDrawer::view(const Camera &camera, glm::ivec2 size) const {
@@ -27,7 +29,7 @@ DetailView ModelDrawer::view(const Camera &camera, glm::ivec2 size) const {
 }
 
 Status ModelDrawer::load(const Camera &camera, glm::ivec2 size) {
-    if (fast_) {
+    if (painter_) {
         const auto loaded = scene_->model.load(view(camera, size));
         return loaded ? Status() : Status(loaded.error());
     }
@@ -41,10 +43,21 @@ Status ModelDrawer::load(const Camera &camera, glm::ivec2 size) {
 }
 
 RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target) {
-    if (!fast_)
-        return whole_->renderer.render(camera, options_.render, target);
+    if (!painter_) {
+        const RenderStatistics drawn = whole_->renderer.render(camera, options_.render, target);
+        if (options_.render.depth_cue != DepthCue::none) {
+            WorkerPool pool(1);
+            add_depth_cue(options_.render.depth_cue, camera, grid().edge(), pool, target);
+        }
+        return drawn;
+    }
     const Detail detail = scene_->model.choose(view(camera, {target.width, target.height}));
-    return fast_->render(detail.runs, camera, options_.render, target);
+    return painter_->draw(detail.runs, camera, look_, target);
+}
+
+Status ModelDrawer::damage() const {
+    const std::vector<Error> errors = scene_->surroundings->take_errors();
+    return errors.empty() ? Status() : Status(errors.front());
 }
 
 } // namespace pbm

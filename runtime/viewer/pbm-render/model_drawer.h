@@ -1,7 +1,7 @@
 // The model of a file and the renderer that draws it, with exactly what its pictures need in memory.
 #pragma once
 
-#include "pbm_render/fast_renderer.h"
+#include "viewer/painter.h"
 #include "viewer/scene.h"
 #include "viewer/view_options.h"
 
@@ -19,7 +19,7 @@ class ModelDrawer {
     const Sphere &bounds() const { return bounds_; }
     const Grid &grid() const { return scene_->model.reader().parameters().grid; }
     // Whether the renderer draws only into pictures with depths.
-    bool needs_depths() const { return !fast_; }
+    bool needs_depths() const { return !painter_; }
     // Of the file, bytes.
     std::uint64_t file_size() const { return scene_->file.bytes().size(); }
 
@@ -27,6 +27,9 @@ class ModelDrawer {
     Status load(const Camera &camera, glm::ivec2 size);
     // Draws what was loaded for this very view.
     RenderStatistics draw(const Camera &camera, Framebuffer &target);
+
+    // Of rasters that pictures have seen so far, each found once.
+    Status damage() const;
 
     // What was read and decoded so far.
     StreamingStatistics cost() const { return whole_ ? whole_->cost : scene_->model.statistics(); }
@@ -39,7 +42,8 @@ class ModelDrawer {
     const ViewOptions options_;
     const std::unique_ptr<StreamedScene> scene_;
     const Sphere bounds_;
-    std::optional<FastRenderer> fast_;   // or
+    const Look look_;                    // as the command line and the file say
+    std::optional<Painter> painter_;     // or
     std::shared_ptr<const Scene> whole_; // for the reference renderer
 };
 

@@ -5,6 +5,8 @@
 #include <glm/gtc/constants.hpp>
 
 #include <chrono>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace pbm {
@@ -23,11 +25,17 @@ RecordedVideo record_turntable(ModelDrawer &drawer, VideoSink sink, const VideoO
         if (!result.model)
             return result;
         drawer.draw(camera, recorder.canvas());
+        result.model = drawer.damage();
+        if (!result.model)
+            return result;
         result.file = recorder.add();
     }
     if (result.file)
         result.file = recorder.finish();
-    result.bytes = recorder.bytes();
+    // What ffmpeg made of the frames is in the file.
+    std::error_code no_single_file;
+    const auto size = std::filesystem::file_size(video.output, no_single_file);
+    result.bytes = no_single_file ? recorder.bytes() : size;
     result.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     return result;
 }

@@ -12,7 +12,7 @@ namespace pbm {
 // What became of a video; one of both failed if it was not made.
 struct RecordedVideo {
     Status model, file;      // as ModelDrawer::load and the sink
-    std::uint64_t bytes = 0; // encoded
+    std::uint64_t bytes = 0; // of the file, or of all frames
     double ms = 0;
 };
 

@@ -21,7 +21,7 @@ int run(int argc, char **argv, std::unique_ptr<BackgroundThread> &background) {
     Arguments arguments;
     if (const auto done = parse(kProgram, argc, argv, arguments))
         return *done;
-    if (const Status affordable = check_picture_memory(arguments.view.resolution, arguments.view.load); !affordable)
+    if (const Status affordable = check_picture_memory(arguments.view); !affordable)
         return command_line::fail(kProgram, "", affordable.error());
     std::string path = arguments.input;
     if (path.empty()) {
@@ -34,13 +34,23 @@ int run(int argc, char **argv, std::unique_ptr<BackgroundThread> &background) {
     if (const Status good = check_scene(path); !good)
         return command_line::fail(kProgram, path, with_advice(kProgram, good.error()));
 
+    std::optional<VideoSink> video;
+    if (const VideoOptions &wanted = arguments.choice.video; !wanted.output.empty()) {
+        if (const auto refused = command_line::refuse_outputs(kProgram, {{path}}, video_files(wanted)))
+            return *refused;
+        auto opened = open_video(wanted, arguments.view.resolution);
+        if (!opened)
+            return command_line::fail(kProgram, wanted.output, opened.error());
+        video = std::move(*opened);
+    }
+
     background = std::make_unique<BackgroundThread>();
     Loading loading = begin_loading(*background, path, arguments.view);
     const auto window = Window::open(std::filesystem::path(path).filename().string() + " - " + std::string(kProgram),
                                      arguments.view.resolution);
     if (!window)
         return command_line::fail(kProgram, "", window.error());
-    Viewer viewer(kProgram, arguments, **window, *background, path, std::move(loading), start);
+    Viewer viewer(kProgram, arguments, **window, *background, path, std::move(loading), std::move(video), start);
     return viewer.run();
 }
 

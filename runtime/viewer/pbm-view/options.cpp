@@ -37,6 +37,8 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
         return done;
     if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.render); !known)
         return command_line::fail_usage(program, known.error().message);
+    if (arguments.choice.video.output == "-")
+        return command_line::fail_usage(program, "raw frames are written by pbm-render --turntable -; name a file");
     return std::nullopt;
 }
 

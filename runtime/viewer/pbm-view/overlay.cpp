@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 namespace pbm {
 namespace {
@@ -107,7 +108,21 @@ class Page {
 
 Overlay::Overlay(double scale) : scale_(static_cast<float>(scale)) {
     ImGui::CreateContext();
-    ImGui::GetIO().IniFilename = nullptr; // nothing is remembered
+    ImGuiIO &io = ImGui::GetIO();
+    io.IniFilename = nullptr; // nothing is remembered
+    io.ConfigWindowsMoveFromTitleBarOnly = true;
+    constexpr std::array<std::pair<ImGuiKey, EditKey>, 8> kKeys{{{ImGuiKey_Backspace, EditKey::backspace},
+                                                                 {ImGuiKey_Delete, EditKey::erase},
+                                                                 {ImGuiKey_Enter, EditKey::enter},
+                                                                 {ImGuiKey_Escape, EditKey::cancel},
+                                                                 {ImGuiKey_LeftArrow, EditKey::left},
+                                                                 {ImGuiKey_RightArrow, EditKey::right},
+                                                                 {ImGuiKey_Home, EditKey::home},
+                                                                 {ImGuiKey_End, EditKey::end}}};
+    for (const auto &[theirs, ours] : kKeys)
+        io.KeyMap[theirs] = static_cast<int>(ours);
+    ImGui::StyleColorsDark();
+    ImGui::GetStyle().ScaleAllSizes(scale_);
     add_font(scale_);
     ImGui_ImplOpenGL3_Init("#version 150");
 }
@@ -117,10 +132,20 @@ Overlay::~Overlay() {
     ImGui::DestroyContext();
 }
 
-void Overlay::draw(glm::ivec2 size, const OverlayText &text) {
-    ImGui::GetIO().DisplaySize = {static_cast<float>(size.x), static_cast<float>(size.y)};
+void Overlay::begin_frame(glm::ivec2 size) {
+    ImGuiIO &io = ImGui::GetIO();
+    const double now = Window::now();
+    io.DisplaySize = {static_cast<float>(size.x), static_cast<float>(size.y)};
+    io.DeltaTime = static_cast<float>(std::max(1e-4, now - last_frame_)); // its double clicks; 0 is not allowed
+    last_frame_ = now;
     ImGui_ImplOpenGL3_NewFrame();
     ImGui::NewFrame();
+}
+
+void Overlay::draw(glm::ivec2 size, const OverlayText &text, const Build &panel) {
+    begin_frame(size);
+    if (panel)
+        panel();
     Page page(*ImGui::GetForegroundDrawList(), size, scale_);
     if (!text.corner.empty())
         page.text(text.corner, kText, {0, 0});
@@ -134,5 +159,36 @@ void Overlay::draw(glm::ivec2 size, const OverlayText &text) {
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
+
+void Overlay::point(glm::dvec2 pixels) {
+    ImGui::GetIO().MousePos = {static_cast<float>(pixels.x), static_cast<float>(pixels.y)};
+}
+
+void Overlay::handle(const ButtonEvent &event) {
+    ImGuiIO &io = ImGui::GetIO();
+    io.MouseDown[event.button == MouseButton::left ? 0 : event.button == MouseButton::right ? 1 : 2] = event.pressed;
+    // Control makes a slider a text field; held any longer it would keep characters out of it.
+    io.KeyCtrl = event.pressed && event.control;
+    io.KeyShift = event.pressed && event.shift;
+}
+
+void Overlay::handle(const WheelEvent &event) { ImGui::GetIO().MouseWheel += static_cast<float>(event.notches); }
+
+void Overlay::handle(const EditEvent &event) { ImGui::GetIO().KeysDown[static_cast<int>(event.key)] = event.pressed; }
+
+void Overlay::handle(const CharacterEvent &event) { ImGui::GetIO().AddInputCharacter(event.character); }
+
+void Overlay::update(glm::ivec2 size, const Build &panel) {
+    // What the first frame changes, as the size of a window, the second one takes into account.
+    for (int frame = 0; frame < 2; ++frame) {
+        begin_frame(size);
+        panel();
+        ImGui::EndFrame();
+    }
+}
+
+bool Overlay::wants_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
+
+bool Overlay::wants_keys() const { return ImGui::GetIO().WantTextInput; }
 
 } // namespace pbm

@@ -1,8 +1,12 @@
-// Text over the picture: what is being loaded, which keys there are, what a frame costs, what was saved where.
+// Over the picture: text (what is being loaded, which keys there are, what a frame costs, what was saved where), and a
+// panel of Dear ImGui, which gets its input here.
 #pragma once
+
+#include "window.h"
 
 #include <glm/vec2.hpp>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,11 +36,29 @@ class Overlay {
     Overlay(const Overlay &) = delete;
     Overlay &operator=(const Overlay &) = delete;
 
-    // Draws over what is in a framebuffer of `size`.
-    void draw(glm::ivec2 size, const OverlayText &text);
+    // Builds windows of Dear ImGui within its frame.
+    using Build = std::function<void()>;
+
+    // Draws over what is in a framebuffer of `size`; `panel` may be empty.
+    void draw(glm::ivec2 size, const OverlayText &text, const Build &panel);
+
+    // Input, to be followed by `update`. Pixels from the upper left corner.
+    void point(glm::dvec2 pixels);
+    void handle(const ButtonEvent &event);
+    void handle(const WheelEvent &event);
+    void handle(const EditEvent &event);
+    void handle(const CharacterEvent &event);
+    // Lets the panel have the input without drawing: what it changes is changed when this returns.
+    void update(glm::ivec2 size, const Build &panel);
+    // Whether mouse, or keys, are the panel's, as of the last update.
+    bool wants_mouse() const;
+    bool wants_keys() const;
 
   private:
+    void begin_frame(glm::ivec2 size);
+
     float scale_;
+    double last_frame_ = 0; // window's clock
 };
 
 } // namespace pbm

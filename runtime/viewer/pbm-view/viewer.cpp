@@ -1,5 +1,7 @@
 #include "viewer.h"
 
+#include "view_text.h"
+
 #include "command_line/command_line.h"
 
 #include <glm/common.hpp>
@@ -14,79 +16,21 @@
 namespace pbm {
 namespace {
 
-constexpr double kDoubleClick = 0.4;       // seconds
-constexpr double kDoubleClickReach = 0.01; // picture heights
 constexpr double kNoticeTime = 4, kProblemTime = 10;
 constexpr double kBusyPoll = 0.1; // seconds; should a wake-up ever be lost while other threads work
-
-std::string file_name(const std::string &path) { return std::filesystem::path(path).filename().string(); }
-
-// 1234567 as 1,234,567.
-std::string grouped(std::uint64_t number) {
-    const std::string digits = std::to_string(number);
-    std::string text;
-    for (std::size_t i = 0; i < digits.size(); ++i) {
-        if (i > 0 && (digits.size() - i) % 3 == 0)
-            text += ',';
-        text += digits[i];
-    }
-    return text;
-}
-
-std::string milliseconds(double seconds) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.1f ms", 1e3 * seconds);
-    return text.data();
-}
-
-std::string size_text(glm::ivec2 size) { return std::to_string(size.x) + "x" + std::to_string(size.y); }
 
 // Where to stand for the model named on the command line says nothing about others.
 void forget_camera(ViewOptions &options) { options.position = options.focal_point = options.view_up = std::nullopt; }
 
-std::string pixels(double error) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.2f pixels", error);
-    return text.data();
-}
-
-std::string levels(const PictureStatistics &picture) {
-    const std::string finest = std::to_string(picture.drawn.level);
-    return picture.coarsest_level == picture.drawn.level
-               ? "level " + finest
-               : "levels " + std::to_string(picture.coarsest_level) + " to " + finest;
-}
-
-std::vector<OverlayRow> help_rows(CameraMode mode) {
-    std::vector<OverlayRow> rows;
-    if (mode == CameraMode::orbit)
-        rows = {{"Drag, Left, Right", "turn the model"}, {"Wheel, right drag, Up, Down", "change the distance"}};
-    else
-        rows = {{"Drag", "turn the camera"},
-                {"Wheel, Up, Down", "fly along the view direction"},
-                {"Left, Right", "fly sideways"}};
-    const std::vector<OverlayRow> common{{"Middle drag, Shift + drag", "move the model in the picture"},
-                                         {"W, A, S, D", "as the arrow keys"},
-                                         {"F, Enter, double click", "back to the first view"},
-                                         {"C", mode == CameraMode::orbit ? "flying camera" : "target camera"},
-                                         {"Space, F12", "save a picture"},
-                                         {"F1, H", "this help"},
-                                         {"F2", "what a picture costs"},
-                                         {"F11", "full screen"},
-                                         {"Drop a file", "open it"},
-                                         {"Escape", "quit"}};
-    rows.insert(rows.end(), common.begin(), common.end());
-    return rows;
-}
-
 } // namespace
 
 Viewer::Viewer(std::string_view program, const Arguments &arguments, Window &window, BackgroundThread &background,
-               const std::string &path, Loading loading, Clock::time_point start)
+               const std::string &path, Loading loading, std::optional<VideoSink> video, Clock::time_point start)
     : program_(program), options_(arguments.view), min_fps_(arguments.min_fps), window_(window),
       background_(background), start_(start), context_(Window::now()), overlay_(window.content_scale()),
-      loading_(std::move(loading)), loading_path_(path), mode_(arguments.camera_mode), saver_(background),
-      show_frame_time_(arguments.show_frame_time) {
+      loading_(std::move(loading)), loading_path_(path), mode_(arguments.camera_mode), video_(std::move(video)),
+      video_options_(arguments.choice.video), saver_(background), show_frame_time_(arguments.show_frame_time),
+      show_panel_(arguments.show_panel) {
     background_.set_wake(Window::wake);
 }
 
@@ -109,8 +53,11 @@ int Viewer::run() {
         receive_saves(false);
         receive_picture();
         draw_due_picture();
+        refine();
         serve_saver();
         check_room();
+        if (video_ || recording_)
+            record();
         if (!notice_.text.empty() && Window::now() >= notice_.until) {
             notice_ = {};
             stale_ = true;
@@ -118,94 +65,16 @@ int Viewer::run() {
         if (stale_)
             present();
     }
+    if (recording_ || video_) {
+        recording_.reset();
+        video_.reset();
+        std::cout << "stopped: " << video_options_.output << " is not made" << std::endl;
+    }
     receive_saves(true);
     if (verbose())
         std::cout << "frames: " << frames_ << std::endl;
-    return 0;
+    return exit_code_;
 }
-
-void Viewer::handle(const KeyEvent &event) {
-    const auto arrow = [&](Arrow which) {
-        if (event.pressed)
-            arrows_.press(which, Window::now());
-        else
-            arrows_.release(which, Window::now());
-    };
-    switch (event.key) {
-    case Key::left: return arrow(Arrow::left);
-    case Key::right: return arrow(Arrow::right);
-    case Key::up: return arrow(Arrow::up);
-    case Key::down: return arrow(Arrow::down);
-    default: break;
-    }
-    if (!event.pressed)
-        return;
-    switch (event.key) {
-    case Key::quit: quit_ = true; break;
-    case Key::save: save(); break;
-    case Key::reset: reset_camera(); break;
-    case Key::help: show_help_ = !show_help_; break;
-    case Key::frame_time: show_frame_time_ = !show_frame_time_; break;
-    case Key::full_screen: window_.toggle_full_screen(); break;
-    case Key::switch_camera:
-        mode_ = mode_ == CameraMode::orbit ? CameraMode::fly : CameraMode::orbit;
-        notify(mode_ == CameraMode::orbit ? "Target camera" : "Flying camera", false);
-        break;
-    default: break;
-    }
-    stale_ = true;
-}
-
-void Viewer::handle(const ButtonEvent &event) {
-    if (!event.pressed) {
-        if (dragging_ == event.button)
-            dragging_.reset();
-        return;
-    }
-    if (dragging_)
-        return;
-    dragging_ = event.button;
-    drag_with_shift_ = event.shift;
-    if (event.button != MouseButton::left || !mouse_)
-        return;
-    const double now = Window::now();
-    if (now - last_click_ < kDoubleClick && glm::length(*mouse_ - last_click_place_) < kDoubleClickReach) {
-        reset_camera();
-        last_click_ = -1; // a third click is the first of another pair
-        return;
-    }
-    last_click_ = now;
-    last_click_place_ = *mouse_;
-}
-
-void Viewer::handle(const MoveEvent &event) {
-    const glm::dvec2 moved = event.position - mouse_.value_or(event.position);
-    mouse_ = event.position;
-    if (!dragging_ || !model_ || moved == glm::dvec2(0))
-        return;
-    Drag drag = Drag::turn;
-    if (*dragging_ == MouseButton::middle || (*dragging_ == MouseButton::left && drag_with_shift_))
-        drag = Drag::pan;
-    else if (*dragging_ == MouseButton::right)
-        drag = Drag::distance;
-    move_to(after_drag(camera_, mode_, drag, {moved.x, -moved.y}, model_->bounds().radius));
-}
-
-void Viewer::handle(const WheelEvent &event) {
-    if (model_ && event.notches != 0)
-        move_to(after_wheel(camera_, mode_, event.notches, model_->bounds().radius));
-}
-
-void Viewer::handle(const DropEvent &event) {
-    // One after the other: the model that the program was started with is shown or refused whatever is dropped
-    // meanwhile.
-    if (loading_.valid())
-        dropped_path_ = event.path;
-    else
-        open(event.path);
-}
-
-void Viewer::handle(const RefreshEvent & /*event*/) { stale_ = true; }
 
 // Takes the model that was loaded, if one was. The exit code if it is the first one and cannot be shown.
 std::optional<int> Viewer::receive_model() {
@@ -245,12 +114,22 @@ Status Viewer::show(ShownModelPointer loaded) {
     const auto camera = first_camera(*loaded);
     if (!camera)
         return camera.error();
+    std::optional<RenderOptions> shown_options;
+    if (look_)
+        shown_options = look_->options;
     let_go(background_, std::exchange(model_, std::move(loaded)));
+    look_ = model_->first_look();
     camera_ = *camera;
     if (picture_size() != glm::ivec2(0))
         view_size_ = picture_size();
+    // The switches stay as they are.
+    if (shown_options)
+        look_ = std::make_shared<Look>(*shown_options, model_->parameters());
+    panel_.show_model(model_->parameters(), model_->has_panorama(), *model_->first_look());
     ++view_;
+    end_refinement();
     scheduler_.emplace(options_.max_error, min_fps_);
+    update_panel(); // learns its size before it is drawn
     has_told_of_room_ = false;
     window_.set_title(file_name(model_->path()) + " - " + std::string(program_) + " (F1: help)");
     return {};
@@ -262,7 +141,7 @@ void Viewer::receive_chunks() {
         return;
     if (model_->take_arrivals())
         scheduler_->arrived(!model_->streamed().is_loading());
-    const std::vector<Error> errors = model_->streamed().take_errors();
+    const std::vector<Error> errors = model_->take_errors();
     for (const Error &error : errors)
         command_line::fail(program_, model_->path(), with_advice(program_, error));
     if (!errors.empty())
@@ -270,7 +149,7 @@ void Viewer::receive_chunks() {
 }
 
 void Viewer::move_to(const Camera &camera) {
-    if (!is_usable(camera))
+    if (!is_usable(camera) || recording_)
         return;
     camera_ = camera;
     change_view();
@@ -278,6 +157,7 @@ void Viewer::move_to(const Camera &camera) {
 
 void Viewer::change_view() {
     ++view_;
+    end_refinement();
     scheduler_->view_changed(Window::now());
 }
 
@@ -296,9 +176,38 @@ void Viewer::reset_camera() {
         move_to(*camera);
 }
 
+void Viewer::toggle_panel() {
+    show_panel_ = !show_panel_;
+    if (show_panel_ && mouse_)
+        overlay_.point(*mouse_ * static_cast<double>(window_.framebuffer_size().y));
+    update_panel();
+}
+
+// Lets the panel have its input.
+void Viewer::update_panel() {
+    if (!model_ || !show_panel_ || recording_ || picture_size() == glm::ivec2(0))
+        return;
+    const bool had_mouse = overlay_.wants_mouse();
+    Look look = *look_;
+    bool changed = false;
+    overlay_.update(window_.framebuffer_size(), [&] { changed = build_panel(look) || changed; });
+    stale_ = stale_ || had_mouse || overlay_.wants_mouse();
+    if (changed)
+        change_look(std::move(look));
+}
+
+bool Viewer::build_panel(Look &look) {
+    return panel_.build(look, window_.framebuffer_size(), static_cast<float>(window_.content_scale()));
+}
+
+void Viewer::change_look(Look look) {
+    look_ = std::make_shared<Look>(std::move(look));
+    change_view();
+}
+
 void Viewer::draw_due_picture() {
     const glm::ivec2 size = picture_size();
-    if (!model_ || size == glm::ivec2(0))
+    if (recording_ || !model_ || size == glm::ivec2(0))
         return;
     if (size != view_size_) {
         view_size_ = size;
@@ -316,7 +225,7 @@ void Viewer::draw_due_picture() {
     const DetailView view = model_->view(camera_, size, step->max_error);
     if (step->at_once)
         draw_now(view);
-    else if (!refining_.valid())
+    else if (!drawing_.valid())
         draw_in_background(view);
 }
 
@@ -332,32 +241,62 @@ void Viewer::draw_now(const DetailView &view) {
     if (!canvas_ || glm::ivec2(canvas_->width, canvas_->height) != view_size_)
         canvas_.emplace(view_size_.x, view_size_.y, false);
     const bool first_of_view = !scheduler_->shown();
-    const PictureStatistics drawn = model_->draw_now(choose(view), view, *canvas_);
+    const PictureStatistics drawn = model_->draw_now(choose(view), view, look_, *canvas_);
     show_picture(*canvas_, view.max_error, drawn);
     if (first_of_view && verbose())
-        std::cout << "view: " << view_as_options(camera_, options_.view_angle, view_size_) << std::endl;
+        std::cout << "view: " << view_as_options(camera_, options_.view_angle, view_size_)
+                  << look_as_options(look_->options) << std::endl;
 }
 
 void Viewer::draw_in_background(const DetailView &view) {
-    refining_ = background_.post([model = model_, detail = choose(view), view, number = view_] {
+    drawing_ = background_.post([model = model_, detail = choose(view), view, look = look_, number = view_] {
         Picture picture{number, view.max_error, Framebuffer(view.width, view.height, false), {}};
-        picture.drawn = model->draw_in_background(detail, view, picture.pixels);
+        picture.drawn = model->draw_in_background(detail, view, look, picture.pixels);
         return picture;
     });
 }
 
 // Shows the picture that was drawn in the background, unless the view is another by now.
 void Viewer::receive_picture() {
-    if (!is_ready(refining_))
+    if (!is_ready(drawing_))
         return;
-    const Picture picture = refining_.get();
+    const Picture picture = drawing_.get();
     if (picture.view == view_)
         show_picture(picture.pixels, picture.max_error, picture.drawn);
     full_view_ = 0; // it held chunks of a view that may be past
 }
 
+// A view that rests and is exact gets finer, if its look asks for that.
+void Viewer::refine() {
+    if (refinement_) {
+        const auto picture = refinement_->receive();
+        if (!picture)
+            return;
+        presenter_.upload(picture->pixels);
+        drawn_ = picture->drawn;
+        samples_ = picture->samples;
+        stale_ = true;
+        return;
+    }
+    if (!scheduler_ || !scheduler_->complete() || samples_ > 0 || recording_ || video_ ||
+        look_->options.quality != Quality::fine)
+        return;
+    const DetailView view = model_->view(camera_, view_size_, options_.max_error);
+    Detail detail = model_->streamed().choose(view);
+    if (detail.missing.empty())
+        refinement_ = std::make_unique<Refinement>(background_, model_, std::move(detail), view, look_);
+}
+
+void Viewer::end_refinement() {
+    if (refinement_)
+        full_view_ = 0; // it held chunks
+    refinement_.reset();
+    samples_ = 0;
+}
+
 void Viewer::show_picture(const Framebuffer &pixels, double max_error, const PictureStatistics &drawn) {
     const double begin = Window::now();
+    end_refinement();
     presenter_.upload(pixels);
     drawn_ = drawn;
     const double now = Window::now();
@@ -371,7 +310,7 @@ void Viewer::show_picture(const Framebuffer &pixels, double max_error, const Pic
 
 // Says so, once for every model, if what the picture lacks does not fit into the memory allowed.
 void Viewer::check_room() {
-    if (!model_ || !scheduler_->shown() || scheduler_->complete() || scheduler_->due() || refining_.valid() ||
+    if (!model_ || !scheduler_->shown() || scheduler_->complete() || scheduler_->due() || drawing_.valid() ||
         saver_.is_waiting() || view_ == full_view_ || model_->streamed().is_loading())
         return;
     if (choose(model_->view(camera_, view_size_, options_.max_error)).missing.size() != drawn_.missing)
@@ -390,7 +329,7 @@ void Viewer::check_room() {
 // Draws the view once more, exact, whatever is shown at the moment.
 void Viewer::save() {
     if (model_ && view_size_ != glm::ivec2(0))
-        saver_.add(model_, model_->view(camera_, view_size_, options_.max_error));
+        saver_.add(model_, model_->view(camera_, view_size_, options_.max_error), look_);
 }
 
 // Last of all that chooses chunks: those that the last view needs are not let go.
@@ -414,6 +353,40 @@ void Viewer::receive_saves(bool all) {
     }
 }
 
+// Begins the video when the first picture is exact; after that one frame at a time, and the end of the program.
+void Viewer::record() {
+    if (!recording_) {
+        if (!scheduler_ || !scheduler_->complete())
+            return;
+        recording_ = std::make_unique<Recording>(std::move(*video_), video_options_, options_, camera_,
+                                                 up_direction(model_->grid().up));
+        video_.reset();
+    }
+    if (recording_->done())
+        return end_recording(recording_->finish());
+    const Camera camera = recording_->camera();
+    const Status added =
+        recording_->add(*model_, look_, [&](const Framebuffer &pixels, const PictureStatistics &drawn) {
+            presenter_.upload(pixels);
+            drawn_ = drawn;
+            stale_ = true;
+            if (verbose())
+                std::cout << "view: " << view_as_options(camera, options_.view_angle, options_.resolution)
+                          << look_as_options(look_->options) << std::endl;
+        });
+    if (!added)
+        end_recording(added);
+}
+
+void Viewer::end_recording(const Status &status) {
+    recording_.reset();
+    quit_ = true;
+    if (!status)
+        exit_code_ = command_line::fail(program_, video_options_.output, status.error());
+    else if (options_.verbosity != command_line::Verbosity::quiet && video_options_.output != "-")
+        std::cout << "saved " << video_options_.output << std::endl;
+}
+
 void Viewer::notify(std::string text, bool is_problem) {
     notice_ = {std::move(text), is_problem, Window::now() + (is_problem ? kProblemTime : kNoticeTime)};
     stale_ = true;
@@ -427,7 +400,7 @@ std::optional<double> Viewer::timeout() const {
         if (time)
             at = at ? std::min(*at, *time) : *time;
     };
-    if (stale_)
+    if (stale_ || recording_)
         no_later_than(now);
     if (!notice_.text.empty())
         no_later_than(notice_.until);
@@ -435,7 +408,7 @@ std::optional<double> Viewer::timeout() const {
         no_later_than(now + kBusyPoll);
     no_later_than(arrows_.next_step(now));
     // A fine picture that is due waits for the one under way.
-    if (scheduler_ && picture_size() != glm::ivec2(0) && !(scheduler_->shown() && refining_.valid()))
+    if (scheduler_ && picture_size() != glm::ivec2(0) && !(scheduler_->shown() && drawing_.valid()))
         no_later_than(scheduler_->due());
     return at ? std::optional(std::max(0.0, *at - now)) : std::nullopt;
 }
@@ -456,10 +429,11 @@ OverlayText Viewer::overlay_text() const {
         text.help_title = std::string(program_) + " " PBM_VERSION;
         text.help = help_rows(mode_);
     }
-    if (show_frame_time_ && scheduler_ && scheduler_->shown())
-        text.corner = milliseconds(drawn_.seconds) + "   " + pixels(drawn_.error) + "   " + levels(drawn_) + " of " +
-                      std::to_string(model_->depth()) + "   " + grouped(drawn_.drawn.drawn_points) + " of " +
-                      grouped(drawn_.drawn.points) + " points   " + size_text(view_size_);
+    if (recording_)
+        text.corner = "Recording frame " + std::to_string(recording_->frame()) + " of " +
+                      std::to_string(recording_->video().frames) + "   Escape stops";
+    else if (show_frame_time_ && scheduler_ && scheduler_->shown())
+        text.corner = cost_text(drawn_, model_->depth(), view_size_);
     text.notice = notice_.text;
     text.notice_is_problem = notice_.is_problem;
     return text;
@@ -470,9 +444,14 @@ void Viewer::present() {
     stale_ = false;
     if (size.x <= 0 || size.y <= 0)
         return;
-    presenter_.draw(size, options_.render.background);
-    if (const OverlayText text = overlay_text(); !text.empty())
-        overlay_.draw(size, text);
+    presenter_.draw(size, look_ ? look_->options.background : options_.render.background);
+    const bool with_panel = show_panel_ && look_ && !recording_;
+    if (const OverlayText text = overlay_text(); with_panel || !text.empty())
+        overlay_.draw(size, text, with_panel ? [&] {
+            Look look = *look_;
+            if (build_panel(look))
+                change_look(std::move(look));
+        } : Overlay::Build());
     window_.swap();
     ++frames_;
     if (verbose())
@@ -485,12 +464,11 @@ void Viewer::tell_frame() {
         std::cout << "no picture yet" << std::endl;
         return;
     }
-    const StreamingStatistics cost = model_->streamed().statistics();
-    std::cout << "error " << pixels(drawn_.error) << ", " << levels(drawn_) << " of " << model_->depth() << ", "
-              << drawn_.drawn.drawn_points << " of " << drawn_.drawn.points << " points drawn, "
-              << milliseconds(drawn_.seconds) << ", " << size_text(view_size_) << ", " << cost.bytes_read
-              << " bytes read, " << cost.points_decoded << " points decoded, "
-              << (scheduler_->complete() ? "exact" : "coarse, " + std::to_string(drawn_.missing) + " chunks missing")
+    std::cout << cost_line(drawn_, model_->depth(), view_size_, model_->streamed().statistics())
+              << (samples_ > 0 ? "fine, " + std::to_string(samples_) + " of " + std::to_string(look_->options.samples) +
+                                     " samples"
+                  : scheduler_->complete() ? "exact"
+                                           : "coarse, " + std::to_string(drawn_.missing) + " chunks missing")
               << '\n';
     const auto tell_time = [&](const char *what) {
         const std::chrono::duration<double> since_start = Clock::now() - start_;

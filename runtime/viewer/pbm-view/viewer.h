@@ -7,7 +7,10 @@
 
 #include "options.h"
 #include "overlay.h"
+#include "panel.h"
 #include "presenter.h"
+#include "recording.h"
+#include "refinement.h"
 #include "window.h"
 
 #include "viewer/background_thread.h"
@@ -28,9 +31,10 @@ class Viewer {
   public:
     using Clock = std::chrono::steady_clock;
 
-    // `loading` is that of `path`, begun before there was a window, by a program that started at `start`.
+    // `loading` is that of `path`, begun before there was a window, by a program that started at `start`. `video`:
+    // to be recorded before it ends.
     Viewer(std::string_view program, const Arguments &arguments, Window &window, BackgroundThread &background,
-           const std::string &path, Loading loading, Clock::time_point start);
+           const std::string &path, Loading loading, std::optional<VideoSink> video, Clock::time_point start);
     ~Viewer();
     Viewer(const Viewer &) = delete;
     Viewer &operator=(const Viewer &) = delete;
@@ -53,6 +57,8 @@ class Viewer {
     };
 
     void handle(const KeyEvent &event);
+    void handle(const EditEvent &event);
+    void handle(const CharacterEvent &event);
     void handle(const ButtonEvent &event);
     void handle(const MoveEvent &event);
     void handle(const WheelEvent &event);
@@ -68,10 +74,20 @@ class Viewer {
     Result<Camera> first_camera(const ShownModel &model) const;
     void reset_camera();
 
+    void toggle_panel();
+    void update_panel();
+    bool build_panel(Look &look);
+    void change_look(Look look);
+
+    void record();
+    void end_recording(const Status &status);
+
     void draw_due_picture();
     void draw_now(const DetailView &view);
     void draw_in_background(const DetailView &view);
     void receive_picture();
+    void refine();
+    void end_refinement();
     void show_picture(const Framebuffer &pixels, double max_error, const PictureStatistics &drawn);
     Detail choose(const DetailView &view);
     void check_room();
@@ -102,6 +118,7 @@ class Viewer {
     std::string loading_path_;
     std::string dropped_path_; // to be opened when what is being loaded is there; empty for none
     ShownModelPointer model_;
+    LookPointer look_; // while there is a model
     Camera camera_;
     CameraMode mode_;
     HeldArrows arrows_;
@@ -116,16 +133,24 @@ class Viewer {
     std::uint64_t view_ = 0;                  // counts changes of model, camera and size
     glm::ivec2 view_size_{0};
     std::optional<Framebuffer> canvas_; // of pictures drawn on this thread
-    std::future<Picture> refining_;
-    PictureStatistics drawn_;       // of the picture shown
-    std::uint64_t full_view_ = 0;   // the view for which there is no more memory
-    bool has_told_of_room_ = false; // that there is too little
+    std::future<Picture> drawing_;
+    std::unique_ptr<Refinement> refinement_; // of the present view
+    int samples_ = 0;                        // of the picture shown if it is fine
+    PictureStatistics drawn_;                // of the picture shown
+    std::uint64_t full_view_ = 0;            // the view for which there is no more memory
+    bool has_told_of_room_ = false;          // that there is too little
+
+    std::optional<VideoSink> video_; // until it is begun
+    const VideoOptions video_options_;
+    std::unique_ptr<Recording> recording_;
 
     PictureSaver saver_;
+    Panel panel_;
     Notice notice_;
-    bool show_help_ = false, show_frame_time_;
+    bool show_help_ = false, show_frame_time_, show_panel_;
     bool stale_ = true; // what the window shows
     bool quit_ = false;
+    int exit_code_ = 0;
     std::uint64_t frames_ = 0;                         // shown
     bool first_picture_ = true, exact_picture_ = true; // are still to come
 };

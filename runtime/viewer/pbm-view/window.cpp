@@ -54,8 +54,24 @@ std::optional<Key> key_of(int key) {
     case GLFW_KEY_F1:
     case GLFW_KEY_H: return Key::help;
     case GLFW_KEY_F2: return Key::frame_time;
+    case GLFW_KEY_TAB: return Key::panel;
     case GLFW_KEY_F11: return Key::full_screen;
     case GLFW_KEY_ESCAPE: return Key::quit;
+    default: return std::nullopt;
+    }
+}
+
+std::optional<EditKey> edit_key_of(int key) {
+    switch (key) {
+    case GLFW_KEY_BACKSPACE: return EditKey::backspace;
+    case GLFW_KEY_DELETE: return EditKey::erase;
+    case GLFW_KEY_ENTER:
+    case GLFW_KEY_KP_ENTER: return EditKey::enter;
+    case GLFW_KEY_ESCAPE: return EditKey::cancel;
+    case GLFW_KEY_LEFT: return EditKey::left;
+    case GLFW_KEY_RIGHT: return EditKey::right;
+    case GLFW_KEY_HOME: return EditKey::home;
+    case GLFW_KEY_END: return EditKey::end;
     default: return std::nullopt;
     }
 }
@@ -135,11 +151,17 @@ void Window::receive_events() {
     glfwSetKeyCallback(window_, [](GLFWwindow *window, int key, int, int action, int) {
         if (const auto known = key_of(key); known && action != GLFW_REPEAT)
             events_of(window).push_back(KeyEvent{*known, action == GLFW_PRESS});
+        if (const auto known = edit_key_of(key))
+            events_of(window).push_back(EditEvent{*known, action != GLFW_RELEASE});
+    });
+    glfwSetCharCallback(window_, [](GLFWwindow *window, unsigned character) {
+        events_of(window).push_back(CharacterEvent{character});
     });
     // The place of a press is that of the last movement: asking for it now would tell where the pointer is by now.
     glfwSetMouseButtonCallback(window_, [](GLFWwindow *window, int button, int action, int modifiers) {
         if (const auto known = button_of(button))
-            events_of(window).push_back(ButtonEvent{*known, action == GLFW_PRESS, (modifiers & GLFW_MOD_SHIFT) != 0});
+            events_of(window).push_back(ButtonEvent{*known, action == GLFW_PRESS, (modifiers & GLFW_MOD_SHIFT) != 0,
+                                                    (modifiers & GLFW_MOD_CONTROL) != 0});
     });
     glfwSetCursorPosCallback(window_, [](GLFWwindow *window, double x, double y) {
         // Screen coordinates, which need not be pixels.

@@ -5,6 +5,7 @@
 
 #include <glm/vec2.hpp>
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,7 +16,9 @@ struct GLFWwindow;
 
 namespace pbm {
 
-enum class Key { left, right, up, down, save, reset, switch_camera, help, frame_time, full_screen, quit };
+enum class Key { left, right, up, down, save, reset, switch_camera, help, frame_time, panel, full_screen, quit };
+// What keys do to a text that is typed.
+enum class EditKey { backspace, erase, enter, cancel, left, right, home, end };
 enum class MouseButton { left, middle, right };
 
 struct KeyEvent {
@@ -25,7 +28,14 @@ struct KeyEvent {
 struct ButtonEvent {
     MouseButton button;
     bool pressed;
-    bool shift;
+    bool shift, control;
+};
+struct EditEvent {
+    EditKey key;
+    bool pressed; // the keyboard's repetitions are presses
+};
+struct CharacterEvent {
+    std::uint32_t character; // Unicode
 };
 struct MoveEvent {
     glm::dvec2 position; // picture heights from the upper left corner, down positive
@@ -39,7 +49,8 @@ struct DropEvent {
 // The window's content is lost, or its size is another.
 struct RefreshEvent {};
 
-using Event = std::variant<KeyEvent, ButtonEvent, MoveEvent, WheelEvent, DropEvent, RefreshEvent>;
+using Event =
+    std::variant<KeyEvent, EditEvent, CharacterEvent, ButtonEvent, MoveEvent, WheelEvent, DropEvent, RefreshEvent>;
 
 class Window {
   public:

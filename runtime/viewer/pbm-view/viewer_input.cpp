@@ -1,0 +1,131 @@
+// What the user does to the window: first to its panel, else to the view.
+#include "view_text.h"
+#include "viewer.h"
+
+#include <glm/geometric.hpp>
+
+namespace pbm {
+namespace {
+
+constexpr double kDoubleClick = 0.4;       // seconds
+constexpr double kDoubleClickReach = 0.01; // picture heights
+
+} // namespace
+
+void Viewer::handle(const KeyEvent &event) {
+    if (show_panel_ && overlay_.wants_keys() && event.pressed)
+        return; // a number is being typed
+    const auto arrow = [&](Arrow which) {
+        if (event.pressed)
+            arrows_.press(which, Window::now());
+        else
+            arrows_.release(which, Window::now());
+    };
+    switch (event.key) {
+    case Key::left: return arrow(Arrow::left);
+    case Key::right: return arrow(Arrow::right);
+    case Key::up: return arrow(Arrow::up);
+    case Key::down: return arrow(Arrow::down);
+    default: break;
+    }
+    if (!event.pressed)
+        return;
+    switch (event.key) {
+    case Key::quit: quit_ = true; break;
+    case Key::save: save(); break;
+    case Key::reset: reset_camera(); break;
+    case Key::help: show_help_ = !show_help_; break;
+    case Key::frame_time: show_frame_time_ = !show_frame_time_; break;
+    case Key::panel: toggle_panel(); break;
+    case Key::full_screen: window_.toggle_full_screen(); break;
+    case Key::switch_camera:
+        mode_ = mode_ == CameraMode::orbit ? CameraMode::fly : CameraMode::orbit;
+        notify(mode_ == CameraMode::orbit ? "Target camera" : "Flying camera", false);
+        break;
+    default: break;
+    }
+    stale_ = true;
+}
+
+void Viewer::handle(const EditEvent &event) {
+    if (show_panel_ && (overlay_.wants_keys() || !event.pressed)) {
+        overlay_.handle(event);
+        update_panel();
+    }
+}
+
+void Viewer::handle(const CharacterEvent &event) {
+    if (show_panel_ && overlay_.wants_keys()) {
+        overlay_.handle(event);
+        update_panel();
+    }
+}
+
+void Viewer::handle(const ButtonEvent &event) {
+    if (show_panel_) {
+        overlay_.handle(event);
+        update_panel();
+    }
+    if (!event.pressed) {
+        if (dragging_ == event.button)
+            dragging_.reset();
+        return;
+    }
+    if (dragging_ || (show_panel_ && overlay_.wants_mouse()))
+        return;
+    dragging_ = event.button;
+    drag_with_shift_ = event.shift;
+    if (event.button != MouseButton::left || !mouse_)
+        return;
+    const double now = Window::now();
+    if (now - last_click_ < kDoubleClick && glm::length(*mouse_ - last_click_place_) < kDoubleClickReach) {
+        reset_camera();
+        last_click_ = -1; // a third click is the first of another pair
+        return;
+    }
+    last_click_ = now;
+    last_click_place_ = *mouse_;
+}
+
+void Viewer::handle(const MoveEvent &event) {
+    const glm::dvec2 moved = event.position - mouse_.value_or(event.position);
+    mouse_ = event.position;
+    if (show_panel_) {
+        overlay_.point(event.position * static_cast<double>(window_.framebuffer_size().y));
+        if (!dragging_)
+            update_panel();
+    }
+    if (!dragging_ || !model_ || moved == glm::dvec2(0))
+        return;
+    Drag drag = Drag::turn;
+    if (*dragging_ == MouseButton::middle || (*dragging_ == MouseButton::left && drag_with_shift_))
+        drag = Drag::pan;
+    else if (*dragging_ == MouseButton::right)
+        drag = Drag::distance;
+    move_to(after_drag(camera_, mode_, drag, {moved.x, -moved.y}, model_->bounds().radius));
+}
+
+void Viewer::handle(const WheelEvent &event) {
+    if (show_panel_ && overlay_.wants_mouse()) {
+        overlay_.handle(event);
+        return update_panel();
+    }
+    if (model_ && event.notches != 0)
+        move_to(after_wheel(camera_, mode_, event.notches, model_->bounds().radius));
+}
+
+void Viewer::handle(const DropEvent &event) {
+    // One after the other: the model that the program was started with is shown or refused whatever is dropped
+    // meanwhile.
+    if (loading_.valid())
+        dropped_path_ = event.path;
+    else
+        open(event.path);
+}
+
+void Viewer::handle(const RefreshEvent & /*event*/) {
+    update_panel(); // has its place in a window of another size
+    stale_ = true;
+}
+
+} // namespace pbm
