@@ -165,7 +165,8 @@ Status decode_jpeg(ByteView bytes, const std::function<void(std::span<const std:
     return finish_jpeg(reader) ? Status() : Status(damaged(reader.message.data()));
 }
 
-// stb_image takes zeros for what is missing, so what it asks for beyond the end is remembered.
+// stb_image goes on behind the end: with zeros it repeats empty runs for ever. Of 0xFF it makes pixels until it has
+// enough or a run is too long, and that it came so far is remembered.
 struct HdrSource {
     ByteView left;
     bool beyond_end = false;
@@ -173,7 +174,11 @@ struct HdrSource {
     static int read(void *source, char *to, int wanted) {
         auto &self = *static_cast<HdrSource *>(source);
         const std::size_t count = std::min(self.left.size(), static_cast<std::size_t>(wanted));
-        self.beyond_end = self.beyond_end || count == 0;
+        if (count == 0) {
+            self.beyond_end = true;
+            std::memset(to, 0xFF, static_cast<std::size_t>(wanted));
+            return wanted;
+        }
         std::memcpy(to, self.left.data(), count);
         self.left = self.left.subspan(count);
         return static_cast<int>(count);
@@ -195,7 +200,16 @@ Error hdr_error() {
     return damaged(why);
 }
 
+// Lines up to an empty one, then one with the size: behind the end there are no lines.
+bool has_hdr_header(ByteView bytes) {
+    const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
+    const std::size_t end = text.find("\n\n");
+    return end != std::string_view::npos && text.find('\n', end + 2) != std::string_view::npos;
+}
+
 Result<ImageSize> hdr_size(ByteView bytes) {
+    if (!has_hdr_header(bytes))
+        return damaged("its header has no end");
     HdrSource source{.left = bytes};
     int width = 0, height = 0, channels = 0;
     if (stbi_info_from_callbacks(&kHdrCallbacks, &source, &width, &height, &channels) == 0)
@@ -247,13 +261,15 @@ Status decode_rows(ByteView bytes, ImageFormat format, const std::function<void(
 }
 
 Result<std::vector<float>> decode_hdr(ByteView bytes) {
+    if (!has_hdr_header(bytes))
+        return damaged("its header has no end");
     HdrSource source{.left = bytes};
     int width = 0, height = 0, channels = 0;
     const std::unique_ptr<float, void (*)(void *)> pixels(
         stbi_loadf_from_callbacks(&kHdrCallbacks, &source, &width, &height, &channels, 3), stbi_image_free);
     if (pixels == nullptr)
         return hdr_error();
-    if (source.beyond_end)
+    if (source.beyond_end || width <= 0 || height <= 0)
         return damaged("pixels are missing");
     const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3;
     return std::vector<float>(pixels.get(), pixels.get() + count);
