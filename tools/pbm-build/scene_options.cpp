@@ -1,5 +1,6 @@
 #include "scene_options.h"
 
+#include "command_line/parse.h"
 #include "pbm_bake/shadow_baker.h"
 #include "pbm_build/colour_map.h"
 #include "pbm_build/material_request.h"
@@ -35,7 +36,7 @@ template <class Read> auto readable(Read read) {
 
 auto number_within(double least, double most) {
     return readable([least, most](const std::string &text) -> Result<double> {
-        const Result<double> number = read_number(text);
+        Result<double> number = read_number(text);
         if (number && !(*number >= least && *number <= most)) {
             std::array<char, 64> range{};
             std::snprintf(range.data(), range.size(), " is not within %g..%g", least, most);

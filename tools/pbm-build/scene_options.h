@@ -1,12 +1,16 @@
 // The options of pbm-build that make a scene of a scan: lights, shadows, materials, textures, surroundings.
 #pragma once
 
-#include "command_line/parse.h"
+#include "command_line/command_line.h"
 #include "pbm_build/scene.h"
 
 #include <span>
 #include <string>
 #include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace pbm::build {
 

@@ -33,7 +33,7 @@ std::array<float, 3> as_floats(const Vector &v) {
 }
 
 Result<double> read_between(std::string_view text, double least, double most) {
-    const Result<double> number = read_number(text);
+    Result<double> number = read_number(text);
     if (number && (*number < least || *number > most))
         return usage(in_quotes(text) + " is not within " + std::to_string(static_cast<int>(least)) + ".." +
                      std::to_string(static_cast<int>(most)));

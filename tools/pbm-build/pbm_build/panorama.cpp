@@ -78,8 +78,8 @@ Status decode_and_send(ByteView bytes, ImageFormat format, const PanoramaOptions
                     .stored_width = options.width != 0 ? options.width : default_width(size->width),
                     .channels = 3};
     PanoramaResampler resampler(head.width, head.height, head.stored_width, head.stored_width / 2);
-    const Status decoded = format == ImageFormat::hdr ? resample_hdr(bytes, *size, options.exposure, resampler)
-                                                      : resample_rows(bytes, format, resampler);
+    Status decoded = format == ImageFormat::hdr ? resample_hdr(bytes, *size, options.exposure, resampler)
+                                                : resample_rows(bytes, format, resampler);
     if (!decoded)
         return decoded;
     send({reinterpret_cast<const std::uint8_t *>(&head), sizeof head});

@@ -163,10 +163,10 @@ Result<Scene> place_scene(const SceneRequest &request, const Grid &grid, std::sp
     scene.frame = frame_of(grid, codes);
     place_lights(request, scene, statistics);
     if (request.texture) {
-        Result<SolidTexture> texture = make_texture(*request.texture);
+        const Result<SolidTexture> texture = make_texture(*request.texture);
         if (!texture)
             return texture.error();
-        scene.texture.push_back(std::move(*texture));
+        scene.texture.push_back(*texture);
     }
     if (!request.ground)
         return scene;
@@ -176,11 +176,11 @@ Result<Scene> place_scene(const SceneRequest &request, const Grid &grid, std::sp
         return material.error();
     scene.ground->material = *material;
     if (request.ground->texture) {
-        Result<SolidTexture> texture = make_texture(
+        const Result<SolidTexture> texture = make_texture(
             {.kind = *request.ground->texture, .colours = request.ground->colours, .scale = request.ground->scale});
         if (!texture)
             return texture.error();
-        scene.ground->texture = std::move(*texture);
+        scene.ground->texture = *texture;
     }
     return scene;
 }
