@@ -121,27 +121,42 @@ Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level) 
     };
 }
 
-Draw draw_detail(StreamedModel &model, FastRenderer &renderer, double max_error, int finest,
-                 const RenderOptions &options) {
-    return [&model, &renderer, max_error, finest, options](const Camera &camera, Drawing &drawing) {
+namespace {
+
+// Writes the voxel edge of the level that each pixel shows: that which has its depth when drawn alone; where the
+// picture is empty that of the finest level.
+void find_voxels(std::span<const PointRun> runs, FastRenderer &renderer, const Grid &grid, const Camera &camera,
+                 const Framebuffer &picture, std::vector<float> &voxels) {
+    int finest = 1;
+    for (const PointRun &run : runs)
+        finest = std::max(finest, run.level);
+    voxels.assign(voxels.size(), static_cast<float>(grid.voxel_size_at(finest)));
+    Framebuffer alone(picture.width, picture.height);
+    for (int level = 1; level < finest; ++level) {
+        std::vector<PointRun> some(runs.begin(), runs.end());
+        std::erase_if(some, [&](const PointRun &run) { return run.level != level; });
+        if (some.empty())
+            continue;
+        renderer.render(some, camera, {}, alone);
+        for (std::size_t i = 0; i < voxels.size(); ++i)
+            if (alone.depth[i] == picture.depth[i] && picture.depth[i] != kEmpty)
+                voxels[i] = static_cast<float>(grid.voxel_size_at(level));
+    }
+}
+
+} // namespace
+
+Draw draw_detail(StreamedModel &model, FastRenderer &fast, double max_error, int finest, const RenderOptions &options,
+                 FineRenderer *fine) {
+    return [&model, &fast, max_error, finest, options, fine](const Camera &camera, Drawing &drawing) {
         Framebuffer &picture = drawing.picture;
         const Result<Detail> detail = model.load({camera, picture.width, picture.height, max_error, finest});
         if (!detail)
             throw std::runtime_error(detail.error().message);
-        drawing.drawn = renderer.render(detail->runs, camera, options, picture);
-        // A pixel shows the level that has its depth when drawn alone.
-        Framebuffer alone(picture.width, picture.height);
-        for (int level = 1; level <= drawing.drawn.level; ++level) {
-            std::vector<PointRun> runs = detail->runs;
-            std::erase_if(runs, [&](const PointRun &run) { return run.level != level; });
-            if (runs.empty())
-                continue;
-            renderer.render(runs, camera, options, alone);
-            const auto voxel = static_cast<float>(model.reader().parameters().grid.voxel_size_at(level));
-            for (std::size_t i = 0; i < drawing.voxels.size(); ++i)
-                if (alone.depth[i] == picture.depth[i])
-                    drawing.voxels[i] = voxel;
-        }
+        drawing.drawn = fast.render(detail->runs, camera, options, picture);
+        find_voxels(detail->runs, fast, model.reader().parameters().grid, camera, picture, drawing.voxels);
+        if (fine != nullptr)
+            drawing.drawn = fine->render(detail->runs, camera, options, picture);
     };
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_render/fast_renderer.h"
+#include "pbm_render/fine_renderer.h"
 #include "pbm_render/reference_renderer.h"
 #include "pbm_render/streamed_model.h"
 #include "ray_tracer.h"
@@ -58,10 +59,11 @@ using Draw = std::function<void(const Camera &camera, Drawing &drawing)>;
 
 // The reference renderer, one level of a model. Both must outlive what is returned.
 Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level);
-// The fast renderer as the programs use it: levels mixed so that no voxel is larger than `max_error` pixels where the
-// model has a finer level, none finer than `finest`. Throws if the model cannot be loaded.
-Draw draw_detail(StreamedModel &model, FastRenderer &renderer, double max_error, int finest,
-                 const RenderOptions &options = {});
+// The fast renderer as the programs use it, or, if there is one, the fine renderer: levels mixed so that no voxel is
+// larger than `max_error` pixels where the model has a finer level, none finer than `finest`. Throws if the model
+// cannot be loaded.
+Draw draw_detail(StreamedModel &model, FastRenderer &fast, double max_error, int finest,
+                 const RenderOptions &options = {}, FineRenderer *fine = nullptr);
 
 // Eight views of the whole model: four around it at the height of its centre, four between them from 35 degrees above.
 std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, int height);

@@ -114,22 +114,25 @@ nlohmann::json to_json(const View &view) {
             {"points", view.drawn.points}};
 }
 
-nlohmann::json to_json(const std::vector<ShadowFigures> &lights) {
+nlohmann::json to_json(const std::vector<FlagFigures> &lights) {
     nlohmann::json all = nlohmann::json::array();
-    for (const ShadowFigures &light : lights)
+    for (const FlagFigures &light : lights)
         all.push_back({{"facing", light.facing},
                        {"lit", light.lit},
                        {"falsely_lit", light.falsely_lit},
-                       {"falsely_dark", light.falsely_dark}});
+                       {"falsely_dark", light.falsely_dark},
+                       {"strictly_wrong", light.strictly_wrong}});
     return all;
 }
 
-void print_shadows(const std::vector<ShadowFigures> &lights) {
+void print_shadows(const std::vector<FlagFigures> &lights) {
     for (std::size_t i = 0; i < lights.size(); ++i)
-        std::printf(
-            "light %zu: of %llu points that face it %.2f %% are lit; %.3f %% falsely lit, %.3f %% falsely dark\n", i,
-            static_cast<unsigned long long>(lights[i].facing), percent(lights[i].lit, lights[i].facing),
-            percent(lights[i].falsely_lit, lights[i].facing), percent(lights[i].falsely_dark, lights[i].facing));
+        std::printf("light %zu: of %llu points that face it %.2f %% are lit; %.3f %% falsely lit, %.3f %% falsely "
+                    "dark; %.3f %% "
+                    "wrong by strict rays\n",
+                    i, static_cast<unsigned long long>(lights[i].facing), percent(lights[i].lit, lights[i].facing),
+                    percent(lights[i].falsely_lit, lights[i].facing), percent(lights[i].falsely_dark, lights[i].facing),
+                    percent(lights[i].strictly_wrong, lights[i].facing));
 }
 
 nlohmann::json to_json(const std::vector<NamedView> &views, const std::vector<Renderer> &renderers) {
@@ -204,6 +207,7 @@ int run(const Options &options) {
     RenderOptions look{
         .texture = false, .shadows = options.shadows, .panorama = false, .ground = false, .reflections = false};
     FastRenderer fast(parameters, model.reader().header().chunk_points, 0);
+    FineRenderer fine(parameters, model.reader().header().chunk_points, 0, nullptr);
     std::optional<Model> whole;
     std::optional<ReferenceRenderer> reference;
     std::vector<Renderer> renderers;
@@ -213,14 +217,15 @@ int run(const Options &options) {
         renderers.push_back({"reference", draw_level(*reference, parameters.grid, options.reference)});
     } else {
         for (const std::string &quality : options.qualities)
-            renderers.push_back({quality, draw_detail(model, fast, options.max_error, options.finest, look)});
+            renderers.push_back({quality, draw_detail(model, fast, options.max_error, options.finest, look,
+                                                      quality == "fine" ? &fine : nullptr)});
     }
 
     const std::vector<NamedView> views = choose_views(rays, bounds, parameters.grid, options);
     measure(rays, subject, parameters, views, renderers, options);
-    std::vector<ShadowFigures> shadows;
+    std::vector<FlagFigures> shadows;
     if (options.shadow_flags)
-        shadows = check_shadows(rays, load_whole(*file, options.model), 0);
+        shadows = check_flags(rays, load_whole(*file, options.model), 0);
     if (options.json) {
         std::cout << nlohmann::json{{"views", to_json(views, renderers)}, {"shadows", to_json(shadows)}}.dump(2)
                   << "\n";

@@ -143,14 +143,14 @@ TEST(ShadowFlags, AreThoseOfRays) {
     model.parameters.attributes.shadow_bits[0].fill(1);
     Bytes &flags = model.levels.back().points.shadows[0];
     flags.assign(model.point_count(), 1);
-    const ShadowFigures lit = check_shadows(rays, model, 2).at(0);
+    const FlagFigures lit = check_flags(rays, model, 2).at(0);
     EXPECT_NEAR(static_cast<double>(lit.facing), static_cast<double>(model.point_count()) / 2,
                 0.02 * static_cast<double>(model.point_count()));
     EXPECT_GT(static_cast<double>(lit.lit), 0.99 * static_cast<double>(lit.facing));
     EXPECT_EQ(lit.falsely_lit, lit.facing - lit.lit);
     EXPECT_EQ(lit.falsely_dark, 0U);
     flags.assign(model.point_count(), 0);
-    const ShadowFigures dark = check_shadows(rays, model, 2).at(0);
+    const FlagFigures dark = check_flags(rays, model, 2).at(0);
     EXPECT_EQ(dark.falsely_dark, lit.lit);
     EXPECT_EQ(dark.falsely_lit, 0U);
 }

@@ -16,8 +16,9 @@ namespace {
 constexpr std::size_t kBlock = 16384;
 // Voxel edges. The surface passes through a point's voxel, so no farther along its normal than half a diagonal.
 constexpr double kFarthestSurface = 0.87;
-// Beside the edge of the cube: as far off the surface a shadow ray begins.
+// Beside the edge of the cube: as far off the surface a strict ray begins.
 constexpr double kOffSurface = 1e-5;
+constexpr double kLift = 0.25; // voxel edges; that of other rays
 
 // Where the surface that a point stands for is met, a little outside of it; the point itself where none is near.
 glm::dvec3 start_on_surface(const RayCaster &rays, const glm::dvec3 &centre, const glm::dvec3 &normal, double voxel,
@@ -60,15 +61,15 @@ std::vector<MortonCode> finest_codes(const Model &model) {
 
 } // namespace
 
-std::vector<ShadowFigures> check_shadows(const RayCaster &rays, const Model &model, int threads) {
+std::vector<FlagFigures> check_flags(const RayCaster &rays, const Model &model, int threads) {
     const Grid &grid = model.parameters.grid;
     const PointAttributes &points = model.levels.back().points;
     const std::vector<MortonCode> codes = finest_codes(model);
     const auto lights = static_cast<std::size_t>(model.parameters.attributes.lights);
-    std::vector<ShadowFigures> figures(lights);
+    std::vector<FlagFigures> figures(lights);
     std::mutex mutex;
     parallel_for((codes.size() + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
-        std::vector<ShadowFigures> found(lights);
+        std::vector<FlagFigures> found(lights);
         for (std::size_t i = block * kBlock; i < std::min((block + 1) * kBlock, codes.size()); ++i) {
             if ((points.normals[i] & kTwoSidedBit) != 0)
                 continue;
@@ -85,11 +86,14 @@ std::vector<ShadowFigures> check_shadows(const RayCaster &rays, const Model &mod
                 const unsigned most =
                     (1U << model.parameters.attributes.shadow_bits[light].at(static_cast<std::size_t>(grid.depth))) - 1;
                 const bool baked = 2U * points.shadows[light][i] > most;
-                const bool lit = !rays.is_blocked(start, way.to_light, way.distance);
+                const glm::dvec3 above = start + kLift * grid.voxel_size * normal;
+                const bool lit = !rays.is_blocked(above, way.to_light, way.distance);
+                const bool strictly_lit = !rays.is_blocked(start, way.to_light, way.distance);
                 ++found[light].facing;
                 found[light].lit += lit;
                 found[light].falsely_lit += baked && !lit;
                 found[light].falsely_dark += !baked && lit;
+                found[light].strictly_wrong += baked != strictly_lit;
             }
         }
         const std::scoped_lock lock(mutex);
@@ -98,6 +102,7 @@ std::vector<ShadowFigures> check_shadows(const RayCaster &rays, const Model &mod
             figures[light].lit += found[light].lit;
             figures[light].falsely_lit += found[light].falsely_lit;
             figures[light].falsely_dark += found[light].falsely_dark;
+            figures[light].strictly_wrong += found[light].strictly_wrong;
         }
     });
     return figures;
