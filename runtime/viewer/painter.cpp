@@ -56,18 +56,13 @@ FastRenderer &Painter::fast(const Appearance &appearance) {
 }
 
 FineRenderer &Painter::fine(const Appearance &appearance) {
-    if (fine_appearance_ == appearance)
-        return *fine_;
-    fine_.reset();
-    fine_appearance_ = appearance;
-    fine_parameters_ = file_;
-    fine_parameters_.materials = appearance.materials;
-    fine_parameters_.lights = appearance.lights;
-    if (!fine_parameters_.texture.empty())
-        fine_parameters_.texture.front().palette = appearance.palette;
-    if (fine_parameters_.ground && fine_parameters_.ground->texture)
-        fine_parameters_.ground->texture->palette = appearance.ground_palette;
-    return fine_.emplace(fine_parameters_, chunk_points_, threads_, surroundings_.get());
+    if (!fine_)
+        fine_.emplace(file_, chunk_points_, threads_, surroundings_);
+    if (fine_appearance_ != appearance) {
+        fine_->set_appearance(appearance);
+        fine_appearance_ = appearance;
+    }
+    return *fine_;
 }
 
 template <class Draw>

@@ -42,13 +42,11 @@ class Painter {
     const std::shared_ptr<const Surroundings> surroundings_;
     const std::uint32_t chunk_points_;
     const int threads_;
-    std::optional<FastRenderer> fast_; // what is needed is made
-    std::optional<Appearance> fast_appearance_;
-    ModelParameters fine_parameters_; // the file's, with the appearance
-    std::optional<Appearance> fine_appearance_;
+    std::optional<FastRenderer> fast_; // both made when first needed
     std::optional<FineRenderer> fine_;
-    std::optional<WorkerPool> pool_;    // of the depth cue
-    std::optional<Framebuffer> depths_; // drawn to where the target has none
+    std::optional<Appearance> fast_appearance_, fine_appearance_; // that they draw with
+    std::optional<WorkerPool> pool_;                              // of the depth cue
+    std::optional<Framebuffer> depths_;                           // drawn to where the target has none
     Camera fine_camera_;
     DepthCue fine_cue_ = DepthCue::none;
 };
