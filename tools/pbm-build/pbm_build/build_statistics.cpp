@@ -16,7 +16,7 @@ double BuildStatistics::seconds() const {
 }
 
 double BuildStatistics::bits_per_point() const {
-    return points == 0 ? 0 : 8 * static_cast<double>(file_bytes) / static_cast<double>(points);
+    return points == 0 ? 0 : 8 * static_cast<double>(file_bytes - panorama_bytes) / static_cast<double>(points);
 }
 
 double BuildStatistics::ratio() const {

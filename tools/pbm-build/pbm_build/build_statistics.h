@@ -35,6 +35,7 @@ struct BuildStatistics {
     int depth = 0;
     double voxel_size = 0;
     std::uint64_t file_bytes = 0;
+    std::uint64_t panorama_bytes = 0; // of those; not counted as bits of points
 
     double seconds() const;
     double bits_per_point() const;

@@ -8,6 +8,8 @@
 #include "pbm_build/vertex_normals.h"
 #include "pbm_build/voxelize.h"
 #include "pbm_format/parallel.h"
+#include "pbm_format/platform.h"
+#include "pbm_format/reader.h"
 #include "pbm_format/writer.h"
 #include "pbm_scan/surface_reader.h"
 
@@ -237,6 +239,22 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
     return build_model(std::move(surfaces), options, statistics, progress);
 }
 
+namespace {
+
+// As the file says; 0 of what went to standard output.
+std::uint64_t stored_panorama_bytes(const std::string &output, const Model &model) {
+    if (model.images.panorama.empty() || output == "-")
+        return 0;
+    const Result<MappedFile> file = MappedFile::open(output);
+    if (!file)
+        return 0;
+    const Result<Reader> reader = Reader::open(file->bytes());
+    const SectionEntry *const section = reader ? reader->section(SectionType::panorama) : nullptr;
+    return section == nullptr ? 0 : section->stored_bytes;
+}
+
+} // namespace
+
 Status write(const std::string &output, const Model &model, const BuildOptions &options, BuildStatistics &statistics,
              const Progress &progress) {
     StepClock clock(statistics, progress);
@@ -250,6 +268,7 @@ Status write(const std::string &output, const Model &model, const BuildOptions &
     if (!written)
         return written.error();
     statistics.file_bytes = written.value();
+    statistics.panorama_bytes = stored_panorama_bytes(output, model);
     return {};
 }
 
