@@ -94,7 +94,7 @@ Result<Setting> setting_of_table(const std::string &option, const toml::table &t
         if (key == "kind" || key == "name")
             word = value;
         else
-            fields += "," + key + "=" + value;
+            ((fields += ',') += key) += '=' + value;
     }
     entry.values.front() = word.empty() && !fields.empty() ? fields.substr(1) : word + fields;
     return entry;
