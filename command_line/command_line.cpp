@@ -19,21 +19,20 @@ namespace {
 struct DissertationSwitch {
     std::string_view name, programs;
 };
+constexpr std::string_view kMakersAndViewers = "pbm-build, pbm-render and pbm-view";
 constexpr std::array<DissertationSwitch, 7> kDissertation{{{"-AVI", "pbm-render and pbm-view"},
                                                            {"-FLYING_CAMERA", "pbm-view"},
-                                                           {"-IGNORE_POINT_COLOURS", "pbm-render and pbm-view"},
-                                                           {"-BACKGROUND", ""},
-                                                           {"-SHADOW", ""},
-                                                           {"-TEXTURE", ""},
-                                                           {"-ENVIRONMENT_MAP", ""}}};
+                                                           {"-IGNORE_POINT_COLOURS", kMakersAndViewers},
+                                                           {"-BACKGROUND", kMakersAndViewers},
+                                                           {"-SHADOW", kMakersAndViewers},
+                                                           {"-TEXTURE", kMakersAndViewers},
+                                                           {"-ENVIRONMENT_MAP", kMakersAndViewers}}};
 
 Status refuse_switch(const std::string &argument) {
     const auto known = std::find_if(kDissertation.begin(), kDissertation.end(),
                                     [&](const DissertationSwitch &s) { return s.name == argument; });
     if (known == kDissertation.end())
         return {};
-    if (known->programs.empty())
-        return Error{ErrorCode::unsupported_feature, 0, argument + " is not in this version; leave it out"};
     return Error{ErrorCode::usage, 0,
                  argument + " is a switch of " + std::string(known->programs) + "; leave it out here"};
 }
@@ -56,8 +55,6 @@ Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<cons
                 return refused.error();
             continue;
         }
-        if (old->option.empty())
-            return Error{ErrorCode::unsupported_feature, 0, argument + " is not in this version; leave it out"};
         argument = old->option;
     }
     std::reverse(result.begin(), result.end());

@@ -15,8 +15,7 @@
 
 namespace pbm::command_line {
 
-// A word with a single dash, of the dissertation's program or of compilers (-MD), and the long option it stands for;
-// empty: not in this version.
+// A word with a single dash, of the dissertation's program or of compilers (-MD), and the long option it stands for.
 struct OldSwitch {
     std::string_view name;
     std::string_view option;
@@ -26,8 +25,7 @@ struct OldSwitch {
 // `--json` alone becomes `--json=-` (standard output), so that it never takes the file name that follows for its value.
 // The dissertation's switches that `switches` does not name are refused here, the same for all programs.
 //
-// errors  unsupported_feature  a switch that is not in this version
-//         usage                a switch of another program
+// errors  usage  a switch of another program
 Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<const OldSwitch> switches = {});
 
 // Text as it may stand within a line: control characters as \n, \t or \x1b, everything else as it is.

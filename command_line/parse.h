@@ -184,8 +184,8 @@ inline int print_help(const ProgramHelp &help, const std::string &topic) {
 
 } // namespace detail
 
-// Parses; returns the exit code of a program that has said all it had to say (help, version, a usage error, a switch
-// that is not in this version), or nothing when it may go on. Adds what all programs have: --help TOPIC and --log FILE.
+// Parses; returns the exit code of a program that has said all it had to say (help, version, a usage error), or
+// nothing when it may go on. Adds what all programs have: --help TOPIC and --log FILE.
 inline std::optional<int> parse(CLI::App &app, std::string_view program, int argc, char **argv,
                                 std::span<const OldSwitch> switches = {}, const Manual &manual = {}) {
     app.set_help_flag();

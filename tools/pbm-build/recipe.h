@@ -16,7 +16,8 @@ namespace pbm::build {
 // The keys of a recipe in the order of its lines, tables of lights and materials as the text of their option.
 //
 // errors  io     the system's own text
-//         usage  no TOML; another table, a date, an array of arrays or of several types; larger than 1 MiB. Lines are named.
+//         usage  no TOML; another table, a date, an array of arrays or of several types; larger than 1 MiB. Lines are
+//         named.
 Result<std::vector<command_line::Setting>> read_recipe(const std::string &path);
 
 } // namespace pbm::build
