@@ -107,7 +107,7 @@ class Occlusion {
         // A 4 x 4 pattern in which each number comes once.
         static constexpr std::array<std::uint8_t, kTurns> kPattern{0, 8,  2, 10, 12, 4, 14, 6,
                                                                    3, 11, 1, 9,  15, 7, 13, 5};
-        const auto &offsets = offsets_[kPattern[static_cast<std::size_t>((y & 3) * 4 + (x & 3))]];
+        const auto &offsets = offsets_[kPattern[static_cast<std::size_t>(y & 3) * 4 + static_cast<std::size_t>(x & 3)]];
         float sum = 0;
         for (const glm::vec2 &offset : offsets) {
             const int u = x + static_cast<int>(std::lround(offset.x * pixels)),

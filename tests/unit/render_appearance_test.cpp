@@ -182,21 +182,32 @@ TEST(Mirror, BlendsByTheMaterialsFactor) {
 
 TEST(Surroundings, AreTheSameInBothRenderers) {
     const Framebuffer reference = reference_picture(rich_model(), kCamera, {}), fast = fast_picture(rich_model(), {});
-    std::size_t same = 0, object = 0;
-    double difference = 0;
-    for (std::size_t i = 0; i < fast.pixels(); ++i) {
-        if (reference.depth[i] == fast.depth[i] && reference.colour[i] == fast.colour[i]) {
-            ++same;
-            continue;
-        }
-        ++object; // another point of the object, or its outline
-        for (std::size_t c = 0; c < 3; ++c)
-            difference += std::abs(unpack_rgba(fast.colour[i])[c] - unpack_rgba(reference.colour[i])[c]);
-    }
     const std::vector<Shown> what = shown(rich_model());
-    const auto all = static_cast<std::size_t>(std::count(what.begin(), what.end(), Shown::object));
-    EXPECT_GT(same, fast.pixels() - all - 100);
-    EXPECT_LT(difference / static_cast<double>(3 * object + 1), 20);
+    // Outlines of the object may differ by a pixel.
+    const auto is_near_object = [&](int x, int y) {
+        for (int v = std::max(y - 1, 0); v <= std::min(y + 1, fast.height - 1); ++v)
+            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, fast.width - 1); ++u)
+                if (what[static_cast<std::size_t>(v * fast.width + u)] == Shown::object)
+                    return true;
+        return false;
+    };
+    std::size_t beside = 0, object = 0;
+    double difference = 0;
+    for (int y = 0; y < fast.height; ++y)
+        for (int x = 0; x < fast.width; ++x) {
+            const auto i = static_cast<std::size_t>(y * fast.width + x);
+            if (!is_near_object(x, y)) {
+                ++beside;
+                EXPECT_EQ(reference.depth[i], fast.depth[i]) << x << ", " << y;
+                EXPECT_EQ(reference.colour[i], fast.colour[i]) << x << ", " << y;
+                continue;
+            }
+            ++object;
+            for (std::size_t c = 0; c < 3; ++c)
+                difference += std::abs(unpack_rgba(fast.colour[i])[c] - unpack_rgba(reference.colour[i])[c]);
+        }
+    EXPECT_GT(beside, fast.pixels() / 2);
+    EXPECT_LT(difference / static_cast<double>(3 * object), 20);
 }
 
 TEST(Surroundings, AreTheSameForAnyThreadsAndSimdTargets) {
