@@ -243,9 +243,7 @@ int run(const Options &options) {
     return 0;
 }
 
-} // namespace
-
-int main(int argc, char **argv) {
+int parse_and_run(int argc, char **argv) {
     Options options;
     CLI::App app("How true the pictures of a model are to the mesh it was made from");
     app.add_option("mesh", options.mesh)->required();
@@ -277,6 +275,14 @@ int main(int argc, char **argv) {
         return run(options);
     } catch (const CLI::ParseError &error) {
         return app.exit(error) == 0 ? 0 : 1;
+    }
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    try {
+        return parse_and_run(argc, argv);
     } catch (const std::exception &error) {
         std::cerr << "fidelity_harness: " << error.what() << "\n";
         return 4;
