@@ -187,7 +187,7 @@ TEST(Surroundings, AreTheSameInBothRenderers) {
     const auto is_near_object = [&](int x, int y) {
         for (int v = std::max(y - 1, 0); v <= std::min(y + 1, fast.height - 1); ++v)
             for (int u = std::max(x - 1, 0); u <= std::min(x + 1, fast.width - 1); ++u)
-                if (what[static_cast<std::size_t>(v * fast.width + u)] == Shown::object)
+                if (what[static_cast<std::size_t>(std::ptrdiff_t{v} * fast.width + u)] == Shown::object)
                     return true;
         return false;
     };
@@ -195,7 +195,7 @@ TEST(Surroundings, AreTheSameInBothRenderers) {
     double difference = 0;
     for (int y = 0; y < fast.height; ++y)
         for (int x = 0; x < fast.width; ++x) {
-            const auto i = static_cast<std::size_t>(y * fast.width + x);
+            const auto i = static_cast<std::size_t>(std::ptrdiff_t{y} * fast.width + x);
             if (!is_near_object(x, y)) {
                 ++beside;
                 EXPECT_EQ(reference.depth[i], fast.depth[i]) << x << ", " << y;

@@ -19,7 +19,7 @@ Framebuffer picture(const std::function<double(int, int)> &depth) {
     Framebuffer target(kWidth, kHeight);
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
-            const auto at = static_cast<std::size_t>(y * kWidth + x);
+            const auto at = static_cast<std::size_t>(std::ptrdiff_t{y} * kWidth + x);
             target.depth[at] = static_cast<float>(depth(x, y));
             target.colour[at] = kGrey;
         }
@@ -34,10 +34,10 @@ Framebuffer darkened(DepthCue cue, const std::function<double(int, int)> &depth,
 }
 
 int grey(const Framebuffer &target, int x, int y) {
-    return static_cast<int>(target.colour[static_cast<std::size_t>(y * kWidth + x)] & 255);
+    return static_cast<int>(target.colour[static_cast<std::size_t>(std::ptrdiff_t{y} * kWidth + x)] & 255);
 }
 
-// A wall at depth 110 with a box of half its height in front, 20 deep.
+// A wall at depth 104 and a box in front of it, 4 deep.
 double box(int x, int y) { return x >= 60 && x < 100 && y >= 40 && y < 80 ? 100 : 104; }
 
 class DepthCues : public testing::TestWithParam<DepthCue> {};

@@ -249,6 +249,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     switches.insert(switches.end(), scene_switches().begin(), scene_switches().end());
     std::vector<std::string> words = with_optional_values(argc, argv);
     std::vector<char *> pointers;
+    pointers.reserve(words.size());
     for (std::string &word : words)
         pointers.push_back(word.data());
     if (const auto done =
