@@ -118,8 +118,10 @@ void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads
 // The scene around the points, and what of it is baked into them.
 Status furnish(const SceneRequest &request, Voxels &voxels, Model &model, int threads, BuildStatistics &statistics,
                StepClock &clock) {
-    auto &[grid, set, materials, lights, texture, ground] = model.parameters;
-    Result<Scene> scene = place_scene(request, grid, voxels.codes, materials, statistics);
+    ModelParameters &parameters = model.parameters;
+    const Grid &grid = parameters.grid;
+    AttributeSet &set = parameters.attributes;
+    Result<Scene> scene = place_scene(request, grid, voxels.codes, parameters.materials, statistics);
     if (!scene)
         return scene.error();
     set.texture = !scene->texture.empty();
@@ -131,9 +133,9 @@ Status furnish(const SceneRequest &request, Voxels &voxels, Model &model, int th
         clock.run("shadows", [&](auto shadow_progress) {
             bake_shadows(request, *scene, grid, set, voxels, model.images, threads, shadow_progress);
         });
-    lights = std::move(scene->lights);
-    texture = std::move(scene->texture);
-    ground = std::move(scene->ground);
+    parameters.lights = std::move(scene->lights);
+    parameters.texture = std::move(scene->texture);
+    parameters.ground = scene->ground;
     return {};
 }
 
