@@ -8,7 +8,7 @@
 #include "pbm_format/reader.h"
 #include "pbm_render/shade_table.h"
 #include "pbm_scan/surface_reader.h"
-#include "shadow_flags.h"
+#include "shadow_truth.h"
 
 #include <CLI/CLI.hpp>
 #include <glm/geometric.hpp>
@@ -114,25 +114,25 @@ nlohmann::json to_json(const View &view) {
             {"points", view.drawn.points}};
 }
 
-nlohmann::json to_json(const std::vector<FlagFigures> &lights) {
+nlohmann::json to_json(const std::vector<ShadowFigures> &lights) {
     nlohmann::json all = nlohmann::json::array();
-    for (const FlagFigures &light : lights)
+    for (const ShadowFigures &light : lights)
         all.push_back({{"facing", light.facing},
                        {"lit", light.lit},
-                       {"falsely_lit", light.falsely_lit},
-                       {"falsely_dark", light.falsely_dark},
-                       {"strictly_wrong", light.strictly_wrong}});
+                       {"false_light", light.false_light},
+                       {"false_shadow", light.false_shadow},
+                       {"wrong", light.wrong()},
+                       {"strictly_wrong", light.strictly_wrong()}});
     return all;
 }
 
-void print_shadows(const std::vector<FlagFigures> &lights) {
+void print_shadows(const std::vector<ShadowFigures> &lights) {
     for (std::size_t i = 0; i < lights.size(); ++i)
-        std::printf("light %zu: of %llu points that face it %.2f %% are lit; %.3f %% falsely lit, %.3f %% falsely "
-                    "dark; %.3f %% "
-                    "wrong by strict rays\n",
-                    i, static_cast<unsigned long long>(lights[i].facing), percent(lights[i].lit, lights[i].facing),
-                    percent(lights[i].falsely_lit, lights[i].facing), percent(lights[i].falsely_dark, lights[i].facing),
-                    percent(lights[i].strictly_wrong, lights[i].facing));
+        std::printf("light %zu: of %zu points that face it %.2f %% are lit; %.3f %% falsely lit, %.3f %% falsely dark; "
+                    "%.3f %% wrong by strict rays\n",
+                    i, lights[i].facing, percent(lights[i].lit, lights[i].facing),
+                    percent(lights[i].false_light, lights[i].facing), percent(lights[i].false_shadow, lights[i].facing),
+                    100 * lights[i].strictly_wrong());
 }
 
 nlohmann::json to_json(const std::vector<NamedView> &views, const std::vector<Renderer> &renderers) {
@@ -223,9 +223,9 @@ int run(const Options &options) {
 
     const std::vector<NamedView> views = choose_views(rays, bounds, parameters.grid, options);
     measure(rays, subject, parameters, views, renderers, options);
-    std::vector<FlagFigures> shadows;
+    std::vector<ShadowFigures> shadows;
     if (options.shadow_flags)
-        shadows = check_flags(rays, load_whole(*file, options.model), 0);
+        shadows = check_shadows(ShadowTruth(subject.mesh, bounds.centre), load_whole(*file, options.model), 0);
     if (options.json) {
         std::cout << nlohmann::json{{"views", to_json(views, renderers)}, {"shadows", to_json(shadows)}}.dump(2)
                   << "\n";

@@ -4,7 +4,7 @@
 #include "pbm_render/shade_table.h"
 #include "procedural_mesh.h"
 #include "ray_tracer.h"
-#include "shadow_flags.h"
+#include "shadow_truth.h"
 #include "voxel_model.h"
 
 #include <glm/geometric.hpp>
@@ -134,25 +134,25 @@ TEST(RayTracer, ShadesACubeFlatAndASphereSmoothly) {
 
 // Rounding of single precision at the surface must not cast shadows, and what is convex casts none on itself. Near the
 // line where light grazes, planes of triangles turn away before the normals of points do.
-TEST(ShadowFlags, AreThoseOfRays) {
+TEST(ShadowTruth, ComparesFlagsWithRays) {
     const TriangleMesh mesh = make_sphere();
-    const RayCaster rays(mesh, glm::dvec3(0));
+    const ShadowTruth truth(mesh, glm::dvec3(0));
     Model model = voxelise_by_brute_force(mesh, 6, 1.6);
     model.parameters.lights = {from_above(0.6F, -0.8F)};
     model.parameters.attributes.lights = 1;
     model.parameters.attributes.shadow_bits[0].fill(1);
     Bytes &flags = model.levels.back().points.shadows[0];
     flags.assign(model.point_count(), 1);
-    const FlagFigures lit = check_flags(rays, model, 2).at(0);
+    const ShadowFigures lit = check_shadows(truth, model, 2).at(0);
     EXPECT_NEAR(static_cast<double>(lit.facing), static_cast<double>(model.point_count()) / 2,
                 0.02 * static_cast<double>(model.point_count()));
     EXPECT_GT(static_cast<double>(lit.lit), 0.99 * static_cast<double>(lit.facing));
-    EXPECT_EQ(lit.falsely_lit, lit.facing - lit.lit);
-    EXPECT_EQ(lit.falsely_dark, 0U);
+    EXPECT_EQ(lit.false_light, lit.facing - lit.lit);
+    EXPECT_EQ(lit.false_shadow, 0U);
     flags.assign(model.point_count(), 0);
-    const FlagFigures dark = check_flags(rays, model, 2).at(0);
-    EXPECT_EQ(dark.falsely_dark, lit.lit);
-    EXPECT_EQ(dark.falsely_lit, 0U);
+    const ShadowFigures dark = check_shadows(truth, model, 2).at(0);
+    EXPECT_EQ(dark.false_shadow, lit.lit);
+    EXPECT_EQ(dark.false_light, 0U);
 }
 
 TEST(CloseUps, LookAtTheSurfaceFrontOnAndAt45Degrees) {

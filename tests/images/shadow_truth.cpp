@@ -195,4 +195,20 @@ ShadowFigures compare_shadows(const ShadowTruth &truth, const SampledPoints &sam
     return total;
 }
 
+std::vector<ShadowFigures> check_shadows(const ShadowTruth &truth, const Model &model, int threads) {
+    const SampledPoints all = sample_model(truth, model, 1, threads);
+    const AttributeSet &set = model.parameters.attributes;
+    std::vector<ShadowFigures> figures;
+    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light) {
+        const unsigned most =
+            (1U << set.shadow_bits[light].at(static_cast<std::size_t>(model.parameters.grid.depth))) - 1;
+        Bytes lit = model.levels.back().points.shadows[light];
+        for (std::uint8_t &value : lit)
+            value = 2U * value > most ? 1 : 0;
+        figures.push_back(
+            compare_shadows(truth, all, model.parameters.grid, model.parameters.lights[light], lit, threads));
+    }
+    return figures;
+}
+
 } // namespace pbm

@@ -79,4 +79,7 @@ struct ShadowFigures {
 ShadowFigures compare_shadows(const ShadowTruth &truth, const SampledPoints &sample, const Grid &grid,
                               const Light &light, ByteView baked, int threads);
 
+// One for each light of the model that has a shadow stream, all points; lit is what is so by more than half.
+std::vector<ShadowFigures> check_shadows(const ShadowTruth &truth, const Model &model, int threads);
+
 } // namespace pbm
