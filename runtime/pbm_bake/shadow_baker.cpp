@@ -113,7 +113,9 @@ void look_from_ground(const ShadowView &view, const GroundRaster &ground, std::u
                                                  static_cast<std::size_t>(here) * width));
         });
         parallel_for(size, options.threads, [&](std::size_t row) {
-            for (std::uint32_t column = 0; column < size; ++column)
+            const auto [begin, end] = view.squares_seen(ground.at(0, static_cast<double>(row)), ground.step_u,
+                                                        ground.step_v, size, first, rows);
+            for (std::uint32_t column = begin; column < end; ++column)
                 for (int ray = 0; ray < kGroundRays; ++ray) {
                     const auto [du, dv] = ray_in_texel(map_number * kGroundRays + ray);
                     const auto seen = view.see(ground.at(column + du, static_cast<double>(row) + dv), ground.normal);

@@ -327,4 +327,35 @@ ShadowView::Seen ShadowView::see(const Vector3 &place, const Vector3 &normal) co
     return {true, static_cast<int>(texel_row), static_cast<int>(texel_column), static_cast<float>(depth)};
 }
 
+// Places of the map are those for which a linear function each is positive for its four borders. Each is taken where
+// the square is best for it.
+std::pair<std::uint32_t, std::uint32_t> ShadowView::squares_seen(const Vector3 &corner, const Vector3 &along,
+                                                                 const Vector3 &across, std::uint32_t count,
+                                                                 int first_row, int rows) const {
+    const Vector3 from{corner[0] - view_.origin[0], corner[1] - view_.origin[1], corner[2] - view_.origin[2]};
+    const double e = view_.inverse_distance;
+    double first = 0, last = count;
+    const auto keep = [&](const Vector3 &axis, double scale, double offset) { // scale axis . place + offset depth >= 0
+        const auto value = [&](const Vector3 &way, double one) {
+            return scale * dot(way, axis) + offset * (one + e * dot(way, view_.axes[2]));
+        };
+        const double slope = value(along, 0);
+        const double least = value(from, 1) + std::max(value(across, 0), 0.0) + std::max(slope, 0.0);
+        const double slack = 1e-6 * (std::abs(least) + count * std::abs(slope) + 1);
+        if (slope > 0)
+            first = std::max(first, std::floor(-(least + slack) / slope));
+        else if (slope < 0)
+            last = std::min(last, std::floor((least + slack) / -slope) + 1);
+        else if (least + slack < 0)
+            last = 0;
+    };
+    keep(view_.axes[0], 1, static_cast<double>(to_column_));
+    keep(view_.axes[0], -1, width_ - 1 - static_cast<double>(to_column_));
+    keep(view_.axes[1], 1, static_cast<double>(to_row_) - std::max(0.0, first_row - 0.5));
+    keep(view_.axes[1], -1, std::min(height_ - 1.0, first_row + rows - 0.5) - static_cast<double>(to_row_));
+    if (!(first < last))
+        return {0, 0};
+    return {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last)};
+}
+
 } // namespace pbm
