@@ -105,7 +105,9 @@ class Selector {
     }
 
   private:
-    void show_children(ChunkPlace place, const Box &box, const ChunkEntry &entry, const ChunkState &state,
+    // Shows each part of a chunk by the chunk below it or, where that is not needed or not there, by the chunk's own
+    // points, if they are at hand. Whether there are parts that ask for those.
+    bool show_children(ChunkPlace place, const Box &box, const ChunkEntry &entry, const ChunkState &state,
                        std::uint8_t radius);
     void draw(const ChunkState &state, const ChunkEntry &entry, int level, std::uint32_t first, std::uint32_t last);
 
@@ -141,8 +143,8 @@ bool Selector::show(ChunkPlace place, Box box, std::uint8_t radius_above) {
     selection_.needs_directory |= too_coarse && !has_directory;
     if (too_coarse && has_directory) {
         const std::size_t before = chosen();
-        show_children(place, box, entry, state, radius);
-        if (chosen() == before) // all of it is outside or turned away
+        if (!show_children(place, box, entry, state, radius) &&
+            chosen() == before) // all of it is outside or turned away
             return true;
     } else if (at_hand) {
         draw(state, entry, place.level, 0, entry.shape.points);
@@ -154,13 +156,14 @@ bool Selector::show(ChunkPlace place, Box box, std::uint8_t radius_above) {
     return at_hand;
 }
 
-void Selector::show_children(ChunkPlace place, const Box &box, const ChunkEntry &entry, const ChunkState &state,
+bool Selector::show_children(ChunkPlace place, const Box &box, const ChunkEntry &entry, const ChunkState &state,
                              std::uint8_t radius) {
     const double voxel = std::ldexp(1.0, -place.level);
     const std::vector<ChunkEntry> &below = levels_[static_cast<std::size_t>(place.level) + 1].directory->chunks;
     // Chunks of the level below stand in the order of those they nest in.
     const auto first = std::partition_point(
         below.begin(), below.end(), [&](const ChunkEntry &child) { return child.shape.parent_chunk < place.index; });
+    bool asked = false;
     for (auto child = first; child != below.end() && child->shape.parent_chunk == place.index; ++child) {
         const auto index = static_cast<std::uint32_t>(child - below.begin());
         const Box part = intersection(root_box(child->shape), box);
@@ -168,11 +171,15 @@ void Selector::show_children(ChunkPlace place, const Box &box, const ChunkEntry 
             continue;
         // What is too coarse as a whole may not be so here.
         const bool too_coarse = frustum_.largest_image(part, voxel) > max_error_;
-        if ((too_coarse && show({place.level + 1, index}, part, radius)) || state.view == nullptr)
+        if (too_coarse && show({place.level + 1, index}, part, radius))
+            continue;
+        asked = true;
+        if (state.view == nullptr)
             continue;
         const auto points_before = static_cast<std::uint32_t>(child->first_node - entry.first_point);
         draw(state, entry, place.level, points_before, points_before + child->shape.nodes);
     }
+    return asked;
 }
 
 void Selector::draw(const ChunkState &state, const ChunkEntry &entry, int level, std::uint32_t first,

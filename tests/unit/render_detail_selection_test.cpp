@@ -11,7 +11,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <set>
+#include <utility>
 
 namespace pbm {
 namespace {
@@ -207,6 +210,44 @@ TEST(DetailSelection, ShowsEveryVisiblePlaceOnceWhateverIsAtHand) {
         }
     }
     EXPECT_GT(culled, 50'000U);
+}
+
+// As a program without a window does it: loads what is missing until nothing is.
+TEST(DetailSelection, LoadingWhatIsMissingEndsInTheWholePicture) {
+    ChosenModel model = sphere();
+    Random random(6);
+    std::uint64_t shown_points = 0;
+    for (int round = 0; round < 400; ++round) {
+        DetailView view = random_view(random);
+        // About the error of whole levels, where a chunk may be too coarse as a whole and in none of its parts.
+        const double distance = glm::length(view.camera.position - glm::dvec3(0, -1, -2));
+        const double focal = view.height / (2 * std::tan(view.camera.view_angle / 2));
+        const int level = 2 + static_cast<int>(random.below(5));
+        view.max_error = model.grid().voxel_size_at(level) * focal / distance * (0.7 + 1.6 * random.unit());
+        if (!is_usable(view.camera))
+            continue;
+        std::set<std::pair<int, std::size_t>> loaded;
+        model.forget([](auto &&...) { return true; });
+        DetailSelection selection = model.select(view);
+        while (!selection.missing.empty()) {
+            const std::size_t before = loaded.size();
+            for (const MissingChunk &chunk : selection.missing)
+                loaded.insert({chunk.place.level, chunk.place.index});
+            ASSERT_GT(loaded.size(), before);
+            model.forget([&](int of_level, std::size_t index) { return loaded.count({of_level, index}) == 0; });
+            selection = model.select(view);
+        }
+        const std::vector<int> shown = model.count_shown(selection);
+        const Projection projection(view.camera, view.width, view.height);
+        for (std::uint64_t i = 0; i < shown.size(); ++i) {
+            shown_points += shown[i] == 1 ? 1 : 0;
+            ASSERT_TRUE(shown[i] == 1 ||
+                        !is_in_view(projection, view, model.centre(model.depth(), i), model.radius(model.depth(), i)) ||
+                        is_on_the_back(model, i, view.camera.position))
+                << "round " << round << ", point " << i;
+        }
+    }
+    EXPECT_GT(shown_points, 100'000U);
 }
 
 TEST(DetailSelection, DrawsNoVoxelLargerThanAllowed) {
