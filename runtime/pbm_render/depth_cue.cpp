@@ -76,7 +76,7 @@ class EyeDome {
 
   private:
     static constexpr std::size_t kRings = 2, kDirections = 8;
-    static constexpr float kMostStep = 0.05F; // a far wall behind an edge is not black
+    static constexpr float kMostStep = 0.012F; // a far wall behind an edge is not black
 
     Depths depths_;
     std::array<glm::ivec2, kRings * kDirections> offsets_;
@@ -126,8 +126,8 @@ class Occlusion {
   private:
     static constexpr double kReach = 0.08; // of the grid's edge
     static constexpr std::size_t kSamples = 16, kTurns = 16;
-    static constexpr float kStrength = 5.0F;
-    static constexpr float kSlack = 1.2F; // pixels; steps between voxels are no corners
+    static constexpr float kStrength = 8.0F;
+    static constexpr float kSlack = 1.0F; // pixels; steps between voxels are no corners
 
     // Eye space, x to the right, y down, z along the view.
     glm::vec3 place(int x, int y) const {
