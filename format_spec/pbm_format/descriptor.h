@@ -22,6 +22,7 @@ class Descriptor {
     int number() const { return number_; }
     bool ok() const { return number_ >= 0; }
     int close(); // 0, or -1 and errno
+    int release() { return std::exchange(number_, -1); }
 
   private:
     int number_;

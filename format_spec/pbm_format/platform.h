@@ -46,6 +46,9 @@ enum class Durability { synced, cached };
 // writes, fsync, rename, fsync of the folder (both where `synced`). Links stay; the file that they name is replaced, or
 // made. Written to directly: open files of this process ("-", which is standard output, /dev/stdout, /dev/stderr,
 // /dev/fd/N), character devices, pipes.
+//
+// The sibling is `path`.pbm-1, locked, or the first such number that no process holds. One that a killed process left
+// is written over by the next that writes the same file, or removed.
 class FileReplacement {
   public:
     static Result<FileReplacement> begin(const std::string &path);
@@ -67,7 +70,7 @@ class FileReplacement {
   private:
     FileReplacement() = default;
 
-    int file_ = -1;
+    int file_ = -1, folder_ = -1;  // the folder of both names, wherever it is moved to
     std::string target_, sibling_; // `sibling_` is empty where it is written to directly
     unsigned mode_ = 0;
 };

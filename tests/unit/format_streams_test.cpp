@@ -115,6 +115,52 @@ TEST_F(Streams, AFileThatIsNotFinishedLeavesEverythingAsItWas) {
     EXPECT_EQ(FileReplacement::begin("/dev/full")->write(view_of("x")).error().code, ErrorCode::io);
 }
 
+TEST_F(Streams, WhatAKilledWriterLeftIsTakenByTheNext) {
+    std::ofstream(path("file.pbm-1")) << "the half of a larger file";
+    std::ofstream(path("file.pbm-2")) << "and of another";
+    std::ofstream(path("file.pbm-none")) << "somebody's";
+    ASSERT_TRUE(replace_file(path("file"), view_of("new")).ok());
+    EXPECT_EQ(text_of("file"), "new");
+    EXPECT_EQ(text_of("file.pbm-none"), "somebody's");
+    EXPECT_EQ(files(), 2U);
+
+    // What only looks like one stays: a link, a folder, a second name of a file.
+    std::ofstream(path("kept")) << "kept";
+    fs::create_symlink("kept", path("file.pbm-1"));
+    fs::create_directory(path("file.pbm-2"));
+    fs::create_hard_link(path("kept"), path("file.pbm-3"));
+    ASSERT_TRUE(replace_file(path("file"), view_of("newer")).ok());
+    EXPECT_EQ(text_of("file"), "newer");
+    EXPECT_EQ(text_of("kept"), "kept");
+    EXPECT_EQ(files(), 6U);
+}
+
+TEST_F(Streams, WritersOfOneFileDoNotDisturbEachOther) {
+    Result<FileReplacement> first = FileReplacement::begin(path("file")), second = FileReplacement::begin(path("file"));
+    ASSERT_TRUE(first.ok() && second.ok());
+    ASSERT_NE(first->name_until_finished(), second->name_until_finished());
+    ASSERT_TRUE(first->write(view_of("first")).ok());
+    ASSERT_TRUE(second->write(view_of("second")).ok());
+    ASSERT_TRUE(first->finish().ok());
+    EXPECT_EQ(text_of("file"), "first");
+    ASSERT_TRUE(second->finish().ok());
+    EXPECT_EQ(text_of("file"), "second");
+    EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(Streams, AFolderThatGoesAwayIsAnErrorAndLeavesNothing) {
+    fs::create_directory(path("folder"));
+    {
+        Result<FileReplacement> file = FileReplacement::begin(path("folder/file"));
+        ASSERT_TRUE(file.ok());
+        fs::rename(path("folder"), path("moved"));
+        ASSERT_TRUE(file->write(view_of("new")).ok());
+        EXPECT_EQ(file->finish().error().code, ErrorCode::io);
+    }
+    EXPECT_TRUE(fs::is_empty(path("moved")));
+    EXPECT_FALSE(fs::exists(path("folder")));
+}
+
 TEST_F(Streams, PermissionsAndLinksStay) {
     std::ofstream(path("file")) << "old";
     fs::permissions(path("file"), fs::perms(0640));
