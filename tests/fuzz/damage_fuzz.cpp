@@ -1,0 +1,49 @@
+// Law: a file of any legal kind, damaged by edits of its fields and signed again, gets the same verdict from reader and
+// validator; what they call valid loads, and every renderer draws it.
+// The first byte chooses the file, the others what happens to it.
+#include "fuzz/byte_source.h"
+#include "random_models/damage.h"
+#include "random_models/free_writer.h"
+#include "random_models/laws.h"
+#include "random_models/random_model.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace {
+
+using namespace pbm;
+
+// Small, so that most of the time goes into what is damaged.
+const std::vector<Bytes> &originals() {
+    constexpr std::size_t kMostBytes = 20000;
+    static const std::vector<Bytes> all = [] {
+        std::vector<Bytes> some;
+        for (std::uint64_t seed = 1; some.size() < 64; ++seed) {
+            test::Random random(seed);
+            const Model model = test::random_model(random, 200);
+            Bytes file = test::write_freely(model, random);
+            if (file.size() <= kMostBytes)
+                some.push_back(std::move(file));
+        }
+        return some;
+    }();
+    return all;
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
+    if (size < 4)
+        return 0;
+    test::ByteSource input({data, size});
+    const Bytes &original = originals()[input.next() % originals().size()];
+    const test::Damaged damaged =
+        test::damage(original, [&](std::uint64_t limit) { return input.below(static_cast<std::size_t>(limit)); });
+    const test::Judgement judgement = test::judge(damaged.bytes);
+    if (!judgement.broken.empty()) {
+        std::fprintf(stderr, "%s (%s)\n", judgement.broken.c_str(), damaged.story.c_str());
+        std::abort();
+    }
+    return 0;
+}

@@ -1,0 +1,20 @@
+// Streams of chunks and tiles of rasters in any form that BVG.md 5.4 to 5.8 and 3.10 allow.
+#pragma once
+
+#include "pbm_format/image_section.h"
+#include "pbm_format/layout.h"
+#include "unit/test_models.h"
+
+namespace pbm::test {
+
+// Appends one stream, raw, as a frame or filtered.
+StreamEntry append_freely(const StreamContext &context, ByteView masks, const PointView &points,
+                          const ParentNodes &parents, Random &random, Bytes &out);
+
+// Some cone that holds the normals, or none.
+NormalCone random_cone(std::span<const std::uint16_t> normals, Random &random);
+
+// The section of a raster of a packed file, each tile raw, as a frame or filtered.
+Bytes encode_image_freely(const Image &image, Random &random);
+
+} // namespace pbm::test

@@ -1,0 +1,13 @@
+// A writer that makes any choice the format leaves: it knows only what BVG.md allows, not what is small or fast.
+#pragma once
+
+#include "pbm_format/model.h"
+#include "unit/test_models.h"
+
+namespace pbm::test {
+
+// A file of `model`, packed or mapped, whose chunk limit, filters, frames, escapes, normal cones, element sizes,
+// alignments, flags, optional feature bits and sections of unknown types are drawn at random.
+Bytes write_freely(const Model &model, Random &random);
+
+} // namespace pbm::test

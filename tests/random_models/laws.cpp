@@ -1,0 +1,102 @@
+#include "random_models/laws.h"
+
+#include "pbm_format/reader.h"
+#include "pbm_format/validate.h"
+#include "pbm_format/writer.h"
+#include "pbm_render/fast_renderer.h"
+#include "pbm_render/fine_renderer.h"
+#include "pbm_render/reference_renderer.h"
+#include "pbm_render/streamed_model.h"
+
+#include <memory>
+
+namespace pbm::test {
+
+namespace {
+
+constexpr int kWidth = 24, kHeight = 16;
+
+Judgement broken(std::string law) { return {.valid = false, .broken = std::move(law)}; }
+
+// Draws a small picture of a valid file with all renderers; returns what went wrong.
+std::string draw(ByteView file, const Model &model) {
+    Reader reader = Reader::open(file).value();
+    const Result<TiledImages> images = reader.images();
+    if (!images)
+        return "valid, but its rasters are not: " + images.error().message;
+    const std::uint32_t chunk_points = reader.header().chunk_points;
+    StreamedModel streamed(std::move(reader), {.threads = 1});
+    const Result<Sphere> bounds = streamed.bounds();
+    if (!bounds)
+        return "valid, but has no bounds: " + bounds.error().message;
+    DetailView view;
+    view.camera = default_camera(*bounds, model.parameters.grid.up, kWidth, kHeight);
+    view.width = kWidth;
+    view.height = kHeight;
+    if (!is_usable(view.camera)) // a grid so far away that the eye and what it looks at are one
+        return {};
+    const Result<Detail> detail = streamed.load(view);
+    if (!detail)
+        return "valid, but cannot be drawn: " + detail.error().message;
+    const auto surroundings = std::make_shared<const Surroundings>(model.parameters, *images);
+    Framebuffer target(kWidth, kHeight);
+    RenderOptions options{.depth_cue = DepthCue::eye_dome, .samples = 2};
+    FastRenderer(model.parameters, chunk_points, 1, surroundings).render(detail->runs, view.camera, options, target);
+    FineRenderer(model.parameters, chunk_points, 1, surroundings).render(detail->runs, view.camera, options, target);
+    ReferenceRenderer(model, surroundings).render(view.camera, options, target);
+    const std::vector<Error> errors = surroundings->take_errors();
+    return errors.empty() ? "" : "valid, but a tile is not: " + errors.front().message;
+}
+
+std::string draw(ByteView file) {
+    Reader reader = Reader::open(file).value();
+    const Result<Model> model = load_model(reader, {.threads = 1});
+    return model ? draw(file, *model) : "valid, but does not load: " + model.error().message;
+}
+
+// Verdicts of both readings of the law.
+Judgement compare(ByteView file) {
+    Result<Reader> reader = Reader::open(file);
+    const Status read = reader ? reader->verify_all(1) : Status(reader.error());
+    const ValidationReport report = validate(file, {.threads = 1});
+    if (report.valid() != read.ok())
+        return broken(read ? "the reader finds nothing, the validator " + report.findings.front().message
+                           : "the validator finds nothing, the reader " + read.error().message);
+    for (const Finding &finding : report.findings)
+        if (finding.offset > file.size() || finding.message.empty())
+            return broken("a finding outside the file: " + finding.message);
+    if (!read && has_offset(read.error()) && read.error().offset > file.size())
+        return broken("an error outside the file: " + read.error().message);
+    return {.valid = read.ok(), .broken = {}};
+}
+
+} // namespace
+
+Judgement judge(ByteView file) {
+    Judgement judgement = compare(file);
+    if (judgement.valid)
+        judgement.broken = draw(file);
+    return judgement;
+}
+
+Judgement judge_valid(ByteView file, const Model &model) {
+    Judgement judgement = compare(file);
+    if (!judgement.broken.empty())
+        return judgement;
+    Result<Reader> reader = Reader::open(file);
+    if (!judgement.valid)
+        return broken("false alarm: " + (reader ? reader->verify_all(1) : Status(reader.error())).error().message);
+    const Result<Model> loaded = load_model(*reader, {.threads = 1});
+    if (!loaded)
+        return broken("valid, but does not load: " + loaded.error().message);
+    if (*loaded != model)
+        return broken("another model comes back");
+    const Result<Bytes> again =
+        encode_model(*loaded, {.compression_level = 1, .chunk_points = reader->header().chunk_points, .threads = 1});
+    if (!again || Reader::open(*again)->header().content_id != reader->header().content_id)
+        return broken("encoded anew it is another model");
+    judgement.broken = draw(file, model);
+    return judgement;
+}
+
+} // namespace pbm::test

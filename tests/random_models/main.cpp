@@ -1,0 +1,134 @@
+// random_models [--damaged] [--seed N] [--save FOLDER] [COUNT [FIRST]]: judges COUNT random files, from number FIRST
+// on; with --damaged a damaged copy of each. --save writes them to FOLDER instead. Exit code 1 if a law is broken.
+#include "random_models/damage.h"
+#include "random_models/free_writer.h"
+#include "random_models/laws.h"
+#include "random_models/random_model.h"
+
+#include "pbm_format/platform.h"
+#include "pbm_format/reader.h"
+#include "pbm_format/writer.h"
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::test;
+
+struct Campaign {
+    std::uint64_t seed = 1, first = 0, count = 300;
+    bool damaged = false;
+    std::string save;
+};
+
+struct Totals {
+    std::uint64_t files = 0, valid = 0, broken = 0, mapped = 0, points = 0, chunks = 0, bytes = 0;
+};
+
+// Ours one time in three, else any that is legal.
+Bytes encode(const Model &model, Random &random) {
+    if (random.below(3) != 0)
+        return write_freely(model, random);
+    const WriteOptions options{.storage = random.below(2) == 0 ? Storage::packed : Storage::mapped,
+                               .compression_level = 1 + static_cast<int>(random.below(19)),
+                               .filters = random.below(4) != 0,
+                               .chunk_points = kMinChunkPoints << random.below(8),
+                               .threads = 1};
+    return encode_model(model, options).value();
+}
+
+struct Case {
+    Model model;
+    Bytes file;
+    std::string story;
+};
+
+Case make_case(const Campaign &campaign, std::uint64_t number) {
+    Random random(Random(campaign.seed).next() + number);
+    const std::size_t most_points = campaign.damaged ? 300 : random.below(8) == 0 ? 12000 : 1500;
+    Case made{random_model(random, most_points), {}, {}};
+    made.file = encode(made.model, random);
+    if (campaign.damaged) {
+        Damaged damaged = damage(std::move(made.file), [&](std::uint64_t limit) { return random.below(limit); });
+        made.file = std::move(damaged.bytes);
+        made.story = std::move(damaged.story);
+    }
+    return made;
+}
+
+void judge_one(const Campaign &campaign, std::uint64_t number, Totals &totals) {
+    const Case made = make_case(campaign, number);
+    const Judgement judgement = campaign.damaged ? judge(made.file) : judge_valid(made.file, made.model);
+    ++totals.files;
+    totals.valid += judgement.valid ? 1 : 0;
+    totals.bytes += made.file.size();
+    totals.points += made.model.point_count();
+    if (judgement.valid) {
+        Reader reader = Reader::open(made.file).value();
+        totals.mapped += reader.header().storage() == Storage::mapped ? 1 : 0;
+        totals.chunks += reader.directory(reader.depth()).value()->chunks.size();
+    }
+    if (!judgement.broken.empty()) {
+        ++totals.broken;
+        std::printf("file %llu: %s (%s)\n", static_cast<unsigned long long>(number), judgement.broken.c_str(),
+                    made.story.c_str());
+    }
+}
+
+int save_files(const Campaign &campaign) {
+    for (std::uint64_t number = campaign.first; number < campaign.first + campaign.count; ++number)
+        if (const Status status =
+                replace_file(campaign.save + "/" + std::to_string(number) + ".bvg", make_case(campaign, number).file);
+            !status)
+            return std::printf("%s\n", status.error().message.c_str()), 1;
+    return 0;
+}
+
+Campaign read_arguments(int argc, char **argv) {
+    Campaign campaign;
+    std::vector<std::uint64_t> numbers;
+    for (int i = 1; i < argc; ++i) {
+        const std::string_view argument = argv[i];
+        if (argument == "--damaged")
+            campaign.damaged = true;
+        else if (argument == "--seed" && i + 1 < argc)
+            campaign.seed = std::strtoull(argv[++i], nullptr, 10);
+        else if (argument == "--save" && i + 1 < argc)
+            campaign.save = argv[++i];
+        else
+            numbers.push_back(std::strtoull(argv[i], nullptr, 10));
+    }
+    if (!numbers.empty())
+        campaign.count = numbers[0];
+    if (numbers.size() > 1)
+        campaign.first = numbers[1];
+    return campaign;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    const Campaign campaign = read_arguments(argc, argv);
+    if (!campaign.save.empty())
+        return save_files(campaign);
+    Totals totals;
+    for (std::uint64_t number = campaign.first; number < campaign.first + campaign.count; ++number)
+        judge_one(campaign, number, totals);
+    const auto print = [](const char *name, std::uint64_t value) {
+        std::printf("%-14s %12llu\n", name, static_cast<unsigned long long>(value));
+    };
+    print("files", totals.files);
+    print("valid", totals.valid);
+    print("  mapped", totals.mapped);
+    print("  chunks", totals.chunks); // of the finest level
+    print("points", totals.points);
+    print("bytes", totals.bytes);
+    print("broken laws", totals.broken);
+    return totals.broken == 0 && totals.files != 0 ? 0 : 1;
+}

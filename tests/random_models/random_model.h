@@ -1,0 +1,25 @@
+// Models that are legal and otherwise anything: every dimension of the format is drawn from a seed.
+#pragma once
+
+#include "pbm_format/model.h"
+#include "unit/test_models.h"
+
+#include <vector>
+
+namespace pbm::test {
+
+// Addresses of voxels, ascending, 1 to about `most` of them: single voxels, lines, planes, blocks, clusters, shells,
+// relief, full chunks, or several of these.
+std::vector<MortonCode> random_voxels(Random &random, int depth, std::size_t most);
+
+// Fills the attributes that `set` asks for: the same everywhere, smooth, in regions or noise.
+PointAttributes random_points(Random &random, std::span<const MortonCode> codes, int depth, const AttributeSet &set,
+                              std::size_t materials);
+
+// A complete model, averages and rasters included. Sizes are those of tests: at most about `most_points` points.
+Model random_model(Random &random, std::size_t most_points);
+
+// True once in `n` times.
+inline bool once_in(Random &random, std::uint64_t n) { return random.below(n) == 0; }
+
+} // namespace pbm::test
