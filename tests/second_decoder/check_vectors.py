@@ -42,7 +42,8 @@ def main(folder, further):
         cases = [(invalid / row["file"], (row["code"], int(row["offset"]), row["message"].split()[0]))
                  for row in csv.DictReader(table)]
     listed = {path.name for path, _ in cases}
-    cases += [(path, ("a code: it is not in the table", None, None)) for path in sorted(invalid.glob("*.bvg")) if path.name not in listed]
+    cases += [(path, ("a code: it is not in the table", None, None))
+              for path in sorted(invalid.glob("*.bvg")) if path.name not in listed]
     valid = sorted(Path(folder, "valid").glob("*.bvg"))
     if not cases or not valid:
         sys.exit(f"{folder}: no vectors")

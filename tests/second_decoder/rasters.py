@@ -71,12 +71,12 @@ def read_directory(m, e):
     need((e.count, e.raw) == (len(r.tiles), e.stored if m.mapped else raw_bytes), "bad_image", e.offset, "3.10.16")
     return r
 
-def unfilter(m, part, width, channels):
-    """5.8.9: the texels of a filtered tile, rows of `width`."""
-    planes, out = Planes(m, part, channels), []
+def unfilter(planes, texels, width, channels):
+    """5.8.9: the `texels` of a filtered tile, rows of `width`."""
+    out = []
     for _ in range(channels):
         plane = []
-        for i, code in enumerate(planes.take(part.raw // channels)):
+        for i, code in enumerate(planes.take(texels)):
             before = 0 if i == 0 else plane[i - 1 if i % width else i - width]
             plane.append((before + unfold(code)) % 256)
         out.append(plane)
@@ -104,7 +104,10 @@ def read(m, e):
         padding(m, end, part.offset)
         end = part.offset + part.stored
         need(hash64 == xxh3(m.data[part.offset:end]), "bad_hash", part.offset, "3.10.12")
-        texels = unfilter(m, part, w, r.channels) if part.filter else unpack_part(m, part, part.offset)
+        if part.filter:
+            texels = unfilter(Planes(m, part, r.channels), w * h, w, r.channels)
+        else:
+            texels = unpack_part(m, part, part.offset)
         for row in range(h):
             at = ((y + row) * (r.width >> level) + x) * r.channels
             levels[level][at:at + w * r.channels] = texels[row * w * r.channels:(row + 1) * w * r.channels]
@@ -112,7 +115,7 @@ def read(m, e):
     for level in range(1, len(levels)):
         expected = mean_of_four(levels[level - 1], r.width >> level - 1, r.channels)
         need(expected == levels[level], "bad_content", e.offset, "3.10.14")
-    return r.width, r.height, bytes(levels[0])
+    return r.width, r.height, bytes(levels[0]), r.tiles
 
 def padding(m, first, end):
     """3.10.13."""

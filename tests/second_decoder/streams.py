@@ -35,23 +35,38 @@ def filter_of(stream):
         return 1
     return {NORMAL: 2, RADIUS: 3, COLOUR: 3 + stream.format, MATERIAL: 6, TEXEL: 7, SHADOW: 8}[stream.kind]
 
+def frame_content(data):
+    """5.6.1: the content size of exactly one frame of RFC 8878, or None. Walks its header and the headers of its blocks."""
+    if data[:4] != b"\x28\xb5\x2f\xfd" or len(data) < 5 or data[4] & 0x2B != 0x20:
+        return None
+    width = (1, 2, 4, 8)[data[4] >> 6]
+    content, at, last = int.from_bytes(data[5:5 + width], "little") + (256 if width == 2 else 0), 5 + width, False
+    while not last:
+        if len(data) < at + 3:
+            return None
+        block = int.from_bytes(data[at:at + 3], "little")
+        last, kind, size = block & 1, block >> 1 & 3, block >> 3
+        if kind == 3:
+            return None
+        at += 3 + (1 if kind == 1 else size)
+    return content if at + (4 if data[4] & 4 else 0) == len(data) else None
+
 def unpack_part(m, part, stream):
     """5.6.1 to 5.6.3: the raw bytes of a stored stream, or of a plane of the stream that starts at the offset `stream`."""
     data = m.data[part.offset:part.offset + part.stored]
     if not part.zstd:
         return data
-    plain = data[:4] == b"\x28\xb5\x2f\xfd" and len(data) > 4 and data[4] & 0x2B == 0x20
-    need(plain, "bad_attribute", stream, "5.6.1")
+    content = frame_content(data)
+    need(content is not None, "bad_attribute", stream, "5.6.1")
+    need(content == part.raw, "bad_attribute", stream, "5.6.2")
     try:
-        frame = zstandard.get_frame_parameters(data)
-        need(frame.content_size == part.raw, "bad_attribute", stream, "5.6.2")
-        out = zstandard.ZstdDecompressor().decompress(data, max_output_size=part.raw, allow_extra_data=False)
+        out = zstandard.ZstdDecompressor().decompress(data, max_output_size=part.raw)
     except zstandard.ZstdError:
         raise BvgError("bad_attribute", stream, "5.6.3") from None
     need(len(out) == part.raw, "bad_attribute", stream, "5.6.3")
     return out
 
-def fold_bits(m, part, data, bits, count):
+def fold_bits(part, data, bits, count):
     """6.6: the lit fractions (or their codes) of packed bytes, one byte each; bits after the last are zero."""
     need(data[-1] >> 8 - (8 * len(data) - bits * count) == 0, "bad_attribute", part.offset, "6.6.1")
     return bytes(data[i * bits >> 3] >> (i * bits & 7) & (1 << bits) - 1 for i in range(count))
@@ -59,16 +74,13 @@ def fold_bits(m, part, data, bits, count):
 # ---- 5.8: filters
 
 class Planes:
-    """The planes of a filtered stream (5.8.1), taken in their order. `take` proves that they are as large as announced;
-    `end` that none is left."""
+    """The planes of a filtered stream (5.8.1), taken in their order. `take` proves that they are as large as announced."""
 
     def __init__(self, m, part, count=None):
         self.m, self.part, self.number = m, part, 0
         self.words = struct.unpack_from(f"<{count or PLANES[part.filter]}I", m.data, part.offset)
-        self.offset = part.offset + 4 * len(self.words)
-        sizes = sum(word & 0xFFFFFF for word in self.words)
+        self.offset, self.last = part.offset + 4 * len(self.words), part.offset + part.stored
         self.need(not any(word & 0x7F000000 for word in self.words), "5.8.1")
-        self.need(self.offset + sizes == part.offset + part.stored, "5.8.1")
 
     def need(self, condition, rule):
         need(condition, "bad_attribute", self.part.offset, rule)
@@ -79,7 +91,10 @@ class Planes:
         size, zstd = word & 0xFFFFFF, word >> 31
         self.need(size < raw if zstd else size == raw, "5.8.1")
         self.number, self.offset = self.number + 1, offset + size
-        return unpack_part(self.m, Part(offset, size, raw, 0, zstd), self.part.offset)
+        self.need(self.offset <= self.last, "5.8.1")
+        out = unpack_part(self.m, Part(offset, size, raw, 0, zstd), self.part.offset)
+        self.need(self.offset == self.last or self.number < len(self.words), "5.8.1")
+        return out
 
     def pairs(self, count):
         """5.8.2: `count` pairs (a, b, whether they are an escape), of two planes."""
@@ -119,11 +134,11 @@ def predicted_radius(level, finest, parent):
     """5.8.4: the p of a parent's radius."""
     return max((i for i in range(204 if level == finest else 256) if covering_radius(level - 1, i) <= parent), default=0)
 
-def unfilter_lit(m, level, stream, planes, parents):
+def unfilter_lit(level, stream, planes, parents):
     """5.8.8."""
     full, above = 2 ** stream.bits[level] - 1, 2 ** stream.bits[level - 1] - 1
     data = planes.take((stream.bits[level] * len(parents) + 7) // 8)
-    codes = fold_bits(m, planes.part, data, stream.bits[level], len(parents))
+    codes = fold_bits(planes.part, data, stream.bits[level], len(parents))
     return bytes((2 * f * full + above) // (2 * above) + code & full for f, code in zip(parents, codes))
 
 def siblings_of(parents, counts):
@@ -137,15 +152,14 @@ def with_only_children(values, parents, counts):
         out += itertools.islice(siblings, count) if count > 1 else (parent,)
     return out
 
-def unfilter(m, level, stream, part, parents, counts):
+def unfilter(level, finest, stream, planes, parents, counts):
     """5.8: an attribute stream's bytes, lit fractions one byte each, from those of the parent nodes; `counts` are the
-    parents' numbers of children."""
-    planes = Planes(m, part)
+    parents' numbers of children, `finest` is the depth."""
     if stream.kind in (RADIUS, SHADOW):
         each = [parent for parent, count in zip(parents, counts) for _ in range(count)]
         if stream.kind == SHADOW:
-            return unfilter_lit(m, level, stream, planes, each)
-        return bytes(predicted_radius(level, m.depth, parent) - code & 255 for parent, code in zip(each, planes.take(len(each))))
+            return unfilter_lit(level, stream, planes, each)
+        return bytes(predicted_radius(level, finest, parent) - code & 255 for parent, code in zip(each, planes.take(len(each))))
     parents = elements(stream, parents)
     each = siblings_of(parents, counts)
     if stream.kind == NORMAL:

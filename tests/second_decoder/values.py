@@ -94,7 +94,7 @@ def covering_radius(level, child):
 def srgb(v):
     return v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4
 
-LINEAR = [round(65535 * srgb(v / 255)) for v in range(256)]                                 # 6.3.3
+LINEAR = [round(65535 * srgb(v / 255)) for v in range(256)]     # 6.3.3; check_text.py holds it against the table there
 
 @functools.lru_cache(maxsize=None)
 def from_linear(v):
