@@ -1,5 +1,6 @@
 #include "pbm_format/chunk.h"
 
+#include "pbm_format/catalogue.h"
 #include "pbm_format/frame.h"
 #include "pbm_format/mask_ranks.h"
 #include "pbm_format/stream_rules.h"
@@ -143,8 +144,6 @@ class Decoder {
         return scratch;
     }
 
-    Error bad(const char *message) const { return {ErrorCode::bad_attribute, offset_, message}; }
-
     Bytes &bytes_of(const StreamInfo &stream) {
         PointAttributes &points = to_.points;
         switch (stream.kind) {
@@ -204,7 +203,7 @@ class Decoder {
     Status read_escapes(PlaneCursor &planes, std::size_t index, ByteView pairs, ByteView &escapes) {
         const EscapeCount count = count_escapes(pairs);
         if (!count.valid)
-            return bad("5.8.2 a code of a pair is no escape and no pair");
+            return broken("5.8.2", offset_, "a code of a pair is no escape and no pair");
         return read_plane(planes, index, 2 * count.count, escapes);
     }
 
@@ -235,7 +234,7 @@ class Decoder {
         if (Status status = read_escapes(planes, 1, codes, escapes); !status)
             return status;
         if (!unfilter_normals(scratch_, parents_.nodes.normals, codes, escapes, to_.points.normals, scratch_.occurs))
-            return bad("5.8.3 an escape lies outside the map of normals");
+            return broken("5.8.3", offset_, "an escape lies outside the map of normals");
         return {};
     }
 
@@ -326,8 +325,9 @@ class Decoder {
 Status decode_chunk(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ParentNodes &parents,
                     Chunk &to) {
     assert(stored.size() == entry.stored_bytes);
-    if (hash64(stored) != entry.hash)
-        return Error{ErrorCode::bad_hash, entry.offset, "5.6.4 the chunk was changed: its hash does not match"};
+    if (const std::uint64_t hash = hash64(stored); hash != entry.hash)
+        return broken("5.6.4", entry.offset, "the chunk was changed: its hash does not match", hash_value(entry.hash),
+                      hash_value(hash));
     return Decoder(entry, stored, rules, parents, to).run();
 }
 

@@ -1,5 +1,8 @@
 #include "pbm_format/error.h"
 
+#include <array>
+#include <charconv>
+
 namespace pbm {
 
 std::string_view to_string(ErrorCode code) {
@@ -24,6 +27,30 @@ std::string_view to_string(ErrorCode code) {
     case ErrorCode::unsupported_feature: return "unsupported_feature";
     }
     return "unknown";
+}
+
+std::string to_string(const Value &value) {
+    if (const auto *text = std::get_if<std::string>(&value.held()))
+        return *text;
+    std::array<char, 32> digits{};
+    const auto print = [&](auto number) {
+        return std::string(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
+    };
+    if (const auto *number = std::get_if<std::uint64_t>(&value.held()))
+        return print(*number);
+    if (const auto *number = std::get_if<std::int64_t>(&value.held()))
+        return print(*number);
+    if (const auto *number = std::get_if<double>(&value.held()))
+        return print(*number);
+    return {};
+}
+
+Value hash_value(std::uint64_t hash) {
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    std::string text = "0x";
+    for (int shift = 60; shift >= 0; shift -= 4)
+        text += kDigits[hash >> shift & 15];
+    return text;
 }
 
 bool has_offset(const Error &error) {

@@ -1,5 +1,7 @@
 #include "pbm_format/frame.h"
 
+#include "pbm_format/catalogue.h"
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -87,14 +89,16 @@ Status decode_frame(ByteView stored, bool zstd, std::span<std::uint8_t> raw, std
     }
     const std::size_t frame_bytes = ZSTD_findFrameCompressedSize(stored.data(), stored.size());
     if (!is_plain_frame(stored) || ZSTD_isError(frame_bytes) != 0 || frame_bytes != stored.size())
-        return Error{ErrorCode::bad_attribute, offset,
-                     "5.6.1 the stream is not one whole zstd frame of a single segment"};
-    if (ZSTD_getFrameContentSize(stored.data(), stored.size()) != raw.size())
-        return Error{ErrorCode::bad_attribute, offset, "5.6.2 the zstd frame does not announce the raw size"};
+        return broken("5.6.1", offset, "the stream is not one whole zstd frame of a single segment");
+    const unsigned long long announced = ZSTD_getFrameContentSize(stored.data(), stored.size());
+    if (announced != raw.size())
+        return broken("5.6.2", offset, "the zstd frame does not announce the raw size", raw.size(),
+                      announced == ZSTD_CONTENTSIZE_UNKNOWN ? Value("no size") : Value(announced));
     const std::size_t size =
         ZSTD_decompressDCtx(decompression_context(), raw.data(), raw.size(), stored.data(), stored.size());
     if (ZSTD_isError(size) != 0 || size != raw.size())
-        return Error{ErrorCode::bad_attribute, offset, "5.6.3 the zstd frame does not decode"};
+        return broken("5.6.3", offset, "the zstd frame does not decode", raw.size(),
+                      ZSTD_isError(size) != 0 ? Value(ZSTD_getErrorName(size)) : Value(size));
     return {};
 }
 
@@ -109,7 +113,7 @@ void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &
 }
 
 Error impossible_planes(std::uint64_t offset) {
-    return {ErrorCode::bad_attribute, offset, "5.8.1 the sizes of the filter's planes are impossible"};
+    return broken("5.8.1", offset, "the sizes of the filter's planes are impossible");
 }
 
 bool PlaneCursor::next(std::size_t raw_bytes, ByteView &stored, bool &zstd) {

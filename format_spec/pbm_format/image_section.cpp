@@ -1,5 +1,6 @@
 #include "pbm_format/image_section.h"
 
+#include "pbm_format/catalogue.h"
 #include "pbm_format/frame.h"
 #include "pbm_format/hash.h"
 #include "pbm_format/parallel.h"
@@ -16,12 +17,17 @@ constexpr std::size_t kHeadBytes = 32;
 constexpr std::size_t kTileEntryBytes = 16;
 constexpr std::size_t kHashBytes = 8; // in front of what it covers
 
-std::uint64_t align(std::uint64_t offset, Storage storage) {
-    return storage == Storage::mapped ? align_stream(offset) : offset;
+Error of_tile(std::size_t number, Error error) {
+    error.tile = static_cast<std::int64_t>(number);
+    return error;
 }
 
-Error bad_image(std::uint64_t offset, std::string message) {
-    return {ErrorCode::bad_image, offset, std::move(message)};
+std::string shape_text(std::uint32_t width, std::uint32_t height, std::uint32_t channels) {
+    return std::to_string(width) + " x " + std::to_string(height) + ", " + std::to_string(channels) + " channels";
+}
+
+std::uint64_t align(std::uint64_t offset, Storage storage) {
+    return storage == Storage::mapped ? align_stream(offset) : offset;
 }
 
 } // namespace
@@ -87,34 +93,38 @@ Status check_tile(const TileEntry &tile, std::size_t raw_bytes, std::size_t chan
                   std::uint64_t at) {
     const StreamEntry &stream = tile.stream;
     if (stream.filter != Filter::none && stream.filter != Filter::texels)
-        return Error{ErrorCode::unsupported_feature, at + 8, "3.10.9 a filter of tiles this program does not know"};
+        return broken("3.10.9", at + 8, "a filter of tiles this program does not know", "0 or 9",
+                      static_cast<unsigned>(stream.filter));
     const bool sized =
         stream.filter != Filter::none
             ? !stream.zstd && stream.stored_bytes >= kPlaneEntryBytes * channels && stream.stored_bytes < raw_bytes
         : stream.zstd ? stream.stored_bytes >= 1 && stream.stored_bytes < raw_bytes
                       : stream.stored_bytes == raw_bytes;
     if (!sized)
-        return bad_image(at + 8, "3.10.10 the stored size of a tile is impossible for its raw size");
+        return broken("3.10.10", at + 8, "the stored size of a tile is impossible for its raw size",
+                      (stream.zstd || stream.filter != Filter::none ? "less than " : "") + std::to_string(raw_bytes),
+                      stream.stored_bytes);
     if (storage == Storage::mapped && (stream.zstd || stream.filter != Filter::none))
-        return bad_image(at + 8, "3.10.10 a tile of a mapped file is not stored raw");
+        return broken("3.10.10", at + 8, "a tile of a mapped file is not stored raw");
     return {};
 }
 
 // The shape, once the hash has been proven.
 Result<ImageDirectory> shape_of(const Head &head, bool reserved_clear, std::uint64_t offset) {
     if (!is_storable(head.width, head.height, head.channels))
-        return bad_image(offset + 8,
-                         "3.10.4 width and height of a raster are not powers of two, height <= width <= 2 x "
-                         "height, width <= 16,384, or it has not 1 or 3 channels");
+        return broken("3.10.4", offset + 8,
+                      "width and height of a raster are not powers of two, height <= width <= 2 x "
+                      "height, width <= 16,384, or it has not 1 or 3 channels",
+                      {}, shape_text(head.width, head.height, head.channels));
     if (head.alignment != 1 && head.alignment != kMappedStreamAlignment)
-        return bad_image(offset + 20, "3.10.5 the alignment of tiles is not 1 or 64");
+        return broken("3.10.5", offset + 20, "the alignment of tiles is not 1 or 64", "1 or 64", head.alignment);
     if (!reserved_clear)
-        return bad_image(offset + 23, "3.10.6 reserved bytes are not zero");
+        return broken("3.10.6", offset + 23, "reserved bytes are not zero", 0);
     ImageDirectory directory{.grid = TileGrid(head.width, head.height, head.channels),
                              .storage = head.alignment == 1 ? Storage::packed : Storage::mapped,
                              .tiles = {}};
     if (directory.grid.tiles() != head.tiles)
-        return bad_image(offset + 16, "3.10.7 not as many tiles as the raster has");
+        return broken("3.10.7", offset + 16, "not as many tiles as the raster has", directory.grid.tiles(), head.tiles);
     return directory;
 }
 
@@ -122,7 +132,7 @@ Result<ImageDirectory> shape_of(const Head &head, bool reserved_clear, std::uint
 
 Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t offset) {
     if (section.size() < kHeadBytes)
-        return bad_image(offset, "3.10.1 the header of a raster is cut short");
+        return broken("3.10.1", offset, "the header of a raster is cut short", kHeadBytes, section.size());
     ByteReader in(section);
     Head head;
     head.hash = in.u64();
@@ -133,10 +143,13 @@ Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t of
     head.channels = in.u8();
     in.zeros(9);
     if (head.tiles > (section.size() - kHeadBytes) / kTileEntryBytes)
-        return bad_image(offset + 16, "3.10.2 the tile directory is cut short");
+        return broken("3.10.2", offset + 16, "the tile directory is cut short",
+                      "at most " + std::to_string((section.size() - kHeadBytes) / kTileEntryBytes) + " tiles",
+                      head.tiles);
     std::uint64_t end = kHeadBytes + kTileEntryBytes * head.tiles;
-    if (hash64(section.subspan(kHashBytes, end - kHashBytes)) != head.hash)
-        return Error{ErrorCode::bad_hash, offset, "3.10.3 the tile directory was changed: its hash does not match"};
+    if (const std::uint64_t hash = hash64(section.subspan(kHashBytes, end - kHashBytes)); hash != head.hash)
+        return broken("3.10.3", offset, "the tile directory was changed: its hash does not match",
+                      hash_value(head.hash), hash_value(hash));
     Result<ImageDirectory> directory = shape_of(head, in.reserved_clear(), offset);
     if (!directory)
         return directory;
@@ -149,21 +162,24 @@ Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t of
         tile.stream = {.stored_bytes = stream & 0xFFFFFF,
                        .filter = Filter{static_cast<std::uint8_t>(stream >> 24 & 0x7F)},
                        .zstd = stream >> 31 != 0};
-        if (in.u32() != 0)
-            return bad_image(at + 12, "3.10.8 reserved bytes are not zero");
+        if (const std::uint32_t reserved = in.u32(); reserved != 0)
+            return of_tile(number, broken("3.10.8", at + 12, "reserved bytes are not zero", 0, reserved));
         const int level = directory->grid.level_of(number);
-        if (const Status status =
-                check_tile(tile, directory->grid.tile_bytes(level), head.channels, directory->storage, at);
+        if (Status status = check_tile(tile, directory->grid.tile_bytes(level), head.channels, directory->storage, at);
             !status)
-            return status.error();
+            return of_tile(number, std::move(status).error());
         tile.offset = align(end, directory->storage);
         if (tile.offset > section.size() || tile.stream.stored_bytes > section.size() - tile.offset)
-            return bad_image(at + 8, "3.10.11 a tile lies outside its section");
+            return of_tile(
+                number, broken("3.10.11", at + 8, "a tile lies outside its section",
+                               "ends within " + std::to_string(section.size()) + " bytes",
+                               std::to_string(tile.stream.stored_bytes) + " bytes at " + std::to_string(tile.offset)));
         end = tile.offset + tile.stream.stored_bytes;
         directory->tiles.push_back(tile);
     }
     if (align(end, directory->storage) != section.size())
-        return bad_image(offset + end, "3.10.11 bytes after the last tile");
+        return broken("3.10.11", offset + end, "bytes after the last tile", align(end, directory->storage),
+                      section.size());
     return directory;
 }
 
@@ -173,30 +189,37 @@ Result<ImageDirectory> read_image_directory(ByteView file, const SectionEntry &e
     if (!directory)
         return directory;
     if (directory->storage != storage)
-        return bad_image(entry.offset + 20,
-                         "3.10.5 tiles are not aligned as those of a " + std::string(to_string(storage)) + " file");
+        return broken("3.10.5", entry.offset + 20,
+                      "tiles are not aligned as those of a " + std::string(to_string(storage)) + " file",
+                      storage == Storage::mapped ? 64 : 1, storage == Storage::mapped ? 1 : 64);
     const TileGrid &grid = directory->grid;
     const bool panorama = entry.type == SectionType::panorama;
     const bool shaped =
         panorama ? grid.channels() == 3 && grid.width(0) == 2 * grid.height(0)
                  : grid.channels() == 1 && grid.width(0) == grid.height(0) && grid.width(0) <= kMaxGroundRaster;
     if (!shaped)
-        return bad_image(entry.offset + 8, panorama ? "3.10.15 a panorama is not 2:1 with three channels"
-                                                    : "3.10.15 a raster of the ground plane is not square, has more "
-                                                      "than one channel or is over 4,096 texels wide");
+        return broken("3.10.15", entry.offset + 8,
+                      panorama ? "a panorama is not 2:1 with three channels"
+                               : "a raster of the ground plane is not square, has more than one channel or is over "
+                                 "4,096 texels wide",
+                      {}, shape_text(grid.width(0), grid.height(0), grid.channels()));
     const std::uint64_t raw_bytes =
         storage == Storage::mapped ? entry.stored_bytes : image_directory_bytes(grid) + grid.texel_bytes();
     if (entry.count != grid.tiles() || entry.raw_bytes != raw_bytes)
-        return bad_image(entry.offset, "3.10.16 the section table counts other tiles or bytes than there are");
+        return broken("3.10.16", entry.offset, "the section table counts other tiles or bytes than there are",
+                      std::to_string(grid.tiles()) + " tiles, " + std::to_string(raw_bytes) + " bytes",
+                      std::to_string(entry.count) + " tiles, " + std::to_string(entry.raw_bytes) + " bytes");
     return directory;
 }
 
 Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number) {
     const TileEntry &tile = directory.tiles[number];
-    if (hash64(section.subspan(tile.offset, tile.stream.stored_bytes)) == tile.hash)
+    const std::uint64_t hash = hash64(section.subspan(tile.offset, tile.stream.stored_bytes));
+    if (hash == tile.hash)
         return {};
-    return Error{ErrorCode::bad_hash, offset + tile.offset,
-                 "3.10.12 tile " + std::to_string(number) + " was changed: its hash does not match"};
+    return of_tile(number, broken("3.10.12", offset + tile.offset,
+                                  "tile " + std::to_string(number) + " was changed: its hash does not match",
+                                  hash_value(tile.hash), hash_value(hash)));
 }
 
 namespace {
@@ -231,9 +254,10 @@ Status decode_tile(ByteView section, std::uint64_t offset, const ImageDirectory 
         return status;
     const TileEntry &tile = directory.tiles[number];
     const ByteView stored = section.subspan(tile.offset, tile.stream.stored_bytes);
-    if (tile.stream.filter == Filter::none)
-        return decode_frame(stored, tile.stream.zstd, texels, offset + tile.offset);
-    return decode_filtered(stored, directory.grid, number, texels, offset + tile.offset);
+    Status status = tile.stream.filter == Filter::none
+                        ? decode_frame(stored, tile.stream.zstd, texels, offset + tile.offset)
+                        : decode_filtered(stored, directory.grid, number, texels, offset + tile.offset);
+    return status ? status : of_tile(number, std::move(status).error());
 }
 
 void place_tile(const TileGrid &grid, int level, std::size_t index, const std::uint8_t *texels, Image &image) {
@@ -281,7 +305,8 @@ void check_padding(ByteView section, std::uint64_t offset, const ImageDirectory 
     const auto check_until = [&](std::uint64_t next) {
         for (; end < next; ++end)
             if (section[end] != 0)
-                return faults.push_back(bad_image(offset + end, "3.10.13 padding of a raster is not zero"));
+                return faults.push_back(
+                    broken("3.10.13", offset + end, "padding of a raster is not zero", 0, section[end]));
     };
     for (const TileEntry &tile : directory.tiles) {
         check_until(tile.offset);
@@ -302,17 +327,16 @@ Result<Image> decode_level(ByteView section, std::uint64_t offset, const ImageDi
 }
 
 std::vector<Error> prove_image(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int threads,
-                               Image &level_0) {
+                               Image &level_0, bool means) {
     std::vector<Error> faults;
     check_padding(section, offset, directory, faults);
     level_0 = decode_tiles(section, offset, directory, 0, threads, faults);
     Image finer;
     for (int level = 1; level < directory.grid.levels(); ++level) {
         Image image = decode_tiles(section, offset, directory, level, threads, faults);
-        if (faults.empty() && halved(level == 1 ? level_0 : finer) != image)
-            faults.push_back(
-                {ErrorCode::bad_content, offset,
-                 "3.10.14 mip level " + std::to_string(level) + " does not hold the means of the finer one"});
+        if (means && faults.empty() && halved(level == 1 ? level_0 : finer) != image)
+            faults.push_back(broken(
+                "3.10.14", offset, "mip level " + std::to_string(level) + " does not hold the means of the finer one"));
         finer = std::move(image);
     }
     return faults;

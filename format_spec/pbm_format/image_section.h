@@ -86,9 +86,9 @@ Status decode_tile(ByteView section, std::uint64_t offset, const ImageDirectory 
 Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number);
 
 // Everything that can be wrong with a raster whose directory is `directory`, in the order of the file: tiles, padding
-// (3.10.13), mip levels against the finer ones (3.10.14). If nothing is, `level_0` holds it.
+// (3.10.13), and with `means` mip levels against the finer ones (3.10.14). If nothing is, `level_0` holds it.
 std::vector<Error> prove_image(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int threads,
-                               Image &level_0);
+                               Image &level_0, bool means = true);
 
 // All tiles of a level, or the first error.
 Result<Image> decode_level(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level,

@@ -1,5 +1,7 @@
 #include "pbm_format/layout.h"
 
+#include "pbm_format/catalogue.h"
+
 #include <algorithm>
 
 namespace pbm {
@@ -21,6 +23,25 @@ std::string_view to_string(SectionType type) {
     case SectionType::panorama: return "panorama";
     }
     return "unknown";
+}
+
+bool is_known(SectionType type) {
+    switch (type) {
+    case SectionType::metadata:
+    case SectionType::grid:
+    case SectionType::attributes:
+    case SectionType::materials:
+    case SectionType::lights:
+    case SectionType::texture:
+    case SectionType::ground_plane:
+    case SectionType::level_directory:
+    case SectionType::level_chunks:
+    case SectionType::level_bricks:
+    case SectionType::ground_texture:
+    case SectionType::ground_lit:
+    case SectionType::panorama: return true;
+    }
+    return false;
 }
 
 std::string_view to_string(Storage storage) { return storage == Storage::mapped ? "mapped" : "packed"; }
@@ -76,15 +97,28 @@ std::string describe_magic(ByteView file) {
     return "not a binary voxel grid (.bvg)";
 }
 
+std::string hex(ByteView bytes) {
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    std::string text;
+    for (const std::uint8_t byte : bytes) {
+        text += text.empty() ? "" : " ";
+        text += kDigits[byte >> 4];
+        text += kDigits[byte & 15];
+    }
+    return text;
+}
+
+std::string version(unsigned major, unsigned minor) { return std::to_string(major) + "." + std::to_string(minor); }
+
 } // namespace
 
 Result<FileHeader> decode_header(ByteView file) {
     const std::size_t magic_bytes = std::min(file.size(), kMagic.size());
     if (file.empty() ||
         !std::equal(kMagic.begin(), kMagic.begin() + static_cast<std::ptrdiff_t>(magic_bytes), file.begin()))
-        return Error{ErrorCode::not_bvg, 0, "2.1 " + describe_magic(file)};
+        return broken("2.1", 0, describe_magic(file), hex(kMagic), hex(file.first(magic_bytes)));
     if (file.size() < kHeaderBytes)
-        return Error{ErrorCode::truncated, file.size(), "2.2 the file ends inside its header"};
+        return broken("2.2", file.size(), "the file ends inside its header", kHeaderBytes, file.size());
     ByteReader in(file.first(kHeaderBytes));
     in.u64(); // magic
     FileHeader header;
@@ -116,33 +150,40 @@ Result<FileHeader> decode_header(ByteView file) {
     const std::uint64_t stored_hash = in.u64();
 
     // The hash comes before everything else: a flipped bit in the version is damage, not a new version.
-    if (stored_hash != hash64(file.first(kHeaderBytes - 8)))
-        return Error{ErrorCode::bad_hash, 0, "2.3 the header was changed: its hash does not match"};
+    if (const std::uint64_t hash = hash64(file.first(kHeaderBytes - 8)); stored_hash != hash)
+        return broken("2.3", 0, "the header was changed: its hash does not match", hash_value(stored_hash),
+                      hash_value(hash));
     if (header.endian != kEndianTag)
-        return Error{ErrorCode::bad_header, 12, "2.4 the endian tag is not 0x01020304"};
+        return broken("2.4", 12, "the endian tag is not 0x01020304", kEndianTag, header.endian);
     // Before 1.0 every minor version may lay out its bytes anew (section 11).
-    if (header.major != kMajorVersion || header.minor != kMinorVersion)
-        return Error{ErrorCode::unsupported_version, 8,
-                     "2.5 format version " + std::to_string(header.major) + "." + std::to_string(header.minor) +
-                         ": this program reads " + std::to_string(kMajorVersion) + "." + std::to_string(kMinorVersion)};
+    if (header.major != kMajorVersion || header.minor != kMinorVersion) {
+        const std::string known = version(kMajorVersion, kMinorVersion), found = version(header.major, header.minor);
+        return broken("2.5", 8, "format version " + found + ": this program reads " + known, known, found);
+    }
     if ((header.required_features & ~kMappedFeature) != 0)
-        return Error{ErrorCode::unsupported_feature, 40, "2.6 the file requires a feature this program does not know"};
+        return broken("2.6", 40, "the file requires a feature this program does not know", kMappedFeature,
+                      header.required_features);
     if (header.file_size > file.size())
-        return Error{ErrorCode::truncated, file.size(),
-                     "2.7 the file ends " + std::to_string(header.file_size - file.size()) + " bytes early"};
-    if (header.file_size < file.size())
-        return Error{ErrorCode::bad_header, header.file_size, "2.7 bytes after the end of the file"};
+        return broken("2.7", file.size(),
+                      "the file ends " + std::to_string(header.file_size - file.size()) + " bytes early",
+                      header.file_size, file.size());
+    if (header.file_size < file.size()) {
+        Error error = broken("2.7", header.file_size, "bytes after the end of the file", header.file_size, file.size());
+        error.code = ErrorCode::bad_header; // nothing is missing
+        return error;
+    }
     if (!in.reserved_clear())
-        return Error{ErrorCode::bad_header, clear_so_far ? 108U : 37U, "2.8 reserved bytes are not zero"};
+        return broken("2.8", clear_so_far ? 108U : 37U, "reserved bytes are not zero", 0);
     if (header.depth < kMinDepth || header.depth > kMaxDepth)
-        return Error{ErrorCode::bad_header, 36, "2.9 depth is not 2..16"};
+        return broken("2.9", 36, "depth is not 2..16", "2..16", header.depth);
     if (header.point_count == 0 || header.point_count > kMaxPoints)
-        return Error{ErrorCode::bad_header, 56, "2.10 point count is not 1..2^32-1"};
+        return broken("2.10", 56, "point count is not 1..2^32-1", "1..4294967295", header.point_count);
     if (header.chunk_points < kMinChunkPoints || header.chunk_points > kDefaultChunkPoints ||
         !std::has_single_bit(header.chunk_points))
-        return Error{ErrorCode::bad_header, 104, "2.11 chunk limit is not a power of two from 512 to 65,536"};
+        return broken("2.11", 104, "chunk limit is not a power of two from 512 to 65,536", "a power of two, 512..65536",
+                      header.chunk_points);
     if (header.table_offset != kHeaderBytes)
-        return Error{ErrorCode::bad_header, 24, "2.12 the section table does not follow the header"};
+        return broken("2.12", 24, "the section table does not follow the header", kHeaderBytes, header.table_offset);
     return header;
 }
 
@@ -177,34 +218,23 @@ Bytes encode_section_table(std::span<const SectionEntry> entries) {
 
 namespace {
 
-bool known(SectionType type) {
-    switch (type) {
-    case SectionType::metadata:
-    case SectionType::grid:
-    case SectionType::attributes:
-    case SectionType::materials:
-    case SectionType::lights:
-    case SectionType::texture:
-    case SectionType::ground_plane:
-    case SectionType::level_directory:
-    case SectionType::level_chunks:
-    case SectionType::level_bricks:
-    case SectionType::ground_texture:
-    case SectionType::ground_lit:
-    case SectionType::panorama: return true;
-    }
-    return false;
+// "chunks 3": which section an entry is of.
+std::string place_name(const SectionEntry &entry) {
+    return (is_known(entry.type) ? std::string(to_string(entry.type))
+                                 : "type " + std::to_string(static_cast<std::uint32_t>(entry.type))) +
+           " " + std::to_string(entry.instance);
 }
 
 // 3.2.15, 3.2.16
 Status check_storage(const SectionEntry &entry, Storage storage, std::uint64_t at) {
     const bool bricks = entry.type == SectionType::level_bricks;
     if (storage == Storage::packed)
-        return bricks ? Error{ErrorCode::bad_table, at, "3.2.15 bricks in a file that is not mapped"} : Status{};
-    if (((bricks || is_raster(entry.type)) && entry.alignment != kMappedStreamAlignment) ||
-        (entry.type == SectionType::level_chunks && entry.alignment != kMappedChunksAlignment))
-        return Error{ErrorCode::bad_table, at + 16,
-                     "3.2.16 " + std::string(to_string(entry.type)) + ": not the alignment of a mapped file"};
+        return bricks ? broken("3.2.15", at, "bricks in a file that is not mapped", "mapped", "packed") : Status{};
+    const bool chunks = entry.type == SectionType::level_chunks;
+    const std::uint32_t alignment = chunks ? kMappedChunksAlignment : kMappedStreamAlignment;
+    if ((bricks || chunks || is_raster(entry.type)) && entry.alignment != alignment)
+        return broken("3.2.16", at + 16, std::string(to_string(entry.type)) + ": not the alignment of a mapped file",
+                      alignment, entry.alignment);
     return {};
 }
 
@@ -217,31 +247,39 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
     const bool coded = chunks || is_raster(entry.type);
     const bool has_instance = entry.type == SectionType::ground_lit ? entry.instance < kMaxLights : entry.instance == 0;
     const Codec codec = coded && header.storage() == Storage::packed ? Codec::zstd_chunks : Codec::raw;
-    if (!known(entry.type)) {
+    if (!is_known(entry.type)) {
         if ((entry.flags & kCriticalFlag) != 0)
-            return Error{ErrorCode::unsupported_feature, at,
-                         "3.2.4 a critical section of a type this program does not know"};
+            return broken("3.2.4", at, "a critical section of a type this program does not know", {},
+                          static_cast<std::uint32_t>(entry.type));
     } else if (entry.codec != codec) {
-        return Error{ErrorCode::unsupported_feature, at + 4,
-                     "3.2.5 " + name + ": codec unknown to this program, or not that of a " +
-                         std::string(to_string(header.storage())) + " file"};
+        return broken("3.2.5", at + 4,
+                      name + ": codec unknown to this program, or not that of a " +
+                          std::string(to_string(header.storage())) + " file",
+                      static_cast<std::uint16_t>(codec), static_cast<std::uint16_t>(entry.codec));
     }
     if ((entry.flags & ~kCriticalFlag) != 0)
-        return Error{ErrorCode::bad_table, at + 6, "3.2.6 " + name + ": unknown flag"};
-    if (of_level ? entry.instance < 1 || entry.instance > header.depth : known(entry.type) && !has_instance)
-        return Error{ErrorCode::bad_table, at + 8, "3.2.7 " + name + ": no such instance"};
+        return broken("3.2.6", at + 6, name + ": unknown flag", "0..1", entry.flags);
+    if (of_level ? entry.instance < 1 || entry.instance > header.depth : is_known(entry.type) && !has_instance)
+        return broken("3.2.7", at + 8, name + ": no such instance",
+                      of_level                                ? "1.." + std::to_string(header.depth)
+                      : entry.type == SectionType::ground_lit ? "0..7"
+                                                              : "0",
+                      entry.instance);
     if (!std::has_single_bit(entry.alignment) || entry.alignment < kSectionAlignment || entry.alignment > 65536)
-        return Error{ErrorCode::bad_table, at + 16,
-                     "3.2.8 " + name + ": alignment is not a power of two from 8 to 65,536"};
+        return broken("3.2.8", at + 16, name + ": alignment is not a power of two from 8 to 65,536",
+                      "a power of two, 8..65536", entry.alignment);
     if (entry.codec == Codec::raw && entry.raw_bytes != entry.stored_bytes)
-        return Error{ErrorCode::bad_table, at + 40, "3.2.9 " + name + ": raw section whose sizes differ"};
+        return broken("3.2.9", at + 40, name + ": raw section whose sizes differ", entry.stored_bytes, entry.raw_bytes);
     if (entry.raw_bytes / kMaxExpansion > entry.stored_bytes)
-        return Error{ErrorCode::too_large, at + 40, "3.2.10 " + name + ": expands more than 32,768 times"};
+        return broken("3.2.10", at + 40, name + ": expands more than 32,768 times",
+                      "less than 32768 x (" + std::to_string(entry.stored_bytes) + " + 1)", entry.raw_bytes);
     const bool counted = entry.element_bytes > 0 && entry.raw_bytes % entry.element_bytes == 0 &&
                          entry.raw_bytes / entry.element_bytes == entry.count;
-    if (known(entry.type) && (coded ? entry.element_bytes != 0 : !counted))
-        return Error{ErrorCode::bad_table, at + 12,
-                     "3.2.13 " + name + ": element size and count do not give the raw size"};
+    if (is_known(entry.type) && (coded ? entry.element_bytes != 0 : !counted))
+        return broken("3.2.13", at + 12, name + ": element size and count do not give the raw size",
+                      coded ? Value(0) : Value(entry.raw_bytes),
+                      coded ? Value(entry.element_bytes)
+                            : Value(std::to_string(entry.element_bytes) + " x " + std::to_string(entry.count)));
     return check_storage(entry, header.storage(), at);
 }
 
@@ -249,13 +287,14 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
 
 Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const FileHeader &header) {
     if (header.table_count == 0 || header.table_count > kMaxSections)
-        return Error{ErrorCode::bad_header, 32, "3.1.1 section count is not 1..256"};
+        return broken("3.1.1", 32, "section count is not 1..256", "1..256", header.table_count);
     const std::uint64_t table_bytes = header.table_count * kSectionEntryBytes;
     if (table_bytes > file.size() - kHeaderBytes)
-        return Error{ErrorCode::truncated, file.size(), "3.1.2 the section table is cut short"};
+        return broken("3.1.2", file.size(), "the section table is cut short", kHeaderBytes + table_bytes, file.size());
     const ByteView table = file.subspan(kHeaderBytes, table_bytes);
-    if (hash64(table) != header.table_hash)
-        return Error{ErrorCode::bad_hash, kHeaderBytes, "3.1.3 the section table was changed: its hash does not match"};
+    if (const std::uint64_t hash = hash64(table); hash != header.table_hash)
+        return broken("3.1.3", kHeaderBytes, "the section table was changed: its hash does not match",
+                      hash_value(header.table_hash), hash_value(hash));
 
     ByteReader in(table);
     std::vector<SectionEntry> entries;
@@ -278,27 +317,31 @@ Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const File
         entry.count = in.u64();
         entry.hash = in.u64();
         if (!in.reserved_clear())
-            return Error{ErrorCode::bad_table, at + 20, "3.2.1 reserved bytes are not zero"};
+            return broken("3.2.1", at + 20, "reserved bytes are not zero", 0);
         if (!entries.empty() && !(entries.back().order() < entry.order()))
-            return Error{ErrorCode::bad_table, at, "3.2.2 sections are not in order, or one is there twice"};
+            return broken("3.2.2", at, "sections are not in order, or one is there twice",
+                          "after " + place_name(entries.back()), place_name(entry));
         if (const Status status = check_entry(entry, header, at); !status)
             return status.error();
         const std::uint64_t expected = (end + entry.alignment - 1) / entry.alignment * entry.alignment;
         if (entry.offset != expected)
-            return Error{ErrorCode::bad_table, at + 24,
-                         "3.2.3 a section does not follow the one before at its alignment"};
+            return broken("3.2.3", at + 24, "a section does not follow the one before at its alignment", expected,
+                          entry.offset);
         if (entry.offset > file.size() || entry.stored_bytes > file.size() - entry.offset)
-            return Error{ErrorCode::truncated, file.size(), "3.2.11 a section lies outside the file"};
+            return broken("3.2.11", file.size(), "a section lies outside the file",
+                          "at most " + std::to_string(file.size()) + " - " + std::to_string(entry.offset) + " bytes",
+                          entry.stored_bytes);
         end = entry.offset + entry.stored_bytes;
         if (entry.raw_bytes > ~raw_bytes)
-            return Error{ErrorCode::bad_table, at + 40, "3.1.4 sizes overflow"};
+            return broken("3.1.4", at + 40, "sizes overflow", "at most " + std::to_string(~raw_bytes), entry.raw_bytes);
         raw_bytes += entry.raw_bytes;
         entries.push_back(entry);
     }
     if (end != file.size())
-        return Error{ErrorCode::bad_table, end, "3.1.5 bytes after the last section"};
+        return broken("3.1.5", end, "bytes after the last section", file.size(), end);
     if (raw_bytes != header.raw_bytes)
-        return Error{ErrorCode::bad_header, 64, "3.1.6 the header's raw size is not the sum of the sections'"};
+        return broken("3.1.6", 64, "the header's raw size is not the sum of the sections'", raw_bytes,
+                      header.raw_bytes);
 
     const auto missing = [&](SectionType type, std::uint32_t instance) {
         return std::none_of(entries.begin(), entries.end(), [&](const SectionEntry &entry) {
@@ -308,13 +351,13 @@ Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const File
     for (const SectionType type :
          {SectionType::metadata, SectionType::grid, SectionType::attributes, SectionType::materials})
         if (missing(type, 0))
-            return Error{ErrorCode::bad_table, kHeaderBytes, "3.1.7 no " + std::string(to_string(type)) + " section"};
+            return broken("3.1.7", kHeaderBytes, "no " + std::string(to_string(type)) + " section");
     for (std::uint32_t level = 1; level <= header.depth; ++level)
         for (const SectionType type :
              {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks})
             if (missing(type, level) && (type != SectionType::level_bricks || header.storage() == Storage::mapped))
-                return Error{ErrorCode::bad_table, kHeaderBytes,
-                             "3.1.8 no " + std::string(to_string(type)) + " for level " + std::to_string(level)};
+                return broken("3.1.8", kHeaderBytes,
+                              "no " + std::string(to_string(type)) + " for level " + std::to_string(level));
     return entries;
 }
 

@@ -97,6 +97,7 @@ enum class SectionType : std::uint32_t {
     panorama = 32,        // raster
 };
 std::string_view to_string(SectionType type);
+bool is_known(SectionType type); // a type of this version
 // Sections that image_section.h lays out.
 inline bool is_raster(SectionType type) {
     return type == SectionType::ground_texture || type == SectionType::ground_lit || type == SectionType::panorama;
@@ -143,6 +144,13 @@ Bytes encode_ground_plane(const GroundPlane &ground);
 Result<GroundPlane> decode_ground_plane(ByteView bytes);
 // UTF-8 JSON object of at most kMaxMetadataBytes.
 Status check_metadata(ByteView bytes);
+// Members of metadata that keep these rules, those of nested objects too, in the order of the text.
+struct MetadataMember {
+    std::string key;
+    std::string text; // of a string; else empty
+    bool again;       // its object has the key already
+};
+std::vector<MetadataMember> list_metadata(ByteView bytes);
 // Rules 3.9, which tie parameters together: shadow streams <= lights, material indices need more than one material, ...
 Status check_parameters(const ModelParameters &parameters);
 // Rules 3.9.5 and 3.9.6: the rasters of the ground plane are those that the parameters ask for. `lit` of them hold lit

@@ -1,5 +1,6 @@
 #include "pbm_format/mapped_chunk.h"
 
+#include "pbm_format/catalogue.h"
 #include "pbm_format/stream_rules.h"
 
 #include <algorithm>
@@ -63,8 +64,8 @@ Status check_padding(const ChunkEntry &entry, ByteView file, const AttributeSet 
     for_streams(entry, set, [&](const StreamInfo &, std::uint64_t at, std::uint64_t size) {
         for (std::uint64_t byte = at + size; byte < align_stream(at + size); ++byte)
             if (status && file[entry.offset + byte] != 0)
-                status = Error{ErrorCode::bad_attribute, entry.offset + byte,
-                               "5.10.1 padding of a mapped chunk is not zero"};
+                status = broken("5.10.1", entry.offset + byte, "padding of a mapped chunk is not zero", 0,
+                                file[entry.offset + byte]);
     });
     return status;
 }
@@ -94,28 +95,43 @@ Status check_streams(const ChunkEntry &entry, const ChunkView &view, const Chunk
     return status;
 }
 
+std::string list(std::initializer_list<int> numbers) {
+    std::string text;
+    for (const int number : numbers)
+        text += (text.empty() ? "" : ", ") + std::to_string(number);
+    return text;
+}
+
 // The field of a record that differs, as the rule and the place it breaks.
 Error describe_difference(const BrickRecord &stored, const BrickRecord &expected, std::uint64_t offset) {
-    const auto bad = [&](std::size_t field, const char *message) {
-        return Error{ErrorCode::bad_content, offset + field, message};
-    };
-    if (stored.x != expected.x || stored.y != expected.y || stored.z != expected.z)
-        return bad(offsetof(BrickRecord, x), "5.11.2 the brick stands elsewhere");
-    if (stored.first_point != expected.first_point || stored.first_node != expected.first_node)
-        return bad(offsetof(BrickRecord, first_point), "5.11.2 the brick's points or masks start elsewhere");
+    const auto place = [](const BrickRecord &brick) { return list({brick.x, brick.y, brick.z}); };
+    const auto first = [](const BrickRecord &brick) { return list({brick.first_point, brick.first_node}); };
+    const auto cone = [](const BrickRecord &brick) { return list({brick.cone_axis, brick.cone_cosine}); };
+    const auto bounds = [](const BrickRecord &brick) { return list({brick.largest_radius, brick.flags}); };
+    if (place(stored) != place(expected))
+        return broken("5.11.2", offset + offsetof(BrickRecord, x), "the brick stands elsewhere", place(expected),
+                      place(stored));
+    if (first(stored) != first(expected))
+        return broken("5.11.2", offset + offsetof(BrickRecord, first_point),
+                      "the brick's points or masks start elsewhere", first(expected), first(stored));
     if (stored.node_map != expected.node_map)
-        return bad(offsetof(BrickRecord, node_map), "5.11.2 the brick's node map is not that of the octree");
-    if (stored.cone_axis != expected.cone_axis || stored.cone_cosine != expected.cone_cosine)
-        return bad(offsetof(BrickRecord, cone_axis), "5.11.3 the brick's normal cone is not that of its points");
-    return bad(offsetof(BrickRecord, largest_radius), "5.11.4 the brick's radius or flags are not those of its points");
+        return broken("5.11.2", offset + offsetof(BrickRecord, node_map),
+                      "the brick's node map is not that of the octree", hash_value(expected.node_map),
+                      hash_value(stored.node_map));
+    if (cone(stored) != cone(expected))
+        return broken("5.11.3", offset + offsetof(BrickRecord, cone_axis),
+                      "the brick's normal cone is not that of its points", cone(expected), cone(stored));
+    return broken("5.11.4", offset + offsetof(BrickRecord, largest_radius),
+                  "the brick's radius or flags are not those of its points", bounds(expected), bounds(stored));
 }
 
 Status check_bricks(const ChunkEntry &entry, const ChunkView &view, const SectionEntry &section, int level,
                     const BrickParents &parents, std::vector<BrickRecord> &expected) {
     expected.resize(entry.shape.bricks);
     if (!index_bricks(parents, entry.shape, level, view.masks, view.normals, view.radii, expected))
-        return Error{ErrorCode::bad_directory, entry.offset,
-                     "5.11.1 the chunk does not hold whole bricks, as many as the directory says, below its root"};
+        return broken("5.11.1", entry.offset,
+                      "the chunk does not hold whole bricks, as many as the directory says, below its root",
+                      entry.shape.bricks);
     const auto differ = std::mismatch(expected.begin(), expected.end(), view.bricks.begin());
     if (differ.first == expected.end())
         return {};
@@ -128,8 +144,9 @@ Status check_bricks(const ChunkEntry &entry, const ChunkView &view, const Sectio
 Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const ChunkRules &rules,
                    const BrickParents &parents) {
     thread_local ProofScratch scratch;
-    if (hash64(file.subspan(entry.offset, entry.stored_bytes)) != entry.hash)
-        return Error{ErrorCode::bad_hash, entry.offset, "5.6.4 the chunk was changed: its hash does not match"};
+    if (const std::uint64_t hash = hash64(file.subspan(entry.offset, entry.stored_bytes)); hash != entry.hash)
+        return broken("5.6.4", entry.offset, "the chunk was changed: its hash does not match", hash_value(entry.hash),
+                      hash_value(hash));
     const ChunkView view = view_chunk(entry, file, bricks, rules.set, rules.level);
     Status status = check_padding(entry, file, rules.set);
     if (status)

@@ -1,5 +1,7 @@
 #include "pbm_format/octree.h"
 
+#include "pbm_format/catalogue.h"
+
 #include <algorithm>
 
 namespace pbm {
@@ -51,14 +53,14 @@ std::uint64_t count_children(ByteView masks) {
 Result<std::vector<MortonCode>> expand_level(std::span<const MortonCode> parents, ByteView masks,
                                              std::size_t max_codes) {
     if (parents.size() != masks.size())
-        return Error{ErrorCode::truncated, std::min(parents.size(), masks.size()),
-                     "4.3 the number of masks is not the number of nodes above"};
+        return broken("4.3", std::min(parents.size(), masks.size()),
+                      "the number of masks is not the number of nodes above", parents.size(), masks.size());
     const auto zero = std::find(masks.begin(), masks.end(), std::uint8_t{0});
     if (zero != masks.end())
-        return Error{ErrorCode::bad_octree, static_cast<std::uint64_t>(zero - masks.begin()), "4.2 zero child mask"};
+        return broken("4.2", static_cast<std::uint64_t>(zero - masks.begin()), "zero child mask", "1..255", 0);
     const std::uint64_t count = count_children(masks);
     if (count > max_codes)
-        return Error{ErrorCode::too_large, masks.size(), "4.5 more nodes than allowed"};
+        return broken("4.5", masks.size(), "more nodes than allowed", "at most " + std::to_string(max_codes), count);
     std::vector<MortonCode> codes;
     codes.reserve(count);
     for (std::size_t i = 0; i < masks.size(); ++i)

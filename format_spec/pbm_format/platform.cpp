@@ -1,5 +1,6 @@
 #include "pbm_format/platform.h"
 
+#include "pbm_format/catalogue.h"
 #include "pbm_format/descriptor.h"
 
 #include <algorithm>
@@ -73,22 +74,27 @@ Result<std::string> follow_links(std::string path) {
     return io_error("cannot write", ELOOP);
 }
 
+Error cannot_open(int number) {
+    const Error error = io_error("cannot open", number);
+    return error.code == ErrorCode::io ? broken("io.open", 0, error.message) : error;
+}
+
 } // namespace
 
 Result<MappedFile> MappedFile::open(const std::string &path) {
     if (path == "-")
-        return Error{ErrorCode::io, 0, "standard input cannot be read here; write it to a file first"};
+        return broken("io.not_a_file", 0, "standard input cannot be read here; write it to a file first");
     // O_NONBLOCK: a pipe without a writer is refused below instead of waited for.
     const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (!file.ok())
-        return io_error("cannot open", errno);
+        return cannot_open(errno);
     struct stat status {};
     if (::fstat(file.number(), &status) != 0)
         return io_error("cannot read", errno);
     if (S_ISDIR(status.st_mode))
-        return Error{ErrorCode::io, 0, "cannot open: this is a folder"};
+        return broken("io.not_a_file", 0, "cannot open: this is a folder");
     if (!S_ISREG(status.st_mode))
-        return Error{ErrorCode::io, 0, "cannot open: not a regular file; write what it sends to a file first"};
+        return broken("io.not_a_file", 0, "cannot open: not a regular file; write what it sends to a file first");
     const auto size = static_cast<std::size_t>(status.st_size);
     if (size == 0)
         return MappedFile(nullptr, 0);
@@ -108,9 +114,9 @@ Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_
     constexpr std::size_t kFirst = std::size_t{1} << 20, kMostAtOnce = std::size_t{1} << 30;
     const Descriptor file(path == "-" ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
     if (!file.ok())
-        return io_error("cannot open", errno);
+        return cannot_open(errno);
     if (::isatty(file.number()) == 1)
-        return Error{ErrorCode::io, 0, "cannot read: this is a terminal; name a file, or send one through a pipe"};
+        return broken("io.not_a_file", 0, "cannot read: this is a terminal; name a file, or send one through a pipe");
     const auto too_long = [&] {
         return Error{ErrorCode::memory, 0,
                      "more than " + std::to_string(max_bytes >> 20) + " MiB from a stream; write it to a file first"};

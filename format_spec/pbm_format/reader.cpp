@@ -1,5 +1,7 @@
 #include "pbm_format/reader.h"
 
+#include "pbm_format/catalogue.h"
+#include "pbm_format/file_rules.h"
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
@@ -13,14 +15,6 @@ namespace {
 Error at_section(Error error, const SectionEntry &section) {
     error.offset += section.offset;
     return error;
-}
-
-Status prove_hash(ByteView file, const SectionEntry &section) {
-    if (hash64(file.subspan(section.offset, section.stored_bytes)) == section.hash)
-        return {};
-    return Error{ErrorCode::bad_hash, section.offset,
-                 "3.2.14 the " + std::string(to_string(section.type)) +
-                     " section was changed: its hash does not match"};
 }
 
 // Decodes a small section into `to` after proving its hash.
@@ -89,9 +83,9 @@ Result<Reader> Reader::open(ByteView file) {
     }
     if (status)
         status = check_root(reader.header_.root, parameters);
-    if (status && reader.section(SectionType::level_chunks, static_cast<std::uint32_t>(depth))->count !=
-                      reader.header_.point_count)
-        status = Error{ErrorCode::bad_header, 56, "2.18 the header's point count is not that of the finest level"};
+    if (status)
+        status = check_point_count(reader.header_,
+                                   *reader.section(SectionType::level_chunks, static_cast<std::uint32_t>(depth)));
     if (!status)
         return std::move(status).error();
     reader.directories_.resize(static_cast<std::size_t>(depth) + 1);
@@ -119,9 +113,8 @@ Result<const LevelDirectory *> Reader::directory(int level) {
         });
         if (!status)
             return status.error();
-        if (entry.count != read.chunks.size())
-            return Error{ErrorCode::bad_directory, entry.offset,
-                         "5.5.11 the section table counts other chunks than there are"};
+        if (const Status counted = check_chunk_count(read, entry); !counted)
+            return counted.error();
         ProvenChunks proven;
         if (header_.storage() == Storage::mapped) {
             const SectionEntry &bricks = *section(SectionType::level_bricks, static_cast<std::uint32_t>(next));
@@ -229,8 +222,9 @@ Status check_brick_count(const LevelDirectory &directory, const SectionEntry &br
         directory.chunks.empty() ? 0 : directory.chunks.back().first_brick + directory.chunks.back().shape.bricks;
     if (bricks.element_bytes == kBrickRecordBytes && bricks.count == count)
         return {};
-    return Error{ErrorCode::bad_directory, bricks.offset,
-                 "5.10.2 the bricks section does not hold the bricks that the directory counts"};
+    return broken("5.10.2", bricks.offset, "the bricks section does not hold the bricks that the directory counts",
+                  std::to_string(count) + " of 24 bytes",
+                  std::to_string(bricks.count) + " of " + std::to_string(bricks.element_bytes) + " bytes");
 }
 
 PointAttributes root_points(const RootRecord &root, const AttributeSet &set) {
@@ -352,9 +346,10 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) {
         return images.error();
     memory += decoded_bytes(*images);
     if (memory > options.max_memory)
-        return Error{ErrorCode::memory, 0,
-                     "the model needs " + std::to_string(memory >> 20) + " MiB of memory, more than allowed (" +
-                         std::to_string(options.max_memory >> 20) + " MiB): draw a coarser level or allow more"};
+        return broken("system.memory", 0,
+                      "the model needs " + std::to_string(memory >> 20) + " MiB of memory, more than allowed (" +
+                          std::to_string(options.max_memory >> 20) + " MiB): draw a coarser level or allow more",
+                      options.max_memory, memory);
     Model model;
     model.parameters = reader.parameters();
     model.metadata = reader.metadata();
@@ -374,9 +369,8 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) {
 Status Reader::verify_stored() const {
     std::uint64_t end = kHeaderBytes + sections_.size() * kSectionEntryBytes;
     for (const SectionEntry &entry : sections_) {
-        for (; end < entry.offset; ++end)
-            if (file_[end] != 0)
-                return Error{ErrorCode::bad_table, end, "3.2.12 padding is not zero"};
+        if (Status status = check_padding(file_, end, entry.offset); !status)
+            return status;
         end = entry.offset + entry.stored_bytes;
         if (Status status = prove_hash(file_, entry); !status)
             return status;
@@ -402,8 +396,9 @@ Status Reader::verify_all(int threads, std::uint64_t max_memory) {
         const SectionEntry &entry = *section(SectionType::level_directory, static_cast<std::uint32_t>(level));
         for (std::size_t i = 0; i < std::max(shapes.size(), directory.chunks.size()); ++i)
             if (i >= shapes.size() || i >= directory.chunks.size() || shapes[i] != directory.chunks[i].shape)
-                return Error{ErrorCode::bad_directory, entry.offset + i * chunk_entry_bytes(parameters_.attributes),
-                             "5.2 the chunk is not a maximal subtree within the limit"};
+                return wrong_split(entry.offset + i * chunk_entry_bytes(parameters_.attributes),
+                                   i < shapes.size() ? &shapes[i] : nullptr,
+                                   i < directory.chunks.size() ? &directory.chunks[i].shape : nullptr);
     }
     for (const SectionEntry *entry : rasters()) {
         Image level_0;
@@ -413,8 +408,8 @@ Status Reader::verify_all(int threads, std::uint64_t max_memory) {
         if (!faults.empty())
             return faults.front();
     }
-    if (content_id(model, expected, header_.chunk_points) != header_.content_id)
-        return Error{ErrorCode::bad_content, 72, "8.1 content_id is not that of the content"};
+    if (Status status = check_content_id(header_, content_id(model, expected, header_.chunk_points)); !status)
+        return status;
 
     std::vector<PointAttributes> stored(static_cast<std::size_t>(depth()));
     for (std::size_t level = 0; level < stored.size(); ++level)
@@ -422,10 +417,9 @@ Status Reader::verify_all(int threads, std::uint64_t max_memory) {
     average_levels(model, threads);
     for (std::size_t level = 0; level < stored.size(); ++level)
         if (stored[level] != model.levels[level].points)
-            return Error{ErrorCode::bad_content,
-                         level == 0 ? 88
-                                    : section(SectionType::level_chunks, static_cast<std::uint32_t>(level))->offset,
-                         "7.1 level " + std::to_string(level) + " does not hold the averages of the finest points"};
+            return wrong_averages(
+                level == 0 ? 88 : section(SectionType::level_chunks, static_cast<std::uint32_t>(level))->offset, level,
+                find_wrong_average(stored[level], model.levels[level].points, parameters_.attributes));
     return {};
 }
 

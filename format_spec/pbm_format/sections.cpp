@@ -1,6 +1,8 @@
 // The small sections: grid, attributes, materials, lights, texture, ground plane.
 #include "pbm_format/layout.h"
 
+#include "pbm_format/catalogue.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -15,11 +17,11 @@ constexpr std::size_t kLightBytes = 48;
 constexpr std::size_t kTextureBytes = 32 + 3 * 256;
 constexpr std::size_t kGroundBytes = 32; // without its texture
 
-Error bad_section(std::uint64_t offset, std::string message) {
-    return {ErrorCode::bad_section, offset, std::move(message)};
-}
-
 bool in_range(float value, float low, float high) { return value >= low && value <= high; }
+
+std::string text_of(const Rgb8 &colour) {
+    return std::to_string(colour[0]) + " " + std::to_string(colour[1]) + " " + std::to_string(colour[2]);
+}
 
 } // namespace
 
@@ -36,7 +38,7 @@ Bytes encode_grid(const Grid &grid) {
 
 Result<Grid> decode_grid(ByteView bytes, int depth) {
     if (bytes.size() != kGridBytes)
-        return bad_section(0, "3.4.1 the grid section is not 48 bytes");
+        return broken("3.4.1", 0, "the grid section is not 48 bytes", kGridBytes, bytes.size());
     ByteReader in(bytes);
     Grid grid;
     grid.depth = depth;
@@ -47,15 +49,17 @@ Result<Grid> decode_grid(ByteView bytes, int depth) {
     in.zeros(14);
     for (std::size_t axis = 0; axis < 3; ++axis)
         if (!std::isfinite(grid.origin[axis]) || !std::isfinite(grid.origin[axis] + grid.edge()))
-            return bad_section(8 * axis, "3.4.2 the grid's corner is not finite");
+            return broken("3.4.2", 8 * axis, "the grid's corner is not finite", "finite, with the edge added too",
+                          grid.origin[axis]);
     if (!std::isnormal(grid.voxel_size) || grid.voxel_size <= 0)
-        return bad_section(24, "3.4.3 the voxel size is not a positive number");
+        return broken("3.4.3", 24, "the voxel size is not a positive number", "a positive normal number",
+                      grid.voxel_size);
     if (unit > static_cast<std::uint8_t>(Unit::kilometre))
-        return bad_section(32, "3.4.4 unknown unit");
+        return broken("3.4.4", 32, "unknown unit", "0..6", unit);
     if (up > static_cast<std::uint8_t>(UpAxis::x))
-        return bad_section(33, "3.4.5 unknown up axis");
+        return broken("3.4.5", 33, "unknown up axis", "0..2", up);
     if (!in.reserved_clear())
-        return bad_section(34, "3.4.6 reserved bytes are not zero");
+        return broken("3.4.6", 34, "reserved bytes are not zero", 0);
     grid.unit = Unit{unit};
     grid.up = UpAxis{up};
     return grid;
@@ -81,7 +85,8 @@ Bytes encode_attributes(const AttributeSet &set, int depth) {
 
 Result<AttributeSet> decode_attributes(ByteView bytes, int depth) {
     if (bytes.size() % kAttributeBytes != 0)
-        return bad_section(0, "3.5.1 the attribute section is not a multiple of 24 bytes");
+        return broken("3.5.1", 0, "the attribute section is not a multiple of 24 bytes", "a multiple of 24",
+                      bytes.size());
     AttributeSet set;
     ByteReader in(bytes);
     int previous = static_cast<int>(StreamKind::masks);
@@ -95,21 +100,24 @@ Result<AttributeSet> decode_attributes(ByteView bytes, int depth) {
             level_bits = in.u8();
         in.zeros(3);
         if (kind < static_cast<int>(StreamKind::normal) || kind > static_cast<int>(StreamKind::shadow))
-            return Error{ErrorCode::unsupported_feature, at, "3.5.2 an attribute this program does not know"};
+            return broken("3.5.2", at, "an attribute this program does not know", "1..6", kind);
         const auto stream = StreamKind{kind};
         const bool shadow = stream == StreamKind::shadow;
         if (shadow ? previous > kind || light != set.lights || light >= kMaxLights : previous >= kind || light != 0)
-            return bad_section(at, "3.5.3 attributes are not in order, or one is there twice");
+            return broken("3.5.3", at, "attributes are not in order, or one is there twice",
+                          shadow ? "light " + std::to_string(set.lights) : "after " + std::to_string(previous),
+                          shadow ? "light " + std::to_string(light) : std::to_string(kind));
         if (stream == StreamKind::colour ? format < 1 || format > 2 : format != 0)
-            return Error{ErrorCode::unsupported_feature, at + 1,
-                         "3.5.4 an attribute format this program does not know"};
+            return broken("3.5.4", at + 1, "an attribute format this program does not know",
+                          stream == StreamKind::colour ? "1..2" : "0", format);
         for (std::size_t level = 0; level < bits.size(); ++level) {
             const bool used = shadow && static_cast<int>(level) <= depth;
             if (used ? !std::has_single_bit(bits[level]) || bits[level] > 8 : bits[level] != 0)
-                return bad_section(at + 4 + level, "3.5.5 bits of a lit fraction are not 1, 2, 4 or 8");
+                return broken("3.5.5", at + 4 + level, "bits of a lit fraction are not 1, 2, 4 or 8",
+                              used ? "1, 2, 4 or 8" : "0", bits[level]);
         }
         if (!in.reserved_clear())
-            return bad_section(at, "3.5.6 reserved bytes are not zero");
+            return broken("3.5.6", at, "reserved bytes are not zero", 0);
         previous = kind;
         switch (stream) {
         case StreamKind::colour: set.colour = ColourFormat{format}; break;
@@ -120,7 +128,7 @@ Result<AttributeSet> decode_attributes(ByteView bytes, int depth) {
         }
     }
     if (mandatory != 2)
-        return bad_section(0, "3.5.7 normal or radius is missing");
+        return broken("3.5.7", 0, "normal or radius is missing");
     return set;
 }
 
@@ -141,7 +149,8 @@ Bytes encode_materials(std::span<const Material> materials) {
 
 Result<std::vector<Material>> decode_materials(ByteView bytes) {
     if (bytes.empty() || bytes.size() % kMaterialBytes != 0 || bytes.size() / kMaterialBytes > kMaxMaterials)
-        return bad_section(0, "3.6.1 the material section does not hold 1 to 8 materials of 32 bytes");
+        return broken("3.6.1", 0, "the material section does not hold 1 to 8 materials of 32 bytes", "32 x 1..8",
+                      bytes.size());
     std::vector<Material> materials;
     ByteReader in(bytes);
     while (in.offset() < bytes.size()) {
@@ -156,14 +165,16 @@ Result<std::vector<Material>> decode_materials(ByteView bytes) {
         in.zeros(1);
         material.environment = in.f32();
         in.zeros(8);
-        if (!in_range(material.ka, 0, 1) || !in_range(material.kd, 0, 1) || !in_range(material.ks, 0, 1))
-            return bad_section(at, "3.6.2 a reflection coefficient is not 0..1");
+        for (const float coefficient : {material.ka, material.kd, material.ks})
+            if (!in_range(coefficient, 0, 1))
+                return broken("3.6.2", at, "a reflection coefficient is not 0..1", "0..1", coefficient);
         if (!in_range(material.power, 1e-6F, 1024))
-            return bad_section(at + 12, "3.6.3 a specular exponent is not above 0 and at most 1,024");
+            return broken("3.6.3", at + 12, "a specular exponent is not above 0 and at most 1,024", "1e-6..1024",
+                          material.power);
         if (!in_range(material.environment, 0, 1))
-            return bad_section(at + 20, "3.6.4 an environment blending factor is not 0..1");
+            return broken("3.6.4", at + 20, "an environment blending factor is not 0..1", "0..1", material.environment);
         if (!in.reserved_clear())
-            return bad_section(at + 19, "3.6.5 reserved bytes are not zero");
+            return broken("3.6.5", at + 19, "reserved bytes are not zero", 0);
         materials.push_back(material);
     }
     return materials;
@@ -185,7 +196,8 @@ Bytes encode_lights(std::span<const Light> lights) {
 
 Result<std::vector<Light>> decode_lights(ByteView bytes) {
     if (bytes.empty() || bytes.size() % kLightBytes != 0 || bytes.size() / kLightBytes > kMaxLights)
-        return bad_section(0, "3.7.1 the light section does not hold 1 to 8 lights of 48 bytes");
+        return broken("3.7.1", 0, "the light section does not hold 1 to 8 lights of 48 bytes", "48 x 1..8",
+                      bytes.size());
     std::vector<Light> lights;
     ByteReader in(bytes);
     while (in.offset() < bytes.size()) {
@@ -199,22 +211,23 @@ Result<std::vector<Light>> decode_lights(ByteView bytes) {
         light.exponent = in.f32();
         in.zeros(4);
         if (kind > static_cast<std::uint8_t>(LightKind::spot))
-            return bad_section(at, "3.7.2 unknown kind of light");
+            return broken("3.7.2", at, "unknown kind of light", "0..2", kind);
         light.kind = LightKind{kind};
         for (const float component : light.intensity)
             if (!in_range(component, 0, 1e6F))
-                return bad_section(at + 4, "3.7.3 a light's intensity is not 0..1,000,000");
+                return broken("3.7.3", at + 4, "a light's intensity is not 0..1,000,000", "0..1000000", component);
         for (const float component : light.position)
             if (!std::isfinite(component))
-                return bad_section(at + 16, "3.7.4 a light's position is not finite");
+                return broken("3.7.4", at + 16, "a light's position is not finite", "finite", component);
         const auto &d = light.direction;
         const float length_squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         if (!in_range(length_squared, 0.998F, 1.002F))
-            return bad_section(at + 28, "3.7.5 a light's direction is not of unit length");
+            return broken("3.7.5", at + 28, "a light's direction is not of unit length", "0.998..1.002",
+                          length_squared);
         if (!in_range(light.exponent, 0, 1024))
-            return bad_section(at + 40, "3.7.6 a spot exponent is not 0..1,024");
+            return broken("3.7.6", at + 40, "a spot exponent is not 0..1,024", "0..1024", light.exponent);
         if (!in.reserved_clear())
-            return bad_section(at + 1, "3.7.7 reserved bytes are not zero");
+            return broken("3.7.7", at + 1, "reserved bytes are not zero", 0);
         lights.push_back(light);
     }
     return lights;
@@ -235,7 +248,7 @@ Bytes encode_texture(const SolidTexture &texture) {
 
 Result<SolidTexture> decode_texture(ByteView bytes) {
     if (bytes.size() != kTextureBytes)
-        return bad_section(0, "3.8.1 the texture section is not 800 bytes");
+        return broken("3.8.1", 0, "the texture section is not 800 bytes", kTextureBytes, bytes.size());
     ByteReader in(bytes);
     SolidTexture texture;
     const std::uint8_t kind = in.u8();
@@ -248,11 +261,13 @@ Result<SolidTexture> decode_texture(ByteView bytes) {
         for (auto &channel : colour)
             channel = in.u8();
     if (kind != static_cast<std::uint8_t>(TextureKind::marble) && kind != static_cast<std::uint8_t>(TextureKind::wood))
-        return bad_section(0, "3.8.2 unknown kind of texture");
-    if (!in_range(texture.scale, 1e-9F, 1e9F) || !in_range(texture.turbulence, 0, 1e6F))
-        return bad_section(8, "3.8.3 texture scale or turbulence out of range");
+        return broken("3.8.2", 0, "unknown kind of texture", "1..2", kind);
+    if (!in_range(texture.scale, 1e-9F, 1e9F))
+        return broken("3.8.3", 8, "texture scale or turbulence out of range", "scale 1e-9..1e9", texture.scale);
+    if (!in_range(texture.turbulence, 0, 1e6F))
+        return broken("3.8.3", 8, "texture scale or turbulence out of range", "turbulence 0..1e6", texture.turbulence);
     if (!in.reserved_clear())
-        return bad_section(1, "3.8.4 reserved bytes are not zero");
+        return broken("3.8.4", 1, "reserved bytes are not zero", 0);
     texture.kind = TextureKind{kind};
     return texture;
 }
@@ -271,7 +286,8 @@ Bytes encode_ground_plane(const GroundPlane &ground) {
 
 Result<GroundPlane> decode_ground_plane(ByteView bytes) {
     if (bytes.size() != kGroundBytes && bytes.size() != kGroundBytes + kTextureBytes)
-        return bad_section(0, "3.11.1 the ground plane is not 32 bytes, nor 832 with a texture");
+        return broken("3.11.1", 0, "the ground plane is not 32 bytes, nor 832 with a texture", "32 or 832",
+                      bytes.size());
     ByteReader in(bytes);
     GroundPlane ground;
     for (float &coordinate : ground.centre)
@@ -281,11 +297,12 @@ Result<GroundPlane> decode_ground_plane(ByteView bytes) {
     in.zeros(15);
     for (const float coordinate : ground.centre)
         if (!std::isfinite(coordinate))
-            return bad_section(0, "3.11.2 the centre of the ground plane is not finite");
+            return broken("3.11.2", 0, "the centre of the ground plane is not finite", "finite", coordinate);
     if (!std::isnormal(ground.half_edge) || ground.half_edge <= 0)
-        return bad_section(12, "3.11.3 half the edge of the ground plane is not a positive number");
+        return broken("3.11.3", 12, "half the edge of the ground plane is not a positive number",
+                      "a positive normal number", ground.half_edge);
     if (!in.reserved_clear())
-        return bad_section(17, "3.11.4 reserved bytes are not zero");
+        return broken("3.11.4", 17, "reserved bytes are not zero", 0);
     if (bytes.size() == kGroundBytes)
         return ground;
     Result<SolidTexture> texture = decode_texture(bytes.subspan(kGroundBytes));
@@ -298,11 +315,14 @@ Result<GroundPlane> decode_ground_plane(ByteView bytes) {
 }
 
 Status check_rasters(const ModelParameters &parameters, bool ground_texture, std::size_t lit) {
-    if (ground_texture != (parameters.ground && parameters.ground->texture))
-        return bad_section(0, "3.9.5 the ground plane's texture and its raster go together");
+    const bool wanted = parameters.ground && parameters.ground->texture;
+    if (ground_texture != wanted)
+        return broken("3.9.5", 0, "the ground plane's texture and its raster go together", wanted ? "a raster" : "none",
+                      ground_texture ? "a raster" : "none");
     if (lit != 0 && (!parameters.ground || lit != static_cast<std::size_t>(parameters.attributes.lights)))
-        return bad_section(0,
-                           "3.9.6 lit fractions of a ground plane are not those of every light with a shadow stream");
+        return broken("3.9.6", 0, "lit fractions of a ground plane are not those of every light with a shadow stream",
+                      parameters.ground ? Value(parameters.attributes.lights) : Value("no ground plane"),
+                      lit > kMaxLights ? Value("a gap") : Value(lit));
     return {};
 }
 
@@ -319,36 +339,42 @@ Status check_rasters(const ModelParameters &parameters, std::span<const SectionE
 
 Status check_parameters(const ModelParameters &parameters) {
     if (parameters.attributes.lights > static_cast<int>(parameters.lights.size()))
-        return bad_section(0, "3.9.1 a shadow stream belongs to no light");
+        return broken("3.9.1", 0, "a shadow stream belongs to no light",
+                      "at most " + std::to_string(parameters.lights.size()), parameters.attributes.lights);
     if (parameters.attributes.texture != !parameters.texture.empty())
-        return bad_section(0, "3.9.2 texture values and the texture section go together");
+        return broken("3.9.2", 0, "texture values and the texture section go together",
+                      parameters.attributes.texture ? "a texture section" : "none",
+                      parameters.texture.empty() ? "none" : "a texture section");
     const std::optional<GroundPlane> &ground = parameters.ground;
     const std::size_t used = ground && ground->material == 1 ? 2 : 1; // without stream
     if (!parameters.attributes.material && parameters.materials.size() > used)
-        return bad_section(0, "3.9.3 a material that neither a material stream nor the ground plane can use");
+        return broken("3.9.3", 0, "a material that neither a material stream nor the ground plane can use", used,
+                      parameters.materials.size());
     if (ground && ground->material >= parameters.materials.size())
-        return bad_section(0, "3.9.4 the material of the ground plane does not exist");
+        return broken("3.9.4", 0, "the material of the ground plane does not exist",
+                      "below " + std::to_string(parameters.materials.size()), ground->material);
     return {};
 }
 
 Status check_root(const RootRecord &root, const ModelParameters &parameters) {
     const AttributeSet &set = parameters.attributes;
-    const auto bad = [](std::uint64_t offset, const char *message) {
-        return Error{ErrorCode::bad_header, offset, message};
-    };
     if ((root.normal & ~(kNormalIndexMask | kTwoSidedBit)) != 0)
-        return bad(88, "2.13 the root's normal has reserved bits");
+        return broken("2.13", 88, "the root's normal has reserved bits", "below 16384", root.normal);
     if (set.colour != ColourFormat::rgb888 &&
         (set.colour == ColourFormat::none || expand_565(pack_565(root.colour)) != root.colour) && root.colour != Rgb8{})
-        return bad(90, "2.14 the root's colour is not of the file's colour format");
+        return broken("2.14", 90, "the root's colour is not of the file's colour format",
+                      set.colour == ColourFormat::none ? text_of(Rgb8{}) : text_of(expand_565(pack_565(root.colour))),
+                      text_of(root.colour));
     if (root.material >= parameters.materials.size())
-        return bad(93, "2.15 the root's material does not exist");
+        return broken("2.15", 93, "the root's material does not exist",
+                      "below " + std::to_string(parameters.materials.size()), root.material);
     if (!set.texture && root.texture != 0)
-        return bad(95, "2.16 the root has a texture value, the file has none");
+        return broken("2.16", 95, "the root has a texture value, the file has none", 0, root.texture);
     for (std::size_t light = 0; light < kMaxLights; ++light) {
         const unsigned bits = static_cast<int>(light) < set.lights ? set.shadow_bits[light][0] : 0U;
         if (root.shadow[light] >= 1U << bits)
-            return bad(96 + light, "2.17 the root's lit fraction is out of range");
+            return broken("2.17", 96 + light, "the root's lit fraction is out of range",
+                          "below " + std::to_string(1U << bits), root.shadow[light]);
     }
     return {};
 }

@@ -1,5 +1,7 @@
 #include "pbm_format/stream_rules.h"
 
+#include "pbm_format/catalogue.h"
+
 #include <algorithm>
 #include <bit>
 
@@ -9,12 +11,12 @@ namespace {
 
 Bytes to_bytes(ByteView view) { return {view.begin(), view.end()}; }
 
-Status check_values(ByteView values, unsigned limit, std::uint64_t offset, const char *message) {
+Status check_values(ByteView values, unsigned limit, std::uint64_t offset, Reason reason, const char *text) {
     std::uint8_t most = 0;
     for (const std::uint8_t value : values) // not max_element, which compilers do not vectorise
         most = std::max(most, value);
     if (most >= limit)
-        return Error{ErrorCode::bad_attribute, offset, message};
+        return broken(reason, offset, text, "below " + std::to_string(limit), most);
     return {};
 }
 
@@ -60,10 +62,10 @@ Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &
 
 Status check_masks(const MaskSummary &summary, std::uint32_t points, std::uint64_t offset) {
     if (summary.zero)
-        return Error{ErrorCode::bad_octree, offset, "4.2 zero child mask"};
+        return broken("4.2", offset, "zero child mask", "1..255", 0);
     if (summary.children != points)
-        return Error{ErrorCode::bad_octree, offset,
-                     "4.4 the masks announce another number of points than the directory"};
+        return broken("4.4", offset, "the masks announce another number of points than the directory", points,
+                      summary.children);
     return {};
 }
 
@@ -75,31 +77,31 @@ Status mark_normals(std::span<const std::uint16_t> normals, NormalOccurrence &oc
         occurs[normal & kUsedBits] = 1;
     }
     if ((bits & ~kUsedBits) != 0)
-        return Error{ErrorCode::bad_attribute, offset, "6.1.4 a normal has reserved bits"};
+        return broken("6.1.4", offset, "a normal has reserved bits");
     return {};
 }
 
 Status check_cone(const NormalOccurrence &occurs, const NormalCone &cone, std::uint64_t offset) {
     if (cone.cosine != kNoCone && !cone_holds(cone, occurs))
-        return Error{ErrorCode::bad_attribute, offset, "5.7.1 a normal lies outside the chunk's normal cone"};
+        return broken("5.7.1", offset, "a normal lies outside the chunk's normal cone", cone.cosine);
     return {};
 }
 
 Status check_radii(ByteView radii, bool finest, std::uint64_t offset) {
-    return finest ? check_values(radii, kMaxFinestRadius + 1U, offset,
-                                 "6.2.2 a radius is more than 5 % of the grid's edge")
+    return finest ? check_values(radii, kMaxFinestRadius + 1U, offset, "6.2.2",
+                                 "a radius is more than 5 % of the grid's edge")
                   : Status{};
 }
 
 Status check_materials(ByteView materials, std::size_t material_count, std::uint64_t offset) {
-    return check_values(materials, static_cast<unsigned>(material_count), offset,
-                        "6.4.1 a material index names no material");
+    return check_values(materials, static_cast<unsigned>(material_count), offset, "6.4.1",
+                        "a material index names no material");
 }
 
 Status check_packed_tail(ByteView packed, std::uint32_t points, unsigned bits, std::uint64_t offset) {
     const std::size_t used = points * std::size_t{bits} % 8;
     if (used != 0 && packed.back() >> used != 0)
-        return Error{ErrorCode::bad_attribute, offset, "6.6.1 bits after the last lit fraction are not zero"};
+        return broken("6.6.1", offset, "bits after the last lit fraction are not zero", 0, packed.back() >> used);
     return {};
 }
 

@@ -1,5 +1,7 @@
 #include "pbm_format/tiled_image.h"
 
+#include "pbm_format/catalogue.h"
+
 #include <atomic>
 #include <mutex>
 #include <new>
@@ -75,7 +77,7 @@ const std::uint8_t *TiledImage::State::read_tile(std::size_t number) {
     const std::size_t bytes = grid.tile_bytes(grid.level_of(number));
     std::unique_ptr<std::uint8_t[]> texels(new (std::nothrow) std::uint8_t[bytes]);
     if (!texels)
-        return refuse(number, {ErrorCode::memory, 0, "no memory for a tile of a raster"});
+        return refuse(number, broken("system.memory", 0, "no memory for a tile of a raster"));
     Status status = decode_tile(section, offset, directory, number, {texels.get(), bytes});
     return status ? keep(number, texels.release()) : refuse(number, std::move(status).error());
 }

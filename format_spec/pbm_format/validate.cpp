@@ -1,15 +1,45 @@
 #include "pbm_format/validate.h"
 
+#include "pbm_format/advice.h"
 #include "pbm_format/chunk.h"
+#include "pbm_format/file_rules.h"
 #include "pbm_format/mapped_chunk.h"
 #include "pbm_format/parallel.h"
-#include "pbm_format/reader.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 
 namespace pbm {
+
+std::string_view to_string(ValidationLevel level) {
+    switch (level) {
+    case ValidationLevel::quick: return "quick";
+    case ValidationLevel::standard: return "standard";
+    case ValidationLevel::deep: return "deep";
+    }
+    return "unknown";
+}
+
+void ValidationReport::add(Finding finding, const ValidateOptions &options) {
+    if (options.wanted && !options.wanted(*finding.entry)) {
+        ++ignored;
+        return;
+    }
+    totals.resize(kCatalogue.size());
+    std::uint64_t &of_code = totals[static_cast<std::size_t>(finding.entry - kCatalogue.data())];
+    ++total;
+    ++of_code;
+    switch (finding.entry->severity) {
+    case Severity::info: ++infos; break;
+    case Severity::warning: ++warnings; break;
+    case Severity::error:
+        ++errors;
+        exit_code = std::max(exit_code, pbm::exit_code(finding.code));
+        break;
+    }
+    if (findings.size() < options.max_findings && of_code <= options.max_per_code)
+        findings.push_back(std::move(finding));
+}
 
 namespace {
 
@@ -19,25 +49,37 @@ class Validator {
     Validator(ByteView file, const ValidateOptions &options) : file_(file), options_(options) {}
 
     ValidationReport run() {
-        Result<FileHeader> header = decode_header(file_);
-        if (!header)
-            return fault(header.error(), "header"), report_;
-        header_ = *header;
-        Result<std::vector<SectionEntry>> sections = decode_section_table(file_, header_);
-        if (!sections)
-            return fault(sections.error(), "table"), report_;
-        sections_ = std::move(sections).value();
-        check_padding();
-        for (const SectionEntry &entry : sections_)
-            check_hash(entry);
-        check_small_sections();
-        if (!parameters_known_)
-            return report_;
-        check_levels();
-        return report_;
+        prove_all();
+        return std::move(report_);
     }
 
   private:
+    void prove_all() {
+        Result<FileHeader> header = decode_header(file_);
+        if (!header)
+            return fault(header.error(), "header");
+        header_ = *header;
+        Result<std::vector<SectionEntry>> sections = decode_section_table(file_, header_);
+        if (!sections)
+            return fault(sections.error(), "table");
+        sections_ = std::move(sections).value();
+        if (const Status counted = check_point_count(header_, *find(SectionType::level_chunks, header_.depth));
+            !counted)
+            fault(counted.error(), "header");
+        if (options_.level == ValidationLevel::quick)
+            return;
+        if (advises()) {
+            give(advise_on_header(header_), "header");
+            give(advise_on_table(sections_), "table");
+        }
+        check_stored();
+        if (check_small_sections())
+            check_levels();
+    }
+
+    bool deep() const { return options_.level == ValidationLevel::deep; }
+    bool advises() const { return deep() && options_.least != Severity::error; }
+
     std::string name(const SectionEntry &entry) const {
         if (entry.type == SectionType::ground_lit)
             return std::string(to_string(entry.type)) + " " + std::to_string(entry.instance);
@@ -47,9 +89,26 @@ class Validator {
     }
 
     void fault(const Error &error, std::string section, std::int64_t chunk = -1) {
-        ++report_.total;
-        if (report_.findings.size() < options_.max_findings)
-            report_.findings.push_back({error.code, error.offset, std::move(section), chunk, error.message});
+        const CatalogueEntry *entry = entry_of(error);
+        if (entry->severity < options_.least)
+            return;
+        report_.add({.code = error.code,
+                     .offset = error.offset,
+                     .section = std::move(section),
+                     .chunk = chunk,
+                     .message = error.message,
+                     .entry = entry,
+                     .rule = error.rule,
+                     .tile = error.tile,
+                     .expected = error.expected,
+                     .actual = error.actual},
+                    options_);
+        found_fault_ |= entry->severity == Severity::error;
+    }
+
+    void give(const std::vector<Advice> &advice, const std::string &section) {
+        for (const Advice &item : advice)
+            fault(item.what, section, item.chunk);
     }
 
     const SectionEntry *find(SectionType type, std::uint32_t instance = 0) const {
@@ -61,25 +120,24 @@ class Validator {
 
     ByteView stored(const SectionEntry &entry) const { return file_.subspan(entry.offset, entry.stored_bytes); }
 
-    void check_padding() {
-        std::uint64_t at = kHeaderBytes + sections_.size() * kSectionEntryBytes;
+    // Padding and hashes.
+    void check_stored() {
+        std::uint64_t end = kHeaderBytes + sections_.size() * kSectionEntryBytes;
         for (const SectionEntry &entry : sections_) {
-            const ByteView padding = file_.subspan(at, entry.offset - at);
-            const auto bad = std::find_if(padding.begin(), padding.end(), [](std::uint8_t byte) { return byte != 0; });
-            if (bad != padding.end())
-                fault({ErrorCode::bad_table, at + static_cast<std::uint64_t>(bad - padding.begin()),
-                       "3.2.12 padding is not zero"},
-                      "padding");
-            at = entry.offset + entry.stored_bytes;
+            if (const Status status = check_padding(file_, end, entry.offset); !status)
+                fault(status.error(), "padding");
+            end = entry.offset + entry.stored_bytes;
         }
+        for (const SectionEntry &entry : sections_)
+            if (const Status status = prove_hash(file_, entry); !status) {
+                fault(status.error(), name(entry));
+                changed_.push_back(&entry);
+            }
     }
 
-    void check_hash(const SectionEntry &entry) {
-        if (hash64(stored(entry)) != entry.hash)
-            fault(
-                {ErrorCode::bad_hash, entry.offset,
-                 "3.2.14 the " + std::string(to_string(entry.type)) + " section was changed: its hash does not match"},
-                name(entry));
+    // Changed since it was written: what else is wrong with it follows from that.
+    bool is_changed(const SectionEntry &entry) const {
+        return std::find(changed_.begin(), changed_.end(), &entry) != changed_.end();
     }
 
     template <class Decode> auto small_section(SectionType type, Decode &&decode) {
@@ -90,16 +148,25 @@ class Validator {
             return std::optional<Value>(std::move(decoded).value());
         Error error = std::move(decoded).error();
         error.offset += entry.offset;
-        fault(error, name(entry));
+        if (!is_changed(entry))
+            fault(error, name(entry));
         return std::optional<Value>();
     }
 
-    void check_small_sections() {
-        const SectionEntry &metadata = *find(SectionType::metadata);
-        if (Status status = check_metadata(stored(metadata)); !status) {
-            status.error().offset += metadata.offset;
-            fault(status.error(), name(metadata));
-        }
+    void check_metadata_section() {
+        const SectionEntry &entry = *find(SectionType::metadata);
+        Status status = check_metadata(stored(entry));
+        if (status && advises())
+            give(advise_on_metadata(stored(entry), entry.offset), name(entry));
+        if (status || is_changed(entry))
+            return;
+        status.error().offset += entry.offset;
+        fault(status.error(), name(entry));
+    }
+
+    // Whether the parameters are known, so that chunks can be read.
+    bool check_small_sections() {
+        check_metadata_section();
         const int depth = header_.depth;
         const auto grid = small_section(SectionType::grid, [&](ByteView bytes) { return decode_grid(bytes, depth); });
         const auto set =
@@ -123,7 +190,7 @@ class Validator {
             known = known && parameters_.ground;
         }
         if (!known)
-            return;
+            return false;
         parameters_.grid = *grid;
         parameters_.attributes = *set;
         parameters_.materials = *materials;
@@ -132,19 +199,19 @@ class Validator {
             status = check_rasters(parameters_, sections_);
         if (!status) {
             status.error().offset += find(SectionType::attributes)->offset;
-            return fault(status.error(), "attributes");
+            fault(status.error(), "attributes");
+            return false;
         }
-        parameters_known_ = true;
-        if (const Status root = check_root(header_.root, parameters_); !root)
+        if (const Status root = check_root(header_.root, parameters_); !root) {
             fault(root.error(), "header");
+            root_is_wrong_ = true;
+        }
+        return true;
     }
 
     // Directories from coarse to fine; one that is broken ends the walk, since the next ones nest in it.
     void check_levels() {
         const auto finest = static_cast<std::uint32_t>(header_.depth);
-        if (find(SectionType::level_chunks, finest)->count != header_.point_count)
-            fault({ErrorCode::bad_header, 56, "2.18 the header's point count is not that of the finest level"},
-                  "header");
         model_.parameters = parameters_;
         model_.levels.resize(finest + 1);
         model_.levels[0].points = root_points(header_.root, parameters_.attributes);
@@ -156,34 +223,48 @@ class Validator {
                 decode_directory(stored(entry), static_cast<int>(level), parameters_.attributes, header_.chunk_points,
                                  level == 1 ? nullptr : &directories.back(), *find(SectionType::level_chunks, level));
             if (!directory) {
-                directory.error().offset += entry.offset;
-                return fault(directory.error(), name(entry));
+                if (!is_changed(entry))
+                    fault_of_directory(std::move(directory).error(), entry);
+                return;
             }
-            if (entry.count != directory->chunks.size())
-                return fault({ErrorCode::bad_directory, entry.offset,
-                              "5.5.11 the section table counts other chunks than there are"},
-                             name(entry));
+            if (const Status counted = check_chunk_count(*directory, entry); !counted)
+                return fault(counted.error(), name(entry));
             if (header_.storage() == Storage::mapped)
                 if (Status status = check_brick_count(*directory, *find(SectionType::level_bricks, level)); !status)
                     return fault(status.error(), name(*find(SectionType::level_bricks, level)));
             memory += decoded_bytes(*directory, parameters_.attributes);
             directories.push_back(std::move(directory).value());
         }
-        const std::uint64_t faults = report_.total;
         const std::vector<Raster> rasters = read_raster_directories();
         for (const Raster &raster : rasters)
             memory += raster.directory.grid.texel_bytes();
-        if (memory > kDefaultMaxMemory)
-            return fault(
-                {ErrorCode::memory, 0,
-                 "the model needs " + std::to_string(memory >> 20) + " MiB of memory: more than the validator may use"},
-                "chunks");
+        if (memory > options_.max_memory)
+            return fault(broken("system.memory", 0,
+                                "the model needs " + std::to_string(memory >> 20) +
+                                    " MiB of memory: more than the validator may use",
+                                options_.max_memory, memory),
+                         "chunks");
         std::vector<bool> refused{false};
         for (std::uint32_t level = 1; level <= finest; ++level)
             load_level(directories[level], directories[level - 1], *find(SectionType::level_chunks, level), refused);
         prove_rasters(rasters);
-        if (report_.total == faults)
+        if (!is_incomplete_)
             check_whole(directories);
+    }
+
+    void fault_of_directory(Error error, const SectionEntry &entry) {
+        const std::uint64_t chunk = error.offset / chunk_entry_bytes(parameters_.attributes);
+        const bool in_chunk = error.offset != 0 && error.offset < entry.stored_bytes;
+        error.offset += entry.offset;
+        fault(error, name(entry), in_chunk ? static_cast<std::int64_t>(chunk) : -1);
+    }
+
+    // The section in which a fault of a chunk lies: chunks or bricks.
+    std::string section_at(std::uint64_t offset, const SectionEntry &chunks) const {
+        const SectionEntry *bricks = find(SectionType::level_bricks, chunks.instance);
+        const bool inside =
+            bricks != nullptr && offset >= bricks->offset && offset - bricks->offset < bricks->stored_bytes;
+        return name(inside ? *bricks : chunks);
     }
 
     struct Raster {
@@ -202,6 +283,7 @@ class Validator {
                 rasters.push_back({&entry, std::move(directory).value()});
             else
                 fault(directory.error(), name(entry));
+            is_incomplete_ |= !directory;
         }
         return rasters;
     }
@@ -209,8 +291,11 @@ class Validator {
     void prove_rasters(std::span<const Raster> rasters) {
         for (const auto &[entry, directory] : rasters) {
             Image level_0;
-            for (const Error &error : prove_image(stored(*entry), entry->offset, directory, options_.threads, level_0))
+            const std::vector<Error> faults =
+                prove_image(stored(*entry), entry->offset, directory, options_.threads, level_0, deep());
+            for (const Error &error : faults)
                 fault(error, name(*entry));
+            is_incomplete_ |= !faults.empty();
             if (entry->type == SectionType::panorama)
                 model_.images.panorama = std::move(level_0);
             else if (entry->type == SectionType::ground_texture)
@@ -252,7 +337,8 @@ class Validator {
         for (std::size_t i = 0; i < failures.size(); ++i) {
             refused_here[i] = failures[i] || refused[directory.chunks[i].shape.parent_chunk];
             if (failures[i])
-                fault(*failures[i], name(section), static_cast<std::int64_t>(i));
+                fault(*failures[i], section_at(failures[i]->offset, section), static_cast<std::int64_t>(i));
+            is_incomplete_ |= refused_here[i];
             if (refused_here[i])
                 continue;
             ++report_.chunks;
@@ -286,32 +372,69 @@ class Validator {
         for (const Level &level : model_.levels)
             masks.push_back(level.masks);
         const auto shapes = split_into_chunks(masks, header_.chunk_points);
+        check_split(directories, shapes);
+        if (is_incomplete_ || !changed_.empty()) // the content is not what was written
+            return;
+        if (const Status status = check_content_id(header_, content_id(model_, shapes, header_.chunk_points)); !status)
+            fault(status.error(), "header");
+        if (advises() && !found_fault_)
+            advise(directories);
+        if (deep())
+            check_averages(directories);
+    }
+
+    void check_split(const std::vector<LevelDirectory> &directories,
+                     const std::vector<std::vector<ChunkShape>> &shapes) {
         for (std::size_t level = 1; level < directories.size(); ++level) {
             const SectionEntry &entry = *find(SectionType::level_directory, static_cast<std::uint32_t>(level));
             const auto &chunks = directories[level].chunks;
             const auto differ = std::mismatch(shapes[level].begin(), shapes[level].end(), chunks.begin(), chunks.end(),
                                               [](const ChunkShape &a, const ChunkEntry &b) { return a == b.shape; });
-            if (differ.first != shapes[level].end() || differ.second != chunks.end()) {
-                const auto index = differ.second - chunks.begin();
-                fault({ErrorCode::bad_directory,
-                       entry.offset + static_cast<std::uint64_t>(index) * chunk_entry_bytes(parameters_.attributes),
-                       "5.2 the chunk is not a maximal subtree within the limit"},
-                      name(entry), index);
-            }
+            if (differ.first == shapes[level].end() && differ.second == chunks.end())
+                continue;
+            const auto index = differ.second - chunks.begin();
+            fault(wrong_split(entry.offset +
+                                  static_cast<std::uint64_t>(index) * chunk_entry_bytes(parameters_.attributes),
+                              differ.first == shapes[level].end() ? nullptr : &*differ.first,
+                              differ.second == chunks.end() ? nullptr : &differ.second->shape),
+                  name(entry), index);
+            is_incomplete_ = true;
         }
-        if (content_id(model_, shapes, header_.chunk_points) != header_.content_id)
-            fault({ErrorCode::bad_content, 72, "8.1 content_id is not that of the content"}, "header");
+    }
+
+    void check_averages(const std::vector<LevelDirectory> &directories) {
         std::vector<PointAttributes> stored_points;
         for (std::size_t level = 0; level + 1 < model_.levels.size(); ++level)
             stored_points.push_back(std::move(model_.levels[level].points));
         average_levels(model_, options_.threads);
-        for (std::size_t level = 0; level < stored_points.size(); ++level)
-            if (stored_points[level] != model_.levels[level].points) {
-                const SectionEntry *entry = find(SectionType::level_chunks, static_cast<std::uint32_t>(level));
-                fault({ErrorCode::bad_content, level == 0 ? 88 : entry->offset,
-                       "7.1 level " + std::to_string(level) + " does not hold the averages of the finest points"},
-                      level == 0 ? "header" : name(*entry));
-            }
+        for (std::size_t level = root_is_wrong_ ? 1 : 0; level < stored_points.size(); ++level) {
+            const PointAttributes &computed = model_.levels[level].points;
+            if (stored_points[level] == computed)
+                continue;
+            const WrongAverage wrong = find_wrong_average(stored_points[level], computed, parameters_.attributes);
+            const SectionEntry *entry = find(SectionType::level_chunks, static_cast<std::uint32_t>(level));
+            std::int64_t chunk = -1;
+            for (const ChunkEntry &candidate : directories[level].chunks)
+                chunk += candidate.first_point <= wrong.point ? 1 : 0;
+            fault(wrong_averages(level == 0 ? 88 : entry->offset, level, wrong), level == 0 ? "header" : name(*entry),
+                  chunk);
+        }
+    }
+
+    void advise(const std::vector<LevelDirectory> &directories) {
+        const FileContents contents{.sections = sections_, .model = model_, .directories = directories};
+        for (const Advice &item : advise_on_parameters(contents))
+            fault(item.what, name_at(item.what.offset));
+        for (const Advice &item : advise_on_cones(contents, options_.threads))
+            fault(item.what, name_at(item.what.offset), item.chunk);
+    }
+
+    // The last section that starts at or before `offset`.
+    std::string name_at(std::uint64_t offset) const {
+        const auto after =
+            std::upper_bound(sections_.begin(), sections_.end(), offset,
+                             [](std::uint64_t at, const SectionEntry &entry) { return at < entry.offset; });
+        return name(*(after - 1));
     }
 
     ByteView file_;
@@ -320,7 +443,10 @@ class Validator {
     FileHeader header_;
     std::vector<SectionEntry> sections_;
     ModelParameters parameters_;
-    bool parameters_known_ = false;
+    std::vector<const SectionEntry *> changed_; // their hashes are broken
+    bool found_fault_ = false;                  // an error
+    bool is_incomplete_ = false;                // a part of the model could not be read
+    bool root_is_wrong_ = false;
     Model model_;
 };
 

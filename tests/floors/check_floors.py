@@ -30,6 +30,7 @@ FLOORS = {
 # Layers of pbm_format, lowest first: a file includes its own header and lower layers.
 FORMAT_LAYERS = [
     {"error"},
+    {"catalogue"},
     {"bytes"},
     {"hash", "normal", "octree", "chunk_rule", "parallel", "descriptor"},
     {"platform", "child_process", "child_program"},
@@ -43,7 +44,7 @@ FORMAT_LAYERS = [
     {"frame", "stream_rules", "brick_index"},
     {"chunk"},
     {"mapped_chunk", "image_section"},
-    {"tiled_image"},
+    {"tiled_image", "file_rules", "advice"},
     {"reader"},
     {"writer", "validate"},
 ]

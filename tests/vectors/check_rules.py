@@ -20,7 +20,7 @@ WITHOUT_FILE = {
     "5.5.9": "5.5.7 comes first unless both levels lie",
     "5.5.11": "5.5.1 and 3.2.13 come first",
 }
-rule_text = re.compile(r'"(\d+\.\d+(?:\.\d+)?) ')
+rule_text = re.compile(r'"(\d+\.\d+(?:\.\d+)?)"')
 named = set()
 for source in (root / "format_spec/pbm_format").glob("*.cpp"):
     named |= set(rule_text.findall(source.read_text()))
