@@ -41,21 +41,24 @@ class ByteReader {
     float f32() { return read<float>(); }
     double f64() { return read<double>(); }
 
-    // Skips `count` reserved bytes and remembers whether one of them was not zero.
+    // Skips `count` reserved bytes and remembers the first of all that was not zero.
     void zeros(std::size_t count) {
-        while (count-- > 0)
-            reserved_clear_ &= u8() == 0;
+        while (count-- > 0) {
+            const std::uint8_t byte = u8();
+            reserved_ = reserved_ == 0 ? byte : reserved_;
+        }
     }
 
     bool ok() const { return ok_; }
-    bool reserved_clear() const { return reserved_clear_; }
+    bool reserved_clear() const { return reserved_ == 0; }
+    std::uint8_t reserved() const { return reserved_; } // 0 if all were
     std::size_t offset() const { return at_; }
 
   private:
     ByteView bytes_;
     std::size_t at_ = 0;
     bool ok_ = true;
-    bool reserved_clear_ = true;
+    std::uint8_t reserved_ = 0;
 };
 
 // Appends fixed-width little-endian values.

@@ -176,13 +176,14 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
         const std::uint64_t at = in.offset();
         ChunkEntry chunk = read_chunk_entry(in, streams.size());
         if (!in.reserved_clear())
-            return broken("5.5.2", at + 41, "reserved bytes are not zero", 0);
+            return broken("5.5.2", at + 41, "reserved bytes are not zero", 0, in.reserved());
         if (const Status status = check_chunk_entry(chunk, level, chunk_points, at); !status)
             return status.error();
         if (const Status status = check_stream_sizes(chunk, level, set, at); !status)
             return status.error();
         if (mapped && !all_raw(chunk))
-            return broken("5.4.4", at + kChunkEntryFixedBytes, "a stream of a mapped file is filtered or compressed");
+            return broken("5.4.4", at + kChunkEntryFixedBytes, "a stream of a mapped file is filtered or compressed",
+                          "raw");
 
         const int shift = 3 * (kMaxDepth - chunk.shape.root_depth);
         const std::uint64_t place = chunk.shape.root_prefix << shift;

@@ -64,7 +64,6 @@ Status check_content_id(const FileHeader &header, const ContentId &id) {
 
 namespace {
 
-// The first point whose value differs, of an attribute with `bytes` per point.
 template <class T> std::size_t first_difference(const std::vector<T> &a, const std::vector<T> &b) {
     return static_cast<std::size_t>(std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first - a.begin());
 }
@@ -91,10 +90,10 @@ WrongAverage find_wrong_average(const PointAttributes &stored, const PointAttrib
 }
 
 Error wrong_averages(std::uint64_t offset, std::size_t level, const WrongAverage &first) {
-    return broken("7.1", offset, "level " + std::to_string(level) + " does not hold the averages of the finest points",
-                  std::string(first.attribute) + " " + to_string(first.expected) + " of point " +
-                      std::to_string(first.point),
-                  first.actual);
+    return broken("7.1", offset,
+                  "level " + std::to_string(level) + " does not hold the averages of the finest points: " +
+                      first.attribute + " of point " + std::to_string(first.point),
+                  first.expected, first.actual);
 }
 
 } // namespace pbm

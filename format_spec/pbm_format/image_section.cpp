@@ -110,16 +110,17 @@ Status check_tile(const TileEntry &tile, std::size_t raw_bytes, std::size_t chan
 }
 
 // The shape, once the hash has been proven.
-Result<ImageDirectory> shape_of(const Head &head, bool reserved_clear, std::uint64_t offset) {
+Result<ImageDirectory> shape_of(const Head &head, std::uint8_t reserved, std::uint64_t offset) {
     if (!is_storable(head.width, head.height, head.channels))
         return broken("3.10.4", offset + 8,
                       "width and height of a raster are not powers of two, height <= width <= 2 x "
                       "height, width <= 16,384, or it has not 1 or 3 channels",
-                      {}, shape_text(head.width, head.height, head.channels));
+                      "powers of two, height <= width <= 2 x height, width <= 16384, 1 or 3 channels",
+                      shape_text(head.width, head.height, head.channels));
     if (head.alignment != 1 && head.alignment != kMappedStreamAlignment)
         return broken("3.10.5", offset + 20, "the alignment of tiles is not 1 or 64", "1 or 64", head.alignment);
-    if (!reserved_clear)
-        return broken("3.10.6", offset + 23, "reserved bytes are not zero", 0);
+    if (reserved != 0)
+        return broken("3.10.6", offset + 23, "reserved bytes are not zero", 0, reserved);
     ImageDirectory directory{.grid = TileGrid(head.width, head.height, head.channels),
                              .storage = head.alignment == 1 ? Storage::packed : Storage::mapped,
                              .tiles = {}};
@@ -150,7 +151,7 @@ Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t of
     if (const std::uint64_t hash = hash64(section.subspan(kHashBytes, end - kHashBytes)); hash != head.hash)
         return broken("3.10.3", offset, "the tile directory was changed: its hash does not match",
                       hash_value(head.hash), hash_value(hash));
-    Result<ImageDirectory> directory = shape_of(head, in.reserved_clear(), offset);
+    Result<ImageDirectory> directory = shape_of(head, in.reserved(), offset);
     if (!directory)
         return directory;
     directory->tiles.reserve(head.tiles);
@@ -202,7 +203,8 @@ Result<ImageDirectory> read_image_directory(ByteView file, const SectionEntry &e
                       panorama ? "a panorama is not 2:1 with three channels"
                                : "a raster of the ground plane is not square, has more than one channel or is over "
                                  "4,096 texels wide",
-                      {}, shape_text(grid.width(0), grid.height(0), grid.channels()));
+                      panorama ? "2:1, 3 channels" : "square, at most 4096, 1 channel",
+                      shape_text(grid.width(0), grid.height(0), grid.channels()));
     const std::uint64_t raw_bytes =
         storage == Storage::mapped ? entry.stored_bytes : image_directory_bytes(grid) + grid.texel_bytes();
     if (entry.count != grid.tiles() || entry.raw_bytes != raw_bytes)
@@ -317,6 +319,23 @@ void check_padding(ByteView section, std::uint64_t offset, const ImageDirectory 
 
 } // namespace
 
+namespace {
+
+// 3.10.14
+void check_means(const Image &expected, const Image &image, std::uint64_t offset, int level,
+                 std::vector<Error> &faults) {
+    if (expected == image)
+        return;
+    const auto differ = std::mismatch(expected.texels.begin(), expected.texels.end(), image.texels.begin());
+    const auto texel = static_cast<std::size_t>(differ.first - expected.texels.begin()) / image.channels;
+    faults.push_back(broken("3.10.14", offset,
+                            "mip level " + std::to_string(level) + " does not hold the means of the finer one: texel " +
+                                std::to_string(texel % image.width) + ", " + std::to_string(texel / image.width),
+                            *differ.first, *differ.second));
+}
+
+} // namespace
+
 Result<Image> decode_level(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level,
                            int threads) {
     std::vector<Error> faults;
@@ -334,9 +353,8 @@ std::vector<Error> prove_image(ByteView section, std::uint64_t offset, const Ima
     Image finer;
     for (int level = 1; level < directory.grid.levels(); ++level) {
         Image image = decode_tiles(section, offset, directory, level, threads, faults);
-        if (means && faults.empty() && halved(level == 1 ? level_0 : finer) != image)
-            faults.push_back(broken(
-                "3.10.14", offset, "mip level " + std::to_string(level) + " does not hold the means of the finer one"));
+        if (means && faults.empty())
+            check_means(halved(level == 1 ? level_0 : finer), image, offset, level, faults);
         finer = std::move(image);
     }
     return faults;

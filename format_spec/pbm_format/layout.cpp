@@ -116,7 +116,8 @@ Result<FileHeader> decode_header(ByteView file) {
     const std::size_t magic_bytes = std::min(file.size(), kMagic.size());
     if (file.empty() ||
         !std::equal(kMagic.begin(), kMagic.begin() + static_cast<std::ptrdiff_t>(magic_bytes), file.begin()))
-        return broken("2.1", 0, describe_magic(file), hex(kMagic), hex(file.first(magic_bytes)));
+        return broken("2.1", 0, describe_magic(file), hex(kMagic),
+                      file.empty() ? Value() : Value(hex(file.first(magic_bytes))));
     if (file.size() < kHeaderBytes)
         return broken("2.2", file.size(), "the file ends inside its header", kHeaderBytes, file.size());
     ByteReader in(file.first(kHeaderBytes));
@@ -173,7 +174,7 @@ Result<FileHeader> decode_header(ByteView file) {
         return error;
     }
     if (!in.reserved_clear())
-        return broken("2.8", clear_so_far ? 108U : 37U, "reserved bytes are not zero", 0);
+        return broken("2.8", clear_so_far ? 108U : 37U, "reserved bytes are not zero", 0, in.reserved());
     if (header.depth < kMinDepth || header.depth > kMaxDepth)
         return broken("2.9", 36, "depth is not 2..16", "2..16", header.depth);
     if (header.point_count == 0 || header.point_count > kMaxPoints)
@@ -249,7 +250,7 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
     const Codec codec = coded && header.storage() == Storage::packed ? Codec::zstd_chunks : Codec::raw;
     if (!is_known(entry.type)) {
         if ((entry.flags & kCriticalFlag) != 0)
-            return broken("3.2.4", at, "a critical section of a type this program does not know", {},
+            return broken("3.2.4", at, "a critical section of a type this program does not know", "a known type",
                           static_cast<std::uint32_t>(entry.type));
     } else if (entry.codec != codec) {
         return broken("3.2.5", at + 4,
@@ -317,7 +318,7 @@ Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const File
         entry.count = in.u64();
         entry.hash = in.u64();
         if (!in.reserved_clear())
-            return broken("3.2.1", at + 20, "reserved bytes are not zero", 0);
+            return broken("3.2.1", at + 20, "reserved bytes are not zero", 0, in.reserved());
         if (!entries.empty() && !(entries.back().order() < entry.order()))
             return broken("3.2.2", at, "sections are not in order, or one is there twice",
                           "after " + place_name(entries.back()), place_name(entry));
@@ -329,7 +330,9 @@ Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const File
                           entry.offset);
         if (entry.offset > file.size() || entry.stored_bytes > file.size() - entry.offset)
             return broken("3.2.11", file.size(), "a section lies outside the file",
-                          "at most " + std::to_string(file.size()) + " - " + std::to_string(entry.offset) + " bytes",
+                          "at most " +
+                              std::to_string(file.size() - std::min<std::uint64_t>(entry.offset, file.size())) +
+                              " bytes",
                           entry.stored_bytes);
         end = entry.offset + entry.stored_bytes;
         if (entry.raw_bytes > ~raw_bytes)

@@ -110,7 +110,8 @@ bool is_stream(const std::string &path) {
                            (S_ISFIFO(status.st_mode) || S_ISCHR(status.st_mode) || S_ISSOCK(status.st_mode)));
 }
 
-Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_t max_bytes) {
+Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_t max_bytes,
+                                           const std::function<std::uint64_t(ByteView)> &wanted) {
     constexpr std::size_t kFirst = std::size_t{1} << 20, kMostAtOnce = std::size_t{1} << 30;
     const Descriptor file(path == "-" ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
     if (!file.ok())
@@ -122,6 +123,7 @@ Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_
                      "more than " + std::to_string(max_bytes >> 20) + " MiB from a stream; write it to a file first"};
     };
     std::size_t room = kFirst, size = 0;
+    std::uint64_t most = ~std::uint64_t{0};
     void *data = ::mmap(nullptr, room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (data == MAP_FAILED)
         return Error{ErrorCode::memory, 0, "out of memory"};
@@ -139,12 +141,15 @@ Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_
             ::read(file.number(), static_cast<std::uint8_t *>(data) + size, std::min(room - size, kMostAtOnce));
         if (got < 0 && errno == EINTR)
             continue;
+        const bool started = size >= kStreamStart;
         if (got > 0)
             size += static_cast<std::size_t>(got);
-        if (got > 0 && size <= max_bytes)
+        if (wanted && !started && size >= kStreamStart)
+            most = wanted({static_cast<const std::uint8_t *>(data), size});
+        if (got > 0 && size <= max_bytes && size < most)
             continue;
         const int error = got < 0 ? errno : 0;
-        if (got == 0 && size > 0) {
+        if ((got == 0 && size > 0) || size >= most) {
             // Whole pages: what is beyond the last one goes back.
             const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
             const std::size_t kept = (size + page - 1) / page * page;

@@ -5,6 +5,7 @@
 #include "pbm_format/error.h"
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -14,11 +15,14 @@ namespace pbm {
 class MappedFile {
   public:
     static Result<MappedFile> open(const std::string &path);
-    // Reads a stream (is_stream) to its end, into memory that this then holds.
+    // Reads a stream (is_stream) to its end, into memory that this then holds. `wanted` is asked once, when
+    // kStreamStart bytes or all there are have come, how many bytes to read at most: the rest stays unread.
     //
     // errors  io      the system's own text; standard input is a terminal
     //         memory  more than `max_bytes`, or more than there is
-    static Result<MappedFile> read_stream(const std::string &path, std::uint64_t max_bytes);
+    static Result<MappedFile> read_stream(const std::string &path, std::uint64_t max_bytes,
+                                          const std::function<std::uint64_t(ByteView start)> &wanted = {});
+    static constexpr std::size_t kStreamStart = 128;
 
     MappedFile(MappedFile &&other) noexcept;
     MappedFile &operator=(MappedFile &&other) noexcept;

@@ -59,7 +59,7 @@ Result<Grid> decode_grid(ByteView bytes, int depth) {
     if (up > static_cast<std::uint8_t>(UpAxis::x))
         return broken("3.4.5", 33, "unknown up axis", "0..2", up);
     if (!in.reserved_clear())
-        return broken("3.4.6", 34, "reserved bytes are not zero", 0);
+        return broken("3.4.6", 34, "reserved bytes are not zero", 0, in.reserved());
     grid.unit = Unit{unit};
     grid.up = UpAxis{up};
     return grid;
@@ -117,7 +117,7 @@ Result<AttributeSet> decode_attributes(ByteView bytes, int depth) {
                               used ? "1, 2, 4 or 8" : "0", bits[level]);
         }
         if (!in.reserved_clear())
-            return broken("3.5.6", at, "reserved bytes are not zero", 0);
+            return broken("3.5.6", at, "reserved bytes are not zero", 0, in.reserved());
         previous = kind;
         switch (stream) {
         case StreamKind::colour: set.colour = ColourFormat{format}; break;
@@ -174,7 +174,7 @@ Result<std::vector<Material>> decode_materials(ByteView bytes) {
         if (!in_range(material.environment, 0, 1))
             return broken("3.6.4", at + 20, "an environment blending factor is not 0..1", "0..1", material.environment);
         if (!in.reserved_clear())
-            return broken("3.6.5", at + 19, "reserved bytes are not zero", 0);
+            return broken("3.6.5", at + 19, "reserved bytes are not zero", 0, in.reserved());
         materials.push_back(material);
     }
     return materials;
@@ -227,7 +227,7 @@ Result<std::vector<Light>> decode_lights(ByteView bytes) {
         if (!in_range(light.exponent, 0, 1024))
             return broken("3.7.6", at + 40, "a spot exponent is not 0..1,024", "0..1024", light.exponent);
         if (!in.reserved_clear())
-            return broken("3.7.7", at + 1, "reserved bytes are not zero", 0);
+            return broken("3.7.7", at + 1, "reserved bytes are not zero", 0, in.reserved());
         lights.push_back(light);
     }
     return lights;
@@ -267,7 +267,7 @@ Result<SolidTexture> decode_texture(ByteView bytes) {
     if (!in_range(texture.turbulence, 0, 1e6F))
         return broken("3.8.3", 8, "texture scale or turbulence out of range", "turbulence 0..1e6", texture.turbulence);
     if (!in.reserved_clear())
-        return broken("3.8.4", 1, "reserved bytes are not zero", 0);
+        return broken("3.8.4", 1, "reserved bytes are not zero", 0, in.reserved());
     texture.kind = TextureKind{kind};
     return texture;
 }
@@ -302,7 +302,7 @@ Result<GroundPlane> decode_ground_plane(ByteView bytes) {
         return broken("3.11.3", 12, "half the edge of the ground plane is not a positive number",
                       "a positive normal number", ground.half_edge);
     if (!in.reserved_clear())
-        return broken("3.11.4", 17, "reserved bytes are not zero", 0);
+        return broken("3.11.4", 17, "reserved bytes are not zero", 0, in.reserved());
     if (bytes.size() == kGroundBytes)
         return ground;
     Result<SolidTexture> texture = decode_texture(bytes.subspan(kGroundBytes));

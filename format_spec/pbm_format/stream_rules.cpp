@@ -39,6 +39,22 @@ bool cone_holds(const NormalCone &cone, const NormalOccurrence &occurs) {
     return true;
 }
 
+// The cosine that the cone would need, x 32,767 and rounded down; none if a point is two-sided.
+Value needed_cosine(const NormalCone &cone, const NormalOccurrence &occurs) {
+    const std::span<const IntegerNormal> normals = integer_normal_table();
+    const IntegerNormal axis = normals[cone.axis];
+    std::int32_t least = 32767 * 32767;
+    for (std::size_t normal = 0; normal < occurs.size(); ++normal) {
+        if (occurs[normal] == 0)
+            continue;
+        if ((normal & kTwoSidedBit) != 0)
+            return "no cone: a point is two-sided";
+        const IntegerNormal &n = normals[normal];
+        least = std::min(least, axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2]);
+    }
+    return least >= 0 ? least / 32767 : (least - 32766) / 32767;
+}
+
 } // namespace
 
 Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &points) {
@@ -77,13 +93,15 @@ Status mark_normals(std::span<const std::uint16_t> normals, NormalOccurrence &oc
         occurs[normal & kUsedBits] = 1;
     }
     if ((bits & ~kUsedBits) != 0)
-        return broken("6.1.4", offset, "a normal has reserved bits");
+        return broken("6.1.4", offset, "a normal has reserved bits", "below 16384",
+                      *std::find_if(normals.begin(), normals.end(), [](std::uint16_t n) { return n > kUsedBits; }));
     return {};
 }
 
 Status check_cone(const NormalOccurrence &occurs, const NormalCone &cone, std::uint64_t offset) {
     if (cone.cosine != kNoCone && !cone_holds(cone, occurs))
-        return broken("5.7.1", offset, "a normal lies outside the chunk's normal cone", cone.cosine);
+        return broken("5.7.1", offset, "a normal lies outside the chunk's normal cone", needed_cosine(cone, occurs),
+                      cone.cosine);
     return {};
 }
 

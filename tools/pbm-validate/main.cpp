@@ -1,129 +1,245 @@
 // pbm-validate: is this .bvg valid, and if not, what breaks which rule where.
 #include "command_line/common_options.h"
 #include "pbm_format/platform.h"
-#include "pbm_format/validate.h"
+#include "verdict.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
+#include <new>
 
 namespace {
 
-using nlohmann::json;
+using pbm::CatalogueEntry;
+using pbm::Severity;
+using pbm::ValidationLevel;
+using pbm::validate_program::Verdict;
 
-struct Verdict {
-    std::string path;
-    pbm::ValidationReport report;
-    int exit_code = 0;
+struct Options {
+    std::vector<std::string> paths;
+    std::vector<std::string> ignore, only; // codes and groups
+    std::string json_path, explain, list_codes;
+    bool quick = false, deep = false, errors_only = false, strict = false, recursive = false, quiet = false;
+    pbm::ValidateOptions validation;
 };
 
-// Exit code of the gravest finding: an unknown version or feature outranks damage, which outranks I/O.
-int exit_code_of(const pbm::ValidationReport &report) {
-    int code = 0;
-    for (const pbm::Finding &finding : report.findings)
-        code = std::max(code, pbm::exit_code(finding.code));
-    return code;
+bool names(const std::vector<std::string> &words, const CatalogueEntry &entry) {
+    return std::any_of(words.begin(), words.end(),
+                       [&](const std::string &word) { return word == entry.name || word == entry.group(); });
 }
 
-Verdict examine(const std::string &path, const pbm::ValidateOptions &options) {
-    Verdict verdict{.path = path, .report = {}, .exit_code = 0};
-    const pbm::Result<pbm::MappedFile> file = pbm::MappedFile::open(path);
+// A stream tells in its first bytes how many it should have: no more are read.
+std::uint64_t wanted_bytes(pbm::ByteView start) {
+    const pbm::Result<pbm::FileHeader> header = pbm::decode_header(start);
+    if (header)
+        return header->file_size + 1; // a byte more tells that there are too many
+    const auto *file_size = std::get_if<std::uint64_t>(&header.error().expected.held());
+    return header.error().rule == "2.7" && file_size != nullptr ? *file_size + 1 : start.size();
+}
+
+void add_error(const pbm::Error &error, const Options &options, Verdict &verdict) {
+    verdict.report.add({.code = error.code,
+                        .offset = error.offset,
+                        .section = "file",
+                        .message = error.message,
+                        .entry = pbm::entry_of(error)},
+                       options.validation);
+}
+
+Verdict examine(const std::string &path, const Options &options) {
+    Verdict verdict{.path = path, .report = {}};
+    const pbm::Result<pbm::MappedFile> file =
+        path == "-" ? pbm::MappedFile::read_stream(path, options.validation.max_memory, wanted_bytes)
+                    : pbm::MappedFile::open(path);
     if (file) {
-        verdict.report = pbm::validate(file->bytes(), options);
+        try {
+            verdict.report = pbm::validate(file->bytes(), options.validation);
+        } catch (const std::bad_alloc &) {
+            add_error(pbm::broken("system.memory", 0, "out of memory"), options, verdict);
+        }
     } else {
-        verdict.report.total = 1;
-        verdict.report.findings.push_back(
-            {.code = file.error().code, .offset = 0, .section = "file", .chunk = -1, .message = file.error().message});
+        add_error(file.error(), options, verdict);
+        verdict.was_read = false;
     }
-    verdict.exit_code = exit_code_of(verdict.report);
+    verdict.valid = verdict.report.valid() && (!options.strict || verdict.report.warnings == 0);
+    verdict.exit_code = verdict.report.exit_code;
+    if (!verdict.valid && verdict.exit_code == 0)
+        verdict.exit_code = pbm::exit_code(pbm::ErrorCode::bad_section);
     return verdict;
 }
 
-void print_text(const Verdict &verdict, bool quiet) {
-    const pbm::ValidationReport &report = verdict.report;
-    if (verdict.exit_code == pbm::exit_code(pbm::ErrorCode::io)) { // no verdict: the file was not read
-        pbm::command_line::fail("pbm-validate", verdict.path, {pbm::ErrorCode::io, 0, report.findings[0].message});
-        return;
-    }
-    if (report.valid()) {
-        if (!quiet)
-            std::cout << "VALID " << pbm::command_line::printable(verdict.path) << ": " << report.points
-                      << " points in " << report.chunks << " chunks\n";
-        return;
-    }
-    std::cout << "INVALID " << pbm::command_line::printable(verdict.path) << ": " << report.total
-              << (report.total == 1 ? " fault\n" : " faults\n");
-    for (const pbm::Finding &finding : report.findings) {
-        std::cout << "  " << pbm::to_string(finding.code) << " at offset " << finding.offset << ", " << finding.section;
-        if (finding.chunk >= 0)
-            std::cout << ", chunk " << finding.chunk;
-        std::cout << ": " << finding.message << '\n';
-    }
-    if (report.total > report.findings.size())
-        std::cout << "  and " << report.total - report.findings.size() << " more\n";
+// Files named .bvg below a folder, in the order of their names.
+pbm::Result<std::vector<std::string>> files_below(const std::string &folder) {
+    namespace fs = std::filesystem;
+    std::vector<std::string> files;
+    std::error_code error;
+    for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+        if (entry->path().extension() == ".bvg" && !entry->is_directory())
+            files.push_back(entry->path().string());
+    if (error)
+        return pbm::broken("io.open", 0, "cannot open: " + error.message());
+    if (files.empty())
+        return pbm::broken("io.not_a_file", 0, "no .bvg file is in this folder");
+    std::sort(files.begin(), files.end());
+    return files;
 }
 
-json to_json(const Verdict &verdict) {
-    json findings = json::array();
-    for (const pbm::Finding &finding : verdict.report.findings) {
-        json entry{{"code", pbm::to_string(finding.code)},
-                   {"offset", finding.offset},
-                   {"section", finding.section},
-                   {"message", finding.message}};
-        if (finding.chunk >= 0)
-            entry["chunk"] = finding.chunk;
-        findings.push_back(std::move(entry));
+void examine_folder(const std::string &folder, const Options &options, const std::function<void(Verdict)> &tell) {
+    const auto files = files_below(folder);
+    if (!files) {
+        Verdict verdict{.path = folder, .report = {}, .was_read = false};
+        add_error(files.error(), options, verdict);
+        verdict.valid = verdict.report.valid();
+        verdict.exit_code = verdict.report.exit_code;
+        tell(std::move(verdict));
+    } else {
+        for (const std::string &path : *files) {
+            pbm::command_line::work_on(path);
+            tell(examine(path, options));
+        }
     }
-    return {{"file", verdict.path},
-            {"valid", verdict.report.valid()},
-            {"exit_code", verdict.exit_code},
-            {"points", verdict.report.points},
-            {"chunks", verdict.report.chunks},
-            {"faults", verdict.report.total},
-            {"findings", std::move(findings)}};
+}
+
+// A file that the system did not give has no verdict: it is told as an error of the program.
+void print(const Verdict &verdict, const Options &options) {
+    if (!verdict.was_read && !verdict.report.findings.empty()) {
+        const pbm::Finding &finding = verdict.report.findings.front();
+        pbm::command_line::fail("pbm-validate", verdict.path, {finding.code, finding.offset, finding.message});
+    } else if (!options.quiet || !verdict.valid) {
+        pbm::validate_program::print_text(std::cout, verdict, options.validation.level);
+    }
+}
+
+CLI::Option *add_codes(CLI::App &app, const std::string &name, std::vector<std::string> &codes,
+                       const std::string &help) {
+    return app.add_option(name, codes, help)
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->type_name("CODE,..")
+        ->check([](const std::string &word) { return pbm::validate_program::unknown_code(word); });
+}
+
+void add_options(CLI::App &app, Options &options) {
+    app.add_option("FILE", options.paths, "Models to examine; - is standard input");
+    auto *quick = app.add_flag("--quick", options.quick, "Header and section table only: milliseconds at any size")
+                      ->group("Levels");
+    auto *deep =
+        app.add_flag("--deep", options.deep, "Averages and means too, and advice: warnings and infos")->group("Levels");
+    quick->excludes(deep);
+    app.add_flag("--strict", options.strict, "As --deep, and warnings make a file invalid")
+        ->group("Levels")
+        ->excludes(quick);
+    app.add_flag("-e,--errors-only", options.errors_only, "No warnings and infos")->group("Findings");
+    auto *ignore = add_codes(app, "--ignore", options.ignore, "Codes or groups that do not count")->group("Findings");
+    add_codes(app, "--only", options.only, "Codes or groups that count alone")->group("Findings")->excludes(ignore);
+    app.add_option("--max-findings", options.validation.max_findings, "Findings to tell of each file")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str()
+        ->group("Findings");
+    app.add_option("--max-per-code", options.validation.max_per_code, "Findings to tell of each code")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str()
+        ->group("Findings");
+    app.add_flag("--list-codes{text}", options.list_codes, "All codes; --list-codes=markdown, or as JSON with --json")
+        ->group("Codes");
+    app.add_option("--explain", options.explain, "What a code, group or rule stands for")
+        ->type_name("CODE")
+        ->group("Codes");
+    app.add_flag("-r,--recursive", options.recursive, "All .bvg files in folders too");
+    app.add_flag("-q,--quiet", options.quiet, "Say nothing about valid files");
+    pbm::command_line::add_json(app, options.json_path, "Verdicts");
+    pbm::command_line::add_threads(app, options.validation.threads);
+    pbm::command_line::add_max_memory(app, options.validation.max_memory);
+    app.set_version_flag("-V,--version", "pbm-validate " PBM_VERSION);
+}
+
+int write_json(const std::string &path, const nlohmann::json &document) {
+    const std::string text = document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    if (const pbm::Status status = pbm::command_line::write_text(path, text); !status)
+        return pbm::command_line::fail("pbm-validate", path, status.error());
+    return 0;
+}
+
+// --list-codes and --explain, which need no file.
+std::optional<int> tell_codes(const Options &options) {
+    namespace program = pbm::validate_program;
+    if (!options.explain.empty()) {
+        const auto entries = program::codes_named(options.explain);
+        if (entries.empty())
+            return pbm::command_line::fail_usage("pbm-validate", program::unknown_code(options.explain));
+        std::cout << program::codes_as_text(entries);
+        return 0;
+    }
+    if (options.list_codes.empty())
+        return std::nullopt;
+    if (!options.json_path.empty())
+        return write_json(options.json_path, program::codes_as_json());
+    if (options.list_codes != "text" && options.list_codes != "markdown")
+        return pbm::command_line::fail_usage("pbm-validate", "--list-codes: write text or markdown");
+    std::vector<const CatalogueEntry *> all;
+    for (const CatalogueEntry &entry : pbm::kCatalogue)
+        all.push_back(&entry);
+    std::cout << (options.list_codes == "text" ? program::codes_as_text(all) : program::codes_as_markdown());
+    return 0;
+}
+
+void choose(Options &options) {
+    pbm::ValidateOptions &validation = options.validation;
+    validation.level = options.quick                    ? ValidationLevel::quick
+                       : options.deep || options.strict ? ValidationLevel::deep
+                                                        : ValidationLevel::standard;
+    validation.least = options.errors_only ? Severity::error : Severity::info;
+    if (!options.ignore.empty() || !options.only.empty())
+        validation.wanted = [&options](const CatalogueEntry &entry) {
+            return options.only.empty() ? !names(options.ignore, entry) : names(options.only, entry);
+        };
 }
 
 int run(int argc, char **argv) {
     CLI::App app{"Says whether binary voxel grids (.bvg) are valid, and if not, what breaks which rule where.\n"
                  "The rules are those of BVG.md. Of several files the highest exit code counts.",
                  "pbm-validate"};
-    std::vector<std::string> paths;
-    std::string json_path;
-    pbm::ValidateOptions options;
-    bool quiet = false;
-    app.add_option("FILE", paths, "Models to examine")->required();
-    pbm::command_line::add_json(app, json_path, "Verdicts");
-    pbm::command_line::add_threads(app, options.threads);
-    app.add_option("--max-findings", options.max_findings, "Findings to print per file")
-        ->check(CLI::Range(1, 1000000))
-        ->capture_default_str();
-    app.add_flag("-q,--quiet", quiet, "Say nothing about valid files");
-    app.set_version_flag("-V,--version", "pbm-validate " PBM_VERSION);
+    Options options;
+    options.validation.max_per_code = 10;
+    add_options(app, options);
     if (const auto done = pbm::command_line::parse(
             app, "pbm-validate", argc, argv, {},
-            {.examples = {{"pbm-validate -q *.bvg", "Names the files that are not valid, and nothing else."}}}))
+            {.most_used = {"--quick", "--deep", "--ignore", "--recursive", "--json", "--quiet", "--help"},
+             .examples = {{"pbm-validate -q *.bvg", "Names the files that are not valid, and nothing else."},
+                          {"pbm-validate -r --json=report.json models", "All models of a folder, for a pipeline."},
+                          {"pbm-validate --explain 4.2", "What a rule is, and what to do about it."}}}))
         return *done;
-
-    if (const auto refused = pbm::command_line::refuse_outputs("pbm-validate", paths, {{json_path}}))
+    if (const auto done = tell_codes(options))
+        return *done;
+    if (options.paths.empty())
+        return pbm::command_line::fail_usage("pbm-validate", "FILE is required");
+    if (const auto refused = pbm::command_line::refuse_outputs("pbm-validate", options.paths, {{options.json_path}}))
         return *refused;
+    choose(options);
+
     int code = 0;
-    json verdicts = json::array();
-    for (const std::string &path : paths) {
-        pbm::command_line::work_on(path);
-        const Verdict verdict = examine(path, options);
+    std::vector<Verdict> verdicts; // with JSON
+    const auto tell = [&](Verdict verdict) {
         code = std::max(code, verdict.exit_code);
-        if (!json_path.empty())
-            verdicts.push_back(to_json(verdict));
+        if (options.json_path.empty())
+            print(verdict, options);
         else
-            print_text(verdict, quiet);
+            verdicts.push_back(std::move(verdict));
+    };
+    for (const std::string &path : options.paths) {
+        pbm::command_line::work_on(path);
+        if (options.recursive && std::filesystem::is_directory(path))
+            examine_folder(path, options, tell);
+        else
+            tell(examine(path, options));
     }
-    if (!json_path.empty()) {
-        const std::string text = verdicts.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
-        if (const pbm::Status status = pbm::command_line::write_text(json_path, text); !status)
-            return pbm::command_line::fail("pbm-validate", json_path, status.error());
-    }
-    return code;
+    if (options.json_path.empty())
+        return code;
+    const int written =
+        write_json(options.json_path, pbm::validate_program::report_document(verdicts, options.validation.level, code));
+    return std::max(code, written);
 }
 
 } // namespace
