@@ -132,13 +132,19 @@ def decoders_verdict(data):
         return error.rule, error.offset
     return None
 
+def options(program):
+    """What makes pbm-validate prove everything and say all of it."""
+    page = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
+    return ["--json", "--max-findings", "1000000"] + (["--deep"] if "--deep" in page else [])
+
 def librarys_verdicts(program, paths):
     """For each file the set of (rule, offset) that pbm-validate finds, or None if it is valid."""
-    run = subprocess.run([program, "--json", "--max-findings", "1000000", *map(str, paths)], capture_output=True, check=False)
+    run = subprocess.run([program, *options(program), *map(str, paths)], capture_output=True, check=False)
     if run.returncode not in (0, 3, 5):
         sys.exit(f"{program}: exit code {run.returncode}: {run.stderr.decode()}")
-    return [None if file["valid"] else {(f["message"].split()[0], f["offset"]) for f in file["findings"]}
-            for file in json.loads(run.stdout)]
+    document = json.loads(run.stdout)
+    files = document["files"] if isinstance(document, dict) else document
+    return [None if file["valid"] else {(f["message"].split()[0], f.get("offset")) for f in file["findings"]} for file in files]
 
 def agree(ours, theirs):
     if ours is None or theirs is None:
