@@ -30,7 +30,7 @@ int mip_levels(std::uint32_t height);
 
 // The next mip level of a raster of height >= 2: each texel the mean of 2x2. Three channels are averaged in linear
 // light through the table of 6.3, one channel as it is, also where it is an index: a palette is a ramp. Normative:
-// BVG.md 3.10.15.
+// BVG.md 3.10.14.
 Image halved(const Image &finer);
 
 } // namespace pbm
