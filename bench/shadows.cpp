@@ -4,7 +4,9 @@
 //
 // Prints a JSON object: points, prepare_ns (of ShadowCasters, per point, [round]), and for each of four lights: name,
 // facing, lit, false_shadow, false_light, wrong, wrong_light, strictly_wrong, bake_ns (per point, [round]), embree_ns
-// (per ray, [round]). One thread. A first round that is not counted warms up.
+// (per ray, [round]); rays_wrong, rays_strictly_wrong, rays_ns: by rays against the triangles, as pbm-build does it
+// where there are some; triangles, prepare_rays_ns (tree and places, per point, [round]). One thread. A first round
+// that is not counted warms up.
 #include "pbm_bake/shadow_baker.h"
 #include "pbm_format/platform.h"
 #include "pbm_format/reader.h"
@@ -105,22 +107,49 @@ nlohmann::json measure(int rounds, int maps, const std::string &model_file, cons
     std::vector<nlohmann::json> bake_ns(lights.size()), embree_ns(lights.size());
     std::vector<Bytes> baked(lights.size());
     const ShadowOptions options{.maps = maps, .threads = 1};
+    const auto triangle = [&](std::size_t i) {
+        const auto corner = [&](unsigned position) {
+            const glm::dvec3 p =
+                (mesh.positions[position] - glm::dvec3(grid.origin[0], grid.origin[1], grid.origin[2])) /
+                grid.voxel_size;
+            return Place(floats(p));
+        };
+        const glm::uvec3 &corners = mesh.triangles[i];
+        return TriangleTree::Triangle{corner(corners.x), corner(corners.y), corner(corners.z)};
+    };
+    result["triangles"] = mesh.triangles.size();
+    std::vector<nlohmann::json> rays_ns(lights.size());
+    std::vector<Bytes> by_rays(lights.size());
     for (int round = -1; round < rounds; ++round) {
         std::unique_ptr<ShadowCasters> casters;
         const double prepared = seconds([&] { casters = std::make_unique<ShadowCasters>(model, 1); });
-        if (round >= 0)
+        std::unique_ptr<TriangleTree> tree;
+        std::unique_ptr<ShadowRays> rays;
+        const double prepared_rays = seconds([&] {
+            tree = std::make_unique<TriangleTree>(mesh.triangles.size(), triangle, 1);
+            rays = std::make_unique<ShadowRays>(*casters, *tree, 1);
+        });
+        if (!rays->complete())
+            throw std::runtime_error(model_file + ": has points without a triangle of " + mesh_file);
+        if (round >= 0) {
             result["prepare_ns"].push_back(1e9 * prepared / static_cast<double>(points));
+            result["prepare_rays_ns"].push_back(1e9 * prepared_rays / static_cast<double>(points));
+        }
         for (std::size_t l = 0; l < lights.size(); ++l) {
             const double time = seconds([&] { baked[l] = bake_light(*casters, lights[l].light, options); });
             const double ray = cast_rays(truth, sample, grid, lights[l].light);
+            const double own = seconds(
+                [&] { by_rays[l] = bake_light(*casters, lights[l].light, {.rays = rays.get(), .threads = 1}); });
             if (round >= 0) {
                 bake_ns[l].push_back(1e9 * time / static_cast<double>(points));
                 embree_ns[l].push_back(ray);
+                rays_ns[l].push_back(1e9 * own / static_cast<double>(points));
             }
         }
     }
     for (std::size_t l = 0; l < lights.size(); ++l) {
         const ShadowFigures figures = compare_shadows(truth, sample, grid, lights[l].light, baked[l], 0);
+        const ShadowFigures exact = compare_shadows(truth, sample, grid, lights[l].light, by_rays[l], 0);
         result["lights"].push_back({{"name", lights[l].name},
                                     {"facing", figures.facing},
                                     {"lit", figures.lit},
@@ -130,7 +159,10 @@ nlohmann::json measure(int rounds, int maps, const std::string &model_file, cons
                                     {"wrong_light", figures.wrong_light()},
                                     {"strictly_wrong", figures.strictly_wrong()},
                                     {"bake_ns", bake_ns[l]},
-                                    {"embree_ns", embree_ns[l]}});
+                                    {"embree_ns", embree_ns[l]},
+                                    {"rays_wrong", exact.wrong()},
+                                    {"rays_strictly_wrong", exact.strictly_wrong()},
+                                    {"rays_ns", rays_ns[l]}});
     }
     return result;
 }

@@ -135,15 +135,20 @@ Bytes bake_light(const ShadowCasters &casters, const Light &light, const ShadowO
     const LightPlace place = place_light(light, casters);
     const double size = size_in_view(place, casters, options);
     Bytes votes(casters.size(), 0);
-    ProgressCount progress(options, static_cast<std::size_t>(options.maps));
-    for (int map = 0; map < options.maps; ++map) {
-        for (const LightView &view : views_of_map(place, casters, map, size))
-            vote_by_strips(ShadowView(view, casters), options, votes);
+    const bool by_rays = size == 0 && options.rays != nullptr && options.rays->complete();
+    const int maps = by_rays ? 1 : options.maps;
+    ProgressCount progress(options, static_cast<std::size_t>(maps));
+    for (int map = 0; map < maps; ++map) {
+        if (by_rays)
+            options.rays->vote(place, options.threads, options.stop, votes);
+        else
+            for (const LightView &view : views_of_map(place, casters, map, size))
+                vote_by_strips(ShadowView(view, casters), options, votes);
         if (options.stop.stop_requested())
             return {};
         progress.add();
     }
-    votes_to_fractions(votes, options.maps, options.bits);
+    votes_to_fractions(votes, maps, options.bits);
     fill_unlit(casters, place, options.threads, votes);
     return votes;
 }

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "pbm_bake/shadow_casters.h"
+#include "pbm_bake/shadow_rays.h"
 
 #include <functional>
 #include <stop_token>
@@ -22,6 +23,8 @@ struct ShadowOptions {
     int bits = 1; // of the lit fraction: 1, 2, 4 or 8
     // 0: hard shadows. Directional lights: diameter at distance 1 (the sun: 0.0093). Others: diameter, model units.
     double light_size = 0;
+    // Of the same casters: where they are complete, the points of a light without size ask them instead of maps.
+    const ShadowRays *rays = nullptr;
     int threads = 0;                           // 0: one per processor
     std::function<void(double)> progress = {}; // called with 0..1, one call at a time; may be empty
     std::stop_token stop = {};                 // where another thread asks to stop the result is empty

@@ -102,7 +102,8 @@ void add_light_options(CLI::App &app, SceneArguments &arguments) {
     add_power(app, "--shadow-bits", arguments.shadow_options.bits, 1, 8,
               "Bits of a point's lit fraction; default 1, soft shadows 4")
         ->needs(shadows);
-    app.add_option("--shadow-maps", arguments.shadow_options.maps, "Shadow maps per light; default 4, soft shadows 24")
+    app.add_option("--shadow-maps", arguments.shadow_options.maps,
+                   "Shadow maps per light; default: rays at faces, 4 maps of points, 24 if soft")
         ->check(CLI::Range(1, kMaxShadowMaps))
         ->needs(shadows);
 }

@@ -116,8 +116,8 @@ void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads
 }
 
 // The scene around the points, and what of it is baked into them.
-Status furnish(const SceneRequest &request, Voxels &voxels, Model &model, int threads, BuildStatistics &statistics,
-               StepClock &clock) {
+Status furnish(const SceneRequest &request, Surface surface, Voxels &voxels, Model &model, int threads,
+               BuildStatistics &statistics, StepClock &clock) {
     ModelParameters &parameters = model.parameters;
     const Grid &grid = parameters.grid;
     AttributeSet &set = parameters.attributes;
@@ -126,12 +126,15 @@ Status furnish(const SceneRequest &request, Voxels &voxels, Model &model, int th
         return scene.error();
     set.texture = !scene->texture.empty();
     choose_shadow_bits(request, *scene, grid.depth, set);
+    if (set.lights == 0)
+        surface = {};
     if (set.texture || (scene->ground && scene->ground->texture))
         clock.run("solid texture",
                   [&] { evaluate_solid_texture(request, *scene, grid, voxels, model.images, threads); });
     if (set.lights > 0)
         clock.run("shadows", [&](auto shadow_progress) {
-            bake_shadows(request, *scene, grid, set, voxels, model.images, threads, shadow_progress);
+            bake_shadows(request, *scene, grid, set, std::move(surface), voxels, model.images, threads,
+                         shadow_progress);
         });
     parameters.lights = std::move(scene->lights);
     parameters.texture = std::move(scene->texture);
@@ -192,8 +195,8 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     model.parameters.attributes = set;
     model.parameters.materials = choose_materials(surface, set);
     model.metadata = std::move(*metadata);
-    surface = {};
-    if (Status furnished = furnish(options.scene, *voxels, model, threads, statistics, clock); !furnished)
+    if (Status furnished = furnish(options.scene, std::move(surface), *voxels, model, threads, statistics, clock);
+        !furnished)
         return furnished.error();
     clock.run("octree", [&] {
         LevelMasks masks = encode_octree(voxels->codes, grid->depth);

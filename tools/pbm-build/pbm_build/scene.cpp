@@ -143,6 +143,27 @@ ShadowOptions shadow_options(const SceneRequest &request, const Scene &scene, st
             .threads = threads};
 }
 
+// Absent where rays have nobody to ask, or would pass through points of the model's own.
+std::optional<TriangleTree> triangles_for_rays(const SceneRequest &request, const Scene &scene, const Surface &surface,
+                                               const Grid &grid, int threads) {
+    const auto shadowed = std::span(scene.light_sizes).first(static_cast<std::size_t>(scene.shadowed_lights));
+    if (surface.point_count() > 0 || std::find(shadowed.begin(), shadowed.end(), 0.0) == shadowed.end() ||
+        request.shadows->maps)
+        return std::nullopt;
+    const auto corner = [&](std::uint32_t position) {
+        Place place{};
+        for (int axis = 0; axis < 3; ++axis)
+            place[static_cast<std::size_t>(axis)] = static_cast<float>(
+                (surface.positions[position][axis] - grid.origin[static_cast<std::size_t>(axis)]) / grid.voxel_size);
+        return place;
+    };
+    const auto triangle = [&](std::size_t i) {
+        const glm::uvec3 &corners = surface.triangles[i];
+        return TriangleTree::Triangle{corner(corners.x), corner(corners.y), corner(corners.z)};
+    };
+    return std::optional<TriangleTree>(std::in_place, surface.triangles.size(), triangle, threads);
+}
+
 } // namespace
 
 void dress(std::vector<Surface> &surfaces, const SceneRequest &request, BuildStatistics &statistics) {
@@ -199,13 +220,20 @@ void choose_shadow_bits(const SceneRequest &request, const Scene &scene, int dep
 }
 
 void bake_shadows(const SceneRequest &request, const Scene &scene, const Grid &grid, const AttributeSet &set,
-                  Voxels &voxels, ModelImages &images, int threads, const std::function<void(double)> &progress) {
+                  Surface surface, Voxels &voxels, ModelImages &images, int threads,
+                  const std::function<void(double)> &progress) {
+    const std::optional<TriangleTree> triangles = triangles_for_rays(request, scene, surface, grid, threads);
+    surface = {};
     const ShadowCasters casters(
         grid,
         {.level = grid.depth, .codes = voxels.codes, .normals = voxels.points.normals, .radii = voxels.points.radii},
         threads);
+    std::optional<ShadowRays> rays;
+    if (triangles)
+        rays.emplace(casters, *triangles, threads);
     for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light) {
         ShadowOptions options = shadow_options(request, scene, light, threads);
+        options.rays = rays ? &*rays : nullptr;
         options.bits = set.shadow_bits[light][static_cast<std::size_t>(grid.depth)];
         const auto part = [&](double done) {
             if (progress)

@@ -31,7 +31,8 @@ struct GroundRequest {
 
 struct ShadowRequest {
     std::optional<int> bits; // of the lit fraction of finest points: 1, 2, 4, 8; default 1, 4 of lights with a size
-    std::optional<int> maps; // 1..kMaxShadowMaps; default 4, 24 of lights with a size
+    // 1..kMaxShadowMaps. Default: rays where there are triangles, else 4; 24 of lights with a size.
+    std::optional<int> maps;
 };
 
 struct PanoramaRequest {
@@ -79,9 +80,12 @@ Result<Scene> place_scene(const SceneRequest &request, const Grid &grid, std::sp
 // Streams for lit fractions: fills the lights of `set`. Coarser levels have more bits: they hold fractions.
 void choose_shadow_bits(const SceneRequest &request, const Scene &scene, int depth, AttributeSet &set);
 
-// Lit fractions of the finest points and of the ground plane, all lights with a stream.
+// Lit fractions of the finest points and of the ground plane, all lights with a stream. What is `surface` is let go as
+// soon as it may be: the triangles of one that has no points of its own stop rays to lights without size, unless shadow
+// maps are asked for; else voxels are all that casts shadows.
 void bake_shadows(const SceneRequest &request, const Scene &scene, const Grid &grid, const AttributeSet &set,
-                  Voxels &voxels, ModelImages &images, int threads, const std::function<void(double)> &progress);
+                  Surface surface, Voxels &voxels, ModelImages &images, int threads,
+                  const std::function<void(double)> &progress);
 
 // Texture values of the finest points and of the ground plane.
 void evaluate_solid_texture(const SceneRequest &request, const Scene &scene, const Grid &grid, Voxels &voxels,

@@ -1,0 +1,122 @@
+#include "pbm_bake/shadow_rays.h"
+
+#include "pbm_format/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+namespace pbm {
+namespace {
+
+constexpr float kLift = 0.25F;         // voxels
+constexpr float kOffsetSteps = 127;    // of a voxel
+constexpr float kFarthestPlace = 0.9F; // half of a voxel's diagonal, and what rounding adds
+constexpr float kSlack = 1e-3F;        // voxels
+// Of a light across a surface rounding does not say whether it faces it: whoever asks does.
+constexpr float kLeastCosine = 1e-4F;
+constexpr std::size_t kBricksAtOnce = 16;
+
+float dot(const Place &a, const Place &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+Place raised(const Place &from, const Place &normal, float lift) {
+    return {from[0] + lift * normal[0], from[1] + lift * normal[1], from[2] + lift * normal[2]};
+}
+
+struct Way {
+    Place direction; // unit length
+    float length;
+};
+
+Way way_to(const LightPlace &light, const Place &from) {
+    Vector3 way{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        way[axis] = light.parallel ? -light.direction[axis] : light.position[axis] - static_cast<double>(from[axis]);
+    const double length = std::sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
+    const double scale = length > 0 ? 1 / length : 0; // nothing lies on no way
+    return {
+        {static_cast<float>(way[0] * scale), static_cast<float>(way[1] * scale), static_cast<float>(way[2] * scale)},
+        light.parallel ? std::numeric_limits<float>::max() : static_cast<float>(length)};
+}
+
+Place centre_of(const CasterBrick &brick, std::uint16_t place) {
+    const auto local = morton_decode(place);
+    Place centre{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        centre[axis] = static_cast<float>(8U * brick.corner[axis] + local[axis]) + 0.5F;
+    return centre;
+}
+
+std::int8_t quantise(float offset) {
+    return static_cast<std::int8_t>(std::clamp(std::floor(offset * kOffsetSteps + 0.5F), -127.0F, 127.0F));
+}
+
+} // namespace
+
+ShadowRays::ShadowRays(const ShadowCasters &casters, const TriangleTree &triangles, int threads)
+    : casters_(casters), triangles_(triangles), offsets_(casters.size()) {
+    const auto bricks = casters.bricks();
+    const std::size_t count = bricks.size() - 1;
+    std::atomic<bool> complete = !triangles.empty();
+    parallel_for((count + kBricksAtOnce - 1) / kBricksAtOnce, threads, [&](std::size_t block) {
+        for (std::size_t b = block * kBricksAtOnce; b < std::min(count, (block + 1) * kBricksAtOnce) && complete; ++b) {
+            Place last{};
+            bool known = false;
+            for (std::size_t i = bricks[b].first_point; i < bricks[b + 1].first_point; ++i) {
+                const Place centre = centre_of(bricks[b], casters.places()[i]);
+                // The place below the point before bounds the search.
+                const Place way{last[0] - centre[0], last[1] - centre[1], last[2] - centre[2]};
+                const float within =
+                    known ? std::min(kFarthestPlace, std::sqrt(dot(way, way)) + kSlack) : kFarthestPlace;
+                const std::optional<Place> found = triangles.nearest(centre, within);
+                if (!found) {
+                    complete = false;
+                    break;
+                }
+                last = *found;
+                known = true;
+                offsets_[i] = {quantise(last[0] - centre[0]), quantise(last[1] - centre[1]),
+                               quantise(last[2] - centre[2])};
+            }
+        }
+    });
+    complete_ = complete;
+}
+
+bool ShadowRays::reached(const Place &from, const Place &normal, bool two_sided, const LightPlace &light) const {
+    const Way way = way_to(light, from);
+    const bool away = dot(normal, way.direction) < -kLeastCosine;
+    if (away && !two_sided)
+        return false;
+    const Place start = raised(from, normal, away ? -kLift : kLift);
+    const Way rest = way_to(light, start);
+    return !triangles_.blocks(start, rest.direction, rest.length);
+}
+
+void ShadowRays::vote(const LightPlace &light, int threads, const std::stop_token &stop,
+                      std::span<std::uint8_t> votes) const {
+    const auto bricks = casters_.bricks();
+    const std::size_t count = bricks.size() - 1;
+    parallel_for((count + kBricksAtOnce - 1) / kBricksAtOnce, threads, [&](std::size_t block) {
+        for (std::size_t b = block * kBricksAtOnce; b < std::min(count, (block + 1) * kBricksAtOnce); ++b) {
+            if (stop.stop_requested())
+                return;
+            for (std::size_t i = bricks[b].first_point; i < bricks[b + 1].first_point; ++i) {
+                const Place centre = centre_of(bricks[b], casters_.places()[i]);
+                const Place place{centre[0] + static_cast<float>(offsets_[i].x) / kOffsetSteps,
+                                  centre[1] + static_cast<float>(offsets_[i].y) / kOffsetSteps,
+                                  centre[2] + static_cast<float>(offsets_[i].z) / kOffsetSteps};
+                const std::uint16_t stored = casters_.normals()[i];
+                const UnitVector &n = normal_table()[stored & kNormalIndexMask];
+                votes[i] =
+                    reached(place, {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])},
+                            (stored & kTwoSidedBit) != 0, light)
+                        ? 1
+                        : 0;
+            }
+        }
+    });
+}
+
+} // namespace pbm

@@ -1,0 +1,43 @@
+// Shadows by rays against the triangles that a model was made of, where they are at hand: when it is built.
+//
+// Points alone do not say where within its voxel the surface lies; of rough scans 2 to 3 % of the points that face a
+// light are wrong whatever is done with them. The triangles say it, and what relief between points stops the light.
+#pragma once
+
+#include "pbm_bake/light_view.h"
+#include "pbm_bake/triangle_tree.h"
+
+#include <cstdint>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+namespace pbm {
+
+class ShadowRays {
+  public:
+    // Both must outlive this.
+    ShadowRays(const ShadowCasters &casters, const TriangleTree &triangles, int threads);
+
+    // Every point stands on a triangle of its voxel. Else the model is more than these triangles, and rays would pass
+    // through the rest of it.
+    bool complete() const { return complete_; }
+
+    // 1 for points that a ray reaches from a light without size, 0 for others and those that it does not face. A ray
+    // starts a quarter of a voxel above the place of the triangles that is nearest to the voxel's centre, along the
+    // point's normal: relief lower than that is below what voxels hold. Asked to stop the result is of no use.
+    void vote(const LightPlace &light, int threads, const std::stop_token &stop, std::span<std::uint8_t> votes) const;
+
+  private:
+    struct Offset {
+        std::int8_t x, y, z; // from the voxel's centre, in kOffsetSteps-ths of a voxel
+    };
+    bool reached(const Place &from, const Place &normal, bool two_sided, const LightPlace &light) const;
+
+    const ShadowCasters &casters_;
+    const TriangleTree &triangles_;
+    std::vector<Offset> offsets_; // [points]
+    bool complete_ = true;
+};
+
+} // namespace pbm

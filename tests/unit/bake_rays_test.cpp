@@ -1,0 +1,236 @@
+// Rays against triangles: the tree against every triangle one by one, and shadows where the answer is known.
+#include "bake_test_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+namespace pbm {
+namespace {
+
+using test::lamp;
+using test::sun;
+using test::VoxelScene;
+
+using Triangle = TriangleTree::Triangle;
+using Point = std::array<double, 3>;
+
+constexpr float kAnyWay = std::numeric_limits<float>::max();
+
+TriangleTree tree_of(const std::vector<Triangle> &triangles, int threads = 1) {
+    return {triangles.size(), [&](std::size_t i) { return triangles[i]; }, threads};
+}
+
+std::vector<Triangle> scattered_triangles(std::size_t count, std::mt19937 &random) {
+    std::uniform_real_distribution<float> middle(0, 32), corner(-2, 2);
+    std::vector<Triangle> triangles(count);
+    for (Triangle &triangle : triangles) {
+        const Place at{middle(random), middle(random), middle(random)};
+        for (Place &place : triangle)
+            place = {at[0] + corner(random), at[1] + corner(random), at[2] + corner(random)};
+    }
+    return triangles;
+}
+
+Point minus(const Point &a, const Point &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+double dot(const Point &a, const Point &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Point cross(const Point &a, const Point &b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+Point wide(const Place &a) { return {static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])}; }
+
+// How far inside of the triangle the line passes (negative: outside), by volumes, and where along the ray.
+std::pair<double, double> passes(const Triangle &triangle, const Point &from, const Point &way) {
+    const Point a = minus(wide(triangle[0]), from), b = minus(wide(triangle[1]), from),
+                c = minus(wide(triangle[2]), from);
+    const double ab = dot(way, cross(a, b)), bc = dot(way, cross(b, c)), ca = dot(way, cross(c, a));
+    const Point normal = cross(minus(b, a), minus(c, a));
+    const double inside = std::max(std::min({ab, bc, ca}), std::min({-ab, -bc, -ca}));
+    return {inside, dot(a, normal) / dot(way, normal)};
+}
+
+TEST(TriangleTree, BlocksWhatOneTriangleAfterTheOtherBlocks) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> place(-4, 36), way(-1, 1);
+    for (const std::size_t count : {0U, 1U, 3U, 4U, 5U, 16U, 17U, 64U, 65U, 700U}) {
+        const std::vector<Triangle> triangles = scattered_triangles(count, random);
+        const TriangleTree tree = tree_of(triangles);
+        EXPECT_EQ(tree.empty(), count == 0);
+        std::size_t blocked = 0;
+        for (int i = 0; i < 500; ++i) {
+            const Place from{place(random), place(random), place(random)},
+                towards{way(random), way(random), way(random)};
+            for (const float reach : {5.0F, kAnyWay}) {
+                bool expected = false, close = false;
+                for (const Triangle &triangle : triangles) {
+                    const auto [inside, at] = passes(triangle, wide(from), wide(towards));
+                    const double limit = static_cast<double>(reach);
+                    close = close || std::abs(inside) < 1e-4 || std::abs(at) < 1e-4 || std::abs(at - limit) < 1e-4;
+                    expected = expected || (inside > 0 && at > 0 && at < limit);
+                }
+                if (close)
+                    continue;
+                EXPECT_EQ(tree.blocks(from, towards, reach), expected) << count;
+                blocked += expected ? 1 : 0;
+            }
+        }
+        if (count == 700) {
+            EXPECT_GT(blocked, 100U);
+        }
+    }
+}
+
+TEST(TriangleTree, AlongAnAxisAndInTheTrianglesPlane) {
+    const TriangleTree tree = tree_of({{{{1, 1, 4}, {5, 1, 4}, {1, 5, 4}}}});
+    EXPECT_TRUE(tree.blocks({2, 2, 0}, {0, 0, 1}, 4.01F));
+    EXPECT_FALSE(tree.blocks({2, 2, 0}, {0, 0, 1}, 3.99F));
+    EXPECT_FALSE(tree.blocks({2, 2, 0}, {0, 0, -1}, kAnyWay));
+    EXPECT_FALSE(tree.blocks({4, 4, 0}, {0, 0, 1}, kAnyWay));
+    EXPECT_FALSE(tree.blocks({0, 2, 4}, {1, 0, 0}, kAnyWay)) << "seen from its edge it has no area";
+}
+
+// Squared distance by looking at many places of a triangle: never less than the true one.
+double searched_distance(const Triangle &triangle, const Point &from) {
+    constexpr int kSteps = 60;
+    double best = std::numeric_limits<double>::infinity();
+    for (int i = 0; i <= kSteps; ++i)
+        for (int j = 0; i + j <= kSteps; ++j) {
+            Point at{};
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                at[axis] = (static_cast<double>(triangle[0][axis]) * (kSteps - i - j) +
+                            static_cast<double>(triangle[1][axis]) * i + static_cast<double>(triangle[2][axis]) * j) /
+                           kSteps;
+            const Point apart = minus(at, from);
+            best = std::min(best, dot(apart, apart));
+        }
+    return std::sqrt(best);
+}
+
+TEST(TriangleTree, NearestIsNearestOfAll) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<float> place(0, 32);
+    const std::vector<Triangle> triangles = scattered_triangles(90, random);
+    const TriangleTree tree = tree_of(triangles);
+    for (int i = 0; i < 60; ++i) {
+        const Place from{place(random), place(random), place(random)};
+        double expected = std::numeric_limits<double>::infinity();
+        for (const Triangle &triangle : triangles)
+            expected = std::min(expected, searched_distance(triangle, wide(from)));
+        const std::optional<Place> found = tree.nearest(from, 100);
+        ASSERT_TRUE(found);
+        const Point apart = minus(wide(*found), wide(from));
+        const double distance = std::sqrt(dot(apart, apart));
+        EXPECT_LE(distance, expected + 1e-4);
+        EXPECT_GE(distance, expected - 0.1) << "the search's steps are up to 0.07 wide";
+        EXPECT_FALSE(tree.nearest(from, static_cast<float>(distance * 0.999)));
+    }
+    EXPECT_FALSE(tree_of({}).nearest({1, 2, 3}, 100));
+}
+
+Triangle rectangle_half(bool second, float x0, float x1, float z0, float z1, float y) {
+    return second ? Triangle{{{x1, y, z1}, {x0, y, z1}, {x1, y, z0}}}
+                  : Triangle{{{x0, y, z0}, {x1, y, z0}, {x0, y, z1}}};
+}
+
+// A floor at height 4.8 in the voxels of height 4, and a roof of 16x16 voxels high above its middle.
+struct FloorAndRoof {
+    FloorAndRoof() {
+        scene.add_sheet(0, 64, 0, 64, 4);
+        scene.add_sheet(24, 40, 24, 40, 24, true);
+        for (const bool second : {false, true}) {
+            triangles.push_back(rectangle_half(second, 0, 64, 0, 64, 4.8F));
+            triangles.push_back(rectangle_half(second, 24, 40, 24, 40, 24.1F));
+        }
+    }
+    VoxelScene scene;
+    std::vector<Triangle> triangles;
+};
+
+TEST(ShadowRays, AShadowEndsWhereTheRayDoes) {
+    const FloorAndRoof made;
+    const Model model = made.scene.model();
+    const TriangleTree tree = tree_of(made.triangles);
+    const ShadowCasters casters(model, 1);
+    const ShadowRays rays(casters, tree, 1);
+    ASSERT_TRUE(rays.complete());
+    const Light light = sun({0.25, -1, 0});
+    const Bytes lit = bake_light(casters, light, {.rays = &rays});
+    // From 4.8 + 0.25 up to 24.1 the ray goes 4.76 voxels to the side.
+    for (int x = 0; x < 64; ++x)
+        EXPECT_EQ(lit[made.scene.index(x, 4, 30)], x + 0.5 > 24 + 4.76 && x + 0.5 < 40 + 4.76 ? 0 : 1) << x;
+    EXPECT_EQ(lit[made.scene.index(30, 24, 30)], 1) << "the roof";
+    const Bytes below = bake_light(casters, sun({0, 1, 0}), {.bits = 2, .rays = &rays});
+    EXPECT_EQ(below[made.scene.index(30, 24, 30)], 0) << "two-sided, and the floor is below it";
+    const Bytes lamplight = bake_light(casters, lamp({32, 44, 32}), {.bits = 2, .rays = &rays});
+    EXPECT_EQ(lamplight[made.scene.index(32, 4, 32)], 0);
+    EXPECT_EQ(lamplight[made.scene.index(2, 4, 2)], 3);
+    const Bytes between = bake_light(casters, lamp({32, 14, 32}), {.rays = &rays});
+    EXPECT_EQ(between[made.scene.index(32, 4, 32)], 1) << "what lies behind the light does not matter";
+}
+
+TEST(ShadowRays, ALightAtAPointOrFarAwayIsDefined) {
+    const FloorAndRoof made;
+    const Model model = made.scene.model();
+    const TriangleTree tree = tree_of(made.triangles);
+    const ShadowCasters casters(model, 1);
+    const ShadowRays rays(casters, tree, 1);
+    const ShadowOptions options{.rays = &rays};
+    EXPECT_EQ(bake_light(casters, lamp({10.5F, 5.05F, 10.5F}), options).size(), casters.size());
+    EXPECT_EQ(bake_light(casters, lamp({2.5e29F, -1e30F, 0}), options)[0], 0);
+    EXPECT_EQ(bake_light(casters, lamp({-2.5e29F, 1e30F, 0}), options),
+              bake_light(casters, sun({0.25, -1, 0}), options));
+}
+
+TEST(ShadowRays, APointWithoutATriangleLeavesAllToTheMaps) {
+    FloorAndRoof made;
+    made.scene.add(60, 50, 60, {0, 1, 0});
+    const Model model = made.scene.model();
+    const TriangleTree tree = tree_of(made.triangles), none = tree_of({});
+    const ShadowCasters casters(model, 1);
+    const ShadowRays some(casters, tree, 1), empty(casters, none, 1);
+    EXPECT_FALSE(some.complete());
+    EXPECT_FALSE(empty.complete());
+    const Light light = sun({0.25, -1, 0});
+    EXPECT_EQ(bake_light(casters, light, {.rays = &some}), bake_light(casters, light));
+    EXPECT_EQ(bake_light(casters, light, {.rays = &empty}), bake_light(casters, light));
+}
+
+TEST(ShadowRays, LightsThatHaveASizeAskTheMaps) {
+    const FloorAndRoof made;
+    const Model model = made.scene.model();
+    const TriangleTree tree = tree_of(made.triangles);
+    const ShadowCasters casters(model, 1);
+    const ShadowRays rays(casters, tree, 1);
+    const Light light = sun({0.25, -1, 0});
+    const ShadowOptions soft{.maps = 16, .bits = 4, .light_size = 0.3};
+    ShadowOptions with_rays = soft;
+    with_rays.rays = &rays;
+    EXPECT_EQ(bake_light(casters, light, with_rays), bake_light(casters, light, soft));
+}
+
+TEST(ShadowRays, BytesAreTheSameForAnyNumberOfThreads) {
+    VoxelScene scene;
+    scene.add_sheet(0, 64, 0, 64, 4);
+    std::mt19937 random(3);
+    std::vector<Triangle> triangles = scattered_triangles(20000, random);
+    for (const bool second : {false, true})
+        triangles.push_back(rectangle_half(second, 0, 64, 0, 64, 4.5F));
+    const Model model = scene.model();
+    Bytes expected;
+    for (const int threads : {1, 2, 5}) {
+        const TriangleTree tree = tree_of(triangles, threads);
+        const ShadowCasters casters(model, threads);
+        const ShadowRays rays(casters, tree, threads);
+        ASSERT_TRUE(rays.complete());
+        const Bytes lit = bake_light(casters, lamp({70, 20, 40}), {.rays = &rays, .threads = threads});
+        EXPECT_GT(std::count(lit.begin(), lit.end(), 1), 500);
+        EXPECT_GT(std::count(lit.begin(), lit.end(), 0), 500);
+        if (threads == 1)
+            expected = lit;
+        EXPECT_EQ(lit, expected) << threads;
+    }
+}
+
+} // namespace
+} // namespace pbm
