@@ -11,6 +11,7 @@
 
 #include <hwy/highway.h>
 
+#include "pbm_render/lane_vectors.h"
 #include "pbm_render/texel_filter.h"
 
 #ifndef PBM_RENDER_GROUND_TEXELS
@@ -78,53 +79,10 @@ inline BlockTexels block_texels(const TexelLevels &texels, const GroundFrame &fr
 HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
+// On the plane x and y are along its edges, z is the height above it.
+HWY_INLINE Vector3 broadcast(glm::vec3 v) { return broadcast(v.x, v.y, v.z); }
 
-struct Point3 {
-    Vector u, v, h;
-};
-
-HWY_INLINE Vector dot(const Point3 &a, const Point3 &b) {
-    return hn::Add(hn::Add(hn::Mul(a.u, b.u), hn::Mul(a.v, b.v)), hn::Mul(a.h, b.h));
-}
-
-HWY_INLINE Point3 unit(const Point3 &a) {
-    const Floats d;
-    const Vector scale = hn::Div(hn::Set(d, 1.0F), hn::Sqrt(hn::Max(dot(a, a), hn::Set(d, 1e-30F))));
-    return {hn::Mul(a.u, scale), hn::Mul(a.v, scale), hn::Mul(a.h, scale)};
-}
-
-HWY_INLINE Point3 set(glm::vec3 v) {
-    const Floats d;
-    return {hn::Set(d, v.x), hn::Set(d, v.y), hn::Set(d, v.z)};
-}
-
-// base^exponent for 0 <= base <= 1; relative error below 1e-6 x (1 + exponent). 0^0 is 0.
-HWY_INLINE Vector power(Vector base, float exponent) {
-    const Floats d;
-    const Ints di;
-    constexpr std::int32_t kRootHalf = 0x3F3504F3; // bits of sqrt(1/2)
-    const IntVector bits = hn::BitCast(di, base);
-    const IntVector steps = hn::ShiftRight<23>(hn::Sub(bits, hn::Set(di, kRootHalf)));
-    const Vector mantissa = hn::BitCast(d, hn::Sub(bits, hn::ShiftLeft<23>(steps))); // sqrt(1/2) .. sqrt(2)
-    const Vector one = hn::Set(d, 1.0F);
-    const Vector z = hn::Div(hn::Sub(mantissa, one), hn::Add(mantissa, one));
-    const Vector square = hn::Mul(z, z);
-    Vector series = hn::Set(d, 2.885390082F / 9);
-    for (const float term : {2.885390082F / 7, 2.885390082F / 5, 2.885390082F / 3, 2.885390082F})
-        series = hn::Add(hn::Mul(series, square), hn::Set(d, term));
-    const Vector log2 = hn::Add(hn::ConvertTo(d, steps), hn::Mul(series, z));
-    const Vector raised = hn::Max(hn::Mul(log2, hn::Set(d, exponent)), hn::Set(d, -126.0F));
-    const Vector whole = hn::Round(raised);
-    const Vector rest = hn::Sub(raised, whole);
-    Vector sum = hn::Set(d, 0.00133908634F);
-    for (const float term : {0.00967603192F, 0.0555035711F, 0.240221075F, 0.693147188F, 1.00000008F})
-        sum = hn::Add(hn::Mul(sum, rest), hn::Set(d, term));
-    const Vector scaled = hn::BitCast(d, hn::Add(hn::BitCast(di, sum), hn::ShiftLeft<23>(hn::ConvertTo(di, whole))));
-    return hn::IfThenElseZero(hn::Gt(base, hn::Set(d, 1e-30F)), scaled);
-}
-
-HWY_INLINE Point3 rays_at(const GroundRow &row, Vector x) {
+HWY_INLINE Vector3 rays_at(const GroundRow &row, Vector x) {
     const Floats d;
     const auto component = [&](int i) {
         return hn::Add(hn::Set(d, row.first[i]), hn::Mul(x, hn::Set(d, row.step[i])));
@@ -132,9 +90,9 @@ HWY_INLINE Point3 rays_at(const GroundRow &row, Vector x) {
     return {component(0), component(1), component(2)};
 }
 
-HWY_INLINE Vector depths_at(const GroundFrame &frame, const Point3 &ray) {
+HWY_INLINE Vector depths_at(const GroundFrame &frame, const Vector3 &ray) {
     const Floats d;
-    return hn::Div(hn::Set(d, frame.eye.z), hn::Max(hn::Neg(ray.h), hn::Set(d, 1e-20F)));
+    return hn::Div(hn::Set(d, frame.eye.z), hn::Max(hn::Neg(ray.z), hn::Set(d, 1e-20F)));
 }
 
 HWY_INLINE Vector columns(std::size_t x) { return hn::Add(lane_numbers(), hn::Set(Floats(), static_cast<float>(x))); }
@@ -175,11 +133,11 @@ HWY_INLINE Vector values_of(const Corners &corners, int byte) {
     }
 }
 
-HWY_INLINE Vector filter(const BlockTexels &texels, const Point3 &hit, int byte) {
-    const Vector finer = values_of(Corners(texels.finer, hit.u, hit.v, false), byte);
+HWY_INLINE Vector filter(const BlockTexels &texels, const Vector3 &hit, int byte) {
+    const Vector finer = values_of(Corners(texels.finer, hit.x, hit.y, false), byte);
     if (texels.fraction == 0)
         return finer;
-    const Vector coarser = values_of(Corners(texels.coarser, hit.u, hit.v, false), byte);
+    const Vector coarser = values_of(Corners(texels.coarser, hit.x, hit.y, false), byte);
     return hn::Add(finer, hn::Mul(hn::Set(Floats(), texels.fraction), hn::Sub(coarser, finer)));
 }
 
@@ -203,31 +161,31 @@ HWY_INLINE Colours look_up(const GroundFrame &frame, Vector value) {
 }
 
 // Phong's reflection of one light, as a factor of the light's colour.
-HWY_INLINE Vector reflect(const GroundFrame &frame, const GroundLight &light, const Point3 &hit, const Point3 &to_eye) {
+HWY_INLINE Vector reflect(const GroundFrame &frame, const GroundLight &light, const Vector3 &hit,
+                          const Vector3 &to_eye) {
     const Floats d;
     const Vector zero = hn::Zero(d), one = hn::Set(d, 1.0F);
-    Point3 to_light = set(light.place);
+    Vector3 to_light = broadcast(light.place);
     if (light.kind != LightKind::directional) {
-        const Point3 place = to_light;
-        to_light = unit({hn::Sub(place.u, hit.u), hn::Sub(place.v, hit.v), place.h});
+        to_light = normalised(difference(to_light, hit));
     }
     const Material &material = frame.material;
-    Vector sum = hn::Mul(hn::Set(d, material.kd), to_light.h);
+    Vector sum = hn::Mul(hn::Set(d, material.kd), to_light.z);
     if (material.ks > 0) {
-        const Vector mirrored = hn::Sub(hn::Mul(to_light.h, to_eye.h),
-                                        hn::Add(hn::Mul(to_light.u, to_eye.u), hn::Mul(to_light.v, to_eye.v)));
-        sum = hn::Add(sum,
-                      hn::Mul(hn::Set(d, material.ks), power(hn::Min(hn::Max(mirrored, zero), one), material.power)));
+        const Vector mirrored = hn::Sub(hn::Mul(to_light.z, to_eye.z),
+                                        hn::Add(hn::Mul(to_light.x, to_eye.x), hn::Mul(to_light.y, to_eye.y)));
+        sum = hn::Add(sum, hn::Mul(hn::Set(d, material.ks),
+                                   power_of(hn::Min(hn::Max(mirrored, zero), one), hn::Set(d, material.power))));
     }
     if (light.kind == LightKind::spot) {
-        const Vector cosine = hn::Neg(dot(to_light, set(light.direction)));
-        sum = hn::Mul(sum, power(hn::Min(hn::Max(cosine, zero), one), light.exponent));
+        const Vector cosine = hn::Neg(dot(to_light, broadcast(light.direction)));
+        sum = hn::Mul(sum, power_of(hn::Min(hn::Max(cosine, zero), one), hn::Set(d, light.exponent)));
     }
     return sum;
 }
 
-HWY_INLINE Colours shade_vector(const GroundFrame &frame, const GroundTexels &texels, const Point3 &hit,
-                                const Point3 &to_eye) {
+HWY_INLINE Colours shade_vector(const GroundFrame &frame, const GroundTexels &texels, const Vector3 &hit,
+                                const Vector3 &to_eye) {
     const Floats d;
     const Vector ambient = hn::Set(d, frame.material.ka);
     Colours light{ambient, ambient, ambient};
@@ -275,14 +233,14 @@ void shade_block(const GroundFrame &frame, const GroundRow &row, const GroundTex
         const Vector coverage = hn::LoadU(d, pixels.coverage + x);
         if (hn::AllTrue(d, hn::Eq(coverage, hn::Zero(d))))
             continue;
-        const Point3 ray = rays_at(row, columns(x));
+        const Vector3 ray = rays_at(row, columns(x));
         const Vector depth = depths_at(frame, ray);
         const Vector zero = hn::Zero(d), one = hn::Set(d, 1.0F);
         const auto meets = [&](float eye, Vector along) { // near the square
             return hn::Min(hn::Max(hn::Add(hn::Set(d, eye), hn::Mul(depth, along)), zero), one);
         };
-        const Point3 hit{meets(frame.eye.x, ray.u), meets(frame.eye.y, ray.v), zero};
-        const Point3 to_eye = unit({hn::Neg(ray.u), hn::Neg(ray.v), hn::Neg(ray.h)});
+        const Vector3 hit{meets(frame.eye.x, ray.x), meets(frame.eye.y, ray.y), zero};
+        const Vector3 to_eye = normalised(negated(ray));
         Colours colours = shade_vector(frame, texels, hit, to_eye);
         if (frame.mirror > 0)
             colours = mix(colours,

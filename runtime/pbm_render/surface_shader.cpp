@@ -8,67 +8,12 @@
 
 #include <hwy/highway.h>
 
-#include "pbm_render/packing.h"
+#include "pbm_render/lane_vectors.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-struct Vector3 {
-    Vector x, y, z;
-};
-
-HWY_INLINE Vector dot(const Vector3 &a, const Vector3 &b) {
-    return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
-}
-HWY_INLINE Vector3 scaled(const Vector3 &v, Vector by) {
-    return {hn::Mul(v.x, by), hn::Mul(v.y, by), hn::Mul(v.z, by)};
-}
-HWY_INLINE Vector3 difference(const Vector3 &a, const Vector3 &b) {
-    return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-}
-HWY_INLINE Vector3 normalised(const Vector3 &v) {
-    const Floats d;
-    return scaled(v, hn::Div(hn::Set(d, 1), hn::Sqrt(hn::Max(dot(v, v), hn::Set(d, 1e-30F)))));
-}
-HWY_INLINE Vector3 broadcast(const std::array<float, 3> &v) {
-    const Floats d;
-    return {hn::Set(d, v[0]), hn::Set(d, v[1]), hn::Set(d, v[2])};
-}
-
-// Coefficients from the highest power down.
-template <std::size_t kCount> HWY_INLINE Vector polynomial(Vector x, const std::array<float, kCount> &coefficients) {
-    const Floats d;
-    Vector sum = hn::Set(d, coefficients[0]);
-    for (std::size_t i = 1; i < kCount; ++i)
-        sum = hn::Add(hn::Mul(sum, x), hn::Set(d, coefficients[i]));
-    return sum;
-}
-
-// x^power for 0 <= x and 0 < power, within 1e-5 of it for results that are seen: 2^(power * log2 x), both by
-// polynomials, since no two libraries agree in the last bits of theirs.
-HWY_INLINE Vector power_of(Vector x, Vector power) {
-    const Floats d;
-    const Ints di;
-    const auto set = [&](float value) { return hn::Set(d, value); };
-    // x = 2^e * m with m in sqrt(1/2) .. sqrt(2)
-    const IntVector bits = hn::BitCast(di, hn::Max(x, set(1e-30F)));
-    const IntVector from_root = hn::Sub(bits, hn::Set(di, 0x3F3504F3));
-    const IntVector e = hn::ShiftRight<23>(from_root);
-    const Vector m = hn::BitCast(d, hn::Sub(bits, hn::ShiftLeft<23>(e)));
-    // log2 m = 2 / ln 2 * artanh((m - 1) / (m + 1))
-    const Vector s = hn::Div(hn::Sub(m, set(1)), hn::Add(m, set(1)));
-    const Vector log = hn::Mul(
-        s, polynomial(hn::Mul(s, s), std::array{0.32058690F, 0.41219858F, 0.57707802F, 0.96179669F, 2.88539008F}));
-    const Vector exponent = hn::Max(hn::Mul(power, hn::Add(hn::ConvertTo(d, e), log)), set(-126));
-    const Vector whole = hn::Round(exponent), rest = hn::Sub(exponent, whole); // -0.5 .. 0.5
-    // 2^rest by its Taylor series
-    const Vector fraction = polynomial(rest, std::array{1.5403530e-4F, 1.3333558e-3F, 9.6181291e-3F, 5.5504109e-2F,
-                                                        2.4022651e-1F, 6.9314718e-1F, 1.0F});
-    const IntVector scale = hn::ShiftLeft<23>(hn::Add(hn::ConvertTo(di, whole), hn::Set(di, 127)));
-    return hn::Mul(fraction, hn::BitCast(d, scale));
-}
+HWY_INLINE Vector3 broadcast(const std::array<float, 3> &v) { return broadcast(v[0], v[1], v[2]); }
 
 // What is the same for all lights of a vector of pixels.
 struct Pixels {
