@@ -4,6 +4,7 @@
 #include "pbm_build/default_panorama.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace pbm::build {
 namespace {
@@ -14,6 +15,9 @@ constexpr SurfaceMaterial kGroundMaterial{
     .ka = 0.22F, .kd = 0.72F, .ks = 0.06F, .power = 8, .colour = {196, 196, 192}, .environment = 0};
 constexpr std::string_view kDefaultLights = "two";
 constexpr int kHardMaps = 4, kSoftMaps = 24, kGroundMaps = 16;
+// A penumbra on the ground steps by one map each; steps wider than so many texels show as bands.
+constexpr double kPenumbraStep = 1.5; // texels
+constexpr int kMostGroundMaps = 96;
 constexpr int kSoftBits = 4;
 
 Material material_of(const SurfaceMaterial &m) { return {m.ka, m.kd, m.ks, m.power, m.colour, m.environment}; }
@@ -143,6 +147,24 @@ ShadowOptions shadow_options(const SceneRequest &request, const Scene &scene, st
             .threads = threads};
 }
 
+// As many maps as a penumbra of the model's height has steps.
+int ground_maps(const SceneRequest &request, const Scene &scene, std::size_t light, int maps) {
+    if (request.shadows->maps || !(scene.light_sizes[light] > 0))
+        return std::max(maps, kGroundMaps);
+    double distance = 1;
+    if (const Light &from = scene.lights[light]; from.kind != LightKind::directional) {
+        double squared = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double way = static_cast<double>(from.position[axis]) - scene.frame.centre[axis];
+            squared += way * way;
+        }
+        distance = std::sqrt(squared);
+    }
+    const double texel = 2 * static_cast<double>(scene.ground->half_edge) / request.ground->texels;
+    const double penumbra = scene.light_sizes[light] / std::max(distance, 1e-30) * 2 * scene.frame.radius;
+    return static_cast<int>(std::clamp<double>(std::ceil(penumbra / texel / kPenumbraStep), maps, kMostGroundMaps));
+}
+
 // Absent where rays have nobody to ask, or would pass through points of the model's own.
 std::optional<TriangleTree> triangles_for_rays(const SceneRequest &request, const Scene &scene, const Surface &surface,
                                                const Grid &grid, int threads) {
@@ -243,7 +265,7 @@ void bake_shadows(const SceneRequest &request, const Scene &scene, const Grid &g
         voxels.points.shadows[light] = bake_light(casters, scene.lights[light], options);
         if (!scene.ground)
             continue;
-        options.maps = std::max(options.maps, kGroundMaps);
+        options.maps = ground_maps(request, scene, light, options.maps);
         options.progress = [&](double done) { part((1 + done) / 2); };
         images.ground_lit.push_back(
             bake_ground(casters, scene.lights[light], *scene.ground, request.ground->texels, options));

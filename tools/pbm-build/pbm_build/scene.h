@@ -31,7 +31,8 @@ struct GroundRequest {
 
 struct ShadowRequest {
     std::optional<int> bits; // of the lit fraction of finest points: 1, 2, 4, 8; default 1, 4 of lights with a size
-    // 1..kMaxShadowMaps. Default: rays where there are triangles, else 4; 24 of lights with a size.
+    // 1..kMaxShadowMaps. Default: rays where there are triangles, else 4; 24 of lights with a size, for
+    // whose shadow on the ground it is up to 96.
     std::optional<int> maps;
 };
 
