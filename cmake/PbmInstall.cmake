@@ -16,7 +16,7 @@ install(TARGETS pbm_format pbm_bake pbm_render EXPORT pbmTargets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY format_spec/pbm_format runtime/pbm_bake runtime/pbm_render DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
     FILES_MATCHING PATTERN "*.h")
-install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt
+install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt docs/validator.md
     DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
 install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)
 

@@ -37,11 +37,13 @@ Status check_point_count(const FileHeader &header, const SectionEntry &finest_ch
                   header.point_count);
 }
 
-Status check_chunk_count(const LevelDirectory &directory, const SectionEntry &entry) {
+Status check_chunk_count(const LevelDirectory &directory, const SectionEntry &entry,
+                         std::span<const SectionEntry> sections) {
     if (entry.count == directory.chunks.size())
         return {};
-    return broken("5.5.11", entry.offset, "the section table counts other chunks than there are",
-                  directory.chunks.size(), entry.count);
+    const auto number = static_cast<std::uint64_t>(&entry - sections.data());
+    return broken("5.5.11", kHeaderBytes + number * kSectionEntryBytes + 48,
+                  "the section table counts other chunks than there are", directory.chunks.size(), entry.count);
 }
 
 Error wrong_split(std::uint64_t offset, const ChunkShape *expected, const ChunkShape *actual) {

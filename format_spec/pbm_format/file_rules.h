@@ -11,7 +11,9 @@ Status prove_hash(ByteView file, const SectionEntry &section);
 // Bytes `from` to `to` of the file are zero.
 Status check_padding(ByteView file, std::uint64_t from, std::uint64_t to);
 Status check_point_count(const FileHeader &header, const SectionEntry &finest_chunks);
-Status check_chunk_count(const LevelDirectory &directory, const SectionEntry &entry);
+// `entry` is one of `sections`: the section table is what the directory contradicts.
+Status check_chunk_count(const LevelDirectory &directory, const SectionEntry &entry,
+                         std::span<const SectionEntry> sections);
 Status check_content_id(const FileHeader &header, const ContentId &id);
 
 // The error of a chunk that differs from the one that the octree gives; null where there is none.

@@ -113,7 +113,7 @@ Result<const LevelDirectory *> Reader::directory(int level) {
         });
         if (!status)
             return status.error();
-        if (const Status counted = check_chunk_count(read, entry); !counted)
+        if (const Status counted = check_chunk_count(read, entry, sections_); !counted)
             return counted.error();
         ProvenChunks proven;
         if (header_.storage() == Storage::mapped) {

@@ -227,8 +227,8 @@ class Validator {
                     fault_of_directory(std::move(directory).error(), entry);
                 return;
             }
-            if (const Status counted = check_chunk_count(*directory, entry); !counted)
-                return fault(counted.error(), name(entry));
+            if (const Status counted = check_chunk_count(*directory, entry, sections_); !counted)
+                return fault(counted.error(), "table");
             if (header_.storage() == Storage::mapped)
                 if (Status status = check_brick_count(*directory, *find(SectionType::level_bricks, level)); !status)
                     return fault(status.error(), name(*find(SectionType::level_bricks, level)));
@@ -254,7 +254,7 @@ class Validator {
 
     void fault_of_directory(Error error, const SectionEntry &entry) {
         const std::uint64_t chunk = error.offset / chunk_entry_bytes(parameters_.attributes);
-        const bool in_chunk = error.offset != 0 && error.offset < entry.stored_bytes;
+        const bool in_chunk = error.rule != "5.5.1" && error.offset < entry.stored_bytes;
         error.offset += entry.offset;
         fault(error, name(entry), in_chunk ? static_cast<std::int64_t>(chunk) : -1);
     }

@@ -1,7 +1,7 @@
 """Checks the second decoder against the test vectors: check_vectors.py FOLDER [valid.bvg ...]
 
 Every file of FOLDER/valid, and every further file named, must decode; every file of FOLDER/invalid must be refused with
-the code, the offset and the rule that FOLDER/invalid/table.csv names. Exit code 0: all did, 1: some did not,
+the kind, the offset and the rule that FOLDER/invalid/table.csv names. Exit code 0: all did, 1: some did not,
 77: Python packages are missing.
 """
 
@@ -39,7 +39,7 @@ def wrong_answer(path, expected):
 def main(folder, further):
     invalid = Path(folder, "invalid")
     with open(invalid / "table.csv", newline="", encoding="utf-8") as table:
-        cases = [(invalid / row["file"], (row["code"], int(row["offset"]), row["message"].split()[0]))
+        cases = [(invalid / row["file"], (row["kind"], int(row["offset"]), row["message"].split()[0]))
                  for row in csv.DictReader(table)]
     listed = {path.name for path, _ in cases}
     cases += [(path, ("a code: it is not in the table", None, None))

@@ -60,6 +60,20 @@ class FileEditor {
         set<std::uint64_t>(64, get<std::uint64_t>(64) - bytes);
     }
 
+    // Puts `bytes` (a multiple of 8) with the value `fill` at the end of a raw section of elements of one byte and
+    // moves what follows.
+    void lengthen(SectionType type, std::uint32_t instance, std::uint64_t bytes, std::uint8_t fill) {
+        const std::size_t at = entry(type, instance);
+        const std::uint64_t size = get<std::uint64_t>(at + 32);
+        file_.insert(file_.begin() + static_cast<std::ptrdiff_t>(get<std::uint64_t>(at + 24) + size),
+                     static_cast<std::size_t>(bytes), fill);
+        for (const std::size_t field : {at + 32, at + 40, at + 48, std::size_t{16}, std::size_t{64}})
+            set<std::uint64_t>(field, get<std::uint64_t>(field) + bytes);
+        for (std::size_t next = at + kSectionEntryBytes;
+             next < kHeaderBytes + get<std::uint32_t>(32) * kSectionEntryBytes; next += kSectionEntryBytes)
+            set<std::uint64_t>(next + 24, get<std::uint64_t>(next + 24) + bytes);
+    }
+
     // Hashes of sections, table and header, and of chunks and tiles if asked for, as far as their bytes lie inside the
     // file.
     void repair(bool chunks = true) {

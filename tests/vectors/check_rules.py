@@ -1,35 +1,65 @@
 #!/usr/bin/env python3
-"""Holds code, specification and bad files together: every rule that the library names stands in BVG.md, and every rule
-has a bad file, or stands below with the reason why it has none."""
+"""Holds code, specification, catalogue, docs and bad files together: check_rules.py ROOT PBM_VALIDATE [--write]
+
+- Every rule stated in BVG.md belongs to one code of the catalogue, is proven somewhere in pbm_format, and has a bad file,
+  or stands below with the reason why it has none.
+- The table of section 9 of BVG.md and that of docs/validator.md are what the catalogue says (--write puts them there).
+"""
+import json
 import pathlib
 import re
+import subprocess
 import sys
 
-root = pathlib.Path(sys.argv[1])
+root, program = pathlib.Path(sys.argv[1]), sys.argv[2]
+write = sys.argv[3:] == ["--write"]
 WITHOUT_FILE = {
-    "3.1.4": "needs raw sizes near 2^64, which 3.2.10 refuses first",
-    "3.1.5": "3.2.3 and 2.7 leave no room for it but a table that ends early",
-    "3.1.8": "as 3.1.7",
-    "3.3.1": "3.2 rules come first; see the unit tests",
-    "4.3": "a call with wrong arguments; the directories prove it for files (5.5.7)",
-    "4.5": "a limit of the caller",
-    "5.4.3": "a stream of at most 196,608 bytes and at least one stored byte: 5.4.2 and 5.6.3 come first",
-    "5.5.4": "a chunk more on level 1: 5.5.3 comes first",
-    "5.5.6": "5.5.3 and 5.5.5 come first unless both levels lie",
-    "5.5.8": "5.5.10 says the same for the last chunk; see the fuzz target",
-    "5.5.9": "5.5.7 comes first unless both levels lie",
-    "5.5.11": "5.5.1 and 3.2.13 come first",
+    "3.1.4": "sections of together 512 TiB: below that 3.2.10 or 3.2.11 comes first",
+    "4.3": "for programs; the directories prove it for files (5.5.7)",
+    "4.5": "for programs: a limit of the caller",
 }
-rule_text = re.compile(r'"(\d+\.\d+(?:\.\d+)?)"')
+RULE = r"\d+\.\d+(?:\.\d+)?"
+faults = []
+
+
+def list_codes(*arguments):
+    return subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout
+
+
+def check_equal(path, start, expected):
+    """The block of lines of a file that starts with the line `start` is `expected`."""
+    text = path.read_text(encoding="utf-8")
+    at = text.index(start)
+    end = re.compile(r"\n(?!\|)").search(text, at).start() + 1
+    if text[at:end] == expected:
+        return
+    if write:
+        path.write_text(text[:at] + expected + text[end:], encoding="utf-8")
+    else:
+        faults.append(f"{path.name}: the table of codes is not that of the catalogue: run check_rules.py with --write")
+
+
+codes = json.loads(list_codes("--list-codes", "--json"))["codes"]
+listed = [rule for code in codes for rule in code["rules"]]
+spec = root / "format_spec/BVG.md"
+stated = set(re.findall(rf"^- ({RULE}) ", spec.read_text(encoding="utf-8"), re.MULTILINE))
 named = set()
 for source in (root / "format_spec/pbm_format").glob("*.cpp"):
-    named |= set(rule_text.findall(source.read_text()))
-spec = (root / "format_spec/BVG.md").read_text()
-stated = set(re.findall(r"(?<![\d.])(\d+\.\d+(?:\.\d+)?) ", spec)) | set(re.findall(r"\((\d+\.\d+(?:\.\d+)?),", spec))
+    named |= set(re.findall(rf'"({RULE})"', source.read_text(encoding="utf-8")))
 vectors = {path.name.split("-")[0] for path in (root / "format_spec/vectors/invalid").glob("*.bvg")}
-faults = [f"rule {rule} is not in BVG.md" for rule in sorted(named - stated)]
+
+faults += [f"rule {rule} belongs to several codes" for rule in sorted({r for r in listed if listed.count(r) > 1})]
+faults += [f"rule {rule} belongs to no code" for rule in sorted(stated - set(listed))]
+faults += [f"rule {rule} of the catalogue is not in BVG.md" for rule in sorted(set(listed) - stated)]
+faults += [f"rule {rule} is proven nowhere" for rule in sorted(set(listed) - named)]
 faults += [f"rule {rule} has no bad file" for rule in sorted(named - vectors - set(WITHOUT_FILE))]
 faults += [f"rule {rule} has a bad file but is excused" for rule in sorted(vectors & set(WITHOUT_FILE))]
 faults += [f"rule {rule} has a bad file but no code names it" for rule in sorted(vectors - named)]
-print("\n".join(faults) or f"{len(named)} rules named, {len(vectors)} with a bad file, {len(WITHOUT_FILE)} excused")
+
+check_equal(root / "docs/validator.md", "| code | severity |", list_codes("--list-codes=markdown"))
+rows = [f"| `{code['code']}` | {', '.join(code['rules'])} | `{code['kind']}` | {code['exit_code']} |\n"
+        for code in codes if code["severity"] == "error"]
+check_equal(spec, "| code | rules |", "| code | rules | kind | exit code |\n|---|---|---|---|\n" + "".join(rows))
+
+print("\n".join(faults) or f"{len(codes)} codes, {len(named)} rules, {len(vectors)} with a bad file, {len(WITHOUT_FILE)} excused")
 sys.exit(1 if faults else 0)

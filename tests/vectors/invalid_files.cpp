@@ -134,6 +134,10 @@ void add_table_files(Collection &files) {
     files.add("3.1.1-257-sections", set<std::uint32_t>(32, 257));
     files.add("3.1.2-table-past-the-end", set<std::uint32_t>(32, 250));
     files.add_unrepaired("3.1.3-flipped-bit", 140);
+    files.add("3.1.5-bytes-behind-the-last-section", [](FileEditor &file) {
+        file.bytes().resize(file.bytes().size() + 8);
+        file.set<std::uint64_t>(16, file.bytes().size());
+    });
     files.add("3.1.6-raw-size", set<std::uint64_t>(64, 1));
     files.add("3.1.7-no-materials", [](FileEditor &file) {
         // The materials become a section nobody knows.
@@ -145,6 +149,7 @@ void add_table_files(Collection &files) {
         file.set<std::uint32_t>(at + 2 * kSectionEntryBytes, 9);
         file.set<std::uint16_t>(at + 2 * kSectionEntryBytes + 6, 0);
     });
+    files.add("3.1.8-a-level-less", set<std::uint8_t>(36, 4));
     files.add("3.2.1-reserved-byte", set_entry<std::uint32_t>(grid, 0, 20, 1));
     files.add("3.2.2-twice", set_entry<std::uint32_t>(attributes, 0, 0, 2));
     files.add("3.2.3-gap", set_entry<std::uint64_t>(metadata, 0, 24, 2048));
@@ -170,6 +175,7 @@ void add_table_files(Collection &files) {
 void add_section_files(Collection &files) {
     using enum SectionType;
     files.add_unrepaired("3.2.14-flipped-bit-in-the-grid", FileEditor(every_attribute_file()).section(grid) + 3);
+    files.add("3.3.1-long-metadata", [](FileEditor &file) { file.lengthen(metadata, 0, 4096, ' '); });
     files.add("3.3.2-metadata-is-no-json", set_in<std::uint8_t>(metadata, 0, '['));
     files.add("3.3.2-metadata-with-a-zero-byte", [](FileEditor &file) {
         const std::size_t end = file.section(metadata) + file.get<std::uint64_t>(file.entry(metadata) + 32);
@@ -363,13 +369,41 @@ void add_chunk_files(Collection &files) {
     files.add("5.3.7-cone", set_chunk<std::uint16_t>(2, 0, 36, 8192));
     files.add("5.4.1-filter-5", set_chunk<std::uint8_t>(2, 0, 51, 5));
     files.add("5.4.2-stored-size", set_chunk<std::uint32_t>(2, 0, 52, 3));
+    files.add("5.4.3-normals-from-one-byte", [](FileEditor &file) {
+        file.set<std::uint32_t>(104, kDefaultChunkPoints);
+        const std::size_t at = file.chunk(3);
+        const std::array<std::uint32_t, 4> counts{32768, 4096, 512, 64}; // points, nodes, parents, bricks
+        for (std::size_t i = 0; i < counts.size(); ++i)
+            file.set<std::uint32_t>(at + 16 + 4 * i, counts[i]);
+        for (const std::size_t stream : {std::size_t{0}, std::size_t{1}})
+            file.set<std::uint32_t>(at + kChunkEntryFixedBytes + 4 * stream, 1U << 31 | 1U);
+    });
     files.add("5.5.1-no-whole-entry", [](FileEditor &file) { file.shorten(level_directory, 1, 8, 8); });
     files.add("5.5.2-reserved", set_chunk<std::uint8_t>(2, 0, 44, 1));
     files.add("5.5.3-order", many_chunks_file(), set_chunk<std::uint64_t>(5, 1, 0, 0));
+    files.add("5.5.4-parent-of-level-1", set_chunk<std::uint32_t>(1, 0, 32, 1));
     files.add("5.5.5-parent-chunk", many_chunks_file(), set_chunk<std::uint32_t>(5, 1, 32, 7));
+    files.add("5.5.6-beside-its-parent", many_chunks_file(), [](FileEditor &file) { // a parent that is not the last
+        const std::size_t at = file.chunk(5);
+        assert(file.get<std::uint8_t>(file.chunk(4) + 40) > 0);
+        file.set<std::uint64_t>(at, (std::uint64_t{1} << 3 * file.get<std::uint8_t>(at + 40)) - 1);
+    });
     files.add("5.5.7-nodes-of-the-parent", many_chunks_file(), [](FileEditor &file) {
         const std::size_t at = file.chunk(5, 7) + 20;
         file.set<std::uint32_t>(at, file.get<std::uint32_t>(at) + 1);
+    });
+    files.add("5.5.8-past-the-end", many_chunks_file(), [](FileEditor &file) { // its masks are a frame
+        const std::size_t at = file.chunk(5);
+        file.set<std::uint32_t>(at + kChunkEntryFixedBytes, 1U << 31 | (file.get<std::uint32_t>(at + 20) - 1));
+    });
+    files.add("5.5.9-a-chunk-less", filtered_file(), [](FileEditor &file) {
+        const std::uint32_t entry_bytes = file.get<std::uint32_t>(file.entry(level_directory, 5) + 12);
+        file.shorten(level_directory, 5, entry_bytes, entry_bytes);
+    });
+    files.add("5.5.11-two-entries-of-half-the-size", [](FileEditor &file) {
+        const std::size_t at = file.entry(level_directory, 2);
+        file.set<std::uint32_t>(at + 12, file.get<std::uint32_t>(at + 12) / 2);
+        file.set<std::uint64_t>(at + 48, 2 * file.get<std::uint64_t>(at + 48));
     });
     files.add("5.5.10-raw-size", [](FileEditor &file) {
         const std::size_t at = file.entry(level_chunks, 3) + 40;

@@ -1,4 +1,5 @@
-// The bad files of format_spec/vectors/invalid: each breaks one rule of BVG.md, with every hash in front of it right.
+// The files of format_spec/vectors. Of invalid/ each breaks one rule of BVG.md, with every hash in front of it right;
+// of advised/ each is valid, and of one code of the catalogue that is no error.
 #pragma once
 
 #include "pbm_format/bytes.h"
@@ -20,5 +21,6 @@ struct InvalidFile {
 
 std::vector<ValidFile> valid_files();
 std::vector<InvalidFile> invalid_files();
+std::vector<ValidFile> advised_files(); // "metadata.path.bvg": the code is the name
 
 } // namespace pbm::test

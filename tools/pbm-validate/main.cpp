@@ -230,7 +230,8 @@ int run(int argc, char **argv) {
     };
     for (const std::string &path : options.paths) {
         pbm::command_line::work_on(path);
-        if (options.recursive && std::filesystem::is_directory(path))
+        std::error_code unknown;
+        if (options.recursive && std::filesystem::is_directory(path, unknown))
             examine_folder(path, options, tell);
         else
             tell(examine(path, options));
