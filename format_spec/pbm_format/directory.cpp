@@ -68,8 +68,8 @@ Status check_chunk_entry(const ChunkEntry &chunk, int level, std::uint32_t chunk
         return std::to_string(low) + ".." + std::to_string(high);
     };
     if (shape.root_depth > std::max(0, level - 3))
-        return broken("5.3.1", at + 40, "the chunk's root is too deep for its level", range(0, std::max(0, level - 3)),
-                      shape.root_depth);
+        return broken("5.3.1", at + 40, "the chunk's root is too deep for its level",
+                      "0.." + std::to_string(std::max(0, level - 3)), shape.root_depth);
     if (shape.root_prefix >> 3 * shape.root_depth != 0)
         return broken("5.3.2", at, "the chunk's root lies outside the grid",
                       "below 8^" + std::to_string(shape.root_depth), shape.root_prefix);

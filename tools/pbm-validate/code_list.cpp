@@ -47,7 +47,7 @@ std::string codes_as_markdown() {
     return text;
 }
 
-nlohmann::json codes_as_json() {
+std::string codes_as_json() {
     nlohmann::json codes = nlohmann::json::array();
     for (const CatalogueEntry &entry : kCatalogue) {
         nlohmann::json rules = nlohmann::json::array();
@@ -65,7 +65,7 @@ nlohmann::json codes_as_json() {
                          {"meaning", entry.meaning},
                          {"remedy", entry.remedy}});
     }
-    return {{"codes", std::move(codes)}};
+    return nlohmann::json{{"codes", std::move(codes)}}.dump(2) + "\n";
 }
 
 std::vector<const CatalogueEntry *> codes_named(const std::string &word) {

@@ -3,10 +3,9 @@
 #include "pbm_format/platform.h"
 #include "verdict.h"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <new>
 
@@ -155,8 +154,7 @@ void add_options(CLI::App &app, Options &options) {
     app.set_version_flag("-V,--version", "pbm-validate " PBM_VERSION);
 }
 
-int write_json(const std::string &path, const nlohmann::json &document) {
-    const std::string text = document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+int write_json(const std::string &path, const std::string &text) {
     if (const pbm::Status status = pbm::command_line::write_text(path, text); !status)
         return pbm::command_line::fail("pbm-validate", path, status.error());
     return 0;
@@ -239,7 +237,7 @@ int run(int argc, char **argv) {
     if (options.json_path.empty())
         return code;
     const int written =
-        write_json(options.json_path, pbm::validate_program::report_document(verdicts, options.validation.level, code));
+        write_json(options.json_path, pbm::validate_program::report_as_json(verdicts, options.validation.level, code));
     return std::max(code, written);
 }
 

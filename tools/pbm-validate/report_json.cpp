@@ -56,21 +56,22 @@ json file_object(const Verdict &verdict) {
 
 } // namespace
 
-json report_document(const std::vector<Verdict> &verdicts, ValidationLevel level, int exit_code) {
+std::string report_as_json(const std::vector<Verdict> &verdicts, ValidationLevel level, int exit_code) {
     json files = json::array();
     bool valid = true;
     for (const Verdict &verdict : verdicts) {
         files.push_back(file_object(verdict));
         valid = valid && verdict.valid;
     }
-    return {{"validator",
-             {{"program", "pbm-validate"},
-              {"version", PBM_VERSION},
-              {"format", std::to_string(kMajorVersion) + "." + std::to_string(kMinorVersion)}}},
-            {"level", to_string(level)},
-            {"valid", valid},
-            {"exit_code", exit_code},
-            {"files", std::move(files)}};
+    const json document{{"validator",
+                         {{"program", "pbm-validate"},
+                          {"version", PBM_VERSION},
+                          {"format", std::to_string(kMajorVersion) + "." + std::to_string(kMinorVersion)}}},
+                        {"level", to_string(level)},
+                        {"valid", valid},
+                        {"exit_code", exit_code},
+                        {"files", std::move(files)}};
+    return document.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
 } // namespace pbm::validate_program

@@ -4,7 +4,6 @@
 #include "pbm_format/validate.h"
 
 #include <iosfwd>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -21,13 +20,13 @@ struct Verdict {
 // VALID or INVALID, then a line for each finding that is kept, then how many of which code are not.
 void print_text(std::ostream &out, const Verdict &verdict, ValidationLevel level);
 
-// The document of report.schema.json.
-nlohmann::json report_document(const std::vector<Verdict> &verdicts, ValidationLevel level, int exit_code);
+// The document of report.schema.json, as text.
+std::string report_as_json(const std::vector<Verdict> &verdicts, ValidationLevel level, int exit_code);
 
 // The catalogue. Markdown is the table of docs/validator.md.
 std::string codes_as_text(const std::vector<const CatalogueEntry *> &entries);
 std::string codes_as_markdown();
-nlohmann::json codes_as_json();
+std::string codes_as_json();
 
 // Codes that `word` names: a code, a group or a rule; empty if it names none.
 std::vector<const CatalogueEntry *> codes_named(const std::string &word);
