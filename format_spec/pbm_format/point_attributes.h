@@ -74,12 +74,15 @@ struct PointAttributes {
 Rgb8 expand_565(std::uint16_t colour);
 std::uint16_t pack_565(Rgb8 colour); // nearest
 // Colour of point `i` of a colour stream, expanded to 8 bits per channel by repeating the high bits; black without.
-inline Rgb8 point_colour(ByteView colours, std::size_t i, ColourFormat format) {
+inline Rgb8 point_colour(const std::uint8_t *colours, std::size_t i, ColourFormat format) {
     if (format == ColourFormat::rgb888)
         return {colours[3 * i], colours[3 * i + 1], colours[3 * i + 2]};
     if (format == ColourFormat::rgb565)
         return expand_565(static_cast<std::uint16_t>(colours[2 * i] | colours[2 * i + 1] << 8));
     return {};
+}
+inline Rgb8 point_colour(ByteView colours, std::size_t i, ColourFormat format) {
+    return point_colour(colours.data(), i, format);
 }
 void set_point_colour(PointAttributes &points, std::size_t i, ColourFormat format, Rgb8 colour);
 

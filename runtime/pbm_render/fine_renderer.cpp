@@ -1,6 +1,7 @@
 #include "pbm_render/fine_renderer.h"
 
 #include "pbm_format/parallel.h"
+#include "pbm_render/drawn_runs.h"
 #include "pbm_render/shade_table.h"
 #include "pbm_render/splat_blender.h"
 #include "pbm_render/surface_points.h"
@@ -12,7 +13,6 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -32,13 +32,6 @@ glm::dvec2 sample_offset(int i) {
     const auto fraction = [&](double step) { return std::fmod(0.5 + i * step, 1.0) - 0.5; };
     return {fraction(1 / kPlastic), fraction(1 / (kPlastic * kPlastic))};
 }
-
-// Where a run's part of a sample is.
-struct DrawnRun {
-    RunGeometry geometry;
-    std::size_t first_brick = 0, seen = 0; // in Frame::bricks
-    int top = 0, bottom = 0;
-};
 
 // What a thread needs to draw a strip.
 struct Workplace {
@@ -81,10 +74,9 @@ struct Picture {
 
 struct FineRenderer::Frame {
     Frame(const ModelParameters &p, std::uint32_t chunk_points, int threads, std::shared_ptr<const Surroundings> around)
-        : parameters(p), surroundings(std::move(around)), appearance(p),
-          point_bits(static_cast<int>(std::bit_width(chunk_points - 1))), pool(resolve_threads(threads)) {}
+        : parameters(p), surroundings(std::move(around)), appearance(p), runs(chunk_points),
+          pool(resolve_threads(threads)) {}
 
-    void cull(std::size_t run, const FrameGeometry &geometry);
     std::uint64_t draw(int top, int rows, const Sample &sample, Workplace &at);
     void collect_row(int y, const Sample &sample, Workplace &at) const;
     void read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel, SurfacePoint &to) const;
@@ -95,13 +87,10 @@ struct FineRenderer::Frame {
     const ModelParameters &parameters;
     const std::shared_ptr<const Surroundings> surroundings;
     Appearance appearance;
-    const int point_bits; // of an id; the rest is the run
+    DrawnRuns runs;
     WorkerPool pool;
 
     std::optional<Picture> picture;
-    std::vector<PointRun> runs;
-    std::vector<DrawnRun> drawn_runs; // [runs]
-    std::vector<SeenBrick> bricks;
     std::vector<Workplace> workplaces; // [thread]
     // [height][width]: sums of the samples' light, times alpha, and of alpha; without what is behind the object where
     // that is one colour.
@@ -130,19 +119,12 @@ RenderStatistics FineRenderer::render(std::span<const PointRun> runs, const Came
 void FineRenderer::begin(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                          const Framebuffer &target) {
     Frame &frame = *frame_;
-    runs = runs.first(std::min(runs.size(), std::size_t{1} << (32 - frame.point_bits))); // as many as ids can tell
-    frame.runs.assign(runs.begin(), runs.end());
+    frame.runs.set(runs);
     frame.picture.emplace(frame.parameters, frame.appearance, frame.surroundings.get(), camera, options, target);
     frame.workplaces.assign(static_cast<std::size_t>(frame.pool.threads()), Workplace(target.width));
     frame.sum_of_light.resize(target.pixels());
     frame.first_depth.resize(frame.picture->with_depths ? target.pixels() : 0);
-    std::size_t bricks = 0;
-    for (const PointRun &run : frame.runs) {
-        bricks += run.chunk->bricks.size();
-        frame.picture->statistics.level = std::max(frame.picture->statistics.level, run.level);
-        frame.picture->statistics.points += run.last - run.first;
-    }
-    frame.bricks.resize(std::max(frame.bricks.size(), bricks));
+    frame.picture->statistics = frame.runs.statistics();
 }
 
 RenderStatistics FineRenderer::add_sample() {
@@ -153,13 +135,11 @@ RenderStatistics FineRenderer::add_sample() {
     projection.middle -= offset;
     const FrameGeometry geometry(projection, picture.width, picture.height);
     const Sample sample{offset, geometry};
-    frame.drawn_runs.clear();
-    std::size_t bricks = 0;
-    for (const PointRun &run : frame.runs) {
-        frame.drawn_runs.push_back({RunGeometry(run, geometry), bricks});
-        bricks += run.chunk->bricks.size();
-    }
-    frame.pool.run(frame.runs.size(), [&](std::size_t run, std::size_t) { frame.cull(run, geometry); });
+    frame.runs.begin_view(geometry);
+    frame.pool.run(frame.runs.size(), [&](std::size_t run, std::size_t) {
+        frame.runs.cull(run, geometry,
+                        [&](const RunGeometry &of, std::span<SeenBrick> seen) { widen_bricks(geometry, of, seen); });
+    });
 
     const int rows = std::max(kLeastStripRows, kStripPixels / picture.width);
     const auto count = static_cast<std::size_t>((picture.height + rows - 1) / rows);
@@ -182,38 +162,18 @@ void FineRenderer::resolve(Framebuffer &target) {
                      [&](std::size_t y, std::size_t) { frame_->resolve_row(static_cast<int>(y), colours, target); });
 }
 
-void FineRenderer::Frame::cull(std::size_t index, const FrameGeometry &geometry) {
-    DrawnRun &run = drawn_runs[index];
-    std::span<SeenBrick> seen(bricks.data() + run.first_brick, run.geometry.run->chunk->bricks.size());
-    run.seen = find_seen_bricks(run.geometry, geometry, seen);
-    seen = seen.first(run.seen);
-    widen_bricks(geometry, run.geometry, seen);
-    run.top = geometry.height;
-    run.bottom = 0;
-    for (const SeenBrick &brick : seen) {
-        run.top = std::min(run.top, brick.top);
-        run.bottom = std::max(run.bottom, brick.bottom);
-    }
-}
-
 // Adds a sample to the strip of `rows` rows from row `top` on. Returns the points drawn.
 std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample, Workplace &at) {
     at.visible.begin(picture->width, top, std::min(top + rows, picture->height));
     std::uint64_t drawn = 0;
-    const auto for_each_run = [&](auto &&work) {
-        for (std::size_t i = 0; i < drawn_runs.size(); ++i) {
-            const DrawnRun &run = drawn_runs[i];
-            if (run.top < at.visible.bottom && run.bottom > at.visible.top)
-                work(run, std::span<const SeenBrick>(bricks).subspan(run.first_brick, run.seen),
-                     static_cast<std::uint32_t>(i) << point_bits);
-        }
-    };
-    for_each_run([&](const DrawnRun &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
-        drawn += draw_visible(sample.geometry, run.geometry, seen, first_id, at.visible);
-    });
+    const int bottom = at.visible.bottom;
+    runs.for_each_in_rows(top, bottom,
+                          [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
+                              drawn += draw_visible(sample.geometry, run, seen, first_id, at.visible);
+                          });
     at.surface.begin(at.visible, picture->points.groups());
-    for_each_run([&](const DrawnRun &run, std::span<const SeenBrick> seen, std::uint32_t) {
-        blend_bricks(sample.geometry, run.geometry, seen, at.visible, picture->points, at.surface);
+    runs.for_each_in_rows(top, bottom, [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t) {
+        blend_bricks(sample.geometry, run, seen, at.visible, picture->points, at.surface);
     });
     const EyeRays rays{sample.geometry.middle_x, sample.geometry.middle_y, sample.geometry.inverse_focal};
     for (int y = at.visible.top; y < at.visible.bottom; ++y) {
@@ -230,8 +190,8 @@ std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample,
 // The visible point of a pixel as if it were all that is there.
 void FineRenderer::Frame::read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel,
                                              SurfacePoint &to) const {
-    const PointRun &run = runs[id >> point_bits];
-    const std::size_t i = id & ((1U << point_bits) - 1);
+    const PointRun &run = runs[runs.ids().run(id)];
+    const std::size_t i = runs.ids().point(id);
     const std::uint16_t stored = run.chunk->normals[i];
     const FrameGeometry &geometry = sample.geometry;
     const EyeNormal &n = geometry.normals[stored & kNormalIndexMask];

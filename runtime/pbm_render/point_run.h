@@ -4,6 +4,7 @@
 
 #include "pbm_format/mapped_chunk.h"
 
+#include <cstddef>
 #include <cstdint>
 
 namespace pbm {
@@ -15,5 +16,12 @@ struct PointRun {
     // The points first..last - 1 of the chunk, which are whole nodes of level `level` - 1.
     std::uint32_t first = 0, last = 0;
 };
+
+// Of point `i` of the run's chunk, 0..1. The light has a shadow stream, of `bits` bits at the run's level.
+inline float lit_fraction(const PointRun &run, std::size_t i, std::size_t light, unsigned bits) {
+    const std::size_t at = i * bits;
+    const unsigned most = (1U << bits) - 1;
+    return static_cast<float>(run.chunk->packed_shadows[light][at / 8] >> (at % 8) & most) / static_cast<float>(most);
+}
 
 } // namespace pbm

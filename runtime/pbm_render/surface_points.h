@@ -36,7 +36,8 @@ class SurfacePoints {
             for (std::size_t k = 0; k < 4; ++k)
                 channels[channel::kPhong + k] = phong_[material][static_cast<int>(k)];
         for (std::size_t light = 0; light < shadowed_; ++light)
-            channels[channel::kLit + light] = lit_fraction(run, i, light);
+            channels[channel::kLit + light] =
+                lit_fraction(run, i, light, shadow_bits_[light][static_cast<std::size_t>(run.level)]);
     }
 
   private:
@@ -47,13 +48,6 @@ class SurfacePoints {
             return material_colours_[material];
         const Rgb8 c = point_colour(run.chunk->colours, i, colour_);
         return Float4{linear_[c[0]], linear_[c[1]], linear_[c[2]], 0};
-    }
-    float lit_fraction(const PointRun &run, std::size_t i, std::size_t light) const {
-        const unsigned bits = shadow_bits_[light][static_cast<std::size_t>(run.level)];
-        const std::size_t at = i * bits;
-        const unsigned most = (1U << bits) - 1;
-        return static_cast<float>(run.chunk->packed_shadows[light][at / 8] >> (at % 8) & most) /
-               static_cast<float>(most);
     }
 
     ColourFormat colour_;
