@@ -1,0 +1,156 @@
+"""Makes copies of sources in which every check has a switch: instrument.py TO_FOLDER LIST.json FIRST_NUMBER SOURCE...
+
+A check is what makes code refuse its input: the condition of an `if` that guards an error, a `return false` or a step of
+a chain of such; each operand of its `||` is one of its own. So is each operand of the `&&` of a condition that must hold:
+a `return a && b;`, or a `const bool name = a && b;` that is asked for as `!name`.
+
+In the copy such a condition `c` reads (pbm::check_kept(N) && (c)): with the check N removed it never holds; one that must
+hold reads (!pbm::check_kept(N) || (c)). LIST.json gets number, file, line and text of each check.
+"""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+# What the guarded statement starts with if it refuses something.
+REFUSES = re.compile(r"""\s*\{?\s*(?:
+    return\s+(?:\w+::)*(?:Error\b|bad\w*\(|broken\w*\(|refuse\w*\(|fault\w*\(|faults\b|impossible\w*\(|false\b|status\b|at_section\()
+  | return\s+[^;]*\.error\(\)
+  | return\s+(?:\w+\.)?\w+(?:->|\.)error
+  | (?:\w+\.)?fault\w*\(
+  | faults\.push_back | failures\[ | status\s*=
+)""", re.VERBOSE)
+# The same further on in a block.
+REFUSES_LATER = re.compile(r"[;{]\s*(?:fault\(|return\s+(?:\w+::)*(?:Error\b|bad\w*\(|broken\w*\(|fault\w*\())")
+LONGEST_BLOCK = 500                                     # characters: what is longer does more than refuse
+OPENING, CLOSING = "([{", ")]}"
+
+def blank(text):
+    """The text with comments and literals blanked, of the same length."""
+    def spaces(match):
+        return re.sub(r"[^\n]", " ", match.group())
+    pattern = r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|(?<![0-9a-zA-Z])\'(?:\\.|[^\'\\\n])+\''
+    return re.sub(pattern, spaces, text, flags=re.DOTALL)
+
+def closing(code, at):
+    """Place of the bracket that closes the one at `at`."""
+    depth = 0
+    for i in range(at, len(code)):
+        depth += code[i] in OPENING
+        depth -= code[i] in CLOSING
+        if depth == 0:
+            return i
+    raise ValueError("a bracket without end")
+
+def split(code, begin, end, separators):
+    """Places of those separators in code[begin:end] that stand outside brackets."""
+    depth, found, i = 0, [], begin
+    while i < end:
+        depth += code[i] in OPENING
+        depth -= code[i] in CLOSING
+        if depth == 0:
+            for separator in separators:
+                if code.startswith(separator, i):
+                    found.append((i, separator))
+                    i += len(separator) - 1
+                    break
+        i += 1
+    return found
+
+def ranges(code, begin, end, separator):
+    places = [place for place, _ in split(code, begin, end, [separator])]
+    starts = [begin, *(place + len(separator) for place in places)]
+    return list(zip(starts, [*places, end]))
+
+class Source:
+    def __init__(self, path, first):
+        self.text = path.read_text(encoding="utf-8")
+        self.code = blank(self.text)
+        self.name, self.number = path.name, first
+        self.checks, self.insertions, self.taken = [], [], set()
+
+    def switch(self, begin, end, form):
+        while self.code[begin].isspace():
+            begin += 1
+        while self.code[end - 1].isspace():
+            end -= 1
+        if (begin, end) in self.taken:
+            return
+        self.taken.add((begin, end))
+        before = {"fails": f"(pbm::check_kept({self.number}) && (", "holds": f"(!pbm::check_kept({self.number}) || ("}
+        self.insertions += [(begin, 0, before[form]), (end, 1, "))")]
+        line = self.text.count("\n", 0, begin) + 1
+        self.checks.append({"number": self.number, "file": self.name, "line": line,
+                            "text": " ".join(self.text[begin:end].split())})
+        self.number += 1
+
+    def switch_condition(self, begin, end, form):
+        """Each operand of a condition that refuses (form fails, ||) or that must hold (form holds, &&)."""
+        marks = split(self.code, begin, end, ["?", "::", ":"])
+        marks = [(place, mark) for place, mark in marks if mark != "::"]
+        if marks:                                       # conditions of ?: choose, what they choose checks
+            edges = [begin - 1, *(place for place, _ in marks), end]
+            for i, (start, stop) in enumerate(zip(edges, edges[1:])):
+                if i == len(marks) or marks[i][1] == ":":
+                    self.switch_condition(start + 1, stop, form)
+            return
+        for start, stop in ranges(self.code, begin, end, "||" if form == "fails" else "&&"):
+            self.switch(start, stop, form)
+
+    def refuses(self, at):
+        """Whether the statement at that place does nothing but refuse."""
+        if REFUSES.match(self.text[at:at + 400]):
+            return True
+        at += len(self.code[at:]) - len(self.code[at:].lstrip())
+        if self.code[at] != "{":
+            return False
+        block = self.code[at:closing(self.code, at) + 1]
+        return len(block) < LONGEST_BLOCK and REFUSES_LATER.search(block) is not None and not re.search(r"\bfor\b", block)
+
+    def find(self):
+        for match in re.finditer(r"\bif\s*\(", self.code):
+            opened = match.end() - 1
+            closed = closing(self.code, opened)
+            if not self.refuses(closed + 1):
+                continue
+            init = split(self.code, opened + 1, closed, [";"])
+            begin = init[-1][0] + 1 if init else opened + 1
+            self.switch_condition(begin, closed, "fails")
+        for match in re.finditer(r"\breturn\s", self.code):
+            end = match.end()
+            stop = split(self.code, end, len(self.code), [";"])
+            if stop and len(ranges(self.code, end, stop[0][0], "&&")) > 1 and "=" not in self.code[end:end + 1]:
+                self.switch_condition(end, stop[0][0], "holds")
+        for match in re.finditer(r"\breturn\s([^;?]*)\?[^;]*:\s*Status\{\};", self.code): # refuse or go on
+            self.switch_condition(match.start(1), match.end(1), "fails")
+        for match in re.finditer(r"\bconst bool (\w+)\s*=", self.code):
+            if re.search(rf"!{match.group(1)}\b", self.code):
+                stop = split(self.code, match.end(), len(self.code), [";"])[0][0]
+                self.switch_condition(match.end(), stop, "holds")
+
+    def instrumented(self):
+        out, at = [], 0
+        for place, _, text in sorted(self.insertions, key=lambda item: (item[0], -item[1])):
+            out += [self.text[at:place], text]
+            at = place
+        return '#include "check_mutations/removed_check.h"\n#line 1\n' + "".join(out) + self.text[at:]
+
+def main(folder, listing, first, *sources):
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    number, checks = int(first), []
+    for path in map(Path, sources):
+        source = Source(path, number)
+        source.find()
+        number = source.number
+        checks += source.checks
+        target = Path(folder, path.name)
+        text = source.instrumented()
+        if not target.exists() or target.read_text(encoding="utf-8") != text:
+            target.write_text(text, encoding="utf-8")
+    Path(listing).write_text(json.dumps(checks, indent=1), encoding="utf-8")
+
+if __name__ == "__main__":
+    if len(sys.argv) < 5:
+        sys.exit(__doc__)
+    main(*sys.argv[1:])
