@@ -279,11 +279,12 @@ class Validator {
             if (!is_raster(entry.type))
                 continue;
             Result<ImageDirectory> directory = read_image_directory(file_, entry, header_.storage());
-            if (directory)
-                rasters.push_back({&entry, std::move(directory).value()});
-            else
+            if (!directory) {
                 fault(directory.error(), name(entry));
-            is_incomplete_ |= !directory;
+                is_incomplete_ = true;
+                continue;
+            }
+            rasters.push_back({&entry, std::move(directory).value()});
         }
         return rasters;
     }
