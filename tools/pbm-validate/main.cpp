@@ -177,6 +177,7 @@ std::optional<int> tell_codes(const Options &options) {
     if (options.list_codes != "text" && options.list_codes != "markdown")
         return pbm::command_line::fail_usage("pbm-validate", "--list-codes: write text or markdown");
     std::vector<const CatalogueEntry *> all;
+    all.reserve(pbm::kCatalogue.size());
     for (const CatalogueEntry &entry : pbm::kCatalogue)
         all.push_back(&entry);
     std::cout << (options.list_codes == "text" ? program::codes_as_text(all) : program::codes_as_markdown());
