@@ -1,11 +1,12 @@
-"""Makes copies of sources in which every check has a switch: instrument.py TO_FOLDER LIST.json FIRST_NUMBER SOURCE...
+"""Makes copies of sources in which every check has a switch: instrument.py TO_FOLDER LIST.json FIRST_NUMBER [--no-steps] SOURCE...
 
 A check is what makes code refuse its input: the condition of an `if` that guards an error, a `return false` or a step of
 a chain of such; each operand of its `||` is one of its own. So is each operand of the `&&` of a condition that must hold:
 a `return a && b;`, or a `const bool name = a && b;` that is asked for as `!name`.
 
-In the copy such a condition `c` reads (pbm::check_kept(N) && (c)): with the check N removed it never holds; one that must
-hold reads (!pbm::check_kept(N) || (c)). LIST.json gets number, file, line and text of each check.
+In the copy such a condition `c` reads ((c) && pbm::check_kept(N)): with the check N removed it never holds; one that must
+hold reads ((c) || !pbm::check_kept(N)). LIST.json gets number, file, line and text of each check. With --no-steps only what
+refuses has a switch: no step of a chain that ends with its first error, no `return a && b;`, which may look something up.
 """
 
 import json
@@ -19,9 +20,11 @@ REFUSES = re.compile(r"""\s*\{?\s*(?:
   | return\s+[^;]*\.error\(\)
   | return\s+(?:\w+\.)?\w+(?:->|\.)error
   | (?:\w+\.)?fault\w*\(
-  | faults\.push_back | failures\[ | status\s*=
+  | faults\.push_back | failures\[
 )""", re.VERBOSE)
-# The same further on in a block.
+# A step of a chain that ends with its first error.
+STEP = re.compile(r"\s*\{?\s*status\s*=")
+# What refuses further on in a block.
 REFUSES_LATER = re.compile(r"[;{]\s*(?:fault\(|return\s+(?:\w+::)*(?:Error\b|bad\w*\(|broken\w*\(|fault\w*\())")
 LONGEST_BLOCK = 500                                     # characters: what is longer does more than refuse
 OPENING, CLOSING = "([{", ")]}"
@@ -64,7 +67,8 @@ def ranges(code, begin, end, separator):
     return list(zip(starts, [*places, end]))
 
 class Source:
-    def __init__(self, path, first):
+    def __init__(self, path, first, steps):
+        self.steps = steps
         self.text = path.read_text(encoding="utf-8")
         self.code = blank(self.text)
         self.name, self.number = path.name, first
@@ -78,8 +82,11 @@ class Source:
         if (begin, end) in self.taken:
             return
         self.taken.add((begin, end))
-        before = {"fails": f"(pbm::check_kept({self.number}) && (", "holds": f"(!pbm::check_kept({self.number}) || ("}
-        self.insertions += [(begin, 0, before[form]), (end, 1, "))")]
+        kept = f"pbm::check_kept({self.number})"
+        before, after = {"fails": ("((", f") && {kept})"), "holds": ("((", f") || !{kept})")}[form]
+        if "hash64(" in self.code[begin:end]:           # nobody needs a hash that is compared with nothing
+            before, after = f"({kept} && (", "))"
+        self.insertions += [(begin, 0, before), (end, 1, after)]
         line = self.text.count("\n", 0, begin) + 1
         self.checks.append({"number": self.number, "file": self.name, "line": line,
                             "text": " ".join(self.text[begin:end].split())})
@@ -100,7 +107,7 @@ class Source:
 
     def refuses(self, at):
         """Whether the statement at that place does nothing but refuse."""
-        if REFUSES.match(self.text[at:at + 400]):
+        if REFUSES.match(self.text[at:at + 400]) or (self.steps and STEP.match(self.text[at:at + 400])):
             return True
         at += len(self.code[at:]) - len(self.code[at:].lstrip())
         if self.code[at] != "{":
@@ -109,6 +116,7 @@ class Source:
         return len(block) < LONGEST_BLOCK and REFUSES_LATER.search(block) is not None and not re.search(r"\bfor\b", block)
 
     def find(self):
+        refusing = ""                                   # conditions, one after the other
         for match in re.finditer(r"\bif\s*\(", self.code):
             opened = match.end() - 1
             closed = closing(self.code, opened)
@@ -117,7 +125,8 @@ class Source:
             init = split(self.code, opened + 1, closed, [";"])
             begin = init[-1][0] + 1 if init else opened + 1
             self.switch_condition(begin, closed, "fails")
-        for match in re.finditer(r"\breturn\s", self.code):
+            refusing += self.code[begin:closed] + ";"
+        for match in re.finditer(r"\breturn\s", self.code if self.steps else ""):
             end = match.end()
             stop = split(self.code, end, len(self.code), [";"])
             if stop and len(ranges(self.code, end, stop[0][0], "&&")) > 1 and "=" not in self.code[end:end + 1]:
@@ -125,7 +134,7 @@ class Source:
         for match in re.finditer(r"\breturn\s([^;?]*)\?[^;]*:\s*Status\{\};", self.code): # refuse or go on
             self.switch_condition(match.start(1), match.end(1), "fails")
         for match in re.finditer(r"\bconst bool (\w+)\s*=", self.code):
-            if re.search(rf"!{match.group(1)}\b", self.code):
+            if re.search(rf"!{match.group(1)}\b", refusing):
                 stop = split(self.code, match.end(), len(self.code), [";"])[0][0]
                 self.switch_condition(match.end(), stop, "holds")
 
@@ -137,10 +146,12 @@ class Source:
         return '#include "check_mutations/removed_check.h"\n#line 1\n' + "".join(out) + self.text[at:]
 
 def main(folder, listing, first, *sources):
+    steps = "--no-steps" not in sources                 # whether a chain's steps may be left out, as checks
+    sources = [source for source in sources if source != "--no-steps"]
     Path(folder).mkdir(parents=True, exist_ok=True)
     number, checks = int(first), []
     for path in map(Path, sources):
-        source = Source(path, number)
+        source = Source(path, number, steps)
         source.find()
         number = source.number
         checks += source.checks

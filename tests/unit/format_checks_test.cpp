@@ -720,5 +720,47 @@ TEST(CheckAlone, BricksEndWithTheirChunk) {
     EXPECT_FALSE(index(2, 4, 0));
 }
 
+// Without its neighbours' help: what later checks would refuse as well is refused here, by its own rule.
+TEST(CheckAlone, PlacesInTheGridAndKindsInOrder) {
+    Grid grid{.depth = 3, .origin = {std::numeric_limits<double>::quiet_NaN(), 0, 0}};
+    EXPECT_EQ(decode_grid(encode_grid(grid), 3).error().offset, 0U);
+    // Texture values twice.
+    Bytes records = encode_attributes({.texture = true}, 3);
+    const Bytes last(records.end() - 24, records.end());
+    records.insert(records.end(), last.begin(), last.end());
+    EXPECT_EQ(decode_attributes(records, 3).error().offset, 72U);
+}
+
+TEST(CheckAlone, ARasterOfTheGroundIsAtMost4096TexelsWide) {
+    const std::uint32_t edge = 2 * kMaxGroundRaster;
+    const TileGrid tiles(edge, edge, 1);
+    ByteWriter directory; // of tiles that are all one frame of nothing
+    for (const std::uint32_t field : {edge, edge, static_cast<std::uint32_t>(tiles.tiles())})
+        directory.u32(field);
+    directory.u16(1);
+    directory.u8(1);
+    directory.zeros(9);
+    std::uint64_t end = 0;
+    for (std::size_t tile = 0; tile < tiles.tiles(); ++tile) {
+        const std::size_t raw = tiles.tile_bytes(tiles.level_of(tile));
+        const std::uint32_t stored = raw == 1 ? 1 : 1U << 31 | 1U;
+        directory.u64(0);
+        directory.u32(stored);
+        directory.u32(0);
+        ++end;
+    }
+    ByteWriter section;
+    section.u64(hash64(directory.bytes()));
+    section.append(directory.bytes());
+    section.zeros(end);
+    SectionEntry entry{.type = ground_lit,
+                       .offset = 0,
+                       .stored_bytes = section.size(),
+                       .raw_bytes = image_directory_bytes(tiles) + tiles.texel_bytes(),
+                       .count = tiles.tiles()};
+    ASSERT_TRUE(decode_image_directory(section.bytes(), 0).ok());
+    EXPECT_FALSE(read_image_directory(section.bytes(), entry, Storage::packed));
+}
+
 } // namespace
 } // namespace pbm
