@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <charconv>
 #include <climits>
@@ -122,6 +123,7 @@ Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_
         return Error{ErrorCode::memory, 0,
                      "more than " + std::to_string(max_bytes >> 20) + " MiB from a stream; write it to a file first"};
     };
+    bool seen = false; // something else than zero bytes, in the first so many
     std::size_t room = kFirst, size = 0;
     std::uint64_t most = ~std::uint64_t{0};
     void *data = ::mmap(nullptr, room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -144,6 +146,14 @@ Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_
         const bool started = size >= kStreamStart;
         if (got > 0)
             size += static_cast<std::size_t>(got);
+        if (!seen && size >= kFirst) {
+            const auto *const first = static_cast<const std::uint8_t *>(data);
+            seen = std::any_of(first, first + kFirst, [](std::uint8_t byte) { return byte != 0; });
+            if (!seen) {
+                ::munmap(data, room);
+                return Error{ErrorCode::bad_input, 0, "cannot read: a stream of nothing but zero bytes"};
+            }
+        }
         if (wanted && !started && size >= kStreamStart)
             most = wanted({static_cast<const std::uint8_t *>(data), size});
         if (got > 0 && size <= max_bytes && size < most)
@@ -323,11 +333,22 @@ Status FileReplacement::overwrite(std::uint64_t offset, ByteView bytes) {
     return {};
 }
 
+namespace {
+
+int sync(int file) {
+    int result = 0;
+    while ((result = ::fsync(file)) != 0 && errno == EINTR) {
+    }
+    return result;
+}
+
+} // namespace
+
 Status FileReplacement::finish(Durability durability) {
     const bool synced = durability == Durability::synced;
     if (sibling_.empty())
         return ::close(std::exchange(file_, -1)) == 0 ? Status() : io_error("cannot write", errno);
-    if (::fchmod(file_, mode_) != 0 || (synced && ::fsync(file_) != 0))
+    if (::fchmod(file_, mode_) != 0 || (synced && sync(file_) != 0))
         return io_error("cannot write", errno);
     // Some file systems tell only at the end of a descriptor that the disk is full; the file itself stays open, since
     // its lock must last until it has its name.
@@ -348,7 +369,7 @@ Status FileReplacement::finish(Durability durability) {
     // The rename itself survives a power cut only when the folder reached the disk; some file systems cannot do it.
     const Descriptor readable(::openat(folder_, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (readable.ok())
-        static_cast<void>(::fsync(readable.number()));
+        static_cast<void>(sync(readable.number()));
     return {};
 }
 
@@ -375,7 +396,12 @@ namespace {
 // What the handler says; only async-signal-safe calls are allowed in it.
 std::array<char, 160> shrink_message{};
 
+std::atomic_flag has_shrunk;
+
 extern "C" void report_shrunk_file(int) {
+    if (has_shrunk.test_and_set()) // another thread is about to end the program
+        for (;;)
+            ::pause();
     const ssize_t written = ::write(STDERR_FILENO, shrink_message.data(), ::strlen(shrink_message.data()));
     ::_exit(written < 0 ? 2 : exit_code(ErrorCode::io));
 }

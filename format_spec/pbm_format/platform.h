@@ -19,6 +19,7 @@ class MappedFile {
     // kStreamStart bytes or all there are have come, how many bytes to read at most: the rest stays unread.
     //
     // errors  io      the system's own text; standard input is a terminal
+    //         bad_input  a megabyte of zeros to begin with, as from a device that would never end
     //         memory  more than `max_bytes`, or more than there is
     static Result<MappedFile> read_stream(const std::string &path, std::uint64_t max_bytes,
                                           const std::function<std::uint64_t(ByteView start)> &wanted = {});

@@ -68,7 +68,7 @@ TEST_F(Streams, AStreamOverTheLimitIsRefused) {
     ASSERT_FALSE(got.ok());
     EXPECT_EQ(got.error().code, ErrorCode::memory);
     EXPECT_EQ(got.error().message, "more than 3 MiB from a stream; write it to a file first");
-    const Result<MappedFile> endless = MappedFile::read_stream("/dev/zero", std::uint64_t{5} << 20);
+    const Result<MappedFile> endless = MappedFile::read_stream("/dev/urandom", std::uint64_t{5} << 20);
     ASSERT_FALSE(endless.ok());
     EXPECT_EQ(endless.error().code, ErrorCode::memory);
 }
@@ -83,6 +83,10 @@ TEST_F(Streams, WhatIsAStream) {
     ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
     EXPECT_TRUE(is_stream(path("pipe")));
     EXPECT_EQ(MappedFile::read_stream(path("none"), 1).error().code, ErrorCode::io);
+}
+
+TEST_F(Streams, ADeviceThatSendsZerosForEverIsRefusedAtOnce) {
+    EXPECT_EQ(MappedFile::read_stream("/dev/zero", std::uint64_t{1} << 40).error().code, ErrorCode::bad_input);
 }
 
 TEST_F(Streams, AFileInPiecesAppearsAtItsEnd) {
