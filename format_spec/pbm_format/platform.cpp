@@ -123,7 +123,7 @@ Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_
         return Error{ErrorCode::memory, 0,
                      "more than " + std::to_string(max_bytes >> 20) + " MiB from a stream; write it to a file first"};
     };
-    bool seen = false; // something else than zero bytes, in the first so many
+    bool seen = false; // another byte than zero, among the first
     std::size_t room = kFirst, size = 0;
     std::uint64_t most = ~std::uint64_t{0};
     void *data = ::mmap(nullptr, room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
