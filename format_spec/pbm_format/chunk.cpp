@@ -3,6 +3,7 @@
 #include "pbm_format/catalogue.h"
 #include "pbm_format/frame.h"
 #include "pbm_format/mask_ranks.h"
+#include "pbm_format/per_thread.h"
 #include "pbm_format/stream_rules.h"
 #include "pbm_format/unfilter.h"
 
@@ -53,7 +54,10 @@ bool may_become_smaller(std::size_t plain, std::size_t filtered) { return plain 
 // The smaller of filtered and plain.
 StreamEntry append_stream(const StreamContext &context, ByteView masks, const PointView &points,
                           const ParentNodes &parents, const ChunkCoding &coding, Bytes &out) {
-    thread_local Bytes plain, filtered;
+    struct Coded {
+        Bytes plain, filtered;
+    };
+    auto &[plain, filtered] = per_thread<Coded>();
     filtered.clear();
     const auto planes = coding.filters ? filter_stream(context, masks, points, parents) : std::nullopt;
     if (planes)
@@ -139,10 +143,7 @@ class Decoder {
 
   private:
     // Kept by each thread, so that a chunk costs no allocation.
-    static UnfilterScratch &scratch() {
-        thread_local UnfilterScratch scratch;
-        return scratch;
-    }
+    static UnfilterScratch &scratch() { return per_thread<UnfilterScratch>(); }
 
     Bytes &bytes_of(const StreamInfo &stream) {
         PointAttributes &points = to_.points;

@@ -80,4 +80,6 @@ int exit_code(ErrorCode code) {
     }
 }
 
+Error out_of_memory() { return {ErrorCode::memory, 0, "out of memory"}; } // short enough for a string's own bytes
+
 } // namespace pbm

@@ -86,6 +86,9 @@ struct Error {
 // has one where it is not 0.
 bool has_offset(const Error &error);
 
+// For the seams where std::bad_alloc becomes an error. Takes no memory itself.
+Error out_of_memory();
+
 // A value or an `Error`. Test with `ok()` (or bool) before `value()`.
 template <class T> class [[nodiscard]] Result {
   public:

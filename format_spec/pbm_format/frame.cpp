@@ -1,4 +1,5 @@
 #include "pbm_format/frame.h"
+#include "pbm_format/per_thread.h"
 
 #include "pbm_format/catalogue.h"
 
@@ -21,19 +22,16 @@ struct FreeContext {
 };
 
 // One context per thread: frames do not depend on what a context compressed before.
-ZSTD_CCtx *compression_context() {
-    thread_local const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
-    if (!context)
-        throw std::bad_alloc();
-    return context.get();
-}
+template <class Context, Context *create()> struct Held {
+    Held() : context(create()) {
+        if (!context)
+            throw std::bad_alloc();
+    }
+    std::unique_ptr<Context, FreeContext> context;
+};
 
-ZSTD_DCtx *decompression_context() {
-    thread_local const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
-    if (!context)
-        throw std::bad_alloc();
-    return context.get();
-}
+ZSTD_CCtx *compression_context() { return per_thread<Held<ZSTD_CCtx, ZSTD_createCCtx>>().context.get(); }
+ZSTD_DCtx *decompression_context() { return per_thread<Held<ZSTD_DCtx, ZSTD_createDCtx>>().context.get(); }
 
 // zstd's fast mode steps over `targetLength` bytes where it finds no match: this many, and it never looks for one.
 constexpr int kNoMatches = -(1 << 17);
@@ -67,7 +65,10 @@ bool is_plain_frame(ByteView stored) {
 
 StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out) {
     assert(compression_level >= 1 && compression_level <= 19);
-    thread_local Bytes memory, other_memory;
+    struct Frames {
+        Bytes memory, other_memory;
+    };
+    auto &[memory, other_memory] = per_thread<Frames>();
     ByteView frame = compress(raw, kNoMatches, memory);
     if (compression_level > 1) {
         const ByteView other = compress(raw, compression_level, other_memory);

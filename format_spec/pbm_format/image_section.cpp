@@ -279,19 +279,21 @@ Image empty_level(const TileGrid &grid, int level) {
     return image;
 }
 
-// Decodes a level; what is wrong with its tiles is added to `faults`.
+// Decodes a level; what is wrong with its tiles is added to `faults`. Where something was wrong before, tiles are
+// proven and nothing is kept.
 Image decode_tiles(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level, int threads,
                    std::vector<Error> &faults) {
     const TileGrid &grid = directory.grid;
-    Image image = empty_level(grid, level);
+    const bool kept = faults.empty();
+    Image image = kept ? empty_level(grid, level) : Image{};
     std::vector<std::optional<Error>> failures(std::size_t{grid.tiles_across(level)} * grid.tiles_down(level));
     parallel_for(failures.size(), threads, [&](std::size_t i) {
         thread_local std::array<std::uint8_t, kMaxTileBytes> texels;
         Status status = decode_tile(section, offset, directory, grid.first_tile(level) + i,
                                     std::span(texels).first(grid.tile_bytes(level)));
-        if (status)
+        if (status && kept)
             place_tile(grid, level, i, texels.data(), image);
-        else
+        else if (!status)
             failures[i] = std::move(status).error();
     });
     for (std::optional<Error> &failure : failures)
@@ -349,14 +351,14 @@ std::vector<Error> prove_image(ByteView section, std::uint64_t offset, const Ima
                                Image &level_0, bool means) {
     std::vector<Error> faults;
     check_padding(section, offset, directory, faults);
-    level_0 = decode_tiles(section, offset, directory, 0, threads, faults);
-    Image finer;
-    for (int level = 1; level < directory.grid.levels(); ++level) {
-        Image image = decode_tiles(section, offset, directory, level, threads, faults);
-        if (means && faults.empty())
-            check_means(halved(level == 1 ? level_0 : finer), image, offset, level, faults);
-        finer = std::move(image);
-    }
+    // From coarse to fine, as they stand in the file: a level takes memory when a quarter of it was there.
+    std::vector<Image> levels(static_cast<std::size_t>(directory.grid.levels()));
+    for (int level = directory.grid.levels() - 1; level >= 0; --level)
+        levels[static_cast<std::size_t>(level)] = decode_tiles(section, offset, directory, level, threads, faults);
+    for (int level = 1; level < directory.grid.levels() && means && faults.empty(); ++level)
+        check_means(halved(levels[static_cast<std::size_t>(level) - 1]), levels[static_cast<std::size_t>(level)],
+                    offset, level, faults);
+    level_0 = std::move(levels[0]);
     return faults;
 }
 

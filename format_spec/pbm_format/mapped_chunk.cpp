@@ -1,6 +1,7 @@
 #include "pbm_format/mapped_chunk.h"
 
 #include "pbm_format/catalogue.h"
+#include "pbm_format/per_thread.h"
 #include "pbm_format/stream_rules.h"
 
 #include <algorithm>
@@ -143,7 +144,7 @@ Status check_bricks(const ChunkEntry &entry, const ChunkView &view, const Sectio
 
 Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const ChunkRules &rules,
                    const BrickParents &parents) {
-    thread_local ProofScratch scratch;
+    auto &scratch = per_thread<ProofScratch>();
     if (const std::uint64_t hash = hash64(file.subspan(entry.offset, entry.stored_bytes)); hash != entry.hash)
         return broken("5.6.4", entry.offset, "the chunk was changed: its hash does not match", hash_value(entry.hash),
                       hash_value(hash));

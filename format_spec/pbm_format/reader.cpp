@@ -3,9 +3,11 @@
 #include "pbm_format/catalogue.h"
 #include "pbm_format/file_rules.h"
 #include "pbm_format/parallel.h"
+#include "pbm_format/per_thread.h"
 
 #include <algorithm>
 #include <atomic>
+#include <new>
 #include <optional>
 
 namespace pbm {
@@ -46,7 +48,7 @@ const SectionEntry *Reader::section(SectionType type, std::uint32_t instance) co
     return found == sections_.end() ? nullptr : &*found;
 }
 
-Result<Reader> Reader::open(ByteView file) {
+Result<Reader> Reader::open(ByteView file) try {
     Reader reader(file);
     Result<FileHeader> header = decode_header(file);
     if (!header)
@@ -91,6 +93,8 @@ Result<Reader> Reader::open(ByteView file) {
     reader.directories_.resize(static_cast<std::size_t>(depth) + 1);
     reader.proven_.resize(static_cast<std::size_t>(depth) + 1);
     return reader;
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
 std::string_view Reader::metadata() const {
@@ -98,7 +102,7 @@ std::string_view Reader::metadata() const {
     return {reinterpret_cast<const char *>(file_.data()) + entry.offset, entry.stored_bytes};
 }
 
-Result<const LevelDirectory *> Reader::directory(int level) {
+Result<const LevelDirectory *> Reader::directory(int level) try {
     assert(level >= 1 && level <= depth());
     for (int next = 1; next <= level; ++next) {
         const auto at = static_cast<std::size_t>(next);
@@ -126,11 +130,13 @@ Result<const LevelDirectory *> Reader::directory(int level) {
         proven_[at] = std::move(proven);
     }
     return &directories_[static_cast<std::size_t>(level)];
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
 Chunk Reader::root_chunk() const { return {.masks = {}, .points = root_points(header_.root, parameters_.attributes)}; }
 
-Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chunk &to) const {
+Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chunk &to) const try {
     assert(is_read(level) && &parent != &to);
     const LevelDirectory &directory = directories_[static_cast<std::size_t>(level)];
     assert(index < directory.chunks.size());
@@ -151,9 +157,11 @@ Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chu
     const ParentNodes parents =
         parent_nodes(entry, parent.masks, first_mask, parent.points, first_point, parameters_.attributes);
     return decode_chunk(entry, stored(entry), chunk_rules(level), parents, to);
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
-Result<ChunkView> Reader::view_chunk(int level, std::size_t index) const {
+Result<ChunkView> Reader::view_chunk(int level, std::size_t index) const try {
     assert(header_.storage() == Storage::mapped);
     assert(is_read(level));
     // Up to the first ancestor that is proven, and down again.
@@ -172,6 +180,8 @@ Result<ChunkView> Reader::view_chunk(int level, std::size_t index) const {
     const ChunkEntry &entry = directories_[static_cast<std::size_t>(level)].chunks[index];
     return pbm::view_chunk(entry, file_, *section(SectionType::level_bricks, static_cast<std::uint32_t>(level)),
                            parameters_.attributes, level);
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
 // Its parent chunk is proven.
@@ -199,7 +209,7 @@ std::vector<const SectionEntry *> Reader::rasters() const {
     return rasters;
 }
 
-Result<TiledImages> Reader::images() const {
+Result<TiledImages> Reader::images() const try {
     TiledImages images;
     for (const SectionEntry *entry : rasters()) {
         Result<ImageDirectory> directory = read_image_directory(file_, *entry, header_.storage());
@@ -215,6 +225,8 @@ Result<TiledImages> Reader::images() const {
             images.ground_lit.push_back(std::move(image));
     }
     return images;
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
 Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks) {
@@ -279,7 +291,7 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
     parallel_for(failures.size(), threads, [&](std::size_t i) {
         if (failed)
             return;
-        thread_local Chunk chunk;
+        Chunk &chunk = per_thread<Chunk>();
         const ChunkEntry &entry = directory.chunks[i];
         const Status status = load(entry, i, chunk);
         if (status) {
@@ -329,7 +341,7 @@ std::uint64_t decoded_bytes(const TiledImages &images) {
     return bytes;
 }
 
-Result<Model> load_model(Reader &reader, const LoadOptions &options) {
+Result<Model> load_model(Reader &reader, const LoadOptions &options) try {
     const AttributeSet &set = reader.parameters().attributes;
     const int last = std::min(options.max_level, reader.depth());
     std::uint64_t memory = 0;
@@ -364,9 +376,11 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) {
     if (Status status = load_images(*images, options.threads, model.images); !status)
         return std::move(status).error();
     return model;
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
-Status Reader::verify_stored() const {
+Status Reader::verify_stored() const try {
     std::uint64_t end = kHeaderBytes + sections_.size() * kSectionEntryBytes;
     for (const SectionEntry &entry : sections_) {
         if (Status status = check_padding(file_, end, entry.offset); !status)
@@ -376,11 +390,28 @@ Status Reader::verify_stored() const {
             return status;
     }
     return {};
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
-Status Reader::verify_all(int threads, std::uint64_t max_memory) {
+Status Reader::verify_all(int threads, std::uint64_t max_memory) try {
     if (Status status = verify_stored(); !status) // padding, and the sections that nothing else proves
         return status;
+    // Before anything is decoded for good: of rasters, no more is in memory than four times what was there already.
+    const Result<TiledImages> tiled = images();
+    if (!tiled)
+        return tiled.error();
+    if (decoded_bytes(*tiled) > max_memory)
+        return broken("system.memory", 0, "the rasters need more memory than allowed", max_memory,
+                      decoded_bytes(*tiled));
+    for (const SectionEntry *entry : rasters()) {
+        Image level_0;
+        const std::vector<Error> faults =
+            prove_image(file_.subspan(entry->offset, entry->stored_bytes), entry->offset,
+                        *read_image_directory(file_, *entry, header_.storage()), threads, level_0);
+        if (!faults.empty())
+            return faults.front();
+    }
     Result<Model> loaded = load_model(*this, {.max_level = depth(), .threads = threads, .max_memory = max_memory});
     if (!loaded)
         return std::move(loaded).error();
@@ -400,14 +431,6 @@ Status Reader::verify_all(int threads, std::uint64_t max_memory) {
                                    i < shapes.size() ? &shapes[i] : nullptr,
                                    i < directory.chunks.size() ? &directory.chunks[i].shape : nullptr);
     }
-    for (const SectionEntry *entry : rasters()) {
-        Image level_0;
-        const std::vector<Error> faults =
-            prove_image(file_.subspan(entry->offset, entry->stored_bytes), entry->offset,
-                        *read_image_directory(file_, *entry, header_.storage()), threads, level_0);
-        if (!faults.empty())
-            return faults.front();
-    }
     if (Status status = check_content_id(header_, content_id(model, expected, header_.chunk_points)); !status)
         return status;
 
@@ -421,6 +444,8 @@ Status Reader::verify_all(int threads, std::uint64_t max_memory) {
                 level == 0 ? 88 : section(SectionType::level_chunks, static_cast<std::uint32_t>(level))->offset, level,
                 find_wrong_average(stored[level], model.levels[level].points, parameters_.attributes));
     return {};
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
 } // namespace pbm

@@ -68,7 +68,7 @@ const std::uint8_t *TiledImage::State::refuse(std::size_t number, Error error) {
     return &kDamaged;
 }
 
-const std::uint8_t *TiledImage::State::read_tile(std::size_t number) {
+const std::uint8_t *TiledImage::State::read_tile(std::size_t number) try {
     if (directory.storage == Storage::mapped) {
         Status status = prove_tile_hash(section, offset, directory, number);
         return status ? keep(number, section.data() + directory.tiles[number].offset)
@@ -80,6 +80,8 @@ const std::uint8_t *TiledImage::State::read_tile(std::size_t number) {
         return refuse(number, broken("system.memory", 0, "no memory for a tile of a raster"));
     Status status = decode_tile(section, offset, directory, number, {texels.get(), bytes});
     return status ? keep(number, texels.release()) : refuse(number, std::move(status).error());
+} catch (const std::bad_alloc &) {
+    return refuse(number, out_of_memory());
 }
 
 TiledImage::TiledImage(std::unique_ptr<State> state) : state_(std::move(state)) {}

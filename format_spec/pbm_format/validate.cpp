@@ -5,8 +5,10 @@
 #include "pbm_format/file_rules.h"
 #include "pbm_format/mapped_chunk.h"
 #include "pbm_format/parallel.h"
+#include "pbm_format/per_thread.h"
 
 #include <algorithm>
+#include <new>
 #include <optional>
 
 namespace pbm {
@@ -313,6 +315,11 @@ class Validator {
         const AttributeSet &set = parameters_.attributes;
         const Level &above = model_.levels[static_cast<std::size_t>(directory.level) - 1];
         Level &level = model_.levels[static_cast<std::size_t>(directory.level)];
+        // Nothing is kept of levels below one that is refused as a whole, whatever their directories say.
+        if (std::all_of(refused.begin(), refused.end(), [](bool chunk) { return chunk; })) {
+            refused.assign(directory.chunks.size(), true);
+            return;
+        }
         level.masks.resize(directory.nodes);
         level.points.resize(directory.points, set);
         const ChunkRules rules{.set = set,
@@ -324,7 +331,7 @@ class Validator {
             const ChunkEntry &entry = directory.chunks[i];
             if (refused[entry.shape.parent_chunk])
                 return;
-            thread_local Chunk chunk;
+            Chunk &chunk = per_thread<Chunk>();
             const Status status = header_.storage() == Storage::mapped
                                       ? load_mapped(entry, directory_above, rules, chunk)
                                       : decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), rules,
@@ -453,6 +460,20 @@ class Validator {
 
 } // namespace
 
-ValidationReport validate(ByteView file, const ValidateOptions &options) { return Validator(file, options).run(); }
+ValidationReport validate(ByteView file, const ValidateOptions &options) {
+    ValidationReport no_verdict; // counted whatever is ignored: nothing was proven
+    no_verdict.total = no_verdict.errors = 1;
+    no_verdict.exit_code = exit_code(ErrorCode::memory);
+    try {
+        const CatalogueEntry *entry = find_code("system.memory");
+        no_verdict.totals.resize(kCatalogue.size());
+        no_verdict.totals[static_cast<std::size_t>(entry - kCatalogue.data())] = 1;
+        no_verdict.findings.push_back(
+            {.code = ErrorCode::memory, .section = "file", .message = out_of_memory().message, .entry = entry});
+        return Validator(file, options).run();
+    } catch (const std::bad_alloc &) {
+        return no_verdict;
+    }
+}
 
 } // namespace pbm

@@ -67,6 +67,7 @@ struct ValidateOptions {
 // What follows from a fault that was found is not told again: a section whose hash is broken may break any other rule.
 //
 // With level deep, agrees with Reader::open + Reader::verify_all on every input: valid() here iff both succeed.
+// Where memory ends there is no verdict: one finding of system.memory, or none if there is no room even for that.
 ValidationReport validate(ByteView file, const ValidateOptions &options = {});
 
 } // namespace pbm

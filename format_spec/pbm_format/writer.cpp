@@ -197,7 +197,7 @@ void add_level(FileLayout &layout, const AttributeSet &set, int level, Storage s
 
 } // namespace
 
-Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
+Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try {
     const ModelParameters &parameters = model.parameters;
     const AttributeSet &set = parameters.attributes;
     const int depth = parameters.grid.depth;
@@ -279,6 +279,8 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) {
     header.root = root_record(model.levels[0].points, set);
     header.chunk_points = options.chunk_points;
     return layout.assemble(header);
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
 Result<std::uint64_t> write_model(const std::string &path, const Model &model, const WriteOptions &options) {

@@ -32,7 +32,7 @@ FORMAT_LAYERS = [
     {"error"},
     {"catalogue"},
     {"bytes"},
-    {"hash", "normal", "octree", "chunk_rule", "parallel", "descriptor"},
+    {"hash", "normal", "octree", "chunk_rule", "parallel", "per_thread", "descriptor"},
     {"platform", "child_process", "child_program"},
     {"point_attributes", "mask_ranks"},
     {"image"},

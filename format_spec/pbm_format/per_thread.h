@@ -1,0 +1,30 @@
+// What each thread keeps from call to call. As thread_local, but where there is no memory this throws std::bad_alloc,
+// while C libraries end the process that cannot note down the destructor of a thread_local.
+#pragma once
+
+#include <memory>
+#include <new>
+
+#include <pthread.h>
+
+namespace pbm {
+
+// The calling thread's T, which is made when it is first asked for and ends with the thread. One for each type.
+template <class T> T &per_thread() {
+    struct Key {
+        Key() {
+            if (::pthread_key_create(&number, [](void *kept) { delete static_cast<T *>(kept); }) != 0)
+                throw std::bad_alloc();
+        }
+        pthread_key_t number{};
+    };
+    static const Key key;
+    if (void *const kept = ::pthread_getspecific(key.number))
+        return *static_cast<T *>(kept);
+    auto made = std::make_unique<T>();
+    if (::pthread_setspecific(key.number, made.get()) != 0)
+        throw std::bad_alloc();
+    return *made.release();
+}
+
+} // namespace pbm
