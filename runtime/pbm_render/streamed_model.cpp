@@ -65,7 +65,7 @@ Status StreamedModel::read_directory(int level) {
     return {};
 }
 
-Result<Sphere> StreamedModel::bounds() {
+Result<Sphere> StreamedModel::bounds() try {
     const int level = std::min(kBoundsLevel, reader_.depth());
     while (known_levels_ < level)
         if (Status status = read_directory(known_levels_ + 1); !status)
@@ -93,6 +93,8 @@ Result<Sphere> StreamedModel::bounds() {
                                          chunk.view->masks.end());
         }
     return bounding_sphere(reader_.parameters().grid, std::vector<ByteView>(masks.begin(), masks.end()), level);
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
 DetailSelection StreamedModel::select(const DetailView &view) const {
@@ -127,7 +129,7 @@ Detail StreamedModel::choose(const DetailView &view) {
     return detail;
 }
 
-Result<Detail> StreamedModel::load(const DetailView &view) {
+Result<Detail> StreamedModel::load(const DetailView &view) try {
     // Where chunks lie is known exactly when those above them are there: no others are loaded. One level after the
     // other costs next to nothing, since chunks are decoded after the ones they nest in.
     while (true) {
@@ -142,6 +144,8 @@ Result<Detail> StreamedModel::load(const DetailView &view) {
         if (complete)
             return detail;
     }
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
 Status StreamedModel::load_all(std::vector<MissingChunk> missing) {
@@ -277,7 +281,7 @@ Result<StreamedModel::ChunkPointer> StreamedModel::load_chunk(Task &task) const 
         chunk->bound(level);
         return ChunkPointer(std::move(chunk));
     } catch (const std::bad_alloc &) {
-        return Error{ErrorCode::memory, 0, "out of memory"};
+        return out_of_memory();
     }
 }
 
@@ -304,7 +308,7 @@ void StreamedModel::queue(std::vector<MissingChunk> missing) {
     full_ = false;
 }
 
-std::optional<StreamedModel::Task> StreamedModel::take_task() {
+std::optional<StreamedModel::Task> StreamedModel::take_task() try {
     while (queue_start_ < queue_.size() && is_settled(queue_[queue_start_].place))
         ++queue_start_;
     const std::size_t found = find_task();
@@ -328,6 +332,9 @@ std::optional<StreamedModel::Task> StreamedModel::take_task() {
     level_of(place).slots[place.index].busy = true;
     ++busy_;
     return task;
+} catch (const std::bad_alloc &) { // before anything was changed
+    full_ = true;
+    return std::nullopt;
 }
 
 void StreamedModel::finish(const Task &task, Result<ChunkPointer> loaded) {
@@ -347,7 +354,11 @@ void StreamedModel::finish(const Task &task, Result<ChunkPointer> loaded) {
         statistics_.points_decoded += mapped ? 0 : task.entry->shape.points;
     } else {
         state.refused = true;
-        errors_.push_back(std::move(loaded).error());
+        try {
+            errors_.push_back(std::move(loaded).error());
+        } catch (const std::bad_alloc &) { // on a thread that nobody catches it from
+            full_ = true;
+        }
         if (level > 1) {
             const ChunkPlace parent = parent_of(task.place);
             --level_of(parent).slots[parent.index].children;

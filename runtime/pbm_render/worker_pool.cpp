@@ -2,6 +2,7 @@
 
 #include <cassert>
 #include <system_error>
+#include <utility>
 
 namespace pbm {
 
@@ -42,6 +43,8 @@ void WorkerPool::run(std::size_t count, const std::function<void(std::size_t, st
     take_items(0);
     std::unique_lock lock(mutex_);
     end_.wait(lock, [&] { return busy_ == 0; });
+    if (failure_)
+        std::rethrow_exception(std::exchange(failure_, nullptr));
 }
 
 void WorkerPool::serve(std::size_t thread) {
@@ -61,8 +64,14 @@ void WorkerPool::serve(std::size_t thread) {
 }
 
 void WorkerPool::take_items(std::size_t thread) {
-    for (std::size_t i = next_++; i < count_; i = next_++)
-        (*work_)(i, thread);
+    try {
+        for (std::size_t i = next_++; i < count_; i = next_++)
+            (*work_)(i, thread);
+    } catch (...) {
+        const std::lock_guard lock(mutex_);
+        failure_ = std::current_exception();
+        next_ = count_;
+    }
 }
 
 } // namespace pbm

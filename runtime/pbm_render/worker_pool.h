@@ -4,6 +4,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -22,7 +23,8 @@ class WorkerPool {
     int threads() const { return static_cast<int>(workers_.size()) + 1; }
 
     // Calls `work(i, thread)` for 0 <= i < count in some order, each i once, `thread` 0 .. threads() - 1, and waits for
-    // all of them. `work` must not throw. One call at a time.
+    // all of them. The first exception of any item is thrown again here; the others may then be left out. One call at a
+    // time.
     void run(std::size_t count, const std::function<void(std::size_t, std::size_t)> &work);
 
   private:
@@ -37,6 +39,7 @@ class WorkerPool {
 
     std::size_t count_ = 0;
     std::atomic<std::size_t> next_{0};
+    std::exception_ptr failure_; // with mutex_ held
     std::vector<std::jthread> workers_; // last: they begin when all else is there
 };
 
