@@ -1,0 +1,99 @@
+// The n-th allocation fails, for all n: what was asked for ends with ErrorCode::memory, and nothing is kept of it.
+#include "allocation_meter.h"
+#include "campaign.h"
+#include "goldens.h"
+#include "judge.h"
+
+#include "pbm_format/writer.h"
+
+#include <array>
+#include <new>
+#include <thread>
+
+namespace pbm::faults {
+namespace {
+
+enum class Work : std::uint8_t { open, verify, validate, load, draw, encode };
+constexpr std::array<const char *, 6> kWorks{"open", "verify_all", "validate", "load_model", "render", "encode_model"};
+enum class End : std::uint8_t { done, memory, other };
+
+End end_of(const Status &status) {
+    return status ? End::done : status.error().code == ErrorCode::memory ? End::memory : End::other;
+}
+
+End end_of(const ValidationReport &report) {
+    if (report.valid())
+        return End::done;
+    for (const Finding &finding : report.findings)
+        if (finding.code != ErrorCode::memory)
+            return End::other;
+    return End::memory;
+}
+
+template <class T> Status status_of(const Result<T> &result) { return result ? Status() : Status(result.error()); }
+
+End do_work(Work what, const Golden &golden, const Model &model, int threads) {
+    switch (what) {
+    case Work::open: return end_of(status_of(Reader::open(golden.bytes)));
+    case Work::verify: return end_of(read_everything(golden.bytes, threads));
+    case Work::validate: return end_of(validate(golden.bytes, {.threads = threads}));
+    case Work::load: {
+        Result<Reader> reader = Reader::open(golden.bytes);
+        return end_of(reader ? status_of(load_model(*reader, {.threads = threads})) : Status(reader.error()));
+    }
+    case Work::encode: return end_of(status_of(encode_model(model, {.threads = threads})));
+    case Work::draw: break;
+    }
+    try { // renderers throw what their caller's `main` catches; nothing else does
+        return end_of(open_and_draw(golden.bytes, threads));
+    } catch (const std::bad_alloc &) {
+        return End::memory;
+    }
+}
+
+void fail_all(Work what, const Golden &golden, const Model &model, int threads, bool all_further, std::uint64_t step,
+              Tally &tally) {
+    for (int warm_up = 0; warm_up < 2; ++warm_up)
+        tally.require(do_work(what, golden, model, threads) == End::done, golden.name + ": not done");
+    for (std::uint64_t n = 1;; n += step) {
+        End end{};
+        const auto kept = [&] {
+            const std::uint64_t before = heap_use().live;
+            std::jthread([&] { // whose end gives back what threads keep from call to call
+                fail_allocation(n, all_further);
+                end = do_work(what, golden, model, threads);
+                fail_allocation(0);
+            })
+                .join();
+            return static_cast<std::int64_t>(heap_use().live - before);
+        };
+        const bool keeps = kept() > 0 && kept() > 0; // what is kept only once is a library's first use of something
+        if (!allocation_failed())
+            break;
+        const std::string story = golden.name + ", " + kWorks[static_cast<std::size_t>(what)] + ", " +
+                                  std::to_string(threads) + " threads, allocation " + std::to_string(n) +
+                                  (all_further ? " and all further" : "");
+        tally.add_case();
+        if (tally.require(end != End::other, story + ": another error than memory") && end == End::memory)
+            tally.add_detected();
+        else
+            tally.count("done with less memory");
+        tally.require(!keeps, story + ": keeps memory");
+    }
+}
+
+} // namespace
+
+void fail_allocations(const Options &options, Tally &tally) {
+    for (const Golden &golden : goldens(options.complete ? 16 << 10 : 4 << 10)) {
+        Reader reader = Reader::open(golden.bytes).value();
+        const Model model = load_model(reader).value();
+        for (std::size_t what = 0; what < kWorks.size(); ++what)
+            for (const int threads : {1, 3})
+                for (const bool all_further : {false, true})
+                    fail_all(static_cast<Work>(what), golden, model, threads, all_further,
+                             options.complete ? 1 : 1 + what * 3, tally);
+    }
+}
+
+} // namespace pbm::faults

@@ -1,0 +1,87 @@
+// Damage that hashes see: every one of it must be seen, and where it is.
+#include "campaign.h"
+#include "goldens.h"
+#include "judge.h"
+#include "pictures.h"
+
+#include <algorithm>
+
+namespace pbm::faults {
+namespace {
+
+// What was found of a damaged file, by the validator and by the reader.
+struct Found {
+    ValidationReport report;
+    Status reader;
+};
+
+Found examine(ByteView file) { return {validate(file, {.threads = 1}), read_everything(file)}; }
+
+bool within(std::uint64_t offset, std::uint64_t begin, std::uint64_t end) { return offset >= begin && offset < end; }
+
+void flip_all(const Golden &golden, std::uint64_t step, Tally &tally) {
+    Reader reader = Reader::open(golden.bytes).value();
+    if (!reader.directory(reader.depth()))
+        return;
+    const std::vector<Region> regions = regions_of(reader, golden.bytes);
+    Pictures pictures(golden);
+    Bytes file = golden.bytes;
+    for (std::uint64_t bit = 0; bit < 8 * file.size(); bit += step) {
+        const std::uint64_t at = bit / 8;
+        const Region &region =
+            *std::find_if(regions.begin(), regions.end(), [&](const Region &candidate) { return at < candidate.end; });
+        const std::string story = golden.name + ", bit " + std::to_string(bit) + ", " + describe(region);
+        file[at] = static_cast<std::uint8_t>(file[at] ^ 1U << bit % 8);
+        const Found found = examine(file);
+        tally.add_case();
+        const bool detected = tally.require(!found.report.valid(), story + ": the validator sees nothing") &&
+                              tally.require(!found.reader.ok(), story + ": the reader sees nothing");
+        if (detected) {
+            tally.add_detected();
+            tally.require(std::any_of(found.report.findings.begin(), found.report.findings.end(),
+                                      [&](const Finding &finding) {
+                                          return within(finding.offset, region.begin, region.end) &&
+                                                 (region.part != Part::chunk || finding.chunk < 0 ||
+                                                  finding.chunk == static_cast<std::int64_t>(region.index));
+                                      }),
+                          story + ": the validator does not say where, but " + found.report.findings[0].message);
+            tally.require(within(found.reader.error().offset, region.section_begin, region.section_end),
+                          story + ": the reader does not say where, but " + found.reader.error().message);
+        }
+        pictures.check(file, region, story, tally);
+        file[at] = golden.bytes[at];
+    }
+}
+
+} // namespace
+
+void cut_files(const Options &options, Tally &tally) {
+    for (const Golden &golden : goldens(options.complete ? 64 << 10 : 4 << 10))
+        for (std::size_t size = 0; size < golden.bytes.size(); ++size) {
+            // Of exactly this size, so that a sanitizer sees the first byte beyond.
+            const Bytes file(golden.bytes.begin(), golden.bytes.begin() + static_cast<std::ptrdiff_t>(size));
+            const Found found = examine(file);
+            const std::string story = golden.name + " cut at " + std::to_string(size);
+            tally.add_case();
+            if (tally.require(!found.report.valid() && !found.reader.ok(), story + ": not seen"))
+                tally.add_detected();
+            else
+                continue;
+            const Finding &finding = found.report.findings.front();
+            tally.require((finding.code == ErrorCode::truncated || size == 0) && finding.offset == size &&
+                              found.reader.error().offset == size,
+                          story + ": " + finding.message + " at " + std::to_string(finding.offset));
+            tally.require(!open_and_draw(file).ok(), story + ": drawn");
+        }
+}
+
+void flip_bits(const Options &options, Tally &tally) {
+    const std::vector<Golden> files = goldens(options.complete ? 16 << 10 : 13 << 10);
+    for (const Golden &golden : files) {
+        constexpr std::uint64_t kSample = 400; // flips of a file; an odd step, so that every bit of a byte has its turn
+        const std::uint64_t step = golden.bytes.size() * 8 / kSample | 1;
+        flip_all(golden, options.complete ? 1 : step, tally);
+    }
+}
+
+} // namespace pbm::faults

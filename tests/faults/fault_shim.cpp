@@ -1,0 +1,202 @@
+// Preloaded into a program, makes its n-th system call fail, or the world change just before it. Environment:
+//
+//   PBM_FAULT_LOG=FILE         appends the name of every call, in their order
+//   PBM_FAULT_AT=N             the call that is hit, counted from 1; children go on with their parent's count
+//   PBM_FAULT_KIND=error       it is not made and fails with PBM_FAULT_ERRNO
+//                 =short       it transfers half of its bytes, one at least
+//                 =kill        the program is killed in its place
+//                 =move        PBM_FAULT_PATH is renamed to PBM_FAULT_TO before it
+//                 =remove      PBM_FAULT_PATH, a folder of files, is removed before it
+//                 =empty       PBM_FAULT_PATH, a file, is truncated to nothing before it
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdarg>
+#include <cstdlib>
+#include <cstring>
+#include <string_view>
+
+#include <dirent.h>
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace {
+
+// By system calls alone: whatever has a name in the C library is ours.
+void log_call(const char *name) {
+    const char *const path = std::getenv("PBM_FAULT_LOG");
+    if (path == nullptr)
+        return;
+    const long file = ::syscall(SYS_openat, AT_FDCWD, path, O_WRONLY | O_CREAT | O_APPEND, 0600);
+    char line[32] = {};
+    std::strncpy(line, name, sizeof line - 2);
+    line[std::strlen(line)] = '\n';
+    ::syscall(SYS_write, file, line, std::strlen(line));
+    ::syscall(SYS_close, file);
+}
+
+void remove_folder(const char *path) {
+    DIR *const folder = ::opendir(path);
+    if (folder == nullptr)
+        return;
+    while (const dirent *entry = ::readdir(folder))
+        ::syscall(SYS_unlinkat, ::dirfd(folder), entry->d_name, 0);
+    ::closedir(folder);
+    ::syscall(SYS_unlinkat, AT_FDCWD, path, AT_REMOVEDIR);
+}
+
+enum class Fate { made, failed, halved };
+
+std::string_view text_of(const char *name) {
+    const char *const text = std::getenv(name);
+    return text == nullptr ? std::string_view() : text;
+}
+
+// What becomes of this call.
+Fate next_call(const char *name) {
+    static std::atomic<long> count{0};
+    static const long at =
+        std::strtol(text_of("PBM_FAULT_AT").empty() ? "0" : std::getenv("PBM_FAULT_AT"), nullptr, 10);
+    const long number = ++count;
+    log_call(name);
+    if (number != at)
+        return Fate::made;
+    const std::string_view kind = text_of("PBM_FAULT_KIND");
+    const char *const path = std::getenv("PBM_FAULT_PATH");
+    if (kind == "kill")
+        ::syscall(SYS_kill, ::syscall(SYS_getpid), SIGKILL);
+    else if (kind == "move")
+        ::syscall(SYS_renameat2, AT_FDCWD, path, AT_FDCWD, std::getenv("PBM_FAULT_TO"), 0);
+    else if (kind == "remove")
+        remove_folder(path);
+    else if (kind == "empty")
+        ::syscall(SYS_truncate, path, 0);
+    else if (kind == "short")
+        return Fate::halved;
+    else {
+        errno = static_cast<int>(std::strtol(std::getenv("PBM_FAULT_ERRNO"), nullptr, 10));
+        return Fate::failed;
+    }
+    return Fate::made;
+}
+
+template <class Function> Function *real(const char *name) {
+    return reinterpret_cast<Function *>(::dlsym(RTLD_NEXT, name));
+}
+
+// The call as it is, or -1 and errno.
+template <class Function, class... Arguments> auto call(const char *name, Arguments... arguments) {
+    static Function *const next = real<Function>(name);
+    using Value = decltype(next(arguments...));
+    if (next_call(name) == Fate::failed)
+        return static_cast<Value>(-1);
+    return next(arguments...);
+}
+
+// The same for calls that transfer `size` bytes.
+template <class Function, class Move> ssize_t transfer(const char *name, std::size_t size, Move &&move) {
+    static Function *const next = real<Function>(name);
+    switch (next_call(name)) {
+    case Fate::failed: return -1;
+    case Fate::halved: return move(next, size > 1 ? size / 2 : size);
+    case Fate::made: break;
+    }
+    return move(next, size);
+}
+
+mode_t mode_of(int flags, va_list list) { return (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(list, mode_t) : 0; }
+
+} // namespace
+
+extern "C" {
+
+int open(const char *path, int flags, ...) {
+    va_list list;
+    va_start(list, flags);
+    const mode_t mode = mode_of(flags, list);
+    va_end(list);
+    return call<int(const char *, int, ...)>("open", path, flags, mode);
+}
+int open64(const char *path, int flags, ...) {
+    va_list list;
+    va_start(list, flags);
+    const mode_t mode = mode_of(flags, list);
+    va_end(list);
+    return call<int(const char *, int, ...)>("open", path, flags, mode);
+}
+int openat(int folder, const char *path, int flags, ...) {
+    va_list list;
+    va_start(list, flags);
+    const mode_t mode = mode_of(flags, list);
+    va_end(list);
+    return call<int(int, const char *, int, ...)>("openat", folder, path, flags, mode);
+}
+ssize_t read(int file, void *to, size_t size) {
+    return transfer<ssize_t(int, void *, size_t)>("read", size,
+                                                  [&](auto *next, size_t n) { return next(file, to, n); });
+}
+ssize_t write(int file, const void *from, size_t size) {
+    return transfer<ssize_t(int, const void *, size_t)>("write", size,
+                                                        [&](auto *next, size_t n) { return next(file, from, n); });
+}
+ssize_t pwrite(int file, const void *from, size_t size, off_t at) {
+    return transfer<ssize_t(int, const void *, size_t, off_t)>(
+        "pwrite", size, [&](auto *next, size_t n) { return next(file, from, n, at); });
+}
+ssize_t pwrite64(int file, const void *from, size_t size, off_t at) { return pwrite(file, from, size, at); }
+int close(int file) {
+    static auto *const next = real<int(int)>("close");
+    const Fate fate = next_call("close");
+    const int failure = errno, closed = next(file); // whatever it says, the number is free
+    errno = fate == Fate::failed ? failure : errno;
+    return fate == Fate::failed ? -1 : closed;
+}
+int fsync(int file) { return call<int(int)>("fsync", file); }
+int flock(int file, int how) noexcept { return call<int(int, int)>("flock", file, how); }
+int ftruncate(int file, off_t size) noexcept { return call<int(int, off_t)>("ftruncate", file, size); }
+int ftruncate64(int file, off_t size) noexcept { return call<int(int, off_t)>("ftruncate", file, size); }
+int fchmod(int file, mode_t mode) noexcept { return call<int(int, mode_t)>("fchmod", file, mode); }
+int access(const char *path, int how) noexcept { return call<int(const char *, int)>("access", path, how); }
+int dup(int file) noexcept { return call<int(int)>("dup", file); }
+int fstat(int file, struct stat *status) noexcept { return call<int(int, struct stat *)>("fstat", file, status); }
+int stat(const char *path, struct stat *status) noexcept {
+    return call<int(const char *, struct stat *)>("stat", path, status);
+}
+int fstatat(int folder, const char *path, struct stat *status, int how) noexcept {
+    return call<int(int, const char *, struct stat *, int)>("fstatat", folder, path, status, how);
+}
+ssize_t readlink(const char *path, char *to, size_t size) noexcept {
+    return call<ssize_t(const char *, char *, size_t)>("readlink", path, to, size);
+}
+int rename(const char *from, const char *to) noexcept {
+    return call<int(const char *, const char *)>("rename", from, to);
+}
+int renameat(int from_folder, const char *from, int to_folder, const char *to) noexcept {
+    return call<int(int, const char *, int, const char *)>("renameat", from_folder, from, to_folder, to);
+}
+int unlink(const char *path) noexcept { return call<int(const char *)>("unlink", path); }
+int unlinkat(int folder, const char *path, int how) noexcept {
+    return call<int(int, const char *, int)>("unlinkat", folder, path, how);
+}
+int pipe2(int *ends, int flags) noexcept { return call<int(int *, int)>("pipe2", ends, flags); }
+pid_t fork() noexcept { return call<pid_t()>("fork"); }
+pid_t waitpid(pid_t child, int *state, int how) { return call<pid_t(pid_t, int *, int)>("waitpid", child, state, how); }
+void *mmap(void *at, size_t size, int access, int how, int file, off_t offset) noexcept {
+    static auto *const next = real<void *(void *, size_t, int, int, int, off_t)>("mmap");
+    return next_call("mmap") == Fate::failed ? MAP_FAILED : next(at, size, access, how, file, offset);
+}
+void *mmap64(void *at, size_t size, int access, int how, int file, off_t offset) noexcept {
+    return mmap(at, size, access, how, file, offset);
+}
+void *mremap(void *at, size_t before, size_t size, int how, ...) noexcept {
+    static auto *const next = real<void *(void *, size_t, size_t, int, ...)>("mremap");
+    return next_call("mremap") == Fate::failed ? MAP_FAILED : next(at, before, size, how);
+}
+
+} // extern "C"

@@ -1,0 +1,40 @@
+// Small whole files, and what lies where in them.
+#pragma once
+
+#include "pbm_format/image_section.h"
+#include "pbm_format/reader.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pbm::faults {
+
+struct Golden {
+    std::string name;
+    Bytes bytes;
+};
+
+// Valid files of format_spec/vectors, smallest first, none larger than `most_bytes`: packed and mapped ones with every
+// stream and every raster are among the small ones.
+std::vector<Golden> goldens(std::size_t most_bytes);
+// Bad ones, one for each rule.
+std::vector<Golden> broken_vectors();
+
+// What can be told damaged on its own.
+enum class Part : std::uint8_t { header, table, padding, section, chunk, bricks, raster_head, tile };
+
+struct Region {
+    Part part{};
+    std::uint64_t begin = 0, end = 0; // bytes of the file
+    const SectionEntry *section{};    // of the golden's reader; null for header, table and padding between sections
+    int level = 0;                    // chunk, bricks
+    std::size_t index = 0;            // chunk, bricks: the chunk within its level; tile
+    std::uint64_t section_begin = 0, section_end = 0; // of the whole section, or begin and end
+};
+
+// In the order of the file, without gap. `reader` is that of a valid file, and has read its directories.
+std::vector<Region> regions_of(Reader &reader, ByteView file);
+std::string describe(const Region &region);
+
+} // namespace pbm::faults

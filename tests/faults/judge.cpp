@@ -1,0 +1,77 @@
+#include "judge.h"
+
+#include "pbm_render/fast_renderer.h"
+
+namespace pbm::faults {
+
+Status read_everything(ByteView file, int threads, std::uint64_t max_memory) {
+    Result<Reader> reader = Reader::open(file);
+    return reader ? reader->verify_all(threads, max_memory) : Status(reader.error());
+}
+
+namespace {
+
+Status load_all(StreamedModel &model, const DetailView &view) {
+    const Result<Detail> loaded = model.load(view);
+    return loaded ? Status() : Status(loaded.error());
+}
+
+} // namespace
+
+DetailView whole_view(const Sphere &bounds, UpAxis up) {
+    DetailView view{.camera = default_camera(bounds, up, kPictureWidth, kPictureHeight),
+                    .width = kPictureWidth,
+                    .height = kPictureHeight,
+                    .max_error = 0.01};
+    view.camera.position += up_direction(up) * (2 * bounds.radius); // the ground is seen from above only
+    return view;
+}
+
+Result<Shown> show(ByteView file, const DetailView &view, int threads) {
+    Result<Reader> reader = Reader::open(file);
+    if (!reader)
+        return std::move(reader).error();
+    Result<TiledImages> images = reader->images();
+    if (!images)
+        return std::move(images).error();
+    Shown shown;
+    shown.images = *images;
+    shown.model = std::make_unique<StreamedModel>(std::move(reader).value(), StreamingOptions{.threads = threads});
+    shown.surroundings =
+        std::make_shared<const Surroundings>(shown.model->reader().parameters(), std::move(images).value());
+    // Chunk after chunk: an error is of one, and the others are loaded all the same.
+    for (Status loaded; !(loaded = load_all(*shown.model, view));)
+        if (loaded.error().code == ErrorCode::memory)
+            return std::move(loaded).error();
+    shown.detail = shown.model->choose(view);
+    return shown;
+}
+
+Framebuffer draw(const Shown &shown, const DetailView &view) {
+    FastRenderer renderer(shown.model->reader().parameters(), shown.model->reader().header().chunk_points, 1,
+                          shown.surroundings);
+    Framebuffer picture(view.width, view.height);
+    renderer.render(shown.detail.runs, view.camera, {}, picture);
+    return picture;
+}
+
+Status open_and_draw(ByteView file, int threads) {
+    Result<Reader> reader = Reader::open(file);
+    if (!reader)
+        return std::move(reader).error();
+    const UpAxis up = reader->parameters().grid.up;
+    StreamedModel model(std::move(reader).value(), {.threads = threads});
+    const Result<Sphere> bounds = model.bounds();
+    if (!bounds)
+        return bounds.error();
+    const DetailView view = whole_view(*bounds, up);
+    if (!is_usable(view.camera)) // as where a grid is so small or so far away that its camera is lost in rounding
+        return Error{ErrorCode::usage, 0, "no camera"};
+    Result<Shown> shown = show(file, view, threads);
+    if (!shown)
+        return std::move(shown).error();
+    draw(*shown, view);
+    return {};
+}
+
+} // namespace pbm::faults

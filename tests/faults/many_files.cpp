@@ -1,0 +1,75 @@
+// Opens, judges and closes files for ever, as a viewer or a server does: what it holds must not grow.
+#include "allocation_meter.h"
+#include "campaign.h"
+#include "goldens.h"
+#include "judge.h"
+
+#include "pbm_format/platform.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include <unistd.h>
+
+namespace pbm::faults {
+namespace {
+
+std::uint64_t resident_bytes() {
+    std::ifstream in("/proc/self/statm");
+    std::uint64_t pages = 0;
+    in >> pages >> pages;
+    return pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
+std::uint64_t open_descriptors() {
+    return static_cast<std::uint64_t>(std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {}));
+}
+
+// Maps the file and holds it against both readings of the law. Whether it is valid.
+bool open_validate_close(const std::string &path, Tally &tally) {
+    const Result<MappedFile> file = MappedFile::open(path);
+    if (!tally.require(file.ok(), path + ": not opened"))
+        return false;
+    const bool valid = validate(file->bytes(), {.threads = 1}).valid();
+    tally.require(read_everything(file->bytes()).ok() == valid, path + ": reader and validator differ");
+    return valid;
+}
+
+} // namespace
+
+void open_many_files(const Options &options, Tally &tally) {
+    const std::string vectors = PBM_SOURCE_DIR "/format_spec/vectors/";
+    std::vector<std::pair<std::string, bool>> files; // and whether they are valid
+    for (const Golden &golden : goldens(16 << 10))
+        files.emplace_back(vectors + "valid/" + golden.name + ".bvg", true);
+    for (const Golden &broken : broken_vectors())
+        files.emplace_back(vectors + "invalid/" + broken.name + ".bvg", false);
+    const std::uint64_t rounds = options.complete ? 100'000 : 3'000, warm_up = 2 * files.size();
+    std::uint64_t resident = 0, descriptors = 0, live = 0;
+    for (std::uint64_t round = 0; round < warm_up + rounds; ++round) {
+        if (round == warm_up) {
+            resident = resident_bytes();
+            descriptors = open_descriptors();
+            live = heap_use().live;
+        }
+        const auto &[path, good] = files[round * 7919 % files.size()];
+        const bool valid = open_validate_close(path, tally);
+        tally.require(valid == good, path + ": the other verdict");
+        if (round < warm_up)
+            continue;
+        tally.add_case();
+        if (!valid)
+            tally.add_detected();
+    }
+    const std::uint64_t kept = std::max(heap_use().live, live) - live;
+    const std::uint64_t grown = std::max(resident_bytes(), resident) - resident;
+    constexpr std::uint64_t kMostGrowth = std::uint64_t{1} << 20;
+    tally.note_largest("KiB of growth", static_cast<double>(grown) / 1024);
+    tally.require(grown <= kMostGrowth || !reuses_memory(), "memory grew by " + std::to_string(grown >> 10) + " KiB");
+    tally.require(open_descriptors() == descriptors, "descriptors stay open");
+    tally.require(kept == 0, "the heap holds " + std::to_string(kept) + " bytes more");
+}
+
+} // namespace pbm::faults

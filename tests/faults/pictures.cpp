@@ -1,0 +1,129 @@
+#include "pictures.h"
+
+#include <algorithm>
+
+namespace pbm::faults {
+namespace {
+
+Sphere bounds_of(ByteView file) {
+    StreamedModel model(Reader::open(file).value(), {.threads = 1});
+    return model.bounds().value();
+}
+
+// All chunks of a file, by load_chunk alone.
+std::vector<std::vector<Chunk>> decode_all(ByteView file) {
+    Reader reader = Reader::open(file).value();
+    std::vector<std::vector<Chunk>> levels(1);
+    levels[0].push_back(reader.root_chunk());
+    for (int level = 1; level <= reader.depth(); ++level) {
+        const LevelDirectory &directory = *reader.directory(level).value();
+        std::vector<Chunk> chunks(directory.chunks.size());
+        for (std::size_t i = 0; i < chunks.size(); ++i)
+            if (!reader.load_chunk(level, i, levels.back()[directory.chunks[i].shape.parent_chunk], chunks[i]))
+                std::abort(); // the golden file is damaged
+        levels.push_back(std::move(chunks));
+    }
+    return levels;
+}
+
+std::vector<std::shared_ptr<const TiledImage>> rasters(const TiledImages &images) {
+    std::vector<std::shared_ptr<const TiledImage>> all{images.panorama, images.ground_texture};
+    all.insert(all.end(), images.ground_lit.begin(), images.ground_lit.end());
+    return all;
+}
+
+} // namespace
+
+Pictures::Pictures(const Golden &golden)
+    : golden_(golden), reader_(Reader::open(golden.bytes).value()),
+      view_(whole_view(bounds_of(golden.bytes), Reader::open(golden.bytes).value().parameters().grid.up)),
+      whole_(show(golden.bytes, view_).value()), chunks_(decode_all(golden.bytes)),
+      whole_picture_(draw(whole_, view_).colour) {
+    directories_.push_back(nullptr);
+    for (int level = 1; level <= reader_.depth(); ++level)
+        directories_.push_back(reader_.directory(level).value());
+}
+
+// Whether every run that is drawn consists of the bytes of the golden file's chunk.
+bool Pictures::same_chunks(const Shown &shown) const {
+    const AttributeSet &set = reader_.parameters().attributes;
+    return std::all_of(shown.detail.runs.begin(), shown.detail.runs.end(), [&](const PointRun &run) {
+        const LevelDirectory &directory = *directories_[static_cast<std::size_t>(run.level)];
+        const auto chunk = std::find_if(directory.chunks.begin(), directory.chunks.end(), [&](const ChunkEntry &entry) {
+            return entry.first_point == run.entry->first_point;
+        });
+        if (chunk == directory.chunks.end() || chunk->shape != run.entry->shape || chunk->cone != run.entry->cone)
+            return false;
+        Chunk drawn; // as decoded
+        copy_chunk(*run.chunk, set, run.level, drawn);
+        const Chunk &whole =
+            chunks_[static_cast<std::size_t>(run.level)][static_cast<std::size_t>(chunk - directory.chunks.begin())];
+        return drawn.masks == whole.masks && drawn.points == whole.points;
+    });
+}
+
+// Whether every tile is that of the golden file or refused.
+bool Pictures::same_tiles(const Shown &shown) const {
+    const auto damaged = rasters(shown.images), whole = rasters(whole_.images);
+    if (damaged.size() != whole.size())
+        return false;
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+        if ((damaged[i] == nullptr) != (whole[i] == nullptr))
+            return false;
+        if (whole[i] == nullptr)
+            continue;
+        const TileGrid &grid = whole[i]->grid();
+        for (int level = 0; level < grid.levels(); ++level)
+            for (std::uint32_t ty = 0; ty < grid.tiles_down(level); ++ty)
+                for (std::uint32_t tx = 0; tx < grid.tiles_across(level); ++tx) {
+                    const std::uint8_t *texels = damaged[i]->tile(level, tx, ty);
+                    const std::uint8_t *expected = whole[i]->tile(level, tx, ty);
+                    if (texels != nullptr && !std::equal(texels, texels + grid.tile_bytes(level), expected))
+                        return false;
+                }
+    }
+    return true;
+}
+
+Pictures::Picture Pictures::picture_of(ByteView file, const std::string &story, Tally &tally) const {
+    const Result<Shown> shown = show(file, view_);
+    if (!shown)
+        return std::nullopt;
+    tally.require(shown->model->reader().parameters() == whole_.model->reader().parameters() &&
+                      shown->model->reader().header().root == whole_.model->reader().header().root,
+                  story + ": other parameters are drawn than were written");
+    tally.require(same_chunks(*shown), story + ": points are drawn that nobody wrote");
+    tally.require(same_tiles(*shown), story + ": texels are drawn that nobody wrote");
+    return draw(*shown, view_).colour;
+}
+
+// The picture without that region: all of its bits are flipped.
+const Pictures::Picture &Pictures::expected(const Region &region, Tally &tally) {
+    const auto known = expected_.find(region.begin);
+    if (known != expected_.end())
+        return known->second;
+    if (region.part == Part::padding)
+        return expected_[region.begin] = whole_picture_;
+    Bytes without = golden_.bytes;
+    for (std::uint64_t at = region.begin; at < region.end; ++at)
+        without[at] = static_cast<std::uint8_t>(~without[at]);
+    return expected_[region.begin] = picture_of(without, golden_.name + " without " + describe(region), tally);
+}
+
+void Pictures::check(ByteView damaged, const Region &region, const std::string &story, Tally &tally) {
+    const Picture picture = picture_of(damaged, story, tally);
+    const Picture &right = expected(region, tally);
+    if (!tally.require(picture.has_value() == right.has_value(), story + ": refused or not, by which bit it is"))
+        return;
+    tally.count(!picture ? "refused as a whole" : *picture == *whole_picture_ ? "drawn whole" : "drawn coarser");
+    if (!picture)
+        return;
+    std::uint64_t wrong = 0;
+    for (std::size_t i = 0; i < picture->size(); ++i)
+        wrong += (*picture)[i] == (*right)[i] ? 0 : 1;
+    tally.count("pixels", picture->size());
+    tally.count("wrong pixels", wrong);
+    tally.require(wrong == 0, story + ": " + std::to_string(wrong) + " wrong pixels");
+}
+
+} // namespace pbm::faults
