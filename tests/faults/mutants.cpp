@@ -50,8 +50,8 @@ Status judge(const Bytes &file, const std::string &story, Tally &tally) {
     reset_peak();
     const std::uint64_t before = heap_use().live;
     const ValidationReport report = validate(file, {.threads = 1});
-    const Status status = read_everything(file);
-    Status drawn = open_and_draw(file);
+    Status status = read_everything(file);
+    const Status drawn = open_and_draw(file);
     const std::uint64_t most = heap_use().peak - before;
     ::alarm(0);
     tally.add_case();

@@ -195,7 +195,7 @@ def killed_builds(world, tally):
     begin = time.monotonic()
     world.must(*command)
     whole = time.monotonic() - begin
-    moments = 200 if world.complete else 10
+    moments = 300 if world.complete else 10
     for i in range(moments):
         output.write_bytes(OLD)
         process = subprocess.Popen([world.programs / command[0], *map(str, command[1:])], stdin=subprocess.DEVNULL)
