@@ -83,6 +83,7 @@ HOMES = {
     r"malloc\.h": r"format_spec/pbm_format/platform\.cpp",
     r"sys/resource\.h": r"format_spec/pbm_format/(platform|child_process)\.cpp",
     r"sys/(prctl|syscall|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/child_(process|program)\.cpp",
+    r"pthread\.h": r"format_spec/pbm_format/per_thread\.h",
     r"(fcntl|unistd)\.h|sys/.*": (
         r"format_spec/pbm_format/(platform|child_process|child_program|descriptor)\.cpp"
         r"|command_line/progress_display\.cpp"
