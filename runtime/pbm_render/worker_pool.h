@@ -39,7 +39,7 @@ class WorkerPool {
 
     std::size_t count_ = 0;
     std::atomic<std::size_t> next_{0};
-    std::exception_ptr failure_; // with mutex_ held
+    std::exception_ptr failure_;        // with mutex_ held
     std::vector<std::jthread> workers_; // last: they begin when all else is there
 };
 
