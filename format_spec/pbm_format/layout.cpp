@@ -110,6 +110,13 @@ std::string hex(ByteView bytes) {
 
 std::string version(unsigned major, unsigned minor) { return std::to_string(major) + "." + std::to_string(minor); }
 
+// What to do about a version that is not read, for the message.
+std::string describe_version(unsigned major, const std::string &version) {
+    if (major == 0)
+        return "format version " + version + ", a draft: build the model again from its scan";
+    return "format version " + version + ": a later program reads it, this one reads 1.x";
+}
+
 } // namespace
 
 Result<FileHeader> decode_header(ByteView file) {
@@ -156,10 +163,10 @@ Result<FileHeader> decode_header(ByteView file) {
                       hash_value(hash));
     if (header.endian != kEndianTag)
         return broken("2.4", 12, "the endian tag is not 0x01020304", kEndianTag, header.endian);
-    // Before 1.0 every minor version may lay out its bytes anew (section 11).
-    if (header.major != kMajorVersion || header.minor != kMinorVersion) {
-        const std::string known = version(kMajorVersion, kMinorVersion), found = version(header.major, header.minor);
-        return broken("2.5", 8, "format version " + found + ": this program reads " + known, known, found);
+    // A later minor version adds only what may be ignored, or sets a required feature bit (section 11).
+    if (header.major != kMajorVersion) {
+        const std::string found = version(header.major, header.minor);
+        return broken("2.5", 8, describe_version(header.major, found), version(kMajorVersion, kMinorVersion), found);
     }
     if ((header.required_features & ~kMappedFeature) != 0)
         return broken("2.6", 40, "the file requires a feature this program does not know", kMappedFeature,

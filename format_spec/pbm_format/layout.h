@@ -25,8 +25,8 @@
 namespace pbm {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'B', 'V', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
-inline constexpr std::uint16_t kMajorVersion = 0;
-inline constexpr std::uint16_t kMinorVersion = 3;
+inline constexpr std::uint16_t kMajorVersion = 1;
+inline constexpr std::uint16_t kMinorVersion = 0;
 inline constexpr std::uint32_t kEndianTag = 0x01020304;
 inline constexpr std::size_t kHeaderBytes = 128;
 inline constexpr std::size_t kSectionEntryBytes = 64;

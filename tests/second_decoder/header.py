@@ -25,11 +25,11 @@ def read_header(m):
     data = m.data
     need(data and data[:8] == MAGIC[:len(data)], "not_bvg", 0, "2.1")
     need(len(data) >= 128, "truncated", len(data), "2.2")
-    (_, major, minor, tag, size, table, m.sections, m.depth, zero, required, _, m.points, m.raw, m.content_id, m.root,
+    (_, major, m.minor, tag, size, table, m.sections, m.depth, zero, required, _, m.points, m.raw, m.content_id, m.root,
      m.limit, zero2, m.table_hash, hash64) = struct.unpack_from("<8sHHIQQIB3sQQQQ16s16sI4sQQ", data)
     need(hash64 == xxh3(data[:120]), "bad_hash", 0, "2.3")
     need(tag == 0x01020304, "bad_header", 12, "2.4")
-    need((major, minor) == (0, 3), "unsupported_version", 8, "2.5")
+    need(major == 1, "unsupported_version", 8, "2.5")
     need(required & ~1 == 0, "unsupported_feature", 40, "2.6")
     m.mapped = required == 1
     need(len(data) >= size, "truncated", len(data), "2.7")

@@ -106,7 +106,10 @@ void add_header_files(Collection &files) {
     files.add_unrepaired("2.3-flipped-bit-in-the-version", 8);
     files.add("2.4-big-endian-tag", set<std::uint32_t>(12, 0x04030201));
     files.add("2.5-major-version-7", set<std::uint16_t>(8, 7));
-    files.add("2.5-minor-version-1", set<std::uint16_t>(10, 1));
+    files.add("2.5-version-0.3", [](FileEditor &file) {
+        file.set<std::uint16_t>(8, 0);
+        file.set<std::uint16_t>(10, 3);
+    });
     files.add("2.6-required-feature-40", set<std::uint64_t>(40, std::uint64_t{1} << 40));
     files.add("2.7-one-byte-short", [](FileEditor &file) { file.bytes().pop_back(); });
     files.add("2.7-one-byte-more", [](FileEditor &file) { file.bytes().push_back(0); });
@@ -455,7 +458,7 @@ Bytes two_sided_file() {
     return encode_model(model, {.compression_level = 19, .threads = 1}).value();
 }
 
-// What later minor versions may add: an optional feature and a section that need not be understood.
+// What later minor versions may add, and says so: an optional feature and a section that need not be understood.
 Bytes unknown_extras_file() {
     Model model = sphere_model(3, {}, 0.2);
     model.parameters.lights.resize(1); // its section becomes one of an unknown type
@@ -464,6 +467,7 @@ Bytes unknown_extras_file() {
     editor.set<std::uint32_t>(entry, 9);
     editor.set<std::uint16_t>(entry + 6, 0);
     editor.set<std::uint64_t>(48, 1);
+    editor.set<std::uint16_t>(10, 7);
     model.parameters.lights.clear(); // nor is it part of content_id
     const Bytes without = encode(model);
     for (std::size_t i = 72; i < 88; ++i)

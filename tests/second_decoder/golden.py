@@ -1,0 +1,90 @@
+"""Golden files, format_spec/golden/VERSION: golden.py --write VERSION PBM_SAMPLE PBM_BUILD, or golden.py to check them
+
+Checks that every golden file of every version is valid and holds what the version's contents.json says. --write makes them,
+once, when a version is frozen: the valid test vectors and some built scans. It never replaces a file.
+"""
+
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import xxhash
+
+import bvg
+
+FORMAT = Path(__file__, "../../../format_spec").resolve()
+SCANS = {
+    "scan-plain": (6, ("--colour", "565",)),
+    "scan-colourless": (6, ("--ignore-point-colours", "--up", "z", "--unit", "mm")),
+    "scan-everything": (5, ("--texture", "wood", "--ground", "marble", "--ground-resolution", "64", "--lights", "studio", "--shadows",
+                            "--shadow-bits", "8", "--panorama", "default", "--panorama-width", "256", "--environment", "0.25",
+                            "--name", "Ammonit \u2014 \U0001f41a", "--credit", "\"quoted\" \\ / \u0001")),
+    "scan-mapped": (5, ("--store", "mapped", "--material", "mirror", "--lights", "two", "--shadows", "--ground", "plain",
+                        "--ground-resolution", "64")),
+}
+
+def decoded_hash(m):
+    """XXH3-128 of all that was decoded: of each level the masks and the values of each stream in the order of the attributes
+    section, lit fractions one byte each; of each raster the texels of mip level 0; the stored metadata."""
+    h = xxhash.xxh3_128()
+    for level in m.levels:
+        h.update(bytes(level.masks))
+        for values in level.values:
+            h.update(bytes(values))
+    for _, (_, _, texels, _) in m.rasters:
+        h.update(texels)
+    h.update(bvg.stored(m, m.section[bvg.METADATA, 0]))
+    return h.intdigest().to_bytes(16, "little").hex()
+
+def contents(path):
+    m = bvg.read(path.read_bytes())
+    return {"file": path.name, "content_id": m.content_id.hex(), "mapped": m.mapped, "points": m.points,
+            "levels": [len(level.codes) for level in m.levels], "chunks": [len(chunks) for chunks in m.directories[1:]],
+            "attributes": [s.kind for s in m.streams], "materials": len(m.materials), "lights": len(m.lights),
+            "rasters": [[e.type, e.instance, width, height] for e, (width, height, *_) in m.rasters], "decoded": decoded_hash(m)}
+
+def write(version, sample, build):
+    folder = FORMAT / "golden" / version
+    folder.mkdir(parents=True)
+    for path in sorted(FORMAT.glob("vectors/valid/*.bvg")):
+        shutil.copyfile(path, folder / path.name)
+    with tempfile.TemporaryDirectory() as temporary:
+        scan = Path(temporary, "scan.ply")
+        subprocess.run([sample, "-q", "--vertices", "10000", "-o", scan], check=True)
+        for name, (depth, options) in SCANS.items():
+            model = folder / f"{name}.bvg"
+            subprocess.run([build, "-q", scan, "--depth", str(depth), "-o", model, *options], check=True)
+    files = [contents(path) for path in sorted(folder.glob("*.bvg"))]
+    text = json.dumps({"version": version, "files": files}, indent=1, ensure_ascii=False) + "\n"
+    (folder / "contents.json").write_text(text, encoding="utf-8")
+
+def check(folder):
+    """What is wrong with the golden files of a version, as lines of text."""
+    listed = json.loads((folder / "contents.json").read_text(encoding="utf-8"))["files"]
+    wrong = [f"{path} is not in contents.json" for path in folder.glob("*.bvg") if path.name not in {f["file"] for f in listed}]
+    for expected in listed:
+        try:
+            if contents(folder / expected["file"]) != expected:
+                wrong.append(f"{folder / expected['file']} holds something else")
+        except bvg.BvgError as error:
+            wrong.append(f"{folder / expected['file']}: {error}")
+    return wrong, len(listed)
+
+def main(arguments):
+    if arguments[:1] == ["--write"] and len(arguments) == 4:
+        write(*arguments[1:])
+    elif arguments:
+        sys.exit(__doc__)
+    folders, wrong, count = sorted(path.parent for path in FORMAT.glob("golden/*/contents.json")), [], 0
+    for folder in folders:
+        faults, files = check(folder)
+        wrong, count = wrong + faults, count + files
+    print("\n".join(wrong), end="\n" if wrong else "")
+    print(f"{count} golden files of {len(folders)} versions, {len(wrong)} wrong")
+    return 1 if wrong or not folders else 0
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
