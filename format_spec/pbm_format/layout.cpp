@@ -114,7 +114,7 @@ std::string version(unsigned major, unsigned minor) { return std::to_string(majo
 std::string describe_version(unsigned major, const std::string &version) {
     if (major == 0)
         return "format version " + version + ", a draft: build the model again from its scan";
-    return "format version " + version + ": a later program reads it, this one reads 1.x";
+    return "format version " + version + ": this program reads 1.x, a newer one is needed";
 }
 
 } // namespace

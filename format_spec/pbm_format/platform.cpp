@@ -146,7 +146,7 @@ Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_
         const bool started = size >= kStreamStart;
         if (got > 0)
             size += static_cast<std::size_t>(got);
-        if (!seen && size >= kFirst) {
+        if (!wanted && !seen && size >= kFirst) {
             const auto *const first = static_cast<const std::uint8_t *>(data);
             seen = std::any_of(first, first + kFirst, [](std::uint8_t byte) { return byte != 0; });
             if (!seen) {

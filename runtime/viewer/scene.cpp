@@ -63,8 +63,8 @@ Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const L
 Error with_advice(std::string_view program, Error error) {
     switch (error.code) {
     case ErrorCode::memory: error.message += "; allow more with --max-memory or draw a coarser --level"; break;
-    case ErrorCode::unsupported_version:
     case ErrorCode::unsupported_feature: error.message += "; a newer " + std::string(program) + " is needed"; break;
+    case ErrorCode::unsupported_version:
     case ErrorCode::usage:
     case ErrorCode::io:
     case ErrorCode::not_bvg: break; // the message says it

@@ -364,7 +364,7 @@ TEST(CheckAlone, TheTableCountsTheChunksAndPointsOfADirectory) {
             editor.set<std::uint32_t>(at + 12, size / 2);
             editor.set<std::uint64_t>(at + 48, 2 * editor.get<std::uint64_t>(at + 48));
         },
-        ErrorCode::bad_directory, file.section(level_directory, 5));
+        ErrorCode::bad_directory, at + 48);
     const std::size_t points = file.entry(level_chunks, 3) + 48;
     const std::uint64_t end =
         file.section(level_directory, 3) + file.get<std::uint64_t>(file.entry(level_directory, 3) + 32);

@@ -167,7 +167,7 @@ TEST(Damage, ANewerVersionAndUnknownFeaturesAreUnsupportedNotInvalid) {
         editor.repair();
         return editor.bytes();
     };
-    EXPECT_EQ(test::read_everything(edited(8)).error().code, ErrorCode::unsupported_version);
+    EXPECT_EQ(test::read_everything(edited(8, 2)).error().code, ErrorCode::unsupported_version);
     EXPECT_EQ(test::read_everything(edited(40, 2)).error().code, ErrorCode::unsupported_feature);
     EXPECT_TRUE(test::read_everything(edited(48))); // optional features are optional
 }
