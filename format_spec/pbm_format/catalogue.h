@@ -248,21 +248,21 @@ class Reason {
   public:
     template <std::size_t kSize> consteval Reason(const char (&literal)[kSize]) {
         const std::string_view text(literal, kSize - 1);
-        for (const CatalogueEntry &entry : kCatalogue)
-            if (entry.stands_for(text) || (entry.rules.empty() && entry.name == text)) {
-                entry_ = &entry;
-                rule_ = entry.rules.empty() ? std::string_view() : text;
+        for (std::size_t i = 0; i < kCatalogue.size(); ++i)
+            if (kCatalogue[i].stands_for(text) || (kCatalogue[i].rules.empty() && kCatalogue[i].name == text)) {
+                index_ = i;
+                rule_ = kCatalogue[i].rules.empty() ? std::string_view() : text;
             }
-        if (entry_ == nullptr)
+        if (index_ == kCatalogue.size())
             not_in_the_catalogue();
     }
-    const CatalogueEntry &entry() const { return *entry_; }
+    const CatalogueEntry &entry() const { return kCatalogue[index_]; }
     std::string_view rule() const { return rule_; }
 
   private:
     static void not_in_the_catalogue() {} // not constexpr: ends the compilation
 
-    const CatalogueEntry *entry_ = nullptr;
+    std::size_t index_ = kCatalogue.size();
     std::string_view rule_;
 };
 
