@@ -130,7 +130,7 @@ nlohmann::json measure(int rounds, int maps, const std::string &model_file, cons
             rays = std::make_unique<ShadowRays>(*casters, *tree, 1);
         });
         if (!rays->complete())
-            throw std::runtime_error(model_file + ": has points without a triangle of " + mesh_file);
+            throw std::runtime_error("not all points of the model lie on a triangle of " + mesh_file);
         if (round >= 0) {
             result["prepare_ns"].push_back(1e9 * prepared / static_cast<double>(points));
             result["prepare_rays_ns"].push_back(1e9 * prepared_rays / static_cast<double>(points));

@@ -57,7 +57,8 @@ StreamEntry append_stream(const StreamContext &context, ByteView masks, const Po
     struct Coded {
         Bytes plain, filtered;
     };
-    auto &[plain, filtered] = per_thread<Coded>();
+    Coded &coded = per_thread<Coded>();
+    Bytes &plain = coded.plain, &filtered = coded.filtered;
     filtered.clear();
     const auto planes = coding.filters ? filter_stream(context, masks, points, parents) : std::nullopt;
     if (planes)
