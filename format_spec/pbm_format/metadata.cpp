@@ -100,9 +100,9 @@ Status check_metadata(ByteView bytes) {
 
 std::vector<MetadataMember> list_metadata(ByteView bytes) {
     Members members;
-    const bool parsed = nlohmann::json::sax_parse(bytes.begin(), bytes.end(), &members);
-    assert(parsed);
-    static_cast<void>(parsed);
+    const bool is_json = nlohmann::json::sax_parse(bytes.begin(), bytes.end(), &members);
+    assert(is_json);
+    static_cast<void>(is_json);
     return members.take();
 }
 

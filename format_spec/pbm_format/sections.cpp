@@ -103,7 +103,8 @@ Result<AttributeSet> decode_attributes(ByteView bytes, int depth) {
             return broken("3.5.2", at, "an attribute this program does not know", "1..6", kind);
         const auto stream = StreamKind{kind};
         const bool shadow = stream == StreamKind::shadow;
-        if (shadow ? previous > kind || light != set.lights || light >= kMaxLights : previous >= kind || light != 0)
+        // Shadow streams are the last kind: nothing of a greater one can stand before them.
+        if (shadow ? light != set.lights || light >= kMaxLights : previous >= kind || light != 0)
             return broken("3.5.3", at, "attributes are not in order, or one is there twice",
                           shadow ? "light " + std::to_string(set.lights) : "after " + std::to_string(previous),
                           shadow ? "light " + std::to_string(light) : std::to_string(kind));

@@ -1,7 +1,5 @@
 #include "pbm_format/tiled_image.h"
 
-#include "pbm_format/catalogue.h"
-
 #include <atomic>
 #include <mutex>
 #include <new>
@@ -75,9 +73,7 @@ const std::uint8_t *TiledImage::State::read_tile(std::size_t number) try {
                       : refuse(number, std::move(status).error());
     }
     const std::size_t bytes = grid.tile_bytes(grid.level_of(number));
-    std::unique_ptr<std::uint8_t[]> texels(new (std::nothrow) std::uint8_t[bytes]);
-    if (!texels)
-        return refuse(number, broken("system.memory", 0, "no memory for a tile of a raster"));
+    auto texels = std::make_unique_for_overwrite<std::uint8_t[]>(bytes);
     Status status = decode_tile(section, offset, directory, number, {texels.get(), bytes});
     return status ? keep(number, texels.release()) : refuse(number, std::move(status).error());
 } catch (const std::bad_alloc &) {
