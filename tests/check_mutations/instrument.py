@@ -2,7 +2,8 @@
 
 A check is what makes code refuse its input: the condition of an `if` that guards an error, a `return false` or a step of
 a chain of such; each operand of its `||` is one of its own. So is each operand of the `&&` of a condition that must hold:
-a `return a && b;`, or a `const bool name = a && b;` that is asked for as `!name`.
+a `return a && b;`, an `if (a && b) return {};` or the like before an error, or a `const bool name = a && b;` that is
+asked for as `!name`.
 
 In the copy such a condition `c` reads ((c) && pbm::check_kept(N)): with the check N removed it never holds; one that must
 hold reads ((c) || !pbm::check_kept(N)). LIST.json gets number, file, line and text of each check. With --no-steps only what
@@ -16,7 +17,8 @@ from pathlib import Path
 
 # What the guarded statement starts with if it refuses something.
 REFUSES = re.compile(r"""\s*\{?\s*(?:
-    return\s+(?:\w+::)*(?:Error\b|bad\w*\(|broken\w*\(|refuse\w*\(|fault\w*\(|faults\b|impossible\w*\(|false\b|status\b|at_section\()
+    return\s+(?:\w+::)*(?:Error\b|bad\w*\(|broken\w*\(|refuse\w*\(|fault\w*\(|faults\b|impossible\w*\(|false\b|status\b)
+  | return\s+(?:at_section|of_tile|wrong_\w+)\(
   | return\s+[^;]*\.error\(\)
   | return\s+(?:\w+\.)?\w+(?:->|\.)error
   | (?:\w+\.)?fault\w*\(
@@ -25,7 +27,12 @@ REFUSES = re.compile(r"""\s*\{?\s*(?:
 # A step of a chain that ends with its first error.
 STEP = re.compile(r"\s*\{?\s*status\s*=")
 # What refuses further on in a block.
-REFUSES_LATER = re.compile(r"[;{]\s*(?:fault\(|return\s+(?:\w+::)*(?:Error\b|bad\w*\(|broken\w*\(|fault\w*\())")
+REFUSES_LATER = re.compile(r"[;{]\s*(?:fault\(|Error\s+\w+\s*=|return\s+(?:\w+::)*(?:Error\b|bad\w*\(|broken\w*\(|fault\w*\())")
+# What follows a condition that must hold.
+WELL_OR_REFUSED = re.compile(r"""\s*(?:
+    return\s*\{\};\s*(?:const\s[^;]*;\s*)?return\s+(?:\w+::)*(?:broken|of_tile|describe_)\w*\(
+  | (?:continue|return);[^{}]{0,500}?\b(?:fault\(|faults\.push_back\()
+)""", re.VERBOSE)
 LONGEST_BLOCK = 500                                     # characters: what is longer does more than refuse
 OPENING, CLOSING = "([{", ")]}"
 
@@ -131,6 +138,10 @@ class Source:
             stop = split(self.code, end, len(self.code), [";"])
             if stop and len(ranges(self.code, end, stop[0][0], "&&")) > 1 and "=" not in self.code[end:end + 1]:
                 self.switch_condition(end, stop[0][0], "holds")
+        for match in re.finditer(r"\bif\s*\(", self.code):  # all is well, or else what follows refuses
+            closed = closing(self.code, match.end() - 1)
+            if WELL_OR_REFUSED.match(self.code, closed + 1):
+                self.switch_condition(match.end(), closed, "holds")
         for match in re.finditer(r"\breturn\s([^;?]*)\?[^;]*:\s*Status\{\};", self.code): # refuse or go on
             self.switch_condition(match.start(1), match.end(1), "fails")
         for match in re.finditer(r"\bconst bool (\w+)\s*=", self.code):
