@@ -48,6 +48,12 @@ TEST(CheckAlone, FramesAreWholeAndOfOneSegment) {
     }
     // A skippable frame of four bytes, of which zstd makes nothing.
     EXPECT_TRUE(refuses({0x50, 0x2A, 0x4D, 0x18, 4, 0, 0, 0, 1, 2, 3, 4}, 0));
+    // One whose size looks like the flag of a single segment, alone and behind the frame.
+    Bytes skipped{0x50, 0x2A, 0x4D, 0x18, 0x20, 0, 0, 0};
+    skipped.resize(skipped.size() + 0x20);
+    EXPECT_TRUE(refuses(skipped, 0));
+    skipped.insert(skipped.begin(), frame.begin(), frame.end());
+    EXPECT_TRUE(refuses(skipped));
     // A block of a type that does not exist.
     Bytes broken = frame;
     broken[7] |= 6;
@@ -72,6 +78,10 @@ TEST(CheckAlone, SizesOfPlanes) {
     EXPECT_FALSE(cut(0, 0, 5)); // a frame larger than what it holds
     EXPECT_FALSE(cut(4, 1));    // raw, and a byte less
     EXPECT_FALSE(cut(0, 1));    // the second plane starts elsewhere and does not end with the bytes
+    const Bytes short_of_one{5, 0, 0, 0, 1, 2, 3, 4};
+    ByteView plane;
+    bool zstd = false;
+    EXPECT_FALSE(PlaneCursor(short_of_one, 1).next(5, plane, zstd));
 }
 
 // Decodes the first chunk of the test vectors that has a stream with that filter, whose stored bytes `damage` changes.
@@ -122,6 +132,10 @@ TEST(CheckAlone, PlanesOfEveryFilter) {
             EXPECT_FALSE(decode_damaged(filter, [&](Bytes &bytes) { bytes[4 * plane] ^= 1; })) << plane;
             EXPECT_FALSE(decode_damaged(filter, [&](Bytes &bytes) { bytes[4 * plane + 3] ^= 1; })) << plane;
         }
+        // No plane at all, and no byte left over.
+        const Status none = decode_damaged(filter, [&](Bytes &bytes) { bytes.assign(4 * plane_count(filter), 0); });
+        ASSERT_FALSE(none) << static_cast<int>(filter);
+        EXPECT_EQ(none.error().rule, "5.8.1") << none.error().message;
     }
 }
 
@@ -149,6 +163,7 @@ TEST(CheckAlone, StreamsOfMappedChunks) {
     const std::vector<StreamInfo> streams = streams_of(set);
     std::uint64_t at = file.section(level_chunks, 3);
     const ChunkEntry chunk = Directories(mapped_file()).level(3).chunks[0];
+    ASSERT_NE(chunk.shape.points % 8, 0U);
     for (std::size_t s = 0; s < streams.size(); ++s) {
         const std::uint64_t place = at;
         at += align_stream(chunk.streams[s].stored_bytes);
@@ -159,11 +174,14 @@ TEST(CheckAlone, StreamsOfMappedChunks) {
             break;
         case StreamKind::normal:
             expect_refusal(mapped_file(), set_byte(place + 1, 0xC0), ErrorCode::bad_attribute, place);
+            // A cone of which few normals are.
+            expect_refusal(mapped_file(), test::set<std::int16_t>(file.chunk(3) + 38, 32767), ErrorCode::bad_attribute,
+                           place);
             break;
         case StreamKind::radius: expect_refusal(mapped_file(), value(204), ErrorCode::bad_attribute, place); break;
         case StreamKind::material: expect_refusal(mapped_file(), value(3), ErrorCode::bad_attribute, place); break;
         case StreamKind::shadow:
-            if (chunk.shape.points % 8 != 0 && streams[s].light == 0)
+            if (streams[s].light == 0) // a bit each, and the last byte is not full
                 expect_refusal(mapped_file(), set_byte(place + chunk.streams[s].stored_bytes - 1, 0xFF),
                                ErrorCode::bad_attribute, place);
             break;
@@ -355,6 +373,7 @@ void refuse_broken_frames(const Bytes &file) {
                         parent_nodes(entry, above.masks, 0, above.points, 0, model.parameters.attributes), chunk);
                     EXPECT_FALSE(status) << "level " << level;
                     EXPECT_TRUE(status || status.error().offset == entry.offset + start) << "level " << level;
+                    EXPECT_TRUE(status || status.error().rule == "5.6.1") << status.error().message;
                     stored[start + frame] ^= 0xFF;
                     ++frames;
                 }
@@ -399,7 +418,23 @@ TEST(CheckAlone, EveryPlaneOfATileIsProven) {
         }
         for (const std::size_t frame : frames_of(tile.stream, channels, ByteView(section).subspan(tile.offset)))
             EXPECT_FALSE(decode(frame, 0xFF));
-        tile.stream.stored_bytes -= 1; // the last plane's last byte lies behind its end
+        const auto decode_stored = [&](const Bytes &stored) {
+            Bytes changed(section.begin(), section.begin() + static_cast<std::ptrdiff_t>(tile.offset));
+            changed.insert(changed.end(), stored.begin(), stored.end());
+            TileEntry &entry = directory.tiles[last];
+            const StreamEntry before = entry.stream;
+            entry.stream.stored_bytes = static_cast<std::uint32_t>(stored.size());
+            entry.hash = hash64(stored);
+            const bool decoded = decode_tile(changed, 0, directory, last, texels).ok();
+            entry.stream = before;
+            return decoded;
+        };
+        Bytes stored(section.begin() + static_cast<std::ptrdiff_t>(tile.offset), section.end());
+        EXPECT_TRUE(decode_stored(stored));
+        stored.push_back(0); // behind the last plane
+        EXPECT_FALSE(decode_stored(stored));
+        EXPECT_FALSE(decode_stored(Bytes(4 * channels))); // no plane at all, and no byte left over
+        tile.stream.stored_bytes -= 1;                    // the last plane's last byte lies behind its end
         EXPECT_FALSE(decode(0, 0));
     }
 }
