@@ -126,7 +126,7 @@ void add_random_ground(Random &random, Model &model) {
             const std::uint32_t edge = random_edge(random);
             model.images.ground_lit.push_back(random_image(random, edge, edge, 1));
         }
-    parameters.ground = std::move(ground);
+    parameters.ground = ground;
 }
 
 using Json = nlohmann::json;

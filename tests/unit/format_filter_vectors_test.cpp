@@ -25,7 +25,8 @@ Bytes from_hex(const std::string &text) {
 }
 std::vector<std::uint16_t> as_normals(const Bytes &bytes) {
     std::vector<std::uint16_t> normals(bytes.size() / 2);
-    std::memcpy(normals.data(), bytes.data(), 2 * normals.size());
+    if (!normals.empty())
+        std::memcpy(normals.data(), bytes.data(), 2 * normals.size());
     return normals;
 }
 
