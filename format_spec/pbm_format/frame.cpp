@@ -1,7 +1,7 @@
 #include "pbm_format/frame.h"
-#include "pbm_format/per_thread.h"
 
 #include "pbm_format/catalogue.h"
+#include "pbm_format/per_thread.h"
 
 #include <algorithm>
 #include <array>

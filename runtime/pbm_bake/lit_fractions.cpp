@@ -28,9 +28,9 @@ class FacingTest {
         const std::uint16_t stored = casters_.normals()[i];
         Vector3 travel = light_.direction;
         if (!light_.parallel) {
-            const auto place = morton_decode(casters_.places()[i]);
+            travel = voxel_centre(brick, casters_.places()[i]);
             for (std::size_t axis = 0; axis < 3; ++axis)
-                travel[axis] = 8.0 * brick.corner[axis] + place[axis] + 0.5 - light_.position[axis];
+                travel[axis] -= light_.position[axis];
             if (light_.spot && dot(travel, light_.direction) <= 0)
                 return false;
         }

@@ -9,6 +9,7 @@
 #include "pbm_format/model.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -28,6 +29,15 @@ struct CasterBrick {
     std::array<std::uint16_t, 3> corner{}; // its first voxel / 8
     std::uint64_t first_point = 0;         // the last one ends where the next brick starts
 };
+
+// Centre of the voxel at a place (Morton code) of a brick, in voxels from the grid's minimum corner.
+inline std::array<double, 3> voxel_centre(const CasterBrick &brick, std::uint16_t place) {
+    const auto local = morton_decode(place);
+    std::array<double, 3> centre{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        centre[axis] = 8.0 * brick.corner[axis] + local[axis] + 0.5;
+    return centre;
+}
 
 class ShadowCasters {
   public:

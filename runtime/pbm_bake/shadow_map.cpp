@@ -41,8 +41,7 @@ ShadowView::ShadowView(const LightView &view, const ShadowCasters &casters)
             {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z), extent(x), extent(y), extent(z)});
     }
     for (MortonCode place = 0; place < 512; ++place) {
-        const auto local = morton_decode(place);
-        const Vector3 centre{local[0] + 0.5, local[1] + 0.5, local[2] + 0.5};
+        const Vector3 centre = voxel_centre({}, static_cast<std::uint16_t>(place));
         for (std::size_t axis = 0; axis < 3; ++axis)
             places_[place][axis] = static_cast<float>(dot(centre, view.axes[axis]));
         places_[place][3] = 0;

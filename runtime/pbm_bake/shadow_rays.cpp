@@ -41,11 +41,8 @@ Way way_to(const LightPlace &light, const Place &from) {
 }
 
 Place centre_of(const CasterBrick &brick, std::uint16_t place) {
-    const auto local = morton_decode(place);
-    Place centre{};
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        centre[axis] = static_cast<float>(8U * brick.corner[axis] + local[axis]) + 0.5F;
-    return centre;
+    const Vector3 centre = voxel_centre(brick, place);
+    return {static_cast<float>(centre[0]), static_cast<float>(centre[1]), static_cast<float>(centre[2])};
 }
 
 std::int8_t quantise(float offset) {

@@ -47,4 +47,6 @@ class AllocationCount {
     std::atomic<bool> failed_{false}, all_further_{false};
 };
 
+inline constinit AllocationCount count;
+
 } // namespace pbm::faults

@@ -1,11 +1,13 @@
-// faults [--long] [--seed N] [CAMPAIGN...]: damages files and the world around them; prints a row of a table for each
-// campaign, exit code 1 if a law is broken. docs/reliability.md
+// The test program `faults`: docs/reliability.md has the laws, --help the options.
 #include "campaign.h"
 
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -41,26 +43,18 @@ bool run(const Campaign &campaign, const Options &options) {
 
 int main(int argc, char **argv) {
     Options options;
-    std::vector<std::string_view> wanted;
-    for (int i = 1; i < argc; ++i) {
-        const std::string_view argument = argv[i];
-        if (argument == "--long")
-            options.complete = true;
-        else if (argument == "--seed" && i + 1 < argc)
-            options.seed = std::strtoull(argv[++i], nullptr, 10);
-        else
-            wanted.push_back(argument);
-    }
-    std::size_t runs = 0;
+    std::vector<std::string> names, wanted;
+    for (const Campaign &campaign : kCampaigns)
+        names.emplace_back(campaign.name);
+    CLI::App app{"Damages files and the world around them; prints a row of a table for each campaign, exit code 1 if a "
+                 "law is broken"};
+    app.add_option("campaigns", wanted, "Which ones; default: all")->check(CLI::IsMember(names));
+    app.add_flag("--long", options.complete, "All of it, for minutes; else a sample");
+    app.add_option("--seed", options.seed, "Other places")->capture_default_str();
+    CLI11_PARSE(app, argc, argv);
     bool good = true;
-    for (const Campaign &campaign : kCampaigns) {
-        bool asked = wanted.empty();
-        for (const std::string_view name : wanted)
-            asked = asked || name == campaign.name;
-        if (!asked)
-            continue;
-        ++runs;
-        good = run(campaign, options) && good;
-    }
-    return good && runs >= wanted.size() && runs > 0 ? 0 : 1;
+    for (const Campaign &campaign : kCampaigns)
+        if (wanted.empty() || std::find(wanted.begin(), wanted.end(), campaign.name) != wanted.end())
+            good = run(campaign, options) && good;
+    return good ? 0 : 1;
 }

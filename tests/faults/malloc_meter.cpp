@@ -18,8 +18,6 @@ void __libc_free(void *block);                                  // NOLINT(bugpro
 namespace pbm::faults {
 namespace {
 
-constinit AllocationCount count;
-
 void *counted(void *block) {
     if (block != nullptr)
         count.took(::malloc_usable_size(block));
@@ -33,17 +31,11 @@ void *refused() {
 
 } // namespace
 
-HeapUse heap_use() { return count.use(); }
 bool reuses_memory() { return true; }
-void reset_peak() { count.reset_peak(); }
-void fail_allocation(std::uint64_t n, bool all_further) { count.fail(n, all_further); }
-bool allocation_failed() { return count.failed(); }
 
 } // namespace pbm::faults
 
-using pbm::faults::count;
-using pbm::faults::counted;
-using pbm::faults::refused;
+using namespace pbm::faults;
 
 extern "C" {
 

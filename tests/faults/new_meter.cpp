@@ -10,8 +10,6 @@
 namespace pbm::faults {
 namespace {
 
-constinit AllocationCount count;
-
 void *take(std::size_t size, std::size_t alignment) {
     if (!count.allow())
         return nullptr;
@@ -36,11 +34,7 @@ void give(void *block) {
 
 } // namespace
 
-HeapUse heap_use() { return count.use(); }
 bool reuses_memory() { return false; }
-void reset_peak() { count.reset_peak(); }
-void fail_allocation(std::uint64_t n, bool all_further) { count.fail(n, all_further); }
-bool allocation_failed() { return count.failed(); }
 
 } // namespace pbm::faults
 

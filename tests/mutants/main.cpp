@@ -1,17 +1,16 @@
-// mutants [COUNT [FIRST]] [--seed N] [--save FILE]: COUNT mutants from number FIRST on are read and judged; exit code 1
-// if a law is broken. --save writes mutant FIRST to a file.
+// The test program `mutants`: README.md has the laws, --help the options.
 #include "mutants/laws.h"
 #include "pbm_format/child_process.h"
 #include "pbm_format/platform.h"
 
+#include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <string>
-#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -127,20 +126,12 @@ bool honest_files_load(const Campaign &campaign) {
 int main(int argc, char **argv) {
     Campaign campaign;
     std::string save;
-    std::vector<std::uint64_t> numbers;
-    for (int i = 1; i < argc; ++i) {
-        const std::string_view argument = argv[i];
-        if (argument == "--seed" && i + 1 < argc)
-            campaign.seed = std::strtoull(argv[++i], nullptr, 10);
-        else if (argument == "--save" && i + 1 < argc)
-            save = argv[++i];
-        else
-            numbers.push_back(std::strtoull(argv[i], nullptr, 10));
-    }
-    if (!numbers.empty())
-        campaign.count = numbers[0];
-    if (numbers.size() > 1)
-        campaign.first = numbers[1];
+    CLI::App app{"Reads mutants of honest files and judges what came of each; exit code 1 if a law is broken"};
+    app.add_option("count", campaign.count, "How many")->capture_default_str();
+    app.add_option("first", campaign.first, "Number of the first")->capture_default_str();
+    app.add_option("--seed", campaign.seed, "Other mutants")->capture_default_str();
+    app.add_option("--save", save, "Write the first to this file instead");
+    CLI11_PARSE(app, argc, argv);
     if (!save.empty()) {
         std::ofstream(save, std::ios::binary) << make(campaign, campaign.first).bytes;
         return 0;

@@ -1,5 +1,4 @@
-// random_models [--damaged] [--seed N] [--save FOLDER] [COUNT [FIRST]]: judges COUNT random files, from number FIRST
-// on; with --damaged a damaged copy of each. --save writes them to FOLDER instead. Exit code 1 if a law is broken.
+// The test program `random_models`: README.md has the laws, --help the options.
 #include "random_models/damage.h"
 #include "random_models/free_writer.h"
 #include "random_models/laws.h"
@@ -9,11 +8,11 @@
 #include "pbm_format/reader.h"
 #include "pbm_format/writer.h"
 
+#include <CLI/CLI.hpp>
+
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace {
@@ -90,31 +89,17 @@ int save_files(const Campaign &campaign) {
     return 0;
 }
 
-Campaign read_arguments(int argc, char **argv) {
-    Campaign campaign;
-    std::vector<std::uint64_t> numbers;
-    for (int i = 1; i < argc; ++i) {
-        const std::string_view argument = argv[i];
-        if (argument == "--damaged")
-            campaign.damaged = true;
-        else if (argument == "--seed" && i + 1 < argc)
-            campaign.seed = std::strtoull(argv[++i], nullptr, 10);
-        else if (argument == "--save" && i + 1 < argc)
-            campaign.save = argv[++i];
-        else
-            numbers.push_back(std::strtoull(argv[i], nullptr, 10));
-    }
-    if (!numbers.empty())
-        campaign.count = numbers[0];
-    if (numbers.size() > 1)
-        campaign.first = numbers[1];
-    return campaign;
-}
-
 } // namespace
 
 int main(int argc, char **argv) {
-    const Campaign campaign = read_arguments(argc, argv);
+    Campaign campaign;
+    CLI::App app{"Judges random valid files; exit code 1 if a law is broken"};
+    app.add_option("count", campaign.count, "How many")->capture_default_str();
+    app.add_option("first", campaign.first, "Number of the first")->capture_default_str();
+    app.add_flag("--damaged", campaign.damaged, "A damaged and signed copy of each instead");
+    app.add_option("--seed", campaign.seed, "Other files")->capture_default_str();
+    app.add_option("--save", campaign.save, "Write them into this folder instead")->check(CLI::ExistingDirectory);
+    CLI11_PARSE(app, argc, argv);
     if (!campaign.save.empty())
         return save_files(campaign);
     Totals totals;

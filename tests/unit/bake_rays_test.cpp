@@ -137,80 +137,80 @@ Triangle rectangle_half(bool second, float x0, float x1, float z0, float z1, flo
                   : Triangle{{{x0, y, z0}, {x1, y, z0}, {x0, y, z1}}};
 }
 
+VoxelScene floor_and_roof() {
+    VoxelScene scene;
+    scene.add_sheet(0, 64, 0, 64, 4);
+    scene.add_sheet(24, 40, 24, 40, 24, true);
+    return scene;
+}
+
+std::vector<Triangle> faces_of_floor_and_roof() {
+    std::vector<Triangle> triangles;
+    for (const bool second : {false, true}) {
+        triangles.push_back(rectangle_half(second, 0, 64, 0, 64, 4.8F));
+        triangles.push_back(rectangle_half(second, 24, 40, 24, 40, 24.1F));
+    }
+    return triangles;
+}
+
 // A floor at height 4.8 in the voxels of height 4, and a roof of 16x16 voxels high above its middle.
 struct FloorAndRoof {
-    FloorAndRoof() {
-        scene.add_sheet(0, 64, 0, 64, 4);
-        scene.add_sheet(24, 40, 24, 40, 24, true);
-        for (const bool second : {false, true}) {
-            triangles.push_back(rectangle_half(second, 0, 64, 0, 64, 4.8F));
-            triangles.push_back(rectangle_half(second, 24, 40, 24, 40, 24.1F));
-        }
-    }
+    explicit FloorAndRoof(VoxelScene voxels = floor_and_roof()) : scene(std::move(voxels)) {}
+
     VoxelScene scene;
-    std::vector<Triangle> triangles;
+    Model model = scene.model();
+    TriangleTree tree = tree_of(faces_of_floor_and_roof());
+    ShadowCasters casters{model, 1};
+    ShadowRays rays{casters, tree, 1};
 };
 
 TEST(ShadowRays, AShadowEndsWhereTheRayDoes) {
     const FloorAndRoof made;
-    const Model model = made.scene.model();
-    const TriangleTree tree = tree_of(made.triangles);
-    const ShadowCasters casters(model, 1);
-    const ShadowRays rays(casters, tree, 1);
-    ASSERT_TRUE(rays.complete());
+    ASSERT_TRUE(made.rays.complete());
     const Light light = sun({0.25, -1, 0});
-    const Bytes lit = bake_light(casters, light, {.rays = &rays});
+    const Bytes lit = bake_light(made.casters, light, {.rays = &made.rays});
     // From 4.8 + 0.25 up to 24.1 the ray goes 4.76 voxels to the side.
     for (int x = 0; x < 64; ++x)
         EXPECT_EQ(lit[made.scene.index(x, 4, 30)], x + 0.5 > 24 + 4.76 && x + 0.5 < 40 + 4.76 ? 0 : 1) << x;
     EXPECT_EQ(lit[made.scene.index(30, 24, 30)], 1) << "the roof";
-    const Bytes below = bake_light(casters, sun({0, 1, 0}), {.bits = 2, .rays = &rays});
+    const Bytes below = bake_light(made.casters, sun({0, 1, 0}), {.bits = 2, .rays = &made.rays});
     EXPECT_EQ(below[made.scene.index(30, 24, 30)], 0) << "two-sided, and the floor is below it";
-    const Bytes lamplight = bake_light(casters, lamp({32, 44, 32}), {.bits = 2, .rays = &rays});
+    const Bytes lamplight = bake_light(made.casters, lamp({32, 44, 32}), {.bits = 2, .rays = &made.rays});
     EXPECT_EQ(lamplight[made.scene.index(32, 4, 32)], 0);
     EXPECT_EQ(lamplight[made.scene.index(2, 4, 2)], 3);
-    const Bytes between = bake_light(casters, lamp({32, 14, 32}), {.rays = &rays});
+    const Bytes between = bake_light(made.casters, lamp({32, 14, 32}), {.rays = &made.rays});
     EXPECT_EQ(between[made.scene.index(32, 4, 32)], 1) << "what lies behind the light does not matter";
 }
 
 TEST(ShadowRays, ALightAtAPointOrFarAwayIsDefined) {
     const FloorAndRoof made;
-    const Model model = made.scene.model();
-    const TriangleTree tree = tree_of(made.triangles);
-    const ShadowCasters casters(model, 1);
-    const ShadowRays rays(casters, tree, 1);
-    const ShadowOptions options{.rays = &rays};
-    EXPECT_EQ(bake_light(casters, lamp({10.5F, 5.05F, 10.5F}), options).size(), casters.size());
-    EXPECT_EQ(bake_light(casters, lamp({2.5e29F, -1e30F, 0}), options)[0], 0);
-    EXPECT_EQ(bake_light(casters, lamp({-2.5e29F, 1e30F, 0}), options),
-              bake_light(casters, sun({0.25, -1, 0}), options));
+    const ShadowOptions options{.rays = &made.rays};
+    EXPECT_EQ(bake_light(made.casters, lamp({10.5F, 5.05F, 10.5F}), options).size(), made.casters.size());
+    EXPECT_EQ(bake_light(made.casters, lamp({2.5e29F, -1e30F, 0}), options)[0], 0);
+    EXPECT_EQ(bake_light(made.casters, lamp({-2.5e29F, 1e30F, 0}), options),
+              bake_light(made.casters, sun({0.25, -1, 0}), options));
 }
 
 TEST(ShadowRays, APointWithoutATriangleLeavesAllToTheMaps) {
-    FloorAndRoof made;
-    made.scene.add(60, 50, 60, {0, 1, 0});
-    const Model model = made.scene.model();
-    const TriangleTree tree = tree_of(made.triangles), none = tree_of({});
-    const ShadowCasters casters(model, 1);
-    const ShadowRays some(casters, tree, 1), empty(casters, none, 1);
-    EXPECT_FALSE(some.complete());
+    VoxelScene scene = floor_and_roof();
+    scene.add(60, 50, 60, {0, 1, 0});
+    const FloorAndRoof made(std::move(scene));
+    const TriangleTree none = tree_of({});
+    const ShadowRays empty(made.casters, none, 1);
+    EXPECT_FALSE(made.rays.complete());
     EXPECT_FALSE(empty.complete());
     const Light light = sun({0.25, -1, 0});
-    EXPECT_EQ(bake_light(casters, light, {.rays = &some}), bake_light(casters, light));
-    EXPECT_EQ(bake_light(casters, light, {.rays = &empty}), bake_light(casters, light));
+    EXPECT_EQ(bake_light(made.casters, light, {.rays = &made.rays}), bake_light(made.casters, light));
+    EXPECT_EQ(bake_light(made.casters, light, {.rays = &empty}), bake_light(made.casters, light));
 }
 
 TEST(ShadowRays, LightsThatHaveASizeAskTheMaps) {
     const FloorAndRoof made;
-    const Model model = made.scene.model();
-    const TriangleTree tree = tree_of(made.triangles);
-    const ShadowCasters casters(model, 1);
-    const ShadowRays rays(casters, tree, 1);
     const Light light = sun({0.25, -1, 0});
     const ShadowOptions soft{.maps = 16, .bits = 4, .light_size = 0.3};
     ShadowOptions with_rays = soft;
-    with_rays.rays = &rays;
-    EXPECT_EQ(bake_light(casters, light, with_rays), bake_light(casters, light, soft));
+    with_rays.rays = &made.rays;
+    EXPECT_EQ(bake_light(made.casters, light, with_rays), bake_light(made.casters, light, soft));
 }
 
 TEST(ShadowRays, BytesAreTheSameForAnyNumberOfThreads) {
