@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 namespace {
 
@@ -194,6 +195,26 @@ TEST(Scene, TheGroundTouchesTheLowestPoint) {
     const Model z_up = built(plates(), options);
     EXPECT_NEAR(z_up.parameters.grid.origin[2] + z_up.parameters.ground->centre[2], -3, 1e-5);
     EXPECT_NEAR(z_up.parameters.grid.origin[0] + z_up.parameters.ground->centre[0], 0, 1e-5);
+}
+
+// A map has four rays to a texel of the ground, so there are at most 4 * maps + 1 values.
+std::size_t values_on_the_ground(double light_size, std::optional<int> maps) {
+    SceneRequest scene;
+    scene.lights.push_back(read_light("directional,direction=0,-1,0,size=" + std::to_string(light_size)).value());
+    scene.shadows = {.bits = {}, .maps = maps};
+    scene.ground.emplace();
+    scene.ground->texels = 512;
+    scene.ground->height = -3;
+    const Model model = built(plates(), at_depth(5, scene));
+    const Bytes &texels = model.images.ground_lit.at(0).texels;
+    return std::set<std::uint8_t>(texels.begin(), texels.end()).size();
+}
+
+TEST(Scene, TheWiderAPenumbraOnTheGroundTheMoreMaps) {
+    EXPECT_LE(values_on_the_ground(0, {}), 4 * 16 + 1U);
+    EXPECT_LE(values_on_the_ground(0.02, {}), 4 * 24 + 1U) << "as wide as three texels";
+    EXPECT_GT(values_on_the_ground(0.6, {}), 4 * 40U) << "steps of its 24 maps would be bands";
+    EXPECT_LE(values_on_the_ground(0.6, 24), 4 * 24 + 1U) << "as asked for";
 }
 
 TEST(Scene, MaterialsReplaceThoseOfTheScan) {
