@@ -6,6 +6,10 @@
 
 namespace pbm {
 
+namespace {
+constexpr std::string_view kUnknownSection = "unknown";
+}
+
 std::string_view to_string(SectionType type) {
     switch (type) {
     case SectionType::metadata: return "metadata";
@@ -22,27 +26,10 @@ std::string_view to_string(SectionType type) {
     case SectionType::ground_lit: return "ground light";
     case SectionType::panorama: return "panorama";
     }
-    return "unknown";
+    return kUnknownSection;
 }
 
-bool is_known(SectionType type) {
-    switch (type) {
-    case SectionType::metadata:
-    case SectionType::grid:
-    case SectionType::attributes:
-    case SectionType::materials:
-    case SectionType::lights:
-    case SectionType::texture:
-    case SectionType::ground_plane:
-    case SectionType::level_directory:
-    case SectionType::level_chunks:
-    case SectionType::level_bricks:
-    case SectionType::ground_texture:
-    case SectionType::ground_lit:
-    case SectionType::panorama: return true;
-    }
-    return false;
-}
+bool is_known(SectionType type) { return to_string(type) != kUnknownSection; }
 
 std::string_view to_string(Storage storage) { return storage == Storage::mapped ? "mapped" : "packed"; }
 
