@@ -12,6 +12,9 @@ namespace {
 
 constexpr float kLift = 0.25F;         // voxels
 constexpr float kOffsetSteps = 127;    // of a voxel
+constexpr float kLayerSteps = 64;      // the same
+constexpr float kFarthestLayer = 2;    // voxels: farther ones do not show through each other's splats
+constexpr float kBelow = 0.05F;        // a ray that starts so far below a place meets the triangle there
 constexpr float kFarthestPlace = 0.9F; // half of a voxel's diagonal, and what rounding adds
 constexpr float kSlack = 1e-3F;        // voxels
 // Of a light across a surface rounding does not say whether it faces it: whoever asks does.
@@ -45,6 +48,21 @@ Place centre_of(const CasterBrick &brick, std::uint16_t place) {
     return {static_cast<float>(centre[0]), static_cast<float>(centre[1]), static_cast<float>(centre[2])};
 }
 
+Place unit_normal(std::uint16_t stored) {
+    const UnitVector &n = normal_table()[stored & kNormalIndexMask];
+    return {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])};
+}
+
+// How far above a place of a triangle the outermost layer lies, kLayerSteps-ths of a voxel.
+std::uint8_t layers_above(const TriangleTree &triangles, const Place &place, std::uint16_t stored) {
+    if ((stored & kTwoSidedBit) != 0) // nobody knows which side is the outer one
+        return 0;
+    const Place normal = unit_normal(stored);
+    const std::optional<float> last =
+        triangles.last_layer(raised(place, normal, -kBelow), normal, 2 * kBelow, kBelow + kFarthestLayer);
+    return static_cast<std::uint8_t>(std::max(last.value_or(0) - kBelow, 0.0F) * kLayerSteps + 0.5F);
+}
+
 std::int8_t quantise(float offset) {
     return static_cast<std::int8_t>(std::clamp(std::floor(offset * kOffsetSteps + 0.5F), -127.0F, 127.0F));
 }
@@ -74,7 +92,7 @@ ShadowRays::ShadowRays(const ShadowCasters &casters, const TriangleTree &triangl
                 last = *found;
                 known = true;
                 offsets_[i] = {quantise(last[0] - centre[0]), quantise(last[1] - centre[1]),
-                               quantise(last[2] - centre[2])};
+                               quantise(last[2] - centre[2]), layers_above(triangles, last, casters.normals()[i])};
             }
         }
     });
@@ -105,12 +123,9 @@ void ShadowRays::vote(const LightPlace &light, int threads, const std::stop_toke
                                   centre[1] + static_cast<float>(offsets_[i].y) / kOffsetSteps,
                                   centre[2] + static_cast<float>(offsets_[i].z) / kOffsetSteps};
                 const std::uint16_t stored = casters_.normals()[i];
-                const UnitVector &n = normal_table()[stored & kNormalIndexMask];
-                votes[i] =
-                    reached(place, {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])},
-                            (stored & kTwoSidedBit) != 0, light)
-                        ? 1
-                        : 0;
+                const Place normal = unit_normal(stored);
+                const Place outermost = raised(place, normal, static_cast<float>(offsets_[i].layers) / kLayerSteps);
+                votes[i] = reached(outermost, normal, (stored & kTwoSidedBit) != 0, light) ? 1 : 0;
             }
         }
     });

@@ -25,12 +25,15 @@ class ShadowRays {
 
     // 1 for points that a ray reaches from a light without size, 0 for others and those that it does not face. A ray
     // starts a quarter of a voxel above the place of the triangles that is nearest to the voxel's centre, along the
-    // point's normal: relief lower than that is below what voxels hold. Asked to stop the result is of no use.
+    // point's normal: relief lower than that is below what voxels hold. Where scans lie over each other in layers up to
+    // two voxels apart it starts above the outermost of them, which is what is seen. Asked to stop the result is of no
+    // use.
     void vote(const LightPlace &light, int threads, const std::stop_token &stop, std::span<std::uint8_t> votes) const;
 
   private:
     struct Offset {
         std::int8_t x, y, z; // from the voxel's centre, in kOffsetSteps-ths of a voxel
+        std::uint8_t layers; // to the outermost layer along the normal, in kLayerSteps-ths of a voxel
     };
     bool reached(const Place &from, const Place &normal, bool two_sided, const LightPlace &light) const;
 

@@ -215,7 +215,14 @@ struct TriangleTree::Ray {
     Float4 reach;
 };
 
-bool TriangleTree::meets(const Ray &ray, const Leaf &leaf) {
+// Of the triangles of a leaf.
+struct TriangleTree::Crossings {
+    Int4 met;
+    Float4 sign;     // -1: the triangle faces the way the ray goes
+    Float4 size, at; // lengths of the ray's direction are at / size
+};
+
+TriangleTree::Crossings TriangleTree::cross_leaf(const Ray &ray, const Leaf &leaf) {
     const Float4x3 p = cross(ray.towards, leaf.second);
     const Float4 determinant = dot(leaf.first, p);
     const Float4x3 to = {ray.origin[0] - leaf.corner[0], ray.origin[1] - leaf.corner[1],
@@ -225,13 +232,13 @@ bool TriangleTree::meets(const Ray &ray, const Leaf &leaf) {
     const Float4 sign = determinant < 0 ? all(-1) : all(1);
     const Float4 size = determinant * sign, u = dot(to, p) * sign, v = dot(ray.towards, q) * sign,
                  at = dot(leaf.second, q) * sign;
-    return any((size > 0) & (u >= 0) & (v >= 0) & (u + v <= size) & (at >= 0) & (at <= ray.reach * size));
+    return {(size > 0) & (u >= 0) & (v >= 0) & (u + v <= size) & (at >= 0) & (at <= ray.reach * size), sign, size, at};
 }
 
-bool TriangleTree::blocks(const Place &from, const Place &direction, float reach) const {
+// Until `visit(leaf)` says that it has seen enough; whether it did.
+template <class Visit> bool TriangleTree::visit_leaves(const Ray &ray, const Visit &visit) const {
     if (empty())
         return false;
-    const Ray ray(from, direction, reach);
     Waiting waiting;
     waiting.push(layers_.size() - 1, 0);
     while (!waiting.empty()) {
@@ -251,11 +258,46 @@ bool TriangleTree::blocks(const Place &from, const Place &direction, float reach
             const std::size_t next = index * kFour + child;
             if (layer > 0)
                 waiting.push(layer - 1, next);
-            else if (meets(ray, leaves_[next]))
+            else if (visit(leaves_[next]))
                 return true;
         }
     }
     return false;
+}
+
+bool TriangleTree::blocks(const Place &from, const Place &direction, float reach) const {
+    const Ray ray(from, direction, reach);
+    return visit_leaves(ray, [&](const Leaf &leaf) { return any(cross_leaf(ray, leaf).met); });
+}
+
+std::optional<float> TriangleTree::last_layer(const Place &from, const Place &direction, float start,
+                                              float reach) const {
+    struct Side {
+        float first = kNowhere, last = -kNowhere;
+    };
+    const auto look = [&](float length) {
+        std::array<Side, 2> sides; // against the ray, with it
+        const Ray ray(from, direction, length);
+        visit_leaves(ray, [&](const Leaf &leaf) {
+            const Crossings crossings = cross_leaf(ray, leaf);
+            for (std::size_t lane = 0; any(crossings.met) && lane < kFour; ++lane) {
+                if (crossings.met[lane] == 0)
+                    continue;
+                Side &side = sides[crossings.sign[lane] < 0 ? 1 : 0];
+                const float at = crossings.at[lane] / crossings.size[lane];
+                side.first = std::min(side.first, at);
+                side.last = std::max(side.last, at);
+            }
+            return false;
+        });
+        return sides;
+    };
+    const std::array<Side, 2> sides = look(reach);
+    const std::size_t own = sides[0].first < sides[1].first ? 0 : 1;
+    if (sides[own].first > start)
+        return std::nullopt;
+    const float end = sides[1 - own].first; // only what lies before it is of the same surface
+    return end < sides[own].last ? look(end)[own].last : sides[own].last;
 }
 
 std::optional<Place> TriangleTree::nearest(const Place &from, float within) const {

@@ -34,6 +34,11 @@ class TriangleTree {
     // Whether a triangle lies on the way from `from` to `from + reach * direction`.
     bool blocks(const Place &from, const Place &direction, float reach) const;
 
+    // Scans of one surface from several sides lie over each other in layers. How far along the ray, in lengths of
+    // `direction`, the last layer lies: the last triangle that faces the way the first one does, before any that faces
+    // against it. Nothing if the first one is farther than `start`.
+    std::optional<float> last_layer(const Place &from, const Place &direction, float start, float reach) const;
+
   private:
     using Float4 = float __attribute__((vector_size(16)));
     using Float4x3 = std::array<Float4, 3>;
@@ -44,9 +49,11 @@ class TriangleTree {
         Float4x3 low, high; // of its children's boxes
     };
     struct Ray;
+    struct Crossings;
     static void set_lane(Leaf &leaf, std::size_t lane, const Triangle &triangle);
     static Node boxes_of(const Leaf *leaves, std::size_t count);
-    static bool meets(const Ray &ray, const Leaf &leaf);
+    static Crossings cross_leaf(const Ray &ray, const Leaf &leaf);
+    template <class Visit> bool visit_leaves(const Ray &ray, const Visit &visit) const;
     void add_layers(std::vector<Node> boxes);
 
     std::vector<Leaf> leaves_;

@@ -94,6 +94,35 @@ SurfacePlace ShadowTruth::nearest(const glm::dvec3 &from) const {
     return {query.nearest, normal, normal};
 }
 
+void ShadowTruth::climb_layers(SurfacePlace &place, double reach) const {
+    const double step = reach / 1000;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    const glm::dvec3 first = place.position;
+    for (double height = 0; height < reach;) {
+        const glm::vec3 origin = first + place.normal * (height + step) - scene_->centre;
+        RTCRayHit ray{};
+        ray.ray.org_x = origin.x;
+        ray.ray.org_y = origin.y;
+        ray.ray.org_z = origin.z;
+        ray.ray.dir_x = static_cast<float>(place.normal.x);
+        ray.ray.dir_y = static_cast<float>(place.normal.y);
+        ray.ray.dir_z = static_cast<float>(place.normal.z);
+        ray.ray.tfar = static_cast<float>(reach - height);
+        ray.ray.mask = ~0U;
+        ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect1(scene_->rays.scene, &context, &ray);
+        if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+            return;
+        const glm::dvec3 facet = glm::normalize(glm::dvec3(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z));
+        if (glm::dot(facet, place.normal) * glm::dot(place.facet, place.normal) <= 0)
+            return;
+        height += step + static_cast<double>(ray.ray.tfar);
+        place.position = first + place.normal * height;
+        place.facet = facet;
+    }
+}
+
 bool ShadowTruth::reaches(const glm::dvec3 &from, const glm::dvec3 &direction, double distance) const {
     const glm::vec3 origin = from - scene_->centre;
     RTCIntersectContext context;
@@ -140,9 +169,11 @@ SampledPoints sample_model(const ShadowTruth &truth, const Model &model, std::si
             SurfacePlace place = truth.nearest(glm::dvec3(grid.origin[0], grid.origin[1], grid.origin[2]) +
                                                (glm::dvec3(x, y, z) + 0.5) * grid.voxel_size);
             place.normal = {n[0], n[1], n[2]};
+            place.two_sided = (normals[i] & kTwoSidedBit) != 0;
+            if (!place.two_sided)
+                truth.climb_layers(place, kFarthestLayer * grid.voxel_size);
             if (glm::dot(place.facet, place.normal) < 0)
                 place.facet = -place.facet;
-            place.two_sided = (normals[i] & kTwoSidedBit) != 0;
             sample.places[k] = place;
         }
     });

@@ -1,7 +1,8 @@
 // Whether light reaches the surface behind a point: shadow rays against the triangles a model was made from.
 //
 // A ray starts at the place of the mesh that is nearest to the voxel's centre, a quarter of a voxel above it along the
-// point's normal, and goes to the light: relief lower than that is below what voxels hold of a surface. Beside it the
+// point's normal, and goes to the light: relief lower than that is below what voxels hold of a surface. Where scans lie
+// over each other it starts from the outermost of the layers, which is the one that a picture shows. Beside it the
 // strict ray starts a hundredth of a voxel above the triangle, and all relief of the mesh shadows it.
 #pragma once
 
@@ -16,11 +17,12 @@
 
 namespace pbm {
 
-inline constexpr double kTruthLift = 0.25; // voxels
+inline constexpr double kTruthLift = 0.25;    // voxels
+inline constexpr double kFarthestLayer = 2.0; // voxels between the first layer and the last
 
 // What a point's voxel holds of the mesh.
 struct SurfacePlace {
-    glm::dvec3 position; // on the mesh, nearest to the voxel's centre; model space
+    glm::dvec3 position; // on the mesh, nearest to the voxel's centre, or a layer above; model space
     glm::dvec3 normal;   // the point's
     glm::dvec3 facet;    // the triangle's, on the same side
     bool two_sided = false;
@@ -38,6 +40,8 @@ class ShadowTruth {
 
     // The place nearest to `from`; its normal is the triangle's.
     SurfacePlace nearest(const glm::dvec3 &from) const;
+    // From layer to layer along `place.normal`, as long as they face the same way and are within `reach`.
+    void climb_layers(SurfacePlace &place, double reach) const;
     // Nothing lies between `from` and what is `distance` (which may be infinite) away.
     bool reaches(const glm::dvec3 &from, const glm::dvec3 &direction, double distance) const;
 
