@@ -76,6 +76,17 @@ Ball bounds_of(const ShadowCasters &casters) {
     return {(a + b) * 0.5, std::sqrt(dot(diagonal, diagonal)) / 2 + 2};
 }
 
+// How the points of a model see a light, all of it.
+enum class ViewKind { parallel, from_outside, all_around };
+
+ViewKind kind_of_view(const LightPlace &light, const Ball &ball, double size) {
+    const Vector3 way = ball.centre - light.position;
+    const double distance = std::sqrt(dot(way, way));
+    if (light.parallel || distance > kParallelFrom * ball.radius)
+        return ViewKind::parallel;
+    return distance - size / 2 >= kOneViewFrom * ball.radius ? ViewKind::from_outside : ViewKind::all_around;
+}
+
 } // namespace
 
 LightPlace place_light(const Light &light, const ShadowCasters &casters) {
@@ -96,38 +107,51 @@ LightPlace place_light(const Light &light, const ShadowCasters &casters) {
     return place;
 }
 
+LightPlace part_of_light(const LightPlace &light, const ShadowCasters &casters, int part, double size) {
+    const Ball ball = bounds_of(casters);
+    const Vector3 way = ball.centre - light.position;
+    const double distance = std::sqrt(dot(way, way));
+    LightPlace from = light;
+    switch (kind_of_view(light, ball, size)) {
+    case ViewKind::parallel: {
+        const Vector3 forward = light.parallel ? light.direction : way * (1 / distance), at = place_on_light(part, 2);
+        const double spread_by = light.parallel ? size : size / distance;
+        const auto axes = axes_along(forward, {1, 0});
+        from.parallel = true;
+        from.direction = normalise(forward + (axes[0] * at[0] + axes[1] * at[1]) * spread_by);
+        break;
+    }
+    case ViewKind::from_outside: {
+        const Vector3 at = place_on_light(part, 2);
+        const auto axes = axes_along(way * (1 / distance), {1, 0});
+        from.position = light.position + (axes[0] * at[0] + axes[1] * at[1]) * size;
+        break;
+    }
+    case ViewKind::all_around: from.position = light.position + place_on_light(part, 3) * size; break;
+    }
+    return from;
+}
+
 std::vector<LightView> views_of_map(const LightPlace &light, const ShadowCasters &casters, int map, double size) {
     const Ball ball = bounds_of(casters);
     const auto &turn = kTurns[static_cast<std::size_t>(map) % kTurns.size()];
+    const LightPlace part = part_of_light(light, casters, map, size);
     LightView view;
     view.shift_u = spread(static_cast<std::uint32_t>(map), 0);
     view.shift_v = spread(static_cast<std::uint32_t>(map), 1);
     view.origin = ball.centre;
-
-    const Vector3 way = ball.centre - light.position;
-    const double distance = std::sqrt(dot(way, way));
-    const bool far = distance > kParallelFrom * ball.radius;
-    if (light.parallel || far) {
-        const Vector3 forward = light.parallel ? light.direction : way * (1 / distance);
-        const Vector3 at = place_on_light(map, 2);
-        const double spread_by = light.parallel ? size : size / distance;
-        const auto axes = axes_along(forward, {1, 0});
-        view.axes = axes_along(normalise(forward + (axes[0] * at[0] + axes[1] * at[1]) * spread_by), turn);
+    if (part.parallel) {
+        view.axes = axes_along(part.direction, turn);
         return {view};
     }
-    if (distance - size / 2 >= kOneViewFrom * ball.radius) {
-        const Vector3 at = place_on_light(map, 2);
-        const auto axes = axes_along(way * (1 / distance), {1, 0});
-        const Vector3 from = light.position + (axes[0] * at[0] + axes[1] * at[1]) * size;
-        const Vector3 to = ball.centre - from;
+    const Vector3 from = part.position, to = ball.centre - from;
+    if (kind_of_view(light, ball, size) == ViewKind::from_outside) {
         const double length = std::sqrt(dot(to, to));
         view.axes = axes_along(to * (1 / length), turn);
         view.inverse_distance = 1 / length;
         return {view};
     }
     // A texel is a voxel wide where the middle of the model is, or half its radius away.
-    const Vector3 from = light.position + place_on_light(map, 3) * size;
-    const Vector3 to = ball.centre - from;
     const double near = std::max({std::sqrt(dot(to, to)), ball.radius / 2, 16.0});
     // Not along the grid's axes, so that surfaces along them are not seen from their edge.
     const auto axes = axes_along(normalise({2, 3, 6}), turn);

@@ -34,9 +34,12 @@ struct LightPlace {
 };
 LightPlace place_light(const Light &light, const ShadowCasters &casters);
 
+// Point number `part` of a light that has a size, as a light without: the first few are spread over all of it, too.
+// `size` as ShadowOptions::light_size, but in voxels for lights with a place.
+LightPlace part_of_light(const LightPlace &light, const ShadowCasters &casters, int part, double size);
+
 // The views of map number `map`: one, or six from a light that stands within or near the model. Maps differ in how
 // their texels lie (turned and shifted) and, for a light that has a size, in the part of it that they see from.
-// `size` as ShadowOptions::light_size, but in voxels for lights with a place.
 std::vector<LightView> views_of_map(const LightPlace &light, const ShadowCasters &casters, int map, double size);
 
 } // namespace pbm

@@ -66,6 +66,38 @@ void vote_by_strips(const ShadowView &view, const ShadowOptions &options, std::s
     });
 }
 
+// The points of a light that is asked so many times.
+std::vector<LightPlace> parts_of_light(const LightPlace &light, const ShadowCasters &casters, int count, double size) {
+    if (size == 0)
+        return {light};
+    std::vector<LightPlace> parts;
+    for (int part = 0; part < count; ++part)
+        parts.push_back(part_of_light(light, casters, part, size));
+    return parts;
+}
+
+void vote_by_rays(const ShadowRays &rays, std::span<const LightPlace> parts, const ShadowOptions &options,
+                  std::span<std::uint8_t> votes) {
+    ProgressCount progress(options, rays.blocks());
+    parallel_for(rays.blocks(), options.threads, [&](std::size_t block) {
+        if (options.stop.stop_requested())
+            return;
+        rays.vote(block, parts, votes);
+        progress.add();
+    });
+}
+
+void vote_by_maps(const LightPlace &light, const ShadowCasters &casters, const ShadowOptions &options, double size,
+                  std::span<std::uint8_t> votes) {
+    ProgressCount progress(options, static_cast<std::size_t>(options.maps));
+    for (int map = 0; map < options.maps && !options.stop.stop_requested(); ++map) {
+        for (const LightView &view : views_of_map(light, casters, map, size))
+            vote_by_strips(ShadowView(view, casters), options, votes);
+        if (!options.stop.stop_requested())
+            progress.add();
+    }
+}
+
 // The plane as voxels of the casters' level see it.
 struct GroundRaster {
     Vector3 corner, normal;
@@ -135,20 +167,17 @@ Bytes bake_light(const ShadowCasters &casters, const Light &light, const ShadowO
     const LightPlace place = place_light(light, casters);
     const double size = size_in_view(place, casters, options);
     Bytes votes(casters.size(), 0);
-    const bool by_rays = size == 0 && options.rays != nullptr && options.rays->complete();
-    const int maps = by_rays ? 1 : options.maps;
-    ProgressCount progress(options, static_cast<std::size_t>(maps));
-    for (int map = 0; map < maps; ++map) {
-        if (by_rays)
-            options.rays->vote(place, options.threads, options.stop, votes);
-        else
-            for (const LightView &view : views_of_map(place, casters, map, size))
-                vote_by_strips(ShadowView(view, casters), options, votes);
-        if (options.stop.stop_requested())
-            return {};
-        progress.add();
+    int asked = options.maps;
+    if (options.rays != nullptr && options.rays->complete()) {
+        const std::vector<LightPlace> parts = parts_of_light(place, casters, options.maps, size);
+        asked = static_cast<int>(parts.size());
+        vote_by_rays(*options.rays, parts, options, votes);
+    } else {
+        vote_by_maps(place, casters, options, size, votes);
     }
-    votes_to_fractions(votes, maps, options.bits);
+    if (options.stop.stop_requested())
+        return {};
+    votes_to_fractions(votes, asked, options.bits);
     fill_unlit(casters, place, options.threads, votes);
     return votes;
 }

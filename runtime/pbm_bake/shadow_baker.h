@@ -19,11 +19,11 @@ namespace pbm {
 inline constexpr int kMaxShadowMaps = 255;
 
 struct ShadowOptions {
-    int maps = 4; // 1..kMaxShadowMaps; soft shadows want 2^bits and more
+    int maps = 4; // 1..kMaxShadowMaps, or rays of a light that has a size; soft shadows want 2^bits and more
     int bits = 1; // of the lit fraction: 1, 2, 4 or 8
     // 0: hard shadows. Directional lights: diameter at distance 1 (the sun: 0.0093). Others: diameter, model units.
     double light_size = 0;
-    // Of the same casters: where they are complete, the points of a light without size ask them instead of maps.
+    // Of the same casters: where they are complete, points ask them instead of maps.
     const ShadowRays *rays = nullptr;
     int threads = 0;                           // 0: one per processor
     std::function<void(double)> progress = {}; // called with 0..1, one call at a time; may be empty

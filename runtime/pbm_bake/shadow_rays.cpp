@@ -19,6 +19,8 @@ constexpr float kFarthestPlace = 0.9F; // half of a voxel's diagonal, and what r
 constexpr float kSlack = 1e-3F;        // voxels
 // Of a light across a surface rounding does not say whether it faces it: whoever asks does.
 constexpr float kLeastCosine = 1e-4F;
+// Points on which so many parts of a light agree are outside of the penumbra.
+constexpr std::size_t kFirstParts = 8;
 constexpr std::size_t kBricksAtOnce = 16;
 
 float dot(const Place &a, const Place &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -99,36 +101,40 @@ ShadowRays::ShadowRays(const ShadowCasters &casters, const TriangleTree &triangl
     complete_ = complete;
 }
 
-bool ShadowRays::reached(const Place &from, const Place &normal, bool two_sided, const LightPlace &light) const {
-    const Way way = way_to(light, from);
-    const bool away = dot(normal, way.direction) < -kLeastCosine;
-    if (away && !two_sided)
+std::size_t ShadowRays::blocks() const { return (casters_.bricks().size() - 1 + kBricksAtOnce - 1) / kBricksAtOnce; }
+
+bool ShadowRays::reached(const Start &from, const LightPlace &light) const {
+    const Way way = way_to(light, from.place);
+    const bool away = dot(from.normal, way.direction) < -kLeastCosine;
+    if (away && !from.two_sided)
         return false;
-    const Place start = raised(from, normal, away ? -kLift : kLift);
+    const Place start = raised(from.place, from.normal, away ? -kLift : kLift);
     const Way rest = way_to(light, start);
     return !triangles_.blocks(start, rest.direction, rest.length);
 }
 
-void ShadowRays::vote(const LightPlace &light, int threads, const std::stop_token &stop,
-                      std::span<std::uint8_t> votes) const {
+void ShadowRays::vote(std::size_t block, std::span<const LightPlace> parts, std::span<std::uint8_t> votes) const {
     const auto bricks = casters_.bricks();
-    const std::size_t count = bricks.size() - 1;
-    parallel_for((count + kBricksAtOnce - 1) / kBricksAtOnce, threads, [&](std::size_t block) {
-        for (std::size_t b = block * kBricksAtOnce; b < std::min(count, (block + 1) * kBricksAtOnce); ++b) {
-            if (stop.stop_requested())
-                return;
-            for (std::size_t i = bricks[b].first_point; i < bricks[b + 1].first_point; ++i) {
-                const Place centre = centre_of(bricks[b], casters_.places()[i]);
-                const Place place{centre[0] + static_cast<float>(offsets_[i].x) / kOffsetSteps,
-                                  centre[1] + static_cast<float>(offsets_[i].y) / kOffsetSteps,
-                                  centre[2] + static_cast<float>(offsets_[i].z) / kOffsetSteps};
-                const std::uint16_t stored = casters_.normals()[i];
-                const Place normal = unit_normal(stored);
-                const Place outermost = raised(place, normal, static_cast<float>(offsets_[i].layers) / kLayerSteps);
-                votes[i] = reached(outermost, normal, (stored & kTwoSidedBit) != 0, light) ? 1 : 0;
+    const std::size_t end = std::min(bricks.size() - 1, (block + 1) * kBricksAtOnce);
+    for (std::size_t b = block * kBricksAtOnce; b < end; ++b)
+        for (std::size_t i = bricks[b].first_point; i < bricks[b + 1].first_point; ++i) {
+            const Place centre = centre_of(bricks[b], casters_.places()[i]);
+            const Place place{centre[0] + static_cast<float>(offsets_[i].x) / kOffsetSteps,
+                              centre[1] + static_cast<float>(offsets_[i].y) / kOffsetSteps,
+                              centre[2] + static_cast<float>(offsets_[i].z) / kOffsetSteps};
+            const std::uint16_t stored = casters_.normals()[i];
+            const Place normal = unit_normal(stored);
+            const Start start{raised(place, normal, static_cast<float>(offsets_[i].layers) / kLayerSteps), normal,
+                              (stored & kTwoSidedBit) != 0};
+            std::size_t asked = 0, lit = 0;
+            for (const LightPlace &part : parts) {
+                if (asked == kFirstParts && (lit == 0 || lit == asked))
+                    break;
+                lit += reached(start, part) ? 1 : 0;
+                ++asked;
             }
+            votes[i] = static_cast<std::uint8_t>(lit == asked ? parts.size() : lit);
         }
-    });
 }
 
 } // namespace pbm

@@ -9,7 +9,6 @@
 
 #include <cstdint>
 #include <span>
-#include <stop_token>
 #include <vector>
 
 namespace pbm {
@@ -23,19 +22,26 @@ class ShadowRays {
     // through the rest of it.
     bool complete() const { return complete_; }
 
-    // 1 for points that a ray reaches from a light without size, 0 for others and those that it does not face. A ray
+    // Bricks are asked in blocks, for threads to share.
+    std::size_t blocks() const;
+
+    // For each point of a block, from how many parts of a light a ray reaches it: 0 where it faces none. Parts are
+    // lights without size, in an order that spreads the first of them well: where those agree the others do. A ray
     // starts a quarter of a voxel above the place of the triangles that is nearest to the voxel's centre, along the
     // point's normal: relief lower than that is below what voxels hold. Where scans lie over each other in layers up to
-    // two voxels apart it starts above the outermost of them, which is what is seen. Asked to stop the result is of no
-    // use.
-    void vote(const LightPlace &light, int threads, const std::stop_token &stop, std::span<std::uint8_t> votes) const;
+    // two voxels apart it starts above the outermost of them, which is what is seen.
+    void vote(std::size_t block, std::span<const LightPlace> parts, std::span<std::uint8_t> votes) const;
 
   private:
     struct Offset {
         std::int8_t x, y, z; // from the voxel's centre, in kOffsetSteps-ths of a voxel
         std::uint8_t layers; // to the outermost layer along the normal, in kLayerSteps-ths of a voxel
     };
-    bool reached(const Place &from, const Place &normal, bool two_sided, const LightPlace &light) const;
+    struct Start {
+        Place place, normal;
+        bool two_sided;
+    };
+    bool reached(const Start &from, const LightPlace &light) const;
 
     const ShadowCasters &casters_;
     const TriangleTree &triangles_;

@@ -247,13 +247,38 @@ TEST(ShadowRays, WhereScansLieOverEachOtherTheOutermostIsLit) {
     EXPECT_FALSE(floor_is_lit({layer(4.9F)}, true)) << "nobody knows which side of two is the outer one";
 }
 
-TEST(ShadowRays, LightsThatHaveASizeAskTheMaps) {
+TEST(ShadowRays, PenumbrasAreAsWideAsTheLightSays) {
     const FloorAndRoof made;
-    const Light light = sun({0.25, -1, 0});
-    const ShadowOptions soft{.maps = 16, .bits = 4, .light_size = 0.3};
-    ShadowOptions with_rays = soft;
-    with_rays.rays = &made.rays;
-    EXPECT_EQ(bake_light(made.casters, light, with_rays), bake_light(made.casters, light, soft));
+    // From 5.05 up to 24.1, so 7.6 voxels wide below the roof's edges.
+    const Bytes soft =
+        bake_light(made.casters, sun({0, -1, 0}), {.maps = 200, .bits = 8, .light_size = 0.4, .rays = &made.rays});
+    const auto at = [&](int x) { return soft[made.scene.index(x, 4, 32)] / 255.0; };
+    EXPECT_EQ(at(10), 1);
+    EXPECT_EQ(at(32), 0);
+    for (int x = 11; x <= 32; ++x)
+        EXPECT_LE(at(x), at(x - 1)) << x;
+    EXPECT_EQ(at(19), 1);
+    EXPECT_NEAR(at(22), 0.74, 0.05) << "the share of a disc beyond 0.39 of its radius";
+    EXPECT_NEAR(at(25), 0.26, 0.05);
+    EXPECT_EQ(at(28), 0);
+    const Bytes by_lamp =
+        bake_light(made.casters, lamp({32, 44, 32}), {.maps = 64, .bits = 8, .light_size = 4, .rays = &made.rays});
+    EXPECT_EQ(by_lamp[made.scene.index(32, 4, 32)], 0);
+    EXPECT_EQ(by_lamp[made.scene.index(2, 4, 2)], 255);
+}
+
+TEST(ShadowRays, SoftShadowsOfRaysAreThoseOfMaps) {
+    const FloorAndRoof made;
+    for (const Light &light : {sun({0.25, -1, 0}), lamp({40, 60, 30}), lamp({10, 20, 30})}) {
+        const ShadowOptions maps{.maps = 64, .bits = 4, .light_size = light.kind == LightKind::point ? 6.0 : 0.3};
+        ShadowOptions rays = maps;
+        rays.rays = &made.rays;
+        const Bytes by_maps = bake_light(made.casters, light, maps), by_rays = bake_light(made.casters, light, rays);
+        double apart = 0;
+        for (std::size_t i = 0; i < by_maps.size(); ++i)
+            apart += std::abs(by_maps[i] - by_rays[i]) / 15.0;
+        EXPECT_LT(apart / static_cast<double>(by_maps.size()), 0.02);
+    }
 }
 
 TEST(ShadowRays, BytesAreTheSameForAnyNumberOfThreads) {

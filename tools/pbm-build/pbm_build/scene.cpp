@@ -168,9 +168,7 @@ int ground_maps(const SceneRequest &request, const Scene &scene, std::size_t lig
 // Absent where rays have nobody to ask, or would pass through points of the model's own.
 std::optional<TriangleTree> triangles_for_rays(const SceneRequest &request, const Scene &scene, const Surface &surface,
                                                const Grid &grid, int threads) {
-    const auto shadowed = std::span(scene.light_sizes).first(static_cast<std::size_t>(scene.shadowed_lights));
-    if (surface.point_count() > 0 || std::find(shadowed.begin(), shadowed.end(), 0.0) == shadowed.end() ||
-        request.shadows->maps)
+    if (surface.point_count() > 0 || scene.shadowed_lights == 0 || request.shadows->maps)
         return std::nullopt;
     const auto corner = [&](std::uint32_t position) {
         Place place{};

@@ -31,7 +31,7 @@ struct GroundRequest {
 
 struct ShadowRequest {
     std::optional<int> bits; // of the lit fraction of finest points: 1, 2, 4, 8; default 1, 4 of lights with a size
-    // 1..kMaxShadowMaps. Default: rays where there are triangles, else 4; 24 of lights with a size, for
+    // 1..kMaxShadowMaps. Default: rays where there are triangles, else 4; 24 of lights with a size (rays or maps), for
     // whose shadow on the ground it is up to 96.
     std::optional<int> maps;
 };
@@ -82,8 +82,8 @@ Result<Scene> place_scene(const SceneRequest &request, const Grid &grid, std::sp
 void choose_shadow_bits(const SceneRequest &request, const Scene &scene, int depth, AttributeSet &set);
 
 // Lit fractions of the finest points and of the ground plane, all lights with a stream. What is `surface` is let go as
-// soon as it may be: the triangles of one that has no points of its own stop rays to lights without size, unless shadow
-// maps are asked for; else voxels are all that casts shadows.
+// soon as it may be: the triangles of one that has no points of its own stop rays to the lights, unless shadow maps are
+// asked for; else voxels are all that casts shadows.
 void bake_shadows(const SceneRequest &request, const Scene &scene, const Grid &grid, const AttributeSet &set,
                   Surface surface, Voxels &voxels, ModelImages &images, int threads,
                   const std::function<void(double)> &progress);
