@@ -23,6 +23,7 @@ struct RunGeometry {
 
     const PointRun *run;
     float voxel;                    // edge, grid edges
+    float most_offset;              // of a splat's middle from the centre of its voxel, grid edges
     std::array<glm::vec3, 3> steps; // M * (d, 0) from a voxel to the next in x, y, z
 };
 

@@ -65,7 +65,7 @@ HWY_INLINE void lay_blocks(const FrameGeometry &frame, float voxel_edge, const F
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
     const Vector half = set(0.5F);
-    const LaidSplats s = lay_splats(frame, voxel_edge, kBlockOutlineInset, points, first);
+    const LaidSplats s = lay_splats<false>(frame, voxel_edge, kBlockOutlineInset, points, first);
     const SeenNormal &n = s.normal;
     const Vector inverse = hn::Div(set(1), hn::Mul(s.pixel_size, s.cosine)); // one division for two
     const Vector inverse_cosine = hn::Mul(inverse, s.pixel_size);
@@ -112,7 +112,7 @@ HWY_INLINE void draw_ellipses(const FrameGeometry &frame, float voxel, FacingPoi
     Ellipses ellipses;
     const std::size_t lanes = hn::Lanes(Floats());
     for (std::size_t i = 0; i < points.count; i += lanes) {
-        lay_ellipses(frame, voxel, {}, points, i, points.count, strip, ellipses);
+        lay_ellipses<false>(frame, voxel, {}, points, i, points.count, strip, ellipses);
         for (std::size_t lane = 0; lane < lanes; ++lane)
             if (ellipses.left[lane] < ellipses.right[lane] && ellipses.top[lane] < ellipses.bottom[lane])
                 draw_ellipse(ellipses, lane, static_cast<std::uint32_t>(points.id[i + lane]), strip);

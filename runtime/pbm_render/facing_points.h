@@ -13,6 +13,7 @@
 #include "pbm_render/depth_strip.h"
 #include "pbm_render/frame_geometry.h"
 #include "pbm_render/splat.h"
+#include "pbm_render/surface_offsets.h"
 
 #include <algorithm>
 #include <array>
@@ -106,6 +107,7 @@ struct FacingPoints {
     alignas(64) std::array<std::int32_t, kCapacity> id;
     // Of large splats only:
     alignas(64) std::array<float, kCapacity> radius; // grid edges
+    alignas(64) std::array<float, kCapacity> offset; // voxel edges; only if the run has offsets
     alignas(64) std::array<std::int32_t, kCapacity> normal_index;
 };
 
@@ -141,6 +143,7 @@ HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, V
 struct BrickStreams {
     const std::uint16_t *normals;
     const std::uint8_t *radii;
+    const std::int8_t *offsets; // null without
     std::size_t available;
 };
 
@@ -155,6 +158,7 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
     const Ints di;
     const hn::Rebind<std::uint16_t, Floats> d16;
     const hn::Rebind<std::uint8_t, Floats> d8;
+    const hn::Rebind<std::int8_t, Floats> signed8;
     const std::size_t lanes = hn::Lanes(d);
     const auto set = [&](float value) { return hn::Set(d, value); };
     const auto &[step_x, step_y, step_z] = geometry.steps;
@@ -181,10 +185,14 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
         const Vector pixel_y = hn::Mul(project(brick.v, step_x.y, step_y.y, step_z.y), inverse);
 
         auto stored = hn::Zero(di), radius_index = hn::Zero(di);
+        [[maybe_unused]] auto offset = hn::Zero(di);
         if (i + lanes <= streams.available) {
             stored = hn::PromoteTo(di, hn::LoadU(d16, streams.normals + i));
-            if constexpr (kLarge)
+            if constexpr (kLarge) {
                 radius_index = hn::PromoteTo(di, hn::LoadU(d8, streams.radii + i));
+                if (streams.offsets != nullptr)
+                    offset = hn::PromoteTo(di, hn::LoadU(signed8, streams.offsets + i));
+            }
         } else { // the chunk's last points
             alignas(32) std::array<std::uint16_t, kMostLanes> last{};
             alignas(32) std::array<std::uint8_t, kMostLanes> last_radii{};
@@ -192,6 +200,11 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
             std::copy_n(streams.radii + i, streams.available - i, last_radii.begin());
             stored = hn::PromoteTo(di, hn::Load(d16, last.data()));
             radius_index = hn::PromoteTo(di, hn::Load(d8, last_radii.data()));
+            if (streams.offsets != nullptr) {
+                alignas(32) std::array<std::int8_t, kMostLanes> last_offsets{};
+                std::copy_n(streams.offsets + i, streams.available - i, last_offsets.begin());
+                offset = hn::PromoteTo(di, hn::Load(signed8, last_offsets.data()));
+            }
         }
         const auto side = hn::And(hn::ShiftRight<kTwoSidedShift>(stored), hn::Set(di, kPackedTwoSided));
         const IntVector index = hn::And(stored, hn::Set(di, kNormalIndexMask));
@@ -216,6 +229,8 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
         if constexpr (kLarge) {
             hn::StoreU(pack(radius), d, to.radius.data() + count);
             hn::StoreU(pack(index), di, to.normal_index.data() + count);
+            if (streams.offsets != nullptr)
+                hn::StoreU(pack(hn::Mul(hn::ConvertTo(d, offset), set(1 / kOffsetSteps))), d, to.offset.data() + count);
         }
         count += hn::CountTrue(d, keep);
         at_home += hn::CountTrue(d, hn::And(keep, hn::And(hn::Ge(pixel_y, home_top), hn::Lt(pixel_y, home_bottom))));
@@ -236,6 +251,7 @@ HWY_INLINE std::size_t add_brick(const FrameGeometry &frame, const RunGeometry &
     if (first_point >= normals.size())
         return 0;
     const BrickStreams streams{normals.data() + first_point, run.chunk->radii.data() + first_point,
+                               run.offsets == nullptr ? nullptr : run.offsets + first_point,
                                normals.size() - first_point};
     BrickPlaces places;
     const std::size_t count = std::min(list_places(brick, run.chunk->masks, places), streams.available);

@@ -4,6 +4,7 @@
 #include "pbm_render/drawn_runs.h"
 #include "pbm_render/shade_table.h"
 #include "pbm_render/splat_blender.h"
+#include "pbm_render/surface_offsets.h"
 #include "pbm_render/surface_points.h"
 #include "pbm_render/surface_shader.h"
 #include "pbm_render/surroundings.h"
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -77,6 +79,7 @@ struct FineRenderer::Frame {
         : parameters(p), surroundings(std::move(around)), appearance(p), runs(chunk_points),
           pool(resolve_threads(threads)) {}
 
+    std::vector<PointRun> place(std::span<const PointRun> points);
     std::uint64_t draw(int top, int rows, const Sample &sample, Workplace &at);
     void collect_row(int y, const Sample &sample, Workplace &at) const;
     void read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel, SurfacePoint &to) const;
@@ -90,6 +93,7 @@ struct FineRenderer::Frame {
     DrawnRuns runs;
     WorkerPool pool;
 
+    std::vector<std::vector<std::int8_t>> offsets; // of the points of each chunk in the picture
     std::optional<Picture> picture;
     std::vector<Workplace> workplaces; // [thread]
     // [height][width]: sums of the samples' light, times alpha, and of alpha; without what is behind the object where
@@ -119,7 +123,7 @@ RenderStatistics FineRenderer::render(std::span<const PointRun> runs, const Came
 void FineRenderer::begin(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                          const Framebuffer &target) {
     Frame &frame = *frame_;
-    frame.runs.set(runs);
+    frame.runs.set(frame.place(runs));
     frame.picture.emplace(frame.parameters, frame.appearance, frame.surroundings.get(), camera, options, target);
     frame.workplaces.assign(static_cast<std::size_t>(frame.pool.threads()), Workplace(target.width));
     frame.sum_of_light.resize(target.pixels());
@@ -160,6 +164,25 @@ void FineRenderer::resolve(Framebuffer &target) {
     const ColourTable colours;
     frame_->pool.run(static_cast<std::size_t>(target.height),
                      [&](std::size_t y, std::size_t) { frame_->resolve_row(static_cast<int>(y), colours, target); });
+}
+
+// The runs with offsets of their points, which are estimated once for each chunk.
+std::vector<PointRun> FineRenderer::Frame::place(std::span<const PointRun> points) {
+    std::vector<PointRun> placed(points.begin(), points.end());
+    std::vector<const ChunkView *> chunks;
+    for (const PointRun &run : placed)
+        chunks.push_back(run.chunk);
+    std::sort(chunks.begin(), chunks.end(), std::less<>());
+    chunks.erase(std::unique(chunks.begin(), chunks.end()), chunks.end());
+    offsets.resize(chunks.size());
+    std::vector<SurfaceOffsets> estimates(static_cast<std::size_t>(pool.threads()));
+    pool.run(chunks.size(),
+             [&](std::size_t i, std::size_t thread) { estimates[thread].estimate(*chunks[i], offsets[i]); });
+    for (PointRun &run : placed) {
+        const auto found = std::lower_bound(chunks.begin(), chunks.end(), run.chunk, std::less<>());
+        run.offsets = offsets[static_cast<std::size_t>(found - chunks.begin())].data();
+    }
+    return placed;
 }
 
 // Adds a sample to the strip of `rows` rows from row `top` on. Returns the points drawn.

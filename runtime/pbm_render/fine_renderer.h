@@ -4,7 +4,8 @@
 //           Botsch, Spernat, Kobbelt. Phong Splatting. 2004; Botsch, Hornung, Zwicker, Kobbelt. High-Quality Surface
 //           Splatting on Today's GPUs. 2005
 //
-// One sample, all of it moved by a fraction of a pixel, strip by strip:
+// Every point is moved to where the surface lies in its voxel (SurfaceOffsets). Then one sample after the other, all of
+// it moved by a fraction of a pixel, strip by strip:
 //
 //   visibility   splats into the z-buffer: what is covered, and how far away
 //   blending     splats again, larger and soft: those near the visible surface add normal, colour, lit fractions

@@ -208,7 +208,7 @@ HWY_INLINE void lay_soft_splats(const FrameGeometry &frame, float voxel, const F
                                 const DepthStrip &strip, SplatGroup &to) {
     const Floats d;
     for (std::size_t i = 0; i < kGroupSplats; i += hn::Lanes(d)) {
-        const LaidSplats laid = lay_ellipses(
+        const LaidSplats laid = lay_ellipses<true>(
             frame, voxel, {.radius = kKernelRadius, .outline_inset = kFineOutlineInset, .low_pass = kLowPass}, facing,
             first + i, facing.count, strip, to.ellipses, i);
         const Vector band = hn::Mul(hn::Set(d, kBlendBand / 2), hn::LoadU(d, facing.radius.data() + first + i));
@@ -237,24 +237,26 @@ HWY_INLINE void blend_points(const Blending &blending, float voxel, const DepthS
 
 HWY_INLINE void draw_points(const FrameGeometry &frame, float voxel, FacingPoints &facing, DepthStrip &strip) {
     SplatGroup group;
+    group.ellipses.cone = kPlacedCone * voxel;
     SmallPixels pixels;
     const Floats d;
     for (std::size_t i = 0; i < facing.count; i += kGroupSplats) {
         for (std::size_t lane = 0; lane < kGroupSplats; lane += hn::Lanes(d))
-            lay_ellipses(frame, voxel, {.outline_inset = kFineOutlineInset}, facing, i + lane, facing.count, strip,
-                         group.ellipses, lane);
+            lay_ellipses<true>(frame, voxel, {.outline_inset = kFineOutlineInset}, facing, i + lane, facing.count,
+                               strip, group.ellipses, lane);
         measure_group(group);
         const Ellipses &e = group.ellipses;
         const auto id = [&](std::size_t lane) { return static_cast<std::uint32_t>(facing.id[i + lane]); };
         if (group.columns > kSmallBlock || group.rows > kSmallBlock) {
             for (std::size_t lane = 0; lane < kGroupSplats; ++lane)
                 if (e.left[lane] < e.right[lane] && e.top[lane] < e.bottom[lane])
-                    draw_ellipse(e, lane, id(lane), strip);
+                    draw_ellipse<true>(e, lane, id(lane), strip);
             continue;
         }
         list_small_pixels(group, DepthStrip::kMarginLeft, strip.top - 1, strip.stride, pixels,
                           [&](std::size_t, const BoxPixels &box) {
-                              return Kept{hn::And(box.inside, hn::Le(box.form, hn::Set(d, 1))), box.depth};
+                              const Vector depth = hn::Add(box.depth, hn::Mul(box.form, hn::Set(d, e.cone)));
+                              return Kept{hn::And(box.inside, hn::Le(box.form, hn::Set(d, 1))), depth};
                           });
         for (std::size_t k = 0; k < pixels.count; ++k) {
             double &pixel = strip.pixels[static_cast<std::size_t>(pixels.offset[k])];

@@ -21,13 +21,14 @@ inline constexpr float kKernelRadius = 2.0F;
 inline constexpr float kLowPass = 1.0F;
 // A splat's plane and the visible surface may be so far from each other, in splat radii, measured across the plane;
 // from half of that on the splat counts less.
-inline constexpr float kBlendBand = 1.5F;
+inline constexpr float kBlendBand = 0.75F;
 // Planes that are seen at a flatter angle than with this cosine allow no larger difference of depths.
 inline constexpr float kBandCosine = 0.25F;
 
-// Middles of splats at outlines lie so much farther back than elsewhere, voxel edges: more than what the other
-// renderers take, since nothing here is drawn beyond a splat's ellipse.
-inline constexpr float kFineOutlineInset = 0.8F;
+// Middles of splats at outlines lie so much farther back than the surface, voxel edges.
+inline constexpr float kFineOutlineInset = 0.2F;
+
+// The runs have offsets.
 
 // Draws what is visible: those of the run's `seen` bricks that touch the strip, every point as an ellipse. The id of
 // point i of the chunk is `first_id` + i. Returns how many points were drawn, each counted in one strip.

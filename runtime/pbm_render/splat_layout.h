@@ -26,6 +26,8 @@ struct LaidSplats {
     Vector outline, inset;   // grid edges
 };
 
+// Splats that are kPlaced know where in their voxels the surface is; others stand where it is on average.
+template <bool kPlaced>
 HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, float outline_inset,
                                  const FacingPoints &points, std::size_t first) {
     const Floats d;
@@ -39,11 +41,16 @@ HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, f
     const Vector voxel = hn::IfThenZeroElse(n.two_sided, hn::Set(d, voxel_edge));
     s.outline = hn::Mul(hn::Mul(voxel, hn::Set(d, outline_inset)),
                         clamp_to_one(hn::Add(one, hn::Mul(hn::Set(d, kOutlineSlope), n.facing))));
-    const Vector edge_on = clamp_to_one(hn::Add(one, n.facing));
-    const Vector grazing = hn::Mul(hn::Mul(edge_on, edge_on), edge_on);
-    const Vector mean_inset =
-        hn::Mul(hn::ConvertTo(d, hn::And(packed, hn::Set(di, kPackedInsetMask))), hn::Set(d, 1 / kPackedInsetScale));
-    s.inset = hn::Mul(voxel, hn::Add(mean_inset, hn::Mul(hn::Set(d, kGrazingInset), grazing)));
+    if constexpr (kPlaced) {
+        s.inset = hn::Neg(hn::Mul(voxel, hn::Load(d, points.offset.data() + first)));
+        s.outline = hn::Add(s.outline, s.inset);
+    } else {
+        const Vector edge_on = clamp_to_one(hn::Add(one, n.facing));
+        const Vector grazing = hn::Mul(hn::Mul(edge_on, edge_on), edge_on);
+        const Vector mean_inset = hn::Mul(hn::ConvertTo(d, hn::And(packed, hn::Set(di, kPackedInsetMask))),
+                                          hn::Set(d, 1 / kPackedInsetScale));
+        s.inset = hn::Mul(voxel, hn::Add(mean_inset, hn::Mul(hn::Set(d, kGrazingInset), grazing)));
+    }
     s.image_x = hn::Sub(n.x, hn::Mul(n.ray_x, n.z));
     s.image_y = hn::Sub(n.y, hn::Mul(n.ray_y, n.z));
     s.pixel_size = hn::Mul(hn::Load(d, points.w.data() + first), hn::Set(d, frame.inverse_focal));
@@ -52,8 +59,8 @@ HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, f
 }
 
 // Depth per length across the view direction, of one component of a plane's normal.
-HWY_INLINE Vector plane_slope(Vector component, Vector inverse_cosine) {
-    const Vector most = hn::Set(Floats(), kSteepest), least = hn::Set(Floats(), -kSteepest);
+HWY_INLINE Vector plane_slope(Vector component, Vector inverse_cosine, float steepest = kSteepest) {
+    const Vector most = hn::Set(Floats(), steepest), least = hn::Set(Floats(), -steepest);
     return hn::Min(hn::Max(hn::Mul(component, inverse_cosine), least), most);
 }
 
@@ -68,6 +75,7 @@ struct Ellipses {
     alignas(64) std::array<float, kMostLanes> x, y, depth;                     // middle
     alignas(64) std::array<float, kMostLanes> xx, xy, yy;                      // 1 on the outline
     alignas(64) std::array<float, kMostLanes> slope_x, slope_y;                // of the depth, per pixel
+    float cone = 0;                                                            // depth behind the plane on the outline
     alignas(64) std::array<std::int32_t, kMostLanes> left, right, top, bottom; // pixels, in the strip
 };
 
@@ -79,6 +87,7 @@ struct Enlargement {
 };
 
 // lay_splat for a vector of points, into the lanes of `to` from `lane` on; those from `end` on are seen nowhere.
+template <bool kPlaced>
 HWY_INLINE LaidSplats lay_ellipses(const FrameGeometry &frame, float voxel_edge, const Enlargement &enlarged,
                                    const FacingPoints &points, std::size_t first, std::size_t end,
                                    const DepthStrip &strip, Ellipses &to, std::size_t lane = 0) {
@@ -86,15 +95,20 @@ HWY_INLINE LaidSplats lay_ellipses(const FrameGeometry &frame, float voxel_edge,
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
     const Vector one = set(1), half = set(0.5F);
-    const LaidSplats s = lay_splats(frame, voxel_edge, enlarged.outline_inset, points, first);
+    const LaidSplats s = lay_splats<kPlaced>(frame, voxel_edge, enlarged.outline_inset, points, first);
     const SeenNormal &n = s.normal;
     const Vector radius = hn::Mul(set(enlarged.radius), hn::Load(d, points.radius.data() + first));
     // Behind the last point anything may stand, but no index of nothing.
     const IntVector normal = hn::And(hn::Load(di, points.normal_index.data() + first), hn::Set(di, kNormalIndexMask));
-    const Vector thickness = hn::Mul(set(voxel_edge), hn::GatherIndex(d, frame.thickness.data(), normal));
+    const Vector thickness = hn::Mul(set(kPlaced ? kPlacedThickness * voxel_edge : voxel_edge),
+                                     hn::GatherIndex(d, frame.thickness.data(), normal));
 
     // r^2 I - (r^2 - t^2) n n^T through the Jacobian of the projection, for focal length and depth 1.
-    const Vector r2 = hn::Mul(radius, radius);
+    Vector r2 = hn::Mul(radius, radius);
+    if constexpr (kPlaced) {
+        const Vector moved = hn::Mul(hn::Load(d, points.offset.data() + first), set(kPlacedShrink * voxel_edge));
+        r2 = hn::Max(hn::Sub(r2, hn::Mul(moved, moved)), hn::Mul(r2, set(kPlacedLeast * kPlacedLeast)));
+    }
     const Vector flat = hn::Max(hn::Sub(r2, hn::Mul(thickness, thickness)), hn::Zero(d));
     const auto covariance = [&](Vector rays, Vector images) {
         return hn::Sub(hn::Mul(r2, rays), hn::Mul(flat, images));
@@ -112,7 +126,9 @@ HWY_INLINE LaidSplats lay_ellipses(const FrameGeometry &frame, float voxel_edge,
     hn::Store(hn::Mul(xx, inverse), d, to.yy.data() + lane);
 
     const Vector inverse_cosine = hn::Div(one, s.cosine);
-    const Vector plane_x = plane_slope(n.x, inverse_cosine), plane_y = plane_slope(n.y, inverse_cosine);
+    const float steepest = kPlaced ? kPlacedSteepest : kSteepest;
+    const Vector plane_x = plane_slope(n.x, inverse_cosine, steepest),
+                 plane_y = plane_slope(n.y, inverse_cosine, steepest);
     hn::Store(hn::Mul(plane_x, s.pixel_size), d, to.slope_x.data() + lane);
     hn::Store(hn::Mul(plane_y, s.pixel_size), d, to.slope_y.data() + lane);
     hn::Store(depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y), d, to.depth.data() + lane);
@@ -139,6 +155,7 @@ HWY_INLINE LaidSplats lay_ellipses(const FrameGeometry &frame, float voxel_edge,
 }
 
 // Draws one splat: the pixels whose centres lie in the ellipse and that are nearer than what is there.
+template <bool kCone = false>
 HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::uint32_t id, DepthStrip &strip) {
     const float xx = ellipses.xx[lane], xy = ellipses.xy[lane], yy = ellipses.yy[lane];
     const float slope_x = ellipses.slope_x[lane];
@@ -151,8 +168,9 @@ HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::ui
 #if HWY_TARGET == HWY_SCALAR
         for (std::int32_t i = left; i < right; ++i) {
             const float x = first_x + static_cast<float>(i - left);
-            if (x * (xx * x + row_xy) + row_yy <= 1)
-                pixels[i] = std::min(pixels[i], DepthStrip::pixel(row_depth + slope_x * x, id));
+            const float form = x * (xx * x + row_xy) + row_yy, depth = row_depth + slope_x * x;
+            if (form <= 1)
+                pixels[i] = std::min(pixels[i], DepthStrip::pixel(kCone ? depth + ellipses.cone * form : depth, id));
         }
 #else
         const hn::FixedTag<float, 4> d32;
@@ -163,10 +181,12 @@ HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::ui
         // Four pixels at once; those beside the box are outside the ellipse, too.
         auto x = hn::Add(hn::Set(d32, first_x), hn::Iota(d32, 0));
         for (std::int32_t i = left; i < right; i += 4, x = hn::Add(x, four)) {
-            const auto inside = hn::Le(
-                hn::Add(hn::Mul(x, hn::Add(hn::Mul(hn::Set(d32, xx), x), hn::Set(d32, row_xy))), hn::Set(d32, row_yy)),
-                hn::Set(d32, 1));
-            const auto depth = hn::Add(hn::Set(d32, row_depth), hn::Mul(hn::Set(d32, slope_x), x));
+            const auto form =
+                hn::Add(hn::Mul(x, hn::Add(hn::Mul(hn::Set(d32, xx), x), hn::Set(d32, row_xy))), hn::Set(d32, row_yy));
+            const auto inside = hn::Le(form, hn::Set(d32, 1));
+            auto depth = hn::Add(hn::Set(d32, row_depth), hn::Mul(hn::Set(d32, slope_x), x));
+            if constexpr (kCone)
+                depth = hn::Add(depth, hn::Mul(hn::Set(d32, ellipses.cone), form));
             const auto z =
                 hn::BitCast(du32, hn::IfThenElse(inside, depth, hn::Set(d32, std::numeric_limits<float>::infinity())));
             const auto draw = [&](auto value, double *to) {
