@@ -28,22 +28,31 @@ const CatalogueEntry *find_rule(std::string_view rule) {
 }
 
 const CatalogueEntry *entry_of(const Error &error) {
-    if (const CatalogueEntry *entry = find_code(error.name))
-        return entry;
+    if (error.entry != nullptr)
+        return error.entry;
     return find_code(error.code == ErrorCode::io ? "io.read" : "system.memory");
 }
 
 Error broken(Reason reason, std::uint64_t offset, std::string_view text, Value expected, Value actual) {
-    std::string message(reason.rule());
+    std::string message;
+    message.reserve(reason.rule().size() + 1 + text.size());
+    message = reason.rule();
     message += message.empty() ? "" : " ";
     message += text;
     return {.code = reason.entry().kind,
             .offset = offset,
             .message = std::move(message),
-            .name = reason.entry().name,
+            .entry = &reason.entry(),
             .rule = reason.rule(),
             .expected = std::move(expected),
             .actual = std::move(actual)};
+}
+
+Error broken(Wording wording, Reason reason, std::uint64_t offset, std::string_view text, Value expected,
+             Value actual) {
+    if (wording == Wording::none)
+        return {.code = reason.entry().kind, .offset = offset, .entry = &reason.entry(), .rule = reason.rule()};
+    return broken(reason, offset, text, std::move(expected), std::move(actual));
 }
 
 } // namespace pbm

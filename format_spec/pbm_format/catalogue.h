@@ -239,7 +239,7 @@ std::span<const CatalogueEntry> catalogue();
 // Of a name, or of a rule ("4.2"); null if there is none.
 const CatalogueEntry *find_code(std::string_view name);
 const CatalogueEntry *find_rule(std::string_view rule);
-// Of an error; those that carry no name get the code that is nearest to their kind. Never null.
+// Of an error; those that carry none get the code that is nearest to their kind. Never null.
 const CatalogueEntry *entry_of(const Error &error);
 
 // What a check stands for: a rule of BVG.md, or the name of a code that has none. Written as a literal and looked up
@@ -269,5 +269,11 @@ class Reason {
 // The error of a check that failed. Its message is the rule and `text`. `expected` and `actual` say what was compared.
 [[gnu::cold]] Error broken(Reason reason, std::uint64_t offset, std::string_view text, Value expected = {},
                            Value actual = {});
+
+// How much an error says: all, or to those who only count no more than code, rule and place, which takes no memory. A
+// small file can have tens of thousands of faults.
+enum class Wording : std::uint8_t { none, full };
+[[gnu::cold]] Error broken(Wording wording, Reason reason, std::uint64_t offset, std::string_view text,
+                           Value expected = {}, Value actual = {});
 
 } // namespace pbm

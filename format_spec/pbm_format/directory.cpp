@@ -107,8 +107,8 @@ std::string possible_sizes(const StreamEntry &stream, Filter filter, std::uint64
 }
 
 // Sizes of the streams against what they expand to. BVG.md 5.4
-Status check_stream_sizes(const ChunkEntry &chunk, int level, const AttributeSet &set, std::uint64_t at) {
-    const std::vector<StreamInfo> streams = streams_of(set);
+Status check_stream_sizes(const ChunkEntry &chunk, std::span<const StreamInfo> streams, int level,
+                          const AttributeSet &set, std::uint64_t at) {
     for (std::size_t s = 0; s < streams.size(); ++s) {
         const StreamEntry &stream = chunk.streams[s];
         const std::uint64_t raw = raw_stream_bytes(streams[s], set, level, chunk.shape.nodes, chunk.shape.points);
@@ -179,7 +179,7 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
             return broken("5.5.2", at + 41, "reserved bytes are not zero", 0, in.reserved());
         if (const Status status = check_chunk_entry(chunk, level, chunk_points, at); !status)
             return status.error();
-        if (const Status status = check_stream_sizes(chunk, level, set, at); !status)
+        if (const Status status = check_stream_sizes(chunk, streams, level, set, at); !status)
             return status.error();
         if (mapped && !all_raw(chunk))
             return broken("5.4.4", at + kChunkEntryFixedBytes, "a stream of a mapped file is filtered or compressed",

@@ -29,6 +29,18 @@ std::string_view to_string(ErrorCode code) {
     return "unknown";
 }
 
+namespace {
+
+std::string to_string(Value::Hash hash) {
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    std::string text = "0x";
+    for (int shift = 60; shift >= 0; shift -= 4)
+        text += kDigits[hash.value >> shift & 15];
+    return text;
+}
+
+} // namespace
+
 std::string to_string(const Value &value) {
     if (const auto *text = std::get_if<std::string>(&value.held()))
         return *text;
@@ -42,15 +54,9 @@ std::string to_string(const Value &value) {
         return print(*number);
     if (const auto *number = std::get_if<double>(&value.held()))
         return print(*number);
+    if (const auto *hash = std::get_if<Value::Hash>(&value.held()))
+        return to_string(*hash);
     return {};
-}
-
-Value hash_value(std::uint64_t hash) {
-    constexpr std::string_view kDigits = "0123456789abcdef";
-    std::string text = "0x";
-    for (int shift = 60; shift >= 0; shift -= 4)
-        text += kDigits[hash >> shift & 15];
-    return text;
 }
 
 bool has_offset(const Error &error) {

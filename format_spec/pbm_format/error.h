@@ -43,10 +43,13 @@ std::string_view to_string(ErrorCode code);
 // damaged input, 4 memory or another run-time limit, 5 unsupported version or feature.
 int exit_code(ErrorCode code);
 
-// What a check compared: a number, or text where a number does not say it ("1..8", a hash, not a number). May be empty.
+// What a check compared: a number, a hash, or text where a number does not say it ("1..8", not a number). May be empty.
 class Value {
   public:
-    using Held = std::variant<std::monostate, std::uint64_t, std::int64_t, double, std::string>;
+    struct Hash {
+        std::uint64_t value;
+    };
+    using Held = std::variant<std::monostate, std::uint64_t, std::int64_t, double, std::string, Hash>;
 
     Value() = default;
     template <std::unsigned_integral Number> Value(Number number) : held_(std::uint64_t{number}) {}
@@ -57,6 +60,7 @@ class Value {
         else
             held_ = std::string(std::isnan(number) ? "nan" : number < 0 ? "-inf" : "inf"); // JSON has no such numbers
     }
+    Value(Hash hash) : held_(hash) {}
     Value(std::string text) : held_(std::move(text)) {}
     Value(std::string_view text) : held_(std::string(text)) {}
     Value(const char *text) : held_(std::string(text)) {}
@@ -68,16 +72,18 @@ class Value {
     Held held_;
 };
 std::string to_string(const Value &value);
-// 0x and 16 hexadecimal digits.
-Value hash_value(std::uint64_t hash);
+// As text 0x and 16 hexadecimal digits.
+inline Value hash_value(std::uint64_t hash) { return Value::Hash{hash}; }
+
+struct CatalogueEntry; // catalogue.h
 
 struct Error {
     ErrorCode code{};
     std::uint64_t offset = 0; // byte offset in the file; see has_offset
     std::string message{};    // one line; starts with the paragraph of BVG.md where one applies ("4.2 ...")
     // Of errors that catalogue.h makes:
-    std::string_view name{}; // in the catalogue: "octree.empty_mask"
-    std::string_view rule{}; // of BVG.md: "4.2"; empty if none is broken
+    const CatalogueEntry *entry = nullptr; // "octree.empty_mask"
+    std::string_view rule{};               // of BVG.md: "4.2"; empty if none is broken
     Value expected{}, actual{};
     std::int64_t tile = -1; // number in its raster, or -1
 };

@@ -1,6 +1,5 @@
 #include "pbm_format/frame.h"
 
-#include "pbm_format/catalogue.h"
 #include "pbm_format/per_thread.h"
 
 #include <algorithm>
@@ -82,7 +81,7 @@ StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out) {
     return {.stored_bytes = static_cast<std::uint32_t>(stored.size()), .zstd = smaller};
 }
 
-Status decode_frame(ByteView stored, bool zstd, std::span<std::uint8_t> raw, std::uint64_t offset) {
+Status decode_frame(ByteView stored, bool zstd, std::span<std::uint8_t> raw, std::uint64_t offset, Wording wording) {
     if (!zstd) {
         assert(stored.size() == raw.size());
         std::copy(stored.begin(), stored.end(), raw.begin());
@@ -90,15 +89,15 @@ Status decode_frame(ByteView stored, bool zstd, std::span<std::uint8_t> raw, std
     }
     const std::size_t frame_bytes = ZSTD_findFrameCompressedSize(stored.data(), stored.size());
     if (!is_plain_frame(stored) || ZSTD_isError(frame_bytes) != 0 || frame_bytes != stored.size())
-        return broken("5.6.1", offset, "the stream is not one whole zstd frame of a single segment");
+        return broken(wording, "5.6.1", offset, "the stream is not one whole zstd frame of a single segment");
     const unsigned long long announced = ZSTD_getFrameContentSize(stored.data(), stored.size());
     if (announced != raw.size())
-        return broken("5.6.2", offset, "the zstd frame does not announce the raw size", raw.size(),
+        return broken(wording, "5.6.2", offset, "the zstd frame does not announce the raw size", raw.size(),
                       announced == ZSTD_CONTENTSIZE_UNKNOWN ? Value("no size") : Value(announced));
     const std::size_t size =
         ZSTD_decompressDCtx(decompression_context(), raw.data(), raw.size(), stored.data(), stored.size());
     if (ZSTD_isError(size) != 0 || size != raw.size())
-        return broken("5.6.3", offset, "the zstd frame does not decode", raw.size(),
+        return broken(wording, "5.6.3", offset, "the zstd frame does not decode", raw.size(),
                       ZSTD_isError(size) != 0 ? Value(ZSTD_getErrorName(size)) : Value(size));
     return {};
 }
@@ -113,8 +112,8 @@ void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &
     }
 }
 
-Error impossible_planes(std::uint64_t offset) {
-    return broken("5.8.1", offset, "the sizes of the filter's planes are impossible");
+Error impossible_planes(std::uint64_t offset, Wording wording) {
+    return broken(wording, "5.8.1", offset, "the sizes of the filter's planes are impossible");
 }
 
 bool PlaneCursor::next(std::size_t raw_bytes, ByteView &stored, bool &zstd) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_format/bytes.h"
+#include "pbm_format/catalogue.h"
 #include "pbm_format/error.h"
 #include "pbm_format/layout.h"
 
@@ -21,7 +22,8 @@ StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out);
 // Undoes append_frame; `raw` has the size that the file promises. `offset` is that of `stored` in the file.
 //
 // errors  bad_attribute  5.6.1 not one whole frame of a single segment, 5.6.2 another content size, 5.6.3 no frame
-Status decode_frame(ByteView stored, bool zstd, std::span<std::uint8_t> raw, std::uint64_t offset);
+Status decode_frame(ByteView stored, bool zstd, std::span<std::uint8_t> raw, std::uint64_t offset,
+                    Wording wording = Wording::full);
 
 // Appends planes of a filter with their entries in front. BVG.md 5.8.1
 void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &out);
@@ -40,6 +42,6 @@ class PlaneCursor {
     std::size_t at_;
     std::size_t index_ = 0;
 };
-Error impossible_planes(std::uint64_t offset); // 5.8.1
+Error impossible_planes(std::uint64_t offset, Wording wording = Wording::full); // 5.8.1
 
 } // namespace pbm

@@ -1,6 +1,5 @@
 #include "pbm_format/image_section.h"
 
-#include "pbm_format/catalogue.h"
 #include "pbm_format/frame.h"
 #include "pbm_format/hash.h"
 #include "pbm_format/parallel.h"
@@ -214,20 +213,23 @@ Result<ImageDirectory> read_image_directory(ByteView file, const SectionEntry &e
     return directory;
 }
 
-Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number) {
+Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
+                       Wording wording) {
     const TileEntry &tile = directory.tiles[number];
     const std::uint64_t hash = hash64(section.subspan(tile.offset, tile.stream.stored_bytes));
     if (hash == tile.hash)
         return {};
-    return of_tile(number, broken("3.10.12", offset + tile.offset,
-                                  "tile " + std::to_string(number) + " was changed: its hash does not match",
-                                  hash_value(tile.hash), hash_value(hash)));
+    const std::string text =
+        wording == Wording::full ? "tile " + std::to_string(number) + " was changed: its hash does not match" : "";
+    Status status = broken(wording, "3.10.12", offset + tile.offset, text, hash_value(tile.hash), hash_value(hash));
+    status.error().tile = static_cast<std::int64_t>(number);
+    return status;
 }
 
 namespace {
 
 Status decode_filtered(ByteView stored, const TileGrid &grid, std::size_t number, std::span<std::uint8_t> texels,
-                       std::uint64_t offset) {
+                       std::uint64_t offset, Wording wording) {
     thread_local std::array<std::array<std::uint8_t, kMaxTileBytes / kMaxChannels>, kMaxChannels> memory;
     const std::size_t plane_bytes = texels.size() / grid.channels();
     PlaneCursor cursor(stored, grid.channels());
@@ -236,13 +238,14 @@ Status decode_filtered(ByteView stored, const TileGrid &grid, std::size_t number
         ByteView plane;
         bool zstd = false;
         if (!cursor.next(plane_bytes, plane, zstd))
-            return impossible_planes(offset);
+            return impossible_planes(offset, wording);
         planes[c] = std::span(memory[c]).first(plane_bytes);
-        if (Status status = decode_frame(plane, zstd, std::span(memory[c]).first(plane_bytes), offset); !status)
+        if (Status status = decode_frame(plane, zstd, std::span(memory[c]).first(plane_bytes), offset, wording);
+            !status)
             return status;
     }
     if (!cursor.finished())
-        return impossible_planes(offset);
+        return impossible_planes(offset, wording);
     unfilter_texels(planes, grid.tile_width(grid.level_of(number)), grid.channels(), texels);
     return {};
 }
@@ -250,16 +253,18 @@ Status decode_filtered(ByteView stored, const TileGrid &grid, std::size_t number
 } // namespace
 
 Status decode_tile(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
-                   std::span<std::uint8_t> texels) {
+                   std::span<std::uint8_t> texels, Wording wording) {
     assert(texels.size() == directory.grid.tile_bytes(directory.grid.level_of(number)));
-    if (Status status = prove_tile_hash(section, offset, directory, number); !status)
+    if (Status status = prove_tile_hash(section, offset, directory, number, wording); !status)
         return status;
     const TileEntry &tile = directory.tiles[number];
     const ByteView stored = section.subspan(tile.offset, tile.stream.stored_bytes);
     Status status = tile.stream.filter == Filter::none
-                        ? decode_frame(stored, tile.stream.zstd, texels, offset + tile.offset)
-                        : decode_filtered(stored, directory.grid, number, texels, offset + tile.offset);
-    return status ? status : of_tile(number, std::move(status).error());
+                        ? decode_frame(stored, tile.stream.zstd, texels, offset + tile.offset, wording)
+                        : decode_filtered(stored, directory.grid, number, texels, offset + tile.offset, wording);
+    if (!status)
+        status.error().tile = static_cast<std::int64_t>(number);
+    return status;
 }
 
 void place_tile(const TileGrid &grid, int level, std::size_t index, const std::uint8_t *texels, Image &image) {
@@ -279,87 +284,131 @@ Image empty_level(const TileGrid &grid, int level) {
     return image;
 }
 
-// Decodes a level; what is wrong with its tiles is added to `faults`. Where something was wrong before, tiles are
-// proven and nothing is kept.
-Image decode_tiles(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level, int threads,
-                   std::vector<Error> &faults) {
-    const TileGrid &grid = directory.grid;
-    const bool kept = faults.empty();
+// Counts the faults of a raster, and hands on those that are wanted.
+class Faults {
+  public:
+    explicit Faults(const FaultSink &sink) : sink_(sink) {}
+
+    std::uint64_t count() const { return count_; }
+    bool add(const CatalogueEntry &entry) { return ++count_, sink_.wants(entry); }
+    void tell(Error error) { sink_.take(std::move(error)); }
+    void add(Error error) {
+        if (add(*error.entry))
+            tell(std::move(error));
+    }
+
+  private:
+    const FaultSink &sink_;
+    std::uint64_t count_ = 0;
+};
+
+// A raster where it lies.
+struct Stored {
+    ByteView section;
+    std::uint64_t offset;
+    const ImageDirectory &directory;
+
+    // Texels in memory that the thread keeps for the next tile, or an error.
+    Status decode(std::size_t number, Wording wording, ByteView &texels) const {
+        thread_local std::array<std::uint8_t, kMaxTileBytes> memory;
+        const auto tile = std::span(memory).first(directory.grid.tile_bytes(directory.grid.level_of(number)));
+        texels = tile;
+        return decode_tile(section, offset, directory, number, tile, wording);
+    }
+
+    // All that there is to say about a tile that was refused for `entry`.
+    Error explain(std::size_t number, const CatalogueEntry &entry) const {
+        ByteView texels;
+        Status status = decode(number, Wording::full, texels);
+        if (!status)
+            return std::move(status).error();
+        return of_tile(number, {.code = entry.kind, // its bytes were changed between
+                                .offset = offset + directory.tiles[number].offset,
+                                .message = std::string(entry.meaning),
+                                .entry = &entry});
+    }
+};
+
+// Decodes a level. Where something was wrong before, tiles are proven and nothing is kept. Tiles are only counted at
+// first: an error that says all takes longer than to refuse a tile.
+Image decode_tiles(const Stored &stored, int level, int threads, Faults &faults) {
+    const TileGrid &grid = stored.directory.grid;
+    const bool kept = faults.count() == 0;
     Image image = kept ? empty_level(grid, level) : Image{};
-    std::vector<std::optional<Error>> failures(std::size_t{grid.tiles_across(level)} * grid.tiles_down(level));
-    parallel_for(failures.size(), threads, [&](std::size_t i) {
-        thread_local std::array<std::uint8_t, kMaxTileBytes> texels;
-        Status status = decode_tile(section, offset, directory, grid.first_tile(level) + i,
-                                    std::span(texels).first(grid.tile_bytes(level)));
+    std::vector<const CatalogueEntry *> refused(std::size_t{grid.tiles_across(level)} * grid.tiles_down(level));
+    parallel_for(refused.size(), threads, [&](std::size_t i) {
+        ByteView texels;
+        const Status status = stored.decode(grid.first_tile(level) + i, Wording::none, texels);
         if (status && kept)
             place_tile(grid, level, i, texels.data(), image);
         else if (!status)
-            failures[i] = std::move(status).error();
+            refused[i] = status.error().entry;
     });
-    for (std::optional<Error> &failure : failures)
-        if (failure)
-            faults.push_back(std::move(*failure));
+    for (std::size_t i = 0; i < refused.size(); ++i)
+        if (refused[i] != nullptr && faults.add(*refused[i]))
+            faults.tell(stored.explain(grid.first_tile(level) + i, *refused[i]));
     return image;
 }
 
 // 3.10.13
-void check_padding(ByteView section, std::uint64_t offset, const ImageDirectory &directory,
-                   std::vector<Error> &faults) {
-    std::uint64_t end = image_directory_bytes(directory.grid);
+void check_padding(const Stored &stored, Faults &faults) {
+    std::uint64_t end = image_directory_bytes(stored.directory.grid);
     const auto check_until = [&](std::uint64_t next) {
         for (; end < next; ++end)
-            if (section[end] != 0)
-                return faults.push_back(
-                    broken("3.10.13", offset + end, "padding of a raster is not zero", 0, section[end]));
+            if (const std::uint8_t byte = stored.section[end]; byte != 0)
+                return faults.add(broken("3.10.13", stored.offset + end, "padding of a raster is not zero", 0, byte));
     };
-    for (const TileEntry &tile : directory.tiles) {
+    for (const TileEntry &tile : stored.directory.tiles) {
         check_until(tile.offset);
         end = tile.offset + tile.stream.stored_bytes;
     }
-    check_until(section.size());
+    check_until(stored.section.size());
 }
 
-} // namespace
-
-namespace {
-
 // 3.10.14
-void check_means(const Image &expected, const Image &image, std::uint64_t offset, int level,
-                 std::vector<Error> &faults) {
+void check_means(const Image &expected, const Image &image, std::uint64_t offset, int level, Faults &faults) {
     if (expected == image)
         return;
     const auto differ = std::mismatch(expected.texels.begin(), expected.texels.end(), image.texels.begin());
     const auto texel = static_cast<std::size_t>(differ.first - expected.texels.begin()) / image.channels;
-    faults.push_back(broken("3.10.14", offset,
-                            "mip level " + std::to_string(level) + " does not hold the means of the finer one: texel " +
-                                std::to_string(texel % image.width) + ", " + std::to_string(texel / image.width),
-                            *differ.first, *differ.second));
+    faults.add(broken("3.10.14", offset,
+                      "mip level " + std::to_string(level) + " does not hold the means of the finer one: texel " +
+                          std::to_string(texel % image.width) + ", " + std::to_string(texel / image.width),
+                      *differ.first, *differ.second));
 }
 
 } // namespace
 
+FaultSink first_fault(Status &to) {
+    return {.wants = [&to](const CatalogueEntry &) { return to.ok(); },
+            .take = [&to](Error error) { to = std::move(error); }};
+}
+
 Result<Image> decode_level(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level,
                            int threads) {
-    std::vector<Error> faults;
-    Image image = decode_tiles(section, offset, directory, level, threads, faults);
-    if (!faults.empty())
-        return std::move(faults.front());
+    Status status;
+    const FaultSink sink = first_fault(status);
+    Faults faults(sink);
+    Image image = decode_tiles({section, offset, directory}, level, threads, faults);
+    if (!status)
+        return std::move(status).error();
     return image;
 }
 
-std::vector<Error> prove_image(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int threads,
-                               Image &level_0, bool means) {
-    std::vector<Error> faults;
-    check_padding(section, offset, directory, faults);
+std::uint64_t prove_image(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int threads,
+                          const FaultSink &sink, Image &level_0, bool means) {
+    const Stored stored{section, offset, directory};
+    Faults faults(sink);
+    check_padding(stored, faults);
     // From coarse to fine, as they stand in the file: a level takes memory when a quarter of it was there.
     std::vector<Image> levels(static_cast<std::size_t>(directory.grid.levels()));
     for (int level = directory.grid.levels() - 1; level >= 0; --level)
-        levels[static_cast<std::size_t>(level)] = decode_tiles(section, offset, directory, level, threads, faults);
-    for (int level = 1; level < directory.grid.levels() && means && faults.empty(); ++level)
+        levels[static_cast<std::size_t>(level)] = decode_tiles(stored, level, threads, faults);
+    for (int level = 1; level < directory.grid.levels() && means && faults.count() == 0; ++level)
         check_means(halved(levels[static_cast<std::size_t>(level) - 1]), levels[static_cast<std::size_t>(level)],
                     offset, level, faults);
     level_0 = std::move(levels[0]);
-    return faults;
+    return faults.count();
 }
 
 Bytes cut_tile(const TileGrid &grid, int level, const Image &level_image, std::uint32_t tx, std::uint32_t ty) {

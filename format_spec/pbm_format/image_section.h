@@ -8,6 +8,7 @@
 #pragma once
 
 #include "pbm_format/bytes.h"
+#include "pbm_format/catalogue.h"
 #include "pbm_format/error.h"
 #include "pbm_format/image.h"
 #include "pbm_format/layout.h"
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace pbm {
@@ -81,14 +83,23 @@ Result<ImageDirectory> read_image_directory(ByteView file, const SectionEntry &e
 // Proves tile `number` of a section whose directory was decoded, and decodes it to `texels` of tile_bytes:
 // 3.10.12, 5.6 and 5.8.
 Status decode_tile(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
-                   std::span<std::uint8_t> texels);
+                   std::span<std::uint8_t> texels, Wording wording = Wording::full);
 // The first half of it: that the stored bytes are those that were written.
-Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number);
+Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
+                       Wording wording = Wording::full);
 
-// Everything that can be wrong with a raster whose directory is `directory`, in the order of the file: tiles, padding
-// (3.10.13), and with `means` mip levels against the finer ones (3.10.14). If nothing is, `level_0` holds it.
-std::vector<Error> prove_image(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int threads,
-                               Image &level_0, bool means = true);
+// Where faults go, one after the other.
+struct FaultSink {
+    std::function<bool(const CatalogueEntry &)> wants; // asked once for each fault: whether it is to be told
+    std::function<void(Error)> take;                   // those that are
+};
+FaultSink first_fault(Status &to); // the others are dropped
+
+// Everything that can be wrong with a raster whose directory is `directory`, in the order of the file: padding
+// (3.10.13), tiles, and with `means` mip levels against the finer ones (3.10.14). Returns how many faults there are; if
+// none, `level_0` holds the raster.
+std::uint64_t prove_image(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int threads,
+                          const FaultSink &faults, Image &level_0, bool means = true);
 
 // All tiles of a level, or the first error.
 Result<Image> decode_level(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level,

@@ -78,7 +78,9 @@ std::string_view to_string(StreamKind kind) {
 }
 
 std::vector<StreamInfo> streams_of(const AttributeSet &set) {
-    std::vector<StreamInfo> streams{{StreamKind::masks, 0}, {StreamKind::normal, 0}, {StreamKind::radius, 0}};
+    std::vector<StreamInfo> streams;
+    streams.reserve(6 + kMaxLights);
+    streams.insert(streams.end(), {{StreamKind::masks, 0}, {StreamKind::normal, 0}, {StreamKind::radius, 0}});
     if (set.colour != ColourFormat::none)
         streams.push_back({StreamKind::colour, 0});
     if (set.material)

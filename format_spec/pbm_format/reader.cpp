@@ -406,11 +406,11 @@ Status Reader::verify_all(int threads, std::uint64_t max_memory) try {
                       decoded_bytes(*tiled));
     for (const SectionEntry *entry : rasters()) {
         Image level_0;
-        const std::vector<Error> faults =
-            prove_image(file_.subspan(entry->offset, entry->stored_bytes), entry->offset,
-                        *read_image_directory(file_, *entry, header_.storage()), threads, level_0);
-        if (!faults.empty())
-            return faults.front();
+        Status status;
+        prove_image(file_.subspan(entry->offset, entry->stored_bytes), entry->offset,
+                    *read_image_directory(file_, *entry, header_.storage()), threads, first_fault(status), level_0);
+        if (!status)
+            return status;
     }
     Result<Model> loaded = load_model(*this, {.max_level = depth(), .threads = threads, .max_memory = max_memory});
     if (!loaded)

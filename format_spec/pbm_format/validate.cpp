@@ -22,24 +22,28 @@ std::string_view to_string(ValidationLevel level) {
     return "unknown";
 }
 
-void ValidationReport::add(Finding finding, const ValidateOptions &options) {
-    if (options.wanted && !options.wanted(*finding.entry)) {
+bool ValidationReport::count(const CatalogueEntry &entry, ErrorCode code, const ValidateOptions &options) {
+    if (options.wanted && !options.wanted(entry)) {
         ++ignored;
-        return;
+        return false;
     }
     totals.resize(kCatalogue.size());
-    std::uint64_t &of_code = totals[static_cast<std::size_t>(finding.entry - kCatalogue.data())];
+    std::uint64_t &of_code = totals[static_cast<std::size_t>(&entry - kCatalogue.data())];
     ++total;
     ++of_code;
-    switch (finding.entry->severity) {
+    switch (entry.severity) {
     case Severity::info: ++infos; break;
     case Severity::warning: ++warnings; break;
     case Severity::error:
         ++errors;
-        exit_code = std::max(exit_code, pbm::exit_code(finding.code));
+        exit_code = std::max(exit_code, pbm::exit_code(code));
         break;
     }
-    if (findings.size() < options.max_findings && of_code <= options.max_per_code)
+    return findings.size() < options.max_findings && of_code <= options.max_per_code;
+}
+
+void ValidationReport::add(Finding finding, const ValidateOptions &options) {
+    if (count(*finding.entry, finding.code, options))
         findings.push_back(std::move(finding));
 }
 
@@ -90,22 +94,31 @@ class Validator {
         return (of_level ? "level " + std::to_string(entry.instance) + " " : "") + std::string(to_string(entry.type));
     }
 
-    void fault(const Error &error, std::string section, std::int64_t chunk = -1) {
-        const CatalogueEntry *entry = entry_of(error);
-        if (entry->severity < options_.least)
-            return;
-        report_.add({.code = error.code,
-                     .offset = error.offset,
-                     .section = std::move(section),
-                     .chunk = chunk,
-                     .message = error.message,
-                     .entry = entry,
-                     .rule = error.rule,
-                     .tile = error.tile,
-                     .expected = error.expected,
-                     .actual = error.actual},
-                    options_);
-        found_fault_ |= entry->severity == Severity::error;
+    // Counts a fault; whether it is to be told.
+    bool count(const CatalogueEntry &entry, ErrorCode code) {
+        if (entry.severity >= options_.least) {
+            found_fault_ |= entry.severity == Severity::error;
+            return report_.count(entry, code, options_);
+        }
+        return false;
+    }
+
+    void tell(Error error, std::string section, std::int64_t chunk) {
+        report_.findings.push_back({.code = error.code,
+                                    .offset = error.offset,
+                                    .section = std::move(section),
+                                    .chunk = chunk,
+                                    .message = std::move(error.message),
+                                    .entry = entry_of(error),
+                                    .rule = error.rule,
+                                    .tile = error.tile,
+                                    .expected = std::move(error.expected),
+                                    .actual = std::move(error.actual)});
+    }
+
+    void fault(const Error &error, const std::string &section, std::int64_t chunk = -1) {
+        if (count(*entry_of(error), error.code))
+            tell(error, section, chunk);
     }
 
     void give(const std::vector<Advice> &advice, const std::string &section) {
@@ -261,6 +274,11 @@ class Validator {
         fault(error, name(entry), in_chunk ? static_cast<std::int64_t>(chunk) : -1);
     }
 
+    void fault_of_chunk(const Error &error, const SectionEntry &chunks, std::size_t chunk) {
+        if (count(*entry_of(error), error.code))
+            tell(error, section_at(error.offset, chunks), static_cast<std::int64_t>(chunk));
+    }
+
     // The section in which a fault of a chunk lies: chunks or bricks.
     std::string section_at(std::uint64_t offset, const SectionEntry &chunks) const {
         const SectionEntry *bricks = find(SectionType::level_bricks, chunks.instance);
@@ -292,16 +310,16 @@ class Validator {
     }
 
     void prove_rasters(std::span<const Raster> rasters) {
-        for (const auto &[entry, directory] : rasters) {
+        for (const Raster &raster : rasters) {
+            const SectionEntry &entry = *raster.entry;
+            const FaultSink faults{.wants = [this](const CatalogueEntry &code) { return count(code, code.kind); },
+                                   .take = [&](Error error) { tell(std::move(error), name(entry), -1); }};
             Image level_0;
-            const std::vector<Error> faults =
-                prove_image(stored(*entry), entry->offset, directory, options_.threads, level_0, deep());
-            for (const Error &error : faults)
-                fault(error, name(*entry));
-            is_incomplete_ |= !faults.empty();
-            if (entry->type == SectionType::panorama)
+            is_incomplete_ |= prove_image(stored(entry), entry.offset, raster.directory, options_.threads, faults,
+                                          level_0, deep()) > 0;
+            if (entry.type == SectionType::panorama)
                 model_.images.panorama = std::move(level_0);
-            else if (entry->type == SectionType::ground_texture)
+            else if (entry.type == SectionType::ground_texture)
                 model_.images.ground_texture = std::move(level_0);
             else
                 model_.images.ground_lit.push_back(std::move(level_0));
@@ -345,7 +363,7 @@ class Validator {
         for (std::size_t i = 0; i < failures.size(); ++i) {
             refused_here[i] = failures[i] || refused[directory.chunks[i].shape.parent_chunk];
             if (failures[i])
-                fault(*failures[i], section_at(failures[i]->offset, section), static_cast<std::int64_t>(i));
+                fault_of_chunk(*failures[i], section, i);
             is_incomplete_ |= refused_here[i];
             if (refused_here[i])
                 continue;

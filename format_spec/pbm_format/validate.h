@@ -49,6 +49,8 @@ struct ValidationReport {
 
     bool valid() const { return errors == 0; }
 
+    // Counts a finding; whether there is room to keep it.
+    bool count(const CatalogueEntry &entry, ErrorCode code, const ValidateOptions &options);
     // Counts a finding, and keeps it if there is room.
     void add(Finding finding, const ValidateOptions &options);
 };

@@ -22,7 +22,7 @@ REFUSES = re.compile(r"""\s*\{?\s*(?:
   | return\s+[^;]*\.error\(\)
   | return\s+(?:\w+\.)?\w+(?:->|\.)error
   | (?:\w+\.)?fault\w*\(
-  | faults\.push_back | failures\[
+  | faults\.add | failures\[ | refused\[i\]\s*=
 )""", re.VERBOSE)
 # A step of a chain that ends with its first error.
 STEP = re.compile(r"\s*\{?\s*status\s*=")
@@ -30,8 +30,8 @@ STEP = re.compile(r"\s*\{?\s*status\s*=")
 REFUSES_LATER = re.compile(r"[;{]\s*(?:fault\(|Error\s+\w+\s*=|return\s+(?:\w+::)*(?:Error\b|bad\w*\(|broken\w*\(|fault\w*\())")
 # What follows a condition that must hold.
 WELL_OR_REFUSED = re.compile(r"""\s*(?:
-    return\s*\{\};\s*(?:const\s[^;]*;\s*)?return\s+(?:\w+::)*(?:broken|of_tile|describe_)\w*\(
-  | (?:continue|return);[^{}]{0,500}?\b(?:fault\(|faults\.push_back\()
+    return\s*\{\};\s*(?:const\s[^;]*;\s*)?(?:return|Status\s+status\s*=)\s+(?:\w+::)*(?:broken|of_tile|describe_)\w*\(
+  | (?:continue|return);[^{}]{0,500}?\b(?:fault\(|faults\.add\()
 )""", re.VERBOSE)
 LONGEST_BLOCK = 500                                     # characters: what is longer does more than refuse
 OPENING, CLOSING = "([{", ")]}"

@@ -61,7 +61,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
                 refused += image->tile(level, tx, ty) == nullptr ? 1 : 0;
     check(image->take_errors().size() == refused);
     pbm::Image level_0;
-    const std::vector<pbm::Error> faults = pbm::prove_image(section, 0, *directory, 1, level_0);
+    std::vector<pbm::Error> faults;
+    const pbm::FaultSink sink{.wants = [](const pbm::CatalogueEntry &) { return true; },
+                              .take = [&](pbm::Error error) { faults.push_back(std::move(error)); }};
+    check(pbm::prove_image(section, 0, *directory, 1, sink, level_0) == faults.size());
     check(faults.size() >= refused);
     if (!faults.empty())
         return 0;

@@ -54,7 +54,7 @@ TEST(Catalogue, AnErrorCarriesCodeRuleAndValues) {
     const Error error = broken("2.9", 36, "depth is not 2..16", "2..16", std::uint8_t{17});
     EXPECT_EQ(error.code, ErrorCode::bad_header);
     EXPECT_EQ(error.message, "2.9 depth is not 2..16");
-    EXPECT_EQ(error.name, "header.field");
+    EXPECT_EQ(error.entry->name, "header.field");
     EXPECT_EQ(error.rule, "2.9");
     EXPECT_EQ(to_string(error.expected), "2..16");
     EXPECT_EQ(std::get<std::uint64_t>(error.actual.held()), 17U);
@@ -77,14 +77,14 @@ TEST(Catalogue, ValuesAreNumbersOrText) {
 TEST(Catalogue, RulesForCallersHaveCodesToo) {
     const std::array<std::uint8_t, 2> masks{3, 1};
     const std::array<MortonCode, 2> parents{0, 1};
-    EXPECT_EQ(expand_level(std::span(parents).first(1), masks, 9).error().name, "octree.mask_count");
-    EXPECT_EQ(expand_level(parents, masks, 2).error().name, "limit.nodes");
+    EXPECT_EQ(expand_level(std::span(parents).first(1), masks, 9).error().entry->name, "octree.mask_count");
+    EXPECT_EQ(expand_level(parents, masks, 2).error().entry->name, "limit.nodes");
 }
 
 TEST(Catalogue, TheSystemHasCodes) {
-    EXPECT_EQ(MappedFile::open("/no/such/file").error().name, "io.open");
-    EXPECT_EQ(MappedFile::open("/").error().name, "io.not_a_file");
-    EXPECT_EQ(MappedFile::open("/dev/zero").error().name, "io.not_a_file");
+    EXPECT_EQ(MappedFile::open("/no/such/file").error().entry->name, "io.open");
+    EXPECT_EQ(MappedFile::open("/").error().entry->name, "io.not_a_file");
+    EXPECT_EQ(MappedFile::open("/dev/zero").error().entry->name, "io.not_a_file");
     const Result<MappedFile> folder = MappedFile::read_stream("/", 1000);
     ASSERT_FALSE(folder);
     EXPECT_EQ(entry_of(folder.error())->name, "io.read");

@@ -94,7 +94,7 @@ TEST(Vectors, EveryBadFileIsRefusedByTheRuleInItsNameAtItsPlaceAndByNothingElse)
         Result<Reader> reader = Reader::open(file.bytes());
         const Status status = reader ? reader->verify_all(1) : Status(reader.error());
         ASSERT_FALSE(status) << name;
-        EXPECT_EQ(status.error().name, expected.code) << name << ": " << status.error().message;
+        EXPECT_EQ(entry_of(status.error())->name, expected.code) << name << ": " << status.error().message;
         EXPECT_EQ(to_string(status.error().code), expected.kind) << name << ": " << status.error().message;
     }
 }

@@ -12,9 +12,12 @@ using nlohmann::json;
 
 json as_json(const Value &value) {
     return std::visit(
-        [](const auto &held) -> json {
-            if constexpr (std::is_same_v<std::decay_t<decltype(held)>, std::monostate>)
+        [&](const auto &held) -> json {
+            using Held = std::decay_t<decltype(held)>;
+            if constexpr (std::is_same_v<Held, std::monostate>)
                 return nullptr;
+            else if constexpr (std::is_same_v<Held, Value::Hash>)
+                return to_string(value);
             else
                 return held;
         },
