@@ -117,7 +117,7 @@ class Unfiltering {
             const PointView &nodes = job.parents.nodes;
             switch (filter_) {
             case Filter::normal:
-                unfilter_normals(scratch_, nodes.normals, job.plane(0), job.plane(1), points_.normals, scratch_.occurs);
+                unfilter_normals(scratch_, nodes.normals, job.plane(0), job.plane(1), points_.normals);
                 break;
             case Filter::colour565:
                 unfilter_colours_565(scratch_, nodes.colours, job.plane(0), job.plane(1), job.plane(2),

@@ -3,6 +3,7 @@
 #include "pbm_format/catalogue.h"
 #include "pbm_format/frame.h"
 #include "pbm_format/mask_ranks.h"
+#include "pbm_format/normal_cone.h"
 #include "pbm_format/per_thread.h"
 #include "pbm_format/stream_rules.h"
 #include "pbm_format/unfilter.h"
@@ -125,7 +126,6 @@ class Decoder {
     Status run() {
         to_.masks.resize(entry_.shape.nodes);
         to_.points.resize(entry_.shape.points, rules_.set);
-        scratch_.occurs.fill(0);
         const std::vector<StreamInfo> streams = streams_of(rules_.set);
         for (std::size_t s = 0; s < streams.size(); ++s) {
             const StreamEntry &stream = entry_.streams[s];
@@ -172,7 +172,7 @@ class Decoder {
                     bytes, zstd, {reinterpret_cast<std::uint8_t *>(normals.data()), 2 * normals.size()}, offset_);
                 !status)
                 return status;
-            return mark_normals(normals, scratch_.occurs, offset_);
+            return check_normals(normals, offset_);
         }
         if (stream.kind == StreamKind::shadow)
             return read_lit_fractions(bytes, stream, zstd, to_.points.shadows[stream.light]);
@@ -235,9 +235,21 @@ class Decoder {
             return status;
         if (Status status = read_escapes(planes, 1, codes, escapes); !status)
             return status;
-        if (!unfilter_normals(scratch_, parents_.nodes.normals, codes, escapes, to_.points.normals, scratch_.occurs))
+        const OutsideCone *outside = outside_cone();
+        const UnfilteredNormals normals =
+            unfilter_normals(scratch_, parents_.nodes.normals, codes, escapes, to_.points.normals, outside);
+        if (!normals.valid)
             return broken("5.8.3", offset_, "an escape lies outside the map of normals");
+        cone_is_proven_ = outside != nullptr && !normals.outside;
         return {};
+    }
+
+    // For many normals it takes less time to look each up as it is made than to go over them again.
+    const OutsideCone *outside_cone() {
+        if (entry_.cone.cosine == kNoCone || entry_.shape.points < kManyNormals)
+            return nullptr;
+        mark_outside(entry_.cone, scratch_.outside);
+        return &scratch_.outside;
     }
 
     Status read_colours(PlaneCursor &planes, Filter filter) {
@@ -294,7 +306,8 @@ class Decoder {
     Status prove(const StreamInfo &stream) {
         switch (stream.kind) {
         case StreamKind::masks: return prove_masks();
-        case StreamKind::normal: return check_cone(scratch_.occurs, entry_.cone, offset_);
+        case StreamKind::normal:
+            return cone_is_proven_ ? Status() : check_cone(to_.points.normals, entry_.cone, scratch_.outside, offset_);
         case StreamKind::radius: return check_radii(to_.points.radii, rules_.finest, offset_);
         case StreamKind::material: return check_materials(to_.points.materials, rules_.material_count, offset_);
         case StreamKind::colour:
@@ -320,6 +333,7 @@ class Decoder {
     UnfilterScratch &scratch_;
     std::size_t at_ = 0;
     std::uint64_t offset_ = 0; // of the stream in the file
+    bool cone_is_proven_ = false;
 };
 
 } // namespace

@@ -10,7 +10,7 @@
 namespace pbm {
 
 // XXH3, 64 bits, seed 0.
-std::uint64_t hash64(ByteView bytes);
+[[gnu::pure]] std::uint64_t hash64(ByteView bytes);
 
 // XXH3, 128 bits, low half first.
 using Hash128 = std::array<std::uint64_t, 2>;

@@ -56,7 +56,7 @@ namespace {
 
 // Kept by each thread, so that a proof costs no allocation.
 struct ProofScratch {
-    NormalOccurrence occurs;
+    OutsideCone outside;
     std::vector<BrickRecord> bricks;
 };
 
@@ -71,18 +71,16 @@ Status check_padding(const ChunkEntry &entry, ByteView file, const AttributeSet 
     return status;
 }
 
-Status check_streams(const ChunkEntry &entry, const ChunkView &view, const ChunkRules &rules,
-                     NormalOccurrence &occurs) {
+Status check_streams(const ChunkEntry &entry, const ChunkView &view, const ChunkRules &rules, OutsideCone &memory) {
     Status status = check_masks(summarise_masks(view.masks), entry.shape.points, entry.offset);
     for_streams(entry, rules.set, [&](const StreamInfo &stream, std::uint64_t at, std::uint64_t) {
         const std::uint64_t offset = entry.offset + at;
         if (!status)
             return;
         if (stream.kind == StreamKind::normal) {
-            occurs.fill(0);
-            status = mark_normals(view.normals, occurs, offset);
+            status = check_normals(view.normals, offset);
             if (status)
-                status = check_cone(occurs, entry.cone, offset);
+                status = check_cone(view.normals, entry.cone, memory, offset);
         } else if (stream.kind == StreamKind::radius) {
             status = check_radii(view.radii, rules.finest, offset);
         } else if (stream.kind == StreamKind::material) {
@@ -151,7 +149,7 @@ Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &b
     const ChunkView view = view_chunk(entry, file, bricks, rules.set, rules.level);
     Status status = check_padding(entry, file, rules.set);
     if (status)
-        status = check_streams(entry, view, rules, scratch.occurs);
+        status = check_streams(entry, view, rules, scratch.outside);
     if (status)
         status = check_bricks(entry, view, bricks, rules.level, parents, scratch.bricks);
     return status;

@@ -1,9 +1,9 @@
 #include "pbm_format/stream_rules.h"
 
 #include "pbm_format/catalogue.h"
+#include "pbm_format/normal_cone.h"
 
 #include <algorithm>
-#include <bit>
 
 namespace pbm {
 
@@ -18,41 +18,6 @@ Status check_values(ByteView values, unsigned limit, std::uint64_t offset, Reaso
     if (most >= limit)
         return broken(reason, offset, text, "below " + std::to_string(limit), most);
     return {};
-}
-
-bool cone_holds(const NormalCone &cone, const NormalOccurrence &occurs) {
-    const std::span<const IntegerNormal> normals = integer_normal_table();
-    const IntegerNormal axis = normals[cone.axis];
-    const std::int32_t least = cone.cosine * 32767;
-    for (std::size_t first = 0; first < occurs.size(); first += 8) {
-        std::uint64_t eight = 0;
-        std::memcpy(&eight, occurs.data() + first, 8);
-        for (; eight != 0; eight &= eight - 1) {
-            const std::size_t normal = first + static_cast<std::size_t>(std::countr_zero(eight)) / 8;
-            if ((normal & kTwoSidedBit) != 0)
-                return false;
-            const IntegerNormal &n = normals[normal];
-            if (axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2] < least)
-                return false;
-        }
-    }
-    return true;
-}
-
-// The cosine that the cone would need, x 32,767 and rounded down; none if a point is two-sided.
-Value needed_cosine(const NormalCone &cone, const NormalOccurrence &occurs) {
-    const std::span<const IntegerNormal> normals = integer_normal_table();
-    const IntegerNormal axis = normals[cone.axis];
-    std::int32_t least = 32767 * 32767;
-    for (std::size_t normal = 0; normal < occurs.size(); ++normal) {
-        if (occurs[normal] == 0)
-            continue;
-        if ((normal & kTwoSidedBit) != 0)
-            return "no cone: a point is two-sided";
-        const IntegerNormal &n = normals[normal];
-        least = std::min(least, axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2]);
-    }
-    return least >= 0 ? least / 32767 : (least - 32766) / 32767;
 }
 
 } // namespace
@@ -85,22 +50,21 @@ Status check_masks(const MaskSummary &summary, std::uint32_t points, std::uint64
     return {};
 }
 
-Status mark_normals(std::span<const std::uint16_t> normals, NormalOccurrence &occurs, std::uint64_t offset) {
+Status check_normals(std::span<const std::uint16_t> normals, std::uint64_t offset) {
     constexpr unsigned kUsedBits = kNormalIndexMask | kTwoSidedBit;
     unsigned bits = 0;
-    for (const std::uint16_t normal : normals) {
+    for (const std::uint16_t normal : normals)
         bits |= normal;
-        occurs[normal & kUsedBits] = 1;
-    }
     if ((bits & ~kUsedBits) != 0)
         return broken("6.1.4", offset, "a normal has reserved bits", "below 16384",
                       *std::find_if(normals.begin(), normals.end(), [](std::uint16_t n) { return n > kUsedBits; }));
     return {};
 }
 
-Status check_cone(const NormalOccurrence &occurs, const NormalCone &cone, std::uint64_t offset) {
-    if (cone.cosine != kNoCone && !cone_holds(cone, occurs))
-        return broken("5.7.1", offset, "a normal lies outside the chunk's normal cone", needed_cosine(cone, occurs),
+Status check_cone(std::span<const std::uint16_t> normals, const NormalCone &cone, OutsideCone &memory,
+                  std::uint64_t offset) {
+    if (cone.cosine != kNoCone && !cone_holds(cone, normals, memory))
+        return broken("5.7.1", offset, "a normal lies outside the chunk's normal cone", needed_cosine(cone, normals),
                       cone.cosine);
     return {};
 }

@@ -12,9 +12,10 @@ Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &
 
 // `offset` is that of the chunk for masks, else of the stream, in the file.
 Status check_masks(const MaskSummary &summary, std::uint32_t points, std::uint64_t offset);
-// Marks what occurs; un-filtering does that itself and cannot break the rule.
-Status mark_normals(std::span<const std::uint16_t> normals, NormalOccurrence &occurs, std::uint64_t offset);
-Status check_cone(const NormalOccurrence &occurs, const NormalCone &cone, std::uint64_t offset);
+// Un-filtering cannot break this rule.
+Status check_normals(std::span<const std::uint16_t> normals, std::uint64_t offset);
+Status check_cone(std::span<const std::uint16_t> normals, const NormalCone &cone, OutsideCone &memory,
+                  std::uint64_t offset);
 Status check_radii(ByteView radii, bool finest, std::uint64_t offset);
 Status check_materials(ByteView materials, std::size_t material_count, std::uint64_t offset);
 // Of lit fractions, `bits` each: nothing behind the last.

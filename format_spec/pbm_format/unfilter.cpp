@@ -316,13 +316,15 @@ void split_parents(std::span<const std::uint16_t> parents, std::uint8_t *us, std
     }
 }
 
-bool unfilter_normals(UnfilterScratch &scratch, std::span<const std::uint16_t> parents, ByteView codes,
-                      ByteView escapes, std::span<std::uint16_t> points, NormalOccurrence &occurs) {
+template <bool kCompares>
+UnfilteredNormals unfilter_and_compare(UnfilterScratch &scratch, std::span<const std::uint16_t> parents, ByteView codes,
+                                       ByteView escapes, std::span<std::uint16_t> points, const std::uint8_t *outside) {
     const std::uint16_t *normals = normals_of_cells().data();
     auto &[us, vs, mirrors] = scratch.nodes;
     split_parents(parents, us.data(), vs.data(), mirrors.data());
     const std::uint8_t *escape = escapes.data();
     bool valid = true;
+    std::uint8_t marks = 0;
     std::uint16_t cell[kLanes], mirror[kLanes], last[kLanes];
     for (Strides stride(scratch.layout); !stride.done(); stride.next()) {
         const Lanes code = stride.of_codes(codes);
@@ -347,22 +349,34 @@ bool unfilter_normals(UnfilterScratch &scratch, std::span<const std::uint16_t> p
         }
         const bool whole = stride.whole();
         std::uint16_t *to = whole ? points.data() + stride.at() : last;
-        if (!whole) // what is past the end occurs like the first
+        if (!whole) // what is past the end is the first again
             for (std::size_t i = stride.count(); i < kLanes; ++i) {
                 cell[i] = cell[0];
                 mirror[i] = mirror[0];
             }
-        for (std::size_t i = 0; i < kLanes; i += 2) { // a store for two
-            const unsigned first = normals[cell[i]] ^ mirror[i], second = normals[cell[i + 1]] ^ mirror[i + 1];
-            const std::uint32_t both = first | second << 16;
-            std::memcpy(to + i, &both, sizeof both);
-            occurs[first] = 1;
-            occurs[second] = 1;
+        for (std::size_t eight = 0; eight < kLanes; eight += 8) { // so few that compilers unroll the inner loop
+            std::uint8_t marks_of_eight = 0;
+            for (std::size_t i = eight; i < eight + 8; i += 2) { // a store for two
+                std::uint32_t mirrors_of_both;
+                std::memcpy(&mirrors_of_both, mirror + i, sizeof mirrors_of_both);
+                const std::uint32_t both =
+                    (normals[cell[i]] | static_cast<std::uint32_t>(normals[cell[i + 1]]) << 16) ^ mirrors_of_both;
+                std::memcpy(to + i, &both, sizeof both);
+                if constexpr (kCompares) // indices are below 2 x kNormalCount, whatever the bytes
+                    marks_of_eight |= static_cast<std::uint8_t>(outside[both & 0xFFFF] | outside[both >> 16]);
+            }
+            marks |= marks_of_eight;
         }
         if (!whole)
             std::memcpy(points.data() + stride.at(), last, sizeof *last * stride.count());
     }
-    return valid;
+    return {.valid = valid, .outside = marks != 0};
+}
+
+UnfilteredNormals unfilter_normals(UnfilterScratch &scratch, std::span<const std::uint16_t> parents, ByteView codes,
+                                   ByteView escapes, std::span<std::uint16_t> points, const OutsideCone *outside) {
+    return outside == nullptr ? unfilter_and_compare<false>(scratch, parents, codes, escapes, points, nullptr)
+                              : unfilter_and_compare<true>(scratch, parents, codes, escapes, points, outside->data());
 }
 
 void unfilter_colours_888(UnfilterScratch &scratch, ByteView parents, ByteView green, ByteView red_blue,
@@ -550,10 +564,10 @@ void make_room(UnfilterScratch &scratch) {
 
 } // namespace
 
-bool unfilter_normals(UnfilterScratch &scratch, std::span<const std::uint16_t> parents, ByteView codes,
-                      ByteView escapes, std::span<std::uint16_t> points, NormalOccurrence &occurs) {
+UnfilteredNormals unfilter_normals(UnfilterScratch &scratch, std::span<const std::uint16_t> parents, ByteView codes,
+                                   ByteView escapes, std::span<std::uint16_t> points, const OutsideCone *outside) {
     make_room(scratch);
-    return HWY_DYNAMIC_DISPATCH(unfilter_normals)(scratch, parents, codes, escapes, points, occurs);
+    return HWY_DYNAMIC_DISPATCH(unfilter_normals)(scratch, parents, codes, escapes, points, outside);
 }
 
 void unfilter_colours_888(UnfilterScratch &scratch, ByteView parents, ByteView green, ByteView red_blue,

@@ -50,13 +50,13 @@ class SiblingLayout {
     Bytes numbers_; // one byte before, then bits 0..7 of the number of each point's node
 };
 
-// Which stored normals occur, one-sided and two-sided: 0 or 1.
-using NormalOccurrence = std::array<std::uint8_t, 2 * kNormalCount>;
+// Of each stored normal, one-sided and two-sided: 0 if a cone holds it, else something else. normal_cone.h
+using OutsideCone = std::array<std::uint8_t, 2 * kNormalCount>;
 
 // Memory for one thread's decoding, kept between chunks.
 struct UnfilterScratch {
     SiblingLayout layout;
-    NormalOccurrence occurs;
+    OutsideCone outside;
     std::array<Bytes, 3> planes; // frames, decoded
     std::array<Bytes, 3> nodes;  // what un-filtering needs to know of the parent nodes
     Bytes packed;
@@ -72,9 +72,13 @@ EscapeCount count_escapes(ByteView codes);
 // Each writes layout.points() points. Codes have layout.codes() bytes (all points for radii and lit fractions) and
 // kSlack behind, escapes two bytes for each that the codes announce, parents layout.nodes() points.
 //
-// Marks what occurs among the normals. False for escapes that say what cannot be.
-bool unfilter_normals(UnfilterScratch &scratch, std::span<const std::uint16_t> parents, ByteView codes,
-                      ByteView escapes, std::span<std::uint16_t> points, NormalOccurrence &occurs);
+struct UnfilteredNormals {
+    bool valid = true;    // no escape says what cannot be
+    bool outside = false; // a normal is marked in `outside`, if that is given
+};
+UnfilteredNormals unfilter_normals(UnfilterScratch &scratch, std::span<const std::uint16_t> parents, ByteView codes,
+                                   ByteView escapes, std::span<std::uint16_t> points,
+                                   const OutsideCone *outside = nullptr);
 void unfilter_colours_888(UnfilterScratch &scratch, ByteView parents, ByteView green, ByteView red_blue,
                           ByteView escapes, std::span<std::uint8_t> points);
 void unfilter_colours_565(UnfilterScratch &scratch, ByteView parents, ByteView green, ByteView red_blue,

@@ -41,6 +41,7 @@ FORMAT_LAYERS = [
     {"unfilter"},
     {"content_id"},
     {"layout", "sections", "directory", "metadata"},
+    {"normal_cone"},
     {"frame", "stream_rules", "brick_index"},
     {"chunk"},
     {"mapped_chunk", "image_section"},

@@ -110,7 +110,7 @@ PointAttributes unfilter(const Family &family, const std::function<std::vector<B
         case Filter::normal: {
             const ByteView codes = padded(planes[0]);
             EXPECT_EQ(count_escapes(codes).count * 2, planes[1].size());
-            EXPECT_TRUE(unfilter_normals(scratch, from.normals, codes, planes[1], points.normals, scratch.occurs));
+            EXPECT_TRUE(unfilter_normals(scratch, from.normals, codes, planes[1], points.normals).valid);
             break;
         }
         case Filter::colour565:
