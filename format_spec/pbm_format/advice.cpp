@@ -14,11 +14,6 @@ namespace pbm {
 
 namespace {
 
-const SectionEntry &section_of(const FileContents &contents, SectionType type, std::uint32_t instance = 0) {
-    return *std::find_if(contents.sections.begin(), contents.sections.end(),
-                         [&](const SectionEntry &entry) { return entry.type == type && entry.instance == instance; });
-}
-
 // "/home/..", "~/..", "C:\..", "\\server\..", "file:..".
 bool looks_like_path(std::string_view text) {
     const auto drive = [&] {
@@ -97,7 +92,7 @@ void advise_on_materials(const FileContents &contents, std::vector<Advice> &advi
         used[0] = true;
     if (parameters.ground)
         used[parameters.ground->material] = true;
-    const SectionEntry &section = section_of(contents, SectionType::materials);
+    const SectionEntry &section = *find_section(contents.sections, SectionType::materials);
     for (std::size_t m = 0; m < parameters.materials.size(); ++m)
         if (!used[m])
             advice.push_back({broken("parameter.unused_material", section.offset + m * section.element_bytes,
@@ -110,7 +105,7 @@ void advise_on_lights(const FileContents &contents, std::vector<Advice> &advice)
         return std::all_of(fractions.begin(), fractions.end(), [](std::uint8_t lit) { return lit == 0; });
     };
     for (std::size_t i = 0; i < model.parameters.lights.size(); ++i) {
-        const SectionEntry &section = section_of(contents, SectionType::lights);
+        const SectionEntry &section = *find_section(contents.sections, SectionType::lights);
         const std::uint64_t at = section.offset + i * section.element_bytes;
         const auto &intensity = model.parameters.lights[i].intensity;
         const bool has_stream = static_cast<int>(i) < model.parameters.attributes.lights;
@@ -129,7 +124,7 @@ void advise_on_lights(const FileContents &contents, std::vector<Advice> &advice)
 std::vector<Advice> advise_on_parameters(const FileContents &contents) {
     std::vector<Advice> advice;
     if (const int octants = std::popcount(contents.model.levels[1].masks[0]); octants == 1)
-        advice.push_back({broken("parameter.loose_grid", section_of(contents, SectionType::grid).offset,
+        advice.push_back({broken("parameter.loose_grid", find_section(contents.sections, SectionType::grid)->offset,
                                  "all points lie in one octant of the grid", "2..8", octants)});
     advise_on_materials(contents, advice);
     advise_on_lights(contents, advice);
@@ -143,7 +138,7 @@ std::vector<Advice> advise_on_cones(const FileContents &contents, int threads) {
         const std::vector<ChunkEntry> &chunks = contents.directories[level].chunks;
         const std::span<const std::uint16_t> normals = contents.model.levels[level].points.normals;
         const std::uint64_t at =
-            section_of(contents, SectionType::level_directory, static_cast<std::uint32_t>(level)).offset;
+            find_section(contents.sections, SectionType::level_directory, static_cast<std::uint32_t>(level))->offset;
         std::vector<NormalCone> narrowest(chunks.size());
         parallel_for(chunks.size(), threads, [&](std::size_t i) {
             narrowest[i] = bound_normals(normals.subspan(chunks[i].first_point, chunks[i].shape.points));

@@ -340,22 +340,25 @@ Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const File
         return broken("3.1.6", 64, "the header's raw size is not the sum of the sections'", raw_bytes,
                       header.raw_bytes);
 
-    const auto missing = [&](SectionType type, std::uint32_t instance) {
-        return std::none_of(entries.begin(), entries.end(), [&](const SectionEntry &entry) {
-            return entry.type == type && entry.instance == instance;
-        });
-    };
     for (const SectionType type :
          {SectionType::metadata, SectionType::grid, SectionType::attributes, SectionType::materials})
-        if (missing(type, 0))
+        if (find_section(entries, type) == nullptr)
             return broken("3.1.7", kHeaderBytes, "no " + std::string(to_string(type)) + " section");
     for (std::uint32_t level = 1; level <= header.depth; ++level)
         for (const SectionType type :
              {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks})
-            if (missing(type, level) && (type != SectionType::level_bricks || header.storage() == Storage::mapped))
+            if (find_section(entries, type, level) == nullptr &&
+                (type != SectionType::level_bricks || header.storage() == Storage::mapped))
                 return broken("3.1.8", kHeaderBytes,
                               "no " + std::string(to_string(type)) + " for level " + std::to_string(level));
     return entries;
+}
+
+const SectionEntry *find_section(std::span<const SectionEntry> sections, SectionType type, std::uint32_t instance) {
+    const auto found = std::find_if(sections.begin(), sections.end(), [&](const SectionEntry &entry) {
+        return entry.type == type && entry.instance == instance;
+    });
+    return found == sections.end() ? nullptr : &*found;
 }
 
 } // namespace pbm

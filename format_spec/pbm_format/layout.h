@@ -129,6 +129,9 @@ Bytes encode_section_table(std::span<const SectionEntry> entries);
 // codecs, and that every section the model needs is there exactly once. Does not touch the sections themselves.
 Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const FileHeader &header);
 
+// The one section of this type and instance, or null.
+const SectionEntry *find_section(std::span<const SectionEntry> sections, SectionType type, std::uint32_t instance = 0);
+
 // The small sections. `offset` of an error counts from the section's start.
 Bytes encode_grid(const Grid &grid);
 Result<Grid> decode_grid(ByteView bytes, int depth);

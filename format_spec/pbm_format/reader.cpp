@@ -42,10 +42,7 @@ Status prove_metadata(ByteView file, const SectionEntry &section) {
 } // namespace
 
 const SectionEntry *Reader::section(SectionType type, std::uint32_t instance) const {
-    const auto found = std::find_if(sections_.begin(), sections_.end(), [&](const SectionEntry &entry) {
-        return entry.type == type && entry.instance == instance;
-    });
-    return found == sections_.end() ? nullptr : &*found;
+    return find_section(sections_, type, instance);
 }
 
 Result<Reader> Reader::open(ByteView file) try {
@@ -341,10 +338,19 @@ std::uint64_t decoded_bytes(const TiledImages &images) {
     return bytes;
 }
 
-Result<Model> load_model(Reader &reader, const LoadOptions &options) try {
+Image &next_raster(SectionType type, ModelImages &images) {
+    return type == SectionType::panorama         ? images.panorama
+           : type == SectionType::ground_texture ? images.ground_texture
+                                                 : images.ground_lit.emplace_back();
+}
+
+namespace {
+
+// The model without its rasters, for which `of_rasters` bytes of the memory are kept.
+Result<Model> load_levels(Reader &reader, const LoadOptions &options, std::uint64_t of_rasters) {
     const AttributeSet &set = reader.parameters().attributes;
     const int last = std::min(options.max_level, reader.depth());
-    std::uint64_t memory = 0;
+    std::uint64_t memory = of_rasters;
     std::vector<const LevelDirectory *> directories{nullptr};
     for (int level = 1; level <= last; ++level) {
         const Result<const LevelDirectory *> directory = reader.directory(level);
@@ -353,10 +359,6 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) try {
         directories.push_back(*directory);
         memory += decoded_bytes(**directory, set);
     }
-    const Result<TiledImages> images = reader.images();
-    if (!images)
-        return images.error();
-    memory += decoded_bytes(*images);
     if (memory > options.max_memory)
         return broken("system.memory", 0,
                       "the model needs " + std::to_string(memory >> 20) + " MiB of memory, more than allowed (" +
@@ -373,7 +375,19 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) try {
         if (Status status = load_level(reader, *directories[static_cast<std::size_t>(level)], options.threads, model);
             !status)
             return std::move(status).error();
-    if (Status status = load_images(*images, options.threads, model.images); !status)
+    return model;
+}
+
+} // namespace
+
+Result<Model> load_model(Reader &reader, const LoadOptions &options) try {
+    const Result<TiledImages> images = reader.images();
+    if (!images)
+        return images.error();
+    Result<Model> model = load_levels(reader, options, decoded_bytes(*images));
+    if (!model)
+        return model;
+    if (Status status = load_images(*images, options.threads, model->images); !status)
         return std::move(status).error();
     return model;
 } catch (const std::bad_alloc &) {
@@ -398,23 +412,31 @@ Status Reader::verify_all(int threads, std::uint64_t max_memory) try {
     if (Status status = verify_stored(); !status) // padding, and the sections that nothing else proves
         return status;
     // Before anything is decoded for good: of rasters, no more is in memory than four times what was there already.
-    const Result<TiledImages> tiled = images();
-    if (!tiled)
-        return tiled.error();
-    if (decoded_bytes(*tiled) > max_memory)
-        return broken("system.memory", 0, "the rasters need more memory than allowed", max_memory,
-                      decoded_bytes(*tiled));
+    std::vector<ImageDirectory> directories;
+    std::uint64_t of_rasters = 0;
     for (const SectionEntry *entry : rasters()) {
-        Image level_0;
+        Result<ImageDirectory> directory = read_image_directory(file_, *entry, header_.storage());
+        if (!directory)
+            return std::move(directory).error();
+        of_rasters += directory->grid.texel_bytes();
+        directories.push_back(std::move(directory).value());
+    }
+    if (of_rasters > max_memory)
+        return broken("system.memory", 0, "the rasters need more memory than allowed", max_memory, of_rasters);
+    ModelImages images;
+    for (std::size_t i = 0; i < directories.size(); ++i) {
+        const SectionEntry &entry = *rasters()[i];
         Status status;
-        prove_image(file_.subspan(entry->offset, entry->stored_bytes), entry->offset,
-                    *read_image_directory(file_, *entry, header_.storage()), threads, first_fault(status), level_0);
+        prove_image(file_.subspan(entry.offset, entry.stored_bytes), entry.offset, directories[i], threads,
+                    first_fault(status), next_raster(entry.type, images));
         if (!status)
             return status;
     }
-    Result<Model> loaded = load_model(*this, {.max_level = depth(), .threads = threads, .max_memory = max_memory});
+    Result<Model> loaded =
+        load_levels(*this, {.max_level = depth(), .threads = threads, .max_memory = max_memory}, of_rasters);
     if (!loaded)
         return std::move(loaded).error();
+    loaded->images = std::move(images);
     Model &model = *loaded;
 
     LevelMasks masks;

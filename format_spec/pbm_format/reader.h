@@ -117,6 +117,9 @@ std::uint64_t decoded_bytes(const TiledImages &images);
 // The level's bricks are as many as its directory says. BVG.md 5.10.2
 Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks);
 
+// Where the next raster of that type belongs: lit fractions stand in the order of the lights.
+Image &next_raster(SectionType type, ModelImages &images);
+
 // All levels up to `max_level`, each as contiguous streams, and all rasters.
 Result<Model> load_model(Reader &reader, const LoadOptions &options = {});
 

@@ -127,10 +127,7 @@ class Validator {
     }
 
     const SectionEntry *find(SectionType type, std::uint32_t instance = 0) const {
-        for (const SectionEntry &entry : sections_)
-            if (entry.type == type && entry.instance == instance)
-                return &entry;
-        return nullptr;
+        return find_section(sections_, type, instance);
     }
 
     ByteView stored(const SectionEntry &entry) const { return file_.subspan(entry.offset, entry.stored_bytes); }
@@ -314,15 +311,8 @@ class Validator {
             const SectionEntry &entry = *raster.entry;
             const FaultSink faults{.wants = [this](const CatalogueEntry &code) { return count(code, code.kind); },
                                    .take = [&](Error error) { tell(std::move(error), name(entry), -1); }};
-            Image level_0;
             is_incomplete_ |= prove_image(stored(entry), entry.offset, raster.directory, options_.threads, faults,
-                                          level_0, deep()) > 0;
-            if (entry.type == SectionType::panorama)
-                model_.images.panorama = std::move(level_0);
-            else if (entry.type == SectionType::ground_texture)
-                model_.images.ground_texture = std::move(level_0);
-            else
-                model_.images.ground_lit.push_back(std::move(level_0));
+                                          next_raster(entry.type, model_.images), deep()) > 0;
         }
     }
 

@@ -1,5 +1,6 @@
 #include "pbm_render/streamed_model.h"
 
+#include "pbm_format/file_rules.h"
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
@@ -239,6 +240,12 @@ void StreamedModel::work(const std::stop_token &stop, bool until_done) {
     }
 }
 
+// Offset of the chunk's entry in the file.
+std::uint64_t StreamedModel::place_in_directory(ChunkPlace place) const {
+    return reader_.section(SectionType::level_directory, static_cast<std::uint32_t>(place.level))->offset +
+           place.index * chunk_entry_bytes(reader_.parameters().attributes);
+}
+
 Result<StreamedModel::ChunkPointer> StreamedModel::load_chunk(Task &task) const {
     const auto [level, index] = task.place;
     const ChunkEntry &entry = *task.entry;
@@ -262,8 +269,7 @@ Result<StreamedModel::ChunkPointer> StreamedModel::load_chunk(Task &task) const 
         const auto &[masks, points] = chunk->decoded;
         chunk->bricks.resize(entry.shape.bricks);
         if (!index_bricks(parents, entry.shape, level, masks, points.normals, points.radii, chunk->bricks))
-            return Error{ErrorCode::bad_directory, entry.offset,
-                         "5.2 the chunk does not hold whole bricks, as many as the directory says, below its root"};
+            return wrong_split(place_in_directory(task.place), nullptr, &entry.shape); // no whole bricks below its root
         const AttributeSet &set = reader_.parameters().attributes;
         for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light) {
             chunk->packed_shadows[light] = pack_bits(points.shadows[light], set.shadow_bits[light][index_of(level)]);

@@ -138,6 +138,7 @@ class StreamedModel {
     Level &level_of(ChunkPlace place) { return levels_[static_cast<std::size_t>(place.level)]; }
     const Level &level_of(ChunkPlace place) const { return levels_[static_cast<std::size_t>(place.level)]; }
     const ChunkEntry &entry_of(ChunkPlace place) const { return level_of(place).directory->chunks[place.index]; }
+    std::uint64_t place_in_directory(ChunkPlace place) const;
     ChunkPlace parent_of(ChunkPlace place) const { return {place.level - 1, entry_of(place).shape.parent_chunk}; }
     bool has_parent(ChunkPlace place) const; // at hand, or none
     bool is_settled(ChunkPlace place) const;
