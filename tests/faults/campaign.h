@@ -10,6 +10,7 @@ namespace pbm::faults {
 struct Options {
     bool complete = false; // all of it, for minutes; else a sample of seconds
     std::uint64_t seed = 1;
+    std::string golden; // flips: of this file alone; empty: of all
 };
 
 // What came of a campaign.

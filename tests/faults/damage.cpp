@@ -76,8 +76,10 @@ void cut_files(const Options &options, Tally &tally) {
 }
 
 void flip_bits(const Options &options, Tally &tally) {
-    const std::vector<Golden> files = goldens(options.complete ? 16 << 10 : 13 << 10);
+    const std::vector<Golden> files = options.complete ? goldens_and_scans(32 << 10) : goldens(13 << 10);
     for (const Golden &golden : files) {
+        if (!options.golden.empty() && golden.name != options.golden)
+            continue;
         constexpr std::uint64_t kSample = 400; // flips of a file; an odd step, so that every bit of a byte has its turn
         const std::uint64_t step = golden.bytes.size() * 8 / kSample | 1;
         flip_all(golden, options.complete ? 1 : step, tally);

@@ -8,17 +8,21 @@
 namespace pbm::faults {
 namespace {
 
+void sort(std::vector<Golden> &files) {
+    std::sort(files.begin(), files.end(), [](const Golden &a, const Golden &b) {
+        return std::pair(a.bytes.size(), a.name) < std::pair(b.bytes.size(), b.name);
+    });
+}
+
 std::vector<Golden> files_in(const std::string &folder, std::size_t most_bytes) {
     std::vector<Golden> files;
-    for (const auto &entry : std::filesystem::directory_iterator(PBM_SOURCE_DIR "/format_spec/vectors/" + folder)) {
+    for (const auto &entry : std::filesystem::directory_iterator(PBM_SOURCE_DIR "/format_spec/" + folder)) {
         if (entry.path().extension() != ".bvg" || entry.file_size() > most_bytes)
             continue;
         std::ifstream in(entry.path(), std::ios::binary);
         files.push_back({entry.path().stem().string(), Bytes(std::istreambuf_iterator<char>(in), {})});
     }
-    std::sort(files.begin(), files.end(), [](const Golden &a, const Golden &b) {
-        return std::pair(a.bytes.size(), a.name) < std::pair(b.bytes.size(), b.name);
-    });
+    sort(files);
     return files;
 }
 
@@ -60,8 +64,20 @@ void add_raster(Reader &reader, const SectionEntry &section, ByteView file, std:
 
 } // namespace
 
-std::vector<Golden> goldens(std::size_t most_bytes) { return files_in("valid", most_bytes); }
-std::vector<Golden> broken_vectors() { return files_in("invalid", ~std::size_t{0}); }
+std::vector<Golden> goldens(std::size_t most_bytes) { return files_in("vectors/valid", most_bytes); }
+
+std::vector<Golden> goldens_and_scans(std::size_t most_bytes) {
+    std::vector<Golden> files = goldens(most_bytes);
+    for (const auto &version : std::filesystem::directory_iterator(PBM_SOURCE_DIR "/format_spec/golden"))
+        if (version.is_directory())
+            for (Golden &golden : files_in("golden/" + version.path().filename().string(), most_bytes))
+                if (std::none_of(files.begin(), files.end(), [&](const Golden &f) { return f.bytes == golden.bytes; }))
+                    files.push_back(std::move(golden));
+    sort(files);
+    return files;
+}
+
+std::vector<Golden> broken_vectors() { return files_in("vectors/invalid", ~std::size_t{0}); }
 
 std::vector<Region> regions_of(Reader &reader, ByteView file) {
     std::vector<Region> regions{{.part = Part::header, .begin = 0, .end = kHeaderBytes},
