@@ -2,7 +2,7 @@
 
 Builds models with every feature once, then again with other numbers of threads, SIMD targets, locales, time zones, folders,
 umasks and environments, and from the same scan with its vertices and faces in another order, and compares whole files.
-Scans that are named are built in all variations of --long but the last. Exit code 0: all the same, 1: not.
+Scans that are named are built in all variations of --long. Exit code 0: all the same, 1: not.
 
   --long         all models in all variations, not only the first
   --vertices N   of the sample scan
@@ -39,15 +39,43 @@ def write_png(path, width, height):
     path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)) +
                      chunk(b"IDAT", zlib.compress(b"".join(rows))) + chunk(b"IEND", b""))
 
+PLY_TYPES = {"char": "b", "int8": "b", "uchar": "B", "uint8": "B", "short": "h", "int16": "h", "ushort": "H", "uint16": "H",
+             "int": "i", "int32": "i", "uint": "I", "uint32": "I", "float": "f", "float32": "f", "double": "d", "float64": "d"}
+
 def split_ply(path):
-    """Header lines, vertex lines and face lines of a text PLY."""
-    lines = path.read_text(encoding="ascii").splitlines()
-    end = lines.index("end_header") + 1
-    vertices = next(int(line.split()[2]) for line in lines if line.startswith("element vertex"))
-    return lines[:end], lines[end:end + vertices], lines[end + vertices:]
+    """Header lines, vertices as bytes and faces as lists of corners of a PLY of vertices and faces alone, or none."""
+    header, _, body = path.read_bytes().partition(b"end_header\n")
+    lines = header.decode("ascii").splitlines()
+    words = [line.split() for line in lines]
+    elements = {word[1]: int(word[2]) for word in words if word[:1] == ["element"]}
+    lists = [word for word in words if word[:2] == ["property", "list"]]
+    if not set(elements) <= {"vertex", "face"} or len(lists) != (1 if "face" in elements else 0):
+        raise ValueError(f"{path}: more than vertices and faces")
+    count, order = elements["vertex"], {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}[words[1][1]]
+    if not order:
+        rows = body.splitlines()
+        return lines, rows[:count], [list(map(int, row.split()))[1:] for row in rows[count:count + elements.get("face", 0)]]
+    size = struct.calcsize("=" + "".join(PLY_TYPES[word[1]] for word in words if word[:1] == ["property"] and word not in lists))
+    vertices = [body[i * size:(i + 1) * size] for i in range(count)]
+    faces, at = [], count * size
+    for _ in range(elements.get("face", 0)):
+        corners, = struct.unpack_from(order + PLY_TYPES[lists[0][2]], body, at)
+        row = struct.Struct(order + PLY_TYPES[lists[0][2]] + PLY_TYPES[lists[0][3]] * corners)
+        faces.append(list(row.unpack_from(body, at))[1:])
+        at += row.size
+    return lines, vertices, faces
 
 def write_ply(path, header, vertices, faces):
-    path.write_text("\n".join(header + vertices + faces) + "\n", encoding="ascii")
+    words = [line.split() for line in header]
+    order = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}[words[1][1]]
+    if order:
+        types = [PLY_TYPES[name] for word in words if word[:2] == ["property", "list"] for name in word[2:4]]
+        rows = [struct.pack(order + types[0] + types[1] * len(face), len(face), *face) for face in faces]
+    else:
+        rows = [b" ".join(b"%d" % number for number in [len(face), *face]) for face in faces]
+    end = b"" if order else b"\n"
+    path.write_bytes("".join(f"{line}\n" for line in [*header, "end_header"]).encode() +
+                     b"".join(row + end for row in [*vertices, *rows]))
 
 def shuffled(vertices, faces, seed):
     """The same surface: vertices and faces in another order, each face from another of its corners."""
@@ -56,10 +84,9 @@ def shuffled(vertices, faces, seed):
     rng.shuffle(order)
     place = {old: new for new, old in enumerate(order)}
     turned = []
-    for face in faces:
-        count, *corners = map(int, face.split())
-        first = rng.randrange(count)
-        turned.append(" ".join(map(str, [count] + [place[i] for i in corners[first:] + corners[:first]])))
+    for corners in faces:
+        first = rng.randrange(len(corners))
+        turned.append([place[i] for i in corners[first:] + corners[:first]])
     rng.shuffle(turned)
     return [vertices[i] for i in order], turned
 
@@ -76,6 +103,7 @@ def make_inputs(sample, folder, vertices):
     scan = folder / "scan.ply"
     subprocess.run([sample, "-q", "--ascii", "--vertices", str(vertices), "-o", scan], check=True)
     header, points, faces = split_ply(scan)
+    assert points and faces
     other_points, other_faces = shuffled(points, faces, 1)
     write_ply(folder / "shuffled.ply", header, other_points, other_faces)
     write_ply(folder / "points.ply", *only_points(header, points))
@@ -125,7 +153,7 @@ def build(program, folder, model, how):
     """The bytes that a build gives."""
     name, options = model[:2]
     if len(model) > 2:
-        scan = model[2]
+        scan = folder / "scan-shuffled.ply" if how.get("shuffled") else model[2]
     elif how.get("shuffled"):
         scan = folder / ("points-shuffled.ply" if name == "points" else "shuffled.ply")
     else:
@@ -149,6 +177,16 @@ def difference(a, b):
     first = next((i for i, (x, y) in enumerate(zip(a, b)) if x != y), min(len(a), len(b)))
     return f"{len(a)} and {len(b)} bytes, the first difference at {first}"
 
+def shuffle_scan(scan, folder):
+    """Writes scan-shuffled.ply; false where that cannot be done."""
+    try:
+        header, points, faces = split_ply(scan)
+    except (ValueError, KeyError, IndexError, struct.error):
+        print(f"note: {scan.name} is no PLY of vertices and faces: not shuffled")
+        return False
+    write_ply(folder / "scan-shuffled.ply", header, *shuffled(points, faces, 1))
+    return True
+
 def check_model(programs, folder, model, threads_only, hashes):
     """Builds a model in all variations; returns those that differ."""
     program, with_target = programs
@@ -158,7 +196,7 @@ def check_model(programs, folder, model, threads_only, hashes):
     if build(program, folder, model, {"options": ("--credit", "other bytes")}) == first:
         wrong.append(f"{model[0]}: another credit gives the same bytes: nothing is compared")
     for name, how in variations(folder, with_target, threads_only):
-        if how.get("shuffled") and len(model) > 2:
+        if how.get("shuffled") and len(model) > 2 and not shuffle_scan(model[2], folder):
             continue
         again, count = build(program, folder, model, how), count + 1
         if again != first:
