@@ -28,8 +28,10 @@ std::vector<NearPoint> nearest_of_all(const std::vector<LatticePoint> &points, s
         const LatticePoint &at = points[p.point];
         return std::tuple(p.squared_distance, at.z, at.y, at.x, p.point);
     };
-    std::sort(all.begin(), all.end(), [&](const NearPoint &a, const NearPoint &b) { return key(a) < key(b); });
-    all.resize(std::min(most, all.size()));
+    const std::size_t kept = std::min(most, all.size());
+    std::partial_sort(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(kept), all.end(),
+                      [&](const NearPoint &a, const NearPoint &b) { return key(a) < key(b); });
+    all.resize(kept);
     return all;
 }
 
@@ -127,13 +129,14 @@ Bytes outliers_of_all(const std::vector<LatticePoint> &points) {
         std::sort(values.begin(), values.end());
         return static_cast<double>(values[values.size() / 2]);
     };
+    const double usual = median(spacing);
     Bytes outliers;
     for (std::size_t i = 0; i < points.size(); ++i) {
         std::vector<float> theirs;
         for (const NearPoint &p : near[i])
             theirs.push_back(spacing[p.point]);
         const auto own = static_cast<double>(spacing[i]);
-        outliers.push_back(own > kOutlierFactor * median(theirs) && own > kOutlierFactor * median(spacing) ? 1 : 0);
+        outliers.push_back(own > kOutlierFactor * median(theirs) && own > kOutlierFactor * usual ? 1 : 0);
     }
     return outliers;
 }

@@ -29,17 +29,19 @@ class ChosenModel {
           reader_(Reader::open(file_).value()) {
         const std::size_t levels = model_.levels.size();
         directories_.resize(levels);
-        states_.resize(levels);
+        whole_.resize(levels);
         codes_ = {{0}};
         LevelMasks masks(1);
         for (std::size_t level = 1; level < levels; ++level) {
             directories_[level] = reader_.directory(static_cast<int>(level)).value();
-            states_[level].resize(directories_[level]->chunks.size());
             codes_.push_back(expand_level(codes_.back(), model_.levels[level].masks, std::size_t{1} << 30).value());
             masks.push_back(model_.levels[level].masks);
         }
         for (std::size_t level = 1; level < levels; ++level)
             finest_below_.push_back(subtree_starts(masks, static_cast<int>(level)).back());
+        for (std::size_t level = 1; level < levels; ++level)
+            for (const ChunkEntry &entry : directories_[level]->chunks)
+                whole_[level].push_back(whole(static_cast<int>(level), entry));
         everything_at_hand();
     }
 
@@ -49,22 +51,16 @@ class ChosenModel {
     const LevelDirectory &directory(int level) const { return *directories_[static_cast<std::size_t>(level)]; }
     std::vector<ChunkState> &states(int level) { return states_[static_cast<std::size_t>(level)]; }
 
-    void everything_at_hand() {
-        forget([](auto &&...) { return false; });
-    }
+    void everything_at_hand() { states_ = whole_; }
     // Chunks for which `lost` says so are not at hand, nor those below them.
     template <class Lost> void forget(Lost &&lost) {
+        everything_at_hand();
         for (int level = 1; level <= depth(); ++level)
             for (std::size_t i = 0; i < states(level).size(); ++i) {
                 const ChunkEntry &entry = directory(level).chunks[i];
                 const bool orphan = level > 1 && states(level - 1)[entry.shape.parent_chunk].view == nullptr;
-                const auto radii =
-                    ByteView(this->level(level).points.radii).subspan(entry.first_point, entry.shape.points);
-                states(level)[i] = {};
-                if (!orphan && !lost(level, i))
-                    states(level)[i] = {.view = &some_view_,
-                                        .bounds = bounds_of(bricks(level, entry), level),
-                                        .largest_radius = *std::max_element(radii.begin(), radii.end())};
+                if (orphan || lost(level, i))
+                    states(level)[i] = {};
             }
     }
 
@@ -110,6 +106,14 @@ class ChosenModel {
     }
 
   private:
+    // The state of a chunk at hand.
+    ChunkState whole(int level, const ChunkEntry &entry) const {
+        const auto radii = ByteView(this->level(level).points.radii).subspan(entry.first_point, entry.shape.points);
+        return {.view = &some_view_,
+                .bounds = bounds_of(bricks(level, entry), level),
+                .largest_radius = *std::max_element(radii.begin(), radii.end())};
+    }
+
     // Those of a chunk's points, as far as bounds_of looks.
     std::vector<BrickRecord> bricks(int level, const ChunkEntry &entry) const {
         std::vector<BrickRecord> bricks;
@@ -127,7 +131,7 @@ class ChosenModel {
     Reader reader_;
     ChunkView some_view_;
     std::vector<const LevelDirectory *> directories_;
-    std::vector<std::vector<ChunkState>> states_;
+    std::vector<std::vector<ChunkState>> whole_, states_;  // [level][chunk]
     std::vector<std::vector<MortonCode>> codes_;           // [level]
     std::vector<std::vector<std::uint64_t>> finest_below_; // [level - 1]: first finest point below each point
 };
