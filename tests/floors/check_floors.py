@@ -90,8 +90,8 @@ HOMES = {
         r"|command_line/progress_display\.cpp"
     ),
 }
-# Headers that bring CLI11 along.
-WITH_CLI11 = {"command_line/parse.h", "command_line/common_options.h", "command_line/settings_file.h"}
+# Headers that bring CLI11 along, and the one source beside those that declare options.
+WITH_CLI11 = {"command_line/parse.h", "command_line/parse.cpp", "command_line/common_options.h", "command_line/settings_file.h"}
 C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot
 
 # Programs and what they may not need at run time.
@@ -109,7 +109,7 @@ LINKS = {
 # Targets that the CMake files of a folder may not name.
 CMAKE = {
     "format_spec": r"pbm[_:]+(render|build|scan|bake)\b|glm|OpenMesh|glfw|CLI11",
-    "command_line": r"pbm[_:]+(render|build|scan|bake)\b|OpenMesh|glfw|CLI11",
+    "command_line": r"pbm[_:]+(render|build|scan|bake)\b|OpenMesh|glfw",
     "runtime": r"pbm[_:]+(build|scan|sample)\b|OpenMesh|embree",
     "tools": r"pbm[_:]+render\b|glfw|embree",
     "data": r"pbm[_:]+(render|build|scan)\b",
