@@ -1,0 +1,143 @@
+#!/usr/bin/env python3
+"""clang-tidy of our own sources: tidy.py BUILD_FOLDER [FILE...]. Exit code 1: it found something.
+
+Nine tenths of what clang-tidy does to a file it does to the headers of others. Files that are compiled alike are therefore
+looked at together, a dozen at a time, as if they were one; where that finds anything, or where they do not go together, they
+are looked at in halves and in the end alone, and only that counts. What no compiler sees alone, clang does here. Files whose text and flags passed before are skipped: BUILD_FOLDER/tidy has stamps.
+"""
+import concurrent.futures
+import hashlib
+import json
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+FOLDERS = ("format_spec", "command_line", "runtime", "tools", "data", "tests", "bench", "examples")
+TOGETHER = 12
+
+
+def sources_of(build):
+    """Our files -> the flags of the first target that compiles them; those of them that it compiles in one unit with others."""
+    flags, never_alone = {}, set()
+    for entry in json.loads((build / "compile_commands.json").read_text(encoding="utf-8")):
+        unit = pathlib.Path(entry["file"])
+        paths = [unit]
+        if unit.parent.name == "Unity":
+            paths = map(pathlib.Path, re.findall(r'#include "(.*)"', unit.read_text(encoding="utf-8")))
+        ours = [path.resolve() for path in paths]
+        ours = [path.relative_to(ROOT) for path in ours if path.is_relative_to(ROOT)]
+        words, kept = shlex.split(entry["command"]), []
+        at = 1
+        while at < len(words):
+            if words[at] == "-o":
+                at += 1
+            elif words[at] != "-c" and words[at] != entry["file"] and words[at].startswith("-"):
+                kept.append(words[at])
+                if words[at] in ("-isystem", "-include"):
+                    at += 1
+                    kept.append(words[at])
+            at += 1
+        for path in ours:
+            if path.parts[0] in FOLDERS and str(path) not in flags:
+                flags[str(path)] = tuple(kept)
+                never_alone.update([str(path)] if len(ours) > 1 else [])
+    return flags, never_alone
+
+
+def names_of(text):
+    """What a file declares for itself, roughly: unnamed namespaces, line by line, and entry points; what it calls by no more than a
+    name. What one declares no other beside it may declare or call."""
+    names = set(re.findall(r"^(?:int |extern .* )(main|LLVMFuzzerTestOneInput)\(", text, re.MULTILINE))
+    for inside in re.findall(r"^namespace \{$(.*?)^\} // namespace$", text, re.MULTILINE | re.DOTALL):
+        for line in re.findall(r"^(?!using |TEST)[a-zA-Z].*", inside, re.MULTILINE):
+            found = re.search(r"^(?:struct|class|enum(?: class)?) (\w+)|\b(\w+)(?= = |\(|\{|\[|;)", line)
+            names.update(found.groups() if found else ())
+    return names - {None}, set(re.findall(r"(?<![.>:\w])(\w+)\(", text))
+
+
+def groups_of(files, flags):
+    """Lists of files to be looked at together; files of Highway, which include themselves, alone."""
+    groups = []  # files, flags, names, calls
+    for file in files:
+        text = (ROOT / file).read_text(encoding="utf-8")
+        names, calls = names_of(text)
+        alone = "foreach_target.h" in text
+        fits = (group for group in groups if not alone and group[1] == flags[file] and len(group[0]) < TOGETHER
+                and not group[2] & (names | calls) and not group[3] & names)
+        group = next(fits, None)
+        if group is None:
+            group = ([], () if alone else flags[file], set(), set())
+            groups.append(group)
+        group[0].append(file)
+        group[2].update(names)
+        group[3].update(calls)
+    return sorted((group[0] for group in groups), key=len, reverse=True)
+
+
+def tidy(path, flags):
+    """What clang-tidy says of it, nothing if all is well."""
+    command = ["clang-tidy", "--quiet", f"--header-filter=^{re.escape(str(ROOT))}/({'|'.join(FOLDERS)})/", str(path), "--", *flags]
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    return run.stdout + run.stderr if run.returncode != 0 else ""
+
+
+def compile_alone(file, flags):
+    run = subprocess.run(["clang++", "-fsyntax-only", *flags, str(ROOT / file)], cwd=ROOT, capture_output=True, text=True)
+    return run.stderr if run.returncode != 0 else ""
+
+
+def main():
+    build = pathlib.Path(sys.argv[1]).resolve()
+    flags, never_alone = sources_of(build)
+    stamps = build / "tidy"
+    stamps.mkdir(exist_ok=True)
+    # All that can change the verdict of a file: all headers, the configuration, its flags, the file itself.
+    headers = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.h"))
+    common = b"".join(path.read_bytes() for path in [ROOT / ".clang-tidy", *headers])
+
+    def stamp_of(file):
+        text = common + repr(flags[file]).encode() + (ROOT / file).read_bytes()
+        return stamps / file.replace("/", "_"), hashlib.sha256(text).hexdigest()
+
+    def passed(file):
+        stamp, digest = stamp_of(file)
+        return stamp.exists() and stamp.read_text() == digest
+
+    def look_at(members):
+        """What is wrong with them; whoever passes gets a stamp."""
+        if len(members) == 1:
+            said = tidy(ROOT / members[0], flags[members[0]])
+        else:
+            digest = hashlib.sha256("\n".join(members).encode()).hexdigest()[:16]
+            together = stamps / f"{digest}.cpp"
+            together.write_text("".join(f'#include "{ROOT / file}" // NOLINT\n' for file in members))
+            # What one file declares may hide what the next one does; compilers see each of them alone.
+            if tidy(together, (*flags[members[0]], "-Wno-shadow")):
+                half = len(members) // 2
+                return look_at(members[:half]) + look_at(members[half:])
+            said = "".join(compile_alone(file, flags[file]) for file in members if file in never_alone)
+        for file in members if not said else ():
+            stamp, digest = stamp_of(file)
+            stamp.write_text(digest)
+        return said
+
+    asked = [os.path.relpath(os.path.realpath(file), ROOT) for file in sys.argv[2:]] or sorted(flags)
+    if unknown := [file for file in asked if file not in flags]:
+        sys.exit(f"no target compiles {', '.join(unknown)}")
+    wanted = [file for file in asked if not passed(file)]
+    groups = groups_of(wanted, flags)
+    verdict = 0
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        for said in pool.map(look_at, groups):
+            if said:
+                print(said, flush=True)
+                verdict = 1
+    print(f"clang-tidy: {len(asked)} files, {len(wanted)} looked at, in {len(groups)} groups")
+    return verdict
+
+
+sys.exit(main())
