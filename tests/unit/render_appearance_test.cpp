@@ -4,14 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <hwy/targets.h>
-#include <limits>
 
 namespace pbm {
 namespace {
 
 using namespace test;
 
-constexpr float kEmpty = std::numeric_limits<float>::infinity();
 const glm::dvec3 kMiddle(0, -1, -2); // of the ball
 
 AttributeSet rich() {

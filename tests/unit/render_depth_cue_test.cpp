@@ -1,17 +1,16 @@
 #include "pbm_render/depth_cue.h"
+#include "render_test_model.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
-#include <limits>
 
 namespace pbm {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 120;
 constexpr double kFocal = 200, kEdge = 100;
-constexpr float kEmpty = std::numeric_limits<float>::infinity();
 constexpr std::uint32_t kGrey = 0xFFC0C0C0;
 
 // A grey picture with these depths.

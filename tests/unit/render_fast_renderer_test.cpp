@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <hwy/targets.h>
-#include <limits>
 
 namespace pbm {
 namespace {
@@ -22,7 +21,6 @@ using test::DrawnModel;
 using test::every_attribute;
 using test::smooth_ball;
 
-constexpr float kEmpty = std::numeric_limits<float>::infinity();
 constexpr int kWidth = 320, kHeight = 240;
 
 const DrawnModel &ball() {

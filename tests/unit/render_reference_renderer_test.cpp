@@ -6,12 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 namespace pbm {
 namespace {
-
-constexpr float kEmpty = std::numeric_limits<float>::infinity();
 
 struct Picture {
     Framebuffer target;

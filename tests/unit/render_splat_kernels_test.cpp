@@ -7,14 +7,11 @@
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <limits>
 
 namespace pbm {
 namespace {
 
 constexpr int kSize = 200;
-constexpr float kEmpty = std::numeric_limits<float>::infinity();
-
 // An eye at distance 10 that looks along -Z; the object lies between 9 and 11.
 struct Table {
     Projection projection{camera_in_front({0, 0, 0}, 10), kSize, kSize};

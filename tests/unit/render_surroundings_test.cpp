@@ -4,14 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 namespace pbm {
 namespace {
 
 using namespace test;
 
-constexpr float kEmpty = std::numeric_limits<float>::infinity();
 const glm::dvec3 kMiddle(0, -1, -2); // of the ball
 constexpr double kGround = -1.9;     // its height
 

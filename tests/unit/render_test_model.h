@@ -6,9 +6,12 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <vector>
 
 namespace pbm {
+
+inline constexpr float kEmpty = std::numeric_limits<float>::infinity(); // depth of a pixel that shows nothing
 
 struct TestVoxel {
     std::array<std::uint32_t, 3> place;    // x, y, z
