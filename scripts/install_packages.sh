@@ -11,7 +11,7 @@ runtime=(libhwy-dev libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libc
     libjpeg62-turbo-dev zlib1g-dev)
 viewer=(libglfw3-dev libepoxy-dev libimgui-dev)
 tools=(libopenmesh-dev libtomlplusplus-dev libjpeg62-turbo-dev libpng-dev libstb-dev)
-tests=(libgtest-dev libembree-dev libpng-dev python3 python3-jsonschema python3-zstandard python3-xxhash
+tests=(ccache libgtest-dev libembree-dev libpng-dev python3 python3-jsonschema python3-zstandard python3-xxhash
     valgrind zstd make mandoc groff-base draco libdraco-dev)
 window_tests=(xvfb xdotool imagemagick libgl1-mesa-dri)
 peers=(f3d)
