@@ -16,9 +16,9 @@ if(PBM_SANITIZE)
 endif()
 
 # pbm_sanitized(TARGET [SIMD SOURCES...] [UNOPTIMISED] [APART SOURCES...]): what makes TARGET compile in a third of the time
-# when sanitizers are on; nothing else changes, nothing is left out of them.
+# when sanitizers are on.
 #   SIMD         files of Highway, where two of UBSan's checks, at every use of a reference, take two thirds of the time: null,
-#                which address reports as well, and alignment, which is what vector instructions trap on
+#                which address reports as well, and alignment, which vector instructions trap on (scalars are no longer seen)
 #   UNOPTIMISED  nothing in it takes time: command lines, reports
 #   APART        files whose names are other files' too: the rest of the target is compiled several files at a time
 function(pbm_sanitized target)

@@ -50,7 +50,7 @@ int main(int argc, char **argv) {
                  "law is broken"};
     app.add_option("campaigns", wanted, "Which ones; default: all")->check(CLI::IsMember(names));
     app.add_flag("--long", options.complete, "All of it, for minutes; else a sample");
-    app.add_option("--golden", options.golden, "Only files whose names hold this");
+    app.add_option("--golden", options.golden, "Flips: of this file alone");
     app.add_option("--seed", options.seed, "Other places")->capture_default_str();
     CLI11_PARSE(app, argc, argv);
     bool good = true;
