@@ -1,5 +1,6 @@
 #include "pbm_bake/shadow_casters.h"
 
+#include "pbm_bake/padded_brick.h"
 #include "pbm_format/parallel.h"
 
 #include <algorithm>
@@ -10,12 +11,8 @@
 namespace pbm {
 namespace {
 
-constexpr int kBrickEdge = 8;
 constexpr unsigned kPlaceBits = 9;
 constexpr MortonCode kPlaceMask = (1U << kPlaceBits) - 1;
-// A brick and one voxel around it.
-constexpr int kPaddedEdge = kBrickEdge + 2, kPaddedVoxels = kPaddedEdge * kPaddedEdge * kPaddedEdge;
-constexpr int kRow = kPaddedEdge, kSlice = kPaddedEdge * kPaddedEdge;
 // Neighbours whose normals are further apart than this cosine lie on other sides of edges and thin walls.
 constexpr float kSameSide = 0.5F;
 constexpr std::size_t kBricksAtOnce = 64;
@@ -53,29 +50,6 @@ const std::vector<Normal> &float_normals() {
     return normals;
 }
 
-// Index in a padded brick of a place of the brick `shift` bricks away, or -1 if it lies further than one voxel off.
-// The centre brick's own places are always in. [27][512]
-const std::vector<std::array<std::int16_t, 512>> &padded_places() {
-    static const auto table = [] {
-        std::vector<std::array<std::int16_t, 512>> all(27);
-        for (int shift = 0; shift < 27; ++shift)
-            for (MortonCode place = 0; place < 512; ++place) {
-                const auto local = morton_decode(place);
-                int index = 0;
-                bool inside = true;
-                for (int axis = 2, step = shift; axis >= 0; --axis) {
-                    const int bricks = (axis == 2 ? step / 9 : axis == 1 ? step / 3 % 3 : step % 3) - 1;
-                    const int at = static_cast<int>(local[static_cast<std::size_t>(axis)]) + 1 + kBrickEdge * bricks;
-                    inside &= at >= 0 && at < kPaddedEdge;
-                    index = index * kPaddedEdge + at;
-                }
-                all[static_cast<std::size_t>(shift)][place] = static_cast<std::int16_t>(inside ? index : -1);
-            }
-        return all;
-    }();
-    return table;
-}
-
 std::int8_t quantise(float offset) {
     const float steps = offset * ShadowCasters::kOffsetSteps;
     return static_cast<std::int8_t>(std::clamp(std::floor(steps + 0.5F), -127.0F, 127.0F));
@@ -102,7 +76,7 @@ class PaddedBrick {
         int count = 0, sum_x = 0, sum_y = 0, sum_z = 0;
         for (int z = -1; z <= 1; ++z)
             for (int y = -1; y <= 1; ++y) {
-                const Plane *const row = &planes_[at] + z * kSlice + y * kRow;
+                const Plane *const row = &planes_[at] + z * kPaddedSlice + y * kPaddedEdge;
                 const int left = row[-1].limit > 0, middle = row[0].limit > 0, right = row[1].limit > 0;
                 const int all = left + middle + right;
                 count += all;
@@ -124,7 +98,7 @@ class PaddedBrick {
         for (int z = -1; z <= 1; ++z)
             for (int y = -1; y <= 1; ++y)
                 for (int x = -1; x <= 1; ++x) {
-                    const Plane &other = *(&planes_[at] + z * kSlice + y * kRow + x);
+                    const Plane &other = *(&planes_[at] + z * kPaddedSlice + y * kPaddedEdge + x);
                     const float cosine = own.x * other.x + own.y * other.y + own.z * other.z;
                     if (cosine < kSameSide)
                         continue;
@@ -204,7 +178,7 @@ void ShadowCasters::find_surface(int threads) {
                     if (std::min({x, y, z}) < 0 || std::max({x, y, z}) >= edge)
                         continue;
                     std::size_t other = b;
-                    if (shift != 13) {
+                    if (shift != kMiddleBrick) {
                         const MortonCode code =
                             morton_encode(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
                                           static_cast<std::uint32_t>(z));
@@ -222,7 +196,7 @@ void ShadowCasters::find_surface(int threads) {
                         }
                 }
                 for (std::uint64_t i = bricks_[b].first_point; i < bricks_[b + 1].first_point; ++i) {
-                    const auto at = static_cast<std::size_t>(table[13][places_[i]]);
+                    const auto at = static_cast<std::size_t>(table[kMiddleBrick][places_[i]]);
                     to[i] = quantise(from == nullptr ? padded.mean_distance(at) : padded.carried_distance(at));
                 }
             }

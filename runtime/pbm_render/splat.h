@@ -37,7 +37,7 @@ inline constexpr float kSteepest = 3;
 // Splats that are moved to where the surface is (SurfaceOffsets) are thinner by this factor, flatter, and smaller,
 // since a disc that need not reach the surface from a centre off it covers its voxel with less: by so much of the way,
 // and never by more than to kPlacedLeast of the radius.
-inline constexpr float kPlacedThickness = 0.7F, kPlacedSteepest = 2, kPlacedShrink = 0.4F, kPlacedLeast = 0.3F;
+inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.5F, kPlacedLeast = 0.3F;
 // On their outlines they lie so many voxel edges behind their planes, so that of two that overlap each shows where it
 // is nearer.
 inline constexpr float kPlacedCone = 0.6F;

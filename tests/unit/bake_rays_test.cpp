@@ -156,7 +156,7 @@ TEST(TriangleTree, NearestIsNearestOfAll) {
     EXPECT_FALSE(tree_of({}).nearest({1, 2, 3}, 100));
 }
 
-VoxelScene floor_and_roof() {
+VoxelScene voxels_of_floor_and_roof() {
     VoxelScene scene;
     scene.add_sheet(0, 64, 0, 64, 4);
     scene.add_sheet(24, 40, 24, 40, 24, true);
@@ -174,7 +174,7 @@ std::vector<Triangle> faces_of_floor_and_roof() {
 
 // A floor at height 4.8 in the voxels of height 4, and a roof of 16x16 voxels high above its middle.
 struct FloorAndRoof {
-    explicit FloorAndRoof(VoxelScene voxels = floor_and_roof()) : scene(std::move(voxels)) {}
+    explicit FloorAndRoof(VoxelScene voxels = voxels_of_floor_and_roof()) : scene(std::move(voxels)) {}
 
     VoxelScene scene;
     Model model = scene.model();
@@ -211,7 +211,7 @@ TEST(ShadowRays, ALightAtAPointOrFarAwayIsDefined) {
 }
 
 TEST(ShadowRays, APointWithoutATriangleLeavesAllToTheMaps) {
-    VoxelScene scene = floor_and_roof();
+    VoxelScene scene = voxels_of_floor_and_roof();
     scene.add(60, 50, 60, {0, 1, 0});
     const FloorAndRoof made(std::move(scene));
     const TriangleTree none = tree_of({});

@@ -10,7 +10,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <set>
+#include <map>
 
 namespace pbm {
 namespace {
@@ -39,28 +39,31 @@ std::vector<Voxel> voxels_of(const ChunkView &chunk) {
 
 UnitVector normal_of(std::uint16_t stored) { return normal_table()[stored & kNormalIndexMask]; }
 
-struct Mean {
-    UnitVector sum{};
-    int count = 0;
-};
-
-Mean mean_around(const Voxel &at, const std::set<Voxel> &occupied) {
-    Mean mean;
-    for (int z = -1; z <= 1; ++z)
-        for (int y = -1; y <= 1; ++y)
-            for (int x = -1; x <= 1; ++x)
-                if (occupied.contains({at[0] + x, at[1] + y, at[2] + z})) {
-                    mean.sum[0] += x;
-                    mean.sum[1] += y;
-                    mean.sum[2] += z;
-                    ++mean.count;
-                }
-    return mean;
-}
-
 double dot(const UnitVector &a, const UnitVector &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-TEST(SurfaceOffsets, AreTheMeanOfTheOccupiedVoxelsAlongTheNormal) {
+// Of the occupied voxels around that are of the same side.
+double mean_along(const Voxel &at, const UnitVector &normal, const std::map<Voxel, UnitVector> &normals) {
+    double sum = 0, weights = 0;
+    for (int z = -1; z <= 1; ++z)
+        for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x) {
+                const auto found = normals.find({at[0] + x, at[1] + y, at[2] + z});
+                if (found == normals.end() || dot(found->second, normal) < 0.5)
+                    continue;
+                const UnitVector both{normal[0] + found->second[0], normal[1] + found->second[1],
+                                      normal[2] + found->second[2]};
+                const double bent = (both[0] * x + both[1] * y + both[2] * z) / (1 + dot(found->second, normal));
+                const double along = normal[0] * x + normal[1] * y + normal[2] * z;
+                const double weight = 1 - (x * x + y * y + z * z - along * along) / 2.25;
+                if (weight <= 0)
+                    continue;
+                sum += weight * bent;
+                weights += weight;
+            }
+    return sum / weights;
+}
+
+TEST(SurfaceOffsets, AreTheMeanOfVoxelsOfTheSameSideAlongTheNormal) {
     const test::DrawnModel model(smooth_ball(kDepth, {}, 50));
     SurfaceOffsets estimate;
     std::vector<std::int8_t> offsets;
@@ -70,17 +73,17 @@ TEST(SurfaceOffsets, AreTheMeanOfTheOccupiedVoxelsAlongTheNormal) {
             estimate.estimate(*run.chunk, offsets);
             const std::vector<Voxel> voxels = voxels_of(*run.chunk);
             ASSERT_EQ(offsets.size(), voxels.size());
-            const std::set<Voxel> occupied(voxels.begin(), voxels.end());
+            std::map<Voxel, UnitVector> normals;
+            for (std::size_t i = 0; i < voxels.size(); ++i)
+                normals[voxels[i]] = normal_of(run.chunk->normals[i]);
             for (std::size_t i = 0; i < voxels.size(); ++i) {
                 const std::uint16_t stored = run.chunk->normals[i];
                 if ((stored & kTwoSidedBit) != 0) {
                     EXPECT_EQ(offsets[i], 0);
                     continue;
                 }
-                const auto [sum, count] = mean_around(voxels[i], occupied);
-                const double thin = std::min((27 - count) / 11.0, 1.0);
-                const double expected =
-                    std::clamp(thin * 1.12 * dot(sum, normal_of(stored)) / count, -0.875, 0.875) * 127 / 0.875;
+                const double mean = mean_along(voxels[i], normal_of(stored), normals);
+                const double expected = std::clamp(mean, -0.875, 0.875) * 127 / 0.875;
                 EXPECT_NEAR(offsets[i], expected, 1.01) << "level " << level << ", point " << i;
             }
         }
@@ -134,7 +137,7 @@ TEST(SurfaceOffsets, FinePicturesHaveSmoothOutlines) {
             missing += !drawn && outside < -limit ? 1 : 0;
         }
         ASSERT_GT(along, 700U);
-        EXPECT_LE(beyond, pixels > 4 ? along / 10 : 0) << pixels << " pixels per voxel";
+        EXPECT_LE(beyond, pixels > 4 ? along / 10 : pixels > 2 ? 3 : 0) << pixels << " pixels per voxel";
         EXPECT_EQ(missing, 0U) << pixels << " pixels per voxel";
     }
 }
