@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """clang-tidy of our own sources: tidy.py BUILD_FOLDER [FILE...]. Exit code 1: it found something.
 
-Nine tenths of what clang-tidy does to a file it does to the headers of others. Files that are compiled alike are therefore
-looked at together, a dozen at a time, as if they were one; where that finds anything, or where they do not go together, they
-are looked at in halves and in the end alone, and only that counts. What no compiler sees alone, clang does here. Files whose text and flags passed before are skipped: BUILD_FOLDER/tidy has stamps.
+Nine tenths of what clang-tidy does to a file it does to the headers of others. Files that are compiled alike are
+therefore looked at together, a dozen at a time, as if they were one; where that finds anything, or where they do not go
+together, they are looked at in halves and in the end alone, and only that counts. Files that no compiler sees alone are
+seen so by clang here. Files whose text and flags passed before are skipped: BUILD_FOLDER/tidy has stamps.
 """
 import concurrent.futures
 import hashlib
@@ -21,7 +22,7 @@ TOGETHER = 12
 
 
 def sources_of(build):
-    """Our files -> the flags of the first target that compiles them; those of them that it compiles in one unit with others."""
+    """Our files -> the flags of the first target that compiles them; and those that it compiles together with others."""
     flags, never_alone = {}, set()
     for entry in json.loads((build / "compile_commands.json").read_text(encoding="utf-8")):
         unit = pathlib.Path(entry["file"])
@@ -49,8 +50,8 @@ def sources_of(build):
 
 
 def names_of(text):
-    """What a file declares for itself, roughly: unnamed namespaces, line by line, and entry points; what it calls by no more than a
-    name. What one declares no other beside it may declare or call."""
+    """What a file declares for itself, roughly: unnamed namespaces, line by line, and entry points; what it calls by no
+    more than a name. What one declares no other beside it may declare or call."""
     names = set(re.findall(r"^(?:int |extern .* )(main|LLVMFuzzerTestOneInput)\(", text, re.MULTILINE))
     for inside in re.findall(r"^namespace \{$(.*?)^\} // namespace$", text, re.MULTILINE | re.DOTALL):
         for line in re.findall(r"^(?!using |TEST)[a-zA-Z].*", inside, re.MULTILINE):
@@ -80,13 +81,15 @@ def groups_of(files, flags):
 
 def tidy(path, flags):
     """What clang-tidy says of it, nothing if all is well."""
-    command = ["clang-tidy", "--quiet", f"--header-filter=^{re.escape(str(ROOT))}/({'|'.join(FOLDERS)})/", str(path), "--", *flags]
-    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    ours = f"^{re.escape(str(ROOT))}/({'|'.join(FOLDERS)})/"
+    command = ["clang-tidy", "--quiet", f"--header-filter={ours}", str(path), "--", *flags]
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     return run.stdout + run.stderr if run.returncode != 0 else ""
 
 
 def compile_alone(file, flags):
-    run = subprocess.run(["clang++", "-fsyntax-only", *flags, str(ROOT / file)], cwd=ROOT, capture_output=True, text=True)
+    command = ["clang++", "-fsyntax-only", *flags, str(ROOT / file)]
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     return run.stderr if run.returncode != 0 else ""
 
 
