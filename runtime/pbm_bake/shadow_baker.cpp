@@ -71,6 +71,7 @@ std::vector<LightPlace> parts_of_light(const LightPlace &light, const ShadowCast
     if (size == 0)
         return {light};
     std::vector<LightPlace> parts;
+    parts.reserve(static_cast<std::size_t>(count));
     for (int part = 0; part < count; ++part)
         parts.push_back(part_of_light(light, casters, part, size));
     return parts;

@@ -170,6 +170,7 @@ void FineRenderer::resolve(Framebuffer &target) {
 std::vector<PointRun> FineRenderer::Frame::place(std::span<const PointRun> points) {
     std::vector<PointRun> placed(points.begin(), points.end());
     std::vector<const ChunkView *> chunks;
+    chunks.reserve(placed.size());
     for (const PointRun &run : placed)
         chunks.push_back(run.chunk);
     std::sort(chunks.begin(), chunks.end(), std::less<>());

@@ -7,6 +7,7 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
+#include <exception>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,9 +40,7 @@ bool run(const Campaign &campaign, const Options &options) {
     return tally.broken() == 0 && tally.cases() > 0;
 }
 
-} // namespace
-
-int main(int argc, char **argv) {
+int run(int argc, char **argv) {
     Options options;
     std::vector<std::string> names, wanted;
     for (const Campaign &campaign : kCampaigns)
@@ -58,4 +57,15 @@ int main(int argc, char **argv) {
         if (wanted.empty() || std::find(wanted.begin(), wanted.end(), campaign.name) != wanted.end())
             good = run(campaign, options) && good;
     return good ? 0 : 1;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    try {
+        return run(argc, argv);
+    } catch (const std::exception &error) {
+        std::fprintf(stderr, "faults: %s\n", error.what());
+        return 4;
+    }
 }

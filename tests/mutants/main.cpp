@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
+#include <exception>
 #include <fstream>
 #include <string>
 #include <type_traits>
@@ -121,9 +122,7 @@ bool honest_files_load(const Campaign &campaign) {
     return good;
 }
 
-} // namespace
-
-int main(int argc, char **argv) {
+int run(int argc, char **argv) {
     Campaign campaign;
     std::string save;
     CLI::App app{"Reads mutants of honest files and judges what came of each; exit code 1 if a law is broken"};
@@ -143,4 +142,15 @@ int main(int argc, char **argv) {
         at = run_batch(campaign, at, std::min(at + kBatch, end));
     print_table(campaign);
     return campaign.broken == 0 && campaign.count != 0 ? 0 : 1;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    try {
+        return run(argc, argv);
+    } catch (const std::exception &error) {
+        std::fprintf(stderr, "mutants: %s\n", error.what());
+        return 4;
+    }
 }

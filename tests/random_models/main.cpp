@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdio>
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -89,9 +90,7 @@ int save_files(const Campaign &campaign) {
     return 0;
 }
 
-} // namespace
-
-int main(int argc, char **argv) {
+int run(int argc, char **argv) {
     Campaign campaign;
     CLI::App app{"Judges random valid files; exit code 1 if a law is broken"};
     app.add_option("count", campaign.count, "How many")->capture_default_str();
@@ -116,4 +115,15 @@ int main(int argc, char **argv) {
     print("bytes", totals.bytes);
     print("broken laws", totals.broken);
     return totals.broken == 0 && totals.files != 0 ? 0 : 1;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    try {
+        return run(argc, argv);
+    } catch (const std::exception &error) {
+        std::fprintf(stderr, "random_models: %s\n", error.what());
+        return 4;
+    }
 }

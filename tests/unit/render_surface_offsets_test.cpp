@@ -103,7 +103,7 @@ TEST(SurfaceOffsets, FindTheSurfaceOfABall) {
         for (std::size_t i = 0; i < voxels.size(); ++i, ++points) {
             UnitVector from_middle{};
             for (std::size_t axis = 0; axis < 3; ++axis)
-                from_middle[axis] = voxels[i][axis] + 0.5 - (1 << kDepth) / 2;
+                from_middle[axis] = voxels[i][axis] + 0.5 - 0.5 * (1 << kDepth);
             const double out = 0.45 * (1 << kDepth) - std::sqrt(dot(from_middle, from_middle));
             before += out * out;
             const double error = out - static_cast<double>(offsets[i]) / static_cast<double>(kOffsetSteps);
