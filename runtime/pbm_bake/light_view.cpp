@@ -87,28 +87,8 @@ ViewKind kind_of_view(const LightPlace &light, const Ball &ball, double size) {
     return distance - size / 2 >= kOneViewFrom * ball.radius ? ViewKind::from_outside : ViewKind::all_around;
 }
 
-} // namespace
-
-LightPlace place_light(const Light &light, const ShadowCasters &casters) {
-    LightPlace place;
-    place.parallel = light.kind == LightKind::directional;
-    place.spot = light.kind == LightKind::spot;
-    double farthest = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        place.direction[axis] = static_cast<double>(light.direction[axis]);
-        place.position[axis] = static_cast<double>(light.position[axis]);
-        farthest = std::max(farthest, std::abs(place.position[axis]));
-    }
-    // Beyond it only the direction matters.
-    const double limit = kFarthest * casters.voxel_size();
-    place.position = place.position * ((farthest > limit ? limit / farthest : 1) / casters.voxel_size());
-    if (light.kind != LightKind::point)
-        place.direction = normalise(place.direction);
-    return place;
-}
-
-LightPlace part_of_light(const LightPlace &light, const ShadowCasters &casters, int part, double size) {
-    const Ball ball = bounds_of(casters);
+// part_of_light of a model within `ball`.
+LightPlace part_of(const LightPlace &light, const Ball &ball, int part, double size) {
     const Vector3 way = ball.centre - light.position;
     const double distance = std::sqrt(dot(way, way));
     LightPlace from = light;
@@ -132,10 +112,34 @@ LightPlace part_of_light(const LightPlace &light, const ShadowCasters &casters, 
     return from;
 }
 
+} // namespace
+
+LightPlace place_light(const Light &light, const ShadowCasters &casters) {
+    LightPlace place;
+    place.parallel = light.kind == LightKind::directional;
+    place.spot = light.kind == LightKind::spot;
+    double farthest = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        place.direction[axis] = static_cast<double>(light.direction[axis]);
+        place.position[axis] = static_cast<double>(light.position[axis]);
+        farthest = std::max(farthest, std::abs(place.position[axis]));
+    }
+    // Beyond it only the direction matters.
+    const double limit = kFarthest * casters.voxel_size();
+    place.position = place.position * ((farthest > limit ? limit / farthest : 1) / casters.voxel_size());
+    if (light.kind != LightKind::point)
+        place.direction = normalise(place.direction);
+    return place;
+}
+
+LightPlace part_of_light(const LightPlace &light, const ShadowCasters &casters, int part, double size) {
+    return part_of(light, bounds_of(casters), part, size);
+}
+
 std::vector<LightView> views_of_map(const LightPlace &light, const ShadowCasters &casters, int map, double size) {
     const Ball ball = bounds_of(casters);
     const auto &turn = kTurns[static_cast<std::size_t>(map) % kTurns.size()];
-    const LightPlace part = part_of_light(light, casters, map, size);
+    const LightPlace part = part_of(light, ball, map, size);
     LightView view;
     view.shift_u = spread(static_cast<std::uint32_t>(map), 0);
     view.shift_v = spread(static_cast<std::uint32_t>(map), 1);
