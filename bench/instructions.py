@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Instructions of one frame of each renderer, counted by callgrind: the same on every run.
+"""Instructions of one frame of each renderer, and of offsets, counted by callgrind: the same on every run.
 
   instructions.py BIN MODEL.bvg [OPTION...]   prints what a frame costs, whole and per point
   instructions.py BIN --check COMPILER        is no frame of the sample dearer than tests/instructions/expected.csv?
@@ -20,18 +20,24 @@ import sys
 import tempfile
 
 EXPECTED = pathlib.Path(__file__).resolve().parent.parent / "tests" / "instructions" / "expected.csv"
-CLASSES = {"fast": "FastRenderer", "reference": "ReferenceRenderer"}
+# What is counted: pbm-render's renderer, and the functions at whose entry and exit counting begins or ends. Offsets are
+# estimated within the first frame that shows a chunk, and are no part of a frame.
+COUNTED = {"fast": ("fast", ["FastRenderer::render*", "SurfaceOffsets::estimate*"]),
+           "offsets": ("fast", ["SurfaceOffsets::estimate*"]),
+           "reference": ("reference", ["ReferenceRenderer::render*"])}
 VIEWS = {"whole": [],  # splats of a pixel or two
          "coarse": ["--level", "6"],  # of a dozen pixels, and what a picture costs without any
          "dense": ["--resolution", "640,360", "--max-error", "0.5"]}  # more points than pixels
 TOLERANCE = 1.02  # other C libraries may cost so much more: a loop of a fifth of a frame that gets 10 % slower fails
 
 
-def count(program, renderer, model, options):
-    """Instructions inside render(), which draws one frame, and pbm-render's statistics."""
+def count(program, what, model, options):
+    """Instructions of what is COUNTED in a picture, and pbm-render's statistics."""
+    renderer, toggles = COUNTED[what]
     with tempfile.TemporaryDirectory() as name:
         command = ["valgrind", "--tool=callgrind", "--collect-atstart=no",
-                   f"--toggle-collect=pbm::{CLASSES[renderer]}::render*", f"--callgrind-out-file={name}/out", program, model,
+                   *[f"--toggle-collect=pbm::{function}" for function in toggles],
+                   f"--callgrind-out-file={name}/out", program, model,
                    "-o", f"{name}/picture.png", "-j", "1", "--json", "--renderer", renderer, *options]
         run = subprocess.run(command, capture_output=True, text=True)
     if run.returncode != 0:
@@ -41,10 +47,10 @@ def count(program, renderer, model, options):
 
 
 def print_frames(program, model, options):
-    for renderer in CLASSES:
-        instructions, statistics = count(program, renderer, model, options)
+    for what in COUNTED:
+        instructions, statistics = count(program, what, model, options)
         points, drawn = statistics["points"], statistics["drawn_points"]
-        print(f"{renderer}: {instructions:,} instructions, {points:,} points: {instructions / points:.1f} per point, "
+        print(f"{what}: {instructions:,} instructions, {points:,} points: {instructions / points:.1f} per point, "
               f"{instructions / drawn:.1f} per point drawn ({drawn:,})", flush=True)
 
 
@@ -59,10 +65,10 @@ def sample(programs, folder):
 def frames_of_sample(programs):
     with tempfile.TemporaryDirectory() as folder:
         model = sample(programs, pathlib.Path(folder))
-        for renderer in CLASSES:
+        for what in COUNTED:
             for view, options in VIEWS.items():
-                instructions, statistics = count(programs / "pbm-render", renderer, model, options)
-                yield {"renderer": renderer, "view": view, "instructions": instructions,
+                instructions, statistics = count(programs / "pbm-render", what, model, options)
+                yield {"counted": what, "view": view, "instructions": instructions,
                        "drawn_points": statistics["drawn_points"]}
 
 
@@ -97,13 +103,13 @@ def check(programs, compiler):
         return 77
     with open(EXPECTED, newline="") as file:
         file.readline()
-        expected = {(row["renderer"], row["view"]): row for row in csv.DictReader(file)}
+        expected = {(row["counted"], row["view"]): row for row in csv.DictReader(file)}
     dearer = 0
     for frame in frames_of_sample(programs):
-        was = expected[frame["renderer"], frame["view"]]
+        was = expected[frame["counted"], frame["view"]]
         ratio = frame["instructions"] / int(was["instructions"])
         dearer += ratio > TOLERANCE
-        print(f"{frame['renderer']}, {frame['view']}: {frame['instructions']:,} instructions, {ratio:.3f} of what is "
+        print(f"{frame['counted']}, {frame['view']}: {frame['instructions']:,} instructions, {ratio:.3f} of what is "
               f"expected; {frame['instructions'] / frame['drawn_points']:.1f} per point drawn ({frame['drawn_points']:,}, "
               f"expected {int(was['drawn_points']):,}){'  DEARER' if ratio > TOLERANCE else ''}", flush=True)
     if dearer:

@@ -22,6 +22,8 @@ struct RunGeometry {
     RunGeometry(const PointRun &points, const FrameGeometry &frame);
 
     const PointRun *run;
+    const std::int8_t *offsets =
+        nullptr;                    // of all points of the chunk, once one of its bricks is seen; if the run has any
     float voxel;                    // edge, grid edges
     float most_offset;              // of a splat's middle from the centre of its voxel, grid edges
     std::array<glm::vec3, 3> steps; // M * (d, 0) from a voxel to the next in x, y, z

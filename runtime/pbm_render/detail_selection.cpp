@@ -188,7 +188,12 @@ void Selector::draw(const ChunkState &state, const ChunkEntry &entry, int level,
     if (!runs.empty() && runs.back().entry == &entry && runs.back().last == first)
         runs.back().last = last;
     else
-        runs.push_back({.chunk = state.view, .entry = &entry, .level = level, .first = first, .last = last});
+        runs.push_back({.chunk = state.view,
+                        .entry = &entry,
+                        .level = level,
+                        .first = first,
+                        .last = last,
+                        .offsets = state.offsets});
 }
 
 } // namespace

@@ -44,10 +44,11 @@ Box bounds_of(std::span<const BrickRecord> bricks, int level);
 
 // What is known of one chunk.
 struct ChunkState {
-    const ChunkView *view = nullptr; // null: not at hand
-    Box bounds = {};                 // of its bricks, if it is at hand
-    std::uint8_t largest_radius = 0; // index, of its points, if it is at hand
-    bool refused = false;            // damaged, and so are those below it for who needs it: not to be asked for
+    const ChunkView *view = nullptr;       // null: not at hand
+    const ChunkOffsets *offsets = nullptr; // of its points, for the runs
+    Box bounds = {};                       // of its bricks, if it is at hand
+    std::uint8_t largest_radius = 0;       // index, of its points, if it is at hand
+    bool refused = false;                  // damaged, and so are those below it for who needs it: not to be asked for
 };
 
 // What is known of one level.

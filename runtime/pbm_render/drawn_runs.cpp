@@ -35,10 +35,12 @@ void DrawnRuns::begin_view(const FrameGeometry &frame) {
     }
 }
 
-std::span<SeenBrick> DrawnRuns::find_seen(std::size_t index, const FrameGeometry &frame) {
+std::span<SeenBrick> DrawnRuns::find_seen(std::size_t index, const FrameGeometry &frame, SurfaceOffsets &workplace) {
     DrawnRun &run = drawn_[index];
     const std::span<SeenBrick> room(bricks_.data() + run.first_brick, run.geometry.run->chunk->bricks.size());
     run.seen = find_seen_bricks(run.geometry, frame, room);
+    if (const ChunkOffsets *offsets = runs_[index].offsets; offsets != nullptr && run.seen > 0)
+        run.geometry.offsets = offsets->of(*runs_[index].chunk, workplace);
     return room.first(run.seen);
 }
 

@@ -3,6 +3,7 @@
 
 #include "pbm_render/brick_culling.h"
 #include "pbm_render/render_options.h"
+#include "pbm_render/surface_offsets.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -38,15 +39,17 @@ class DrawnRuns {
     RenderStatistics statistics() const;
     std::size_t size() const { return runs_.size(); }
 
-    // For a view: makes room first, then find what each run shows; runs may be culled by several threads at a time.
-    // `frame` must outlive what is done with them. `widen(run, bricks)` may change the bricks' rows.
+    // For a view: makes room first, then find what each run shows; runs may be culled by several threads at a time,
+    // each with a workplace of its own. `frame` must outlive what is done with them. `widen(run, bricks)` may change
+    // the bricks' rows.
     void begin_view(const FrameGeometry &frame);
-    template <class Widen> void cull(std::size_t run, const FrameGeometry &frame, Widen &&widen) {
-        widen(drawn_[run].geometry, find_seen(run, frame));
+    template <class Widen>
+    void cull(std::size_t run, const FrameGeometry &frame, SurfaceOffsets &workplace, Widen &&widen) {
+        widen(drawn_[run].geometry, find_seen(run, frame, workplace));
         find_rows(run, frame);
     }
-    void cull(std::size_t run, const FrameGeometry &frame) {
-        cull(run, frame, [](const RunGeometry &, std::span<SeenBrick>) {});
+    void cull(std::size_t run, const FrameGeometry &frame, SurfaceOffsets &workplace) {
+        cull(run, frame, workplace, [](const RunGeometry &, std::span<SeenBrick>) {});
     }
 
     // work(run, its seen bricks, id of its chunk's first point) for runs that touch rows top .. bottom - 1.
@@ -61,7 +64,7 @@ class DrawnRuns {
     const PointRun &operator[](std::size_t run) const { return runs_[run]; }
 
   private:
-    std::span<SeenBrick> find_seen(std::size_t run, const FrameGeometry &frame);
+    std::span<SeenBrick> find_seen(std::size_t run, const FrameGeometry &frame, SurfaceOffsets &workplace);
     void find_rows(std::size_t run, const FrameGeometry &frame);
 
     PointIds ids_;

@@ -105,9 +105,10 @@ struct FacingPoints {
     alignas(64) std::array<float, kCapacity> x, y, w;       // pixel and depth
     alignas(64) std::array<std::int32_t, kCapacity> normal; // packed; bit 0 says that it is two-sided
     alignas(64) std::array<std::int32_t, kCapacity> id;
+    // Of placed splats only:
+    alignas(64) std::array<float, kCapacity> offset; // voxel edges
     // Of large splats only:
     alignas(64) std::array<float, kCapacity> radius; // grid edges
-    alignas(64) std::array<float, kCapacity> offset; // voxel edges; only if the run has offsets
     alignas(64) std::array<std::int32_t, kCapacity> normal_index;
 };
 
@@ -148,8 +149,9 @@ struct BrickStreams {
 };
 
 // Projects the points begin .. end - 1 of a brick, whose places are known, and keeps those that face the eye and may
-// touch the strip. Returns how many of them are at home in the strip, which is where their centres are.
-template <bool kLarge>
+// touch the strip. Returns how many of them are at home in the strip, which is where their centres are. Splats that are
+// kPlaced have offsets.
+template <bool kLarge, bool kPlaced>
 HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunGeometry &geometry,
                                           const SeenBrick &brick, const BrickPlaces &places, std::size_t begin,
                                           std::size_t end, const BrickStreams &streams, std::uint32_t first_id,
@@ -162,8 +164,8 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
     const std::size_t lanes = hn::Lanes(d);
     const auto set = [&](float value) { return hn::Set(d, value); };
     const auto &[step_x, step_y, step_z] = geometry.steps;
-    // Outlines are at most this much farther in than their points, rounding included: a voxel is at most 1.42 pixels.
-    constexpr float kShift = 2;
+    // Blocks are at most so many pixels away from their points, rounding included: a voxel is at most 1.42 pixels.
+    constexpr float kShift = kPlaced ? 3 : 2;
     const Vector above = set(static_cast<float>(strip.top) - kShift),
                  below = set(static_cast<float>(strip.bottom) + kShift);
     constexpr float kNowhere = std::numeric_limits<float>::infinity();
@@ -188,11 +190,10 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
         [[maybe_unused]] auto offset = hn::Zero(di);
         if (i + lanes <= streams.available) {
             stored = hn::PromoteTo(di, hn::LoadU(d16, streams.normals + i));
-            if constexpr (kLarge) {
+            if constexpr (kLarge)
                 radius_index = hn::PromoteTo(di, hn::LoadU(d8, streams.radii + i));
-                if (streams.offsets != nullptr)
-                    offset = hn::PromoteTo(di, hn::LoadU(signed8, streams.offsets + i));
-            }
+            if constexpr (kPlaced)
+                offset = hn::PromoteTo(di, hn::LoadU(signed8, streams.offsets + i));
         } else { // the chunk's last points
             alignas(32) std::array<std::uint16_t, kMostLanes> last{};
             alignas(32) std::array<std::uint8_t, kMostLanes> last_radii{};
@@ -200,7 +201,7 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
             std::copy_n(streams.radii + i, streams.available - i, last_radii.begin());
             stored = hn::PromoteTo(di, hn::Load(d16, last.data()));
             radius_index = hn::PromoteTo(di, hn::Load(d8, last_radii.data()));
-            if (streams.offsets != nullptr) {
+            if constexpr (kPlaced) {
                 alignas(32) std::array<std::int8_t, kMostLanes> last_offsets{};
                 std::copy_n(streams.offsets + i, streams.available - i, last_offsets.begin());
                 offset = hn::PromoteTo(di, hn::Load(signed8, last_offsets.data()));
@@ -226,11 +227,11 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
         hn::StoreU(pack(w), d, to.w.data() + count);
         hn::StoreU(pack(packed), di, to.normal.data() + count);
         hn::StoreU(pack(id), di, to.id.data() + count);
+        if constexpr (kPlaced)
+            hn::StoreU(pack(hn::Mul(hn::ConvertTo(d, offset), set(1 / kOffsetSteps))), d, to.offset.data() + count);
         if constexpr (kLarge) {
             hn::StoreU(pack(radius), d, to.radius.data() + count);
             hn::StoreU(pack(index), di, to.normal_index.data() + count);
-            if (streams.offsets != nullptr)
-                hn::StoreU(pack(hn::Mul(hn::ConvertTo(d, offset), set(1 / kOffsetSteps))), d, to.offset.data() + count);
         }
         count += hn::CountTrue(d, keep);
         at_home += hn::CountTrue(d, hn::And(keep, hn::And(hn::Ge(pixel_y, home_top), hn::Lt(pixel_y, home_bottom))));
@@ -241,7 +242,7 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
 
 // Adds those points of a seen brick to `to` that find_facing_points keeps; returns what it does. In bounds whatever the
 // bytes of a mapped chunk became.
-template <bool kLarge>
+template <bool kLarge, bool kPlaced>
 HWY_INLINE std::size_t add_brick(const FrameGeometry &frame, const RunGeometry &geometry, const SeenBrick &seen,
                                  std::uint32_t first_id, const DepthStrip &strip, FacingPoints &to) {
     const PointRun &run = *geometry.run;
@@ -251,14 +252,13 @@ HWY_INLINE std::size_t add_brick(const FrameGeometry &frame, const RunGeometry &
     if (first_point >= normals.size())
         return 0;
     const BrickStreams streams{normals.data() + first_point, run.chunk->radii.data() + first_point,
-                               run.offsets == nullptr ? nullptr : run.offsets + first_point,
-                               normals.size() - first_point};
+                               kPlaced ? geometry.offsets + first_point : nullptr, normals.size() - first_point};
     BrickPlaces places;
     const std::size_t count = std::min(list_places(brick, run.chunk->masks, places), streams.available);
     const std::size_t begin = run.first > first_point ? run.first - first_point : 0;
     const std::size_t end = run.last > first_point ? std::min<std::size_t>(count, run.last - first_point) : 0;
-    return find_facing_points<kLarge>(frame, geometry, seen, places, begin, end, streams,
-                                      first_id + static_cast<std::uint32_t>(first_point), strip, to);
+    return find_facing_points<kLarge, kPlaced>(frame, geometry, seen, places, begin, end, streams,
+                                               first_id + static_cast<std::uint32_t>(first_point), strip, to);
 }
 
 } // namespace pbm::HWY_NAMESPACE

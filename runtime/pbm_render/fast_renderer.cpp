@@ -29,6 +29,12 @@ struct StreamPointers {
     const std::uint8_t *colours, *materials, *textures; // null without
 };
 
+// What a thread needs to draw a strip.
+struct Workplace {
+    SurfaceOffsets offsets;
+    DepthStrip strip;
+};
+
 // What pixels of a frame show.
 struct FrameLook {
     const RenderOptions &options;
@@ -41,7 +47,7 @@ struct FrameLook {
 struct FastRenderer::Frame {
     Frame(const ModelParameters &p, std::uint32_t chunk_points, int threads, std::shared_ptr<const Surroundings> s)
         : parameters(p), surroundings(std::move(s)), appearance(p), runs(chunk_points), pool(resolve_threads(threads)),
-          strips(static_cast<std::size_t>(pool.threads())) {}
+          workplaces(static_cast<std::size_t>(pool.threads())) {}
 
     std::uint64_t draw(int top, int rows, const FrameGeometry &geometry, const FrameLook &look, DepthStrip &strip,
                        Framebuffer &target) const;
@@ -58,7 +64,7 @@ struct FastRenderer::Frame {
     WorkerPool pool;
 
     std::vector<StreamPointers> streams; // [runs]
-    std::vector<DepthStrip> strips;      // [thread]
+    std::vector<Workplace> workplaces;   // [thread]
 };
 
 FastRenderer::FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
@@ -87,11 +93,11 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     }
     const SurroundingsView surroundings(frame.surroundings.get(), frame.appearance, projection, options);
     std::optional<PointShader> shader;
-    frame.pool.run(frame.runs.size() + 1, [&](std::size_t item, std::size_t) {
+    frame.pool.run(frame.runs.size() + 1, [&](std::size_t item, std::size_t thread) {
         if (item == 0) // takes longest
             shader.emplace(frame.parameters, frame.appearance, projection, surroundings, options);
         else
-            frame.runs.cull(item - 1, geometry);
+            frame.runs.cull(item - 1, geometry, frame.workplaces[thread].offsets);
     });
 
     const int rows = strip_rows(target.width, frame.pool.threads());
@@ -99,7 +105,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     std::vector<std::uint64_t> drawn(count);
     const FrameLook look{options, *shader, surroundings};
     frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
-        drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, geometry, look, frame.strips[thread], target);
+        drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, geometry, look, frame.workplaces[thread].strip, target);
     });
     RenderStatistics statistics = frame.runs.statistics();
     for (const std::uint64_t points : drawn)

@@ -15,7 +15,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <optional>
 #include <utility>
 
@@ -39,6 +38,7 @@ glm::dvec2 sample_offset(int i) {
 struct Workplace {
     explicit Workplace(int width) : row(width) {}
 
+    SurfaceOffsets offsets;
     DepthStrip visible;
     SurfaceBuffer surface;
     SurfaceRow row;
@@ -79,7 +79,6 @@ struct FineRenderer::Frame {
         : parameters(p), surroundings(std::move(around)), appearance(p), runs(chunk_points),
           pool(resolve_threads(threads)) {}
 
-    std::vector<PointRun> place(std::span<const PointRun> points);
     std::uint64_t draw(int top, int rows, const Sample &sample, Workplace &at);
     void collect_row(int y, const Sample &sample, Workplace &at) const;
     void read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel, SurfacePoint &to) const;
@@ -93,7 +92,6 @@ struct FineRenderer::Frame {
     DrawnRuns runs;
     WorkerPool pool;
 
-    std::vector<std::vector<std::int8_t>> offsets; // of the points of each chunk in the picture
     std::optional<Picture> picture;
     std::vector<Workplace> workplaces; // [thread]
     // [height][width]: sums of the samples' light, times alpha, and of alpha; without what is behind the object where
@@ -123,7 +121,8 @@ RenderStatistics FineRenderer::render(std::span<const PointRun> runs, const Came
 void FineRenderer::begin(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                          const Framebuffer &target) {
     Frame &frame = *frame_;
-    frame.runs.set(frame.place(runs));
+    assert(std::all_of(runs.begin(), runs.end(), [](const PointRun &run) { return run.offsets != nullptr; }));
+    frame.runs.set(runs);
     frame.picture.emplace(frame.parameters, frame.appearance, frame.surroundings.get(), camera, options, target);
     frame.workplaces.assign(static_cast<std::size_t>(frame.pool.threads()), Workplace(target.width));
     frame.sum_of_light.resize(target.pixels());
@@ -140,8 +139,8 @@ RenderStatistics FineRenderer::add_sample() {
     const FrameGeometry geometry(projection, picture.width, picture.height);
     const Sample sample{offset, geometry};
     frame.runs.begin_view(geometry);
-    frame.pool.run(frame.runs.size(), [&](std::size_t run, std::size_t) {
-        frame.runs.cull(run, geometry,
+    frame.pool.run(frame.runs.size(), [&](std::size_t run, std::size_t thread) {
+        frame.runs.cull(run, geometry, frame.workplaces[thread].offsets,
                         [&](const RunGeometry &of, std::span<SeenBrick> seen) { widen_bricks(geometry, of, seen); });
     });
 
@@ -164,26 +163,6 @@ void FineRenderer::resolve(Framebuffer &target) {
     const ColourTable colours;
     frame_->pool.run(static_cast<std::size_t>(target.height),
                      [&](std::size_t y, std::size_t) { frame_->resolve_row(static_cast<int>(y), colours, target); });
-}
-
-// The runs with offsets of their points, which are estimated once for each chunk.
-std::vector<PointRun> FineRenderer::Frame::place(std::span<const PointRun> points) {
-    std::vector<PointRun> placed(points.begin(), points.end());
-    std::vector<const ChunkView *> chunks;
-    chunks.reserve(placed.size());
-    for (const PointRun &run : placed)
-        chunks.push_back(run.chunk);
-    std::sort(chunks.begin(), chunks.end(), std::less<>());
-    chunks.erase(std::unique(chunks.begin(), chunks.end()), chunks.end());
-    offsets.resize(chunks.size());
-    std::vector<SurfaceOffsets> estimates(static_cast<std::size_t>(pool.threads()));
-    pool.run(chunks.size(),
-             [&](std::size_t i, std::size_t thread) { estimates[thread].estimate(*chunks[i], offsets[i]); });
-    for (PointRun &run : placed) {
-        const auto found = std::lower_bound(chunks.begin(), chunks.end(), run.chunk, std::less<>());
-        run.offsets = offsets[static_cast<std::size_t>(found - chunks.begin())].data();
-    }
-    return placed;
 }
 
 // Adds a sample to the strip of `rows` rows from row `top` on. Returns the points drawn.

@@ -9,13 +9,15 @@
 
 namespace pbm {
 
+class ChunkOffsets;
+
 struct PointRun {
     const ChunkView *chunk = nullptr;  // its streams, decoded or where they lie in a mapped file
     const ChunkEntry *entry = nullptr; // its place in the octree and its normal cone
     int level = 1;                     // of the points, 1..depth
     // The points first..last - 1 of the chunk, which are whole nodes of level `level` - 1.
     std::uint32_t first = 0, last = 0;
-    const std::int8_t *offsets = nullptr; // of all points of the chunk, as SurfaceOffsets estimates them, if it did
+    const ChunkOffsets *offsets = nullptr; // of its points; without, splats are where surfaces lie on average
 };
 
 // Of point `i` of the run's chunk, 0..1. The light has a shadow stream, of `bits` bits at the run's level.

@@ -4,6 +4,7 @@
 #include "pbm_render/point_shader.h"
 #include "pbm_render/splat.h"
 #include "pbm_render/splat_kernels.h"
+#include "pbm_render/surface_offsets.h"
 #include "pbm_render/transform_table.h"
 #include "pbm_render/unit_grid.h"
 
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -35,8 +37,8 @@ SplatKernels make_kernels(const Grid &grid, const Projection &projection, int wi
 // Everything that stays the same for a whole frame, and the cursors of the walk.
 class Walk {
   public:
-    Walk(const Model &model, const Grid &grid, const Projection &projection, int level, Splats splats,
-         Framebuffer &target);
+    Walk(const Model &model, const Grid &grid, const Projection &projection, int level,
+         std::span<const std::int8_t> offsets, Splats splats, Framebuffer &target);
 
     void draw_root() { draw_odd_point(0, table_.centre); }
     // Draws octant grid number `octant` among those that exist; `place` is its child number.
@@ -50,6 +52,7 @@ class Walk {
     void draw_points(unsigned mask, const glm::vec4 &centre);
     void draw_point(std::size_t index, Facing facing, const glm::vec4 &centre);
     void draw_odd_point(std::size_t index, const glm::vec4 &centre);
+    void draw_placed(std::size_t index, std::size_t normal, glm::vec2 pixel, float depth, float facing);
     void draw(const SplatShape &shape, std::size_t index, glm::vec2 pixel, float depth, float inverse_depth);
 
     const Projection &projection_;
@@ -57,6 +60,7 @@ class Walk {
     const int level_;
     const std::uint16_t *const point_normals_; // attributes of the points drawn
     const std::uint8_t *const point_radii_;
+    const std::span<const std::int8_t> offsets_; // the same; empty without
     Framebuffer &target_;
 
     TransformTable table_;
@@ -75,12 +79,12 @@ class Walk {
     std::array<std::size_t, kMaxDepth + 1> cursor_{};         // next node of each level
 };
 
-Walk::Walk(const Model &model, const Grid &grid, const Projection &projection, int level, Splats splats,
-           Framebuffer &target)
+Walk::Walk(const Model &model, const Grid &grid, const Projection &projection, int level,
+           std::span<const std::int8_t> offsets, Splats splats, Framebuffer &target)
     : projection_(projection), grid_(grid), level_(level),
       point_normals_(model.levels[static_cast<std::size_t>(level)].points.normals.data()),
-      point_radii_(model.levels[static_cast<std::size_t>(level)].points.radii.data()), target_(target),
-      table_(grid_, projection), normals_(transform_normals(projection)), radii_(radius_table()),
+      point_radii_(model.levels[static_cast<std::size_t>(level)].points.radii.data()), offsets_(offsets),
+      target_(target), table_(grid_, projection), normals_(transform_normals(projection)), radii_(radius_table()),
       voxel_(static_cast<float>(grid_.voxel_size_at(level))), facing_(2 * kNormalCount, Facing::some),
       shapes_(kNormalCount) {
     for (std::size_t i = 0; i < radii_.size(); ++i)
@@ -115,7 +119,7 @@ void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
     const double reach = half_edge * std::sqrt(3.0);
     const glm::dvec3 image = projection_.point(centre);
     const bool narrow = reach <= kNarrow * glm::length(centre - projection_.eye);
-    if (kernels_ || !narrow ||
+    if (kernels_ || !offsets_.empty() || !narrow ||
         image.z - reach <= static_cast<double>(kLeastRadii * radii_[radius] + kLeastVoxels * voxel_))
         return;
     table_radius_ = radius;
@@ -187,6 +191,8 @@ void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     }
     if (facing > kFacingSlack)
         return;
+    if (!kernels_ && !offsets_.empty())
+        return draw_placed(index, normal, pixel, depth, facing);
     if (!kernels_)
         return draw(lay_splat(projection_, normals_[normal], pixel, facing, {radius, voxel_, two_sided}), index, pixel,
                     depth, 1 / depth);
@@ -200,7 +206,23 @@ inline void Walk::draw(const SplatShape &shape, std::size_t index, glm::vec2 pix
     if (inverse_depth < pixel_splats_[point_radii_[index]])
         draw_pixel(shape, pixel, depth, inverse_depth, static_cast<std::uint32_t>(index), target_);
     else
-        draw_splat(shape, pixel, depth, inverse_depth, static_cast<std::uint32_t>(index), target_);
+        draw_splat<false>(shape, pixel, depth, inverse_depth, static_cast<std::uint32_t>(index), target_);
+}
+
+// A splat that moves to where the surface is. Not inlined: others shall not pay for it.
+[[gnu::noinline]] void Walk::draw_placed(std::size_t index, std::size_t normal, glm::vec2 pixel, float depth,
+                                         float facing) {
+    ++drawn_points;
+    const SplatShape shape = lay_splat(projection_, normals_[normal], pixel, facing,
+                                       {.radius = radii_[point_radii_[index]],
+                                        .voxel = voxel_,
+                                        .two_sided = (point_normals_[index] & kTwoSidedBit) != 0,
+                                        .offset = static_cast<float>(offsets_[index]) / kOffsetSteps});
+    const auto id = static_cast<std::uint32_t>(index);
+    if (1 / depth < pixel_splats_[point_radii_[index]])
+        draw_pixel(shape, pixel, depth, 1 / depth, id, target_);
+    else
+        draw_splat<true>(shape, pixel, depth, 1 / depth, id, target_, kPlacedCone * voxel_);
 }
 
 // Turns the point indices in `target` into colours. Only what is seen is shaded, pixel by pixel.
@@ -288,12 +310,19 @@ void draw_behind(const SurroundingsView &surroundings, float edge, Framebuffer &
 } // namespace
 
 ReferenceRenderer::ReferenceRenderer(const Model &model, std::shared_ptr<const Surroundings> surroundings)
-    : model_(model), surroundings_(std::move(surroundings)), appearance_(model.parameters) {
+    : model_(model), surroundings_(std::move(surroundings)), appearance_(model.parameters),
+      offsets_(model.levels.size()) {
     LevelMasks masks;
     for (const Level &level : model.levels)
         masks.push_back(level.masks);
     if (masks.size() > 1)
         octant_starts_ = subtree_starts(masks, 1);
+}
+
+void ReferenceRenderer::set_offsets(int level, std::vector<std::int8_t> offsets) {
+    const auto at = static_cast<std::size_t>(level);
+    assert(offsets.empty() || offsets.size() == model_.levels[at].points.size());
+    offsets_[at] = std::move(offsets);
 }
 
 RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOptions &options,
@@ -303,7 +332,7 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
     const Grid grid = unit_grid(model_.parameters.grid);
     const Camera unit_camera = in_unit_grid(camera, model_.parameters.grid);
     const Projection projection(unit_camera, target.width, target.height);
-    Walk walk(model_, grid, projection, level, options.splats, target);
+    Walk walk(model_, grid, projection, level, offsets_[static_cast<std::size_t>(level)], options.splats, target);
     if (level == 0) {
         walk.draw_root();
     } else {

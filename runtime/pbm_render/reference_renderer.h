@@ -24,6 +24,10 @@ class ReferenceRenderer {
     // background colour.
     explicit ReferenceRenderer(const Model &model, std::shared_ptr<const Surroundings> surroundings = nullptr);
 
+    // Where in their voxels the surface lies at the points of a level, as SurfaceOffsets has it: splats of that level
+    // move there from the next frame on. As many as the level has points; none takes them back.
+    void set_offsets(int level, std::vector<std::int8_t> offsets);
+
     // From the next frame on: the tables of a frame are all that depends on it.
     void set_appearance(Appearance appearance) { appearance_ = std::move(appearance); }
 
@@ -35,6 +39,7 @@ class ReferenceRenderer {
     const Model &model_;
     const std::shared_ptr<const Surroundings> surroundings_;
     Appearance appearance_;
+    std::vector<std::vector<std::int8_t>> offsets_; // [level], empty without
     // [level][octant grid]: index of its first node; one more entry at the end of each level (as subtree_starts).
     std::vector<std::vector<std::uint64_t>> octant_starts_;
 };

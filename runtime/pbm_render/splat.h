@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 namespace pbm {
 
@@ -38,6 +39,8 @@ inline constexpr float kSteepest = 3;
 // since a disc that need not reach the surface from a centre off it covers its voxel with less: by so much of the way,
 // and never by more than to kPlacedLeast of the radius.
 inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.5F, kPlacedLeast = 0.3F;
+// kOutlineInset of them.
+inline constexpr float kPlacedOutlineInset = 0.2F;
 // On their outlines they lie so many voxel edges behind their planes, so that of two that overlap each shows where it
 // is nearer.
 inline constexpr float kPlacedCone = 0.6F;
@@ -56,11 +59,13 @@ struct SplatShape {
     Float4 depth_shift;      // from the point's depth to that in the middle, model units, the same for any depth
 };
 
-// Sizes in model space. `two_sided` points stand for both sides of their voxel: they stay where they are.
+// Sizes in model space. `two_sided` points stand for both sides of their voxel: they stay where they are. Splats with
+// an offset, in voxel edges, know where in their voxels the surface is.
 struct SplatSize {
     float radius;
     float voxel;
     bool two_sided;
+    std::optional<float> offset = {};
 };
 
 // Shape of splats with this normal that are seen through `pixel`. `facing` = normal.plane . (pixel, 1).
@@ -85,30 +90,37 @@ template <class T> void store_block(T *pixel, std::ptrdiff_t stride, Int4 block)
 struct SplatPixels {
     Float4 depth, at_middle; // of the point; in the middle of the ellipse
     Float4 inside;           // the quadratic form's value on the outline
+    Float4 cone;             // of the depth, for 1 of the quadratic form
     Int4 indices;            // of the point
 };
 
 // Draws four pixels, those with all bits of `allowed` set; (x, y) from the middle of the ellipse to their centres.
+template <bool kCone>
 inline void draw_block(const SplatShape &shape, const SplatPixels &splat, Float4 x, Float4 y, float *depths,
                        std::uint32_t *indices, std::ptrdiff_t stride, Int4 allowed = Int4{-1, -1, -1, -1}) {
-    const Float4 z = splat.depth * (shape.slope_x * x + shape.slope_y * y) + splat.at_middle;
+    const Float4 form = x * (shape.xx * x + shape.xy * y) + shape.yy * y * y;
+    Float4 z = splat.depth * (shape.slope_x * x + shape.slope_y * y) + splat.at_middle;
+    if constexpr (kCone)
+        z += splat.cone * form;
     const Int4 old_depths = load_block(depths, stride);
     const Int4 old_indices = load_block(indices, stride);
-    const Int4 wins = (x * (shape.xx * x + shape.xy * y) + shape.yy * y * y <= splat.inside) &
-                      (z < reinterpret_cast<Float4>(old_depths)) & allowed;
+    const Int4 wins = (form <= splat.inside) & (z < reinterpret_cast<Float4>(old_depths)) & allowed;
     // Pixels that do not win, beside the box too, are written back as they were.
     store_block(depths, stride, (reinterpret_cast<Int4>(z) & wins) | (old_depths & ~wins));
     store_block(indices, stride, (splat.indices & wins) | (old_indices & ~wins));
 }
 
 // The same for all blocks of a box (left, right, top, bottom).
+template <bool kCone>
 void draw_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
                  Framebuffer &target);
 
 // Draws the splat of a point at `pixel` and `depth` > 0: the pixels whose centres lie in the ellipse and that are
-// nearer than what is there. Any splat is allowed: what lies outside the framebuffer is clipped.
+// nearer than what is there. Any splat is allowed: what lies outside the framebuffer is clipped. On the outline depths
+// lie by `cone` behind the plane if kCone.
+template <bool kCone>
 inline void draw_splat(const SplatShape &shape, glm::vec2 pixel, float depth, float inverse_depth, std::uint32_t index,
-                       Framebuffer &target) {
+                       Framebuffer &target, float cone = 0) {
     const Float4 scale = Float4{} + inverse_depth;
     const Float4 point{pixel.x, pixel.x, pixel.y, pixel.y};
     // Pixel i is inside the box if its centre i + 0.5 is: the first one is floor(edge + 0.5), kept in the framebuffer.
@@ -122,13 +134,17 @@ inline void draw_splat(const SplatShape &shape, glm::vec2 pixel, float depth, fl
     const Float4 first = __builtin_convertvector(box, Float4) + 0.5F - (point + scale * shape.shift);
     const Float4 first_x = first[0] + Float4{0, 1, 0, 1};
     const Float4 y = first[2] + Float4{0, 0, 1, 1};
-    const SplatPixels splat{Float4{} + depth, shape.depth_shift + depth, scale * scale,
-                            Int4{} + static_cast<std::int32_t>(index)};
+    const Float4 inside = scale * scale;
+    const SplatPixels splat{.depth = Float4{} + depth,
+                            .at_middle = shape.depth_shift + depth,
+                            .inside = inside,
+                            .cone = kCone ? cone / inside : Float4{},
+                            .indices = Int4{} + static_cast<std::int32_t>(index)};
     if (right - left > 2 || bottom - top > 2 || right == target.width)
-        return draw_blocks(shape, splat, first_x, y, box, target);
+        return draw_blocks<kCone>(shape, splat, first_x, y, box, target);
     const std::ptrdiff_t stride = target.width; // one block: most splats of a whole model
     const std::ptrdiff_t at = top * stride + left;
-    draw_block(shape, splat, first_x, y, target.depth.data() + at, target.colour.data() + at, stride);
+    draw_block<kCone>(shape, splat, first_x, y, target.depth.data() + at, target.colour.data() + at, stride);
 }
 
 // Draws the one pixel that holds the splat's middle: all there is to draw of an ellipse at most a pixel wide.

@@ -208,9 +208,8 @@ HWY_INLINE void lay_soft_splats(const FrameGeometry &frame, float voxel, const F
                                 const DepthStrip &strip, SplatGroup &to) {
     const Floats d;
     for (std::size_t i = 0; i < kGroupSplats; i += hn::Lanes(d)) {
-        const LaidSplats laid = lay_ellipses<true>(
-            frame, voxel, {.radius = kKernelRadius, .outline_inset = kFineOutlineInset, .low_pass = kLowPass}, facing,
-            first + i, facing.count, strip, to.ellipses, i);
+        const LaidSplats laid = lay_ellipses<true>(frame, voxel, {.radius = kKernelRadius, .low_pass = kLowPass},
+                                                   facing, first + i, facing.count, strip, to.ellipses, i);
         const Vector band = hn::Mul(hn::Set(d, kBlendBand / 2), hn::LoadU(d, facing.radius.data() + first + i));
         hn::Store(hn::Div(hn::Max(laid.cosine, hn::Set(d, kBandCosine)), band), d, to.across.data() + i);
     }
@@ -242,8 +241,7 @@ HWY_INLINE void draw_points(const FrameGeometry &frame, float voxel, FacingPoint
     const Floats d;
     for (std::size_t i = 0; i < facing.count; i += kGroupSplats) {
         for (std::size_t lane = 0; lane < kGroupSplats; lane += hn::Lanes(d))
-            lay_ellipses<true>(frame, voxel, {.outline_inset = kFineOutlineInset}, facing, i + lane, facing.count,
-                               strip, group.ellipses, lane);
+            lay_ellipses<true>(frame, voxel, {}, facing, i + lane, facing.count, strip, group.ellipses, lane);
         measure_group(group);
         const Ellipses &e = group.ellipses;
         const auto id = [&](std::size_t lane) { return static_cast<std::uint32_t>(facing.id[i + lane]); };
@@ -273,7 +271,7 @@ std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &geomet
     for (const SeenBrick &it : seen) {
         if (it.top >= strip.bottom || it.bottom <= strip.top)
             continue;
-        drawn += add_brick<true>(frame, geometry, it, first_id, strip, facing);
+        drawn += add_brick<true, true>(frame, geometry, it, first_id, strip, facing);
         if (facing.count >= kWaiting)
             draw_points(frame, geometry.voxel, facing, strip);
     }
@@ -288,7 +286,7 @@ HWY_INLINE void blend_all(const Blending &blending, const RunGeometry &geometry,
     for (const SeenBrick &it : seen) {
         if (it.top >= strip.bottom || it.bottom <= strip.top)
             continue;
-        add_brick<true>(blending.frame, geometry, it, 0, strip, facing);
+        add_brick<true, true>(blending.frame, geometry, it, 0, strip, facing);
         if (facing.count >= kWaiting)
             blend_points<kGroups>(blending, geometry.voxel, strip, facing);
     }

@@ -25,9 +25,6 @@ inline constexpr float kBlendBand = 0.75F;
 // Planes that are seen at a flatter angle than with this cosine allow no larger difference of depths.
 inline constexpr float kBandCosine = 0.25F;
 
-// Middles of splats at outlines lie so much farther back than the surface, voxel edges.
-inline constexpr float kFineOutlineInset = 0.2F;
-
 // The runs have offsets.
 
 // Draws what is visible: those of the run's `seen` bricks that touch the strip, every point as an ellipse. The id of

@@ -81,8 +81,7 @@ struct Ellipses {
 
 // How much larger the ellipse is that is laid than the splat.
 struct Enlargement {
-    float radius = 1; // times the splat's
-    float outline_inset = kOutlineInset;
+    float radius = 1;   // times the splat's
     float low_pass = 0; // pixels: an ellipse's radii become the hypotenuses of themselves and this
 };
 
@@ -95,7 +94,8 @@ HWY_INLINE LaidSplats lay_ellipses(const FrameGeometry &frame, float voxel_edge,
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
     const Vector one = set(1), half = set(0.5F);
-    const LaidSplats s = lay_splats<kPlaced>(frame, voxel_edge, enlarged.outline_inset, points, first);
+    const LaidSplats s =
+        lay_splats<kPlaced>(frame, voxel_edge, kPlaced ? kPlacedOutlineInset : kOutlineInset, points, first);
     const SeenNormal &n = s.normal;
     const Vector radius = hn::Mul(set(enlarged.radius), hn::Load(d, points.radius.data() + first));
     // Behind the last point anything may stand, but no index of nothing.

@@ -2,6 +2,7 @@
 
 #include "pbm_format/file_rules.h"
 #include "pbm_format/parallel.h"
+#include "pbm_render/surface_offsets.h"
 
 #include <algorithm>
 #include <new>
@@ -15,11 +16,14 @@ struct StreamedModel::LoadedChunk {
     std::array<Bytes, kMaxLights> packed_shadows; // the same
     std::vector<BrickRecord> bricks;              // the same
     ChunkView view;
+    std::optional<ChunkOffsets> offsets;
     Box bounds; // of its bricks
     std::uint8_t largest_radius = 0;
     Claim memory;
 
-    void bound(int level) {
+    // Once its view is there.
+    void finish(int level) {
+        offsets.emplace(view.normals.size());
         bounds = bounds_of(view.bricks, level);
         for (const BrickRecord &brick : view.bricks)
             largest_radius = std::max(largest_radius, brick.largest_radius);
@@ -257,7 +261,7 @@ Result<StreamedModel::ChunkPointer> StreamedModel::load_chunk(Task &task) const 
             if (!view)
                 return std::move(view).error();
             chunk->view = *view;
-            chunk->bound(level);
+            chunk->finish(level);
             return ChunkPointer(std::move(chunk));
         }
         if (Status status = reader_.load_chunk(level, index, level == 1 ? root_ : task.parent->decoded, chunk->decoded);
@@ -284,7 +288,7 @@ Result<StreamedModel::ChunkPointer> StreamedModel::load_chunk(Task &task) const 
         chunk->view.materials = points.materials;
         chunk->view.textures = points.textures;
         chunk->view.bricks = chunk->bricks;
-        chunk->bound(level);
+        chunk->finish(level);
         return ChunkPointer(std::move(chunk));
     } catch (const std::bad_alloc &) {
         return out_of_memory();
@@ -355,6 +359,7 @@ void StreamedModel::finish(const Task &task, Result<ChunkPointer> loaded) {
         slot.chunk = std::move(loaded).value();
         slot.last_view = view_;
         state.view = &slot.chunk->view;
+        state.offsets = &*slot.chunk->offsets;
         state.bounds = slot.chunk->bounds;
         state.largest_radius = slot.chunk->largest_radius;
         statistics_.points_decoded += mapped ? 0 : task.entry->shape.points;
@@ -400,11 +405,12 @@ bool StreamedModel::make_room(std::uint64_t memory) {
 }
 
 std::uint64_t StreamedModel::memory_of(const ChunkEntry &entry, int level) const {
+    const std::uint64_t offsets = entry.shape.points;
     if (reader_.header().storage() == Storage::mapped)
-        return 0;
+        return offsets;
     const AttributeSet &set = reader_.parameters().attributes;
     LevelDirectory alone{.level = level, .chunks = {}, .points = entry.shape.points, .nodes = entry.shape.nodes};
-    std::uint64_t bytes = decoded_bytes(alone, set) + entry.shape.bricks * kBrickRecordBytes;
+    std::uint64_t bytes = offsets + decoded_bytes(alone, set) + entry.shape.bricks * kBrickRecordBytes;
     for (const StreamInfo &stream : streams_of(set))
         if (stream.kind == StreamKind::shadow) {
             bytes += raw_stream_bytes(stream, set, level, entry.shape.nodes, entry.shape.points);

@@ -30,14 +30,14 @@ namespace pbm {
 
 struct StreamingOptions {
     int threads = 0;                              // that decode; 0: one per processor
-    std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded chunks
+    std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded chunks and of what is known of their surface
     std::function<void()> arrived = {};           // called by those threads after each chunk that was requested
 };
 
 struct StreamingStatistics {
     std::uint64_t bytes_read = 0;     // of the file: header, table, small sections, directories, bricks, chunks
     std::uint64_t points_decoded = 0; // 0 for mapped files
-    std::uint64_t memory = 0;         // bytes of decoded chunks now
+    std::uint64_t memory = 0;         // bytes that count towards max_memory now
 };
 
 // What there is of a picture. Keeps its chunks in memory; the model must outlive it.

@@ -91,8 +91,8 @@ float SurfaceOffsets::mean_along(const Normal &normal, std::size_t at) const {
     return weights > 0 ? sum / weights : 0;
 }
 
-void SurfaceOffsets::estimate(const ChunkView &chunk, std::vector<std::int8_t> &to) {
-    to.assign(chunk.normals.size(), 0);
+void SurfaceOffsets::estimate(const ChunkView &chunk, std::span<std::int8_t> to) {
+    std::fill(to.begin(), to.end(), std::int8_t{0});
     list_bricks(chunk);
     const auto &middle = padded_places()[kMiddleBrick];
     for (const Brick &brick : bricks_) {
@@ -105,6 +105,13 @@ void SurfaceOffsets::estimate(const ChunkView &chunk, std::vector<std::int8_t> &
             to[i] = static_cast<std::int8_t>(std::clamp(steps, -127.0F, 127.0F));
         }
     }
+}
+
+ChunkOffsets::ChunkOffsets(std::size_t points) : offsets_(points) {}
+
+const std::int8_t *ChunkOffsets::of(const ChunkView &chunk, SurfaceOffsets &workplace) const {
+    std::call_once(estimated_, [&] { workplace.estimate(chunk, offsets_); });
+    return offsets_.data();
 }
 
 } // namespace pbm

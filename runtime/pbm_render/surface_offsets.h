@@ -11,6 +11,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
+#include <span>
 #include <vector>
 
 namespace pbm {
@@ -29,7 +31,8 @@ class SurfaceOffsets {
     // voxels around whose normals are within 60 degrees of the point's: each says where the surface is if it passes
     // through that voxel's centre, bent as the two normals are; those far from the line along the normal count less.
     // Voxels of other chunks are taken to be empty. In bounds whatever the bytes of a mapped chunk became.
-    void estimate(const ChunkView &chunk, std::vector<std::int8_t> &to);
+    // As many as the chunk has points.
+    void estimate(const ChunkView &chunk, std::span<std::int8_t> to);
 
   private:
     struct Normal {
@@ -50,6 +53,19 @@ class SurfaceOffsets {
     std::vector<std::uint32_t> table_;  // hash table of 1 + brick; 0 is free
     std::array<Normal, kPaddedVoxels> around_;
     std::vector<std::int16_t> filled_; // of around_
+};
+
+// The offsets of one chunk's points, estimated when they are first asked for.
+class ChunkOffsets {
+  public:
+    explicit ChunkOffsets(std::size_t points);
+
+    // `chunk` is always the same. Several threads may ask at once: one estimates, those who need the same wait.
+    const std::int8_t *of(const ChunkView &chunk, SurfaceOffsets &workplace) const;
+
+  private:
+    mutable std::once_flag estimated_;
+    mutable std::vector<std::int8_t> offsets_;
 };
 
 } // namespace pbm

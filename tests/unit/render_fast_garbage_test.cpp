@@ -40,6 +40,7 @@ class CopiedLevel {
                 shadow = keep(shadow);
             runs.push_back(run);
             runs.back().chunk = &copy.view;
+            runs.back().offsets = &offsets_.emplace_back(copy.view.normals.size());
         }
     }
 
@@ -78,6 +79,7 @@ class CopiedLevel {
 
     test::WholeLevel level_;
     std::deque<Copy> copies_;
+    std::deque<ChunkOffsets> offsets_; // estimated once the bytes are spoilt
 };
 
 // Pictures in which splats are blocks, ellipses or around the eye. Cells of the background have not been drawn into.

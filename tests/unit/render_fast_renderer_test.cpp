@@ -23,9 +23,19 @@ using test::smooth_ball;
 
 constexpr int kWidth = 320, kHeight = 240;
 
-const DrawnModel &ball() {
-    static const DrawnModel model(smooth_ball(7, {.colour = ColourFormat::rgb888}));
+DrawnModel make_ball(bool placed, std::uint32_t chunk_points = 4096) {
+    DrawnModel model(smooth_ball(7, {.colour = ColourFormat::rgb888}), chunk_points);
+    model.placed = placed;
     return model;
+}
+const DrawnModel &ball() {
+    static const DrawnModel kModel = make_ball(true);
+    return kModel;
+}
+// Whose splats are where surfaces lie on average.
+const DrawnModel &plain_ball() {
+    static const DrawnModel kModel = make_ball(false);
+    return kModel;
 }
 
 // How a picture differs from another one; both show something in `both` pixels.
@@ -95,14 +105,20 @@ const std::vector<glm::dvec3> &directions() {
 
 TEST(FastRenderer, ShowsWhatTheReferenceShowsAsBlocks) {
     for (const double pixels : {0.4, 0.7, 1.0, 1.2, 1.42})
-        for (const glm::dvec3 &direction : directions())
-            expect_alike(difference(ball(), camera_at_ball(7, pixels, kHeight, direction)), 7, pixels, "blocks");
+        for (const glm::dvec3 &direction : directions()) {
+            const Camera camera = camera_at_ball(7, pixels, kHeight, direction);
+            expect_alike(difference(ball(), camera), 7, pixels, "blocks");
+            expect_alike(difference(plain_ball(), camera), 7, pixels, "blocks without offsets");
+        }
 }
 
 TEST(FastRenderer, ShowsWhatTheReferenceShowsAsEllipses) {
     for (const double pixels : {1.7, 2.0, 4.0, 9.0, 40.0})
-        for (const glm::dvec3 &direction : directions())
-            expect_alike(difference(ball(), camera_at_ball(7, pixels, kHeight, direction)), 7, pixels, "ellipses");
+        for (const glm::dvec3 &direction : directions()) {
+            const Camera camera = camera_at_ball(7, pixels, kHeight, direction);
+            expect_alike(difference(ball(), camera), 7, pixels, "ellipses");
+            expect_alike(difference(plain_ball(), camera), 7, pixels, "ellipses without offsets");
+        }
 }
 
 TEST(FastRenderer, ShowsEveryLevelAsTheReferenceDoes) {
@@ -112,7 +128,7 @@ TEST(FastRenderer, ShowsEveryLevelAsTheReferenceDoes) {
                 difference(ball(), camera_at_ball(level, pixels, kHeight), kWidth, kHeight, {.level = level});
             const std::string what = "level " + std::to_string(level) + ": " + text(d);
             EXPECT_GT(d.both, 50U) << what;
-            EXPECT_LE(static_cast<double>(d.lost + d.added), 0.0015 * static_cast<double>(d.both) + 3) << what;
+            EXPECT_LE(static_cast<double>(d.lost + d.added), 0.0018 * static_cast<double>(d.both) + 3) << what;
             EXPECT_LE(d.depth, 0.04 * std::ldexp(2.0, -level)) << what;
             EXPECT_LE(d.colour, 0.5) << what;
         }
@@ -164,13 +180,13 @@ Camera camera_of(const Look &look) {
 
 TEST(FastRenderer, LooksFromAnywhere) {
     const DrawnModel two_sided(smooth_ball(7, {.colour = ColourFormat::rgb888}, 1));
-    for (const DrawnModel *model : {&ball(), &two_sided})
+    for (const DrawnModel *model : {&ball(), &plain_ball(), &two_sided})
         for (const Look &look : looks()) {
             const Difference d = difference(*model, camera_of(look));
             const std::string what = std::string(look.what) + ": " + text(d);
             const double range = std::max(1.0, glm::length(look.eye - glm::dvec3(0, -1, -2)));
             EXPECT_LE(static_cast<double>(d.lost), 0.0003 * static_cast<double>(d.both) + 12) << what;
-            EXPECT_LE(d.added, 5U) << what;
+            EXPECT_LE(d.added, 10U) << what;
             EXPECT_LE(d.depth, d.both > 100 ? 0.001 : 0.01 * range + 1) << what;
             EXPECT_LE(d.colour, d.both > 100 ? 0.5 : 80) << what;
         }
@@ -297,14 +313,17 @@ TEST(FastRenderer, GivesTheSamePictureForAnyThreadsFilesAndSimdTargets) {
     }
 }
 
-// One level is one picture, however its points lie in chunks and however a chunk is cut into runs.
+// One level is one picture, however its points lie in chunks and however a chunk is cut into runs. Offsets are estimated
+// within a chunk.
 TEST(FastRenderer, GivesTheSamePictureForAnyChunksAndRuns) {
     const Camera camera = camera_at_ball(7, 1.3, kHeight);
-    const DrawnModel small(smooth_ball(7, {.colour = ColourFormat::rgb888}), 512);
-    const DrawnModel big(smooth_ball(7, {.colour = ColourFormat::rgb888}), kDefaultChunkPoints);
-    const Framebuffer expected = big.fast(camera, kWidth, kHeight, {});
-    EXPECT_EQ(pixels_of(small.fast(camera, kWidth, kHeight, {})), pixels_of(expected));
+    const Framebuffer plain = plain_ball().fast(camera, kWidth, kHeight, {});
+    for (const std::uint32_t chunk_points : {512U, kDefaultChunkPoints})
+        EXPECT_EQ(pixels_of(make_ball(false, chunk_points).fast(camera, kWidth, kHeight, {})), pixels_of(plain));
 
+    const DrawnModel big = make_ball(true, kDefaultChunkPoints);
+    const Framebuffer expected = big.fast(camera, kWidth, kHeight, {});
+    EXPECT_NE(pixels_of(expected), pixels_of(plain));
     const test::WholeLevel level(big.file, 7);
     std::vector<PointRun> pieces;
     for (const PointRun &run : level.runs) {

@@ -5,11 +5,13 @@
 #include "pbm_format/writer.h"
 #include "pbm_render/fast_renderer.h"
 #include "pbm_render/reference_renderer.h"
+#include "pbm_render/surface_offsets.h"
 #include "render_test_model.h"
 #include "test_models.h"
 
 #include <glm/geometric.hpp>
 
+#include <deque>
 #include <memory>
 #include <vector>
 
@@ -40,7 +42,7 @@ inline Model smooth_ball(int depth, const AttributeSet &set, std::size_t two_sid
     return model;
 }
 
-// All chunks of one level of a mapped file, as they lie there.
+// All chunks of one level of a mapped file, as they lie there, with offsets of their points.
 class WholeLevel {
   public:
     WholeLevel(ByteView file, int level) : reader_(Reader::open(file).value()) {
@@ -49,17 +51,37 @@ class WholeLevel {
         for (std::size_t i = 0; i < directory->chunks.size(); ++i) {
             views_.push_back(reader_.view_chunk(level, i).value());
             const ChunkEntry &entry = directory->chunks[i];
-            runs.push_back({.chunk = &views_[i], .entry = &entry, .level = level, .last = entry.shape.points});
+            runs.push_back({.chunk = &views_[i],
+                            .entry = &entry,
+                            .level = level,
+                            .last = entry.shape.points,
+                            .offsets = &offsets_.emplace_back(entry.shape.points)});
         }
     }
     WholeLevel(const WholeLevel &) = delete;
     WholeLevel &operator=(const WholeLevel &) = delete;
+
+    void forget_offsets() {
+        for (PointRun &run : runs)
+            run.offsets = nullptr;
+    }
+    // Of all points of the level.
+    std::vector<std::int8_t> offsets() const {
+        SurfaceOffsets workplace;
+        std::vector<std::int8_t> all;
+        for (const PointRun &run : runs) {
+            const std::int8_t *const some = run.offsets->of(*run.chunk, workplace);
+            all.insert(all.end(), some, some + run.chunk->normals.size());
+        }
+        return all;
+    }
 
     std::vector<PointRun> runs;
 
   private:
     Reader reader_;
     std::vector<ChunkView> views_;
+    std::deque<ChunkOffsets> offsets_;
 };
 
 // A model with a mapped file of it.
@@ -70,13 +92,19 @@ struct DrawnModel {
 
     Framebuffer reference(const Camera &camera, int width, int height, const RenderOptions &options) const {
         Framebuffer target(width, height);
-        ReferenceRenderer(model).render(camera, options, target);
+        ReferenceRenderer renderer(model);
+        const int level = std::min(options.level, model.parameters.grid.depth);
+        if (placed && level > 0)
+            renderer.set_offsets(level, WholeLevel(file, level).offsets());
+        renderer.render(camera, options, target);
         return target;
     }
     // One level, as the reference renderer draws it.
     Framebuffer fast(const Camera &camera, int width, int height, const RenderOptions &options, int threads = 1) const {
         Framebuffer target(width, height);
-        const WholeLevel level(file, std::min(options.level, model.parameters.grid.depth));
+        WholeLevel level(file, std::min(options.level, model.parameters.grid.depth));
+        if (!placed)
+            level.forget_offsets();
         FastRenderer(model.parameters, chunk_points, threads).render(level.runs, camera, options, target);
         return target;
     }
@@ -84,6 +112,7 @@ struct DrawnModel {
     Model model;
     std::uint32_t chunk_points;
     Bytes file;
+    bool placed = true; // both renderers know where in its voxel the surface lies
 };
 
 // Looks at the middle of smooth_ball from such a direction that a voxel of `level` there is `pixels` wide.

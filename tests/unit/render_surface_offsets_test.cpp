@@ -70,6 +70,7 @@ TEST(SurfaceOffsets, AreTheMeanOfVoxelsOfTheSameSideAlongTheNormal) {
     for (int level = 1; level <= kDepth; ++level) {
         const test::WholeLevel whole(model.file, level);
         for (const PointRun &run : whole.runs) {
+            offsets.resize(run.chunk->normals.size());
             estimate.estimate(*run.chunk, offsets);
             const std::vector<Voxel> voxels = voxels_of(*run.chunk);
             ASSERT_EQ(offsets.size(), voxels.size());
@@ -98,6 +99,7 @@ TEST(SurfaceOffsets, FindTheSurfaceOfABall) {
     double before = 0, after = 0;
     std::size_t points = 0;
     for (const PointRun &run : whole.runs) {
+        offsets.resize(run.chunk->normals.size());
         estimate.estimate(*run.chunk, offsets);
         const std::vector<Voxel> voxels = voxels_of(*run.chunk);
         for (std::size_t i = 0; i < voxels.size(); ++i, ++points) {
