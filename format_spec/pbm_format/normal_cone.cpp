@@ -1,6 +1,8 @@
 #include "pbm_format/normal_cone.h"
 
 #include <algorithm>
+#include <cstring>
+#include <vector>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "pbm_format/normal_cone.cpp"
@@ -13,20 +15,44 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// outside[i]: whether n . axis < least for the normal n of index i, whose coordinates lie in `normals`.
-void compare_with_axis(const std::int16_t *normals, const IntegerNormal &axis, std::int32_t least,
+// outside[i]: not 0 if n . axis < least for the normal n of index i. Octants mirror each other, so that the products of
+// coordinates of one do for all. `quarters` has those of normal 4 i + j of the first octant at [j][coordinate][i]: the
+// signs of four differences, side by side in a word, are the bytes of four normals.
+void compare_with_axis(const std::int32_t *quarters, const IntegerNormal &axis, std::int32_t least,
                        std::uint8_t *outside) {
+    constexpr std::size_t kOctant = kNormalCount / 8, kQuarter = kOctant / 4;
     const hn::ScalableTag<std::int32_t> d;
-    const hn::Rebind<std::int16_t, decltype(d)> stored;
-    const hn::Rebind<std::int8_t, decltype(d)> bytes;
-    const auto x = hn::Set(d, axis[0]), y = hn::Set(d, axis[1]), z = hn::Set(d, axis[2]), limit = hn::Set(d, least);
-    for (std::size_t i = 0; i < kNormalCount; i += hn::Lanes(d)) {
-        const auto part = [&](std::size_t c) {
-            return hn::PromoteTo(d, hn::LoadU(stored, normals + c * kNormalCount + i));
+    using Vector = hn::Vec<decltype(d)>;
+    const Vector limit = hn::Set(d, least);
+    for (std::size_t i = 0; i < kQuarter; i += hn::Lanes(d)) {
+        Vector sum[4], difference[4], above[4], below[4]; // of x and y; z and -z less the limit
+        for (std::size_t j = 0; j < 4; ++j) {
+            const auto product = [&](std::size_t c) {
+                return hn::Mul(hn::LoadU(d, quarters + (3 * j + c) * kQuarter + i), hn::Set(d, axis[c]));
+            };
+            const Vector x = product(0), y = product(1), z = product(2);
+            sum[j] = hn::Add(x, y);
+            difference[j] = hn::Sub(x, y);
+            above[j] = hn::Sub(z, limit);
+            below[j] = hn::Sub(hn::Neg(z), limit);
+        }
+        const auto store = [&](std::size_t octant, auto &&less) {
+            const Vector low = hn::Or(hn::And(hn::ShiftRight<24>(less(0)), hn::Set(d, 0x80)),
+                                      hn::And(hn::ShiftRight<16>(less(1)), hn::Set(d, 0x8000)));
+            const Vector high = hn::Or(hn::And(hn::ShiftRight<8>(less(2)), hn::Set(d, 0x800000)),
+                                       hn::And(less(3), hn::Set(d, INT32_MIN)));
+            std::int32_t words[hn::MaxLanes(d)];
+            hn::StoreU(hn::Or(low, high), d, words);
+            std::memcpy(outside + octant * kOctant + 4 * i, words, sizeof(std::int32_t) * hn::Lanes(d));
         };
-        const auto product = hn::Add(hn::Add(hn::Mul(part(0), x), hn::Mul(part(1), y)), hn::Mul(part(2), z));
-        const auto verdict = hn::DemoteTo(bytes, hn::VecFromMask(d, hn::Lt(product, limit)));
-        hn::StoreU(verdict, bytes, reinterpret_cast<std::int8_t *>(outside + i));
+        store(0, [&](std::size_t j) { return hn::Add(above[j], sum[j]); });
+        store(1, [&](std::size_t j) { return hn::Sub(above[j], difference[j]); });
+        store(2, [&](std::size_t j) { return hn::Add(above[j], difference[j]); });
+        store(3, [&](std::size_t j) { return hn::Sub(above[j], sum[j]); });
+        store(4, [&](std::size_t j) { return hn::Add(below[j], sum[j]); });
+        store(5, [&](std::size_t j) { return hn::Sub(below[j], difference[j]); });
+        store(6, [&](std::size_t j) { return hn::Add(below[j], difference[j]); });
+        store(7, [&](std::size_t j) { return hn::Sub(below[j], sum[j]); });
     }
 }
 
@@ -40,25 +66,25 @@ HWY_EXPORT(compare_with_axis);
 
 namespace {
 
-// The integer normals, all x, then all y, then all z.
-struct Coordinates {
-    std::array<std::int16_t, 3 * kNormalCount> of_normals{};
-
-    Coordinates() {
+// Integer normals of the first octant as compare_with_axis takes them.
+std::vector<std::int32_t> first_octant() {
+    constexpr std::size_t kQuarter = kNormalCount / 8 / 4;
+    std::vector<std::int32_t> quarters;
+    for (std::size_t j = 0; j < 4; ++j)
         for (std::size_t c = 0; c < 3; ++c)
-            for (std::size_t i = 0; i < kNormalCount; ++i)
-                of_normals[c * kNormalCount + i] = static_cast<std::int16_t>(integer_normal_table()[i][c]);
-    }
-};
+            for (std::size_t i = 0; i < kQuarter; ++i)
+                quarters.push_back(integer_normal_table()[4 * i + j][c]);
+    return quarters;
+}
 
 std::int32_t least_product(const NormalCone &cone) { return cone.cosine * 32767; }
 
 } // namespace
 
 void mark_outside(const NormalCone &cone, OutsideCone &outside) {
-    static const Coordinates coordinates;
+    static const std::vector<std::int32_t> quarters = first_octant();
     HWY_DYNAMIC_DISPATCH(compare_with_axis)
-    (coordinates.of_normals.data(), integer_normal_table()[cone.axis], least_product(cone), outside.data());
+    (quarters.data(), integer_normal_table()[cone.axis], least_product(cone), outside.data());
     std::fill(outside.begin() + kTwoSidedBit, outside.end(), std::uint8_t{1}); // seen from anywhere
 }
 

@@ -6,7 +6,7 @@
 
 namespace pbm {
 
-// For a cone that is one: its cosine is not kNoCone. Takes as long as to compare some hundred normals.
+// For a cone that is one: its cosine is not kNoCone. Takes as long as to compare a hundred normals.
 void mark_outside(const NormalCone &cone, OutsideCone &outside);
 inline constexpr std::size_t kManyNormals = 512; // it pays from here on
 
