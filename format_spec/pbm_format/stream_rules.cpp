@@ -12,9 +12,7 @@ namespace {
 Bytes to_bytes(ByteView view) { return {view.begin(), view.end()}; }
 
 Status check_values(ByteView values, unsigned limit, std::uint64_t offset, Reason reason, const char *text) {
-    std::uint8_t most = 0;
-    for (const std::uint8_t value : values) // not max_element, which compilers do not vectorise
-        most = std::max(most, value);
+    const std::uint8_t most = largest_value(values);
     if (most >= limit)
         return broken(reason, offset, text, "below " + std::to_string(limit), most);
     return {};

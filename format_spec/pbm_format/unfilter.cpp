@@ -81,6 +81,9 @@ HWY_INLINE unsigned equal_lanes(Lanes a, Lanes b) {
         bits |= (a.lane[i] == b.lane[i] ? 1U : 0U) << i;
     return bits;
 }
+HWY_INLINE Lanes largest(Lanes a, Lanes b) {
+    return for_lanes([&](std::size_t i) { return std::max(a.lane[i], b.lane[i]); });
+}
 HWY_INLINE void load_interleaved(const std::uint8_t *from, Lanes &a, Lanes &b) {
     a = for_lanes([&](std::size_t i) { return from[2 * i]; });
     b = for_lanes([&](std::size_t i) { return from[2 * i + 1]; });
@@ -153,6 +156,7 @@ HWY_INLINE unsigned equal_lanes(Lanes a, Lanes b) {
     std::memcpy(&all, bits, sizeof all);
     return all;
 }
+HWY_INLINE Lanes largest(Lanes a, Lanes b) { return {hn::Max(a.v, b.v)}; }
 HWY_INLINE void load_interleaved(const std::uint8_t *from, Lanes &a, Lanes &b) {
     hn::LoadInterleaved2(Tag(), from, a.v, b.v);
 }
@@ -236,6 +240,19 @@ MaskSummary summarise_masks(ByteView masks) {
         summary.zero |= masks[at] == 0;
     }
     return summary;
+}
+
+std::uint8_t largest_value(ByteView values) {
+    Lanes most = set(0);
+    std::size_t at = 0;
+    for (; at + kLanes <= values.size(); at += kLanes)
+        most = largest(most, load(values.data() + at));
+    std::uint8_t last[kLanes];
+    store(most, last);
+    std::uint8_t value = *std::max_element(last, last + kLanes);
+    for (; at < values.size(); ++at)
+        value = std::max(value, values[at]);
+    return value;
 }
 
 // Bits 0..7 of each point's node; eight at a time, of which the next node overwrites those that are not its own.
@@ -521,6 +538,7 @@ HWY_AFTER_NAMESPACE();
 namespace pbm {
 
 HWY_EXPORT(summarise_masks);
+HWY_EXPORT(largest_value);
 HWY_EXPORT(number_parents);
 HWY_EXPORT(lay_out_siblings);
 HWY_EXPORT(count_escapes);
@@ -533,6 +551,8 @@ HWY_EXPORT(unfilter_radii);
 HWY_EXPORT(unfilter_shadows);
 
 MaskSummary summarise_masks(ByteView masks) { return HWY_DYNAMIC_DISPATCH(summarise_masks)(masks); }
+
+std::uint8_t largest_value(ByteView values) { return HWY_DYNAMIC_DISPATCH(largest_value)(values); }
 
 void SiblingLayout::build(ByteView masks, const MaskSummary &summary) {
     assert(!summary.zero);

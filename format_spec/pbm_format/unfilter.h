@@ -21,6 +21,8 @@ struct MaskSummary {
 };
 MaskSummary summarise_masks(ByteView masks);
 
+[[gnu::pure]] std::uint8_t largest_value(ByteView values); // 0 if there is none
+
 // Where each point finds its parent node and its code. Points stand in blocks of 16, which have at most 16 parents and
 // at most 16 codes, so that a shuffle of 16 bytes hands each point its own.
 class SiblingLayout {
