@@ -63,7 +63,7 @@ FORMAT_EXCEPTIONS = {
 # Third-party header -> the files that may include it; the first pattern that matches decides.
 HOMES = {
     r"zstd.*\.h": r"format_spec/pbm_format/frame\.cpp",
-    r"xxh.*\.h": r"format_spec/pbm_format/hash\.cpp",
+    r"xxh.*\.h": r"format_spec/pbm_format/hash(_avx2|_avx512)?\.cpp",
     r"nlohmann/.*": r"format_spec/pbm_format/metadata\.cpp|tools/.*\.cpp|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools)/.*",
     # In the builder only what runs once per sample: vectors elsewhere are the compiler's.
