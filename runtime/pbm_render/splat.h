@@ -38,12 +38,12 @@ inline constexpr float kSteepest = 3;
 // Splats that are moved to where the surface is (SurfaceOffsets) are thinner by this factor, flatter, and smaller,
 // since a disc that need not reach the surface from a centre off it covers its voxel with less: by so much of the way,
 // and never by more than to kPlacedLeast of the radius.
-inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.5F, kPlacedLeast = 0.3F;
+inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.3F, kPlacedLeast = 0.3F;
 // kOutlineInset of them.
-inline constexpr float kPlacedOutlineInset = 0.2F;
+inline constexpr float kPlacedOutlineInset = 0.25F;
 // On their outlines they lie so many voxel edges behind their planes, so that of two that overlap each shows where it
 // is nearer.
-inline constexpr float kPlacedCone = 0.6F;
+inline constexpr float kPlacedCone = 0.7F;
 // Points nearer to the eye than so many splat radii and voxels together have the eye inside or next to them, and their
 // planes would reach behind it: they are not drawn.
 inline constexpr float kLeastRadii = 1.25F, kLeastVoxels = 2;
