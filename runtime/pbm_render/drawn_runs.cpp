@@ -1,5 +1,7 @@
 #include "pbm_render/drawn_runs.h"
 
+#include "pbm_render/chunk_offsets.h"
+
 #include <algorithm>
 #include <bit>
 
@@ -40,7 +42,7 @@ std::span<SeenBrick> DrawnRuns::find_seen(std::size_t index, const FrameGeometry
     const std::span<SeenBrick> room(bricks_.data() + run.first_brick, run.geometry.run->chunk->bricks.size());
     run.seen = find_seen_bricks(run.geometry, frame, room);
     if (const ChunkOffsets *offsets = runs_[index].offsets; offsets != nullptr && run.seen > 0)
-        run.geometry.offsets = offsets->of(*runs_[index].chunk, workplace);
+        run.geometry.offsets = offsets->of(*runs_[index].chunk, room.first(run.seen), workplace);
     return room.first(run.seen);
 }
 

@@ -2,7 +2,7 @@
 
 #include "pbm_format/file_rules.h"
 #include "pbm_format/parallel.h"
-#include "pbm_render/surface_offsets.h"
+#include "pbm_render/chunk_offsets.h"
 
 #include <algorithm>
 #include <new>
@@ -23,7 +23,7 @@ struct StreamedModel::LoadedChunk {
 
     // Once its view is there.
     void finish(int level) {
-        offsets.emplace(view.normals.size());
+        offsets.emplace(view.normals.size(), view.bricks.size());
         bounds = bounds_of(view.bricks, level);
         for (const BrickRecord &brick : view.bricks)
             largest_radius = std::max(largest_radius, brick.largest_radius);
@@ -405,7 +405,7 @@ bool StreamedModel::make_room(std::uint64_t memory) {
 }
 
 std::uint64_t StreamedModel::memory_of(const ChunkEntry &entry, int level) const {
-    const std::uint64_t offsets = entry.shape.points;
+    const std::uint64_t offsets = entry.shape.points + entry.shape.bricks;
     if (reader_.header().storage() == Storage::mapped)
         return offsets;
     const AttributeSet &set = reader_.parameters().attributes;

@@ -2,7 +2,7 @@
 // without a step beyond its streams, and twice as the same picture, from any camera into a picture of any size.
 // The first bytes choose sizes, attributes, light, level and run; then come the camera, and the streams.
 #include "pbm_render/fast_renderer.h"
-#include "pbm_render/surface_offsets.h"
+#include "pbm_render/chunk_offsets.h"
 
 #include "fuzz/byte_source.h"
 
@@ -93,7 +93,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     view.packed_shadows[0] = shadows;
     view.bricks = records;
     const ChunkEntry entry;
-    const ChunkOffsets offsets(points);
+    const ChunkOffsets offsets(points, bricks);
     std::vector<PointRun> runs(2, {.chunk = &view, .entry = &entry, .level = level, .first = first, .last = last});
     runs[1].offsets = &offsets;
 

@@ -3,9 +3,9 @@
 
 #include "pbm_format/reader.h"
 #include "pbm_format/writer.h"
+#include "pbm_render/chunk_offsets.h"
 #include "pbm_render/fast_renderer.h"
 #include "pbm_render/reference_renderer.h"
-#include "pbm_render/surface_offsets.h"
 #include "render_test_model.h"
 #include "test_models.h"
 
@@ -55,7 +55,7 @@ class WholeLevel {
                             .entry = &entry,
                             .level = level,
                             .last = entry.shape.points,
-                            .offsets = &offsets_.emplace_back(entry.shape.points)});
+                            .offsets = &offsets_.emplace_back(entry.shape.points, entry.shape.bricks)});
         }
     }
     WholeLevel(const WholeLevel &) = delete;
@@ -70,8 +70,9 @@ class WholeLevel {
         SurfaceOffsets workplace;
         std::vector<std::int8_t> all;
         for (const PointRun &run : runs) {
-            const std::int8_t *const some = run.offsets->of(*run.chunk, workplace);
-            all.insert(all.end(), some, some + run.chunk->normals.size());
+            std::vector<std::int8_t> some(run.chunk->normals.size());
+            workplace.estimate(*run.chunk, some);
+            all.insert(all.end(), some.begin(), some.end());
         }
         return all;
     }

@@ -6,11 +6,16 @@
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
+#include <random>
+#include <thread>
 
 namespace pbm {
 namespace {
@@ -41,13 +46,16 @@ UnitVector normal_of(std::uint16_t stored) { return normal_table()[stored & kNor
 
 double dot(const UnitVector &a, const UnitVector &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// Of the occupied voxels around that are of the same side.
-double mean_along(const Voxel &at, const UnitVector &normal, const std::map<Voxel, UnitVector> &normals) {
+// Of the occupied voxels around that are of the same side; nothing if it is close whether one is.
+std::optional<double> mean_along(const Voxel &at, const UnitVector &normal,
+                                 const std::map<Voxel, UnitVector> &normals) {
     double sum = 0, weights = 0;
     for (int z = -1; z <= 1; ++z)
         for (int y = -1; y <= 1; ++y)
             for (int x = -1; x <= 1; ++x) {
                 const auto found = normals.find({at[0] + x, at[1] + y, at[2] + z});
+                if (found != normals.end() && std::abs(dot(found->second, normal) - 0.5) < 1e-3)
+                    return std::nullopt;
                 if (found == normals.end() || dot(found->second, normal) < 0.5)
                     continue;
                 const UnitVector both{normal[0] + found->second[0], normal[1] + found->second[1],
@@ -67,10 +75,11 @@ TEST(SurfaceOffsets, AreTheMeanOfVoxelsOfTheSameSideAlongTheNormal) {
     const test::DrawnModel model(smooth_ball(kDepth, {}, 50));
     SurfaceOffsets estimate;
     std::vector<std::int8_t> offsets;
+    std::size_t points = 0, close = 0;
     for (int level = 1; level <= kDepth; ++level) {
         const test::WholeLevel whole(model.file, level);
         for (const PointRun &run : whole.runs) {
-            offsets.resize(run.chunk->normals.size());
+            offsets.assign(run.chunk->normals.size(), 0);
             estimate.estimate(*run.chunk, offsets);
             const std::vector<Voxel> voxels = voxels_of(*run.chunk);
             ASSERT_EQ(offsets.size(), voxels.size());
@@ -83,12 +92,115 @@ TEST(SurfaceOffsets, AreTheMeanOfVoxelsOfTheSameSideAlongTheNormal) {
                     EXPECT_EQ(offsets[i], 0);
                     continue;
                 }
-                const double mean = mean_along(voxels[i], normal_of(stored), normals);
-                const double expected = std::clamp(mean, -0.875, 0.875) * 127 / 0.875;
-                EXPECT_NEAR(offsets[i], expected, 1.01) << "level " << level << ", point " << i;
+                const std::optional<double> mean = mean_along(voxels[i], normal_of(stored), normals);
+                close += mean ? 0 : 1;
+                const double expected = std::clamp(mean.value_or(0), -0.875, 0.875) * 127 / 0.875;
+                EXPECT_TRUE(!mean || std::abs(offsets[i] - expected) < 0.7)
+                    << "level " << level << ", point " << i << ": " << int{offsets[i]} << ", not " << expected;
+            }
+            points += voxels.size();
+        }
+    }
+    EXPECT_LT(close, points / 20);
+}
+
+TEST(SurfaceOffsets, AreTheSameForAnySimdTarget) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}, 50));
+    for (const int level : {2, 5, kDepth}) {
+        const test::WholeLevel whole(model.file, level);
+        const std::vector<std::int8_t> expected = whole.offsets();
+        EXPECT_NE(std::ranges::count(expected, 0), std::ssize(expected));
+        int tried = 0;
+        for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1, ++tried) {
+            hwy::SetSupportedTargetsForTest(targets & -targets);
+            EXPECT_EQ(whole.offsets(), expected) << hwy::TargetName(targets & -targets);
+        }
+        hwy::SetSupportedTargetsForTest(0);
+        EXPECT_GE(tried, 2);
+    }
+}
+
+// What a file that is changed while it is mapped may show: sanitizers see what is out of bounds.
+TEST(SurfaceOffsets, OfBytesThatChangedAreOffsetsAsWell) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
+    const test::WholeLevel whole(model.file, kDepth);
+    const ChunkView &chunk = *whole.runs.front().chunk;
+    std::mt19937 random(1);
+    SurfaceOffsets estimate;
+    std::vector<std::int8_t> offsets;
+    for (int round = 0; round < 20; ++round) {
+        Bytes masks(chunk.masks.begin(), chunk.masks.end());
+        std::vector<std::uint16_t> normals(chunk.normals.begin(), chunk.normals.end());
+        std::vector<BrickRecord> bricks(chunk.bricks.begin(), chunk.bricks.end());
+        const auto damage = [&](void *bytes, std::size_t size) {
+            for (std::size_t i = 0; i < size / 50; ++i)
+                static_cast<std::uint8_t *>(bytes)[random() % size] = static_cast<std::uint8_t>(random());
+        };
+        damage(masks.data(), masks.size());
+        damage(normals.data(), 2 * normals.size());
+        damage(bricks.data(), sizeof(BrickRecord) * bricks.size());
+        normals.resize(normals.size() * static_cast<std::size_t>(round % 2)); // fewer than bricks and masks name
+        ChunkView changed;
+        changed.masks = masks;
+        changed.normals = normals;
+        changed.bricks = bricks;
+        offsets.assign(changed.normals.size(), 0);
+        estimate.estimate(changed, offsets);
+        EXPECT_EQ(offsets.size(), normals.size());
+    }
+}
+
+std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std::size_t end) {
+    std::vector<SeenBrick> seen;
+    for (std::uint32_t i = first; i < end; i += step)
+        seen.push_back({.u = 0, .v = 0, .w = 1, .brick = i, .top = 0, .bottom = 1, .large = false});
+    return seen;
+}
+
+// A first picture asks for some bricks, others for more of them.
+TEST(ChunkOffsets, AreThoseOfTheWholeChunkWhateverIsAskedFor) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
+    const test::WholeLevel whole(model.file, kDepth);
+    const ChunkView &chunk = *whole.runs.front().chunk;
+    SurfaceOffsets workplace;
+    std::vector<std::int8_t> expected(chunk.normals.size());
+    workplace.estimate(chunk, expected);
+    const std::size_t bricks = chunk.bricks.size();
+    ASSERT_GT(bricks, 20U);
+    for (const std::uint32_t step : {2U, 3U, 5U}) {
+        const ChunkOffsets offsets(chunk.normals.size(), bricks);
+        for (std::uint32_t first = 0; first < step; ++first) {
+            const std::vector<SeenBrick> seen = seen_bricks(first, step, bricks);
+            const std::int8_t *const some = offsets.of(chunk, seen, workplace);
+            for (const SeenBrick &brick : seen) {
+                const std::size_t begin = chunk.bricks[brick.brick].first_point;
+                const std::size_t end =
+                    brick.brick + 1 < bricks ? std::size_t{chunk.bricks[brick.brick + 1].first_point} : expected.size();
+                EXPECT_TRUE(std::equal(some + begin, some + end, &expected[begin])) << brick.brick;
             }
         }
     }
+}
+
+TEST(ChunkOffsets, MayBeAskedForBySeveralThreadsAtOnce) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
+    const test::WholeLevel whole(model.file, kDepth);
+    const ChunkView &chunk = *whole.runs.front().chunk;
+    const ChunkOffsets offsets(chunk.normals.size(), chunk.bricks.size());
+    std::vector<std::vector<std::int8_t>> seen(4);
+    {
+        std::vector<std::jthread> threads;
+        for (std::uint32_t i = 0; i < seen.size(); ++i)
+            threads.emplace_back([&, i] {
+                SurfaceOffsets workplace;
+                const std::size_t end = chunk.bricks.size() - i;
+                const std::int8_t *const some = offsets.of(chunk, seen_bricks(0, 1, end), workplace);
+                seen[i].assign(some, some + std::size_t{chunk.bricks[end - 1].first_point});
+            });
+    }
+    const std::vector<std::int8_t> expected = whole.offsets();
+    for (const std::vector<std::int8_t> &some : seen)
+        EXPECT_TRUE(std::equal(some.begin(), some.end(), expected.begin()));
 }
 
 TEST(SurfaceOffsets, FindTheSurfaceOfABall) {
@@ -99,7 +211,7 @@ TEST(SurfaceOffsets, FindTheSurfaceOfABall) {
     double before = 0, after = 0;
     std::size_t points = 0;
     for (const PointRun &run : whole.runs) {
-        offsets.resize(run.chunk->normals.size());
+        offsets.assign(run.chunk->normals.size(), 0);
         estimate.estimate(*run.chunk, offsets);
         const std::vector<Voxel> voxels = voxels_of(*run.chunk);
         for (std::size_t i = 0; i < voxels.size(); ++i, ++points) {
