@@ -31,9 +31,9 @@ class FastRenderer {
 
     // Draws one frame into `target`, whatever was there before, and its depths if it has any: of object and ground, the
     // panorama has none. The camera must be usable. The chunks of `runs` were proven; a mapped file whose bytes change
-    // afterwards spoils the picture and nothing else. Of more than 2^32 / `chunk_points` runs, more than any model has,
-    // those behind are not drawn. Same picture for any number of threads and any SIMD target. Not for several threads
-    // at once.
+    // afterwards spoils the picture and nothing else. Runs may have offsets, which the first frame that shows them
+    // estimates. Of more than 2^32 / `chunk_points` runs, more than any model has, those behind are not drawn. Same
+    // picture for any number of threads and any SIMD target. Not for several threads at once.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                             Framebuffer &target);
 

@@ -9,6 +9,8 @@
 //      ======== voxel's centre ========
 //      - - - -  depth plane  - - - - -    ScreenNormal::inset behind the centre: right on average
 //      (     middle of the ellipse    )   up to kOutlineInset behind it at silhouettes, so that they keep their size
+//
+// Placed splats, whose points have an offset (SurfaceOffsets), know where the surface is and stand there.
 #pragma once
 
 #include "pbm_render/framebuffer.h"
