@@ -40,8 +40,8 @@ class FineRenderer {
     void set_appearance(Appearance appearance);
 
     // Draws a whole picture of `options.samples` into `target`, as FastRenderer::render does: what it says of cameras,
-    // bytes of mapped files, numbers of threads and SIMD targets holds here too. All runs have offsets. Depths are those
-    // of the first sample, which is at the centres of the pixels.
+    // bytes of mapped files, numbers of threads and SIMD targets holds here too. All runs have offsets. Depths are
+    // those of the first sample, which is at the centres of the pixels.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                             Framebuffer &target);
 

@@ -313,8 +313,8 @@ TEST(FastRenderer, GivesTheSamePictureForAnyThreadsFilesAndSimdTargets) {
     }
 }
 
-// One level is one picture, however its points lie in chunks and however a chunk is cut into runs. Offsets are estimated
-// within a chunk.
+// One level is one picture, however its points lie in chunks and however a chunk is cut into runs. Offsets are
+// estimated within a chunk.
 TEST(FastRenderer, GivesTheSamePictureForAnyChunksAndRuns) {
     const Camera camera = camera_at_ball(7, 1.3, kHeight);
     const Framebuffer plain = plain_ball().fast(camera, kWidth, kHeight, {});
