@@ -245,7 +245,7 @@ void FineRenderer::Frame::collect_row(int y, const Sample &sample, Workplace &at
         for (std::size_t k = 0; k < 4; ++k)
             row.phong[k][to] = points.has_phong() ? sums[channel::kPhong + k] * inverse : same_phong[k];
         for (std::size_t light = 0; light < points.shadowed(); ++light)
-            row.lit[light][to] = sums[channel::kLit + light] * inverse;
+            row.lit[light][to] = std::clamp(sums[channel::kLit + light] * inverse, 0.0F, 1.0F);
     }
 }
 

@@ -70,7 +70,7 @@ class Campaign:
         corpus = self.folder / target
         corpus.mkdir(exist_ok=True)
         command = [str(self.programs / f"{target}_fuzz"), f"-runs={runs}", f"-max_total_time={SLICE_SECONDS}",
-                   f"-max_len={TARGETS[target][0]}", "-timeout=20", "-rss_limit_mb=3000", "-entropic=0", "-reload=0",
+                   f"-max_len={TARGETS[target][0]}", "-timeout=300", "-rss_limit_mb=3000", "-entropic=0", "-reload=0",
                    f"-artifact_prefix={self.folder}/{target}-", str(corpus), *self.seeds(target)]
         start = time.monotonic()
         ended = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace",
