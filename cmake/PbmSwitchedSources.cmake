@@ -2,7 +2,7 @@
 
 # Files of pbm_format that read or validate; those that only write hold no checks of files.
 set(PBM_READING_SIDE brick_index chunk directory frame image image_section layout mapped_chunk metadata normal_cone octree reader
-    sections stream_rules tiled_image unfilter validate)
+    sections sibling_layout stream_rules tiled_image unfilter validate)
 foreach(name file_rules) # where there are such
     if(EXISTS ${PROJECT_SOURCE_DIR}/format_spec/pbm_format/${name}.cpp)
         list(APPEND PBM_READING_SIDE ${name})

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <cstring>
 
 #undef HWY_TARGET_INCLUDE
@@ -11,164 +10,10 @@
 
 #include <hwy/highway.h>
 
+#include "pbm_format/byte_lanes.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
-
-constexpr std::size_t kBlock = 16; // of a SiblingLayout
-
-#if HWY_TARGET == HWY_SCALAR
-
-constexpr std::size_t kLanes = 16;
-
-// 16 bytes side by side, for processors without anything better.
-struct Lanes {
-    std::uint8_t lane[kLanes];
-};
-
-template <class Operation> HWY_INLINE Lanes for_lanes(Operation &&operation) {
-    Lanes result;
-    for (std::size_t i = 0; i < kLanes; ++i)
-        result.lane[i] = static_cast<std::uint8_t>(operation(i));
-    return result;
-}
-
-HWY_INLINE Lanes set(std::uint8_t value) {
-    return for_lanes([&](std::size_t) { return value; });
-}
-HWY_INLINE Lanes load(const std::uint8_t *from) {
-    return for_lanes([&](std::size_t i) { return from[i]; });
-}
-HWY_INLINE void store(Lanes a, std::uint8_t *to) { std::memcpy(to, a.lane, kLanes); }
-HWY_INLINE Lanes operator+(Lanes a, Lanes b) {
-    return for_lanes([&](std::size_t i) { return a.lane[i] + b.lane[i]; });
-}
-HWY_INLINE Lanes operator-(Lanes a, Lanes b) {
-    return for_lanes([&](std::size_t i) { return a.lane[i] - b.lane[i]; });
-}
-HWY_INLINE Lanes operator&(Lanes a, Lanes b) {
-    return for_lanes([&](std::size_t i) { return a.lane[i] & b.lane[i]; });
-}
-HWY_INLINE Lanes operator|(Lanes a, Lanes b) {
-    return for_lanes([&](std::size_t i) { return a.lane[i] | b.lane[i]; });
-}
-HWY_INLINE Lanes operator^(Lanes a, Lanes b) {
-    return for_lanes([&](std::size_t i) { return a.lane[i] ^ b.lane[i]; });
-}
-template <int kBits> HWY_INLINE Lanes shift_left(Lanes a) {
-    return for_lanes([&](std::size_t i) { return a.lane[i] << kBits; });
-}
-template <int kBits> HWY_INLINE Lanes shift_right(Lanes a) {
-    return for_lanes([&](std::size_t i) { return a.lane[i] >> kBits; });
-}
-// Lane i of a block becomes lane i + kBy.
-template <int kBy> HWY_INLINE Lanes shift_lanes(Lanes a) {
-    return for_lanes([&](std::size_t i) { return i < kBy ? 0 : a.lane[i - kBy]; });
-}
-// 255 where lanes are equal.
-HWY_INLINE Lanes equal_bytes(Lanes a, Lanes b) {
-    return for_lanes([&](std::size_t i) { return a.lane[i] == b.lane[i] ? 255 : 0; });
-}
-// A table of 16 bytes for each block.
-HWY_INLINE Lanes load_tables(const std::uint8_t *const from[]) { return load(from[0]); }
-// table[index] within each block; 0 where an index has bit 7 set
-HWY_INLINE Lanes lookup(Lanes table, Lanes index) {
-    return for_lanes([&](std::size_t i) { return index.lane[i] > 127 ? 0 : table.lane[index.lane[i] & 15]; });
-}
-// Bit i set: lanes i are equal.
-HWY_INLINE unsigned equal_lanes(Lanes a, Lanes b) {
-    unsigned bits = 0;
-    for (unsigned i = 0; i < kLanes; ++i)
-        bits |= (a.lane[i] == b.lane[i] ? 1U : 0U) << i;
-    return bits;
-}
-HWY_INLINE Lanes largest(Lanes a, Lanes b) {
-    return for_lanes([&](std::size_t i) { return std::max(a.lane[i], b.lane[i]); });
-}
-HWY_INLINE void load_interleaved(const std::uint8_t *from, Lanes &a, Lanes &b) {
-    a = for_lanes([&](std::size_t i) { return from[2 * i]; });
-    b = for_lanes([&](std::size_t i) { return from[2 * i + 1]; });
-}
-HWY_INLINE void load_interleaved(const std::uint8_t *from, Lanes &a, Lanes &b, Lanes &c) {
-    a = for_lanes([&](std::size_t i) { return from[3 * i]; });
-    b = for_lanes([&](std::size_t i) { return from[3 * i + 1]; });
-    c = for_lanes([&](std::size_t i) { return from[3 * i + 2]; });
-}
-HWY_INLINE void store_interleaved(Lanes a, Lanes b, std::uint8_t *to) {
-    for (std::size_t i = 0; i < kLanes; ++i) {
-        to[2 * i] = a.lane[i];
-        to[2 * i + 1] = b.lane[i];
-    }
-}
-HWY_INLINE void store_interleaved(Lanes a, Lanes b, Lanes c, std::uint8_t *to) {
-    for (std::size_t i = 0; i < kLanes; ++i) {
-        to[3 * i] = a.lane[i];
-        to[3 * i + 1] = b.lane[i];
-        to[3 * i + 2] = c.lane[i];
-    }
-}
-
-#else
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-// Two blocks where the machine has vectors of 32 bytes, else one.
-#if HWY_MAX_BYTES >= 32
-constexpr std::size_t kLanes = 32;
-#else
-constexpr std::size_t kLanes = 16;
-#endif
-using Tag = hn::FixedTag<std::uint8_t, kLanes>;
-// A class of its own, so that it has operators on every target.
-struct Lanes {
-    hn::Vec<Tag> v;
-};
-
-HWY_INLINE Lanes set(std::uint8_t value) { return {hn::Set(Tag(), value)}; }
-HWY_INLINE Lanes load(const std::uint8_t *from) { return {hn::LoadU(Tag(), from)}; }
-HWY_INLINE void store(Lanes a, std::uint8_t *to) { hn::StoreU(a.v, Tag(), to); }
-HWY_INLINE Lanes operator+(Lanes a, Lanes b) { return {hn::Add(a.v, b.v)}; }
-HWY_INLINE Lanes operator-(Lanes a, Lanes b) { return {hn::Sub(a.v, b.v)}; }
-HWY_INLINE Lanes operator&(Lanes a, Lanes b) { return {hn::And(a.v, b.v)}; }
-HWY_INLINE Lanes operator|(Lanes a, Lanes b) { return {hn::Or(a.v, b.v)}; }
-HWY_INLINE Lanes operator^(Lanes a, Lanes b) { return {hn::Xor(a.v, b.v)}; }
-template <int kBits> HWY_INLINE Lanes shift_left(Lanes a) { return {hn::ShiftLeft<kBits>(a.v)}; }
-template <int kBits> HWY_INLINE Lanes shift_right(Lanes a) { return {hn::ShiftRight<kBits>(a.v)}; }
-// Lane i of each block becomes lane i + kBy.
-template <int kBy> HWY_INLINE Lanes shift_lanes(Lanes a) { return {hn::ShiftLeftBytes<kBy>(Tag(), a.v)}; }
-// 255 where lanes are equal.
-HWY_INLINE Lanes equal_bytes(Lanes a, Lanes b) { return {hn::VecFromMask(Tag(), hn::Eq(a.v, b.v))}; }
-// A table of 16 bytes for each block.
-HWY_INLINE Lanes load_tables(const std::uint8_t *const from[]) {
-#if HWY_MAX_BYTES >= 32
-    const hn::Half<Tag> half;
-    return {hn::Combine(Tag(), hn::LoadU(half, from[1]), hn::LoadU(half, from[0]))};
-#else
-    return load(from[0]);
-#endif
-}
-// table[index] within each block; 0 where an index has bit 7 set
-HWY_INLINE Lanes lookup(Lanes table, Lanes index) { return {hn::TableLookupBytesOr0(table.v, index.v)}; }
-// Bit i set: lanes i are equal.
-HWY_INLINE unsigned equal_lanes(Lanes a, Lanes b) {
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(Tag(), hn::Eq(a.v, b.v), bits);
-    std::uint32_t all;
-    std::memcpy(&all, bits, sizeof all);
-    return all;
-}
-HWY_INLINE Lanes largest(Lanes a, Lanes b) { return {hn::Max(a.v, b.v)}; }
-HWY_INLINE void load_interleaved(const std::uint8_t *from, Lanes &a, Lanes &b) {
-    hn::LoadInterleaved2(Tag(), from, a.v, b.v);
-}
-HWY_INLINE void load_interleaved(const std::uint8_t *from, Lanes &a, Lanes &b, Lanes &c) {
-    hn::LoadInterleaved3(Tag(), from, a.v, b.v, c.v);
-}
-HWY_INLINE void store_interleaved(Lanes a, Lanes b, std::uint8_t *to) { hn::StoreInterleaved2(a.v, b.v, Tag(), to); }
-HWY_INLINE void store_interleaved(Lanes a, Lanes b, Lanes c, std::uint8_t *to) {
-    hn::StoreInterleaved3(a.v, b.v, c.v, Tag(), to);
-}
-
-#endif
 
 // Walks over the points of a chunk, kLanes at a time.
 class Strides {
@@ -220,28 +65,6 @@ HWY_INLINE void store(Lanes values, const Strides &stride, std::uint8_t *points)
     std::memcpy(points + stride.at(), last, stride.count());
 }
 
-unsigned count_lanes(unsigned bits) { return static_cast<unsigned>(std::popcount(bits)); }
-
-MaskSummary summarise_masks(ByteView masks) {
-    MaskSummary summary;
-    std::size_t at = 0;
-    for (; at + kLanes <= masks.size(); at += kLanes) {
-        const Lanes some = load(masks.data() + at);
-        std::array<std::uint64_t, kLanes / 8> eights{};
-        std::memcpy(eights.data(), masks.data() + at, kLanes);
-        for (const std::uint64_t eight : eights)
-            summary.children += static_cast<unsigned>(std::popcount(eight));
-        summary.only_children += count_lanes(equal_lanes(some & (some - set(1)), set(0)));
-        summary.zero |= equal_lanes(some, set(0)) != 0;
-    }
-    for (; at < masks.size(); ++at) {
-        summary.children += static_cast<unsigned>(std::popcount(masks[at]));
-        summary.only_children += (masks[at] & (masks[at] - 1U)) == 0 ? 1U : 0U;
-        summary.zero |= masks[at] == 0;
-    }
-    return summary;
-}
-
 std::uint8_t largest_value(ByteView values) {
     Lanes most = set(0);
     std::size_t at = 0;
@@ -253,45 +76,6 @@ std::uint8_t largest_value(ByteView values) {
     for (; at < values.size(); ++at)
         value = std::max(value, values[at]);
     return value;
-}
-
-// Bits 0..7 of each point's node; eight at a time, of which the next node overwrites those that are not its own.
-void number_parents(ByteView masks, std::uint8_t *numbers) {
-    constexpr std::uint64_t kOnes = 0x0101010101010101;
-    for (std::size_t node = 0; node < masks.size(); ++node) {
-        const std::uint64_t eight = (node & 255) * kOnes;
-        std::memcpy(numbers, &eight, 8);
-        numbers += std::popcount(masks[node]);
-    }
-}
-
-// Points have siblings if one of their neighbours has the same parent. `numbers` has one byte before and kSlack
-// behind, the others have room for whole strides.
-void lay_out_siblings(const std::uint8_t *numbers, std::size_t points, SiblingLayout::Block *blocks,
-                      std::uint8_t *parents, std::uint8_t *codes_of_points) {
-    std::uint32_t first_node = 0, first_code = 0;
-    for (std::size_t at = 0; at < points; at += kLanes) {
-        const Lanes number = load(numbers + at);
-        const Lanes siblings =
-            equal_bytes(number, load(numbers + at - 1)) | equal_bytes(number, load(numbers + at + 1));
-        const Lanes one = siblings & set(1);
-        Lanes codes = one; // up to each point of a block, it included
-        codes = codes + shift_lanes<1>(codes);
-        codes = codes + shift_lanes<2>(codes);
-        codes = codes + shift_lanes<4>(codes);
-        codes = codes + shift_lanes<8>(codes);
-        std::uint8_t counts[kLanes];
-        store(codes, counts);
-        store((number - lookup(number, set(0))) & set(15), parents + at);
-        store(((codes - one) & set(15)) | (set(128) - (siblings & set(128))), codes_of_points + at);
-        for (std::size_t block = 0; block < kLanes; block += kBlock) {
-            *blocks++ = {first_node, first_code};
-            if (at + block + kBlock >= points)
-                continue; // a last block that is there only to complete the stride looks up what this one does
-            first_node += static_cast<std::uint8_t>(numbers[at + block + kBlock] - numbers[at + block]);
-            first_code += counts[block + kBlock - 1];
-        }
-    }
 }
 
 EscapeCount count_escapes(ByteView codes) {
@@ -537,10 +321,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace pbm {
 
-HWY_EXPORT(summarise_masks);
 HWY_EXPORT(largest_value);
-HWY_EXPORT(number_parents);
-HWY_EXPORT(lay_out_siblings);
 HWY_EXPORT(count_escapes);
 HWY_EXPORT(unfilter_normals);
 HWY_EXPORT(unfilter_colours_888);
@@ -550,28 +331,7 @@ HWY_EXPORT(unfilter_textures);
 HWY_EXPORT(unfilter_radii);
 HWY_EXPORT(unfilter_shadows);
 
-MaskSummary summarise_masks(ByteView masks) { return HWY_DYNAMIC_DISPATCH(summarise_masks)(masks); }
-
 std::uint8_t largest_value(ByteView values) { return HWY_DYNAMIC_DISPATCH(largest_value)(values); }
-
-void SiblingLayout::build(ByteView masks, const MaskSummary &summary) {
-    assert(!summary.zero);
-    nodes_ = masks.size();
-    points_ = summary.children;
-    codes_ = points_ - summary.only_children;
-    const std::size_t room = points_ + kSlack;
-    numbers_.resize(std::max(numbers_.size(), 1 + room));
-    parents_.resize(std::max(parents_.size(), room));
-    codes_of_points_.resize(std::max(codes_of_points_.size(), room));
-    blocks_.resize(std::max(blocks_.size(), room / 16));
-    std::uint8_t *numbers = numbers_.data() + 1;
-    HWY_DYNAMIC_DISPATCH(number_parents)(masks, numbers);
-    // Neighbours of the first and of the last point that are no siblings.
-    numbers[-1] = static_cast<std::uint8_t>(numbers[0] - 1);
-    numbers[points_] = static_cast<std::uint8_t>(numbers[points_ - 1] + 1);
-    HWY_DYNAMIC_DISPATCH(lay_out_siblings)
-    (numbers, points_, blocks_.data(), parents_.data(), codes_of_points_.data());
-}
 
 EscapeCount count_escapes(ByteView codes) { return HWY_DYNAMIC_DISPATCH(count_escapes)(codes); }
 
