@@ -1,5 +1,9 @@
 #include "pbm_format/hash.h"
 
+#include "pbm_format/hash_ways.h"
+
+#include <algorithm>
+
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
@@ -16,24 +20,27 @@ std::uint64_t hash64_avx512(const std::uint8_t *bytes, std::size_t size);
 
 namespace {
 
-using Hash64 = std::uint64_t (*)(const std::uint8_t *bytes, std::size_t size);
-
-// The one with the widest vectors that the processor has.
-Hash64 widest_hash64() {
-#ifdef __x86_64__
-    __builtin_cpu_init();
-    if (__builtin_cpu_supports("avx512f") != 0)
-        return hash64_avx512;
-    if (__builtin_cpu_supports("avx2") != 0)
-        return hash64_avx2;
-#endif
-    return [](const std::uint8_t *bytes, std::size_t size) -> std::uint64_t { return XXH3_64bits(bytes, size); };
-}
+std::uint64_t hash64_plain(const std::uint8_t *bytes, std::size_t size) { return XXH3_64bits(bytes, size); }
 
 } // namespace
 
+std::span<const HashWay> hash_ways() {
+#ifdef __x86_64__
+    __builtin_cpu_init();
+#endif
+    static const std::array ways = std::to_array<HashWay>({
+#ifdef __x86_64__
+        {"AVX-512", hash64_avx512, __builtin_cpu_supports("avx512f") != 0},
+        {"AVX2", hash64_avx2, __builtin_cpu_supports("avx2") != 0},
+#endif
+        {"plain", hash64_plain, true},
+    });
+    return ways;
+}
+
 std::uint64_t hash64(ByteView bytes) {
-    static const Hash64 widest = widest_hash64();
+    static const auto widest =
+        std::find_if(hash_ways().begin(), hash_ways().end(), [](const HashWay &way) { return way.supported; })->hash;
     return widest(bytes.data(), bytes.size());
 }
 
