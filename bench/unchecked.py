@@ -10,7 +10,7 @@ from pathlib import Path
 # What stands in the copies, and what takes its place.
 GATHERED = {
     "chunk.cpp": [("const OutsideCone *outside = outside_cone();", "const OutsideCone *outside = nullptr;"),
-                  ("check_cone(to_.points.normals, entry_.cone, scratch_.outside, offset_)", "Status()")],
+                  ("check_cone(to_.points.normals, entry_.cone, scratch_.outside, offset_, rules_.wording)", "Status()")],
     "frame.cpp": [("= ZSTD_findFrameCompressedSize(stored.data(), stored.size());", "= 0;"),
                   ("= ZSTD_getFrameContentSize(stored.data(), stored.size());", "= 0;")],
     "sibling_layout.cpp": [("summary.zero |= equal_lanes(some, set(0)) != 0;", "")],

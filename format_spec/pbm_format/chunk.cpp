@@ -168,23 +168,25 @@ class Decoder {
     Status read_plain(ByteView bytes, const StreamInfo &stream, bool zstd) {
         std::vector<std::uint16_t> &normals = to_.points.normals;
         if (stream.kind == StreamKind::normal) {
-            if (Status status = decode_frame(
-                    bytes, zstd, {reinterpret_cast<std::uint8_t *>(normals.data()), 2 * normals.size()}, offset_);
+            if (Status status =
+                    decode_frame(bytes, zstd, {reinterpret_cast<std::uint8_t *>(normals.data()), 2 * normals.size()},
+                                 offset_, rules_.wording);
                 !status)
                 return status;
-            return check_normals(normals, offset_);
+            return check_normals(normals, offset_, rules_.wording);
         }
         if (stream.kind == StreamKind::shadow)
             return read_lit_fractions(bytes, stream, zstd, to_.points.shadows[stream.light]);
-        return decode_frame(bytes, zstd, bytes_of(stream), offset_);
+        return decode_frame(bytes, zstd, bytes_of(stream), offset_, rules_.wording);
     }
 
     Status read_lit_fractions(ByteView bytes, const StreamInfo &stream, bool zstd, std::span<std::uint8_t> values) {
         const unsigned bits = shadow_bits(stream, rules_.level);
         scratch_.packed.resize((entry_.shape.points * std::size_t{bits} + 7) / 8);
-        if (Status status = decode_frame(bytes, zstd, scratch_.packed, offset_); !status)
+        if (Status status = decode_frame(bytes, zstd, scratch_.packed, offset_, rules_.wording); !status)
             return status;
-        if (Status status = check_packed_tail(scratch_.packed, entry_.shape.points, bits, offset_); !status)
+        if (Status status = check_packed_tail(scratch_.packed, entry_.shape.points, bits, offset_, rules_.wording);
+            !status)
             return status;
         unpack_bits(scratch_.packed, bits, values);
         return {};
@@ -197,15 +199,15 @@ class Decoder {
         ByteView stored;
         bool zstd = false;
         if (!planes.next(size, stored, zstd))
-            return impossible_planes(offset_);
+            return impossible_planes(offset_, rules_.wording);
         plane = ByteView(memory).first(size);
-        return decode_frame(stored, zstd, std::span(memory).first(size), offset_);
+        return decode_frame(stored, zstd, std::span(memory).first(size), offset_, rules_.wording);
     }
 
     Status read_escapes(PlaneCursor &planes, std::size_t index, ByteView pairs, ByteView &escapes) {
         const EscapeCount count = count_escapes(pairs);
         if (!count.valid)
-            return broken("5.8.2", offset_, "a code of a pair is no escape and no pair");
+            return broken(rules_.wording, "5.8.2", offset_, "a code of a pair is no escape and no pair");
         return read_plane(planes, index, 2 * count.count, escapes);
     }
 
@@ -217,7 +219,7 @@ class Decoder {
                             ? read_colours(planes, filter)
                             : read_values(planes, stream, filter);
         if (status && !planes.finished())
-            return impossible_planes(offset_);
+            return impossible_planes(offset_, rules_.wording);
         return status;
     }
 
@@ -239,7 +241,7 @@ class Decoder {
         const UnfilteredNormals normals =
             unfilter_normals(scratch_, parents_.nodes.normals, codes, escapes, to_.points.normals, outside);
         if (!normals.valid)
-            return broken("5.8.3", offset_, "an escape lies outside the map of normals");
+            return broken(rules_.wording, "5.8.3", offset_, "an escape lies outside the map of normals");
         cone_is_proven_ = outside != nullptr && !normals.outside;
         return {};
     }
@@ -292,7 +294,7 @@ class Decoder {
         bool zstd = false;
         const std::size_t size = (std::size_t{entry_.shape.points} * bits + 7) / 8;
         if (!planes.next(size, stored, zstd))
-            return impossible_planes(offset_);
+            return impossible_planes(offset_, rules_.wording);
         if (Status status = read_lit_fractions(stored, stream, zstd, std::span(codes).first(entry_.shape.points));
             !status)
             return status;
@@ -307,9 +309,12 @@ class Decoder {
         switch (stream.kind) {
         case StreamKind::masks: return prove_masks();
         case StreamKind::normal:
-            return cone_is_proven_ ? Status() : check_cone(to_.points.normals, entry_.cone, scratch_.outside, offset_);
-        case StreamKind::radius: return check_radii(to_.points.radii, rules_.finest, offset_);
-        case StreamKind::material: return check_materials(to_.points.materials, rules_.material_count, offset_);
+            return cone_is_proven_
+                       ? Status()
+                       : check_cone(to_.points.normals, entry_.cone, scratch_.outside, offset_, rules_.wording);
+        case StreamKind::radius: return check_radii(to_.points.radii, rules_.finest, offset_, rules_.wording);
+        case StreamKind::material:
+            return check_materials(to_.points.materials, rules_.material_count, offset_, rules_.wording);
         case StreamKind::colour:
         case StreamKind::texture:
         case StreamKind::shadow: return {};
@@ -319,7 +324,7 @@ class Decoder {
 
     Status prove_masks() {
         const MaskSummary summary = summarise_masks(to_.masks);
-        if (Status status = check_masks(summary, entry_.shape.points, entry_.offset); !status)
+        if (Status status = check_masks(summary, entry_.shape.points, entry_.offset, rules_.wording); !status)
             return status;
         scratch_.layout.build(to_.masks, summary);
         return {};
@@ -342,8 +347,8 @@ Status decode_chunk(const ChunkEntry &entry, ByteView stored, const ChunkRules &
                     Chunk &to) {
     assert(stored.size() == entry.stored_bytes);
     if (const std::uint64_t hash = hash64(stored); hash != entry.hash)
-        return broken("5.6.4", entry.offset, "the chunk was changed: its hash does not match", hash_value(entry.hash),
-                      hash_value(hash));
+        return broken(rules.wording, "5.6.4", entry.offset, "the chunk was changed: its hash does not match",
+                      hash_value(entry.hash), hash_value(hash));
     return Decoder(entry, stored, rules, parents, to).run();
 }
 

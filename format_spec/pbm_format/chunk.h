@@ -1,6 +1,7 @@
 // One chunk between memory and file: streams, filters, frames, hash. BVG.md sections 5 and 6.
 #pragma once
 
+#include "pbm_format/catalogue.h"
 #include "pbm_format/layout.h"
 
 namespace pbm {
@@ -16,7 +17,8 @@ struct ChunkRules {
     const AttributeSet &set;
     std::size_t material_count;
     int level;
-    bool finest; // level is the depth
+    bool finest;                     // level is the depth
+    Wording wording = Wording::full; // of errors; those of padding and bricks always say all
 };
 
 // The parent nodes of the chunk `entry` among masks and points of the level above, of which `first_mask` and

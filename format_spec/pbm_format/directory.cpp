@@ -38,8 +38,7 @@ Bytes encode_directory(const LevelDirectory &directory, const AttributeSet &set)
 
 namespace {
 
-ChunkEntry read_chunk_entry(ByteReader &in, std::size_t stream_count) {
-    ChunkEntry chunk;
+void read_chunk_entry(ByteReader &in, std::size_t stream_count, ChunkEntry &chunk) {
     chunk.shape.root_prefix = in.u64();
     chunk.hash = in.u64();
     chunk.shape.points = in.u32();
@@ -58,7 +57,6 @@ ChunkEntry read_chunk_entry(ByteReader &in, std::size_t stream_count) {
         stream.filter = static_cast<Filter>(packed >> 24 & 0x7F);
         stream.zstd = packed >> 31 != 0;
     }
-    return chunk;
 }
 
 // Rules of one entry that need nothing but the level and N. BVG.md 5.3
@@ -113,10 +111,10 @@ Status check_stream_sizes(const ChunkEntry &chunk, std::span<const StreamInfo> s
         const StreamEntry &stream = chunk.streams[s];
         const std::uint64_t raw = raw_stream_bytes(streams[s], set, level, chunk.shape.nodes, chunk.shape.points);
         const std::uint64_t here = at + kChunkEntryFixedBytes + 4 * s;
-        const std::string name(to_string(streams[s].kind));
+        const auto says = [&](std::string_view what) { return std::string(to_string(streams[s].kind)).append(what); };
         const Filter filter = filter_of(streams[s], set);
         if (stream.filter != Filter::none && stream.filter != filter)
-            return broken("5.4.1", here, name + ": a filter this program does not know",
+            return broken("5.4.1", here, says(": a filter this program does not know"),
                           "0 or " + std::to_string(static_cast<int>(filter)), static_cast<unsigned>(stream.filter));
         const bool possible = stream.filter != Filter::none
                                   ? !stream.zstd && stream.stored_bytes >= kPlaneEntryBytes * plane_count(filter) &&
@@ -124,10 +122,10 @@ Status check_stream_sizes(const ChunkEntry &chunk, std::span<const StreamInfo> s
                               : stream.zstd ? stream.stored_bytes != 0 && stream.stored_bytes < raw
                                             : stream.stored_bytes == raw;
         if (!possible)
-            return broken("5.4.2", here, name + ": stored size is impossible for the raw size",
+            return broken("5.4.2", here, says(": stored size is impossible for the raw size"),
                           possible_sizes(stream, filter, raw), stream.stored_bytes);
         if (raw / kMaxExpansion > stream.stored_bytes)
-            return broken("5.4.3", here, name + ": expands more than 32,768 times",
+            return broken("5.4.3", here, says(": expands more than 32,768 times"),
                           "at least " + std::to_string(raw / kMaxExpansion) + " bytes", stream.stored_bytes);
     }
     return {};
@@ -174,7 +172,8 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
     std::uint64_t parent_points = 0, parent_nodes = 0; // of it that the chunks so far hold
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint64_t at = in.offset();
-        ChunkEntry chunk = read_chunk_entry(in, streams.size());
+        ChunkEntry &chunk = directory.chunks.emplace_back();
+        read_chunk_entry(in, streams.size(), chunk);
         if (!in.reserved_clear())
             return broken("5.5.2", at + 41, "reserved bytes are not zero", 0, in.reserved());
         if (const Status status = check_chunk_entry(chunk, level, chunk_points, at); !status)
@@ -243,7 +242,6 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
         offset += chunk.stored_bytes;
         directory.points += chunk.shape.points;
         directory.nodes += chunk.shape.nodes;
-        directory.chunks.push_back(std::move(chunk));
     }
     if (above != nullptr &&
         (parent_index + 1 != above->chunks.size() || parent_points != above->chunks.back().shape.points))

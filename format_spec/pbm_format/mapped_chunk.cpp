@@ -72,23 +72,23 @@ Status check_padding(const ChunkEntry &entry, ByteView file, const AttributeSet 
 }
 
 Status check_streams(const ChunkEntry &entry, const ChunkView &view, const ChunkRules &rules, OutsideCone &memory) {
-    Status status = check_masks(summarise_masks(view.masks), entry.shape.points, entry.offset);
+    Status status = check_masks(summarise_masks(view.masks), entry.shape.points, entry.offset, rules.wording);
     for_streams(entry, rules.set, [&](const StreamInfo &stream, std::uint64_t at, std::uint64_t) {
         const std::uint64_t offset = entry.offset + at;
         if (!status)
             return;
         if (stream.kind == StreamKind::normal) {
-            status = check_normals(view.normals, offset);
+            status = check_normals(view.normals, offset, rules.wording);
             if (status)
-                status = check_cone(view.normals, entry.cone, memory, offset);
+                status = check_cone(view.normals, entry.cone, memory, offset, rules.wording);
         } else if (stream.kind == StreamKind::radius) {
-            status = check_radii(view.radii, rules.finest, offset);
+            status = check_radii(view.radii, rules.finest, offset, rules.wording);
         } else if (stream.kind == StreamKind::material) {
-            status = check_materials(view.materials, rules.material_count, offset);
+            status = check_materials(view.materials, rules.material_count, offset, rules.wording);
         } else if (stream.kind == StreamKind::shadow) {
-            status =
-                check_packed_tail(view.packed_shadows[stream.light], entry.shape.points,
-                                  rules.set.shadow_bits[stream.light][static_cast<std::size_t>(rules.level)], offset);
+            status = check_packed_tail(view.packed_shadows[stream.light], entry.shape.points,
+                                       rules.set.shadow_bits[stream.light][static_cast<std::size_t>(rules.level)],
+                                       offset, rules.wording);
         }
     });
     return status;
@@ -144,8 +144,8 @@ Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &b
                    const BrickParents &parents) {
     auto &scratch = per_thread<ProofScratch>();
     if (const std::uint64_t hash = hash64(file.subspan(entry.offset, entry.stored_bytes)); hash != entry.hash)
-        return broken("5.6.4", entry.offset, "the chunk was changed: its hash does not match", hash_value(entry.hash),
-                      hash_value(hash));
+        return broken(rules.wording, "5.6.4", entry.offset, "the chunk was changed: its hash does not match",
+                      hash_value(entry.hash), hash_value(hash));
     const ChunkView view = view_chunk(entry, file, bricks, rules.set, rules.level);
     Status status = check_padding(entry, file, rules.set);
     if (status)

@@ -271,9 +271,14 @@ class Validator {
         fault(error, name(entry), in_chunk ? static_cast<std::int64_t>(chunk) : -1);
     }
 
-    void fault_of_chunk(const Error &error, const SectionEntry &chunks, std::size_t chunk) {
-        if (count(*entry_of(error), error.code))
-            tell(error, section_at(error.offset, chunks), static_cast<std::int64_t>(chunk));
+    // All that there is to say about a chunk that was refused for `entry`.
+    void tell_of_chunk(const Status &status, const CatalogueEntry &entry, const SectionEntry &chunks, std::size_t chunk,
+                       std::uint64_t offset) {
+        Error error{.code = entry.kind, .offset = offset, .message = std::string(entry.meaning), .entry = &entry};
+        if (!status) // else its bytes were changed between
+            error = status.error();
+        const std::string section = section_at(error.offset, chunks);
+        tell(std::move(error), section, static_cast<std::int64_t>(chunk));
     }
 
     // The section in which a fault of a chunk lies: chunks or bricks.
@@ -330,36 +335,41 @@ class Validator {
         }
         level.masks.resize(directory.nodes);
         level.points.resize(directory.points, set);
-        const ChunkRules rules{.set = set,
-                               .material_count = parameters_.materials.size(),
-                               .level = directory.level,
-                               .finest = directory.level == header_.depth};
-        std::vector<std::optional<Error>> failures(directory.chunks.size());
+        const auto load = [&](const ChunkEntry &entry, Wording wording, Chunk &chunk) {
+            const ChunkRules rules{.set = set,
+                                   .material_count = parameters_.materials.size(),
+                                   .level = directory.level,
+                                   .finest = directory.level == header_.depth,
+                                   .wording = wording};
+            return header_.storage() == Storage::mapped
+                       ? load_mapped(entry, directory_above, rules, chunk)
+                       : decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), rules,
+                                      parent_nodes(entry, above.masks, 0, above.points, 0, set), chunk);
+        };
+        // Only counted at first: an error that says all takes longer than to refuse a chunk.
+        std::vector<const CatalogueEntry *> failures(directory.chunks.size());
         parallel_for(failures.size(), options_.threads, [&](std::size_t i) {
             const ChunkEntry &entry = directory.chunks[i];
             if (refused[entry.shape.parent_chunk])
                 return;
             Chunk &chunk = per_thread<Chunk>();
-            const Status status = header_.storage() == Storage::mapped
-                                      ? load_mapped(entry, directory_above, rules, chunk)
-                                      : decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), rules,
-                                                     parent_nodes(entry, above.masks, 0, above.points, 0, set), chunk);
-            if (status)
+            if (const Status status = load(entry, Wording::none, chunk); status)
                 place_chunk(chunk, entry, set, level);
             else
-                failures[i] = status.error();
+                failures[i] = entry_of(status.error());
         });
         std::vector<bool> refused_here(failures.size());
         for (std::size_t i = 0; i < failures.size(); ++i) {
-            refused_here[i] = failures[i] || refused[directory.chunks[i].shape.parent_chunk];
-            if (failures[i])
-                fault_of_chunk(*failures[i], section, i);
+            const ChunkEntry &entry = directory.chunks[i];
+            refused_here[i] = failures[i] != nullptr || refused[entry.shape.parent_chunk];
+            if (failures[i] != nullptr && count(*failures[i], failures[i]->kind))
+                tell_of_chunk(load(entry, Wording::full, per_thread<Chunk>()), *failures[i], section, i, entry.offset);
             is_incomplete_ |= refused_here[i];
             if (refused_here[i])
                 continue;
             ++report_.chunks;
-            if (rules.finest)
-                report_.points += directory.chunks[i].shape.points;
+            if (directory.level == header_.depth)
+                report_.points += entry.shape.points;
         }
         refused = std::move(refused_here);
     }
