@@ -79,17 +79,20 @@ std::uint8_t largest_value(ByteView values) {
 }
 
 EscapeCount count_escapes(ByteView codes) {
-    std::size_t low = 0, whole = 0, at = 0;
+    std::size_t count = 0, at = 0;
+    unsigned strange = 0; // low half 15, high half not 0
     for (; at + kLanes <= codes.size(); at += kLanes) {
         const Lanes some = load(codes.data() + at);
-        low += count_lanes(equal_lanes(some & set(15), set(15)));
-        whole += count_lanes(equal_lanes(some, set(15)));
+        const unsigned escapes = equal_lanes(some & set(15), set(15));
+        count += count_lanes(escapes);
+        strange |= escapes ^ equal_lanes(some, set(15));
     }
     for (; at < codes.size(); ++at) {
-        low += (codes[at] & 15) == 15 ? 1U : 0U;
-        whole += codes[at] == 15 ? 1U : 0U;
+        const bool escape = (codes[at] & 15) == 15;
+        count += escape ? 1U : 0U;
+        strange |= escape && codes[at] != 15 ? 1U : 0U;
     }
-    return {low, low == whole};
+    return {count, strange == 0};
 }
 
 // Cells of the normals of the positive octant.
