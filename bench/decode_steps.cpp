@@ -217,7 +217,7 @@ std::vector<Step> decoding_steps(ByteView file, Reader &reader,
     steps.push_back({"hash", [file, &directories] { hash_chunks(file, directories); }});
     const std::shared_ptr<ZSTD_DCtx> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
     const auto raw = std::make_shared<Bytes>(kFrameBytes);
-    const std::vector<StreamInfo> streams = streams_of(reader.parameters().attributes);
+    const StreamList streams = streams_of(reader.parameters().attributes);
     for (std::size_t s = 0; s < streams.size(); ++s) {
         std::string name = "zstd ";
         name += to_string(streams[s].kind);

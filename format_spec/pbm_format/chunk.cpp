@@ -126,7 +126,7 @@ class Decoder {
     Status run() {
         to_.masks.resize(entry_.shape.nodes);
         to_.points.resize(entry_.shape.points, rules_.set);
-        const std::vector<StreamInfo> streams = streams_of(rules_.set);
+        const StreamList streams = streams_of(rules_.set);
         for (std::size_t s = 0; s < streams.size(); ++s) {
             const StreamEntry &stream = entry_.streams[s];
             offset_ = entry_.offset + at_;

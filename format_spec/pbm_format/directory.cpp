@@ -159,7 +159,7 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
         return broken("5.5.1", 0, "the directory is not a whole number of entries",
                       "a multiple of " + std::to_string(entry_bytes), bytes.size());
     const std::size_t count = bytes.size() / entry_bytes;
-    const std::vector<StreamInfo> streams = streams_of(set);
+    const StreamList streams = streams_of(set);
 
     LevelDirectory directory;
     directory.level = level;

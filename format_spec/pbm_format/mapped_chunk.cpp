@@ -13,7 +13,7 @@ namespace {
 // Calls `visit(stream, place, bytes)` for each stream, its place counted from the chunk's start.
 template <class Visit> void for_streams(const ChunkEntry &entry, const AttributeSet &set, Visit &&visit) {
     std::uint64_t at = 0;
-    const std::vector<StreamInfo> streams = streams_of(set);
+    const StreamList streams = streams_of(set);
     for (std::size_t s = 0; s < streams.size(); ++s) {
         visit(streams[s], at, std::uint64_t{entry.streams[s].stored_bytes});
         at = align_stream(at + entry.streams[s].stored_bytes);

@@ -77,18 +77,18 @@ std::string_view to_string(StreamKind kind) {
     return "unknown";
 }
 
-std::vector<StreamInfo> streams_of(const AttributeSet &set) {
-    std::vector<StreamInfo> streams;
-    streams.reserve(6 + kMaxLights);
-    streams.insert(streams.end(), {{StreamKind::masks, 0}, {StreamKind::normal, 0}, {StreamKind::radius, 0}});
+StreamList streams_of(const AttributeSet &set) {
+    StreamList streams;
+    for (const StreamKind always : {StreamKind::masks, StreamKind::normal, StreamKind::radius})
+        streams.add(always);
     if (set.colour != ColourFormat::none)
-        streams.push_back({StreamKind::colour, 0});
+        streams.add(StreamKind::colour);
     if (set.material)
-        streams.push_back({StreamKind::material, 0});
+        streams.add(StreamKind::material);
     if (set.texture)
-        streams.push_back({StreamKind::texture, 0});
+        streams.add(StreamKind::texture);
     for (int light = 0; light < set.lights; ++light)
-        streams.push_back({StreamKind::shadow, static_cast<std::uint8_t>(light)});
+        streams.add(StreamKind::shadow, static_cast<std::uint8_t>(light));
     return streams;
 }
 

@@ -47,7 +47,21 @@ struct StreamInfo {
     StreamKind kind{};
     std::uint8_t light = 0; // shadow streams only
 };
-std::vector<StreamInfo> streams_of(const AttributeSet &set);
+// Each chunk asks for them, so they take no memory from the heap.
+class StreamList {
+  public:
+    void add(StreamKind kind, std::uint8_t light = 0) { all_[size_++] = {kind, light}; }
+
+    std::size_t size() const { return size_; }
+    const StreamInfo &operator[](std::size_t i) const { return all_[i]; }
+    const StreamInfo *begin() const { return all_.data(); }
+    const StreamInfo *end() const { return all_.data() + size_; }
+
+  private:
+    std::array<StreamInfo, 6 + kMaxLights> all_{};
+    std::size_t size_ = 0;
+};
+StreamList streams_of(const AttributeSet &set);
 
 // Bytes of one unfiltered stream of a chunk or level. Shadow values are packed, lowest bits first.
 std::uint64_t raw_stream_bytes(const StreamInfo &stream, const AttributeSet &set, int level, std::uint64_t nodes,

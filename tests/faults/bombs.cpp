@@ -81,7 +81,7 @@ constexpr std::uint64_t kLeastRaw = 120; // for planes of the longest of these f
 void add_streams(const Golden &golden, std::vector<Bomb> &bombs) {
     Reader reader = Reader::open(golden.bytes).value();
     const AttributeSet &set = reader.parameters().attributes;
-    const std::vector<StreamInfo> streams = streams_of(set);
+    const StreamList streams = streams_of(set);
     const int level = reader.depth();
     const ChunkShape shape = reader.directory(level).value()->chunks[0].shape;
     for (std::size_t s = 0; s < streams.size(); ++s) {

@@ -198,7 +198,7 @@ void check_plain(const Place &place, const Chunk &chunk) {
     ChunkEntry entry = place.entry;
     const PointView points = view_points(chunk.points, 0, chunk.points.size(), place.rules.set);
     Bytes stored;
-    const std::vector<StreamInfo> streams = streams_of(place.rules.set);
+    const StreamList streams = streams_of(place.rules.set);
     for (std::size_t s = 0; s < streams.size(); ++s) {
         const Bytes raw = raw_stream(
             {.set = place.rules.set, .stream = streams[s], .level = place.rules.level, .finest = place.rules.finest},
@@ -225,7 +225,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     if (input.next() % 4 != 0)
         place.entry.cone = {};
     Bytes stored;
-    const std::vector<StreamInfo> streams = streams_of(place.rules.set);
+    const StreamList streams = streams_of(place.rules.set);
     for (std::size_t s = 0; s < streams.size(); ++s) {
         const std::size_t bytes = place.entry.streams[s].stored_bytes;
         store_stream(place, streams[s], kept.first(bytes), place.entry.streams[s], stored, input);

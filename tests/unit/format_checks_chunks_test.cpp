@@ -164,7 +164,7 @@ TEST(CheckAlone, AConeHoldsNoTwoSidedPoint) {
 TEST(CheckAlone, StreamsOfMappedChunks) {
     const FileEditor file(mapped_file());
     const AttributeSet set = every_attribute(ColourFormat::rgb888, 3);
-    const std::vector<StreamInfo> streams = streams_of(set);
+    const StreamList streams = streams_of(set);
     std::uint64_t at = file.section(level_chunks, 3);
     const ChunkEntry chunk = Directories(mapped_file()).level(3).chunks[0];
     ASSERT_NE(chunk.shape.points % 8, 0U);

@@ -275,7 +275,7 @@ Collection::Edit in_plane(Filter filter, std::size_t plane,
 // one of the frame's bytes is the last byte of the codes, or what it is copied from.
 void set_bits_behind_codes(FileEditor &file) {
     const Result<Reader> reader = Reader::open(file.bytes());
-    const std::vector<StreamInfo> streams = streams_of(reader->parameters().attributes);
+    const StreamList streams = streams_of(reader->parameters().attributes);
     for (int level = 1; level <= reader->depth(); ++level) {
         std::size_t stream = file.section(SectionType::level_chunks, static_cast<std::uint32_t>(level));
         for (std::size_t s = 0; s < streams.size(); ++s) {

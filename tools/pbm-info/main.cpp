@@ -70,7 +70,7 @@ pbm::Status measure_rasters(const pbm::Reader &reader, pbm::ByteView file, FileS
 
 pbm::Result<FileSizes> measure(pbm::Reader &reader, pbm::ByteView file) {
     const pbm::AttributeSet &set = reader.parameters().attributes;
-    const std::vector<pbm::StreamInfo> infos = pbm::streams_of(set);
+    const pbm::StreamList infos = pbm::streams_of(set);
     FileSizes sizes;
     if (pbm::Status status = measure_rasters(reader, file, sizes); !status)
         return std::move(status).error();
