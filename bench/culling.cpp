@@ -8,6 +8,7 @@
 #include "pbm_format/reader.h"
 #include "pbm_render/normal_table.h"
 #include "pbm_render/reference_renderer.h"
+#include "value_or_throw.h"
 
 #include <nlohmann/json.hpp>
 
@@ -20,12 +21,7 @@
 namespace {
 
 using namespace pbm;
-
-template <class T> T value_or_throw(Result<T> result, const std::string &file) {
-    if (!result)
-        throw std::runtime_error(file + ": " + result.error().message);
-    return std::move(*result);
-}
+using bench::value_or_throw;
 
 double milliseconds(const std::function<void()> &work) {
     const auto start = std::chrono::steady_clock::now();

@@ -11,6 +11,7 @@
 #include "embree_peer.h"
 #include "pbm_format/platform.h"
 #include "pbm_scan/surface_reader.h"
+#include "value_or_throw.h"
 #include "viewer/camera_control.h"
 #include "viewer/pbm-render/model_drawer.h"
 
@@ -32,6 +33,7 @@
 namespace {
 
 using namespace pbm;
+using bench::value_or_throw;
 
 struct Task {
     std::string what;
@@ -39,12 +41,6 @@ struct Task {
     double distance;
     std::string file;
 };
-
-template <class T> T value_or_throw(Result<T> result, const std::string &file) {
-    if (!result)
-        throw std::runtime_error(file + ": " + result.error().message);
-    return std::move(*result);
-}
 
 // Everything that draws, made once for all tasks that want the same.
 class Renderers {

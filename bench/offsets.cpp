@@ -8,6 +8,7 @@
 #include "pbm_format/reader.h"
 #include "pbm_format/writer.h"
 #include "pbm_render/surface_offsets.h"
+#include "value_or_throw.h"
 
 #include <nlohmann/json.hpp>
 
@@ -20,12 +21,7 @@
 namespace {
 
 using namespace pbm;
-
-template <class T> T value_or_throw(Result<T> result, const std::string &file) {
-    if (!result)
-        throw std::runtime_error(file + ": " + result.error().message);
-    return std::move(*result);
-}
+using bench::value_or_throw;
 
 nlohmann::json measure(int rounds, const std::string &file) {
     const MappedFile packed = value_or_throw(MappedFile::open(file), file);

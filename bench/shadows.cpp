@@ -12,6 +12,7 @@
 #include "pbm_format/reader.h"
 #include "pbm_scan/surface_reader.h"
 #include "shadow_truth.h"
+#include "value_or_throw.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -27,14 +28,9 @@
 namespace {
 
 using namespace pbm;
+using bench::value_or_throw;
 
 constexpr std::size_t kSamples = 200000;
-
-template <class T> T value_or_throw(Result<T> result, const std::string &file) {
-    if (!result)
-        throw std::runtime_error(file + ": " + result.error().message);
-    return std::move(*result);
-}
 
 std::array<float, 3> floats(const glm::dvec3 &v) {
     return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};

@@ -22,11 +22,10 @@ struct RunGeometry {
     RunGeometry(const PointRun &points, const FrameGeometry &frame);
 
     const PointRun *run;
-    const std::int8_t *offsets =
-        nullptr;                    // of all points of the chunk, once one of its bricks is seen; if the run has any
-    float voxel;                    // edge, grid edges
-    float most_offset;              // of a splat's middle from the centre of its voxel, grid edges
-    std::array<glm::vec3, 3> steps; // M * (d, 0) from a voxel to the next in x, y, z
+    const std::int8_t *offsets = nullptr; // [points of the chunk] if the run has any, once a brick of it is seen
+    float voxel;                          // edge, grid edges
+    float most_offset;                    // of a splat's middle from the centre of its voxel, grid edges
+    std::array<glm::vec3, 3> steps;       // M * (d, 0) from a voxel to the next in x, y, z
 };
 
 // Splats up to this radius in pixels are drawn as a block of 2 x 2: points are nearer to each other than that wherever

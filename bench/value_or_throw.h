@@ -1,0 +1,18 @@
+// What programs that measure do with an error: they end, and say which file it was.
+#pragma once
+
+#include "pbm_format/error.h"
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace pbm::bench {
+
+template <class T> T value_or_throw(Result<T> result, const std::string &file) {
+    if (!result)
+        throw std::runtime_error(file + ": " + result.error().message);
+    return std::move(*result);
+}
+
+} // namespace pbm::bench
