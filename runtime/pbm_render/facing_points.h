@@ -7,6 +7,7 @@
 #define PBM_RENDER_FACING_POINTS_H
 #endif
 
+#include "pbm_render/brick_places.h"
 #include "pbm_render/packing.h"
 
 #include "pbm_render/brick_culling.h"
@@ -25,40 +26,6 @@
 #define PBM_RENDER_FACING_POINTS_TABLES
 namespace pbm {
 
-// Place of a voxel in its brick: x + 16 y + 256 z, each 0..7.
-using VoxelPlace = std::uint16_t;
-
-constexpr VoxelPlace voxel_place(std::size_t morton) {
-    std::uint32_t place = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        for (std::size_t bit = 0; bit < 3; ++bit)
-            place |= static_cast<std::uint32_t>(morton >> (3 * bit + axis) & 1) << (4 * axis + bit);
-    return static_cast<VoxelPlace>(place);
-}
-
-// Places of the children that a mask announces, in order, beside each other: [mask][8].
-inline constexpr std::array<std::array<VoxelPlace, 8>, 256> kChildPlaces = [] {
-    std::array<std::array<VoxelPlace, 8>, 256> places{};
-    for (std::size_t mask = 0; mask < 256; ++mask) {
-        std::size_t n = 0;
-        for (std::size_t child = 0; child < 8; ++child)
-            if ((mask >> child & 1) != 0)
-                places[mask][n++] = voxel_place(child);
-    }
-    return places;
-}();
-
-// Place of the first child of each of a brick's 64 nodes.
-inline constexpr std::array<VoxelPlace, 64> kNodePlaces = [] {
-    std::array<VoxelPlace, 64> places{};
-    for (std::size_t node = 0; node < 64; ++node)
-        places[node] = voxel_place(8 * node);
-    return places;
-}();
-
-inline constexpr std::size_t kMostLanes = 16;
-inline constexpr std::size_t kBrickPoints = 512;
-
 // From a stored normal to kPackedTwoSided.
 inline constexpr int kTwoSidedShift = std::countr_zero(kTwoSidedBit);
 
@@ -69,33 +36,6 @@ HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-// The points of a brick: where they are in it, filled up to whole SIMD vectors.
-struct BrickPlaces {
-    alignas(64) std::array<VoxelPlace, kBrickPoints + kMostLanes> place;
-};
-
-// Writes the places of all points of a brick; returns their number.
-HWY_INLINE std::size_t list_places(const BrickRecord &brick, ByteView masks, BrickPlaces &to) {
-    if (brick.first_node >= masks.size())
-        return 0;
-    const std::uint8_t *mask = masks.data() + brick.first_node;
-    const std::uint8_t *const end = masks.data() + masks.size();
-    std::size_t count = 0;
-    for (std::uint64_t map = brick.node_map; map != 0 && mask != end; map &= map - 1, ++mask) {
-        const VoxelPlace node = kNodePlaces[static_cast<std::size_t>(std::countr_zero(map))];
-        const std::array<VoxelPlace, 8> &children = kChildPlaces[*mask];
-#if HWY_TARGET == HWY_SCALAR
-        for (std::size_t i = 0; i < children.size(); ++i)
-            to.place[count + i] = node | children[i];
-#else
-        const hn::FixedTag<VoxelPlace, 8> d;
-        hn::StoreU(hn::Or(hn::Set(d, node), hn::LoadU(d, children.data())), d, to.place.data() + count);
-#endif
-        count += kChildren[*mask];
-    }
-    return count;
-}
 
 // Points that face the eye, side by side: bricks differ in size, SIMD vectors do not.
 inline constexpr std::size_t kWaiting = 512; // so many points are drawn at once
@@ -249,12 +189,13 @@ HWY_INLINE std::size_t add_brick(const FrameGeometry &frame, const RunGeometry &
     const std::span<const std::uint16_t> normals = run.chunk->normals;
     const BrickRecord brick = run.chunk->bricks[seen.brick];
     const std::size_t first_point = brick.first_point;
-    if (first_point >= normals.size())
+    if (first_point >= normals.size() || brick.first_node >= run.chunk->masks.size())
         return 0;
     const BrickStreams streams{normals.data() + first_point, run.chunk->radii.data() + first_point,
                                kPlaced ? geometry.offsets + first_point : nullptr, normals.size() - first_point};
     BrickPlaces places;
-    const std::size_t count = std::min(list_places(brick, run.chunk->masks, places), streams.available);
+    const std::size_t count =
+        std::min(list_places(brick.node_map, run.chunk->masks.subspan(brick.first_node), places), streams.available);
     const std::size_t begin = run.first > first_point ? run.first - first_point : 0;
     const std::size_t end = run.last > first_point ? std::min<std::size_t>(count, run.last - first_point) : 0;
     return find_facing_points<kLarge, kPlaced>(frame, geometry, seen, places, begin, end, streams,

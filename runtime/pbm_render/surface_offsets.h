@@ -25,11 +25,12 @@ struct BrickNeighbours;
 class SurfaceOffsets {
   public:
     // For each point the way from the centre of its voxel to the surface along its normal, in kOffsetSteps-ths of a
-    // voxel edge; 0 for two-sided points, whose normal says nothing of where they are. It is the mean over the 27
-    // voxels around whose normals are within 60 degrees of the point's: each says where the surface is if it passes
-    // through that voxel's centre, bent as the two normals are; those far from the line along the normal count less.
-    // Voxels of other chunks are taken to be empty. In integers, so the same on every machine. In bounds whatever the
-    // bytes of a mapped chunk became.
+    // voxel edge; 0 for two-sided points, whose normal says nothing of where they are. It is the mean, along the normal,
+    // of the centres of those of the 27 voxels around that are occupied and of the same side: along an axis that the
+    // point's normal follows by more than 0.38 of its length their normals follow it too, by more than half, and along
+    // none they do so the other way. A voxel r off the line along the normal weighs max(0, 1.5^2 - r^2). Normals are
+    // taken to within 6 degrees, weights to a 112th, weights x places to a 32nd; the same on every machine. Voxels of
+    // other chunks are taken to be empty. In bounds whatever the bytes of a mapped chunk became.
     //
     // bricks  of the chunk, by index: those whose points are estimated
     // to      of all points of the chunk; those of other bricks stay as they are
@@ -39,19 +40,22 @@ class SurfaceOffsets {
 
     struct Brick {
         std::uint64_t place = 0;    // x, y, z in 16 bits each
-        std::uint64_t node_map = 0; // as in the BrickRecord, of nodes that are there
-        std::uint32_t first_node = 0, first_point = 0;
+        std::uint64_t node_map = 0; // as in the BrickRecord
+        std::uint32_t first_node = 0, nodes = 0, first_point = 0;
         std::uint32_t ways = 0; // to neighbours that its points lie beside, of 27 as bits, x fastest
     };
 
   private:
     void list_bricks(const ChunkView &chunk);
-    const Brick *find(std::uint64_t place) const;
+    void list_sides(const ChunkView &chunk);
+    const Brick &find(std::uint64_t place) const; // the first if there is none
     void find_neighbours(const Brick &brick, BrickNeighbours &to) const;
 
-    std::vector<Brick> bricks_;
-    std::vector<std::uint32_t> nodes_; // of all bricks: first point << 8 | child mask
-    std::vector<std::uint32_t> table_; // hash table of 1 + brick; 0 is free
+    std::vector<Brick> bricks_;             // of the chunk, behind one that is none of them
+    std::vector<std::uint8_t> masks_;       // of all bricks' nodes; 0 where points are missing
+    std::vector<std::uint8_t> point_sides_; // which ways normals look
+    std::vector<std::uint64_t> sides_;      // the same of nodes' children, a byte each
+    std::vector<std::uint32_t> table_;      // hash table of bricks by place; 0 is free
 };
 
 } // namespace pbm
