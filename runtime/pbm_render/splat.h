@@ -42,7 +42,7 @@ inline constexpr float kSteepest = 3;
 // and never by more than to kPlacedLeast of the radius.
 inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.3F, kPlacedLeast = 0.3F;
 // kOutlineInset of them.
-inline constexpr float kPlacedOutlineInset = 0.25F;
+inline constexpr float kPlacedOutlineInset = 0.2F;
 // On their outlines they lie so many voxel edges behind their planes, so that of two that overlap each shows where it
 // is nearer.
 inline constexpr float kPlacedCone = 0.7F;

@@ -41,14 +41,14 @@ inline constexpr std::array<std::array<std::uint8_t, kLanes>, 2> kFromSlice = []
 // What normals with the same signs and the same first three digits of base 4 have in common: that of the middle one.
 inline constexpr int kKindShift = 4;
 struct NormalKind {
-    // What each of the voxels around adds to a mean along the normal; nothing if it is too far from the line.
+    // What each of the voxels around adds to a mean along the normal.
     //
     //   offset in voxels = (sum of moments / sum of weights) x kWeightScale / kMomentScale - kMomentShift
     alignas(64) std::array<std::uint8_t, kLanes> weights{}; // x kWeightScale
     std::array<std::uint8_t, kLanes> moments{};             // weight x (way along the normal + shift) x kMomentScale
 };
 inline constexpr double kMomentShift = 1.75; // no voxel lies farther back than 1.74
-inline constexpr double kWeightScale = 112, kMomentScale = 32;
+inline constexpr double kWeightScale = 84, kMomentScale = 24;
 
 // Which ways a normal looks: +x, -x, +y, -y, +z, -z as bits. Another is of the same side if its `far` ways have one of
 // the `near` ones in common, and none is the opposite of one: it is less than 52 to 60 degrees off.
@@ -73,8 +73,8 @@ inline NormalKind kind_of(const UnitVector &normal) {
         const auto x = static_cast<double>(lane % 10 % 3) - 1, y = static_cast<double>(lane / 10) - 1,
                    z = static_cast<double>(lane % 10 / 3) - 1;
         const double along = (normal[0] * x + normal[1] * y) + normal[2] * z;
-        const double weight = 2.25 - (x * x + y * y + z * z - along * along);
-        if (lane % 10 == 9 || weight <= 0)
+        const double weight = 3 - (x * x + y * y + z * z - along * along);
+        if (lane % 10 == 9)
             continue;
         const auto rounded = [](double value) { return static_cast<std::uint8_t>(value + 0.5); };
         kind.weights[lane] = rounded(weight * kWeightScale);

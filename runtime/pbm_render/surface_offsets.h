@@ -25,11 +25,11 @@ struct BrickNeighbours;
 class SurfaceOffsets {
   public:
     // For each point the way from the centre of its voxel to the surface along its normal, in kOffsetSteps-ths of a
-    // voxel edge; 0 for two-sided points, whose normal says nothing of where they are. It is the mean, along the normal,
-    // of the centres of those of the 27 voxels around that are occupied and of the same side: along an axis that the
-    // point's normal follows by more than 0.38 of its length their normals follow it too, by more than half, and along
-    // none they do so the other way. A voxel r off the line along the normal weighs max(0, 1.5^2 - r^2). Normals are
-    // taken to within 6 degrees, weights to a 112th, weights x places to a 32nd; the same on every machine. Voxels of
+    // voxel edge; 0 for two-sided points, whose normal says nothing of where they are. It is the mean, along the
+    // normal, of the centres of those of the 27 voxels around that are occupied and of the same side: along an axis
+    // that the point's normal follows by more than 0.38 of its length their normals follow it too, by more than half,
+    // and along none they do so the other way. A voxel r off the line along the normal weighs 3 - r^2. Normals are
+    // taken to within 6 degrees, weights to an 84th, weights x places to a 24th; the same on every machine. Voxels of
     // other chunks are taken to be empty. In bounds whatever the bytes of a mapped chunk became.
     //
     // bricks  of the chunk, by index: those whose points are estimated

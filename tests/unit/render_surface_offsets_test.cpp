@@ -62,8 +62,8 @@ double mean_along(const Voxel &at, const UnitVector &normal, const std::map<Voxe
             for (int x = -1; x <= 1; ++x) {
                 const auto found = normals.find({at[0] + x, at[1] + y, at[2] + z});
                 const double along = normal[0] * x + normal[1] * y + normal[2] * z;
-                const double weight = 2.25 - (x * x + y * y + z * z - along * along);
-                if (weight <= 0 || found == normals.end() || !is_of_same_side(normal, found->second))
+                const double weight = 3 - (x * x + y * y + z * z - along * along);
+                if (found == normals.end() || !is_of_same_side(normal, found->second))
                     continue;
                 sum += weight * along;
                 weights += weight;
