@@ -268,8 +268,9 @@ HWY_INLINE void put_border(const SurfaceOffsets::Brick &brick, std::uint64_t bes
     for (std::uint64_t map = brick.node_map & beside; map != 0; map &= map - 1) {
         const int node = std::countr_zero(map);
         const std::uint64_t before = brick.node_map & ((std::uint64_t{1} << node) - 1);
+        const int to = kPaddedNodes[static_cast<std::size_t>(node)] + step;
         put_node<kWayX>(sides[brick.first_node + static_cast<std::size_t>(std::popcount(before))],
-                        &scratch.sides[static_cast<std::size_t>(kPaddedNodes[static_cast<std::size_t>(node)] + step)]);
+                        scratch.sides.data() + to);
     }
 }
 

@@ -100,8 +100,8 @@ TEST_P(ClosedMesh, KeepsTheGatesWithLevelsMixed) {
 }
 
 // Voxels of the finest level are 2 and 4 pixels: every splat is an ellipse. Points on sharp edges whose mean normal
-// faces away are not drawn there, so the edge of the cube and the rim of the bowl end early; offsets, which are means of
-// what is around, take a little off the rim as well.
+// faces away are not drawn there, so the edge of the cube and the rim of the bowl end early; offsets, which are means
+// of what is around, take a little off the rim as well.
 TEST_P(ClosedMesh, HasNoHolesCloserThanTheFinestLevelAllows) {
     Subject &it = subject();
     for (const int finest : {9, 8}) {
