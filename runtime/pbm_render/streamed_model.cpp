@@ -326,6 +326,11 @@ std::optional<StreamedModel::Task> StreamedModel::take_task() try {
         return std::nullopt;
     const ChunkPlace place = queue_[found].place;
     Task task{.place = place, .entry = &entry_of(place), .above = nullptr, .parent = nullptr, .memory = {}};
+    if (place.level > 1) { // held, so that making room does not take it
+        const ChunkPlace parent = parent_of(place);
+        task.above = &entry_of(parent);
+        task.parent = level_of(parent).slots[parent.index].chunk;
+    }
     const std::uint64_t memory = memory_of(*task.entry, place.level);
     if (!make_room(memory)) {
         full_ = true;
@@ -334,10 +339,7 @@ std::optional<StreamedModel::Task> StreamedModel::take_task() try {
     task.memory = Claim(memory_, memory);
     if (place.level > 1) {
         const ChunkPlace parent = parent_of(place);
-        Slot &slot = level_of(parent).slots[parent.index];
-        ++slot.children;
-        task.above = &entry_of(parent);
-        task.parent = slot.chunk;
+        ++level_of(parent).slots[parent.index].children;
     }
     level_of(place).slots[place.index].busy = true;
     ++busy_;

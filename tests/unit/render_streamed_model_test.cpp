@@ -279,6 +279,26 @@ TEST(StreamedModel, FollowsAViewThatMoves) {
     EXPECT_TRUE(streamed.take_errors().empty());
 }
 
+// Chunks that an older view asked for are still being loaded when what they nest in is not needed any more.
+TEST(StreamedModel, KeepsWhatAChunkNestsInWhileItIsLoaded) {
+    StreamedModel probe(reader_of(file(Storage::packed)));
+    ASSERT_TRUE(probe.load(view_from(1.3)).ok());
+    const std::uint64_t max_memory = probe.statistics().memory * 11 / 10;
+    StreamedModel streamed(reader_of(file(Storage::packed)), {.threads = 1, .max_memory = max_memory});
+    test::Random random(7);
+    for (int i = 0; i < 40; ++i) {
+        DetailView view = view_from(1.3);
+        view.camera.position = view.camera.focal_point +
+                               1.3 * glm::normalize(glm::dvec3(random.unit(), random.unit(), random.unit()) - 0.5);
+        streamed.request(streamed.choose(view).missing);
+        DetailView far = view_from(50);
+        streamed.choose(far);
+        EXPECT_TRUE(wait_for([&] { return !streamed.is_loading(); }));
+        EXPECT_LE(streamed.statistics().memory, max_memory);
+    }
+    EXPECT_TRUE(streamed.take_errors().empty());
+}
+
 TEST(StreamedModel, NamesADamagedChunkOnceAndShowsWhatIsLeft) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         Bytes bytes = file(storage);
