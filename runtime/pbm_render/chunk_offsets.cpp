@@ -9,6 +9,8 @@ const std::int8_t *ChunkOffsets::of(const ChunkView &chunk, std::span<const Seen
     const std::lock_guard lock(mutex_);
     if (is_complete_)
         return offsets_.data();
+    offsets_.resize(chunk.normals.size());
+    known_.resize(chunk.bricks.size());
     std::vector<std::uint32_t> missing;
     for (const SeenBrick &brick : seen)
         if (known_[brick.brick] == 0)

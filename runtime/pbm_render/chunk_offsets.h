@@ -12,21 +12,19 @@
 
 namespace pbm {
 
-// Estimated when a picture needs them: a first picture for the bricks that it shows, about half of all; whatever shows
-// others, for all others.
+// Estimated when a picture needs them, and no memory before: a first picture for the bricks that it shows, whatever
+// shows others for all others.
 class ChunkOffsets {
   public:
-    ChunkOffsets(std::size_t points, std::size_t bricks) : offsets_(points), known_(bricks) {}
-
     // [points] as SurfaceOffsets::estimate has it, good for the points of the bricks `seen`; those of others may be
     // written while they are read. `chunk` is always the same. Several threads may ask at once: they wait for each
     // other.
     const std::int8_t *of(const ChunkView &chunk, std::span<const SeenBrick> seen, SurfaceOffsets &workplace) const;
 
   private:
-    mutable std::mutex mutex_; // of all below
-    mutable std::vector<std::int8_t> offsets_;
-    mutable std::vector<std::uint8_t> known_; // [bricks]
+    mutable std::mutex mutex_;                 // of all below
+    mutable std::vector<std::int8_t> offsets_; // [points] once some are known
+    mutable std::vector<std::uint8_t> known_;  // [bricks] the same
     mutable bool is_first_ = true, is_complete_ = false;
 };
 

@@ -16,14 +16,13 @@ struct StreamedModel::LoadedChunk {
     std::array<Bytes, kMaxLights> packed_shadows; // the same
     std::vector<BrickRecord> bricks;              // the same
     ChunkView view;
-    std::optional<ChunkOffsets> offsets;
+    ChunkOffsets offsets;
     Box bounds; // of its bricks
     std::uint8_t largest_radius = 0;
     Claim memory;
 
     // Once its view is there.
     void finish(int level) {
-        offsets.emplace(view.normals.size(), view.bricks.size());
         bounds = bounds_of(view.bricks, level);
         for (const BrickRecord &brick : view.bricks)
             largest_radius = std::max(largest_radius, brick.largest_radius);
@@ -361,7 +360,7 @@ void StreamedModel::finish(const Task &task, Result<ChunkPointer> loaded) {
         slot.chunk = std::move(loaded).value();
         slot.last_view = view_;
         state.view = &slot.chunk->view;
-        state.offsets = &*slot.chunk->offsets;
+        state.offsets = &slot.chunk->offsets;
         state.bounds = slot.chunk->bounds;
         state.largest_radius = slot.chunk->largest_radius;
         statistics_.points_decoded += mapped ? 0 : task.entry->shape.points;

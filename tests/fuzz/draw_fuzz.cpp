@@ -93,7 +93,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     view.packed_shadows[0] = shadows;
     view.bricks = records;
     const ChunkEntry entry;
-    const ChunkOffsets offsets(points, bricks);
+    const ChunkOffsets offsets;
     std::vector<PointRun> runs(2, {.chunk = &view, .entry = &entry, .level = level, .first = first, .last = last});
     runs[1].offsets = &offsets;
 

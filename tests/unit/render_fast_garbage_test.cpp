@@ -40,7 +40,7 @@ class CopiedLevel {
                 shadow = keep(shadow);
             runs.push_back(run);
             runs.back().chunk = &copy.view;
-            runs.back().offsets = &offsets_.emplace_back(copy.view.normals.size(), copy.view.bricks.size());
+            runs.back().offsets = &offsets_.emplace_back();
         }
     }
 

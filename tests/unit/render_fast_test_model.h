@@ -55,7 +55,7 @@ class WholeLevel {
                             .entry = &entry,
                             .level = level,
                             .last = entry.shape.points,
-                            .offsets = &offsets_.emplace_back(entry.shape.points, entry.shape.bricks)});
+                            .offsets = &offsets_.emplace_back()});
         }
     }
     WholeLevel(const WholeLevel &) = delete;

@@ -163,7 +163,7 @@ TEST(ChunkOffsets, AreThoseOfTheWholeChunkWhateverIsAskedFor) {
     const std::size_t bricks = chunk.bricks.size();
     ASSERT_GT(bricks, 20U);
     for (const std::uint32_t step : {2U, 3U, 5U}) {
-        const ChunkOffsets offsets(chunk.normals.size(), bricks);
+        const ChunkOffsets offsets;
         for (std::uint32_t first = 0; first < step; ++first) {
             const std::vector<SeenBrick> seen = seen_bricks(first, step, bricks);
             const std::int8_t *const some = offsets.of(chunk, seen, workplace);
@@ -181,7 +181,7 @@ TEST(ChunkOffsets, MayBeAskedForBySeveralThreadsAtOnce) {
     const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
     const test::WholeLevel whole(model.file, kDepth);
     const ChunkView &chunk = *whole.runs.front().chunk;
-    const ChunkOffsets offsets(chunk.normals.size(), chunk.bricks.size());
+    const ChunkOffsets offsets;
     std::vector<std::vector<std::int8_t>> seen(4);
     {
         std::vector<std::jthread> threads;
