@@ -358,7 +358,8 @@ def test_frame_rate(display):
             view.act("mousemove", 150, 150, "mousedown", 1, *drag, "mouseup", 1)
             check_same_in_the_end(view, "large.bvg", "after a long drag", "--max-error=0.5")
             moving = view.pictures()[before:-1]
-            check(len(moving) > 3, f"no pictures while the view moves: {view.text()}")
+            # Exact ones take as long as they take: on a slow machine the drag is over after a few.
+            check(len(moving) > (3 if fps > 0 else 0), f"no pictures while the view moves: {view.text()}")
             coarser = [p for p in moving if p[0] > 0.5 and not p[3]]
             check(not coarser or fps > 0, f"coarser pictures without --min-fps: {coarser}")
             slow = [p for p in moving if p[1] > 1000 / 240 and p[0] == 0.5]
