@@ -325,10 +325,12 @@ std::optional<StreamedModel::Task> StreamedModel::take_task() try {
         return std::nullopt;
     const ChunkPlace place = queue_[found].place;
     Task task{.place = place, .entry = &entry_of(place), .above = nullptr, .parent = nullptr, .memory = {}};
-    if (place.level > 1) { // held, so that making room does not take it
-        const ChunkPlace parent = parent_of(place);
-        task.above = &entry_of(parent);
-        task.parent = level_of(parent).slots[parent.index].chunk;
+    Slot *parent = nullptr;
+    if (place.level > 1) {
+        const ChunkPlace above = parent_of(place);
+        parent = &level_of(above).slots[above.index];
+        task.above = &entry_of(above);
+        task.parent = parent->chunk; // held, so that making room does not take it
     }
     const std::uint64_t memory = memory_of(*task.entry, place.level);
     if (!make_room(memory)) {
@@ -336,10 +338,8 @@ std::optional<StreamedModel::Task> StreamedModel::take_task() try {
         return std::nullopt;
     }
     task.memory = Claim(memory_, memory);
-    if (place.level > 1) {
-        const ChunkPlace parent = parent_of(place);
-        ++level_of(parent).slots[parent.index].children;
-    }
+    if (parent != nullptr)
+        ++parent->children;
     level_of(place).slots[place.index].busy = true;
     ++busy_;
     return task;

@@ -21,9 +21,8 @@
 #define PBM_RENDER_SURFACE_OFFSETS_TABLES
 namespace pbm {
 
-// A brick with a voxel around it, so that nodes beside it fit in, too: x + 10 y + 120 z from the brick's own first
-// voxel. Its last voxel and whole vectors behind it are in bounds, as is the first of a node left of, before and below
-// all.
+// A brick with a voxel around it, and room to write whole nodes there: x + 10 y + 120 z from the brick's own first
+// voxel. Nodes beside its corners and whole vectors behind its last voxel are in bounds.
 inline constexpr std::size_t kRow = 10, kSlice = 120, kPadded = 12 * kSlice + 32;
 inline constexpr std::size_t kFirstInside = 2 + 2 * kRow + 2 * kSlice;
 
@@ -51,7 +50,8 @@ inline constexpr double kMomentShift = 1.75; // no voxel lies farther back than 
 inline constexpr double kWeightScale = 84, kMomentScale = 24;
 
 // Which ways a normal looks: +x, -x, +y, -y, +z, -z as bits. Another is of the same side if its `far` ways have one of
-// the `near` ones in common, and none is the opposite of one: it is less than 52 to 60 degrees off.
+// the `near` ones in common, and none is the opposite of one. Those up to 26 degrees off are, those more than 104 are
+// not.
 inline std::uint8_t ways_of(const UnitVector &normal, double least) {
     int ways = 0;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -173,7 +173,7 @@ inline constexpr std::array<std::uint32_t, 256> kWaysOfMask = [] {
 
 // What there is of a chunk to look up.
 struct ChunkPoints {
-    const std::uint8_t *masks;  // of nodes
+    ByteView masks;             // of nodes
     const std::uint64_t *sides; // of nodes: far ways of the eight children, a byte each; 0 where no point is
     const std::uint16_t *normals;
 };
@@ -202,11 +202,12 @@ namespace pbm::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // The sides of points become those of children: [nodes].
-void list_sides(std::span<const SurfaceOffsets::Brick> bricks, const std::uint8_t *masks, const std::uint8_t *of_points,
+void list_sides(std::span<const SurfaceOffsets::Brick> bricks, ByteView masks, const std::uint8_t *of_points,
                 std::uint64_t *to) {
     for (const SurfaceOffsets::Brick &brick : bricks) {
         const std::uint8_t *from = of_points + brick.first_point;
-        for (std::size_t i = brick.first_node; i < brick.first_node + brick.nodes; ++i) {
+        const std::size_t end = brick.first_node + static_cast<std::size_t>(std::popcount(brick.node_map));
+        for (std::size_t i = brick.first_node; i < end; ++i) {
             const std::array<std::uint8_t, 16> &points = kPointOfChild[masks[i]];
 #if HWY_TARGET == HWY_SCALAR
             to[i] = 0;
@@ -374,8 +375,7 @@ void estimate_brick(const SurfaceOffsets::Brick &brick, const BrickNeighbours &a
         hn::Store(hn::Zero(d), d, &scratch.sides[i]);
     put_brick(brick, chunk.sides, scratch);
     put_neighbours(around, chunk.sides, scratch);
-    const std::size_t points =
-        list_places(brick.node_map, ByteView(chunk.masks + brick.first_node, brick.nodes), scratch.places);
+    const std::size_t points = list_places(brick.node_map, chunk.masks.subspan(brick.first_node), scratch.places);
     list_padded(points, scratch);
     std::copy_n(chunk.normals + brick.first_point, points, scratch.normals.begin()); // mapped bytes may change
     std::fill_n(&scratch.padded[points], 3, static_cast<std::uint16_t>(kFirstInside));
@@ -419,7 +419,6 @@ void SurfaceOffsets::list_bricks(const ChunkView &chunk) {
         Brick listed{.place = brick.x | std::uint64_t{brick.y} << 16 | std::uint64_t{brick.z} << 32,
                      .node_map = brick.node_map,
                      .first_node = static_cast<std::uint32_t>(masks_.size()),
-                     .nodes = static_cast<std::uint32_t>(std::popcount(std::uint64_t{brick.node_map})),
                      .first_point =
                          std::min(std::uint32_t{brick.first_point}, static_cast<std::uint32_t>(chunk.normals.size()))};
         std::size_t point = listed.first_point, node = brick.first_node;
@@ -452,7 +451,7 @@ void SurfaceOffsets::list_sides(const ChunkView &chunk) {
     for (std::size_t i = 0; i < chunk.normals.size(); ++i)
         point_sides_[i] = kinds.far[kind_number(chunk.normals[i])];
     sides_.resize(masks_.size());
-    HWY_DYNAMIC_DISPATCH(list_sides)(bricks_, masks_.data(), point_sides_.data(), sides_.data());
+    HWY_DYNAMIC_DISPATCH(list_sides)(bricks_, masks_, point_sides_.data(), sides_.data());
 }
 
 void SurfaceOffsets::find_neighbours(const Brick &brick, BrickNeighbours &to) const {
@@ -473,7 +472,7 @@ void SurfaceOffsets::estimate(const ChunkView &chunk, std::span<const std::uint3
                               std::span<std::int8_t> to) {
     list_bricks(chunk);
     list_sides(chunk);
-    const ChunkPoints points{masks_.data(), sides_.data(), chunk.normals.data()};
+    const ChunkPoints points{masks_, sides_.data(), chunk.normals.data()};
     BrickScratch scratch;
     BrickNeighbours around;
     for (const std::uint32_t i : bricks) {

@@ -41,7 +41,7 @@ class SurfaceOffsets {
     struct Brick {
         std::uint64_t place = 0;    // x, y, z in 16 bits each
         std::uint64_t node_map = 0; // as in the BrickRecord
-        std::uint32_t first_node = 0, nodes = 0, first_point = 0;
+        std::uint32_t first_node = 0, first_point = 0;
         std::uint32_t ways = 0; // to neighbours that its points lie beside, of 27 as bits, x fastest
     };
 

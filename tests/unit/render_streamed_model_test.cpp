@@ -44,6 +44,13 @@ DetailView view_from(double distance, glm::dvec3 target = {0, -1, -2}) {
     return view;
 }
 
+DetailView view_from_anywhere(test::Random &random) {
+    DetailView view = view_from(1.3);
+    view.camera.position =
+        view.camera.focal_point + 1.3 * glm::normalize(glm::dvec3(random.unit(), random.unit(), random.unit()) - 0.5);
+    return view;
+}
+
 std::uint64_t points_of(const Detail &detail) {
     std::uint64_t points = 0;
     for (const PointRun &run : detail.runs)
@@ -266,10 +273,7 @@ TEST(StreamedModel, FollowsAViewThatMoves) {
     StreamedModel streamed(reader_of(file(Storage::packed)), {.threads = 2, .max_memory = max_memory});
     test::Random random(5);
     for (int i = 0; i < 200; ++i) {
-        DetailView view = view_from(1.3);
-        view.camera.position = view.camera.focal_point +
-                               1.3 * glm::normalize(glm::dvec3(random.unit(), random.unit(), random.unit()) - 0.5);
-        Detail detail = streamed.choose(view);
+        Detail detail = streamed.choose(view_from_anywhere(random));
         EXPECT_LE(streamed.statistics().memory, max_memory);
         streamed.request(std::move(detail.missing));
         for (const PointRun &run : detail.runs)
@@ -287,12 +291,8 @@ TEST(StreamedModel, KeepsWhatAChunkNestsInWhileItIsLoaded) {
     StreamedModel streamed(reader_of(file(Storage::packed)), {.threads = 1, .max_memory = max_memory});
     test::Random random(7);
     for (int i = 0; i < 40; ++i) {
-        DetailView view = view_from(1.3);
-        view.camera.position = view.camera.focal_point +
-                               1.3 * glm::normalize(glm::dvec3(random.unit(), random.unit(), random.unit()) - 0.5);
-        streamed.request(streamed.choose(view).missing);
-        DetailView far = view_from(50);
-        streamed.choose(far);
+        streamed.request(streamed.choose(view_from_anywhere(random)).missing);
+        streamed.choose(view_from(50));
         EXPECT_TRUE(wait_for([&] { return !streamed.is_loading(); }));
         EXPECT_LE(streamed.statistics().memory, max_memory);
     }
