@@ -7,7 +7,7 @@
 // is new each time.
 #include "decode_steps.h"
 #include "draco_peer.h"
-#include "pbm_format/platform.h"
+#include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
 

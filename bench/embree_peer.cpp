@@ -1,8 +1,8 @@
 #include "embree_peer.h"
 
 #include "embree_scene.h"
-#include "pbm_format/point_attributes.h"
-#include "pbm_render/worker_pool.h"
+#include "pbm_format/model/point_attributes.h"
+#include "system/threads/worker_pool.h"
 
 #include <glm/geometric.hpp>
 

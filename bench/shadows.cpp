@@ -8,10 +8,10 @@
 // where there are some; triangles, prepare_rays_ns (tree and places, per point, [round]). One thread. A first round
 // that is not counted warms up.
 #include "pbm_bake/shadow_baker.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
+#include "pbm_format/reading/reader.h"
 #include "pbm_scan/surface_reader.h"
 #include "shadow_truth.h"
+#include "system/files/mapped_file.h"
 #include "value_or_throw.h"
 
 #include <glm/common.hpp>

@@ -6,10 +6,10 @@
 // shape computed for every splat). RADIUS: pixels; a square's is half its edge.
 // Prints a JSON array, an object for each shape and radius: shape, radius, splats_per_second: [round], and for kernels
 // table_milliseconds: [round], what making the table takes.
-#include "pbm_format/normal.h"
-#include "pbm_render/normal_table.h"
-#include "pbm_render/splat.h"
-#include "pbm_render/splat_kernels.h"
+#include "pbm_format/model/normal.h"
+#include "pbm_render/camera/normal_table.h"
+#include "pbm_render/splats/splat.h"
+#include "pbm_render/splats/splat_kernels.h"
 
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>

@@ -5,8 +5,8 @@
 //   bench_voxels dissertation MODEL.bvg OUT.raw  as the dissertation laid points out, see write_dissertation
 //
 // Based on: Campbell. Point Based Modelling and Rendering. 2006, sections 5.1 and 5.2
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
+#include "pbm_format/reading/reader.h"
+#include "system/files/mapped_file.h"
 
 #include <bit>
 #include <cstring>

@@ -2,19 +2,24 @@
 include(CMakePackageConfigHelpers)
 set(PBM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pbm)
 
-target_compile_features(pbm_format PUBLIC cxx_std_20)
-target_compile_features(pbm_bake PUBLIC cxx_std_20)
-target_compile_features(pbm_render PUBLIC cxx_std_20)
-foreach(library pbm_format pbm_bake pbm_render)
+set(libraries base system reading checking writing format bake render)
+foreach(name ${libraries})
+    set(library pbm_${name})
+    set_target_properties(${library} PROPERTIES EXPORT_NAME ${name})
+    list(APPEND installed_libraries ${library})
+    if(name STREQUAL "format") # is the three before it
+        continue()
+    endif()
+    target_compile_features(${library} PUBLIC cxx_std_20)
     # Our warnings are ours: a program that links the static library gets none of them.
-    get_target_property(libraries ${library} INTERFACE_LINK_LIBRARIES)
-    list(REMOVE_ITEM libraries "$<LINK_ONLY:pbm_warnings>")
-    set_target_properties(${library} PROPERTIES INTERFACE_LINK_LIBRARIES "${libraries}")
+    get_target_property(linked ${library} INTERFACE_LINK_LIBRARIES)
+    list(REMOVE_ITEM linked "$<LINK_ONLY:pbm_warnings>")
+    set_target_properties(${library} PROPERTIES INTERFACE_LINK_LIBRARIES "${linked}")
 endforeach()
-install(TARGETS pbm_format pbm_bake pbm_render EXPORT pbmTargets
+install(TARGETS ${installed_libraries} EXPORT pbmTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY format_spec/pbm_format runtime/pbm_bake runtime/pbm_render DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+install(DIRECTORY system format_spec/pbm_format runtime/pbm_bake runtime/pbm_render DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
     FILES_MATCHING PATTERN "*.h")
 install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt docs/validator.md
     DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)

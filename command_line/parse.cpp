@@ -1,5 +1,7 @@
 #include "command_line/parse.h"
 
+#include "system/files/mapped_file.h"
+
 #include <algorithm>
 #include <iostream>
 

@@ -6,7 +6,6 @@
 #include "command_line/error_log.h"
 #include "command_line/help.h"
 #include "command_line/spelling.h"
-#include "pbm_format/platform.h"
 
 #include <CLI/CLI.hpp>
 

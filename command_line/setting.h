@@ -1,7 +1,7 @@
 // One option as a file of settings says it; settings_file.h gives it to the command line.
 #pragma once
 
-#include "pbm_format/error.h"
+#include "system/error.h"
 
 #include <functional>
 #include <string>

@@ -1,7 +1,7 @@
 // Draws a model into a PPM file: draw_picture FILE.bvg OUTPUT.ppm
-#include <pbm_format/platform.h>
-#include <pbm_format/reader.h>
-#include <pbm_render/reference_renderer.h>
+#include <pbm_format/reading/reader.h>
+#include <pbm_render/reference/reference_renderer.h>
+#include <system/files/platform.h>
 
 #include <cstdio>
 #include <fstream>

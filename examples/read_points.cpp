@@ -1,6 +1,6 @@
 // Prints the points of a detail level, one "x y z" per line: read_points FILE.bvg [LEVEL]
-#include <pbm_format/platform.h>
-#include <pbm_format/reader.h>
+#include <pbm_format/reading/reader.h>
+#include <system/files/platform.h>
 
 #include <cstdio>
 #include <cstdlib>

@@ -2,7 +2,7 @@
 // count.
 #pragma once
 
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 

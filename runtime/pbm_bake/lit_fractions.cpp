@@ -1,6 +1,6 @@
 #include "pbm_bake/lit_fractions.h"
 
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #include "pbm_bake/padded_brick.h"
 
-#include "pbm_format/octree.h"
+#include "pbm_format/model/octree.h"
 
 namespace pbm {
 

@@ -2,7 +2,7 @@
 
 #include "pbm_bake/lit_fractions.h"
 #include "pbm_bake/shadow_map.h"
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <cassert>

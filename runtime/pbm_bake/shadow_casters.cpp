@@ -1,7 +1,7 @@
 #include "pbm_bake/shadow_casters.h"
 
 #include "pbm_bake/padded_brick.h"
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <cassert>

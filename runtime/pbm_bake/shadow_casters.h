@@ -6,7 +6,7 @@
 // What is left is 0.08 to 0.14 voxels (root mean square, on scans), instead of 0.42.
 #pragma once
 
-#include "pbm_format/model.h"
+#include "pbm_format/model/model.h"
 
 #include <array>
 #include <cstddef>

@@ -1,6 +1,6 @@
 #include "pbm_bake/triangle_tree.h"
 
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include "goldens.h"
 #include "judge.h"
 
-#include "pbm_format/writer.h"
+#include "pbm_format/writing/writer.h"
 
 #include <array>
 #include <new>

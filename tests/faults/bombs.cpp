@@ -6,7 +6,8 @@
 #include "goldens.h"
 #include "judge.h"
 
-#include "unit/file_editor.h"
+#include "pbm_format/container/section_encoder.h"
+#include "unit/support/file_editor.h"
 
 #include <algorithm>
 #include <cstring>

@@ -4,8 +4,9 @@
 #include "goldens.h"
 #include "judge.h"
 
-#include "pbm_format/platform.h"
-#include "unit/test_models.h"
+#include "system/files/mapped_file.h"
+#include "system/processes/this_process.h"
+#include "unit/support/test_models.h"
 
 #include <array>
 #include <cerrno>

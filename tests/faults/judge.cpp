@@ -1,6 +1,6 @@
 #include "judge.h"
 
-#include "pbm_render/fast_renderer.h"
+#include "pbm_render/fast/fast_renderer.h"
 
 namespace pbm::faults {
 

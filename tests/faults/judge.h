@@ -1,12 +1,12 @@
 // The verdicts on a file, and all that a viewer does with it.
 #pragma once
 
-#include "pbm_format/reader.h"
-#include "pbm_format/validate.h"
-#include "pbm_render/camera.h"
-#include "pbm_render/framebuffer.h"
-#include "pbm_render/streamed_model.h"
-#include "pbm_render/surroundings.h"
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_render/camera/camera.h"
+#include "pbm_render/detail/streamed_model.h"
+#include "pbm_render/picture/framebuffer.h"
+#include "pbm_render/surroundings/surroundings.h"
 
 #include <memory>
 #include <vector>

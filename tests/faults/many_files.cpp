@@ -4,7 +4,7 @@
 #include "goldens.h"
 #include "judge.h"
 
-#include "pbm_format/platform.h"
+#include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <filesystem>

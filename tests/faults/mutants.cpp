@@ -4,9 +4,9 @@
 #include "goldens.h"
 #include "judge.h"
 
-#include "pbm_format/content_id.h"
-#include "unit/file_editor.h"
-#include "unit/test_models.h"
+#include "pbm_format/container/content_id.h"
+#include "unit/support/file_editor.h"
+#include "unit/support/test_models.h"
 
 #include <array>
 #include <optional>

@@ -1,8 +1,9 @@
 // Law: whatever the bytes of a raster's section, with its hashes made right so that more than the hashes is reached,
 // every tile is decoded or refused, TiledImage and prove_image agree on which, and a raster without fault comes back
 // from what encode_image makes of it.
-#include "pbm_format/hash.h"
-#include "pbm_format/tiled_image.h"
+#include "pbm_format/container/hash.h"
+#include "pbm_format/rasters/tiled_image.h"
+#include "pbm_format/writing/raster_encoder.h"
 
 #include <cstdlib>
 #include <cstring>

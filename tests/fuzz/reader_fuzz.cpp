@@ -1,8 +1,8 @@
 // Law: whatever the bytes, Reader::open + verify_all and validate give the same verdict, and a file that they call
 // valid loads into a model that encodes, packed and mapped, to a file with the same content_id.
-#include "pbm_format/reader.h"
-#include "pbm_format/validate.h"
-#include "pbm_format/writer.h"
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
 
 #include <cstdlib>
 

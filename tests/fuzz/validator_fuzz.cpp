@@ -1,9 +1,9 @@
 // Law: bytes whose hashes are made right, so that what is behind the hashes is reached, get the same verdict from
 // Reader::open + verify_all and from validate; whose findings lie inside the file and agree with their total; what is
 // stored in order (verify_stored) is a part of what is valid.
-#include "pbm_format/reader.h"
-#include "pbm_format/validate.h"
-#include "unit/file_editor.h"
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/reading/reader.h"
+#include "unit/support/file_editor.h"
 
 #include <cstdlib>
 

@@ -4,11 +4,11 @@
 #include "depth_by_angle.h"
 #include "difference_pictures.h"
 #include "fidelity.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
-#include "pbm_render/shade_table.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_render/appearance/shade_table.h"
 #include "pbm_scan/surface_reader.h"
 #include "shadow_truth.h"
+#include "system/files/mapped_file.h"
 
 #include <CLI/CLI.hpp>
 #include <glm/geometric.hpp>

@@ -1,7 +1,6 @@
 // The test program `mutants`: README.md has the laws, --help the options.
 #include "mutants/laws.h"
-#include "pbm_format/child_process.h"
-#include "pbm_format/platform.h"
+#include "system/processes/child_process.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,12 +1,12 @@
 #include "random_models/laws.h"
 
-#include "pbm_format/reader.h"
-#include "pbm_format/validate.h"
-#include "pbm_format/writer.h"
-#include "pbm_render/fast_renderer.h"
-#include "pbm_render/fine_renderer.h"
-#include "pbm_render/reference_renderer.h"
-#include "pbm_render/streamed_model.h"
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
+#include "pbm_render/detail/streamed_model.h"
+#include "pbm_render/fast/fast_renderer.h"
+#include "pbm_render/fine/fine_renderer.h"
+#include "pbm_render/reference/reference_renderer.h"
 
 #include <memory>
 

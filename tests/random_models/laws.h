@@ -1,7 +1,7 @@
 // What holds of every file, valid or damaged.
 #pragma once
 
-#include "pbm_format/model.h"
+#include "pbm_format/model/model.h"
 
 #include <string>
 

@@ -4,9 +4,9 @@
 #include "random_models/laws.h"
 #include "random_models/random_model.h"
 
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
-#include "pbm_format/writer.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
+#include "system/files/file_replacement.h"
 
 #include <CLI/CLI.hpp>
 

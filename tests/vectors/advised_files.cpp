@@ -1,8 +1,8 @@
 // Valid files that are odd, each in one way.
 #include "collection.h"
-#include "test_models.h"
+#include "unit/support/test_models.h"
 
-#include "pbm_format/writer.h"
+#include "pbm_format/writing/writer.h"
 
 namespace pbm::test {
 

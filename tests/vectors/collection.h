@@ -1,8 +1,8 @@
 // Bad files in the making: a good one, an edit, every hash repaired.
 #pragma once
 
-#include "file_editor.h"
 #include "invalid_files.h"
+#include "unit/support/file_editor.h"
 
 #include <functional>
 #include <string>

@@ -1,10 +1,10 @@
 #include "collection.h"
-#include "test_models.h"
+#include "unit/support/test_models.h"
 
-#include "pbm_format/brick_index.h"
-#include "pbm_format/reader.h"
-#include "pbm_format/validate.h"
-#include "pbm_format/writer.h"
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/chunks/brick_index.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
 
 #include <functional>
 #include <limits>

@@ -2,7 +2,7 @@
 // of advised/ each is valid, and of one code of the catalogue that is no error.
 #pragma once
 
-#include "pbm_format/bytes.h"
+#include "system/bytes.h"
 
 #include <string>
 #include <vector>

@@ -1,9 +1,9 @@
 // Files with ground plane, its rasters and a panorama: BVG.md sections 3.9 to 3.11.
 #include "collection.h"
-#include "test_models.h"
+#include "unit/support/test_models.h"
 
-#include "pbm_format/reader.h"
-#include "pbm_format/writer.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
 
 #include <limits>
 

@@ -4,8 +4,9 @@
 #include "depfile.h"
 #include "options.h"
 #include "pbm_build/pipeline.h"
-#include "pbm_format/platform.h"
 #include "source_record.h"
+#include "system/files/mapped_file.h"
+#include "system/processes/this_process.h"
 
 #include <algorithm>
 #include <array>

@@ -2,10 +2,10 @@
 
 #include "command_line/common_options.h"
 #include "command_line/settings_file.h"
-#include "pbm_format/layout.h"
-#include "pbm_format/platform.h"
+#include "pbm_format/container/layout.h"
 #include "recipe.h"
 #include "scene_options.h"
+#include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 
 #include "command_line/parse.h"
 #include "pbm_bake/shadow_baker.h"
-#include "pbm_build/colour_map.h"
-#include "pbm_build/material_request.h"
+#include "pbm_build/scene/material_request.h"
+#include "pbm_build/texture/colour_map.h"
 
 #include <algorithm>
 #include <array>

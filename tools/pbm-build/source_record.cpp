@@ -1,9 +1,9 @@
 #include "source_record.h"
 
-#include "pbm_format/layout.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
+#include "pbm_format/container/layout.h"
+#include "pbm_format/reading/reader.h"
 #include "pbm_scan/surface_reader.h"
+#include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
 

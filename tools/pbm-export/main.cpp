@@ -1,7 +1,9 @@
 // pbm-export: the points of a .bvg file as PLY.
 #include "command_line/common_options.h"
-#include "pbm_format/platform.h"
 #include "ply_points.h"
+#include "system/files/file_replacement.h"
+#include "system/files/mapped_file.h"
+#include "system/processes/this_process.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,6 @@
 #include "point_stream.h"
 
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <memory>

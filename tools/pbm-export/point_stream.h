@@ -1,7 +1,7 @@
 // The points of one detail level in Morton order, chunk by chunk: what a file of any size needs of memory is bounded.
 #pragma once
 
-#include "pbm_format/reader.h"
+#include "pbm_format/reading/reader.h"
 
 #include <functional>
 #include <span>

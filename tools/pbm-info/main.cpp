@@ -1,7 +1,7 @@
 // pbm-info: what is in a .bvg, from its header, tables and directories; no chunk and no tile is decoded.
 #include "command_line/common_options.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
+#include "pbm_format/reading/reader.h"
+#include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,6 @@
 // pbm-validate: is this .bvg valid, and if not, what breaks which rule where.
 #include "command_line/common_options.h"
-#include "pbm_format/platform.h"
+#include "system/files/mapped_file.h"
 #include "verdict.h"
 
 #include <algorithm>

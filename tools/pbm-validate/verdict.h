@@ -1,7 +1,7 @@
 // What pbm-validate found out about one file, and how it tells it.
 #pragma once
 
-#include "pbm_format/validate.h"
+#include "pbm_format/checking/validate.h"
 
 #include <iosfwd>
 #include <string>

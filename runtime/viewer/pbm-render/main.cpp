@@ -1,15 +1,15 @@
 // pbm-render: pictures of a binary voxel grid without a window.
 #include "command_line/common_options.h"
-#include "pbm_format/platform.h"
+#include "system/processes/this_process.h"
 
 #include "model_drawer.h"
 #include "turntable.h"
-#include "viewer/camera_control.h"
-#include "viewer/image_writer.h"
-#include "viewer/picture_file.h"
-#include "viewer/scene.h"
-#include "viewer/video_options.h"
-#include "viewer/view_options.h"
+#include "viewer/options/video_options.h"
+#include "viewer/options/view_options.h"
+#include "viewer/pictures/image_writer.h"
+#include "viewer/pictures/picture_file.h"
+#include "viewer/scene/camera_control.h"
+#include "viewer/scene/scene.h"
 
 #include <glm/gtc/constants.hpp>
 #include <nlohmann/json.hpp>

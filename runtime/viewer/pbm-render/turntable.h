@@ -3,7 +3,7 @@
 
 #include "model_drawer.h"
 
-#include "viewer/video_writer.h"
+#include "viewer/pictures/video_writer.h"
 
 #include <functional>
 

@@ -2,7 +2,7 @@
 #include "options.h"
 #include "sample_model.h"
 #include "viewer.h"
-#include "window.h"
+#include "window/window.h"
 
 #include "command_line/command_line.h"
 

@@ -1,7 +1,7 @@
 #include "options.h"
 
 #include "command_line/common_options.h"
-#include "viewer/option_values.h"
+#include "viewer/options/option_values.h"
 
 namespace pbm {
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {

@@ -2,8 +2,8 @@
 // it can be given up.
 #pragma once
 
-#include "viewer/background_thread.h"
-#include "viewer/shown_model.h"
+#include "system/threads/background_thread.h"
+#include "viewer/scene/shown_model.h"
 
 #include <future>
 #include <memory>

@@ -1,6 +1,6 @@
 #include "viewer.h"
 
-#include "view_text.h"
+#include "window/view_text.h"
 
 #include "command_line/command_line.h"
 

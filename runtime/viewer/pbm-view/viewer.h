@@ -6,17 +6,17 @@
 #pragma once
 
 #include "options.h"
-#include "overlay.h"
-#include "panel.h"
-#include "presenter.h"
 #include "recording.h"
 #include "refinement.h"
-#include "window.h"
+#include "window/overlay.h"
+#include "window/panel.h"
+#include "window/presenter.h"
+#include "window/window.h"
 
-#include "viewer/background_thread.h"
-#include "viewer/frame_scheduler.h"
-#include "viewer/picture_saver.h"
-#include "viewer/shown_model.h"
+#include "system/threads/background_thread.h"
+#include "viewer/scene/frame_scheduler.h"
+#include "viewer/scene/picture_saver.h"
+#include "viewer/scene/shown_model.h"
 
 #include <chrono>
 #include <future>

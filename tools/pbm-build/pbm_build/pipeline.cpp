@@ -1,17 +1,17 @@
 #include "pbm_build/pipeline.h"
 
-#include "pbm_build/estimate_normals.h"
-#include "pbm_build/examine_surface.h"
-#include "pbm_build/merge_surfaces.h"
-#include "pbm_build/sample_points.h"
-#include "pbm_build/splat_radius.h"
-#include "pbm_build/vertex_normals.h"
-#include "pbm_build/voxelize.h"
-#include "pbm_format/parallel.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
-#include "pbm_format/writer.h"
+#include "pbm_build/grid/examine_surface.h"
+#include "pbm_build/normals/estimate_normals.h"
+#include "pbm_build/radii/splat_radius.h"
+#include "pbm_build/surface/merge_surfaces.h"
+#include "pbm_build/surface/vertex_normals.h"
+#include "pbm_build/voxels/sample_points.h"
+#include "pbm_build/voxels/voxelize.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
 #include "pbm_scan/surface_reader.h"
+#include "system/files/mapped_file.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 

@@ -5,12 +5,12 @@
 //   write_model
 #pragma once
 
-#include "pbm_build/build_statistics.h"
-#include "pbm_build/grid_choice.h"
-#include "pbm_build/metadata.h"
-#include "pbm_build/scene.h"
-#include "pbm_format/model.h"
-#include "pbm_format/writer.h"
+#include "pbm_build/grid/grid_choice.h"
+#include "pbm_build/report/build_statistics.h"
+#include "pbm_build/scene/metadata.h"
+#include "pbm_build/scene/scene.h"
+#include "pbm_format/model/model.h"
+#include "pbm_format/writing/writer.h"
 #include "pbm_scan/surface_reader.h"
 
 #include <optional>

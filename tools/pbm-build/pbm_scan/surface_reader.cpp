@@ -1,9 +1,11 @@
 #include "pbm_scan/surface_reader.h"
 
-#include "pbm_format/platform.h"
-#include "pbm_scan/mesh_reader.h"
-#include "pbm_scan/ply_header.h"
-#include "pbm_scan/ply_reader.h"
+#include "pbm_scan/text/printable.h"
+
+#include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/ply/ply_header.h"
+#include "pbm_scan/ply/ply_reader.h"
+#include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <array>

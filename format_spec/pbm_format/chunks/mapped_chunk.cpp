@@ -1,0 +1,172 @@
+#include "pbm_format/chunks/mapped_chunk.h"
+
+#include "pbm_format/chunks/stream_rules.h"
+#include "pbm_format/law/catalogue.h"
+#include "system/threads/per_thread.h"
+
+#include <algorithm>
+
+namespace pbm {
+
+namespace {
+
+// Calls `visit(stream, place, bytes)` for each stream, its place counted from the chunk's start.
+template <class Visit> void for_streams(const ChunkEntry &entry, const AttributeSet &set, Visit &&visit) {
+    std::uint64_t at = 0;
+    const StreamList streams = streams_of(set);
+    for (std::size_t s = 0; s < streams.size(); ++s) {
+        visit(streams[s], at, std::uint64_t{entry.streams[s].stored_bytes});
+        at = align_stream(at + entry.streams[s].stored_bytes);
+    }
+}
+
+// `count` records of T that lie in a file.
+template <class T> std::span<const T> view_as(ByteView bytes, std::size_t count) {
+    assert(bytes.size() >= count * sizeof(T));
+    assert(reinterpret_cast<std::uintptr_t>(bytes.data()) % alignof(T) == 0);
+    return {reinterpret_cast<const T *>(bytes.data()), count};
+}
+
+} // namespace
+
+ChunkView view_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const AttributeSet &set,
+                     int level) {
+    ChunkView view;
+    for_streams(entry, set, [&](const StreamInfo &stream, std::uint64_t at, std::uint64_t size) {
+        const ByteView bytes = file.subspan(entry.offset + at, size);
+        assert(size == raw_stream_bytes(stream, set, level, entry.shape.nodes, entry.shape.points));
+        switch (stream.kind) {
+        case StreamKind::masks: view.masks = bytes; break;
+        case StreamKind::normal: view.normals = view_as<std::uint16_t>(bytes, entry.shape.points); break;
+        case StreamKind::radius: view.radii = bytes; break;
+        case StreamKind::colour: view.colours = bytes; break;
+        case StreamKind::material: view.materials = bytes; break;
+        case StreamKind::texture: view.textures = bytes; break;
+        case StreamKind::shadow: view.packed_shadows[stream.light] = bytes; break;
+        }
+    });
+    const std::uint64_t records = bricks.offset + entry.first_brick * kBrickRecordBytes;
+    view.bricks =
+        view_as<BrickRecord>(file.subspan(records, entry.shape.bricks * kBrickRecordBytes), entry.shape.bricks);
+    static_cast<void>(level);
+    return view;
+}
+
+namespace {
+
+// Kept by each thread, so that a proof costs no allocation.
+struct ProofScratch {
+    OutsideCone outside;
+    std::vector<BrickRecord> bricks;
+};
+
+Status check_padding(const ChunkEntry &entry, ByteView file, const AttributeSet &set) {
+    Status status;
+    for_streams(entry, set, [&](const StreamInfo &, std::uint64_t at, std::uint64_t size) {
+        for (std::uint64_t byte = at + size; byte < align_stream(at + size); ++byte)
+            if (status && file[entry.offset + byte] != 0)
+                status = broken("5.10.1", entry.offset + byte, "padding of a mapped chunk is not zero", 0,
+                                file[entry.offset + byte]);
+    });
+    return status;
+}
+
+Status check_streams(const ChunkEntry &entry, const ChunkView &view, const ChunkRules &rules, OutsideCone &memory) {
+    Status status = check_masks(summarise_masks(view.masks), entry.shape.points, entry.offset, rules.wording);
+    for_streams(entry, rules.set, [&](const StreamInfo &stream, std::uint64_t at, std::uint64_t) {
+        const std::uint64_t offset = entry.offset + at;
+        if (!status)
+            return;
+        if (stream.kind == StreamKind::normal) {
+            status = check_normals(view.normals, offset, rules.wording);
+            if (status)
+                status = check_cone(view.normals, entry.cone, memory, offset, rules.wording);
+        } else if (stream.kind == StreamKind::radius) {
+            status = check_radii(view.radii, rules.finest, offset, rules.wording);
+        } else if (stream.kind == StreamKind::material) {
+            status = check_materials(view.materials, rules.material_count, offset, rules.wording);
+        } else if (stream.kind == StreamKind::shadow) {
+            status = check_packed_tail(view.packed_shadows[stream.light], entry.shape.points,
+                                       rules.set.shadow_bits[stream.light][static_cast<std::size_t>(rules.level)],
+                                       offset, rules.wording);
+        }
+    });
+    return status;
+}
+
+std::string list(std::initializer_list<int> numbers) {
+    std::string text;
+    for (const int number : numbers)
+        text += (text.empty() ? "" : ", ") + std::to_string(number);
+    return text;
+}
+
+// The field of a record that differs, as the rule and the place it breaks.
+Error describe_difference(const BrickRecord &stored, const BrickRecord &expected, std::uint64_t offset) {
+    const auto place = [](const BrickRecord &brick) { return list({brick.x, brick.y, brick.z}); };
+    const auto first = [](const BrickRecord &brick) { return list({brick.first_point, brick.first_node}); };
+    const auto cone = [](const BrickRecord &brick) { return list({brick.cone_axis, brick.cone_cosine}); };
+    const auto bounds = [](const BrickRecord &brick) { return list({brick.largest_radius, brick.flags}); };
+    if (place(stored) != place(expected))
+        return broken("5.11.2", offset + offsetof(BrickRecord, x), "the brick stands elsewhere", place(expected),
+                      place(stored));
+    if (first(stored) != first(expected))
+        return broken("5.11.2", offset + offsetof(BrickRecord, first_point),
+                      "the brick's points or masks start elsewhere", first(expected), first(stored));
+    if (stored.node_map != expected.node_map)
+        return broken("5.11.2", offset + offsetof(BrickRecord, node_map),
+                      "the brick's node map is not that of the octree", hash_value(expected.node_map),
+                      hash_value(stored.node_map));
+    if (cone(stored) != cone(expected))
+        return broken("5.11.3", offset + offsetof(BrickRecord, cone_axis),
+                      "the brick's normal cone is not that of its points", cone(expected), cone(stored));
+    return broken("5.11.4", offset + offsetof(BrickRecord, largest_radius),
+                  "the brick's radius or flags are not those of its points", bounds(expected), bounds(stored));
+}
+
+Status check_bricks(const ChunkEntry &entry, const ChunkView &view, const SectionEntry &section, int level,
+                    const BrickParents &parents, std::vector<BrickRecord> &expected) {
+    expected.resize(entry.shape.bricks);
+    if (!index_bricks(parents, entry.shape, level, view.masks, view.normals, view.radii, expected))
+        return broken("5.11.1", entry.offset,
+                      "the chunk does not hold whole bricks, as many as the directory says, below its root",
+                      entry.shape.bricks);
+    const auto differ = std::mismatch(expected.begin(), expected.end(), view.bricks.begin());
+    if (differ.first == expected.end())
+        return {};
+    const auto index = entry.first_brick + static_cast<std::uint64_t>(differ.first - expected.begin());
+    return describe_difference(*differ.second, *differ.first, section.offset + index * kBrickRecordBytes);
+}
+
+} // namespace
+
+Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const ChunkRules &rules,
+                   const BrickParents &parents) {
+    auto &scratch = per_thread<ProofScratch>();
+    if (const std::uint64_t hash = hash64(file.subspan(entry.offset, entry.stored_bytes)); hash != entry.hash)
+        return broken(rules.wording, "5.6.4", entry.offset, "the chunk was changed: its hash does not match",
+                      hash_value(entry.hash), hash_value(hash));
+    const ChunkView view = view_chunk(entry, file, bricks, rules.set, rules.level);
+    Status status = check_padding(entry, file, rules.set);
+    if (status)
+        status = check_streams(entry, view, rules, scratch.outside);
+    if (status)
+        status = check_bricks(entry, view, bricks, rules.level, parents, scratch.bricks);
+    return status;
+}
+
+void copy_chunk(const ChunkView &view, const AttributeSet &set, int level, Chunk &to) {
+    to.masks.assign(view.masks.begin(), view.masks.end());
+    PointAttributes &points = to.points;
+    points.resize(view.normals.size(), set);
+    points.normals.assign(view.normals.begin(), view.normals.end());
+    points.radii.assign(view.radii.begin(), view.radii.end());
+    points.colours.assign(view.colours.begin(), view.colours.end());
+    points.materials.assign(view.materials.begin(), view.materials.end());
+    points.textures.assign(view.textures.begin(), view.textures.end());
+    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
+        unpack_bits(view.packed_shadows[light], set.shadow_bits[light][static_cast<std::size_t>(level)],
+                    points.shadows[light]);
+}
+
+} // namespace pbm

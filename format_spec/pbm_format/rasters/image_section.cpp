@@ -1,0 +1,400 @@
+#include "pbm_format/rasters/image_section.h"
+
+#include "pbm_format/container/hash.h"
+#include "pbm_format/streams/frame.h"
+#include "pbm_format/streams/texel_filter.h"
+#include "system/threads/parallel.h"
+
+#include <bit>
+#include <optional>
+
+namespace pbm {
+
+namespace {
+
+constexpr std::size_t kHeadBytes = 32;
+constexpr std::size_t kTileEntryBytes = 16;
+constexpr std::size_t kHashBytes = 8; // in front of what it covers
+
+Error of_tile(std::size_t number, Error error) {
+    error.tile = static_cast<std::int64_t>(number);
+    return error;
+}
+
+std::string shape_text(std::uint32_t width, std::uint32_t height, std::uint32_t channels) {
+    return std::to_string(width) + " x " + std::to_string(height) + ", " + std::to_string(channels) + " channels";
+}
+
+} // namespace
+
+TileGrid::TileGrid(std::uint32_t width, std::uint32_t height, std::uint32_t channels)
+    : width_(width), height_(height), channels_(channels), levels_(mip_levels(height)) {
+    assert(is_storable(width, height, channels));
+    for (int level = levels_ - 1; level >= 0; --level) {
+        first_tile_[static_cast<std::size_t>(level)] = tiles_;
+        tiles_ += std::size_t{tiles_across(level)} * tiles_down(level);
+    }
+}
+
+int TileGrid::level_of(std::size_t tile) const {
+    int level = 0;
+    while (first_tile(level) > tile)
+        ++level;
+    return level;
+}
+
+std::uint64_t TileGrid::texel_bytes() const {
+    std::uint64_t bytes = 0;
+    for (int level = 0; level < levels_; ++level)
+        bytes += std::uint64_t{width(level)} * height(level) * channels_;
+    return bytes;
+}
+
+std::uint64_t image_directory_bytes(const TileGrid &grid) { return kHeadBytes + kTileEntryBytes * grid.tiles(); }
+
+namespace {
+
+struct Head {
+    std::uint64_t hash = 0;
+    std::uint32_t width = 0, height = 0, tiles = 0;
+    std::uint16_t alignment = 0;
+    std::uint8_t channels = 0;
+};
+
+// 3.10.9, 3.10.10 for the tile whose entry is at `at` of the file.
+Status check_tile(const TileEntry &tile, std::size_t raw_bytes, std::size_t channels, Storage storage,
+                  std::uint64_t at) {
+    const StreamEntry &stream = tile.stream;
+    if (stream.filter != Filter::none && stream.filter != Filter::texels)
+        return broken("3.10.9", at + 8, "a filter of tiles this program does not know", "0 or 9",
+                      static_cast<unsigned>(stream.filter));
+    const bool sized =
+        stream.filter != Filter::none
+            ? !stream.zstd && stream.stored_bytes >= kPlaneEntryBytes * channels && stream.stored_bytes < raw_bytes
+        : stream.zstd ? stream.stored_bytes >= 1 && stream.stored_bytes < raw_bytes
+                      : stream.stored_bytes == raw_bytes;
+    if (!sized)
+        return broken("3.10.10", at + 8, "the stored size of a tile is impossible for its raw size",
+                      (stream.zstd || stream.filter != Filter::none ? "less than " : "") + std::to_string(raw_bytes),
+                      stream.stored_bytes);
+    if (storage == Storage::mapped && (stream.zstd || stream.filter != Filter::none))
+        return broken("3.10.10", at + 8, "a tile of a mapped file is not stored raw");
+    return {};
+}
+
+// The shape, once the hash has been proven.
+Result<ImageDirectory> shape_of(const Head &head, std::uint8_t reserved, std::uint64_t offset) {
+    if (!is_storable(head.width, head.height, head.channels))
+        return broken("3.10.4", offset + 8,
+                      "width and height of a raster are not powers of two, height <= width <= 2 x "
+                      "height, width <= 16,384, or it has not 1 or 3 channels",
+                      "powers of two, height <= width <= 2 x height, width <= 16384, 1 or 3 channels",
+                      shape_text(head.width, head.height, head.channels));
+    if (head.alignment != 1 && head.alignment != kMappedStreamAlignment)
+        return broken("3.10.5", offset + 20, "the alignment of tiles is not 1 or 64", "1 or 64", head.alignment);
+    if (reserved != 0)
+        return broken("3.10.6", offset + 23, "reserved bytes are not zero", 0, reserved);
+    ImageDirectory directory{.grid = TileGrid(head.width, head.height, head.channels),
+                             .storage = head.alignment == 1 ? Storage::packed : Storage::mapped,
+                             .tiles = {}};
+    if (directory.grid.tiles() != head.tiles)
+        return broken("3.10.7", offset + 16, "not as many tiles as the raster has", directory.grid.tiles(), head.tiles);
+    return directory;
+}
+
+} // namespace
+
+Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t offset) {
+    if (section.size() < kHeadBytes)
+        return broken("3.10.1", offset, "the header of a raster is cut short", kHeadBytes, section.size());
+    ByteReader in(section);
+    Head head;
+    head.hash = in.u64();
+    head.width = in.u32();
+    head.height = in.u32();
+    head.tiles = in.u32();
+    head.alignment = in.u16();
+    head.channels = in.u8();
+    in.zeros(9);
+    if (head.tiles > (section.size() - kHeadBytes) / kTileEntryBytes)
+        return broken("3.10.2", offset + 16, "the tile directory is cut short",
+                      "at most " + std::to_string((section.size() - kHeadBytes) / kTileEntryBytes) + " tiles",
+                      head.tiles);
+    std::uint64_t end = kHeadBytes + kTileEntryBytes * head.tiles;
+    if (const std::uint64_t hash = hash64(section.subspan(kHashBytes, end - kHashBytes)); hash != head.hash)
+        return broken("3.10.3", offset, "the tile directory was changed: its hash does not match",
+                      hash_value(head.hash), hash_value(hash));
+    Result<ImageDirectory> directory = shape_of(head, in.reserved(), offset);
+    if (!directory)
+        return directory;
+    directory->tiles.reserve(head.tiles);
+    for (std::size_t number = 0; number < head.tiles; ++number) {
+        const std::uint64_t at = offset + in.offset();
+        TileEntry tile;
+        tile.hash = in.u64();
+        const std::uint32_t stream = in.u32();
+        tile.stream = {.stored_bytes = stream & 0xFFFFFF,
+                       .filter = Filter{static_cast<std::uint8_t>(stream >> 24 & 0x7F)},
+                       .zstd = stream >> 31 != 0};
+        if (const std::uint32_t reserved = in.u32(); reserved != 0)
+            return of_tile(number, broken("3.10.8", at + 12, "reserved bytes are not zero", 0, reserved));
+        const int level = directory->grid.level_of(number);
+        if (Status status = check_tile(tile, directory->grid.tile_bytes(level), head.channels, directory->storage, at);
+            !status)
+            return of_tile(number, std::move(status).error());
+        tile.offset = align_tile(end, directory->storage);
+        if (tile.offset > section.size() || tile.stream.stored_bytes > section.size() - tile.offset)
+            return of_tile(
+                number, broken("3.10.11", at + 8, "a tile lies outside its section",
+                               "ends within " + std::to_string(section.size()) + " bytes",
+                               std::to_string(tile.stream.stored_bytes) + " bytes at " + std::to_string(tile.offset)));
+        end = tile.offset + tile.stream.stored_bytes;
+        directory->tiles.push_back(tile);
+    }
+    if (align_tile(end, directory->storage) != section.size())
+        return broken("3.10.11", offset + end, "bytes after the last tile", align_tile(end, directory->storage),
+                      section.size());
+    return directory;
+}
+
+Result<ImageDirectory> read_image_directory(ByteView file, const SectionEntry &entry, Storage storage) {
+    Result<ImageDirectory> directory =
+        decode_image_directory(file.subspan(entry.offset, entry.stored_bytes), entry.offset);
+    if (!directory)
+        return directory;
+    if (directory->storage != storage)
+        return broken("3.10.5", entry.offset + 20,
+                      "tiles are not aligned as those of a " + std::string(to_string(storage)) + " file",
+                      storage == Storage::mapped ? 64 : 1, storage == Storage::mapped ? 1 : 64);
+    const TileGrid &grid = directory->grid;
+    const bool panorama = entry.type == SectionType::panorama;
+    const bool shaped =
+        panorama ? grid.channels() == 3 && grid.width(0) == 2 * grid.height(0)
+                 : grid.channels() == 1 && grid.width(0) == grid.height(0) && grid.width(0) <= kMaxGroundRaster;
+    if (!shaped)
+        return broken("3.10.15", entry.offset + 8,
+                      panorama ? "a panorama is not 2:1 with three channels"
+                               : "a raster of the ground plane is not square, has more than one channel or is over "
+                                 "4,096 texels wide",
+                      panorama ? "2:1, 3 channels" : "square, at most 4096, 1 channel",
+                      shape_text(grid.width(0), grid.height(0), grid.channels()));
+    const std::uint64_t raw_bytes =
+        storage == Storage::mapped ? entry.stored_bytes : image_directory_bytes(grid) + grid.texel_bytes();
+    if (entry.count != grid.tiles() || entry.raw_bytes != raw_bytes)
+        return broken("3.10.16", entry.offset, "the section table counts other tiles or bytes than there are",
+                      std::to_string(grid.tiles()) + " tiles, " + std::to_string(raw_bytes) + " bytes",
+                      std::to_string(entry.count) + " tiles, " + std::to_string(entry.raw_bytes) + " bytes");
+    return directory;
+}
+
+Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
+                       Wording wording) {
+    const TileEntry &tile = directory.tiles[number];
+    const std::uint64_t hash = hash64(section.subspan(tile.offset, tile.stream.stored_bytes));
+    if (hash == tile.hash)
+        return {};
+    const std::string text =
+        wording == Wording::full ? "tile " + std::to_string(number) + " was changed: its hash does not match" : "";
+    Status status = broken(wording, "3.10.12", offset + tile.offset, text, hash_value(tile.hash), hash_value(hash));
+    status.error().tile = static_cast<std::int64_t>(number);
+    return status;
+}
+
+namespace {
+
+Status decode_filtered(ByteView stored, const TileGrid &grid, std::size_t number, std::span<std::uint8_t> texels,
+                       std::uint64_t offset, Wording wording) {
+    thread_local std::array<std::array<std::uint8_t, kMaxTileBytes / kMaxChannels>, kMaxChannels> memory;
+    const std::size_t plane_bytes = texels.size() / grid.channels();
+    PlaneCursor cursor(stored, grid.channels());
+    TexelPlanes planes;
+    for (std::size_t c = 0; c < grid.channels(); ++c) {
+        ByteView plane;
+        bool zstd = false;
+        if (!cursor.next(plane_bytes, plane, zstd))
+            return impossible_planes(offset, wording);
+        planes[c] = std::span(memory[c]).first(plane_bytes);
+        if (Status status = decode_frame(plane, zstd, std::span(memory[c]).first(plane_bytes), offset, wording);
+            !status)
+            return status;
+    }
+    if (!cursor.finished())
+        return impossible_planes(offset, wording);
+    unfilter_texels(planes, grid.tile_width(grid.level_of(number)), grid.channels(), texels);
+    return {};
+}
+
+} // namespace
+
+Status decode_tile(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
+                   std::span<std::uint8_t> texels, Wording wording) {
+    assert(texels.size() == directory.grid.tile_bytes(directory.grid.level_of(number)));
+    if (Status status = prove_tile_hash(section, offset, directory, number, wording); !status)
+        return status;
+    const TileEntry &tile = directory.tiles[number];
+    const ByteView stored = section.subspan(tile.offset, tile.stream.stored_bytes);
+    Status status = tile.stream.filter == Filter::none
+                        ? decode_frame(stored, tile.stream.zstd, texels, offset + tile.offset, wording)
+                        : decode_filtered(stored, directory.grid, number, texels, offset + tile.offset, wording);
+    if (!status)
+        status.error().tile = static_cast<std::int64_t>(number);
+    return status;
+}
+
+void place_tile(const TileGrid &grid, int level, std::size_t index, const std::uint8_t *texels, Image &image) {
+    const std::size_t across = grid.tiles_across(level);
+    const std::size_t tile_row = std::size_t{grid.tile_width(level)} * image.channels;
+    std::uint8_t *to =
+        image.texels.data() + (index / across * grid.tile_height(level) * across + index % across) * tile_row;
+    for (std::uint32_t y = 0; y < grid.tile_height(level); ++y, texels += tile_row, to += across * tile_row)
+        std::copy_n(texels, tile_row, to);
+}
+
+namespace {
+
+Image empty_level(const TileGrid &grid, int level) {
+    Image image{.width = grid.width(level), .height = grid.height(level), .channels = grid.channels(), .texels = {}};
+    image.texels.resize(std::size_t{image.width} * image.height * image.channels);
+    return image;
+}
+
+// Counts the faults of a raster, and hands on those that are wanted.
+class Faults {
+  public:
+    explicit Faults(const FaultSink &sink) : sink_(sink) {}
+
+    std::uint64_t count() const { return count_; }
+    bool add(const CatalogueEntry &entry) { return ++count_, sink_.wants(entry); }
+    void tell(Error error) { sink_.take(std::move(error)); }
+    void add(Error error) {
+        if (add(*entry_of(error)))
+            tell(std::move(error));
+    }
+
+  private:
+    const FaultSink &sink_;
+    std::uint64_t count_ = 0;
+};
+
+// A raster where it lies.
+struct Stored {
+    ByteView section;
+    std::uint64_t offset;
+    const ImageDirectory &directory;
+
+    // Texels in memory that the thread keeps for the next tile, or an error.
+    Status decode(std::size_t number, Wording wording, ByteView &texels) const {
+        thread_local std::array<std::uint8_t, kMaxTileBytes> memory;
+        const auto tile = std::span(memory).first(directory.grid.tile_bytes(directory.grid.level_of(number)));
+        texels = tile;
+        return decode_tile(section, offset, directory, number, tile, wording);
+    }
+
+    // All that there is to say about a tile that was refused for `entry`.
+    Error explain(std::size_t number, const CatalogueEntry &entry) const {
+        ByteView texels;
+        Status status = decode(number, Wording::full, texels);
+        if (!status)
+            return std::move(status).error();
+        return of_tile(number, {.code = entry.kind, // its bytes were changed between
+                                .offset = offset + directory.tiles[number].offset,
+                                .message = std::string(entry.meaning),
+                                .name = entry.name});
+    }
+};
+
+// Decodes a level. Where something was wrong before, tiles are proven and nothing is kept. Tiles are only counted at
+// first: an error that says all takes longer than to refuse a tile.
+Image decode_tiles(const Stored &stored, int level, int threads, Faults &faults) {
+    const TileGrid &grid = stored.directory.grid;
+    const bool kept = faults.count() == 0;
+    Image image = kept ? empty_level(grid, level) : Image{};
+    std::vector<const CatalogueEntry *> refused(std::size_t{grid.tiles_across(level)} * grid.tiles_down(level));
+    parallel_for(refused.size(), threads, [&](std::size_t i) {
+        ByteView texels;
+        const Status status = stored.decode(grid.first_tile(level) + i, Wording::none, texels);
+        if (status && kept)
+            place_tile(grid, level, i, texels.data(), image);
+        else if (!status)
+            refused[i] = entry_of(status.error());
+    });
+    for (std::size_t i = 0; i < refused.size(); ++i)
+        if (refused[i] != nullptr && faults.add(*refused[i]))
+            faults.tell(stored.explain(grid.first_tile(level) + i, *refused[i]));
+    return image;
+}
+
+// 3.10.13
+void check_padding(const Stored &stored, Faults &faults) {
+    std::uint64_t end = image_directory_bytes(stored.directory.grid);
+    const auto check_until = [&](std::uint64_t next) {
+        for (; end < next; ++end)
+            if (const std::uint8_t byte = stored.section[end]; byte != 0)
+                return faults.add(broken("3.10.13", stored.offset + end, "padding of a raster is not zero", 0, byte));
+    };
+    for (const TileEntry &tile : stored.directory.tiles) {
+        check_until(tile.offset);
+        end = tile.offset + tile.stream.stored_bytes;
+    }
+    check_until(stored.section.size());
+}
+
+// 3.10.14
+void check_means(const Image &expected, const Image &image, std::uint64_t offset, int level, Faults &faults) {
+    if (expected == image)
+        return;
+    const auto differ = std::mismatch(expected.texels.begin(), expected.texels.end(), image.texels.begin());
+    const auto texel = static_cast<std::size_t>(differ.first - expected.texels.begin()) / image.channels;
+    faults.add(broken("3.10.14", offset,
+                      "mip level " + std::to_string(level) + " does not hold the means of the finer one: texel " +
+                          std::to_string(texel % image.width) + ", " + std::to_string(texel / image.width),
+                      *differ.first, *differ.second));
+}
+
+} // namespace
+
+FaultSink first_fault(Status &to) {
+    return {.wants = [&to](const CatalogueEntry &) { return to.ok(); },
+            .take = [&to](Error error) { to = std::move(error); }};
+}
+
+Result<Image> decode_level(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level,
+                           int threads) {
+    Status status;
+    const FaultSink sink = first_fault(status);
+    Faults faults(sink);
+    Image image = decode_tiles({section, offset, directory}, level, threads, faults);
+    if (!status)
+        return std::move(status).error();
+    return image;
+}
+
+std::uint64_t prove_image(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int threads,
+                          const FaultSink &sink, Image &level_0, bool means) {
+    const Stored stored{section, offset, directory};
+    Faults faults(sink);
+    check_padding(stored, faults);
+    // From coarse to fine, as they stand in the file: a level takes memory when a quarter of it was there.
+    std::vector<Image> levels(static_cast<std::size_t>(directory.grid.levels()));
+    for (int level = directory.grid.levels() - 1; level >= 0; --level)
+        levels[static_cast<std::size_t>(level)] = decode_tiles(stored, level, threads, faults);
+    for (int level = 1; level < directory.grid.levels() && means && faults.count() == 0; ++level)
+        check_means(halved(levels[static_cast<std::size_t>(level) - 1]), levels[static_cast<std::size_t>(level)],
+                    offset, level, faults);
+    level_0 = std::move(levels[0]);
+    return faults.count();
+}
+
+Bytes cut_tile(const TileGrid &grid, int level, const Image &level_image, std::uint32_t tx, std::uint32_t ty) {
+    const std::size_t row = std::size_t{level_image.width} * level_image.channels;
+    const std::size_t tile_row = std::size_t{grid.tile_width(level)} * level_image.channels;
+    const std::uint8_t *from =
+        level_image.texels.data() + std::size_t{ty} * grid.tile_height(level) * row + tx * tile_row;
+    Bytes texels;
+    texels.reserve(grid.tile_bytes(level));
+    for (std::uint32_t y = 0; y < grid.tile_height(level); ++y, from += row)
+        texels.insert(texels.end(), from, from + tile_row);
+    return texels;
+}
+
+} // namespace pbm

@@ -1,0 +1,72 @@
+// The renderer for pictures that are looked at for longer than a frame: points are blended into a smooth surface, every
+// pixel is shaded on its own, and several samples per pixel make edges soft.
+// Based on: Botsch, Wiratanaya, Kobbelt 2002; Zwicker, Pfister, van Baar, Gross. EWA Splatting. 2002;
+//           Botsch, Spernat, Kobbelt. Phong Splatting. 2004; Botsch, Hornung, Zwicker, Kobbelt. High-Quality Surface
+//           Splatting on Today's GPUs. 2005
+//
+// Every point is moved to where the surface lies in its voxel (SurfaceOffsets). Then one sample after the other, all of
+// it moved by a fraction of a pixel, strip by strip:
+//
+//   visibility   splats into the z-buffer: what is covered, and how far away
+//   blending     splats again, larger and soft: those near the visible surface add normal, colour, lit fractions
+//   shading      Phong and reflection once per pixel, with the blended normal at the place of the pixel
+//
+// Samples are averaged in linear light, their alpha too.
+#pragma once
+
+#include "pbm_format/model/model.h"
+#include "pbm_render/bricks/point_run.h"
+#include "pbm_render/camera/camera.h"
+#include "pbm_render/picture/framebuffer.h"
+#include "pbm_render/picture/render_options.h"
+#include "pbm_render/surroundings/surroundings.h"
+
+#include <memory>
+#include <span>
+
+namespace pbm {
+
+class FineRenderer {
+  public:
+    // `parameters` must stay as long as the renderer. `chunk_points` bounds the points of a chunk (the file's header
+    // says it). `threads`: 0 asks for one per processor. Without `surroundings` there is only the background colour.
+    FineRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
+                 std::shared_ptr<const Surroundings> surroundings = nullptr);
+    ~FineRenderer();
+    FineRenderer(const FineRenderer &) = delete;
+    FineRenderer &operator=(const FineRenderer &) = delete;
+
+    // From the next picture on.
+    void set_appearance(Appearance appearance);
+
+    // Draws a whole picture of `options.samples` into `target`, as FastRenderer::render does: what it says of cameras,
+    // bytes of mapped files, numbers of threads and SIMD targets holds here too. All runs have offsets. Depths are
+    // those of the first sample, which is at the centres of the pixels.
+    RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
+                            Framebuffer &target);
+
+    // The same sample by sample, for a window at rest: between two of them it may show what there is, or turn to
+    // another picture. Memory: 16 bytes per pixel, 20 with depths.
+    //
+    //   renderer.begin(runs, camera, options, target);
+    //   while (renderer.samples() < options.samples && nothing_else_to_do())
+    //       renderer.add_sample();
+    //   renderer.resolve(target);
+    //
+    // The chunks of `runs` must stay at hand until the last sample was added. `target` only says how large the picture
+    // is and whether it has depths.
+    void begin(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
+               const Framebuffer &target);
+    // Any number of them may be added, beyond `options.samples` too.
+    RenderStatistics add_sample();
+    // Added since `begin`.
+    int samples() const;
+    // Writes the mean of the samples so far, one or more, into a picture like that of `begin`.
+    void resolve(Framebuffer &target);
+
+  private:
+    struct Frame;
+    std::unique_ptr<Frame> frame_;
+};
+
+} // namespace pbm
