@@ -1,4 +1,4 @@
-// Draws a model into a PPM file: draw_picture FILE.bvg OUTPUT.ppm
+// Draws a model into a PPM file: draw_picture FILE.pbvg OUTPUT.ppm
 #include <pbm_format/reading/reader.h>
 #include <pbm_render/reference/reference_renderer.h>
 #include <system/files/platform.h>
@@ -18,7 +18,7 @@ int fail(const pbm::Error &error) {
 
 int main(int argc, char **argv) {
     if (argc != 3)
-        return std::fputs("usage: draw_picture FILE.bvg OUTPUT.ppm\n", stderr), 1;
+        return std::fputs("usage: draw_picture FILE.pbvg OUTPUT.ppm\n", stderr), 1;
 
     const auto file = pbm::MappedFile::open(argv[1]);
     if (!file)

@@ -1,4 +1,4 @@
-// Prints the points of a detail level, one "x y z" per line: read_points FILE.bvg [LEVEL]
+// Prints the points of a detail level, one "x y z" per line: read_points FILE.pbvg [LEVEL]
 #include <pbm_format/reading/reader.h>
 #include <system/files/platform.h>
 
@@ -17,7 +17,7 @@ int fail(const pbm::Error &error) {
 
 int main(int argc, char **argv) {
     if (argc < 2)
-        return std::fputs("usage: read_points FILE.bvg [LEVEL]\n", stderr), 1;
+        return std::fputs("usage: read_points FILE.pbvg [LEVEL]\n", stderr), 1;
 
     const auto file = pbm::MappedFile::open(argv[1]);
     if (!file)

@@ -38,7 +38,7 @@ for program in ("pbm-build", "pbm-render", "pbm-validate", "pbm-info", "pbm-expo
     check(program in help_text, f"{program} --help does not name itself")
 if (prefix / "bin" / "pbm-view").exists():
     check("pbm-view" in run(prefix / "bin" / "pbm-view", "--help"), "pbm-view --help does not name itself")
-    run(prefix / "bin" / "pbm-validate", prefix / "share" / "pbm" / "sample.bvg")
+    run(prefix / "bin" / "pbm-validate", prefix / "share" / "pbm" / "sample.pbvg")
 check(list(prefix.glob("share/doc/*/LICENSE")), "LICENSE is not installed")
 check(list(prefix.glob("share/doc/*/BVG.md")), "BVG.md is not installed")
 check(list(prefix.glob("share/doc/*/mask_ranks.txt")), "mask_ranks.txt, a table of BVG.md, is not installed")
@@ -52,7 +52,7 @@ run(arguments.cmake, "-S", outside, "-B", outside / "build", "-G", "Ninja", f"-D
     f"-DCMAKE_CXX_COMPILER={arguments.compiler}", f"-DCMAKE_CXX_FLAGS={flags} -Wall -Wextra -Werror")
 run(arguments.cmake, "--build", outside / "build")
 
-scan, model, picture = work / "sample.ply", work / "sample.bvg", work / "sample.ppm"
+scan, model, picture = work / "sample.ply", work / "sample.pbvg", work / "sample.ppm"
 run(prefix / "bin" / "pbm-sample", "--vertices", "10000", "-o", scan)
 run(prefix / "bin" / "pbm-build", "-q", "--depth", "7", scan, "-o", model)
 info = json.loads(run(prefix / "bin" / "pbm-info", "--json", model))

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A second decoder and validator of .bvg files, written from the text of the specification alone: bvg.py FILE...
+"""A second decoder and validator of .pbvg files, written from the text of the specification alone: bvg.py FILE...
 
 Numbers in brackets are paragraphs of the specification. `read(data)` proves every rule and returns a Model; the first
 broken rule raises BvgError with the code of section 9, an offset in the file and the rule.

@@ -13,7 +13,7 @@ from values import K, LINEAR
 
 HERE = Path(__file__).resolve().parent
 SPEC = HERE / "../../format_spec/BVG.md"
-EXAMPLE = HERE / "../../format_spec/vectors/valid/smallest.bvg"
+EXAMPLE = HERE / "../../format_spec/vectors/valid/smallest.pbvg"
 DECODER = ("bvg", "header", "parameters", "levels", "streams", "bricks", "rasters")
 LONGEST = 130
 RULE = r"\d+\.\d+(?:\.\d+)?"

@@ -1,4 +1,4 @@
-"""Checks the second decoder against the test vectors: check_vectors.py FOLDER [valid.bvg ...]
+"""Checks the second decoder against the test vectors: check_vectors.py FOLDER [valid.pbvg ...]
 
 Every file of FOLDER/valid, and every further file named, must decode; every file of FOLDER/invalid must be refused with
 the kind, the offset and the rule that FOLDER/invalid/table.csv names. Exit code 0: all did, 1: some did not,
@@ -43,8 +43,8 @@ def main(folder, further):
                  for row in csv.DictReader(table)]
     listed = {path.name for path, _ in cases}
     cases += [(path, ("a code: it is not in the table", None, None))
-              for path in sorted(invalid.glob("*.bvg")) if path.name not in listed]
-    valid = sorted(Path(folder, "valid").glob("*.bvg"))
+              for path in sorted(invalid.glob("*.pbvg")) if path.name not in listed]
+    valid = sorted(Path(folder, "valid").glob("*.pbvg"))
     if not cases or not valid:
         sys.exit(f"{folder}: no vectors")
     cases += [(path, VALID) for path in valid + [Path(name) for name in further]]

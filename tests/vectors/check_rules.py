@@ -44,9 +44,9 @@ listed = [rule for code in codes for rule in code["rules"]]
 spec = root / "format_spec/BVG.md"
 stated = set(re.findall(rf"^- ({RULE}) ", spec.read_text(encoding="utf-8"), re.MULTILINE))
 named = set()
-for source in (root / "format_spec/pbm_format").glob("*.cpp"):
+for source in (root / "format_spec/pbm_format").rglob("*.cpp"):
     named |= set(re.findall(rf'"({RULE})"', source.read_text(encoding="utf-8")))
-vectors = {path.name.split("-")[0] for path in (root / "format_spec/vectors/invalid").glob("*.bvg")}
+vectors = {path.name.split("-")[0] for path in (root / "format_spec/vectors/invalid").glob("*.pbvg")}
 
 faults += [f"rule {rule} belongs to several codes" for rule in sorted({r for r in listed if listed.count(r) > 1})]
 faults += [f"rule {rule} belongs to no code" for rule in sorted(stated - set(listed))]

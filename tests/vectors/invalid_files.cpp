@@ -481,17 +481,17 @@ Bytes unknown_extras_file() {
 std::vector<ValidFile> valid_files() {
     std::vector<ValidFile> files = valid_surroundings_files();
     const std::vector<ValidFile> others = {
-        {"every-attribute.bvg", every_attribute_file()},
-        {"many-chunks.bvg", many_chunks_file()},
-        {"colour-565.bvg", colour_565_file()},
-        {"filtered.bvg", filtered_file()},
-        {"filtered-565.bvg", encode_filtered(sphere_model(5, every_attribute(ColourFormat::rgb565, 5), 0.3, 7))},
-        {"filtered-regions.bvg", filtered_regions_file()},
-        {"smallest.bvg", encode(sphere_model(2, {}, 0.05))},
-        {"mapped.bvg", mapped_file()},
-        {"mapped-chunks.bvg", mapped_chunks_file()},
-        {"two-sided.bvg", two_sided_file()},
-        {"unknown-extras.bvg", unknown_extras_file()}};
+        {"every-attribute.pbvg", every_attribute_file()},
+        {"many-chunks.pbvg", many_chunks_file()},
+        {"colour-565.pbvg", colour_565_file()},
+        {"filtered.pbvg", filtered_file()},
+        {"filtered-565.pbvg", encode_filtered(sphere_model(5, every_attribute(ColourFormat::rgb565, 5), 0.3, 7))},
+        {"filtered-regions.pbvg", filtered_regions_file()},
+        {"smallest.pbvg", encode(sphere_model(2, {}, 0.05))},
+        {"mapped.pbvg", mapped_file()},
+        {"mapped-chunks.pbvg", mapped_chunks_file()},
+        {"two-sided.pbvg", two_sided_file()},
+        {"unknown-extras.pbvg", unknown_extras_file()}};
     files.insert(files.end(), others.begin(), others.end());
     return files;
 }
