@@ -100,7 +100,7 @@ const Bytes &unknown_extras_file() {
 // 23 voxels, which is a chunk of its own with N = 512.
 Bytes worked_example_file() {
     constexpr int kDepth = 5;
-    constexpr std::uint32_t kSheet = 24; // least x, y and z of the sheet
+    constexpr std::uint32_t kSheet = 24; // smallest x, y and z of the sheet
     std::vector<MortonCode> codes;
     for (std::uint32_t x = 0; x < 16; x += 2)
         for (std::uint32_t y = 0; y < 16; y += 2) {
