@@ -66,11 +66,12 @@ def examples(text):
     small_sections = (4096, 48, 13 * 24, 8 * 32, 8 * 48, 800, 832)
     front = 128 + 64 * 256 + sum(-(-size // 8) * 8 for size in small_sections)
     mask = unrank(bytes((0, 0, 0, 4, 0, 0)), (0x7D2,) * 6, b"\x3F")[3]
+    sign = "positive" if normal_index((2 ** 60, 2 ** 60, -1)) < 4096 else "negative"
     results = {
         "3.10.14": "the values 0, 1, 2, 255 have the mean {}, and 0, 0, 1, 1 have the mean {}.".format(*means[0], *means[1]),
         "3.10.14, colours": f"(255, 0, 9) have the mean {means[2]}.",
         "5.9.5": f"mask {{1,5,0,3,2}} = 0x{mask:02X}",
-        "6.1.3": f"(2^60, 2^60, -1) has an index with {'positive' if normal_index((2 ** 60, 2 ** 60, -1)) < 4096 else 'negative'} z.",
+        "6.1.3": f"(2^60, 2^60, -1) has an index with {sign} z.",
         "6.1.5": f"Index 0 has {INTEGER_NORMALS[0]}, index 0x155 has {INTEGER_NORMALS[0x155]}.",
         "6.2.1": f"Index 203 is {RADII[203]:,}, index 255 is 2^{RADII[255].bit_length() - 1}.",
         "8.4.1": f"The first {-(-front // 8192) * 8192:,} bytes hold header, table and all small sections",

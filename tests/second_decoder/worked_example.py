@@ -78,7 +78,8 @@ def nodes_block(e):
     rows = zip(e.m.levels[LEVEL - 1].codes[e.node:], e.values(LEVEL - 1, NORMAL, e.node, e.chunk.nodes),
                e.values(LEVEL - 1, COLOUR, e.node, e.chunk.nodes))
     for node, (code, normal, colour) in enumerate(rows):
-        yield "{:4} {:22} {:5} {:2} {:2}   0x{:04X}  {:3} {:3} {:3}".format(node, e.node - first + node, *place(code), normal, *colour)
+        yield "{:4} {:22} {:5} {:2} {:2}   0x{:04X}  {:3} {:3} {:3}".format(node, e.node - first + node, *place(code), normal,
+                                                                            *colour)
 
 def bytes_block(e):
     """The chunk's entry and its streams."""
@@ -119,7 +120,8 @@ def pair(code, escape):
 def normals_block(e):
     """5.8.3 point by point."""
     codes, escapes = e.planes(NORMAL)
-    parents, values = e.values(LEVEL - 1, NORMAL, e.node, e.chunk.nodes), e.values(LEVEL, NORMAL, e.first[LEVEL][0], e.chunk.points)
+    parents = e.values(LEVEL - 1, NORMAL, e.node, e.chunk.nodes)
+    values = e.values(LEVEL, NORMAL, e.first[LEVEL][0], e.chunk.points)
     yield "point  node child   x  y  z   parent   u  v   code      A  B  diff. u, v    u  v  index   normal"
     for number, node, child, at, escape in walk(e, codes, escapes):
         where = place(8 * e.m.levels[LEVEL - 1].codes[e.node + node] + child)
@@ -138,7 +140,8 @@ def normals_block(e):
 def colours_block(e):
     """5.8.6 point by point."""
     greens, pairs, escapes = e.planes(COLOUR)
-    parents, values = e.values(LEVEL - 1, COLOUR, e.node, e.chunk.nodes), e.values(LEVEL, COLOUR, e.first[LEVEL][0], e.chunk.points)
+    parents = e.values(LEVEL - 1, COLOUR, e.node, e.chunk.nodes)
+    values = e.values(LEVEL, COLOUR, e.first[LEVEL][0], e.chunk.points)
     yield "point  node   parent r   g   b   green  h   code      red blue   r   g   b"
     for number, node, _, at, escape in walk(e, pairs, escapes):
         start = "{:5} {:5} {:10} {:3} {:3}".format(number, node, *parents[node])
