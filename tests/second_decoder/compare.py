@@ -133,9 +133,9 @@ def decoders_verdict(data):
     return None
 
 def options(program):
-    """What makes pbm-validate prove everything and say all of it."""
+    """What makes pbm-validate verify everything and say all of it."""
     page = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
-    return ["--json", "--max-findings", "1000000"] + (["--deep"] if "--deep" in page else [])
+    return ["--json", "--max-findings", "1000000", "--max-per-code", "1000000"] + (["--deep"] if "--deep" in page else [])
 
 def librarys_verdicts(program, paths):
     """For each file the set of (rule, offset) that pbm-validate finds, or None if it is valid."""

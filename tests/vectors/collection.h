@@ -65,4 +65,8 @@ inline Collection::Edit shorten(SectionType type, std::uint32_t record, std::uin
 void add_surroundings_files(Collection &files);
 std::vector<ValidFile> valid_surroundings_files();
 
+// Of few points: small_files.cpp.
+void add_small_files(Collection &files);
+std::vector<ValidFile> valid_small_files();
+
 } // namespace pbm::test
