@@ -10,14 +10,13 @@ namespace pbm {
 Status check_padding(ByteView file, std::uint64_t from, std::uint64_t to);
 Status check_content_id(const FileHeader &header, const ContentId &id);
 
-// The first point of a level, and the first of its attributes, that is not the average of its children's.
+// The first point of a level, and the first of its attributes, that is not the average of its children's. `stored` and
+// `computed` differ; the error lies at `offset` and names of a colour the first byte that differs.
 struct WrongAverage {
     std::size_t point;
-    const char *attribute;
-    Value expected, actual; // of a colour the first byte that differs
+    Error error;
 };
-WrongAverage find_wrong_average(const PointAttributes &stored, const PointAttributes &computed,
-                                const AttributeSet &set);
-Error wrong_averages(std::uint64_t offset, std::size_t level, const WrongAverage &first);
+WrongAverage find_wrong_average(std::uint64_t offset, std::size_t level, const PointAttributes &stored,
+                                const PointAttributes &computed, const AttributeSet &set);
 
 } // namespace pbm

@@ -29,12 +29,12 @@ class FileWalk {
         : file_(file), options_(options), stops_(after_error == AfterError::stop) {}
 
     ValidationReport run() {
-        check_all();
+        check_file();
         return std::move(report_);
     }
 
   private:
-    void check_all() {
+    void check_file() {
         Result<FileHeader> header = decode_header(file_);
         if (!header)
             return fault(header.error(), "header");
@@ -68,7 +68,7 @@ class FileWalk {
         return (of_level ? "level " + std::to_string(entry.instance) + " " : "") + std::string(to_string(entry.type));
     }
 
-    // Counts a fault; whether it is to be told.
+    // Counts a fault. Returns whether to report it.
     bool count(const CatalogueEntry &entry, ErrorCode code) {
         if (entry.severity >= options_.least) {
             found_fault_ |= entry.severity == Severity::error;
@@ -123,7 +123,7 @@ class FileWalk {
             }
     }
 
-    // Changed since it was written: what else is wrong with it follows from that.
+    // Its hash does not match, which explains whatever else is wrong with it.
     bool is_changed(const SectionEntry &entry) const {
         return std::find(changed_.begin(), changed_.end(), &entry) != changed_.end();
     }
@@ -166,7 +166,7 @@ class FileWalk {
         return true;
     }
 
-    // Directories from coarse to fine; one that is broken ends the walk, since the next ones nest in it.
+    // Directories from coarse to fine. An error in one ends the walk, since the next ones refer to it.
     void check_levels() {
         const auto finest = static_cast<std::uint32_t>(header_.depth);
         model_.parameters = parameters_;
@@ -203,7 +203,7 @@ class FileWalk {
                          "chunks");
         std::vector<bool> refused{false};
         for (std::uint32_t level = 1; level <= finest; ++level)
-            load_level(directories[level], directories[level - 1], *find(SectionType::level_chunks, level), refused);
+            load_level(directories[level], directories[level - 1], refused);
         check_rasters(rasters);
         if (!is_incomplete_)
             check_whole(directories);
@@ -216,22 +216,13 @@ class FileWalk {
         fault(error, name(entry), in_chunk ? static_cast<std::int64_t>(chunk) : -1);
     }
 
-    // All that there is to say about a chunk that was refused for `entry`.
-    void tell_of_chunk(const Status &status, const CatalogueEntry &entry, const SectionEntry &chunks, std::size_t chunk,
-                       std::uint64_t offset) {
+    // The error of a chunk that was refused with the code `entry`.
+    void tell_of_chunk(const Status &status, const CatalogueEntry &entry, std::size_t chunk, std::uint64_t offset) {
         Error error{.code = entry.kind, .offset = offset, .message = std::string(entry.meaning), .name = entry.name};
-        if (!status) // else its bytes were changed between
+        if (!status) // otherwise another process changed its bytes in the meantime
             error = status.error();
-        const std::string section = section_at(error.offset, chunks);
+        const std::string section = name_at(error.offset); // chunks or bricks of the level
         tell(std::move(error), section, static_cast<std::int64_t>(chunk));
-    }
-
-    // The section in which a fault of a chunk lies: chunks or bricks.
-    std::string section_at(std::uint64_t offset, const SectionEntry &chunks) const {
-        const SectionEntry *bricks = find(SectionType::level_bricks, chunks.instance);
-        const bool inside =
-            bricks != nullptr && offset >= bricks->offset && offset - bricks->offset < bricks->stored_bytes;
-        return name(inside ? *bricks : chunks);
     }
 
     struct Raster {
@@ -239,7 +230,7 @@ class FileWalk {
         ImageDirectory directory;
     };
 
-    // Those that are there and right.
+    // The rasters whose tile directories are valid.
     std::vector<Raster> read_raster_directories() {
         std::vector<Raster> rasters;
         for (const SectionEntry &entry : sections_) {
@@ -267,14 +258,14 @@ class FileWalk {
         }
     }
 
-    // Decodes the chunks whose parents were decoded; `refused` says of which chunks of the level above that is not so,
-    // and then of which of this one.
-    void load_level(const LevelDirectory &directory, const LevelDirectory &directory_above, const SectionEntry &section,
+    // Decodes the chunks whose parent chunks were decoded. `refused` marks the chunks of the level above that were not
+    // decoded, and on return those of this level.
+    void load_level(const LevelDirectory &directory, const LevelDirectory &directory_above,
                     std::vector<bool> &refused) {
         const AttributeSet &set = parameters_.attributes;
         const Level &above = model_.levels[static_cast<std::size_t>(directory.level) - 1];
         Level &level = model_.levels[static_cast<std::size_t>(directory.level)];
-        // Nothing is kept of levels below one that is refused as a whole, whatever their directories say.
+        // Allocate nothing for levels below one that is refused as a whole, whatever their directories say.
         if (std::all_of(refused.begin(), refused.end(), [](bool chunk) { return chunk; })) {
             refused.assign(directory.chunks.size(), true);
             return;
@@ -292,7 +283,7 @@ class FileWalk {
                        : decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), rules,
                                       parent_nodes(entry, above.masks, 0, above.points, 0, set), chunk);
         };
-        // Only counted at first: an error that says all takes longer than to refuse a chunk.
+        // Only codes at first: to word an error takes longer than to refuse a chunk.
         std::vector<const CatalogueEntry *> failures(directory.chunks.size());
         std::atomic<bool> stopped{false};
         parallel_for(failures.size(), options_.threads, [&](std::size_t i) {
@@ -312,7 +303,7 @@ class FileWalk {
             const ChunkEntry &entry = directory.chunks[i];
             refused_here[i] = failures[i] != nullptr || refused[entry.shape.parent_chunk];
             if (failures[i] != nullptr && count(*failures[i], failures[i]->kind))
-                tell_of_chunk(load(entry, Wording::full, per_thread<Chunk>()), *failures[i], section, i, entry.offset);
+                tell_of_chunk(load(entry, Wording::full, per_thread<Chunk>()), *failures[i], i, entry.offset);
             is_incomplete_ |= refused_here[i];
             if (refused_here[i])
                 continue;
@@ -323,7 +314,7 @@ class FileWalk {
         refused = std::move(refused_here);
     }
 
-    // Proves a chunk of a mapped file where it lies; its parent was not refused.
+    // Verifies a chunk of a mapped file in place and copies it; its parent chunk was not refused.
     Status load_mapped(const ChunkEntry &entry, const LevelDirectory &directory_above, const ChunkRules &rules,
                        Chunk &to) const {
         const auto level = static_cast<std::uint32_t>(rules.level);
@@ -341,7 +332,7 @@ class FileWalk {
         return {};
     }
 
-    // What only the whole model shows: chunk rule, content_id, averages.
+    // Rules that need the whole model: split into chunks, content_id, averages.
     void check_whole(const std::vector<LevelDirectory> &directories) {
         LevelMasks masks;
         for (const Level &level : model_.levels)
@@ -386,13 +377,13 @@ class FileWalk {
             const PointAttributes &computed = model_.levels[level].points;
             if (stored_points[level] == computed)
                 continue;
-            const WrongAverage wrong = find_wrong_average(stored_points[level], computed, parameters_.attributes);
             const SectionEntry *entry = find(SectionType::level_chunks, static_cast<std::uint32_t>(level));
+            const WrongAverage wrong = find_wrong_average(level == 0 ? 88 : entry->offset, level, stored_points[level],
+                                                          computed, parameters_.attributes);
             std::int64_t chunk = -1;
             for (const ChunkEntry &candidate : directories[level].chunks)
                 chunk += candidate.first_point <= wrong.point ? 1 : 0;
-            fault(wrong_averages(level == 0 ? 88 : entry->offset, level, wrong), level == 0 ? "header" : name(*entry),
-                  chunk);
+            fault(wrong.error, level == 0 ? "header" : name(*entry), chunk);
         }
     }
 

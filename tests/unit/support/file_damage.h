@@ -13,15 +13,15 @@
 
 namespace pbm::test {
 
-// Whether only `verify` checks the rule, because a reader does not need it: padding, the split into chunks, content_id,
-// averages, mip levels; and hashes and tiles that load_model does not read.
+// Whether load_model may accept the file: a rule that BVG.md 8.3 marks as one for validators only, or a tile of a mip
+// level that is not loaded.
 inline bool is_unread(const Error &error) {
     const std::set<std::string_view> rules{"3.2.12", "3.2.14", "3.10.13", "3.10.14", "5.2", "7.1", "8.1"};
     return rules.contains(error.rule) || error.tile >= 0;
 }
 
-// First thing that is wrong with `file`. Reading it with Reader and load_model must give the same verdict but for rules
-// that only `verify` checks.
+// The error of `verify`. What `verify` refuses, Reader and load_model must refuse too, unless they need not read it;
+// what it accepts they must read.
 inline Status read_everything(ByteView file) {
     Status status = verify(file, {.threads = 1});
     Result<Reader> reader = Reader::open(file);
