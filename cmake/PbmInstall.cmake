@@ -21,8 +21,8 @@ install(TARGETS ${installed_libraries} EXPORT pbmTargets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY system format_spec/pbm_format runtime/pbm_bake runtime/pbm_render DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
     FILES_MATCHING PATTERN "*.h")
-install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt docs/validator.md
-    DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
+install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt
+    docs/reference/validator-codes.md DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
 install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)
 
 install(EXPORT pbmTargets NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR})
