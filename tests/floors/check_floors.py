@@ -17,6 +17,8 @@ import sys
 FLOORS = {
     "system": set(),
     "format_spec/pbm_format": {"system"},
+    "format_spec/pbm": {"system", "pbm_format"},
+    "runtime/pbm": {"system", "pbm_format", "pbm_render", "pbm_bake"},
     "runtime/pbm_bake": {"system", "pbm_format"},
     "runtime/pbm_render": {"system", "pbm_format"},
     "runtime/viewer": {"system", "pbm_format", "pbm_render", "command_line", "window"},

@@ -67,9 +67,9 @@ std::optional<int> check_inputs(std::string_view program, const Arguments &argum
     if (!arguments.output.empty())
         return std::nullopt;
     if (arguments.inputs.size() > 1)
-        return command_line::fail_usage(program, "several inputs need a name for what they become: -o FILE.bvg");
+        return command_line::fail_usage(program, "several inputs need a name for what they become: -o FILE.pbvg");
     if (is_stream(arguments.inputs.front()))
-        return command_line::fail_usage(program, "a stream has no name to take the output's from: -o FILE.bvg");
+        return command_line::fail_usage(program, "a stream has no name to take the output's from: -o FILE.pbvg");
     return std::nullopt;
 }
 
@@ -168,7 +168,7 @@ void add_grid_options(CLI::App &app, Arguments &arguments) {
                                       "Depth with at most so many points, estimated from the area")
                            ->check(positive);
     auto *grid_like =
-        app.add_option("--grid-like", arguments.grid_like, "Very same grid, unit and up axis as this .bvg file")
+        app.add_option("--grid-like", arguments.grid_like, "Very same grid, unit and up axis as this .pbvg file")
             ->type_name("FILE");
     depth->excludes(voxel_size)->excludes(max_points);
     voxel_size->excludes(max_points);
@@ -180,7 +180,7 @@ void add_output_options(CLI::App &app, Arguments &arguments) {
     BuildOptions &options = arguments.build;
     app.option_defaults()->group("Output");
     app.add_option("-o,--output", arguments.output,
-                   "File to write, - for standard output; default: the one input's name with .bvg")
+                   "File to write, - for standard output; default: the one input's name with .pbvg")
         ->type_name("FILE");
     app.add_option("-z,--compression-level", options.compression_level, "zstd level 1..19")
         ->check(CLI::Range(1, 19))
@@ -222,7 +222,7 @@ void add_general_options(CLI::App &app, Arguments &arguments) {
 } // namespace
 
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
-    CLI::App app{"Turns a scan (PLY, OBJ, STL, OFF) into a binary voxel grid (.bvg).\n"
+    CLI::App app{"Turns a scan (PLY, OBJ, STL, OFF) into a binary voxel grid (.pbvg).\n"
                  "Says of every attribute of the scan whether it was kept, converted or dropped.\n"
                  "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, lights and "
                  "materials may be tables ([[light]]), and names of files are relative to the recipe's folder. The "
@@ -237,13 +237,13 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     add_general_options(app, arguments);
     const command_line::Manual manual{
         .most_used = {"--output", "--depth", "--unit", "--up", "--recipe", "--help"},
-        .examples = {{"pbm-build scan.ply -o scan.bvg", "A scan at the depth that fits its points."},
-                     {"pbm-build left.ply right.ply --depth 10 --unit mm --up z --strict -o scan.bvg",
+        .examples = {{"pbm-build scan.ply -o scan.pbvg", "A scan at the depth that fits its points."},
+                     {"pbm-build left.ply right.ply --depth 10 --unit mm --up z --strict -o scan.pbvg",
                       "Two scans as one model of at most 1,024 voxels per edge; an error if anything of them would be "
                       "dropped."},
-                     {"pbm-build scan.ply --lights studio --shadows --ground wood --panorama default -o scan.bvg",
+                     {"pbm-build scan.ply --lights studio --shadows --ground wood --panorama default -o scan.pbvg",
                       "With shadows on a wooden floor, under a sky."},
-                     {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.bvg", "As build systems call it."}},
+                     {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.pbvg", "As build systems call it."}},
         .logs_steps = true};
     std::vector<command_line::OldSwitch> switches(kCompilerSwitches.begin(), kCompilerSwitches.end());
     switches.insert(switches.end(), scene_switches().begin(), scene_switches().end());

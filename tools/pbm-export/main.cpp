@@ -1,4 +1,4 @@
-// pbm-export: the points of a .bvg file as PLY.
+// pbm-export: the points of a .pbvg file as PLY.
 #include "command_line/common_options.h"
 #include "ply_points.h"
 #include "system/files/file_replacement.h"
@@ -35,7 +35,7 @@ struct Outcome {
 };
 
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
-    CLI::App app{"Writes the points of a binary voxel grid (.bvg) as PLY.\n"
+    CLI::App app{"Writes the points of a binary voxel grid (.pbvg) as PLY.\n"
                  "Each with its position, normal, radius, colour and material, in the coordinates of the scan.",
                  "pbm-export"};
     app.add_option("FILE", arguments.input, "Model whose points are wanted")->required();
@@ -54,8 +54,8 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     command_line::add_verbose(app, arguments.verbosity, "Name every step");
     app.set_version_flag("-V,--version", "pbm-export " PBM_VERSION);
     const command_line::Manual manual{
-        .examples = {{"pbm-export scan.bvg -o points.ply", "The points of the finest level."},
-                     {"pbm-build points.ply --grid-like scan.bvg -o again.bvg", "The same model again."}},
+        .examples = {{"pbm-export scan.pbvg -o points.ply", "The points of the finest level."},
+                     {"pbm-build points.ply --grid-like scan.pbvg -o again.pbvg", "The same model again."}},
         .logs_steps = true};
     return command_line::parse(app, kProgram, argc, argv, {}, manual);
 }

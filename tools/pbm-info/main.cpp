@@ -1,4 +1,4 @@
-// pbm-info: what is in a .bvg, from its header, tables and directories; no chunk and no tile is decoded.
+// pbm-info: what is in a .pbvg, from its header, tables and directories; no chunk and no tile is decoded.
 #include "command_line/common_options.h"
 #include "pbm_format/reading/reader.h"
 #include "system/files/mapped_file.h"
@@ -347,7 +347,7 @@ void print_text(const std::string &path, const pbm::Reader &reader, const FileSi
 int fail(const std::string &path, const pbm::Error &error) { return pbm::command_line::fail("pbm-info", path, error); }
 
 int run(int argc, char **argv) {
-    CLI::App app{"Says what is in a binary voxel grid (.bvg): points, levels, streams, sizes.", "pbm-info"};
+    CLI::App app{"Says what is in a binary voxel grid (.pbvg): points, levels, streams, sizes.", "pbm-info"};
     std::string path, json_path;
     app.add_option("FILE", path, "Model to look into")->required();
     pbm::command_line::add_json(app, json_path, "All of it");
@@ -356,7 +356,7 @@ int run(int argc, char **argv) {
     app.set_version_flag("-V,--version", "pbm-info " PBM_VERSION);
     if (const auto done = pbm::command_line::parse(
             app, "pbm-info", argc, argv, {},
-            {.examples = {{"pbm-info --json scan.bvg", "Everything about a model, for other programs."}}}))
+            {.examples = {{"pbm-info --json scan.pbvg", "Everything about a model, for other programs."}}}))
         return *done;
     if (const auto refused = pbm::command_line::refuse_outputs("pbm-info", {{path}}, {{json_path}}))
         return *refused;

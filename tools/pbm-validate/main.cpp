@@ -1,4 +1,4 @@
-// pbm-validate: is this .bvg valid, and if not, what breaks which rule where.
+// pbm-validate: is this .pbvg valid, and if not, what breaks which rule where.
 #include "command_line/common_options.h"
 #include "system/files/mapped_file.h"
 #include "verdict.h"
@@ -69,18 +69,23 @@ Verdict examine(const std::string &path, const Options &options) {
     return verdict;
 }
 
-// Files named .bvg below a folder, in the order of their names.
+// .bvg was the extension before .pbvg.
+bool is_model_name(const std::filesystem::path &name) {
+    return name.extension() == ".pbvg" || name.extension() == ".bvg";
+}
+
+// Files named like models below a folder, in the order of their names.
 pbm::Result<std::vector<std::string>> files_below(const std::string &folder) {
     namespace fs = std::filesystem;
     std::vector<std::string> files;
     std::error_code error;
     for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
-        if (entry->path().extension() == ".bvg" && !entry->is_directory())
+        if (is_model_name(entry->path()) && !entry->is_directory())
             files.push_back(entry->path().string());
     if (error)
         return pbm::broken("io.open", 0, "cannot open: " + error.message());
     if (files.empty())
-        return pbm::broken("io.not_a_file", 0, "no .bvg file is in this folder");
+        return pbm::broken("io.not_a_file", 0, "no .pbvg file is in this folder");
     std::sort(files.begin(), files.end());
     return files;
 }
@@ -146,7 +151,7 @@ void add_options(CLI::App &app, Options &options) {
     app.add_option("--explain", options.explain, "What a code, group or rule stands for")
         ->type_name("CODE")
         ->group("Codes");
-    app.add_flag("-r,--recursive", options.recursive, "All .bvg files in folders too");
+    app.add_flag("-r,--recursive", options.recursive, "All .pbvg files in folders too");
     app.add_flag("-q,--quiet", options.quiet, "Say nothing about valid files");
     pbm::command_line::add_json(app, options.json_path, "Verdicts");
     pbm::command_line::add_threads(app, options.validation.threads);
@@ -197,7 +202,7 @@ void choose(Options &options) {
 }
 
 int run(int argc, char **argv) {
-    CLI::App app{"Says whether binary voxel grids (.bvg) are valid, and if not, what breaks which rule where.\n"
+    CLI::App app{"Says whether binary voxel grids (.pbvg) are valid, and if not, what breaks which rule where.\n"
                  "The rules are those of BVG.md. Of several files the highest exit code counts.",
                  "pbm-validate"};
     Options options;
@@ -206,7 +211,7 @@ int run(int argc, char **argv) {
     if (const auto done = pbm::command_line::parse(
             app, "pbm-validate", argc, argv, {},
             {.most_used = {"--quick", "--deep", "--ignore", "--recursive", "--json", "--quiet", "--help"},
-             .examples = {{"pbm-validate -q *.bvg", "Names the files that are not valid, and nothing else."},
+             .examples = {{"pbm-validate -q *.pbvg", "Names the files that are not valid, and nothing else."},
                           {"pbm-validate -r --json=report.json models", "All models of a folder, for a pipeline."},
                           {"pbm-validate --explain 4.2", "What a rule is, and what to do about it."}}}))
         return *done;

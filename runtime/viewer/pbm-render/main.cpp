@@ -69,7 +69,7 @@ int fail(const std::string &file, const Error &error) {
 
 // Fills `arguments`, or returns the exit code of a program that has said all it had to say.
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
-    CLI::App app{"Draws a binary voxel grid (.bvg) into a picture or a video.", "pbm-render"};
+    CLI::App app{"Draws a binary voxel grid (.pbvg) into a picture or a video.", "pbm-render"};
     app.add_option("FILE", arguments.input, "Model to draw")->required();
     app.option_defaults()->group("Output");
     app.add_option("-o,--output", arguments.output, "Picture to write, .png or .bmp; - for standard output (PNG)")
@@ -92,10 +92,10 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
             app, kProgram, argc, argv, old_switches({kOldVideoSwitch}),
             {.most_used = {"--output", "--resolution", "--turntable", "--quality", "--help"},
              .examples = {
-                 {"pbm-render scan.bvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
-                 {"pbm-render scan.bvg -o - --no-background | display", "A transparent picture for the next program."},
-                 {"pbm-render scan.bvg --turntable scan.avi --quality fine", "A video once round the model."},
-                 {"pbm-render scan.bvg --turntable - | ffmpeg -f rawvideo -pix_fmt rgb24 -s 1280x720 -r 30 "
+                 {"pbm-render scan.pbvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
+                 {"pbm-render scan.pbvg -o - --no-background | display", "A transparent picture for the next program."},
+                 {"pbm-render scan.pbvg --turntable scan.avi --quality fine", "A video once round the model."},
+                 {"pbm-render scan.pbvg --turntable - | ffmpeg -f rawvideo -pix_fmt rgb24 -s 1280x720 -r 30 "
                   "-i - scan.webm",
                   "The same in any other form."}}}))
         return done;

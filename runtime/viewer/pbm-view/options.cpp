@@ -5,7 +5,7 @@
 
 namespace pbm {
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
-    CLI::App app{"Shows a binary voxel grid (.bvg) in a window.\nF1 tells the keys, Escape quits.",
+    CLI::App app{"Shows a binary voxel grid (.pbvg) in a window.\nF1 tells the keys, Escape quits.",
                  std::string(program)};
     app.add_option("FILE", arguments.input, "Model to show; default: the sample");
     app.option_defaults()->group("Camera");
@@ -31,8 +31,8 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     if (const auto done = command_line::parse(
             app, program, argc, argv, old_switches({kOldVideoSwitch, {"-FLYING_CAMERA", "--camera-mode=fly"}}),
             {.most_used = {"--camera-mode", "--resolution", "--show-frame-time", "--help"},
-             .examples = {{"pbm-view scan.bvg", "The model in a window; drag it, Space saves a picture."},
-                          {"pbm-view scan.bvg --camera-mode fly", "Through the model; the arrow keys fly."}},
+             .examples = {{"pbm-view scan.pbvg", "The model in a window; drag it, Space saves a picture."},
+                          {"pbm-view scan.pbvg --camera-mode fly", "Through the model; the arrow keys fly."}},
              .run_time_limits = "no display or OpenGL"}))
         return done;
     if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.render); !known)
