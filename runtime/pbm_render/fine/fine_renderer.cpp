@@ -109,10 +109,10 @@ FineRenderer::~FineRenderer() = default;
 void FineRenderer::set_appearance(Appearance appearance) { frame_->appearance = std::move(appearance); }
 
 RenderStatistics FineRenderer::render(std::span<const PointRun> runs, const Camera &camera,
-                                      const RenderOptions &options, Framebuffer &target) {
+                                      const RenderOptions &options, Framebuffer &target, int samples) {
     begin(runs, camera, options, target);
     RenderStatistics statistics;
-    for (int i = 0; i < std::max(options.samples, 1); ++i)
+    for (int i = 0; i < std::max(samples, 1); ++i)
         statistics = add_sample();
     resolve(target);
     return statistics;

@@ -26,6 +26,8 @@
 
 namespace pbm {
 
+inline constexpr int kDefaultSamples = 8; // per pixel
+
 class FineRenderer {
   public:
     // `parameters` must stay as long as the renderer. `chunk_points` bounds the points of a chunk (the file's header
@@ -39,17 +41,17 @@ class FineRenderer {
     // From the next picture on.
     void set_appearance(Appearance appearance);
 
-    // Draws a whole picture of `options.samples` into `target`, as FastRenderer::render does: what it says of cameras,
-    // bytes of mapped files, numbers of threads and SIMD targets holds here too. All runs have offsets. Depths are
-    // those of the first sample, which is at the centres of the pixels.
+    // Draws a whole picture of `samples` samples per pixel (1 or more) into `target`. What FastRenderer::render says of
+    // cameras, bytes of mapped files, numbers of threads and SIMD targets holds here too. All runs must have offsets.
+    // Depths are those of the first sample, which lies at the centres of the pixels.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
-                            Framebuffer &target);
+                            Framebuffer &target, int samples = kDefaultSamples);
 
     // The same sample by sample, for a window at rest: between two of them it may show what there is, or turn to
     // another picture. Memory: 16 bytes per pixel, 20 with depths.
     //
     //   renderer.begin(runs, camera, options, target);
-    //   while (renderer.samples() < options.samples && nothing_else_to_do())
+    //   while (renderer.samples() < kDefaultSamples && nothing_else_to_do())
     //       renderer.add_sample();
     //   renderer.resolve(target);
     //
@@ -57,9 +59,9 @@ class FineRenderer {
     // is and whether it has depths.
     void begin(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                const Framebuffer &target);
-    // Any number of them may be added, beyond `options.samples` too.
+    // Adds one sample; the caller may add any number of them.
     RenderStatistics add_sample();
-    // Added since `begin`.
+    // Number of samples added since `begin`.
     int samples() const;
     // Writes the mean of the samples so far, one or more, into a picture like that of `begin`.
     void resolve(Framebuffer &target);

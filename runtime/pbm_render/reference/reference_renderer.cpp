@@ -326,13 +326,13 @@ void ReferenceRenderer::set_offsets(int level, std::vector<std::int8_t> offsets)
 }
 
 RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOptions &options,
-                                           Framebuffer &target) const {
-    const int level = std::clamp(options.level, 0, static_cast<int>(model_.levels.size()) - 1);
+                                           Framebuffer &target, const ReferenceOptions &own) const {
+    const int level = std::clamp(own.level, 0, static_cast<int>(model_.levels.size()) - 1);
     target.clear(options.background);
     const Grid grid = unit_grid(model_.parameters.grid);
     const Camera unit_camera = in_unit_grid(camera, model_.parameters.grid);
     const Projection projection(unit_camera, target.width, target.height);
-    Walk walk(model_, grid, projection, level, offsets_[static_cast<std::size_t>(level)], options.splats, target);
+    Walk walk(model_, grid, projection, level, offsets_[static_cast<std::size_t>(level)], own.splats, target);
     if (level == 0) {
         walk.draw_root();
     } else {

@@ -59,26 +59,26 @@ const std::string &word_of(const std::vector<std::pair<std::string, Value>> &cho
 
 void add_look_options(CLI::App &app, ViewOptions &options) {
     app.option_defaults()->group("Look");
-    command_line::add_choice(app, "--quality", "quality", kQualities, options.render.quality,
+    command_line::add_choice(app, "--quality", "quality", kQualities, options.look.quality,
                              "fast (default); fine: points blended, every pixel shaded, several samples, in a window "
                              "when the view rests");
-    app.add_option("--samples", options.render.samples, "Of a pixel of fine pictures")
+    app.add_option("--samples", options.look.samples, "Of a pixel of fine pictures")
         ->check(CLI::Range(1, kMaxSamples))
         ->capture_default_str();
-    app.add_option_function<int>(
-           "--level", [&options](int level) { options.render.level = options.load.max_level = level; },
-           "Finest detail level to draw; default, and above the depth: the finest there is")
+    app.add_option("--level", options.load.max_level,
+                   "Finest detail level to draw; default, and above the depth: the finest there is")
         ->check(CLI::Range(0, kMaxDepth));
     app.add_option("--max-error", options.max_error,
                    "Largest edge of the voxels drawn, pixels; finer detail is left out")
         ->check(CLI::Range(0.1, 64.0))
         ->capture_default_str();
-    add_text(app, "--background-color,--background-colour", "R,G,B", stored(parse_colour, options.render.background),
+    add_text(app, "--background-color,--background-colour", "R,G,B", stored(parse_colour, options.look.render.background),
              "sRGB, each 0..1; default 0.2,0.2,0.2");
 }
 
 // Each can be switched on, too, which is the default: the dissertation's switches ask for what they name.
-void add_shading_options(CLI::App &app, RenderOptions &render) {
+void add_shading_options(CLI::App &app, LookOptions &look) {
+    RenderOptions &render = look.render;
     app.option_defaults()->group("Shading");
     const auto add_switch = [&](const std::string &names, bool &target, const std::string &help) {
         app.add_flag(names, target, help)->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
@@ -92,7 +92,7 @@ void add_shading_options(CLI::App &app, RenderOptions &render) {
     add_switch("--ground,!--no-ground", render.ground, "The file's ground plane; default on");
     add_switch("--reflections,!--no-reflections", render.reflections,
                "Of the panorama, where a material asks for it; default on");
-    command_line::add_choice(app, "--depth-cue", "depth cue", kDepthCues, render.depth_cue,
+    command_line::add_choice(app, "--depth-cue", "depth cue", kDepthCues, look.depth_cue,
                              "Shade by depth alone, for scans without colours; default none");
 }
 
@@ -124,7 +124,7 @@ void add_view_options(CLI::App &app, ViewOptions &options) {
         ->check(CLI::Range(0.01, 170.0))
         ->capture_default_str();
     add_look_options(app, options);
-    add_shading_options(app, options.render);
+    add_shading_options(app, options.look);
     app.option_defaults()->group("Options");
     command_line::add_max_memory(app, options.load.max_memory);
     command_line::add_threads(app, options.load.threads);
@@ -139,7 +139,7 @@ void add_renderer_option(CLI::App &app, ViewOptions &options) {
         ->group("Look");
     command_line::add_choice<Splats>(
         app, "--splats", "kind of splat", {{"ellipses", Splats::ellipses}, {"kernels", Splats::kernels}},
-        options.render.splats, "Of the reference renderer: ellipses (default); kernels: the dissertation's table")
+        options.splats, "Of the reference renderer: ellipses (default); kernels: the dissertation's table")
         ->group("Look");
 }
 
@@ -160,7 +160,7 @@ DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::iv
             .width = size.x,
             .height = size.y,
             .max_error = max_error,
-            .finest = std::max(1, options.render.level)};
+            .finest = std::max(1, options.load.max_level)};
 }
 
 std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size) {
@@ -173,8 +173,9 @@ std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 
 const std::string &word_of(Quality quality) { return word_of(kQualities, quality); }
 const std::string &word_of(DepthCue cue) { return word_of(kDepthCues, cue); }
 
-std::string look_as_options(const RenderOptions &render) {
-    const RenderOptions standard;
+std::string look_as_options(const LookOptions &look) {
+    const LookOptions standard;
+    const RenderOptions &render = look.render;
     std::string text;
     const auto add_switch = [&](bool on, const char *option) { text += on ? "" : std::string(" ") + option; };
     add_switch(render.texture, "--no-texture");
@@ -183,21 +184,21 @@ std::string look_as_options(const RenderOptions &render) {
     add_switch(render.panorama, "--no-panorama");
     add_switch(render.ground, "--no-ground");
     add_switch(render.reflections, "--no-reflections");
-    if (render.depth_cue != standard.depth_cue)
-        text += " --depth-cue=" + word_of(render.depth_cue);
-    if (render.quality != standard.quality)
-        text += " --quality=" + word_of(render.quality) + " --samples=" + std::to_string(render.samples);
+    if (look.depth_cue != standard.depth_cue)
+        text += " --depth-cue=" + word_of(look.depth_cue);
+    if (look.quality != standard.quality)
+        text += " --quality=" + word_of(look.quality) + " --samples=" + std::to_string(look.samples);
     if (render.background[3] == 0)
         text += " --no-background";
-    else if (render.background != standard.background)
+    else if (render.background != standard.render.background)
         text += " --background-color=" + colour_text(render.background);
     return text;
 }
 
 Status check_picture_memory(const ViewOptions &options) {
     const std::uint64_t bytes_per_pixel = 16 // colour, depth, two copies
-                                          + (options.render.quality == Quality::fine ? 20 : 0) // sums of samples
-                                          + (options.render.depth_cue != DepthCue::none ? 8 : 0);
+                                          + (options.look.quality == Quality::fine ? 20 : 0) // sums of samples
+                                          + (options.look.depth_cue != DepthCue::none ? 8 : 0);
     const glm::ivec2 size = options.resolution;
     const auto pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
     if (pixels * bytes_per_pixel <= options.load.max_memory)

@@ -444,7 +444,7 @@ void Viewer::present() {
     stale_ = false;
     if (size.x <= 0 || size.y <= 0)
         return;
-    presenter_.draw(size, look_ ? look_->options.background : options_.render.background);
+    presenter_.draw(size, look_ ? look_->options.render.background : options_.look.render.background);
     const bool with_panel = show_panel_ && look_ && !recording_;
     if (const OverlayText text = overlay_text(); with_panel || !text.empty())
         overlay_.draw(size, text, with_panel ? [&] {

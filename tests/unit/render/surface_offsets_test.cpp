@@ -232,7 +232,7 @@ TEST(SurfaceOffsets, FinePicturesHaveSmoothOutlines) {
         const Camera camera = test::camera_at_ball(kDepth, pixels, kHeight);
         Framebuffer picture(kWidth, kHeight);
         FineRenderer(model.model.parameters, kDefaultChunkPoints, 2)
-            .render(whole.runs, camera, {.samples = 1}, picture);
+            .render(whole.runs, camera, {}, picture, 1);
         const Projection projection(camera, kWidth, kHeight);
         const glm::dvec3 to_middle = glm::dvec3(0, -1, -2) - projection.eye;
         const double limit = std::max(1.25, 0.3 * pixels);
