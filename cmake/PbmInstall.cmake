@@ -2,7 +2,7 @@
 include(CMakePackageConfigHelpers)
 set(PBM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pbm)
 
-set(libraries base system reading checking writing format bake render)
+set(libraries base system reading checking writing format surface bake render)
 foreach(name ${libraries})
     set(library pbm_${name})
     set_target_properties(${library} PROPERTIES EXPORT_NAME ${name})
@@ -19,7 +19,7 @@ endforeach()
 install(TARGETS ${installed_libraries} EXPORT pbmTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY system format_spec/pbm_format runtime/pbm_bake runtime/pbm_render DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+install(DIRECTORY system format_spec/pbm_format runtime/pbm_surface runtime/pbm_bake runtime/pbm_render DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
     FILES_MATCHING PATTERN "*.h")
 install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt docs/validator.md
     DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)

@@ -169,9 +169,8 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
 
 // Nothing for fast pictures.
 std::string quality_text(const LookOptions &look) {
-    return look.quality == Quality::fast
-               ? ""
-               : word_of(look.quality) + ", " + std::to_string(look.samples) + " samples, ";
+    return look.quality == Quality::fast ? ""
+                                         : word_of(look.quality) + ", " + std::to_string(look.samples) + " samples, ";
 }
 
 // What a run told of itself; `camera` is the first one.
@@ -270,7 +269,9 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, c
             *stream << "frame " << frame + 1 << ": " << view_as_options(from, view.view_angle, view.resolution)
                     << look_as_options(view.look) << '\n';
     };
-    const auto made = record_turntable(drawer, std::move(sink), video, view, camera, tell);
+    VideoRecorder recorder(std::move(sink), view.resolution, drawer.needs_depths(), view.load.threads,
+                           view.load.max_memory);
+    const auto made = record_turntable(drawer, recorder, video, camera, tell);
     progress.clear();
     if (!made.model)
         return fail(arguments.input, made.model.error());
