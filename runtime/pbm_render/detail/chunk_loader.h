@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_format/reading/reader.h"
+#include "pbm_render/detail/detail_view.h"
 #include "pbm_render/detail/resident_chunk.h"
 
 namespace pbm {

@@ -12,23 +12,13 @@
 
 #include "pbm_format/container/layout.h"
 #include "pbm_render/bricks/point_run.h"
-#include "pbm_render/camera/camera.h"
+#include "pbm_render/detail/detail_view.h"
 #include "pbm_render/detail/resident_chunk.h"
 
 #include <span>
 #include <vector>
 
 namespace pbm {
-
-inline constexpr double kDefaultMaxError = 1.42; // pixels
-
-// The picture that is wanted.
-struct DetailView {
-    Camera camera;                       // usable
-    int width = 0, height = 0;           // pixels
-    double max_error = kDefaultMaxError; // pixels, > 0: largest edge on the screen of a drawn voxel that has children
-    int finest = kMaxDepth;              // the finest level that may be drawn, 1 or more
-};
 
 // What the cache knows of one chunk.
 struct ChunkSlot {
@@ -43,11 +33,6 @@ struct ChunkSlot {
 struct LevelState {
     const LevelDirectory *directory = nullptr; // verified
     std::vector<ChunkSlot> chunks;             // as many as in the directory; resident only where their parents are
-};
-
-struct MissingChunk {
-    ChunkPlace place;
-    double error = 0; // pixels: upper bound of its voxels' edge on the screen; infinite around the eye
 };
 
 struct DetailSelection {

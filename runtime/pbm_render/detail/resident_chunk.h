@@ -15,13 +15,6 @@
 
 namespace pbm {
 
-// Number of a chunk: index within the directory of its level.
-struct ChunkPlace {
-    int level = 1;
-    std::uint32_t index = 0;
-    bool operator==(const ChunkPlace &) const = default;
-};
-
 // Part of the grid, in units of its edge.
 struct Box {
     glm::dvec3 least{0}, most{1}; // corners

@@ -1,7 +1,10 @@
 #include "pbm_render/detail/streamed_model.h"
 
+#include "pbm_render/detail/chunk_scheduler.h"
+
 #include <algorithm>
 #include <cassert>
+#include <mutex>
 #include <new>
 #include <utility>
 
@@ -19,80 +22,97 @@ std::uint64_t opening_bytes(const Reader &reader) {
 
 } // namespace
 
-StreamedModel::StreamedModel(Reader reader, StreamingOptions options)
-    : reader_(std::move(reader)), loader_(reader_), cache_(options.max_memory), finest_(reader_.depth()),
-      directory_bytes_read_(opening_bytes(reader_)),
-      scheduler_(loader_, cache_, mutex_, options.threads, std::move(options.arrived)) {}
+struct StreamedModel::Parts {
+    Parts(Reader r, StreamingOptions options)
+        : reader(std::move(r)), loader(reader), cache(options.max_memory), finest(reader.depth()),
+          bytes_read(opening_bytes(reader)),
+          scheduler(loader, cache, mutex, options.threads, std::move(options.arrived)) {}
 
-Status StreamedModel::read_directory(int level) {
-    assert(level == cache_.known_levels() + 1); // only this thread changes it
-    const Result<const LevelDirectory *> read = reader_.directory(level);
-    const std::lock_guard lock(mutex_);
+    Status read_directory(int level);
+    DetailSelection select(const DetailView &view) const; // the caller holds the mutex
+
+    Reader reader;
+    const ChunkLoader loader;
+    std::mutex mutex; // of cache and errors
+    ChunkCache cache;
+    int finest;               // no level below it is read: its directory is damaged
+    std::uint64_t bytes_read; // for opening and directories
+    ChunkScheduler scheduler; // last: its threads use what stands above
+};
+
+StreamedModel::StreamedModel(Reader reader, StreamingOptions options)
+    : parts_(std::make_unique<Parts>(std::move(reader), std::move(options))) {}
+
+StreamedModel::~StreamedModel() = default;
+
+Status StreamedModel::Parts::read_directory(int level) {
+    assert(level == cache.known_levels() + 1); // only this thread changes it
+    const Result<const LevelDirectory *> read = reader.directory(level);
+    const std::lock_guard lock(mutex);
     if (!read) {
-        finest_ = level - 1;
+        finest = level - 1;
         return read.error();
     }
-    directory_bytes_read_ +=
-        reader_.section(SectionType::level_directory, static_cast<std::uint32_t>(level))->stored_bytes;
-    cache_.add_level(**read);
+    bytes_read += reader.section(SectionType::level_directory, static_cast<std::uint32_t>(level))->stored_bytes;
+    cache.add_level(**read);
     return {};
 }
 
+DetailSelection StreamedModel::Parts::select(const DetailView &view) const {
+    DetailView possible = view;
+    possible.finest = std::min(view.finest, finest);
+    return select_detail(reader.parameters().grid, reader.header().root.radius, cache.levels(), possible);
+}
+
 Result<Sphere> StreamedModel::bounds() try {
-    const int level = std::min(kBoundsLevel, reader_.depth());
-    while (cache_.known_levels() < level)
-        if (Status status = read_directory(cache_.known_levels() + 1); !status)
+    const int level = std::min(kBoundsLevel, parts_->reader.depth());
+    while (parts_->cache.known_levels() < level)
+        if (Status status = parts_->read_directory(parts_->cache.known_levels() + 1); !status)
             return std::move(status).error();
     std::vector<MissingChunk> all;
     for (int next = 1; next <= level; ++next)
-        for (std::uint32_t i = 0; i < cache_.levels()[static_cast<std::size_t>(next)].chunks.size(); ++i)
+        for (std::uint32_t i = 0; i < parts_->cache.levels()[static_cast<std::size_t>(next)].chunks.size(); ++i)
             all.push_back({.place = {next, i}});
     {
-        const std::lock_guard lock(mutex_);
-        cache_.begin_view();
+        const std::lock_guard lock(parts_->mutex);
+        parts_->cache.begin_view();
         for (const MissingChunk &chunk : all)
-            cache_.use(chunk.place);
+            parts_->cache.use(chunk.place);
     }
-    if (Status status = scheduler_.load_all(all); !status)
+    if (Status status = parts_->scheduler.load_all(all); !status)
         return std::move(status).error();
 
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(parts_->mutex);
     std::vector<Bytes> masks(static_cast<std::size_t>(level) + 1);
     for (const MissingChunk &chunk : all) {
-        const ResidentPointer &resident = cache_.chunk(chunk.place);
+        const ResidentPointer &resident = parts_->cache.chunk(chunk.place);
         if (resident == nullptr)
             return Error{ErrorCode::bad_content, 0, "a coarse level is damaged"};
         Bytes &of_level = masks[static_cast<std::size_t>(chunk.place.level)];
         of_level.insert(of_level.end(), resident->view.masks.begin(), resident->view.masks.end());
     }
-    return bounding_sphere(reader_.parameters().grid, std::vector<ByteView>(masks.begin(), masks.end()), level);
+    return bounding_sphere(parts_->reader.parameters().grid, std::vector<ByteView>(masks.begin(), masks.end()), level);
 } catch (const std::bad_alloc &) {
     return out_of_memory();
 }
 
-DetailSelection StreamedModel::select(const DetailView &view) const {
-    DetailView possible = view;
-    possible.finest = std::min(view.finest, finest_);
-    return select_detail(reader_.parameters().grid, reader_.header().root.radius, cache_.levels(), possible);
-}
-
 Detail StreamedModel::choose(const DetailView &view) {
-    std::unique_lock lock(mutex_);
-    DetailSelection selection = select(view);
-    while (selection.needs_directory && cache_.known_levels() < finest_) {
+    std::unique_lock lock(parts_->mutex);
+    DetailSelection selection = parts_->select(view);
+    while (selection.needs_directory && parts_->cache.known_levels() < parts_->finest) {
         lock.unlock();
-        Status status = read_directory(cache_.known_levels() + 1);
+        Status status = parts_->read_directory(parts_->cache.known_levels() + 1);
         lock.lock();
         if (!status)
-            scheduler_.add_error(std::move(status).error());
-        selection = select(view);
+            parts_->scheduler.add_error(std::move(status).error());
+        selection = parts_->select(view);
     }
-    cache_.begin_view();
+    parts_->cache.begin_view();
     Detail detail{.runs = std::move(selection.runs), .missing = std::move(selection.missing), .chunks = {}};
     detail.chunks.reserve(selection.present.size());
     for (const ChunkPlace place : selection.present) {
-        cache_.use(place);
-        detail.chunks.push_back(cache_.chunk(place));
+        parts_->cache.use(place);
+        detail.chunks.push_back(parts_->cache.chunk(place));
     }
     return detail;
 }
@@ -103,11 +123,13 @@ Result<Detail> StreamedModel::load(const DetailView &view) try {
     while (true) {
         Detail detail = choose(view);
         {
-            const std::lock_guard lock(mutex_);
-            std::erase_if(detail.missing, [&](const MissingChunk &chunk) { return !cache_.has_parent(chunk.place); });
+            const std::lock_guard lock(parts_->mutex);
+            std::erase_if(detail.missing,
+                          [&](const MissingChunk &chunk) { return !parts_->cache.has_parent(chunk.place); });
         }
         const bool complete = detail.missing.empty();
-        if (Status status = scheduler_.load_all(std::move(detail.missing)); !status) // a directory may be damaged, too
+        // The errors include that of a damaged directory.
+        if (Status status = parts_->scheduler.load_all(std::move(detail.missing)); !status)
             return std::move(status).error();
         if (complete)
             return detail;
@@ -116,16 +138,20 @@ Result<Detail> StreamedModel::load(const DetailView &view) try {
     return out_of_memory();
 }
 
+void StreamedModel::request(std::vector<MissingChunk> missing) { parts_->scheduler.request(std::move(missing)); }
+bool StreamedModel::is_loading() const { return parts_->scheduler.is_loading(); }
+const Reader &StreamedModel::reader() const { return parts_->reader; }
+
 std::vector<Error> StreamedModel::take_errors() {
-    const std::lock_guard lock(mutex_);
-    return scheduler_.take_errors();
+    const std::lock_guard lock(parts_->mutex);
+    return parts_->scheduler.take_errors();
 }
 
 StreamingStatistics StreamedModel::statistics() const {
-    const std::lock_guard lock(mutex_);
-    return {.bytes_read = directory_bytes_read_ + scheduler_.bytes_read(),
-            .points_decoded = scheduler_.points_decoded(),
-            .memory = cache_.memory()};
+    const std::lock_guard lock(parts_->mutex);
+    return {.bytes_read = parts_->bytes_read + parts_->scheduler.bytes_read(),
+            .points_decoded = parts_->scheduler.points_decoded(),
+            .memory = parts_->cache.memory()};
 }
 
 } // namespace pbm

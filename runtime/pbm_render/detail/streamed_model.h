@@ -16,11 +16,12 @@
 //   ChunkScheduler   decides which thread loads which chunk when
 #pragma once
 
-#include "pbm_render/detail/chunk_scheduler.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_render/bricks/point_run.h"
+#include "pbm_render/detail/detail_view.h"
 
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 namespace pbm {
@@ -49,10 +50,12 @@ class StreamedModel {
   public:
     // The file that `reader` reads must outlive the model.
     explicit StreamedModel(Reader reader, StreamingOptions options = {});
+    // Waits for the chunks that are being loaded.
+    ~StreamedModel();
     StreamedModel(const StreamedModel &) = delete;
     StreamedModel &operator=(const StreamedModel &) = delete;
 
-    const Reader &reader() const { return reader_; }
+    const Reader &reader() const;
 
     // As bounding_sphere of the whole model. Loads its levels up to kBoundsLevel.
     //
@@ -69,9 +72,9 @@ class StreamedModel {
 
     // Loads these chunks in the background, instead of those of former requests that no thread has begun to load, until
     // all are resident or no more fit into the memory allowed beside what the last view needs.
-    void request(std::vector<MissingChunk> missing) { scheduler_.request(std::move(missing)); }
+    void request(std::vector<MissingChunk> missing);
     // Whether something that was requested is still to come.
-    bool is_loading() const { return scheduler_.is_loading(); }
+    bool is_loading() const;
 
     // The damaged directories and chunks that were found since the last call.
     std::vector<Error> take_errors();
@@ -79,16 +82,8 @@ class StreamedModel {
     StreamingStatistics statistics() const;
 
   private:
-    Status read_directory(int level);
-    DetailSelection select(const DetailView &view) const; // the caller holds mutex_
-
-    Reader reader_;
-    const ChunkLoader loader_;
-    mutable std::mutex mutex_; // of the cache and the errors
-    ChunkCache cache_;
-    int finest_;                         // no level below it is read: its directory is damaged
-    std::uint64_t directory_bytes_read_; // with what Reader::open has read
-    ChunkScheduler scheduler_;           // last: its threads use what stands above
+    struct Parts;
+    std::unique_ptr<Parts> parts_;
 };
 
 } // namespace pbm
