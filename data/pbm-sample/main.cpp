@@ -5,18 +5,16 @@
 
 #include "command_line/common_options.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <string>
-#include <thread>
 
 namespace {
 
 struct Arguments {
     pbm::sample::AmmoniteOptions ammonite;
     std::string output;
-    unsigned threads = 0;
+    int threads = 0;
     bool ascii = false;
     bool quiet = false;
 };
@@ -26,7 +24,7 @@ int generate(const Arguments &arguments) {
         return *refused;
     const auto start = std::chrono::steady_clock::now();
     pbm::sample::AmmoniteOptions options = arguments.ammonite;
-    options.threads = arguments.threads > 0 ? arguments.threads : std::max(1u, std::thread::hardware_concurrency());
+    options.threads = arguments.threads;
     const auto seconds = [start] {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     };

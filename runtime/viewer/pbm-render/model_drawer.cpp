@@ -46,7 +46,7 @@ RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target) {
     if (!painter_) {
         const RenderStatistics drawn = whole_->renderer.render(camera, options_.render, target);
         if (options_.render.depth_cue != DepthCue::none) {
-            WorkerPool pool(1);
+            ThreadPool pool(1);
             add_depth_cue(options_.render.depth_cue, camera, grid().edge(), pool, target);
         }
         return drawn;

@@ -24,7 +24,7 @@ void forget_camera(ViewOptions &options) { options.position = options.focal_poin
 
 } // namespace
 
-Viewer::Viewer(std::string_view program, const Arguments &arguments, Window &window, BackgroundThread &background,
+Viewer::Viewer(std::string_view program, const Arguments &arguments, Window &window, ThreadPool &background,
                const std::string &path, Loading loading, std::optional<VideoSink> video, Clock::time_point start)
     : program_(program), options_(arguments.view), min_fps_(arguments.min_fps), window_(window),
       background_(background), start_(start), context_(Window::now()), overlay_(window.content_scale()),
