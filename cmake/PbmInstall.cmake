@@ -2,7 +2,7 @@
 include(CMakePackageConfigHelpers)
 set(PBM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pbm)
 
-set(libraries base system reading checking writing format bake render)
+set(libraries base system reading checking writing format surface bake render)
 foreach(name ${libraries})
     set(library pbm_${name})
     set_target_properties(${library} PROPERTIES EXPORT_NAME ${name})

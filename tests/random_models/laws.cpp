@@ -40,9 +40,9 @@ std::string draw(ByteView file, const Model &model) {
         return "valid, but cannot be drawn: " + detail.error().message;
     const auto surroundings = std::make_shared<const Surroundings>(model.parameters, *images);
     Framebuffer target(kWidth, kHeight);
-    RenderOptions options{.depth_cue = DepthCue::eye_dome, .samples = 2};
+    const RenderOptions options;
     FastRenderer(model.parameters, chunk_points, 1, surroundings).render(detail->runs, view.camera, options, target);
-    FineRenderer(model.parameters, chunk_points, 1, surroundings).render(detail->runs, view.camera, options, target);
+    FineRenderer(model.parameters, chunk_points, 1, surroundings).render(detail->runs, view.camera, options, target, 2);
     ReferenceRenderer(model, surroundings).render(view.camera, options, target);
     const std::vector<Error> errors = surroundings->take_errors();
     return errors.empty() ? "" : "valid, but a tile is not: " + errors.front().message;

@@ -4,10 +4,13 @@
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"
-#include "pbm_render/picture/render_options.h"
-#include "system/threads/worker_pool.h"
+#include "system/threads/thread_pool.h"
+
+#include <cstdint>
 
 namespace pbm {
+
+enum class DepthCue : std::uint8_t { none, eye_dome, ambient_occlusion };
 
 // What the z-buffer does not say.
 struct DepthCueView {
@@ -17,6 +20,6 @@ struct DepthCueView {
 
 // Darkens the colours of `target`, which has depths, where something was drawn. Leaves alpha, depths and what is empty
 // as they are. Same picture for any number of threads.
-void apply_depth_cue(DepthCue cue, const DepthCueView &view, WorkerPool &pool, Framebuffer &target);
+void apply_depth_cue(DepthCue cue, const DepthCueView &view, ThreadPool &pool, Framebuffer &target);
 
 } // namespace pbm
