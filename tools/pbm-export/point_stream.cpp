@@ -110,7 +110,7 @@ std::uint64_t chunk_bytes(const Reader &reader) {
     const AttributeSet &set = reader.parameters().attributes;
     std::uint64_t row = sizeof(MortonCode) + 1; // and a mask
     for (const StreamInfo &stream : streams_of(set))
-        row += stream.kind == StreamKind::shadow ? 1 : raw_stream_bytes(stream, set, 1, 0, 1);
+        row += bytes_per_point(stream, set);
     return row * reader.header().chunk_points;
 }
 

@@ -74,12 +74,8 @@ pbm::Result<FileSizes> measure(pbm::Reader &reader, pbm::ByteView file) {
     FileSizes sizes;
     if (pbm::Status status = measure_rasters(reader, file, sizes); !status)
         return std::move(status).error();
-    for (const pbm::StreamInfo &info : infos) {
-        std::string type(pbm::to_string(info.kind));
-        if (info.kind == pbm::StreamKind::shadow)
-            type += " " + std::to_string(info.light);
-        sizes.streams.push_back({.type = std::move(type)});
-    }
+    for (const pbm::StreamInfo &info : infos)
+        sizes.streams.push_back({.type = pbm::name_of(info)});
     for (int level = 1; level <= reader.depth(); ++level) {
         const pbm::Result<const pbm::LevelDirectory *> directory = reader.directory(level);
         if (!directory)

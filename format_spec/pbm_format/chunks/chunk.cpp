@@ -1,7 +1,6 @@
 #include "pbm_format/chunks/chunk.h"
 
 #include "pbm_format/chunks/normal_cone.h"
-#include "pbm_format/chunks/stream_rules.h"
 #include "pbm_format/law/catalogue.h"
 #include "pbm_format/streams/frame.h"
 #include "pbm_format/streams/mask_ranks.h"
@@ -52,42 +51,21 @@ class Decoder {
     // Kept by each thread, so that a chunk costs no allocation.
     static UnfilterScratch &scratch() { return per_thread<UnfilterScratch>(); }
 
-    Bytes &bytes_of(const StreamInfo &stream) {
-        PointAttributes &points = to_.points;
-        switch (stream.kind) {
-        case StreamKind::masks: return to_.masks;
-        case StreamKind::radius: return points.radii;
-        case StreamKind::colour: return points.colours;
-        case StreamKind::material: return points.materials;
-        case StreamKind::texture: return points.textures;
-        case StreamKind::shadow: return points.shadows[stream.light];
-        case StreamKind::normal: break; // two bytes each
-        }
-        assert(false);
-        return to_.masks;
-    }
-
-    unsigned shadow_bits(const StreamInfo &stream, int level) const {
-        return rules_.set.shadow_bits[stream.light][static_cast<std::size_t>(level)];
-    }
+    unsigned bits(const StreamInfo &stream, int level) const { return bits_per_point(stream, rules_.set, level); }
 
     Status read_plain(ByteView bytes, const StreamInfo &stream, bool zstd) {
-        std::vector<std::uint16_t> &normals = to_.points.normals;
-        if (stream.kind == StreamKind::normal) {
-            if (Status status =
-                    decode_frame(bytes, zstd, {reinterpret_cast<std::uint8_t *>(normals.data()), 2 * normals.size()},
-                                 offset_, rules_.wording);
-                !status)
-                return status;
-            return check_normals(normals, offset_, rules_.wording);
-        }
         if (stream.kind == StreamKind::shadow)
-            return read_lit_fractions(bytes, stream, zstd, to_.points.shadows[stream.light]);
-        return decode_frame(bytes, zstd, bytes_of(stream), offset_, rules_.wording);
+            return read_lit_fractions(bytes, stream, zstd, to_.points.values(stream));
+        const std::span<std::uint8_t> to =
+            stream.kind == StreamKind::masks ? std::span(to_.masks) : bytes_of(to_.points, stream);
+        Status status = decode_frame(bytes, zstd, to, offset_, rules_.wording);
+        if (status && stream.kind == StreamKind::normal)
+            status = check_normals(to_.points.normals, offset_, rules_.wording);
+        return status;
     }
 
     Status read_lit_fractions(ByteView bytes, const StreamInfo &stream, bool zstd, std::span<std::uint8_t> values) {
-        const unsigned bits = shadow_bits(stream, rules_.level);
+        const unsigned bits = this->bits(stream, rules_.level);
         scratch_.packed.resize((entry_.shape.points * std::size_t{bits} + 7) / 8);
         if (Status status = decode_frame(bytes, zstd, scratch_.packed, offset_, rules_.wording); !status)
             return status;
@@ -175,25 +153,25 @@ class Decoder {
 
     // The filters of one plane.
     Status read_values(PlaneCursor &planes, const StreamInfo &stream, Filter filter) {
-        ByteView codes;
-        PointAttributes &points = to_.points;
-        const PointView &nodes = parents_.nodes;
         if (filter == Filter::shadow)
             return read_shadows(planes, stream);
+        ByteView codes;
         const std::size_t size = filter == Filter::radius ? entry_.shape.points : scratch_.layout.codes();
         if (Status status = read_plane(planes, 0, size, codes); !status)
             return status;
+        const ByteView nodes = parents_.nodes.values(stream);
+        Bytes &points = to_.points.values(stream);
         if (filter == Filter::radius)
-            unfilter_radii(scratch_, nodes.radii, radius_predictions(rules_.level, rules_.finest), codes, points.radii);
+            unfilter_radii(scratch_, nodes, radius_predictions(rules_.level, rules_.finest), codes, points);
         else if (filter == Filter::material)
-            unfilter_materials(scratch_, nodes.materials, codes, points.materials);
+            unfilter_materials(scratch_, nodes, codes, points);
         else
-            unfilter_textures(scratch_, nodes.textures, codes, points.textures);
+            unfilter_textures(scratch_, nodes, codes, points);
         return {};
     }
 
     Status read_shadows(PlaneCursor &planes, const StreamInfo &stream) {
-        const unsigned bits = shadow_bits(stream, rules_.level);
+        const unsigned bits = this->bits(stream, rules_.level);
         Bytes &codes = scratch_.planes[1];
         codes.resize(std::max(codes.size(), entry_.shape.points + kSlack));
         ByteView stored;
@@ -204,28 +182,21 @@ class Decoder {
         if (Status status = read_lit_fractions(stored, stream, zstd, std::span(codes).first(entry_.shape.points));
             !status)
             return status;
-        unfilter_shadows(scratch_, parents_.nodes.shadows[stream.light],
-                         shadow_predictions(shadow_bits(stream, rules_.level - 1), bits), bits,
-                         ByteView(codes).first(entry_.shape.points), to_.points.shadows[stream.light]);
+        unfilter_shadows(scratch_, parents_.nodes.values(stream),
+                         shadow_predictions(this->bits(stream, rules_.level - 1), bits), bits,
+                         ByteView(codes).first(entry_.shape.points), to_.points.values(stream));
         return {};
     }
 
     // Masks first: they say where the points of the other streams have their parents.
     Status prove(const StreamInfo &stream) {
-        switch (stream.kind) {
-        case StreamKind::masks: return prove_masks();
-        case StreamKind::normal:
+        if (stream.kind == StreamKind::masks)
+            return prove_masks();
+        if (stream.kind == StreamKind::normal)
             return cone_is_proven_
                        ? Status()
                        : check_cone(to_.points.normals, entry_.cone, scratch_.outside, offset_, rules_.wording);
-        case StreamKind::radius: return check_radii(to_.points.radii, rules_.finest, offset_, rules_.wording);
-        case StreamKind::material:
-            return check_materials(to_.points.materials, rules_.material_count, offset_, rules_.wording);
-        case StreamKind::colour:
-        case StreamKind::texture:
-        case StreamKind::shadow: return {};
-        }
-        return {};
+        return check_values(stream, to_.points.values(stream), rules_, offset_);
     }
 
     Status prove_masks() {
@@ -262,15 +233,13 @@ void place_chunk(const Chunk &chunk, const ChunkEntry &entry, const AttributeSet
     const auto copy = [](const auto &source, auto &target, std::uint64_t at) {
         std::copy(source.begin(), source.end(), target.begin() + static_cast<std::ptrdiff_t>(at));
     };
-    const std::uint64_t first = entry.first_point;
     copy(chunk.masks, level.masks, entry.first_node);
-    copy(chunk.points.normals, level.points.normals, first);
-    copy(chunk.points.radii, level.points.radii, first);
-    copy(chunk.points.colours, level.points.colours, first * static_cast<std::uint64_t>(set.colour_bytes()));
-    copy(chunk.points.materials, level.points.materials, set.material ? first : 0);
-    copy(chunk.points.textures, level.points.textures, set.texture ? first : 0);
-    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
-        copy(chunk.points.shadows[light], level.points.shadows[light], first);
+    for_columns(
+        set,
+        [&](const StreamInfo &, std::size_t width, const auto &source, auto &target) {
+            copy(source, target, width * entry.first_point);
+        },
+        chunk.points, level.points);
 }
 
 } // namespace pbm

@@ -64,37 +64,27 @@ Status check_content_id(const FileHeader &header, const ContentId &id) {
     return broken("8.1", 72, "content_id is not that of the content", text_of(id), text_of(header.content_id));
 }
 
-namespace {
-
-template <class T> std::size_t first_difference(const std::vector<T> &a, const std::vector<T> &b) {
-    return static_cast<std::size_t>(std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first - a.begin());
-}
-
-} // namespace
-
 WrongAverage find_wrong_average(const PointAttributes &stored, const PointAttributes &computed,
                                 const AttributeSet &set) {
     WrongAverage wrong{.point = stored.size(), .attribute = "", .expected = {}, .actual = {}};
-    const auto look = [&](const char *attribute, const auto &is, const auto &should, std::size_t per_point) {
-        const std::size_t at = first_difference(is, should);
-        if (at >= is.size() || at / per_point >= wrong.point)
-            return;
-        wrong = {at / per_point, attribute, should[at], is[at]};
-    };
-    look("normal", stored.normals, computed.normals, 1);
-    look("radius", stored.radii, computed.radii, 1);
-    look("colour", stored.colours, computed.colours, static_cast<std::size_t>(std::max(1, set.colour_bytes())));
-    look("material", stored.materials, computed.materials, 1);
-    look("texture value", stored.textures, computed.textures, 1);
-    for (std::size_t light = 0; light < stored.shadows.size(); ++light)
-        look("lit fraction", stored.shadows[light], computed.shadows[light], 1);
+    for_columns(
+        set,
+        [&](const StreamInfo &stream, std::size_t width, const auto &is, const auto &should) {
+            const auto differs = std::mismatch(is.begin(), is.end(), should.begin(), should.end());
+            if (differs.first == is.end())
+                return;
+            const std::size_t point = static_cast<std::size_t>(differs.first - is.begin()) / width;
+            if (point < wrong.point)
+                wrong = {point, traits_of(stream.kind).value_name, *differs.second, *differs.first};
+        },
+        stored, computed);
     return wrong;
 }
 
 Error wrong_averages(std::uint64_t offset, std::size_t level, const WrongAverage &first) {
     return broken("7.1", offset,
                   "level " + std::to_string(level) + " does not hold the averages of the finest points: " +
-                      first.attribute + " of point " + std::to_string(first.point),
+                      std::string(first.attribute) + " of point " + std::to_string(first.point),
                   first.expected, first.actual);
 }
 

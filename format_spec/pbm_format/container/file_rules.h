@@ -22,7 +22,7 @@ Error wrong_split(std::uint64_t offset, const ChunkShape *expected, const ChunkS
 // The first point of a level, and of its attributes the first, that is no average.
 struct WrongAverage {
     std::size_t point;
-    const char *attribute;
+    std::string_view attribute;
     Value expected, actual; // of a colour the first byte that differs
 };
 WrongAverage find_wrong_average(const PointAttributes &stored, const PointAttributes &computed,

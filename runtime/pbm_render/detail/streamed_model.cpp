@@ -107,7 +107,8 @@ DetailSelection StreamedModel::select(const DetailView &view) const {
         levels.push_back({.directory = levels_[index_of(level)].directory, .chunks = levels_[index_of(level)].states});
     DetailView possible = view;
     possible.finest = std::min(view.finest, finest_);
-    return select_detail(reader_.parameters().grid, reader_.header().root.radius, levels, possible);
+    return select_detail(reader_.parameters().grid, reader_.header().root.value({StreamKind::radius}), levels,
+                         possible);
 }
 
 void StreamedModel::use(ChunkPlace place) { level_of(place).slots[place.index].last_view = view_; }
@@ -276,16 +277,18 @@ Result<StreamedModel::ChunkPointer> StreamedModel::load_chunk(Task &task) const 
         const AttributeSet &set = reader_.parameters().attributes;
         for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light) {
             chunk->packed_shadows[light] = pack_bits(points.shadows[light], set.shadow_bits[light][index_of(level)]);
-            chunk->view.packed_shadows[light] = chunk->packed_shadows[light];
+            chunk->view.shadows[light] = chunk->packed_shadows[light];
             if (level == reader_.depth()) // nothing below it needs them
                 chunk->decoded.points.shadows[light] = {};
         }
         chunk->view.masks = masks;
-        chunk->view.normals = points.normals;
-        chunk->view.radii = points.radii;
-        chunk->view.colours = points.colours;
-        chunk->view.materials = points.materials;
-        chunk->view.textures = points.textures;
+        for_columns(
+            set,
+            [&](const StreamInfo &stream, std::size_t, auto &view, const auto &column) {
+                if (stream.kind != StreamKind::shadow)
+                    view = column;
+            },
+            chunk->view, points);
         chunk->view.bricks = chunk->bricks;
         chunk->finish(level);
         return ChunkPointer(std::move(chunk));

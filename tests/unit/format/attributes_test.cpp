@@ -1,5 +1,6 @@
+#include "pbm_format/model/colour.h"
 #include "pbm_format/model/normal.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/radius.h"
 
 #include "unit/support/test_models.h"
 

@@ -1,7 +1,7 @@
 #include "pbm_build/surface/merge_surfaces.h"
 
 #include "pbm_build/surface/vertex_normals.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/streams.h"
 
 #include <algorithm>
 #include <limits>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pbm_build/voxels/sample.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/streams.h"
 
 #include <algorithm>
 #include <array>
