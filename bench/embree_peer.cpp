@@ -1,7 +1,7 @@
 #include "embree_peer.h"
 
 #include "embree_scene.h"
-#include "pbm_format/model/colour.h"
+#include "pbm_format/model/point_values.h"
 #include "system/threads/worker_pool.h"
 
 #include <glm/geometric.hpp>

@@ -94,15 +94,12 @@ pbm::Result<FileSizes> measure(pbm::Reader &reader, pbm::ByteView file) {
             size.streams.push_back({.type = stream.type});
         for (const pbm::ChunkEntry &chunk : (*directory)->chunks) {
             size.bricks += chunk.shape.bricks;
-            for (std::size_t s = 0; s < infos.size(); ++s) {
-                size.streams[s].stored_bytes += chunk.streams[s].stored_bytes;
-                size.streams[s].raw_bytes +=
-                    pbm::raw_stream_bytes(infos[s], set, level, chunk.shape.nodes, chunk.shape.points);
-            }
-        }
-        for (std::size_t s = 0; s < infos.size(); ++s) {
-            sizes.streams[s].stored_bytes += size.streams[s].stored_bytes;
-            sizes.streams[s].raw_bytes += size.streams[s].raw_bytes;
+            for (std::size_t s = 0; s < infos.size(); ++s)
+                for (StreamSize *const sum : {&size.streams[s], &sizes.streams[s]}) {
+                    sum->stored_bytes += chunk.streams[s].stored_bytes;
+                    sum->raw_bytes +=
+                        pbm::raw_stream_bytes(infos[s], set, level, chunk.shape.nodes, chunk.shape.points);
+                }
         }
         sizes.levels.push_back(std::move(size));
     }

@@ -51,29 +51,32 @@ class Decoder {
     // Kept by each thread, so that a chunk costs no allocation.
     static UnfilterScratch &scratch() { return per_thread<UnfilterScratch>(); }
 
-    unsigned bits(const StreamInfo &stream, int level) const { return bits_per_point(stream, rules_.set, level); }
-
     Status read_plain(ByteView bytes, const StreamInfo &stream, bool zstd) {
-        if (stream.kind == StreamKind::shadow)
-            return read_lit_fractions(bytes, stream, zstd, to_.points.values(stream));
-        const std::span<std::uint8_t> to =
+        std::span<std::uint8_t> to =
             stream.kind == StreamKind::masks ? std::span(to_.masks) : bytes_of(to_.points, stream);
+        if (stream.kind == StreamKind::shadow) {
+            scratch_.packed.resize(packed_bytes(stream));
+            to = scratch_.packed;
+        }
         Status status = decode_frame(bytes, zstd, to, offset_, rules_.wording);
         if (status && stream.kind == StreamKind::normal)
             status = check_normals(to_.points.normals, offset_, rules_.wording);
+        if (status && stream.kind == StreamKind::shadow)
+            status = unpack(to, stream, to_.points.values(stream));
         return status;
     }
 
-    Status read_lit_fractions(ByteView bytes, const StreamInfo &stream, bool zstd, std::span<std::uint8_t> values) {
-        const unsigned bits = this->bits(stream, rules_.level);
-        scratch_.packed.resize((entry_.shape.points * std::size_t{bits} + 7) / 8);
-        if (Status status = decode_frame(bytes, zstd, scratch_.packed, offset_, rules_.wording); !status)
-            return status;
-        if (Status status = check_packed_tail(scratch_.packed, entry_.shape.points, bits, offset_, rules_.wording);
-            !status)
-            return status;
-        unpack_bits(scratch_.packed, bits, values);
-        return {};
+    unsigned bits(const StreamInfo &stream, int level) const { return bits_per_point(stream, rules_.set, level); }
+    std::size_t packed_bytes(const StreamInfo &stream) const {
+        return raw_stream_bytes(stream, rules_.set, rules_.level, 0, entry_.shape.points);
+    }
+    // Of lit fractions.
+    Status unpack(ByteView packed, const StreamInfo &stream, std::span<std::uint8_t> values) const {
+        const unsigned width = bits(stream, rules_.level);
+        Status status = check_packed_tail(packed, entry_.shape.points, width, offset_, rules_.wording);
+        if (status)
+            unpack_bits(packed, width, values);
+        return status;
     }
 
     // Plane `index` as `size` bytes with kSlack bytes behind them.
@@ -171,20 +174,18 @@ class Decoder {
     }
 
     Status read_shadows(PlaneCursor &planes, const StreamInfo &stream) {
-        const unsigned bits = this->bits(stream, rules_.level);
-        Bytes &codes = scratch_.planes[1];
-        codes.resize(std::max(codes.size(), entry_.shape.points + kSlack));
-        ByteView stored;
-        bool zstd = false;
-        const std::size_t size = (std::size_t{entry_.shape.points} * bits + 7) / 8;
-        if (!planes.next(size, stored, zstd))
-            return impossible_planes(offset_, rules_.wording);
-        if (Status status = read_lit_fractions(stored, stream, zstd, std::span(codes).first(entry_.shape.points));
-            !status)
+        ByteView packed;
+        if (Status status = read_plane(planes, 0, packed_bytes(stream), packed); !status)
             return status;
+        Bytes &memory = scratch_.planes[1];
+        memory.resize(std::max(memory.size(), entry_.shape.points + kSlack));
+        const std::span<std::uint8_t> codes = std::span(memory).first(entry_.shape.points);
+        if (Status status = unpack(packed, stream, codes); !status)
+            return status;
+        const unsigned here = bits(stream, rules_.level);
         unfilter_shadows(scratch_, parents_.nodes.values(stream),
-                         shadow_predictions(this->bits(stream, rules_.level - 1), bits), bits,
-                         ByteView(codes).first(entry_.shape.points), to_.points.values(stream));
+                         shadow_predictions(bits(stream, rules_.level - 1), here), here, codes,
+                         to_.points.values(stream));
         return {};
     }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "pbm_format/chunks/stream_rules.h"
-#include "pbm_format/streams/stream_view.h"
 
 namespace pbm {
 

@@ -291,21 +291,20 @@ Status check_root(const RootRecord &root, const ModelParameters &parameters) {
                       text_of(set.colour == ColourFormat::none ? Rgb8{} : rounded), text_of(colour));
     for (const StreamInfo &stream : point_streams()) {
         const StreamTraits &traits = traits_of(stream.kind);
+        const bool material = stream.kind == StreamKind::material, present = bytes_per_point(stream, set) != 0;
+        const std::size_t limit = material  ? parameters.materials.size()
+                                  : present ? std::size_t{1} << std::min(bits_per_point(stream, set, 0), 8U)
+                                            : 1;
         const std::uint8_t value = root.value(stream);
+        if (value < limit || stream.kind == StreamKind::colour)
+            continue;
         const std::uint64_t at = kAt + traits.root_at + stream.light;
-        if (stream.kind == StreamKind::material) {
-            if (value >= parameters.materials.size())
-                return broken("2.15", at, "the root's material does not exist",
-                              "below " + std::to_string(parameters.materials.size()), value);
-        } else if (stream.kind == StreamKind::shadow) {
-            const unsigned bits = bytes_per_point(stream, set) != 0 ? bits_per_point(stream, set, 0) : 0U;
-            if (value >= 1U << bits)
-                return broken("2.17", at, "the root's lit fraction is out of range",
-                              "below " + std::to_string(1U << bits), value);
-        } else if (traits.flag != nullptr && !(set.*traits.flag) && value != 0) {
-            return broken("2.16", at, "the root has a " + std::string(traits.value_name) + ", the file has none", 0,
-                          value);
-        }
+        const std::string below = "below " + std::to_string(limit);
+        return material ? broken("2.15", at, "the root's material does not exist", below, value)
+               : stream.kind == StreamKind::shadow
+                   ? broken("2.17", at, "the root's lit fraction is out of range", below, value)
+                   : broken("2.16", at, "the root has a " + std::string(traits.value_name) + ", the file has none", 0,
+                            value);
     }
     return {};
 }

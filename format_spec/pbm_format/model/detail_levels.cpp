@@ -33,10 +33,6 @@ std::uint32_t scale_to_byte(unsigned bits) { return 255U / ((1U << bits) - 1U); 
 // Mean, halves up.
 std::uint64_t mean(std::uint64_t sum, std::uint64_t votes) { return (2 * sum + votes) / (2 * votes); }
 
-std::uint16_t quantise_sum(const std::array<std::int64_t, 3> &sum) {
-    return quantise_normal(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2]));
-}
-
 // BVG.md 7.3: thin walls, whose normals cancel, become two-sided points with the normal of their plane.
 std::uint16_t average_normal(const CommonSums &sums) {
     Uint128 length_squared = 0;
@@ -46,7 +42,7 @@ std::uint16_t average_normal(const CommonSums &sums) {
     }
     const Uint128 full = static_cast<Uint128>(sums.votes) * 32767;
     if (!sums.two_sided && 4 * length_squared >= full * full)
-        return quantise_sum(sums.normal);
+        return quantise_normal(sums.normal);
     const auto &m = sums.moment;
     const std::array<std::array<std::int64_t, 3>, 3> columns{
         {{m[0], m[1], m[2]}, {m[1], m[3], m[4]}, {m[2], m[4], m[5]}}};
@@ -62,7 +58,7 @@ std::uint16_t average_normal(const CommonSums &sums) {
     if (along < 0)
         for (std::int64_t &component : normal)
             component = -component;
-    return quantise_sum(normal) | kTwoSidedBit;
+    return quantise_normal(normal) | kTwoSidedBit;
 }
 
 // Depth-first walk below some nodes of one level, with one cursor per level.
@@ -76,9 +72,9 @@ template <class Sums> class Averager {
           linear_(linear_table().data()) {
         for (const StreamInfo &stream : streams_of(set_))
             if (traits_of(stream.kind).average == Average::mean)
-                means_[mean_count_++] = {.stream = stream,
-                                         .finest = finest_.values(stream).data(),
-                                         .scale = scale_to_byte(bits_per_point(stream, set_, depth_))};
+                means_.push_back({.stream = stream,
+                                  .finest = finest_.values(stream).data(),
+                                  .scale = scale_to_byte(bits_per_point(stream, set_, depth_))});
     }
 
     // Averages the next node of `level` and everything below it, down to the finest level, or to `last_level`, whose
@@ -134,7 +130,7 @@ template <class Sums> class Averager {
         if constexpr (kEverything) {
             if (set_.material)
                 to.materials[finest_.materials[point]] += 1;
-            for (std::size_t i = 0; i < mean_count_; ++i)
+            for (std::size_t i = 0; i < means_.size(); ++i)
                 to.means[i] += means_[i].finest[point] * means_[i].scale;
         }
     }
@@ -172,7 +168,7 @@ template <class Sums> class Averager {
             for (std::size_t m = 0; m < kMaxMaterials; ++m)
                 parent.materials[m] += sums.materials[m];
         }
-        for (std::size_t i = 0; i < mean_count_; ++i) {
+        for (std::size_t i = 0; i < means_.size(); ++i) {
             const StreamInfo &stream = means_[i].stream;
             const std::uint64_t scale = scale_to_byte(bits_per_point(stream, set_, level));
             points.values(stream)[index] = static_cast<std::uint8_t>(mean(sums.means[i], sums.votes * scale));
@@ -200,8 +196,7 @@ template <class Sums> class Averager {
         const std::uint8_t *finest;
         std::uint32_t scale; // of its values to 0..255
     };
-    std::array<Mean, kMaxStreams> means_{};
-    std::size_t mean_count_ = 0;
+    std::vector<Mean> means_;
     std::array<std::array<std::uint8_t, 256>, kMaxDepth + 1> covering_{};
 };
 

@@ -3,7 +3,6 @@
 
 #include "pbm_format/model/image.h"
 #include "pbm_format/model/octree.h"
-#include "pbm_format/model/radius.h"
 #include "pbm_format/model/streams.h"
 
 #include <array>

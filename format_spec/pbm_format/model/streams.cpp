@@ -43,19 +43,8 @@ Filter filter_of(const StreamInfo &stream, const AttributeSet &set) {
 }
 
 std::size_t plane_count(Filter filter) {
-    switch (filter) {
-    case Filter::none:
-    case Filter::texels: return 0;
-    case Filter::normal: return 2;
-    case Filter::colour565:
-    case Filter::colour888: return 3;
-    case Filter::mask_rank:
-    case Filter::radius:
-    case Filter::material:
-    case Filter::texture:
-    case Filter::shadow: return 1;
-    }
-    return 0;
+    constexpr std::array<std::uint8_t, 10> kPlanes{0, 1, 2, 1, 3, 3, 1, 1, 1, 0};
+    return kPlanes.at(static_cast<std::size_t>(filter));
 }
 
 std::size_t bytes_per_point(const StreamInfo &stream, const AttributeSet &set) {

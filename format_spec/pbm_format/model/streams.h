@@ -5,9 +5,9 @@
 // docs/how-to/add-an-attribute.md shows one from a scan to a picture.
 #pragma once
 
-#include "pbm_format/model/colour.h"
 #include "pbm_format/model/normal.h"
 #include "pbm_format/model/octree.h"
+#include "pbm_format/model/point_values.h"
 #include "system/bytes.h"
 
 #include <array>
@@ -65,25 +65,18 @@ enum class Filter : std::uint8_t {
     texels = 9 // of tiles of rasters: texel_filter.h
 };
 
-// How the value of a coarser point follows from the points below it. BVG.md section 7
-enum class Average : std::uint8_t {
-    none,         // it does not
-    normal,       // of their sum, or of the plane of a thin wall
-    covering,     // the smallest radius that covers the children
-    linear_light, // mean of the finest points, in linear light
-    vote,         // the value that most of the finest points have; of equals the lowest
-    mean          // mean of the finest points, halves up
-};
+// How the value of a coarser point follows from the points below it: the normal of their sum or plane, the smallest
+// radius that covers them, the mean in linear light, the value of most of them, or their mean. BVG.md section 7
+enum class Average : std::uint8_t { none, normal, covering, linear_light, vote, mean };
 
 struct StreamTraits {
     StreamKind kind;
-    std::string_view name;              // of the stream, in tables
-    std::string_view value_name;        // of one value, in messages
-    Filter filter;                      // the only one besides none; colours of 24 bits have the next one
-    Average average;                    //
+    std::string_view name;       // of the stream, in tables
+    std::string_view value_name; // of one value, in messages
+    Filter filter;               // the only one besides none; colours of 24 bits have the next one
+    Average average;
     std::uint8_t root_at = 0;           // byte of the header's root record at which its value stands
-    bool AttributeSet::*flag = nullptr; // set where files have the stream; null of masks, normals, radii: always there;
-                                        // of colours and shadows, whose formats say it
+    bool AttributeSet::*flag = nullptr; // set where files have the stream; null where there is no choice, or a format
     std::string_view ply_property = {}; // of exported points that takes the value as it is; empty: none
 };
 
@@ -172,7 +165,6 @@ std::string name_of(const StreamInfo &stream);
 Filter filter_of(const StreamInfo &stream, const AttributeSet &set);
 // Planes of a stream of a chunk with that filter: 1 to 3, 0 for none. Those of tiles have one for each channel.
 std::size_t plane_count(Filter filter);
-inline constexpr std::size_t kMaxPlanes = 3;
 
 // Bytes of one point in the stream's column; 0 of masks and where the set lacks the stream.
 std::size_t bytes_per_point(const StreamInfo &stream, const AttributeSet &set);
@@ -197,6 +189,20 @@ PointView view_points(const PointAttributes &points, std::size_t first, std::siz
 // The bytes of any stream, normals included.
 std::span<std::uint8_t> bytes_of(PointAttributes &points, const StreamInfo &stream);
 ByteView bytes_of(const PointView &points, const StreamInfo &stream);
+
+// The nodes of level L - 1 below a chunk's root, whose children are the chunk's points.
+struct ParentNodes {
+    ByteView masks;  // of level L - 1, one per node of level L - 2, whose children these nodes are; empty for L = 1
+    PointView nodes; // one per mask of the chunk
+};
+
+// What there is to know about a stream besides its points.
+struct StreamContext {
+    const AttributeSet &set;
+    StreamInfo stream;
+    int level;
+    bool finest; // level is the depth
+};
 
 // Lit fractions of `bits` bits each, lowest bits first, and back. BVG.md 6.6
 Bytes pack_bits(ByteView values, unsigned bits);

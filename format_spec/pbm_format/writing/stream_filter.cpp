@@ -130,20 +130,13 @@ bool filter_colours_565(ByteView masks, ByteView points, ByteView parents, std::
         });
 }
 
-bool filter_materials(ByteView masks, ByteView points, ByteView parents, Bytes &codes) {
+// Streams of a byte per point: `code(to, from)` says how a point differs from its parent.
+template <class Code>
+bool filter_bytes(ByteView masks, ByteView points, ByteView parents, std::vector<Bytes> &planes, Code &&code) {
+    PlaneWriter codes(planes[0], count_siblings(masks));
     return for_siblings(
         masks, [&](std::size_t node, std::size_t point) { return points[point] == parents[node]; },
-        [&](std::size_t node, std::size_t point) {
-            codes.push_back(static_cast<std::uint8_t>(points[point] ^ parents[node]));
-        });
-}
-
-bool filter_textures(ByteView masks, ByteView points, ByteView parents, Bytes &codes) {
-    return for_siblings(
-        masks, [&](std::size_t node, std::size_t point) { return points[point] == parents[node]; },
-        [&](std::size_t node, std::size_t point) {
-            codes.push_back(static_cast<std::uint8_t>(zigzag(points[point] - parents[node], 8)));
-        });
+        [&](std::size_t node, std::size_t point) { codes.push(code(points[point], parents[node])); });
 }
 
 // Radii and lit fractions of only children are no copies of their parents': every point has a code.
@@ -172,8 +165,14 @@ std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, By
     case Filter::normal: possible = filter_normals(masks, points.normals, parents.nodes.normals, planes); break;
     case Filter::colour565: possible = filter_colours_565(masks, values(points), values(parents.nodes), planes); break;
     case Filter::colour888: possible = filter_colours_888(masks, values(points), values(parents.nodes), planes); break;
-    case Filter::material: possible = filter_materials(masks, values(points), values(parents.nodes), planes[0]); break;
-    case Filter::texture: possible = filter_textures(masks, values(points), values(parents.nodes), planes[0]); break;
+    case Filter::material:
+        possible = filter_bytes(masks, values(points), values(parents.nodes), planes,
+                                [](unsigned to, unsigned from) { return to ^ from; });
+        break;
+    case Filter::texture:
+        possible = filter_bytes(masks, values(points), values(parents.nodes), planes,
+                                [](int to, int from) { return zigzag(to - from, 8); });
+        break;
     case Filter::radius: {
         planes[0].resize(values(points).size());
         for_children(masks, [from = values(parents.nodes).data(), radii = values(points).data(),

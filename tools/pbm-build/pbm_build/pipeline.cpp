@@ -125,14 +125,12 @@ void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads
 // The scene around the points, and what of it is baked into them.
 Status furnish(Surface surface, Voxels &voxels, Model &model, const Run &run) {
     const BuildOptions &options = run.options;
-    BuildStatistics &statistics = run.statistics;
-    StepClock &clock = run.clock;
     const SceneRequest &request = options.scene;
     const int threads = options.threads;
     ModelParameters &parameters = model.parameters;
     const Grid &grid = parameters.grid;
     AttributeSet &set = parameters.attributes;
-    Result<Scene> scene = place_scene(request, grid, voxels.codes, parameters.materials, statistics);
+    Result<Scene> scene = place_scene(request, grid, voxels.codes, parameters.materials, run.statistics);
     if (!scene)
         return scene.error();
     set.texture = !scene->texture.empty();
@@ -140,9 +138,9 @@ Status furnish(Surface surface, Voxels &voxels, Model &model, const Run &run) {
     if (set.lights == 0)
         surface = {};
     if (set.texture || (scene->ground && scene->ground->texture))
-        clock.run("solid texture", [&] { evaluate_solid_texture(request, *scene, voxels, model, threads); });
+        run.clock.run("solid texture", [&] { evaluate_solid_texture(request, *scene, voxels, model, threads); });
     if (set.lights > 0)
-        clock.run("shadows", [&](auto shadow_progress) {
+        run.clock.run("shadows", [&](auto shadow_progress) {
             bake_shadows(request, *scene, std::move(surface), voxels, model, threads, shadow_progress);
         });
     parameters.lights = std::move(scene->lights);
@@ -174,15 +172,14 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (Status bounded = check_bounds(bounds); !bounded)
         return bounded.error();
     const AttributeSet set = choose_attributes(surface, options.colour);
-    Result<std::string> metadata =
-        make_metadata({.credits = options.credits,
-                       .grid = options.grid,
-                       .placement = options.placement,
-                       .points = point_request(options),
-                       .colour = set.colour,
-                       .coding = {.storage = options.storage, .compression_level = options.compression_level},
-                       .flip_faces = options.flip_faces,
-                       .scene = options.scene.given});
+    Result<std::string> metadata = make_metadata({options.credits,
+                                                  options.grid,
+                                                  options.placement,
+                                                  point_request(options),
+                                                  set.colour,
+                                                  {options.storage, options.compression_level},
+                                                  options.flip_faces,
+                                                  options.scene.given});
     if (!metadata)
         return metadata.error();
 

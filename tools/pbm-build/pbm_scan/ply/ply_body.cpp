@@ -89,6 +89,22 @@ template <class Source> class BodyReader {
 
     // Reads one row; `scalar` gets the value of every property that is no list, `list` the lists that have a role.
     template <class ScalarUse, class ListUse> bool read_row(const PlyElement &element, ScalarUse scalar, ListUse list);
+    template <class ScalarUse, class ListUse>
+    bool read_rows(const PlyElement &element, ScalarUse scalar, ListUse list) {
+        while (row_ < element.count && read_row(element, scalar, list))
+            ++row_;
+        return row_ == element.count;
+    }
+    // Calls `use` with each index of the list in hand.
+    template <class Use> bool read_indices(const PlyProperty &property, std::int64_t least, Use use) {
+        std::size_t length = 0;
+        std::int64_t index = 0;
+        if (!in_.begin_list(property, length))
+            return false;
+        for (; length > 0 && read_index(property.type, least, index); --length)
+            use(index);
+        return length == 0;
+    }
 
     void report_progress() {
         if (options_.progress && !bytes_.empty())
@@ -239,11 +255,8 @@ template <class Source> bool BodyReader<Source>::read_element(const PlyElement &
     if constexpr (!Source::kIsText)
         if (!has_lists(element)) // check_counts has seen that the product fits the file
             return in_.skip(static_cast<std::size_t>(element.count) * least_row_size(element, false));
-    for (; row_ < element.count; ++row_)
-        if (!read_row(
-                element, [](std::size_t, double) {}, [](const PlyProperty &) { return true; }))
-            return false;
-    return true;
+    return read_rows(
+        element, [](std::size_t, double) {}, [](const PlyProperty &) { return true; });
 }
 
 template <class Source> bool BodyReader<Source>::read_vertex(const PlyElement &element) {
@@ -276,12 +289,9 @@ template <class Source> bool BodyReader<Source>::read_vertex(const PlyElement &e
             return true;
         }
     }
-    for (; row_ < element.count; ++row_)
-        if (!read_row(
-                element, [&](std::size_t k, double value) { store(columns[k], row_, value); },
-                [](const PlyProperty &) { return true; }))
-            return false;
-    return true;
+    return read_rows(
+        element, [&](std::size_t k, double value) { store(columns[k], row_, value); },
+        [](const PlyProperty &) { return true; });
 }
 
 // An index of a vertex, or a negative value down to `least`.
@@ -383,17 +393,9 @@ template <class Source> bool BodyReader<Source>::read_face(const PlyElement &ele
             colour[static_cast<int>(role) - static_cast<int>(PlyRole::red)] = static_cast<float>(value);
     };
     const auto list = [&](const PlyProperty &property) {
-        std::size_t length = 0;
-        if (!in_.begin_list(property, length))
-            return false;
         corners_.clear();
-        for (std::size_t i = 0; i < length; ++i) {
-            std::int64_t index = 0;
-            if (!read_index(property.type, 0, index))
-                return false;
-            corners_.push_back(static_cast<std::uint32_t>(index));
-        }
-        return true;
+        return read_indices(property, 0,
+                            [&](std::int64_t index) { corners_.push_back(static_cast<std::uint32_t>(index)); });
     };
     // A triangle takes at least four numbers, so this stays below a small multiple of the file's size.
     const std::size_t least = Source::kIsText ? 8 : rows.size;
@@ -419,32 +421,20 @@ template <class Source> bool BodyReader<Source>::read_face(const PlyElement &ele
 
 template <class Source> bool BodyReader<Source>::read_strips(const PlyElement &element) {
     const auto list = [&](const PlyProperty &property) {
-        std::size_t length = 0;
-        if (!in_.begin_list(property, length))
-            return false;
         corners_.clear(); // since the last restart
-        for (std::size_t i = 0; i < length; ++i) {
-            std::int64_t index = 0;
-            if (!read_index(property.type, -1, index))
-                return false;
-            if (index < 0) {
-                corners_.clear();
-                continue;
-            }
+        return read_indices(property, -1, [&](std::int64_t index) {
+            if (index < 0)
+                return corners_.clear();
             corners_.push_back(static_cast<std::uint32_t>(index));
             const std::size_t n = corners_.size();
             if (n >= 3) {
                 const bool odd = n % 2 == 0; // every other triangle of a strip is wound the other way
                 add_triangle(corners_[odd ? n - 2 : n - 3], corners_[odd ? n - 3 : n - 2], corners_[n - 1], false);
             }
-        }
-        return true;
+        });
     };
-    for (; row_ < element.count; ++row_)
-        if (!read_row(
-                element, [](std::size_t, double) {}, list))
-            return false;
-    return true;
+    return read_rows(
+        element, [](std::size_t, double) {}, list);
 }
 
 template <class Source> bool BodyReader<Source>::read_range_grid(const PlyElement &element) {
@@ -464,11 +454,8 @@ template <class Source> bool BodyReader<Source>::read_range_grid(const PlyElemen
             body_.grid_cells[row_] = static_cast<std::uint32_t>(index);
         return true;
     };
-    for (; row_ < element.count; ++row_)
-        if (!read_row(
-                element, [](std::size_t, double) {}, list))
-            return false;
-    return true;
+    return read_rows(
+        element, [](std::size_t, double) {}, list);
 }
 
 template <class Source> bool BodyReader<Source>::read_material(const PlyElement &element) {

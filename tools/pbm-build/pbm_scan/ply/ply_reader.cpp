@@ -158,25 +158,18 @@ Result<Outcomes> finish(const PlyHeader &header, const PlyRoles &roles, PlyBody 
 const Outcome *outcome_of(const PlyElement &element, const PlyProperty &property, const PlyRoles &roles,
                           const Outcomes &outcomes) {
     const PlyRole role = property.role;
-    if (role == PlyRole::none)
-        return nullptr;
-    if (role <= PlyRole::z)
-        return &outcomes.positions;
-    if (role <= PlyRole::nz)
-        return &outcomes.normals;
-    if (role <= PlyRole::blue)
-        return element.kind == PlyKind::vertex ? &outcomes.colours : &outcomes.face_colours;
-    if (role == PlyRole::radius)
-        return &outcomes.radii;
-    if (role == PlyRole::material_index)
-        return &outcomes.material_ids;
-    if (role == PlyRole::byte)
-        return &outcomes.bytes[roles.byte_attribute(property)];
-    if (role == PlyRole::corners)
-        return element.kind == PlyKind::face        ? &outcomes.faces
-               : element.kind == PlyKind::tristrips ? &outcomes.strips
-                                                    : &outcomes.grid;
-    return &outcomes.materials;
+    const PlyKind kind = element.kind;
+    return role == PlyRole::none             ? nullptr
+           : role <= PlyRole::z              ? &outcomes.positions
+           : role <= PlyRole::nz             ? &outcomes.normals
+           : role <= PlyRole::blue           ? kind == PlyKind::vertex ? &outcomes.colours : &outcomes.face_colours
+           : role == PlyRole::radius         ? &outcomes.radii
+           : role == PlyRole::material_index ? &outcomes.material_ids
+           : role == PlyRole::byte           ? &outcomes.bytes[roles.byte_attribute(property)]
+           : role != PlyRole::corners        ? &outcomes.materials
+           : kind == PlyKind::face           ? &outcomes.faces
+           : kind == PlyKind::tristrips      ? &outcomes.strips
+                                             : &outcomes.grid;
 }
 
 // One line per group: neighbours with the same outcome, or dropped for the same reason.

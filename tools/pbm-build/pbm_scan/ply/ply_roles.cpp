@@ -107,17 +107,12 @@ void assign_material(PlyElement &material) {
 }
 
 bool starts_with_any(std::string_view name, std::initializer_list<std::string_view> beginnings) {
-    for (const std::string_view beginning : beginnings)
-        if (name.substr(0, beginning.size()) == beginning)
-            return true;
-    return false;
+    return std::any_of(beginnings.begin(), beginnings.end(),
+                       [&](std::string_view beginning) { return name.starts_with(beginning); });
 }
 
 bool is_any(std::string_view name, std::initializer_list<std::string_view> names) {
-    for (const std::string_view other : names)
-        if (name == other)
-            return true;
-    return false;
+    return std::find(names.begin(), names.end(), name) != names.end();
 }
 
 bool has_faces(const PlyHeader &header) {

@@ -1,4 +1,5 @@
-// Colours of points: sRGB of 16 or 24 bits, and linear light to average them in. BVG.md 6.3
+// What values of streams mean: colours, sRGB of 16 or 24 bits, with linear light to average them in; and splat radii,
+// indices of a table of twelve steps per doubling. BVG.md 6.2 and 6.3
 #pragma once
 
 #include "system/bytes.h"
@@ -31,5 +32,17 @@ inline Rgb8 point_colour(ByteView colours, std::size_t i, ColourFormat format) {
 std::span<const std::uint16_t> linear_table();
 // The sRGB value whose linear value is nearest; ties go to the lower one.
 std::uint8_t linear_to_srgb(std::uint32_t linear);
+
+// Radius of an index in units of 2^-40 of the grid's edge: edge x 2^((i - 255) / 12), rounded down. BVG.md table 6.2.
+std::uint64_t radius_fixed(std::uint8_t index);
+// The same as a fraction of the grid's edge.
+double radius_fraction(std::uint8_t index);
+// Smallest index whose radius is at least `fraction` of the grid's edge (255 if none is).
+std::uint8_t radius_index(double fraction);
+// Smallest index that covers children of radius `child_index` from the centre of a node of `level` (6.2.3):
+// radius >= child's radius + sqrt(3)/4 of the node's edge.
+std::uint8_t covering_radius(std::uint8_t child_index, int level);
+// At the finest level a radius is at most 5 % of the grid's edge.
+inline constexpr std::uint8_t kMaxFinestRadius = 203;
 
 } // namespace pbm
