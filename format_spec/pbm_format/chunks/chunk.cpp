@@ -31,6 +31,8 @@ class Decoder {
     Status run() {
         to_.masks.resize(entry_.shape.nodes);
         to_.points.resize(entry_.shape.points, rules_.set);
+        if (!keeps_lit_bytes())
+            to_.points.shadows = {};
         const StreamList streams = streams_of(rules_.set);
         for (std::size_t s = 0; s < streams.size(); ++s) {
             const StreamEntry &stream = entry_.streams[s];
@@ -51,12 +53,15 @@ class Decoder {
     // Kept by each thread, so that a chunk costs no allocation.
     static UnfilterScratch &scratch() { return per_thread<UnfilterScratch>(); }
 
+    bool keeps_lit_bytes() const { return !to_.packs_shadows || !rules_.finest; }
+
     Status read_plain(ByteView bytes, const StreamInfo &stream, bool zstd) {
         std::span<std::uint8_t> to =
             stream.kind == StreamKind::masks ? std::span(to_.masks) : bytes_of(to_.points, stream);
         if (stream.kind == StreamKind::shadow) {
-            scratch_.packed.resize(packed_bytes(stream));
-            to = scratch_.packed;
+            Bytes &packed = to_.packs_shadows ? to_.packed_shadows[stream.light] : scratch_.packed;
+            packed.resize(packed_bytes(stream));
+            to = packed;
         }
         Status status = decode_frame(bytes, zstd, to, offset_, rules_.wording);
         if (status && stream.kind == StreamKind::normal)
@@ -70,7 +75,7 @@ class Decoder {
     std::size_t packed_bytes(const StreamInfo &stream) const {
         return raw_stream_bytes(stream, rules_.set, rules_.level, 0, entry_.shape.points);
     }
-    // Of lit fractions.
+    // Of lit fractions; `values` may be empty.
     Status unpack(ByteView packed, const StreamInfo &stream, std::span<std::uint8_t> values) const {
         const unsigned width = bits(stream, rules_.level);
         Status status = check_packed_tail(packed, entry_.shape.points, width, offset_, rules_.wording);
@@ -182,10 +187,14 @@ class Decoder {
         const std::span<std::uint8_t> codes = std::span(memory).first(entry_.shape.points);
         if (Status status = unpack(packed, stream, codes); !status)
             return status;
+        Bytes &values = keeps_lit_bytes() ? to_.points.values(stream) : scratch_.planes[2];
+        values.resize(std::max(values.size(), std::size_t{entry_.shape.points}));
+        const std::span<std::uint8_t> points = std::span(values).first(entry_.shape.points);
         const unsigned here = bits(stream, rules_.level);
         unfilter_shadows(scratch_, parents_.nodes.values(stream),
-                         shadow_predictions(bits(stream, rules_.level - 1), here), here, codes,
-                         to_.points.values(stream));
+                         shadow_predictions(bits(stream, rules_.level - 1), here), here, codes, points);
+        if (to_.packs_shadows)
+            to_.packed_shadows[stream.light] = pack_bits(points, here);
         return {};
     }
 

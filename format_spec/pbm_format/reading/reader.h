@@ -1,13 +1,12 @@
-// Reading .bvg files: three calls, three promises. BVG.md section 8.
+// Reading .pbvg files: three calls, three promises. BVG.md section 8.
 //
 //   open        proves header, section table and the small sections; touches nothing else
 //   directory   proves the chunk directory of a level (and of those above) when it is first needed
 //   load_chunk  proves a chunk before first use: hash, masks, counts, ranges
 //   view_chunk  the same for a chunk of a mapped file, once, and hands it out where it lies
 //   images      proves the tile directories of the rasters; a tile proves itself when it is first looked at
-//   verify_all  proves everything; agrees with `validate` on every input
 //
-// verify_stored lies between: that nothing was changed since it was written, not that it was written rightly.
+// Each proves what it hands out. Whether the whole file is valid is asked of `verify` in checking/validate.h.
 #pragma once
 
 #include "pbm_format/chunks/chunk.h"
@@ -72,13 +71,6 @@ class Reader {
                 .finest = level == depth()};
     }
 
-    // That every byte is as it was written: padding and the hashes of all sections. Decodes nothing.
-    Status verify_stored() const;
-
-    // Everything: padding, section hashes, directories, chunks, chunk rule, normal cones, averages, rasters,
-    // content_id. Decodes the whole model; more than `max_memory` bytes of it is ErrorCode::memory.
-    Status verify_all(int threads = 0, std::uint64_t max_memory = kDefaultMaxMemory);
-
     // Stored bytes of a chunk.
     ByteView stored(const ChunkEntry &entry) const { return file_.subspan(entry.offset, entry.stored_bytes); }
 
@@ -112,9 +104,6 @@ std::uint64_t decoded_bytes(const TiledImages &images);
 
 // The level's bricks are as many as its directory says. BVG.md 5.10.2
 Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks);
-
-// Where the next raster of that type belongs: lit fractions stand in the order of the lights.
-Image &next_raster(SectionType type, ModelImages &images);
 
 // All levels up to `max_level`, each as contiguous streams, and all rasters.
 Result<Model> load_model(Reader &reader, const LoadOptions &options = {});
