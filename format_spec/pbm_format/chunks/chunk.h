@@ -1,9 +1,7 @@
 // One chunk between memory and file: streams, filters, frames, hash. BVG.md sections 5 and 6.
 #pragma once
 
-#include "pbm_format/container/layout.h"
-#include "pbm_format/law/catalogue.h"
-#include "pbm_format/streams/stream_view.h"
+#include "pbm_format/chunks/stream_rules.h"
 
 namespace pbm {
 
@@ -15,15 +13,6 @@ struct Chunk {
     // then it leaves points.shadows of the finest level empty, since no chunk below needs them.
     std::array<Bytes, kMaxLights> packed_shadows{};
     bool packs_shadows = false;
-};
-
-// What the rules of a chunk need to know of its file.
-struct ChunkRules {
-    const AttributeSet &set;
-    std::size_t material_count;
-    int level;
-    bool finest;                     // level is the depth
-    Wording wording = Wording::full; // of errors; those of padding and bricks always say all
 };
 
 // The parent nodes of the chunk `entry` among masks and points of the level above, of which `first_mask` and

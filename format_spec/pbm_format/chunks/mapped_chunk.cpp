@@ -1,6 +1,5 @@
 #include "pbm_format/chunks/mapped_chunk.h"
 
-#include "pbm_format/chunks/stream_rules.h"
 #include "pbm_format/law/catalogue.h"
 #include "system/threads/per_thread.h"
 
@@ -35,15 +34,12 @@ ChunkView view_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry 
     for_streams(entry, set, [&](const StreamInfo &stream, std::uint64_t at, std::uint64_t size) {
         const ByteView bytes = file.subspan(entry.offset + at, size);
         assert(size == raw_stream_bytes(stream, set, level, entry.shape.nodes, entry.shape.points));
-        switch (stream.kind) {
-        case StreamKind::masks: view.masks = bytes; break;
-        case StreamKind::normal: view.normals = view_as<std::uint16_t>(bytes, entry.shape.points); break;
-        case StreamKind::radius: view.radii = bytes; break;
-        case StreamKind::colour: view.colours = bytes; break;
-        case StreamKind::material: view.materials = bytes; break;
-        case StreamKind::texture: view.textures = bytes; break;
-        case StreamKind::shadow: view.packed_shadows[stream.light] = bytes; break;
-        }
+        if (stream.kind == StreamKind::masks)
+            view.masks = bytes;
+        else if (stream.kind == StreamKind::normal)
+            view.normals = view_as<std::uint16_t>(bytes, entry.shape.points);
+        else
+            view.values(stream) = bytes;
     });
     const std::uint64_t records = bricks.offset + entry.first_brick * kBrickRecordBytes;
     view.bricks =
@@ -81,14 +77,11 @@ Status check_streams(const ChunkEntry &entry, const ChunkView &view, const Chunk
             status = check_normals(view.normals, offset, rules.wording);
             if (status)
                 status = check_cone(view.normals, entry.cone, memory, offset, rules.wording);
-        } else if (stream.kind == StreamKind::radius) {
-            status = check_radii(view.radii, rules.finest, offset, rules.wording);
-        } else if (stream.kind == StreamKind::material) {
-            status = check_materials(view.materials, rules.material_count, offset, rules.wording);
         } else if (stream.kind == StreamKind::shadow) {
-            status = check_packed_tail(view.packed_shadows[stream.light], entry.shape.points,
-                                       rules.set.shadow_bits[stream.light][static_cast<std::size_t>(rules.level)],
-                                       offset, rules.wording);
+            status = check_packed_tail(view.values(stream), entry.shape.points,
+                                       bits_per_point(stream, rules.set, rules.level), offset, rules.wording);
+        } else if (stream.kind != StreamKind::masks) {
+            status = check_values(stream, view.values(stream), rules, offset);
         }
     });
     return status;
@@ -157,16 +150,18 @@ Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &b
 
 void copy_chunk(const ChunkView &view, const AttributeSet &set, int level, Chunk &to) {
     to.masks.assign(view.masks.begin(), view.masks.end());
-    PointAttributes &points = to.points;
-    points.resize(view.normals.size(), set);
-    points.normals.assign(view.normals.begin(), view.normals.end());
-    points.radii.assign(view.radii.begin(), view.radii.end());
-    points.colours.assign(view.colours.begin(), view.colours.end());
-    points.materials.assign(view.materials.begin(), view.materials.end());
-    points.textures.assign(view.textures.begin(), view.textures.end());
-    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
-        unpack_bits(view.packed_shadows[light], set.shadow_bits[light][static_cast<std::size_t>(level)],
-                    points.shadows[light]);
+    to.points.resize(view.normals.size(), set);
+    for (const StreamInfo &stream : streams_of(set)) {
+        if (stream.kind == StreamKind::masks)
+            continue;
+        const std::span<std::uint8_t> column = bytes_of(to.points, stream);
+        if (stream.kind == StreamKind::shadow) {
+            unpack_bits(view.values(stream), bits_per_point(stream, set, level), column);
+        } else {
+            const ByteView stored = bytes_of(view, stream);
+            std::copy(stored.begin(), stored.end(), column.begin());
+        }
+    }
 }
 
 } // namespace pbm

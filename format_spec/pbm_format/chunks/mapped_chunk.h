@@ -6,12 +6,9 @@
 
 namespace pbm {
 
-// Where the streams and bricks of a chunk lie in the file. Those that the AttributeSet lacks are empty.
-struct ChunkView {
+// Where the streams and bricks of a chunk lie in the file. Lit fractions are packed, lowest bits first: BVG.md 6.6
+struct ChunkView : PointView {
     ByteView masks;
-    std::span<const std::uint16_t> normals;
-    ByteView radii, colours, materials, textures;
-    std::array<ByteView, kMaxLights> packed_shadows; // as stored, lowest bits first: BVG.md 6.6
     std::span<const BrickRecord> bricks;
 };
 

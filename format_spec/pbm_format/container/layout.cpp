@@ -105,14 +105,8 @@ Result<FileHeader> decode_header(ByteView file) {
     header.point_count = in.u64();
     header.raw_bytes = in.u64();
     header.content_id = {in.u64(), in.u64()};
-    header.root.normal = in.u16();
-    for (auto &channel : header.root.colour)
-        channel = in.u8();
-    header.root.material = in.u8();
-    header.root.radius = in.u8();
-    header.root.texture = in.u8();
-    for (auto &shadow : header.root.shadow)
-        shadow = in.u8();
+    for (auto &byte : header.root.bytes)
+        byte = in.u8();
     header.chunk_points = in.u32();
     in.zeros(4);
     header.table_hash = in.u64();

@@ -12,7 +12,6 @@
 #pragma once
 
 #include "pbm_format/container/content_id.h"
-#include "pbm_format/model/filter.h"
 #include "pbm_format/model/model.h"
 #include "system/bytes.h"
 #include "system/error.h"
@@ -44,17 +43,6 @@ std::string_view to_string(Storage storage);
 inline constexpr std::uint64_t kMappedFeature = 1;            // required feature bit of mapped files
 inline constexpr std::uint32_t kMappedChunksAlignment = 4096; // of their chunks sections: a page
 inline constexpr std::uint32_t kMappedStreamAlignment = 64;   // of their streams and brick sections: a cache line
-
-// Attributes of the root: the whole model as one point.
-struct RootRecord {
-    std::uint16_t normal = 0;
-    Rgb8 colour{};
-    std::uint8_t material = 0;
-    std::uint8_t radius = 0;
-    std::uint8_t texture = 0;
-    std::array<std::uint8_t, kMaxLights> shadow{};
-    bool operator==(const RootRecord &) const = default;
-};
 
 struct FileHeader {
     std::uint16_t major = kMajorVersion;

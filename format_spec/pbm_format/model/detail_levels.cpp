@@ -23,20 +23,15 @@ struct CommonSums {
 
 // Of the rest.
 struct EverySum : CommonSums {
-    std::array<std::uint64_t, kMaxMaterials> materials{};
-    std::uint64_t texture = 0;
-    std::array<std::uint64_t, kMaxLights> lit{}; // lit fraction x 255
+    std::array<std::uint64_t, kMaxMaterials> materials{}; // votes
+    std::array<std::uint64_t, kMaxStreams> means{};       // of the streams that the model has, on the scale of 8 bits
 };
 
-// Lit fractions of 1, 2, 4 and 8 bits on one scale: 2^bits - 1 divides 255.
-std::uint32_t lit_scale(std::uint8_t bits) { return 255U / ((1U << bits) - 1U); }
+// Values of 1, 2, 4 and 8 bits on one scale: 2^bits - 1 divides 255.
+std::uint32_t scale_to_byte(unsigned bits) { return 255U / ((1U << bits) - 1U); }
 
 // Mean, halves up.
 std::uint64_t mean(std::uint64_t sum, std::uint64_t votes) { return (2 * sum + votes) / (2 * votes); }
-
-std::uint16_t quantise_sum(const std::array<std::int64_t, 3> &sum) {
-    return quantise_normal(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2]));
-}
 
 // BVG.md 7.3: thin walls, whose normals cancel, become two-sided points with the normal of their plane.
 std::uint16_t average_normal(const CommonSums &sums) {
@@ -47,7 +42,7 @@ std::uint16_t average_normal(const CommonSums &sums) {
     }
     const Uint128 full = static_cast<Uint128>(sums.votes) * 32767;
     if (!sums.two_sided && 4 * length_squared >= full * full)
-        return quantise_sum(sums.normal);
+        return quantise_normal(sums.normal);
     const auto &m = sums.moment;
     const std::array<std::array<std::int64_t, 3>, 3> columns{
         {{m[0], m[1], m[2]}, {m[1], m[3], m[4]}, {m[2], m[4], m[5]}}};
@@ -63,7 +58,7 @@ std::uint16_t average_normal(const CommonSums &sums) {
     if (along < 0)
         for (std::int64_t &component : normal)
             component = -component;
-    return quantise_sum(normal) | kTwoSidedBit;
+    return quantise_normal(normal) | kTwoSidedBit;
 }
 
 // Depth-first walk below some nodes of one level, with one cursor per level.
@@ -75,9 +70,11 @@ template <class Sums> class Averager {
         : model_(model), set_(model.parameters.attributes), depth_(static_cast<int>(model.levels.size()) - 1),
           cursors_(std::move(cursors)), finest_(model.levels.back().points), normals_(integer_normal_table().data()),
           linear_(linear_table().data()) {
-        for (std::size_t light = 0; light < kMaxLights; ++light)
-            if (static_cast<int>(light) < set_.lights)
-                finest_lit_scale_[light] = lit_scale(set_.shadow_bits[light][static_cast<std::size_t>(depth_)]);
+        for (const StreamInfo &stream : streams_of(set_))
+            if (traits_of(stream.kind).average == Average::mean)
+                means_.push_back({.stream = stream,
+                                  .finest = finest_.values(stream).data(),
+                                  .scale = scale_to_byte(bits_per_point(stream, set_, depth_))});
     }
 
     // Averages the next node of `level` and everything below it, down to the finest level, or to `last_level`, whose
@@ -133,10 +130,8 @@ template <class Sums> class Averager {
         if constexpr (kEverything) {
             if (set_.material)
                 to.materials[finest_.materials[point]] += 1;
-            if (set_.texture)
-                to.texture += finest_.textures[point];
-            for (std::size_t light = 0; light < static_cast<std::size_t>(set_.lights); ++light)
-                to.lit[light] += finest_.shadows[light][point] * finest_lit_scale_[light];
+            for (std::size_t i = 0; i < means_.size(); ++i)
+                to.means[i] += means_[i].finest[point] * means_[i].scale;
         }
     }
 
@@ -173,13 +168,11 @@ template <class Sums> class Averager {
             for (std::size_t m = 0; m < kMaxMaterials; ++m)
                 parent.materials[m] += sums.materials[m];
         }
-        if (set_.texture)
-            points.textures[index] = static_cast<std::uint8_t>(mean(sums.texture, sums.votes));
-        parent.texture += sums.texture;
-        for (std::size_t light = 0; light < static_cast<std::size_t>(set_.lights); ++light) {
-            const std::uint64_t scale = lit_scale(set_.shadow_bits[light][static_cast<std::size_t>(level)]);
-            points.shadows[light][index] = static_cast<std::uint8_t>(mean(sums.lit[light], sums.votes * scale));
-            parent.lit[light] += sums.lit[light];
+        for (std::size_t i = 0; i < means_.size(); ++i) {
+            const StreamInfo &stream = means_[i].stream;
+            const std::uint64_t scale = scale_to_byte(bits_per_point(stream, set_, level));
+            points.values(stream)[index] = static_cast<std::uint8_t>(mean(sums.means[i], sums.votes * scale));
+            parent.means[i] += sums.means[i];
         }
     }
 
@@ -198,7 +191,12 @@ template <class Sums> class Averager {
     const PointAttributes &finest_;
     const IntegerNormal *normals_;
     const std::uint16_t *linear_;
-    std::array<std::uint32_t, kMaxLights> finest_lit_scale_{};
+    struct Mean {
+        StreamInfo stream;
+        const std::uint8_t *finest;
+        std::uint32_t scale; // of its values to 0..255
+    };
+    std::vector<Mean> means_;
     std::array<std::array<std::uint8_t, 256>, kMaxDepth + 1> covering_{};
 };
 
@@ -231,7 +229,11 @@ void average_levels(Model &model, int threads) {
             level == 0 ? 1 : count_children(masks[static_cast<std::size_t>(level)]), model.parameters.attributes);
 
     const AttributeSet &set = model.parameters.attributes;
-    if (set.material || set.texture || set.lights > 0)
+    const StreamList streams = streams_of(set);
+    if (std::any_of(streams.begin(), streams.end(), [](const StreamInfo &stream) {
+            const Average average = traits_of(stream.kind).average;
+            return average == Average::vote || average == Average::mean;
+        }))
         average_masks<EverySum>(model, masks, threads);
     else
         average_masks<CommonSums>(model, masks, threads);

@@ -222,37 +222,6 @@ Status check_brick_count(const LevelDirectory &directory, const SectionEntry &br
                   std::to_string(bricks.count) + " of " + std::to_string(bricks.element_bytes) + " bytes");
 }
 
-PointAttributes root_points(const RootRecord &root, const AttributeSet &set) {
-    PointAttributes points;
-    points.resize(1, set);
-    points.normals[0] = root.normal;
-    points.radii[0] = root.radius;
-    if (set.colour != ColourFormat::none)
-        set_point_colour(points, 0, set.colour, root.colour);
-    if (set.material)
-        points.materials[0] = root.material;
-    if (set.texture)
-        points.textures[0] = root.texture;
-    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
-        points.shadows[light][0] = root.shadow[light];
-    return points;
-}
-
-RootRecord root_record(const PointAttributes &points, const AttributeSet &set) {
-    RootRecord root;
-    root.normal = points.normals[0];
-    root.radius = points.radii[0];
-    if (set.colour != ColourFormat::none)
-        root.colour = point_colour(points.colours, 0, set.colour);
-    if (set.material)
-        root.material = points.materials[0];
-    if (set.texture)
-        root.texture = points.textures[0];
-    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
-        root.shadow[light] = points.shadows[light][0];
-    return root;
-}
-
 namespace {
 
 // Decodes all chunks of a level into `model`, which has the level above.

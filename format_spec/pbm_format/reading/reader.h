@@ -93,10 +93,6 @@ class Reader {
     std::vector<ProvenChunks> proven_;        // [depth + 1]; empty if the file is not mapped
 };
 
-// Root record as a level of one point, and back.
-PointAttributes root_points(const RootRecord &root, const AttributeSet &set);
-RootRecord root_record(const PointAttributes &points, const AttributeSet &set);
-
 struct LoadOptions {
     int max_level = kMaxDepth; // levels 0..min(max_level, depth) are loaded
     int threads = 0;

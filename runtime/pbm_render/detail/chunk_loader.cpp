@@ -37,15 +37,12 @@ Status ChunkLoader::decode(const ChunkTask &task, ResidentChunk &to) const {
         return wrong_split(section->offset + index * chunk_entry_bytes(reader_.parameters().attributes), nullptr,
                            &shape);
     }
-    to.view = {.masks = masks,
-               .normals = points.normals,
-               .radii = points.radii,
-               .colours = points.colours,
-               .materials = points.materials,
-               .textures = points.textures,
-               .packed_shadows = {},
-               .bricks = to.bricks};
-    std::copy(packed_shadows.begin(), packed_shadows.end(), to.view.packed_shadows.begin());
+    to.view.masks = masks;
+    to.view.bricks = to.bricks;
+    for_columns(
+        reader_.parameters().attributes,
+        [](const StreamInfo &, std::size_t, auto &view, const auto &column) { view = column; }, to.view, points);
+    std::copy(packed_shadows.begin(), packed_shadows.end(), to.view.shadows.begin());
     return {};
 }
 

@@ -61,7 +61,8 @@ Status StreamedModel::Parts::read_directory(int level) {
 DetailSelection StreamedModel::Parts::select(const DetailView &view) const {
     DetailView possible = view;
     possible.finest = std::min(view.finest, finest);
-    return select_detail(reader.parameters().grid, reader.header().root.radius, cache.levels(), possible);
+    return select_detail(reader.parameters().grid, reader.header().root.value({StreamKind::radius}), cache.levels(),
+                         possible);
 }
 
 Result<Sphere> StreamedModel::bounds() try {

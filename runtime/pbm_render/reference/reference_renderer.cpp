@@ -231,7 +231,9 @@ class Shading {
     Shading(const Model &model, const PointShader &shader, int level)
         : set_(model.parameters.attributes), level_(level),
           points_(model.levels[static_cast<std::size_t>(level)].points), edge_(model.parameters.grid.edge()),
-          shader_(shader) {}
+          shader_(shader),
+          indices_(shader.colour_source() == ColourSource::texture ? points_.values(*palette_stream(set_)).data()
+                                                                   : nullptr) {}
 
     void resolve(Framebuffer &target) const;
 
@@ -245,6 +247,7 @@ class Shading {
     const PointAttributes &points_;
     const double edge_; // of the grid, model units
     const PointShader &shader_;
+    const std::uint8_t *const indices_; // of the palette; null where colours come from elsewhere
 };
 
 // Whether four pixels are all empty.
@@ -288,8 +291,8 @@ template <bool kSpecial>
 }
 
 std::uint32_t Shading::colour(std::size_t index) const {
-    if (shader_.colour_source() == ColourSource::texture)
-        return shader_.palette()[points_.textures[index]];
+    if (indices_ != nullptr)
+        return shader_.palette()[indices_[index]];
     return pack_rgb(point_colour(points_.colours, index, shader_.point_colours()));
 }
 
