@@ -2,6 +2,7 @@
 #pragma once
 
 #include <bit>
+#include <cassert>
 #include <cstdint>
 #include <cstring>
 #include <span>
@@ -14,6 +15,14 @@ static_assert(std::endian::native == std::endian::little, "records are copied as
 
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
+
+// Bytes `offset` to `offset + count - 1`. Files have 64 bits for a place, memory has 32 on some machines: this is the
+// one narrowing of the two. A range that `bytes` does not hold is a mistake of the caller, and empty.
+inline ByteView slice(ByteView bytes, std::uint64_t offset, std::uint64_t count) {
+    const bool is_inside = offset <= bytes.size() && count <= bytes.size() - offset;
+    assert(is_inside);
+    return is_inside ? bytes.subspan(static_cast<std::size_t>(offset), static_cast<std::size_t>(count)) : ByteView();
+}
 
 // Reads fixed-width little-endian values one after the other. After the first read past the end every
 // read returns zero and `ok()` is false: read a whole record, then test once.

@@ -130,7 +130,8 @@ class Validator {
         return find_section(sections_, type, instance);
     }
 
-    ByteView stored(const SectionEntry &entry) const { return file_.subspan(entry.offset, entry.stored_bytes); }
+    ByteView stored(const SectionEntry &entry) const { return slice(file_, entry.offset, entry.stored_bytes); }
+    ByteView stored(FileRange range) const { return slice(file_, range.offset, range.bytes); }
 
     // Padding and hashes.
     void check_stored() {
@@ -141,7 +142,7 @@ class Validator {
             end = entry.offset + entry.stored_bytes;
         }
         for (const SectionEntry &entry : sections_)
-            if (const Status status = prove_hash(file_, entry); !status) {
+            if (const Status status = prove_hash(stored(entry), entry); !status) {
                 fault(status.error(), name(entry));
                 changed_.push_back(&entry);
             }
@@ -343,7 +344,7 @@ class Validator {
                                    .wording = wording};
             return header_.storage() == Storage::mapped
                        ? load_mapped(entry, directory_above, rules, chunk)
-                       : decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), rules,
+                       : decode_chunk(entry, stored(chunk_range(entry)), rules,
                                       parent_nodes(entry, above.masks, 0, above.points, 0, set), chunk);
         };
         // Only counted at first: an error that says all takes longer than to refuse a chunk.
@@ -382,14 +383,20 @@ class Validator {
         BrickParents parents;
         if (level > 1) {
             const ChunkEntry &above = directory_above.chunks[entry.shape.parent_chunk];
-            const ChunkView view =
-                view_chunk(above, file_, *find(SectionType::level_bricks, level - 1), rules.set, rules.level - 1);
+            const ChunkBytes bytes = bytes_of(above, *find(SectionType::level_bricks, level - 1));
+            const ChunkView view = view_chunk(above, bytes, rules.set, rules.level - 1);
             parents = brick_parents(entry, above, view.bricks, view.masks);
         }
-        if (Status status = prove_chunk(entry, file_, bricks, rules, parents); !status)
+        const ChunkBytes bytes = bytes_of(entry, bricks);
+        if (Status status = prove_chunk(entry, bytes, bricks, rules, parents); !status)
             return status;
-        copy_chunk(view_chunk(entry, file_, bricks, rules.set, rules.level), rules.set, rules.level, to);
+        copy_chunk(view_chunk(entry, bytes, rules.set, rules.level), rules.set, rules.level, to);
         return {};
+    }
+
+    ChunkBytes bytes_of(const ChunkEntry &entry, const SectionEntry &bricks) const {
+        return {.streams = {stored(chunk_range(entry)), nullptr},
+                .bricks = {stored(brick_range(entry, bricks)), nullptr}};
     }
 
     // What only the whole model shows: chunk rule, content_id, averages.

@@ -4,6 +4,7 @@
 #include "pbm_format/container/layout.h"
 #include "pbm_format/law/catalogue.h"
 #include "pbm_format/streams/stream_view.h"
+#include "system/byte_source.h"
 
 namespace pbm {
 
@@ -21,6 +22,9 @@ struct ChunkRules {
     bool finest;                     // level is the depth
     Wording wording = Wording::full; // of errors; those of padding and bricks always say all
 };
+
+// Where the streams of a chunk lie in the file.
+inline FileRange chunk_range(const ChunkEntry &entry) { return {entry.offset, entry.stored_bytes}; }
 
 // The parent nodes of the chunk `entry` among masks and points of the level above, of which `first_mask` and
 // `first_point` are the numbers of the first that there are: 0 for a whole level, else those of the parent chunk.

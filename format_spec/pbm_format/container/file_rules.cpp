@@ -13,8 +13,8 @@ std::string text_of(const ContentId &id) { return to_string(hash_value(id[0])) +
 
 } // namespace
 
-Status prove_hash(ByteView file, const SectionEntry &section) {
-    const std::uint64_t hash = hash64(file.subspan(section.offset, section.stored_bytes));
+Status prove_hash(ByteView stored, const SectionEntry &section) {
+    const std::uint64_t hash = hash64(stored);
     if (hash == section.hash)
         return {};
     return broken("3.2.14", section.offset,
@@ -23,7 +23,7 @@ Status prove_hash(ByteView file, const SectionEntry &section) {
 }
 
 Status check_padding(ByteView file, std::uint64_t from, std::uint64_t to) {
-    const ByteView padding = file.subspan(from, to - from);
+    const ByteView padding = slice(file, from, to - from);
     const auto bad = std::find_if(padding.begin(), padding.end(), [](std::uint8_t byte) { return byte != 0; });
     if (bad == padding.end())
         return {};

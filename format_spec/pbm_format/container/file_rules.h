@@ -7,7 +7,8 @@
 
 namespace pbm {
 
-Status prove_hash(ByteView file, const SectionEntry &section);
+// `stored` are the bytes of the section.
+Status prove_hash(ByteView stored, const SectionEntry &section);
 // Bytes `from` to `to` of the file are zero.
 Status check_padding(ByteView file, std::uint64_t from, std::uint64_t to);
 Status check_point_count(const FileHeader &header, const SectionEntry &finest_chunks);

@@ -57,7 +57,8 @@ Status StreamedModel::read_directory(int level) {
     const Result<const LevelDirectory *> read = reader_.directory(level);
     const std::lock_guard lock(mutex_);
     if (!read) {
-        finest_ = level - 1;
+        if (read.error().code != ErrorCode::usage) // dropped meanwhile: no damage
+            finest_ = level - 1;
         return read.error();
     }
     const SectionEntry *section = reader_.section(SectionType::level_directory, static_cast<std::uint32_t>(level));
@@ -101,6 +102,24 @@ Result<Sphere> StreamedModel::bounds() try {
     return out_of_memory();
 }
 
+std::vector<FileRange> StreamedModel::bounds_wanted() const {
+    std::vector<FileRange> wanted;
+    const std::lock_guard lock(mutex_);
+    for (int level = 1; level <= std::min(kBoundsLevel, reader_.depth()); ++level) {
+        const std::vector<ChunkState> &states = levels_[index_of(level)].states;
+        for (std::uint32_t i = 0; i < states.size(); ++i)
+            add_wanted({level, i}, wanted);
+        if (level <= known_levels_)
+            continue;
+        for (const SectionType type :
+             {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks})
+            if (const SectionEntry *entry = reader_.section(type, static_cast<std::uint32_t>(level));
+                entry != nullptr && !reader_.source().has({entry->offset, entry->stored_bytes}))
+                wanted.push_back({entry->offset, entry->stored_bytes});
+    }
+    return wanted;
+}
+
 DetailSelection StreamedModel::select(const DetailView &view) const {
     std::vector<LevelState> levels(1);
     for (int level = 1; level <= known_levels_; ++level)
@@ -115,16 +134,24 @@ void StreamedModel::use(ChunkPlace place) { level_of(place).slots[place.index].l
 Detail StreamedModel::choose(const DetailView &view) {
     std::unique_lock lock(mutex_);
     DetailSelection selection = select(view);
-    while (selection.needs_directory && known_levels_ < finest_) {
+    const auto needs_directory = [&] { return selection.needs_directory && known_levels_ < finest_; };
+    while (needs_directory() && reader_.source().has(reader_.directory_range(known_levels_ + 1))) {
         lock.unlock();
         Status status = read_directory(known_levels_ + 1);
         lock.lock();
-        if (!status)
+        if (!status && status.error().code != ErrorCode::usage)
             errors_.push_back(std::move(status).error());
         selection = select(view);
     }
     ++view_;
-    Detail detail{.runs = std::move(selection.runs), .missing = std::move(selection.missing), .chunks = {}};
+    Detail detail{
+        .wanted = {}, .runs = std::move(selection.runs), .missing = std::move(selection.missing), .chunks = {}};
+    if (!reader_.source().is_whole()) {
+        for (const MissingChunk &chunk : detail.missing)
+            add_wanted(chunk.place, detail.wanted);
+        if (needs_directory())
+            detail.wanted.push_back(reader_.directory_range(known_levels_ + 1));
+    }
     detail.chunks.reserve(selection.present.size());
     for (const ChunkPlace place : selection.present) {
         use(place);
@@ -140,7 +167,7 @@ Result<Detail> StreamedModel::load(const DetailView &view) try {
         Detail detail = choose(view);
         {
             const std::lock_guard lock(mutex_);
-            std::erase_if(detail.missing, [&](const MissingChunk &chunk) { return !has_parent(chunk.place); });
+            std::erase_if(detail.missing, [&](const MissingChunk &chunk) { return !can_be_loaded(chunk.place); });
         }
         const bool complete = detail.missing.empty();
         if (Status status = load_all(std::move(detail.missing)); !status) // a directory may be damaged, too
@@ -204,6 +231,21 @@ bool StreamedModel::has_parent(ChunkPlace place) const {
     return level_of(parent).slots[parent.index].chunk != nullptr;
 }
 
+bool StreamedModel::has_bytes(ChunkPlace place) const {
+    const ByteSource &source = reader_.source();
+    return source.is_whole() || (source.has(reader_.chunk_range(place.level, place.index)) &&
+                                 source.has(reader_.brick_range(place.level, place.index)));
+}
+
+void StreamedModel::add_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const {
+    if (is_settled(place))
+        return;
+    for (const FileRange range :
+         {reader_.chunk_range(place.level, place.index), reader_.brick_range(place.level, place.index)})
+        if (!reader_.source().has(range))
+            wanted.push_back(range);
+}
+
 bool StreamedModel::is_loading() const {
     const std::lock_guard lock(mutex_);
     return busy_ > 0 || find_task() < queue_.size();
@@ -256,14 +298,16 @@ Result<StreamedModel::ChunkPointer> StreamedModel::load_chunk(Task &task) const 
         auto chunk = std::make_shared<LoadedChunk>();
         chunk->memory = std::move(task.memory);
         if (reader_.header().storage() == Storage::mapped) {
-            Result<ChunkView> view = reader_.view_chunk(level, index);
+            Result<ChunkView> view =
+                reader_.view_chunk(level, index, task.bytes, level == 1 ? nullptr : &task.parent->view);
             if (!view)
                 return std::move(view).error();
             chunk->view = *view;
             chunk->finish(level);
             return ChunkPointer(std::move(chunk));
         }
-        if (Status status = reader_.load_chunk(level, index, level == 1 ? root_ : task.parent->decoded, chunk->decoded);
+        if (Status status =
+                reader_.load_chunk(level, index, task.bytes, level == 1 ? root_ : task.parent->decoded, chunk->decoded);
             !status)
             return std::move(status).error();
         const BrickParents parents =
@@ -303,11 +347,11 @@ bool StreamedModel::is_settled(ChunkPlace place) const {
 std::size_t StreamedModel::find_task() const {
     if (full_)
         return queue_.size();
-    const auto can_be_loaded = [&](const MissingChunk &chunk) {
-        return !is_settled(chunk.place) && has_parent(chunk.place);
+    const auto is_next = [&](const MissingChunk &chunk) {
+        return !is_settled(chunk.place) && can_be_loaded(chunk.place);
     };
     return static_cast<std::size_t>(
-        std::find_if(queue_.begin() + static_cast<std::ptrdiff_t>(queue_start_), queue_.end(), can_be_loaded) -
+        std::find_if(queue_.begin() + static_cast<std::ptrdiff_t>(queue_start_), queue_.end(), is_next) -
         queue_.begin());
 }
 
@@ -324,7 +368,8 @@ std::optional<StreamedModel::Task> StreamedModel::take_task() try {
     if (found == queue_.size())
         return std::nullopt;
     const ChunkPlace place = queue_[found].place;
-    Task task{.place = place, .entry = &entry_of(place), .above = nullptr, .parent = nullptr, .memory = {}};
+    Task task{
+        .place = place, .entry = &entry_of(place), .above = nullptr, .parent = nullptr, .bytes = {}, .memory = {}};
     Slot *parent = nullptr;
     if (place.level > 1) {
         const ChunkPlace above = parent_of(place);
@@ -337,6 +382,13 @@ std::optional<StreamedModel::Task> StreamedModel::take_task() try {
         full_ = true;
         return std::nullopt;
     }
+    std::optional<ChunkBytes> bytes = reader_.chunk_bytes(place.level, place.index);
+    if (!bytes) // dropped by another thread: the next view wants it again
+        return std::nullopt;
+    task.bytes = std::move(*bytes);
+    for (const FileRange range :
+         {reader_.chunk_range(place.level, place.index), reader_.brick_range(place.level, place.index)})
+        reader_.source().drop(range);
     task.memory = Claim(memory_, memory);
     if (parent != nullptr)
         ++parent->children;
@@ -407,8 +459,9 @@ bool StreamedModel::make_room(std::uint64_t memory) {
 
 std::uint64_t StreamedModel::memory_of(const ChunkEntry &entry, int level) const {
     const std::uint64_t offsets = entry.shape.points + entry.shape.bricks;
-    if (reader_.header().storage() == Storage::mapped)
-        return offsets;
+    if (reader_.header().storage() == Storage::mapped) // what lies in a whole file takes no memory
+        return offsets +
+               (reader_.source().is_whole() ? 0 : entry.stored_bytes + entry.shape.bricks * kBrickRecordBytes);
     const AttributeSet &set = reader_.parameters().attributes;
     LevelDirectory alone{.level = level, .chunks = {}, .points = entry.shape.points, .nodes = entry.shape.nodes};
     std::uint64_t bytes = offsets + decoded_bytes(alone, set) + entry.shape.bricks * kBrickRecordBytes;

@@ -10,6 +10,14 @@
 // packed files are decoded after the chunk they nest in, which stays in memory as long as they do; those of mapped
 // files are drawn where they lie. A chunk that is damaged is named once and, with those below it, never asked for
 // again.
+//
+// Of a source that is not whole (system/byte_source.h), what is not there yet is told as ranges of the file:
+//
+//   model.bounds_wanted()          until it is empty, fetch that
+//   model.choose(view).wanted      what the picture lacks: fill the source with it and choose anew
+//
+// A chunk's bytes are dropped from that source when the chunk is loaded. If the chunk is evicted and needed again, they
+// are wanted again.
 #pragma once
 
 #include "pbm_format/reading/reader.h"
@@ -42,6 +50,7 @@ struct StreamingStatistics {
 
 // What there is of a picture. Keeps its chunks in memory; the model must outlive it.
 struct Detail {
+    std::vector<FileRange> wanted; // what the picture lacks and is not there yet, most urgent first; no range twice
     std::vector<PointRun> runs;
     std::vector<MissingChunk> missing; // for `request`
     std::vector<std::shared_ptr<const void>> chunks;
@@ -61,13 +70,15 @@ class StreamedModel {
 
     // As bounding_sphere of the whole model. Loads its levels up to kBoundsLevel.
     //
-    // errors  as Reader::directory and Reader::load_chunk; memory
+    // errors  as Reader::directory and Reader::load_chunk; memory; usage if bounds_wanted() is not empty
     Result<Sphere> bounds();
+    // What `bounds` reads of the file and is not there yet.
+    std::vector<FileRange> bounds_wanted() const;
 
     // What there is of a picture. Reads directories where needed, and no chunk.
     Detail choose(const DetailView &view);
 
-    // The whole picture: nothing is missing. After an error of a chunk all others were tried.
+    // The whole picture: nothing is missing but what is `wanted`. After an error of a chunk all others were tried.
     //
     // errors  as Reader::directory and Reader::load_chunk, the one with the lowest offset; memory
     Result<Detail> load(const DetailView &view);
@@ -124,6 +135,7 @@ class StreamedModel {
         ChunkPlace place;
         const ChunkEntry *entry, *above; // above: of the parent chunk; null for level 1
         ChunkPointer parent;             // the same
+        ChunkBytes bytes;
         Claim memory;
     };
 
@@ -141,6 +153,9 @@ class StreamedModel {
     std::uint64_t place_in_directory(ChunkPlace place) const;
     ChunkPlace parent_of(ChunkPlace place) const { return {place.level - 1, entry_of(place).shape.parent_chunk}; }
     bool has_parent(ChunkPlace place) const; // at hand, or none
+    bool has_bytes(ChunkPlace place) const;
+    void add_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const; // what a chunk to be loaded lacks
+    bool can_be_loaded(ChunkPlace place) const { return has_parent(place) && has_bytes(place); }
     bool is_settled(ChunkPlace place) const;
     std::size_t find_task() const;
     std::optional<Task> take_task();

@@ -34,6 +34,8 @@ class PanoramaSampler {
     void sample_row(const RayRow &rays, std::size_t count, const std::uint8_t *wanted, float *red, float *green,
                     float *blue) const;
 
+    void retry() const { texels_.retry(); }
+
   private:
     TexelLevels texels_;
     glm::mat3 axes_; // from model axes to right, up, forward of who looks at the middle
