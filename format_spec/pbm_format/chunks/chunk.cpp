@@ -18,7 +18,8 @@ ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t 
                          const PointAttributes &points, std::uint64_t first_point, const AttributeSet &set) {
     assert(entry.first_node >= first_point && entry.first_parent >= first_mask);
     return {.masks = slice(masks, entry.first_parent - first_mask, entry.shape.parents),
-            .nodes = view_points(points, entry.first_node - first_point, entry.shape.nodes, set)};
+            .nodes =
+                view_points(points, static_cast<std::size_t>(entry.first_node - first_point), entry.shape.nodes, set)};
 }
 
 namespace {

@@ -108,7 +108,7 @@ TiledImage::~TiledImage() = default;
 TiledImage TiledImage::of(const Image &image) {
     auto state = std::make_unique<State>(TileGrid(image.width, image.height, image.channels));
     const TileGrid &grid = state->grid;
-    state->memory.reserve(grid.texel_bytes());
+    state->memory.reserve(static_cast<std::size_t>(grid.texel_bytes()));
     Image coarser;
     for (int level = 0; level < grid.levels(); ++level) {
         if (level > 0)

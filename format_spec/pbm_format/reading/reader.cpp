@@ -369,8 +369,9 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
     const AttributeSet &set = model.parameters.attributes;
     const Level &above = model.levels[static_cast<std::size_t>(directory.level) - 1];
     Level &level = model.levels[static_cast<std::size_t>(directory.level)];
-    level.masks.resize(directory.nodes);
-    level.points.resize(directory.points, set);
+    // Fits: load_levels has compared it with the memory allowed.
+    level.masks.resize(static_cast<std::size_t>(directory.nodes));
+    level.points.resize(static_cast<std::size_t>(directory.points), set);
     const bool mapped = reader.header().storage() == Storage::mapped;
     const auto load = [&](const ChunkEntry &entry, std::size_t index, Chunk &to) -> Status {
         if (mapped) // lies in the file as a whole
@@ -457,7 +458,7 @@ Result<Model> load_levels(Reader &reader, const LoadOptions &options, std::uint6
         directories.push_back(*directory);
         memory += decoded_bytes(**directory, set);
     }
-    if (memory > options.max_memory)
+    if (memory > addressable(options.max_memory))
         return broken("system.memory", 0,
                       "the model needs " + std::to_string(memory >> 20) + " MiB of memory, more than allowed (" +
                           std::to_string(options.max_memory >> 20) + " MiB): draw a coarser level or allow more",

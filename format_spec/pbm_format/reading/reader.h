@@ -33,7 +33,7 @@
 namespace pbm {
 
 // Budget for decoded streams, bytes, unless the caller gives another.
-inline constexpr std::uint64_t kDefaultMaxMemory = std::uint64_t{8} << 30;
+inline constexpr std::uint64_t kDefaultMaxMemory = addressable(std::uint64_t{8} << 30);
 
 class Reader {
   public:

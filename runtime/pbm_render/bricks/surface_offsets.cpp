@@ -404,7 +404,8 @@ constexpr std::size_t kLeastSlots = 4096;
 // No two of 16x16x16 bricks, which most chunks are part of, have the same.
 std::size_t hash(std::uint64_t place) {
     constexpr std::uint64_t kLow = 0x000F000F000F;
-    return (place & 15) + (place >> 12 & 0xF0) + (place >> 24 & 0xF00) + ((place & ~kLow) * 0x9E3779B97F4A7C15U >> 40);
+    return static_cast<std::size_t>((place & 15) + (place >> 12 & 0xF0) + (place >> 24 & 0xF00) +
+                                    ((place & ~kLow) * 0x9E3779B97F4A7C15U >> 40));
 }
 
 } // namespace
