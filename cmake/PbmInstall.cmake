@@ -19,8 +19,29 @@ endforeach()
 install(TARGETS ${installed_libraries} EXPORT pbmTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY system format_spec/pbm_format runtime/pbm_bake runtime/pbm_render DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-    FILES_MATCHING PATTERN "*.h")
+
+# The doors, and of all other headers those that they include.
+set(doors pbm/format.h pbm/render.h pbm/bake.h)
+set(header_roots ${PROJECT_SOURCE_DIR}/format_spec ${PROJECT_SOURCE_DIR}/runtime ${PROJECT_SOURCE_DIR})
+set(waiting ${doors})
+set(installed_headers)
+while(waiting)
+    list(POP_FRONT waiting header)
+    if(header IN_LIST installed_headers)
+        continue()
+    endif()
+    list(APPEND installed_headers ${header})
+    unset(source)
+    find_file(source ${header} PATHS ${header_roots} NO_DEFAULT_PATH NO_CACHE REQUIRED)
+    file(STRINGS ${source} includes REGEX "^#include \"")
+    list(TRANSFORM includes REPLACE "^#include \"(.*)\".*" "\\1")
+    list(APPEND waiting ${includes})
+    cmake_path(GET header PARENT_PATH folder)
+    if(NOT header IN_LIST doors)
+        cmake_path(SET folder NORMALIZE pbm/${folder}) # seen by the doors only: include/pbm is searched for them
+    endif()
+    install(FILES ${source} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder})
+endwhile()
 install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt docs/validator.md
     DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
 install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)

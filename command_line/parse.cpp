@@ -2,10 +2,14 @@
 
 #include "system/files/mapped_file.h"
 
+#include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <iostream>
+#include <utility>
 
 namespace pbm::command_line {
+namespace {
 
 bool names_file(const CLI::Option &option) {
     return option.get_positional() || option.check_lname("output") ||
@@ -17,8 +21,7 @@ bool names_file(const CLI::Option &option, const std::string &value) {
     return names_file(option) && (words.size() == 1 || std::count(words.begin() + 1, words.end(), value) == 0);
 }
 
-namespace detail {
-
+// "N" for numbers, "565|888" for words; CLI11 says INT:INT in [5 - 16] and TEXT:{565,888}.
 std::string value_name(const CLI::Option &option) {
     if (option.check_lname("help"))
         return "[TOPIC]";
@@ -36,13 +39,196 @@ std::string value_name(const CLI::Option &option) {
     return base == "INT" || base == "UINT" || base == "FLOAT" ? "N" : base;
 }
 
+// What was given first, empty for nothing.
 std::string first_result(const CLI::Option *option) {
     return option == nullptr || option->results().empty() ? "" : option->results().front();
 }
 
-} // namespace detail
+// Thrown by what handles an option: the error is about `path`.
+struct Refusal {
+    std::string path;
+    Error error;
+};
 
-namespace {
+// CLI11 asks for the settings when it has read the command line and before it looks for what is missing.
+class SettingsReader : public CLI::Config {
+  public:
+    SettingsReader(CLI::App &app, ReadSettings read) : app_(app), read_(std::move(read)) {}
+
+    std::string to_config(const CLI::App *, bool, bool, std::string) const override { return {}; }
+
+    std::vector<CLI::ConfigItem> from_config(std::istream &) const override {
+        const std::string path = first_result(app_.get_config_ptr());
+        const auto settings = read_(path);
+        if (!settings)
+            throw Refusal{path, settings.error()};
+        std::vector<const CLI::Option *> given, set;
+        for (const CLI::Option *option : app_.get_options())
+            if (option->count() > 0)
+                given.push_back(option);
+        for (const Setting &setting : *settings)
+            if (const std::string wrong = apply(setting, path, given, set); !wrong.empty())
+                throw Refusal{path, {ErrorCode::usage, 0, "line " + std::to_string(setting.line) + ": " + wrong}};
+        return {};
+    }
+
+  private:
+    static bool contains(const std::vector<const CLI::Option *> &options, const CLI::Option *option) {
+        return std::find(options.begin(), options.end(), option) != options.end();
+    }
+
+    static std::vector<std::string> keys_of(const CLI::Option &option) {
+        if (option.check_lname("help") || option.check_lname("version"))
+            return {};
+        std::vector<std::string> keys = option.get_lnames();
+        if (option.get_positional())
+            keys.push_back(CLI::detail::to_lower(option.get_name(true)));
+        return keys;
+    }
+
+    CLI::Option *find(const std::string &key) const {
+        for (CLI::Option *option : app_.get_options()) {
+            const auto keys = keys_of(*option);
+            if (option != app_.get_config_ptr() && std::find(keys.begin(), keys.end(), key) != keys.end())
+                return option;
+        }
+        return nullptr;
+    }
+
+    std::string unknown(const std::string &key) const {
+        std::vector<std::string> known;
+        for (const CLI::Option *option : app_.get_options())
+            if (option != app_.get_config_ptr())
+                for (const std::string &name : keys_of(*option))
+                    known.push_back(name);
+        const std::string nearest = nearest_word(key, known);
+        return "unknown key '" + key + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?");
+    }
+
+    static std::string wrong_type(const Setting &setting, const CLI::Option &option) {
+        const std::string value = value_name(option), key = "'" + setting.key + "' ";
+        const bool flag = option.get_items_expected_max() == 0;
+        if (flag != (setting.kind == Setting::Kind::flag))
+            return key + (flag ? "is true or false" : "takes a value, not true or false");
+        if (flag)
+            return {};
+        if (value == "N" && (setting.kind != Setting::Kind::number || setting.is_array))
+            return key + "takes one number";
+        if ((value == "TEXT" || names_file(option)) && setting.kind != Setting::Kind::text)
+            return key + "takes a string in quotes";
+        if (setting.is_array && option.get_items_expected_max() == 1 && value.find(',') == std::string::npos)
+            return key + "takes one value, not an array";
+        return {};
+    }
+
+    // Names of files are relative to the folder of the file that says them.
+    static std::vector<std::string> values_of(const Setting &setting, const CLI::Option &option,
+                                              const std::string &path) {
+        std::vector<std::string> values = setting.values;
+        const std::string folder = path.substr(0, path.find_last_of('/') + 1);
+        for (std::string &name : values)
+            if (names_file(option, name) && !name.empty() && name != "-" && name.front() != '/')
+                name.insert(0, folder);
+        if (setting.is_array && option.get_items_expected_max() == 1)
+            values = {CLI::detail::join(values, ",")};
+        return values;
+    }
+
+    // What is wrong with the setting, or nothing. The command line wins over it, and over what excludes it.
+    std::string apply(const Setting &setting, const std::string &path, const std::vector<const CLI::Option *> &given,
+                      std::vector<const CLI::Option *> &set) const {
+        CLI::Option *const option = find(setting.key);
+        if (option == nullptr)
+            return unknown(setting.key);
+        if (contains(set, option) && option->get_items_expected_max() == 1)
+            return "'" + setting.key + "' is set twice, under two names";
+        set.push_back(option);
+        if (setting.values.empty())
+            return "'" + setting.key + "' is empty";
+        if (std::string wrong = wrong_type(setting, *option); !wrong.empty())
+            return wrong;
+        bool overruled = contains(given, option);
+        for (const CLI::Option *other : option->get_excludes())
+            overruled = overruled || contains(given, other);
+        if (overruled || (setting.kind == Setting::Kind::flag && setting.values.front() == "false"))
+            return {};
+        for (const CLI::Option *other : option->get_excludes())
+            if (other->count() > 0) // by an earlier line
+                return "'" + setting.key + "' excludes '" + other->get_lnames().front() + "'; keep one of them";
+        try {
+            for (const std::string &value : values_of(setting, *option, path))
+                option->add_result(value);
+            option->run_callback();
+        } catch (const CLI::ParseError &error) {
+            return error.what();
+        }
+        return {};
+    }
+
+    CLI::App &app_;
+    ReadSettings read_;
+};
+
+// What std::visit calls: one function for each alternative.
+template <class... Functions> struct Overloaded : Functions... { using Functions::operator()...; };
+template <class... Functions> Overloaded(Functions...) -> Overloaded<Functions...>;
+
+CLI::Option *add_target(CLI::App &app, const Option &option) {
+    const std::string &names = option.names, &help = option.help;
+    return std::visit(
+        Overloaded{
+            [&](bool *target) {
+                CLI::Option *const flag = app.add_flag(names, *target, help);
+                if (names.find('!') != std::string::npos)
+                    flag->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+                return flag;
+            },
+            [&](std::string *target) {
+                return option.rules.alone.empty() ? app.add_option(names, *target, help)
+                                                  : app.add_flag(names + "{" + option.rules.alone + "}", *target, help);
+            },
+            [&](std::vector<std::string> *target) {
+                CLI::Option *const several = app.add_option(names, *target, help)->delimiter(option.rules.separator);
+                return several->get_positional() ? several : several->allow_extra_args(false);
+            },
+            [&](auto *target) { return app.add_option(names, *target, help); },
+            [&](const std::function<void()> &call) { return app.add_flag_callback(names, call, help); },
+            [&](const std::function<void(int)> &call) { return app.add_option_function<int>(names, call, help); },
+            [&](const std::function<Status(const std::string &)> &store) {
+                const std::function<void(const std::string &)> call = [&store](const std::string &text) {
+                    if (const Status status = store(text); !status)
+                        throw CLI::ValidationError(status.error().message);
+                };
+                return app.add_option_function(names, call, help);
+            },
+            [&](const Version &version) { return app.set_version_flag(names, version.text, help); },
+            [&](const SettingsFile &file) {
+                app.config_formatter(std::make_shared<SettingsReader>(app, file.read));
+                return app.set_config(names, "", help);
+            }},
+        option.target);
+}
+
+// `app` refers to `option` as long as it lives.
+void declare(CLI::App &app, const Option &option) {
+    const OptionRules &rules = option.rules;
+    app.option_defaults()->group(rules.topic);
+    CLI::Option *const declared = add_target(app, option)->required(rules.required);
+    if (!rules.type.empty())
+        declared->type_name(rules.type);
+    std::visit(Overloaded{[](std::monostate) {},
+                          [&](const Integers &limits) { declared->check(CLI::Range(limits.least, limits.most)); },
+                          [&](const Numbers &limits) { declared->check(CLI::Range(limits.least, limits.most)); },
+                          [&](const Words &words) { declared->check(CLI::IsMember(words)); },
+                          [&](const auto &check) { declared->check(check); }},
+               rules.check);
+    if (rules.shows_default)
+        declared->capture_default_str();
+    for (const std::string &other : rules.excludes)
+        declared->excludes(app.get_option(other));
+    if (!rules.needs.empty())
+        declared->needs(app.get_option(rules.needs));
+}
 
 std::string topic_of(const CLI::Option &option) {
     static const std::vector<std::string> kGeneral{"threads", "max-memory", "quiet", "verbose",
@@ -70,7 +256,7 @@ ProgramHelp describe(const CLI::App &app, std::string_view program, std::span<co
         if (option->get_group().empty())
             continue;
         OptionHelp entry{.names = {},
-                         .value = detail::value_name(*option),
+                         .value = value_name(*option),
                          .text = option->get_description(),
                          .topic = topic_of(*option),
                          .needs_name = !option->get_positional(),
@@ -161,16 +347,41 @@ int print_help(const ProgramHelp &help, const std::string &topic) {
     return 0;
 }
 
+std::vector<GivenValue> given_values(const CLI::App &app) {
+    std::vector<GivenValue> given;
+    for (const CLI::Option *option : app.get_options())
+        for (const std::string &value : option->results())
+            given.push_back({.name = option->get_name(),
+                             .topic = option->get_group(),
+                             .type = value_name(*option),
+                             .value = value,
+                             .is_file = names_file(*option, value)});
+    return given;
+}
+
 } // namespace
 
-std::optional<int> parse(CLI::App &app, std::string_view program, int argc, char **argv,
-                         std::span<const OldSwitch> switches, const Manual &manual) {
+void CommandLine::add(std::string names, std::string help, Target target, OptionRules rules) {
+    if (rules.topic.empty())
+        rules.topic = topic;
+    options.push_back({std::move(names), std::move(help), std::move(target), std::move(rules)});
+}
+
+void CommandLine::add_version(const std::string &version) {
+    add("-V,--version", "The program's name and version", Version{program + " " + version});
+}
+
+std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<const OldSwitch> switches,
+                         const Manual &manual) {
+    const std::string &program = line.program;
+    CLI::App app{line.description, program};
+    for (const Option &option : line.options)
+        declare(app, option);
+    app.option_defaults()->group(line.topic);
     app.set_help_flag();
     app.add_option("--log")->type_name("FILE")->description(
         std::string("Add errors and warnings to FILE, a line each") +
         (manual.logs_steps ? "; the steps too with -v" : ""));
-    if (CLI::Option *const version = app.get_version_ptr(); version != nullptr)
-        version->description("The program's name and version");
     bool asked = false;
     app.add_flag("-h,--help", asked, "This page, that of a TOPIC, or all");
     const ProgramHelp help = describe(app, program, switches, manual);
@@ -189,7 +400,7 @@ std::optional<int> parse(CLI::App &app, std::string_view program, int argc, char
     } catch (const Refusal &thrown) {
         refusal = thrown;
     } catch (const CLI::FileError &error) {
-        const std::string path = detail::first_result(app.get_config_ptr());
+        const std::string path = first_result(app.get_config_ptr());
         const auto file = MappedFile::open(path);
         refusal = Refusal{path, file ? Error{ErrorCode::io, 0, error.what()} : file.error()};
     } catch (const CLI::ArgumentMismatch &error) {
@@ -200,7 +411,7 @@ std::optional<int> parse(CLI::App &app, std::string_view program, int argc, char
     }
     if (asked)
         return print_help(help, "");
-    const std::string log = detail::first_result(app.get_option("--log"));
+    const std::string log = first_result(app.get_option("--log"));
     const std::string unusable = unusable_name(app, log);
     if (!log.empty() && unusable.empty())
         if (const Status opened = open_log(program, log); !opened)
@@ -211,7 +422,8 @@ std::optional<int> parse(CLI::App &app, std::string_view program, int argc, char
         return fail_usage(program, unusable.empty() ? problem : unusable);
     for (const CLI::Option *option : app.get_options())
         if (option->get_positional())
-            work_on(detail::first_result(option));
+            work_on(first_result(option));
+    line.given = given_values(app);
     return std::nullopt;
 }
 

@@ -1,4 +1,4 @@
-// One option as a file of settings says it; settings_file.h gives it to the command line.
+// One option as a file of settings says it.
 #pragma once
 
 #include "system/error.h"

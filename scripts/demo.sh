@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Sets everything up and walks from a scan to a picture: demo.sh [VERTICES [FOLDER]]
-# Makes the sample scan, builds a .bvg from it, validates it, draws it; ends with the numbers and how to see it in a window.
+# Makes the sample scan, builds a .pbvg from it, validates it, draws it; ends with the numbers and how to see it in a window.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 vertices=${1:-1000000}
@@ -12,7 +12,7 @@ cmake --build --preset release -j "$(nproc)" --target man sample_model # all tha
 bin=build/release/bin
 mkdir -p "$out"
 scan=$out/ammonite_$vertices.ply
-model=$out/ammonite_$vertices.bvg
+model=$out/ammonite_$vertices.pbvg
 picture=$out/ammonite_$vertices.png
 
 [ -f "$scan" ] || { "$bin/pbm-sample" --vertices "$vertices" -o "$scan.part" && mv "$scan.part" "$scan"; }

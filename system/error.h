@@ -85,7 +85,7 @@ struct Error {
     std::int64_t tile = -1; // number in its raster, or -1
 };
 
-// Whether `offset` says something: damage in a .bvg always has a place, which may be its first byte; everything else
+// Whether `offset` says something: damage in a .pbvg always has a place, which may be its first byte; everything else
 // has one where it is not 0.
 bool has_offset(const Error &error);
 

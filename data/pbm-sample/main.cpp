@@ -53,22 +53,21 @@ int generate(const Arguments &arguments) {
 
 int run(int argc, char **argv) {
     Arguments arguments;
-    CLI::App app{"Makes a sample scan: a fossil ammonite as a coloured PLY mesh.\n"
-                 "The same vertices and seed give the same bytes on every machine.",
-                 "pbm-sample"};
-    app.set_version_flag("-V,--version", "pbm-sample " PBM_VERSION);
-    app.add_option("--vertices", arguments.ammonite.vertices, "Wanted number of vertices, met within 5 %")
-        ->check(CLI::Range(pbm::sample::kMinVertices, pbm::sample::kMaxVertices))
-        ->capture_default_str();
-    app.add_option("--seed", arguments.ammonite.seed, "Another number, another ammonite")->capture_default_str();
-    pbm::command_line::add_threads(app, arguments.threads);
-    app.add_flag("--ascii", arguments.ascii, "Text instead of binary little-endian PLY");
-    app.add_flag("-q,--quiet", arguments.quiet, "Say nothing but errors");
-    app.add_option("-o,--output", arguments.output, "PLY file to write, - for standard output")
-        ->required()
-        ->type_name("FILE");
+    pbm::command_line::CommandLine line{"pbm-sample",
+                                        "Makes a sample scan: a fossil ammonite as a coloured PLY mesh.\n"
+                                        "The same vertices and seed give the same bytes on every machine."};
+    line.add_version(PBM_VERSION);
+    line.add("--vertices", "Wanted number of vertices, met within 5 %", &arguments.ammonite.vertices,
+             {.check = pbm::command_line::Integers{pbm::sample::kMinVertices, pbm::sample::kMaxVertices},
+              .shows_default = true});
+    line.add("--seed", "Another number, another ammonite", &arguments.ammonite.seed, {.shows_default = true});
+    pbm::command_line::add_threads(line, arguments.threads);
+    line.add("--ascii", "Text instead of binary little-endian PLY", &arguments.ascii);
+    line.add("-q,--quiet", "Say nothing but errors", &arguments.quiet);
+    line.add("-o,--output", "PLY file to write, - for standard output", &arguments.output,
+             {.type = "FILE", .required = true});
     if (const auto done = pbm::command_line::parse(
-            app, "pbm-sample", argc, argv, {},
+            line, argc, argv, {},
             {.examples = {{"pbm-sample --vertices 1000000 -o scan.ply", "A scan of a million vertices."}}}))
         return *done;
     return generate(arguments);

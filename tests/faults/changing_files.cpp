@@ -120,7 +120,7 @@ void judge(Change how, int state, const std::string &said, const std::string &st
 void change_mapped_files(const Options &options, Tally &tally) {
     const std::vector<Golden> files = goldens(64 << 10);
     const std::string path =
-        (std::filesystem::temp_directory_path() / ("pbm_faults_" + std::to_string(::getpid()) + ".bvg")).string();
+        (std::filesystem::temp_directory_path() / ("pbm_faults_" + std::to_string(::getpid()) + ".pbvg")).string();
     const std::uint64_t rounds = options.complete ? 5'000 : 300;
     for (std::uint64_t round = 0; round < rounds; ++round) {
         Random random(options.seed << 40 | round);

@@ -1,7 +1,7 @@
 // The test program `faults`: docs/reliability.md has the laws, --help the options.
 #include "campaign.h"
 
-#include <CLI/CLI.hpp>
+#include "command_line/parse.h"
 
 #include <algorithm>
 #include <array>
@@ -45,13 +45,15 @@ int run(int argc, char **argv) {
     std::vector<std::string> names, wanted;
     for (const Campaign &campaign : kCampaigns)
         names.emplace_back(campaign.name);
-    CLI::App app{"Damages files and the world around them; prints a row of a table for each campaign, exit code 1 if a "
-                 "law is broken"};
-    app.add_option("campaigns", wanted, "Which ones; default: all")->check(CLI::IsMember(names));
-    app.add_flag("--long", options.complete, "All of it, for minutes; else a sample");
-    app.add_option("--golden", options.golden, "Flips: of this file alone");
-    app.add_option("--seed", options.seed, "Other places")->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+    pbm::command_line::CommandLine line{
+        "faults", "Damages files and the world around them; prints a row of a table for each campaign, exit code 1 if "
+                  "a law is broken"};
+    line.add("CAMPAIGN", "Which ones; default: all", &wanted, {.check = names});
+    line.add("--long", "All of it, for minutes; else a sample", &options.complete);
+    line.add("--golden", "Flips: of this file alone", &options.golden);
+    line.add("--seed", "Other places", &options.seed, {.shows_default = true});
+    if (const auto done = pbm::command_line::parse(line, argc, argv))
+        return *done;
     bool good = true;
     for (const Campaign &campaign : kCampaigns)
         if (wanted.empty() || std::find(wanted.begin(), wanted.end(), campaign.name) != wanted.end())

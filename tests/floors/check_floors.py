@@ -17,6 +17,8 @@ import sys
 FLOORS = {
     "system": set(),
     "format_spec/pbm_format": {"system"},
+    "format_spec/pbm": {"system", "pbm_format"},
+    "runtime/pbm": {"system", "pbm_format", "pbm_render", "pbm_bake"},
     "runtime/pbm_bake": {"system", "pbm_format"},
     "runtime/pbm_render": {"system", "pbm_format"},
     "runtime/viewer": {"system", "pbm_format", "pbm_render", "command_line", "window"},
@@ -61,7 +63,7 @@ HOMES = {
         r"|tools/pbm-build/pbm_build/\w+/(noise|short_normal|triangle_columns|triangle_mix)\.cpp"
     ),
     r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh/mesh_reader\.cpp",
-    r"CLI/.*": r"command_line/parse\.h",
+    r"CLI/.*": r"command_line/parse\.cpp",
     r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",
     r"GLFW/.*": r"runtime/viewer/pbm-view/window/window\.cpp",
     r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/window/presenter\.cpp",
@@ -73,8 +75,6 @@ HOMES = {
     r"pthread\.h": r"system/threads/per_thread\.h",
     r"(fcntl|unistd|spawn|poll|signal)\.h|sys/.*": r"system/(files|processes)/\w+\.cpp|command_line/progress_display\.cpp",
 }
-# Headers that bring CLI11 along, and the one source beside those that declare options.
-WITH_CLI11 = {"command_line/parse.h", "command_line/parse.cpp", "command_line/common_options.h", "command_line/settings_file.h"}
 C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot
 
 # Programs and what they may not need at run time.
@@ -139,8 +139,6 @@ def check_includes(path, text):
                 found.append(f"{path}: includes {header}; {floor} may include {sorted(FLOORS[floor]) or 'none of us'}")
             elif OPERATING_SYSTEM.match(header) and PORTABLE.match(path):
                 found.append(f"{path}: includes {header}, and must do without an operating system")
-            elif header in WITH_CLI11 and path not in WITH_CLI11 and not re.search(r"/(main|(\w+_)?options)\.cpp$", path):
-                found.append(f"{path}: includes {header} and with it CLI11, which belongs in main.cpp, options.cpp or *_options.cpp")
             elif "/" in header and top == own and floor in ROOMS:
                 problem = check_room(floor, path, header)
                 if problem:
@@ -188,6 +186,11 @@ def all_includes(source):
                 files += 1
     for folder, count in shown.items():
         found += check_folder(folder, count)
+    for top in ("tests", "bench", "examples"):
+        for file in (source / top).rglob("*.cpp"):
+            if "#include <CLI/" in file.read_text():
+                found.append(f"{file.relative_to(source)}: <CLI/...> belongs in command_line/parse.cpp")
+            files += 1
     return found, files
 
 
@@ -249,15 +252,13 @@ def self_test():
         ("data/pbm-sample/main.cpp", '#include "pbm_render/camera/camera.h"'),
         ("command_line/command_line.h", '#include "pbm_format/law/catalogue.h"'),
         ("command_line/command_line.cpp", "#include <CLI/CLI.hpp>"),
-        ("command_line/command_line.cpp", '#include "command_line/parse.h"'),
-        ("runtime/viewer/pbm-render/png_writer.h", '#include "command_line/parse.h"'),
-        ("tools/pbm-build/recipe.h", '#include "command_line/settings_file.h"'),
+        ("command_line/parse.h", "#include <CLI/CLI.hpp>"),
         ("tools/pbm-build/options.cpp", "#include <toml++/toml.h>"),
         ("runtime/viewer/pbm-render/main.cpp", "#include <CLI/CLI.hpp>"),
         ("elsewhere/main.cpp", "#include <vector>"),
     ]
     good_includes = [
-        ("tools/pbm-build/options.cpp", '#include "command_line/settings_file.h"'),
+        ("command_line/parse.cpp", "#include <CLI/CLI.hpp>"),
         ("tools/pbm-build/recipe.cpp", "#include <toml++/toml.h>"),
         ("format_spec/pbm_format/reading/reader.cpp",
          '#include "pbm_format/reading/reader.h"\n#include "pbm_format/chunks/chunk.h"\n#include <vector>'),

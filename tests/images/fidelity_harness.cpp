@@ -1,6 +1,7 @@
-// fidelity_harness MESH FILE.bvg [OPTIONS]: how true the pictures of a model are to its mesh, drawn as pbm-render draws
+// fidelity_harness MESH FILE.pbvg [OPTIONS]: how true the pictures of a model are to its mesh, drawn as pbm-render draws
 // them or by the reference renderer. --help tells the options.
 #include "close_ups.h"
+#include "command_line/common_options.h"
 #include "depth_by_angle.h"
 #include "difference_pictures.h"
 #include "fidelity.h"
@@ -9,8 +10,8 @@
 #include "pbm_scan/surface_reader.h"
 #include "shadow_truth.h"
 #include "system/files/mapped_file.h"
+#include "viewer/options/option_values.h"
 
-#include <CLI/CLI.hpp>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
@@ -30,15 +31,14 @@ struct Options {
     double max_error = kDefaultMaxError;
     int finest = kMaxDepth;
     int reference = 0; // level; 0: the fast renderer
-    std::string resolution = "1280x720";
-    int width = 0, height = 0;
+    glm::ivec2 resolution{1280, 720};
     std::vector<std::string> qualities;
     int views = 8;
     bool close_ups = false;
     bool shading = false, shadows = true, shadow_flags = false, angles = false;
     int samples = 8; // of the truth
     std::string pictures;
-    bool json = false;
+    std::string json; // file, "-" for standard output, empty for none
 };
 
 template <class T> T value_or_throw(Result<T> result, const std::string &file) {
@@ -74,17 +74,17 @@ struct NamedView {
 
 std::vector<NamedView> choose_views(const RayCaster &rays, const Sphere &bounds, const Grid &grid,
                                     const Options &options) {
-    const auto whole = eight_views(bounds, grid.up, options.width, options.height);
+    const auto whole = eight_views(bounds, grid.up, options.resolution.x, options.resolution.y);
     std::vector<NamedView> views;
     for (std::size_t i = 0; i < static_cast<std::size_t>(options.views); ++i) {
         const double distance = glm::length(whole[i].position - whole[i].focal_point);
         views.push_back({"whole " + std::to_string(i), whole[i],
-                         options.height / (2 * std::tan(whole[i].view_angle / 2)) / distance * grid.voxel_size});
+                         options.resolution.y / (2 * std::tan(whole[i].view_angle / 2)) / distance * grid.voxel_size});
     }
     if (!options.close_ups)
         return views;
     const std::span<const Camera> around(whole.data(), static_cast<std::size_t>(std::clamp(options.views, 1, 4)));
-    for (const CloseUp &near : close_ups(rays, around, grid.voxel_size, options.width, options.height))
+    for (const CloseUp &near : close_ups(rays, around, grid.voxel_size, options.resolution.x, options.resolution.y))
         views.push_back({std::string(near.slanted ? "slanted " : "front ") + std::to_string(views.size()), near.camera,
                          near.pixels_per_voxel});
     return views;
@@ -167,15 +167,15 @@ void measure(const RayCaster &rays, const Subject &subject, const ModelParameter
                             .light_origin = {origin[0], origin[1], origin[2]},
                             .edge = parameters.grid.edge(),
                             .shadowed = options.shadows ? parameters.attributes.lights : 0};
-    Drawing drawing(options.width, options.height);
+    Drawing drawing(options.resolution.x, options.resolution.y);
     for (const NamedView &view : views) {
-        const RayImage image = rays.cast(view.camera, options.width, options.height, 0);
+        const RayImage image = rays.cast(view.camera, options.resolution.x, options.resolution.y, 0);
         std::vector<Srgb> truth;
         if (options.shading)
-            truth = trace(scene, view.camera, options.width, options.height, options.samples, 0);
+            truth = trace(scene, view.camera, options.resolution.x, options.resolution.y, options.samples, 0);
         const std::string picture = options.pictures.empty() ? "" : options.pictures + "/" + view.name;
         if (!picture.empty() && options.shading)
-            write_picture(picture + " truth.png", truth, options.width, options.height);
+            write_picture(picture + " truth.png", truth, options.resolution.x, options.resolution.y);
         for (Renderer &renderer : renderers) {
             renderer.draw(view.camera, drawing);
             renderer.views.push_back({.drawn = drawing.drawn, .figures = compare(image, truth, drawing)});
@@ -226,10 +226,10 @@ int run(const Options &options) {
     std::vector<ShadowFigures> shadows;
     if (options.shadow_flags)
         shadows = check_shadows(ShadowTruth(subject.mesh, bounds.centre), load_whole(*file, options.model), 0);
-    if (options.json) {
-        std::cout << nlohmann::json{{"views", to_json(views, renderers)}, {"shadows", to_json(shadows)}}.dump(2)
-                  << "\n";
-        return 0;
+    if (!options.json.empty()) {
+        const nlohmann::json json{{"views", to_json(views, renderers)}, {"shadows", to_json(shadows)}};
+        const Status told = command_line::write_text(options.json, json.dump(2) + "\n");
+        return told ? 0 : command_line::fail("fidelity_harness", options.json, told.error());
     }
     print_shadows(shadows);
     for (const Renderer &renderer : renderers) {
@@ -244,38 +244,36 @@ int run(const Options &options) {
 }
 
 int parse_and_run(int argc, char **argv) {
+    using command_line::Integers;
     Options options;
-    CLI::App app("How true the pictures of a model are to the mesh it was made from");
-    app.add_option("mesh", options.mesh)->required();
-    app.add_option("model", options.model)->required();
-    app.add_option("--max-error", options.max_error, "Largest voxels, pixels")->check(CLI::PositiveNumber);
-    app.add_option("--finest", options.finest, "Draw no finer level")->check(CLI::PositiveNumber);
-    app.add_option("--reference", options.reference, "The reference renderer, this level");
-    app.add_option("--resolution", options.resolution, "WxH");
-    app.add_option("--quality", options.qualities, "fast, fine or both; default fast")
-        ->check(CLI::IsMember({"fast", "fine"}));
-    app.add_option("--views", options.views, "So many of the eight views of the whole model")->check(CLI::Range(0, 8));
-    app.add_flag("--close-ups", options.close_ups, "Close views, too: 4 to 8 pixels per voxel");
-    app.add_flag("--angles", options.angles, "Depths by the angle under which the surface is seen");
-    app.add_flag("--shading", options.shading, "Compare colours with the ray-traced picture");
-    app.add_option("--samples", options.samples, "Rays per pixel of that picture")->check(CLI::Range(1, 256));
-    app.add_flag("!--no-shadows", options.shadows, "Neither has shadows");
-    app.add_flag("--shadow-flags", options.shadow_flags, "Compare baked shadows with rays");
-    app.add_option("--pictures", options.pictures, "Folder for truth, picture and difference of every view")
-        ->check(CLI::ExistingDirectory);
-    app.add_flag("--json", options.json);
-    try {
-        app.parse(argc, argv);
-        int &width = options.width, &height = options.height;
-        if (std::sscanf(options.resolution.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1 ||
-            width > kMaxPictureEdge || height > kMaxPictureEdge)
-            throw CLI::ValidationError("--resolution", "WxH");
-        if (options.qualities.empty())
-            options.qualities = {"fast"};
-        return run(options);
-    } catch (const CLI::ParseError &error) {
-        return app.exit(error) == 0 ? 0 : 1;
-    }
+    command_line::CommandLine line{"fidelity_harness",
+                                   "How true the pictures of a model are to the mesh it was made from"};
+    const auto add = [&](const char *names, auto &target, const char *help, command_line::Check check = {}) {
+        line.add(names, help, &target, {.check = std::move(check)});
+    };
+    line.add("MESH", "PLY", &options.mesh, {.required = true});
+    line.add("MODEL", "Made of it", &options.model, {.required = true});
+    add("--max-error", options.max_error, "Largest voxels, pixels", command_line::Numbers{0.1, 64});
+    add("--finest", options.finest, "Draw no finer level", Integers{1, kMaxDepth});
+    add("--reference", options.reference, "The reference renderer, this level");
+    line.add("--resolution", "Of the pictures", command_line::stored(parse_resolution, options.resolution),
+             {.type = "W,H"});
+    line.add("--quality", "fast, fine or both with a comma between; default fast", &options.qualities,
+             {.check = command_line::Words{"fast", "fine"}, .separator = ','});
+    add("--views", options.views, "So many of the eight views of the whole model", Integers{0, 8});
+    add("--close-ups", options.close_ups, "Close views, too: 4 to 8 pixels per voxel");
+    add("--angles", options.angles, "Depths by the angle under which the surface is seen");
+    add("--shading", options.shading, "Compare colours with the ray-traced picture");
+    add("--samples", options.samples, "Rays per pixel of that picture", Integers{1, 256});
+    add("!--no-shadows", options.shadows, "Neither has shadows");
+    add("--shadow-flags", options.shadow_flags, "Compare baked shadows with rays");
+    add("--pictures", options.pictures, "Folder for truth, picture and difference of every view");
+    command_line::add_json(line, options.json, "Figures");
+    if (const auto done = command_line::parse(line, argc, argv))
+        return *done;
+    if (options.qualities.empty())
+        options.qualities = {"fast"};
+    return run(options);
 }
 
 } // namespace

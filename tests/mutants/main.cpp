@@ -1,8 +1,7 @@
 // The test program `mutants`: README.md has the laws, --help the options.
+#include "command_line/parse.h"
 #include "mutants/laws.h"
 #include "system/processes/child_process.h"
-
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <array>
@@ -124,12 +123,14 @@ bool honest_files_load(const Campaign &campaign) {
 int run(int argc, char **argv) {
     Campaign campaign;
     std::string save;
-    CLI::App app{"Reads mutants of honest files and judges what came of each; exit code 1 if a law is broken"};
-    app.add_option("count", campaign.count, "How many")->capture_default_str();
-    app.add_option("first", campaign.first, "Number of the first")->capture_default_str();
-    app.add_option("--seed", campaign.seed, "Other mutants")->capture_default_str();
-    app.add_option("--save", save, "Write the first to this file instead");
-    CLI11_PARSE(app, argc, argv);
+    command_line::CommandLine line{
+        "mutants", "Reads mutants of honest files and judges what came of each; exit code 1 if a law is broken"};
+    line.add("COUNT", "How many", &campaign.count);
+    line.add("FIRST", "Number of the first", &campaign.first);
+    line.add("--seed", "Other mutants", &campaign.seed, {.shows_default = true});
+    line.add("--save", "Write the first to this file instead", &save, {.type = "FILE"});
+    if (const auto done = command_line::parse(line, argc, argv))
+        return *done;
     if (!save.empty()) {
         std::ofstream(save, std::ios::binary) << make(campaign, campaign.first).bytes;
         return 0;

@@ -4,11 +4,10 @@
 #include "random_models/laws.h"
 #include "random_models/random_model.h"
 
+#include "command_line/parse.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/writing/writer.h"
 #include "system/files/file_replacement.h"
-
-#include <CLI/CLI.hpp>
 
 #include <array>
 #include <cstdio>
@@ -84,7 +83,7 @@ void judge_one(const Campaign &campaign, std::uint64_t number, Totals &totals) {
 int save_files(const Campaign &campaign) {
     for (std::uint64_t number = campaign.first; number < campaign.first + campaign.count; ++number)
         if (const Status status =
-                replace_file(campaign.save + "/" + std::to_string(number) + ".bvg", make_case(campaign, number).file);
+                replace_file(campaign.save + "/" + std::to_string(number) + ".pbvg", make_case(campaign, number).file);
             !status)
             return std::printf("%s\n", status.error().message.c_str()), 1;
     return 0;
@@ -92,13 +91,14 @@ int save_files(const Campaign &campaign) {
 
 int run(int argc, char **argv) {
     Campaign campaign;
-    CLI::App app{"Judges random valid files; exit code 1 if a law is broken"};
-    app.add_option("count", campaign.count, "How many")->capture_default_str();
-    app.add_option("first", campaign.first, "Number of the first")->capture_default_str();
-    app.add_flag("--damaged", campaign.damaged, "A damaged and signed copy of each instead");
-    app.add_option("--seed", campaign.seed, "Other files")->capture_default_str();
-    app.add_option("--save", campaign.save, "Write them into this folder instead")->check(CLI::ExistingDirectory);
-    CLI11_PARSE(app, argc, argv);
+    command_line::CommandLine line{"random_models", "Judges random valid files; exit code 1 if a law is broken"};
+    line.add("COUNT", "How many", &campaign.count);
+    line.add("FIRST", "Number of the first", &campaign.first);
+    line.add("--damaged", "A damaged and signed copy of each instead", &campaign.damaged);
+    line.add("--seed", "Other files", &campaign.seed, {.shows_default = true});
+    line.add("--save", "Write them into this folder instead", &campaign.save);
+    if (const auto done = command_line::parse(line, argc, argv))
+        return *done;
     if (!campaign.save.empty())
         return save_files(campaign);
     Totals totals;

@@ -153,10 +153,10 @@ void add_raster_files(Collection &files) {
 } // namespace
 
 std::vector<ValidFile> valid_surroundings_files() {
-    return {{"shaded.bvg", shaded_file()},
-            {"shaded-mapped.bvg", shaded_mapped_file()},
-            {"shaded-tiny.bvg", tiny_file()},
-            {"plain-ground.bvg", plain_ground_file()}};
+    return {{"shaded.pbvg", shaded_file()},
+            {"shaded-mapped.pbvg", shaded_mapped_file()},
+            {"shaded-tiny.pbvg", tiny_file()},
+            {"plain-ground.pbvg", plain_ground_file()}};
 }
 
 void add_surroundings_files(Collection &files) {

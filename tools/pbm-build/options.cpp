@@ -1,7 +1,6 @@
 #include "options.h"
 
 #include "command_line/common_options.h"
-#include "command_line/settings_file.h"
 #include "pbm_format/container/layout.h"
 #include "recipe.h"
 #include "scene_options.h"
@@ -13,9 +12,12 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <sstream>
 
 namespace pbm::build {
 namespace {
+
+using command_line::CommandLine;
 
 // The spellings of compilers.
 constexpr std::array<command_line::OldSwitch, 2> kCompilerSwitches{
@@ -23,16 +25,15 @@ constexpr std::array<command_line::OldSwitch, 2> kCompilerSwitches{
 
 // An option that takes one of some words.
 template <class T>
-CLI::Option *add_choice(CLI::App &app, const std::string &names, T &value, const std::map<std::string, T> &words,
-                        const std::string &help) {
-    std::vector<std::string> known;
+void add_choice(CommandLine &line, const char *names, T &value, const std::map<std::string, T> &words,
+                const char *help) {
+    command_line::Words known;
     known.reserve(words.size());
     for (const auto &[word, meaning] : words)
         known.push_back(word);
-    return app
-        .add_option_function<std::string>(
-            names, [&value, words](const std::string &word) { value = words.at(word); }, help)
-        ->check(CLI::IsMember(known));
+    line.add(names, help,
+             [&value, words](const std::string &word) -> Status { return value = words.at(word), Status(); },
+             {.check = std::move(known)});
 }
 
 // CLI11's own check prints the range of a double, 300 digits.
@@ -45,15 +46,15 @@ std::string positive(const std::string &text) {
                : "Value " + text + " is not a positive number";
 }
 
-// "X,Y,Z", nothing where it is not that.
-std::optional<std::array<double, 3>> three_numbers(const std::string &text) {
+// "X,Y,Z".
+Result<std::array<double, 3>> three_numbers(const std::string &text) {
     std::array<double, 3> values{};
     const char *at = text.data(), *const end = at + text.size();
     for (std::size_t i = 0; i < 3; ++i) {
         const auto [stop, failure] = std::from_chars(at, end, values[i]);
         const bool separated = i == 2 ? stop == end : stop != end && *stop == ',';
         if (failure != std::errc() || !separated || !std::isfinite(values[i]))
-            return std::nullopt;
+            return Error{ErrorCode::usage, 0, "Value " + text + " is not X,Y,Z: three finite numbers"};
         at = stop + 1;
     }
     return values;
@@ -67,28 +68,28 @@ std::optional<int> check_inputs(std::string_view program, const Arguments &argum
     if (!arguments.output.empty())
         return std::nullopt;
     if (arguments.inputs.size() > 1)
-        return command_line::fail_usage(program, "several inputs need a name for what they become: -o FILE.bvg");
+        return command_line::fail_usage(program, "several inputs need a name for what they become: -o FILE.pbvg");
     if (is_stream(arguments.inputs.front()))
-        return command_line::fail_usage(program, "a stream has no name to take the output's from: -o FILE.bvg");
+        return command_line::fail_usage(program, "a stream has no name to take the output's from: -o FILE.pbvg");
     return std::nullopt;
 }
 
 // Options that say where things go, how fast and how loud: the result is the same whatever they are.
-bool changes_result(const CLI::Option &option) {
-    constexpr std::array<const char *, 13> kHarmless{
-        "output",          "threads", "json",       "quiet",       "verbose", "log",    "write-dependencies",
-        "dependency-file", "recipe",  "if-changed", "source-hash", "help",    "version"};
-    return std::none_of(kHarmless.begin(), kHarmless.end(), [&](const char *name) { return option.check_lname(name); });
+bool changes_result(const command_line::GivenValue &option) {
+    constexpr std::array<std::string_view, 13> kHarmless{
+        {"--output", "--threads", "--json", "--quiet", "--verbose", "--log", "--write-dependencies",
+         "--dependency-file", "--recipe", "--if-changed", "--source-hash", "--help", "--version"}};
+    return std::find(kHarmless.begin(), kHarmless.end(), option.name) == kHarmless.end();
 }
 
 // Numbers in their shortest spelling; several stand between commas.
-std::string in_one_spelling(const CLI::Option &option, const std::string &text) {
-    if (command_line::names_file(option, text)) // its content counts, and its extension, which can say how it is read
-        return std::filesystem::path(text).extension().string();
-    if (option.get_type_name() == "TEXT")
-        return text;
-    std::string result;
-    for (const std::string &part : CLI::detail::split(text, ',')) {
+std::string in_one_spelling(const command_line::GivenValue &option) {
+    if (option.is_file) // its content counts, and its extension, which can say how it is read
+        return std::filesystem::path(option.value).extension().string();
+    if (option.type == "TEXT")
+        return option.value;
+    std::string result, part;
+    for (std::istringstream parts(option.value); std::getline(parts, part, ',');) {
         double number = 0;
         const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
         std::array<char, 32> shortest{};
@@ -100,23 +101,23 @@ std::string in_one_spelling(const CLI::Option &option, const std::string &text) 
 }
 
 // An option that is added later is part of the request, and its file is a source, unless changes_result says otherwise.
-void describe_request(const CLI::App &app, Arguments &arguments) {
-    for (const CLI::Option *option : app.get_options()) {
-        if (!changes_result(*option))
+void describe_request(const CommandLine &line, Arguments &arguments) {
+    for (const command_line::GivenValue &option : line.given) {
+        if (option.name == "--recipe")
+            arguments.recipe = option.value;
+        if (!changes_result(option))
             continue;
-        for (const std::string &text : option->results()) {
-            arguments.request += option->get_name() + "=" + in_one_spelling(*option, text) + '\n';
-            if (command_line::names_file(*option, text))
-                arguments.sources.push_back(text);
-        }
+        arguments.request += option.name + "=" + in_one_spelling(option) + '\n';
+        if (option.is_file)
+            arguments.sources.push_back(option.value);
     }
 }
 
-void add_input_options(CLI::App &app, Arguments &arguments) {
+void add_input_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
-    app.option_defaults()->group("Input");
-    app.add_option("INPUT", arguments.inputs, "Scans to read, merged if several; - for standard input")->required();
-    add_choice<Unit>(app, "--unit", options.grid.unit,
+    line.topic = "Input";
+    line.add("INPUT", "Scans to read, merged if several; - for standard input", &arguments.inputs, {.required = true});
+    add_choice<Unit>(line, "--unit", options.grid.unit,
                      {{"unknown", Unit::unknown},
                       {"m", Unit::metre},
                       {"mm", Unit::millimetre},
@@ -125,125 +126,107 @@ void add_input_options(CLI::App &app, Arguments &arguments) {
                       {"ft", Unit::foot},
                       {"km", Unit::kilometre}},
                      "Unit of the coordinates; default unknown");
-    add_choice<UpAxis>(app, "--up", options.grid.up, {{"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}},
+    add_choice<UpAxis>(line, "--up", options.grid.up, {{"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}},
                        "Axis that points up; default y");
-    app.add_option_function<double>(
-           "--scale", [&](double scale) { options.placement.scale = scale; },
-           "Factor from the input's coordinates and radii to the model's")
-        ->check(positive);
-    app.add_option_function<std::string>(
-           "--origin", [&](const std::string &place) { options.placement.origin = three_numbers(place); },
-           "Place of the input's origin in the model; added after --scale")
-        ->check([](const std::string &text) {
-            return three_numbers(text) ? "" : "Value " + text + " is not X,Y,Z: three finite numbers";
-        })
-        ->type_name("X,Y,Z");
+    line.add("--scale", "Factor from the input's coordinates and radii to the model's", &options.placement.scale,
+             {.check = positive});
+    line.add("--origin", "Place of the input's origin in the model; added after --scale",
+             command_line::stored(three_numbers, options.placement.origin),
+             {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
     add_choice<std::optional<ScanFormat>>(
-        app, "--input-format", options.input_format,
+        line, "--input-format", options.input_format,
         {{"ply", ScanFormat::ply}, {"obj", ScanFormat::obj}, {"off", ScanFormat::off}, {"stl", ScanFormat::stl}},
         "Format of inputs that show it neither in content nor in name");
-    app.add_flag("--flip-faces", options.flip_faces, "Turn all faces around: for scans that look inside out");
-    app.add_option_function<std::string>(
-           "--viewpoint", [&](const std::string &place) { options.viewpoint = three_numbers(place); },
-           "Where the scanner stood, in the model: estimated normals are turned to it")
-        ->check([](const std::string &text) {
-            return three_numbers(text) ? "" : "Value " + text + " is not X,Y,Z: three finite numbers";
-        })
-        ->type_name("X,Y,Z");
-    auto *remove_outliers =
-        app.add_flag("--remove-outliers", options.remove_outliers, "Drop points without faces far from all others");
-    app.add_flag("--strict", options.strict, "Refuse the input if anything of it would be dropped")
-        ->excludes(remove_outliers);
+    line.add("--flip-faces", "Turn all faces around: for scans that look inside out", &options.flip_faces);
+    line.add("--viewpoint", "Where the scanner stood, in the model: estimated normals are turned to it",
+             command_line::stored(three_numbers, options.viewpoint),
+             {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
+    line.add("--remove-outliers", "Drop points without faces far from all others", &options.remove_outliers);
+    line.add("--strict", "Refuse the input if anything of it would be dropped", &options.strict,
+             {.excludes = {"--remove-outliers"}});
 }
 
-void add_grid_options(CLI::App &app, Arguments &arguments) {
+void add_grid_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
-    app.option_defaults()->group("Grid");
-    auto *depth = app.add_option("--depth", options.grid.depth, "Depth: 2^N voxels per edge of the grid, 5..16")
-                      ->check(CLI::Range(kMinBuildDepth, kMaxDepth));
-    auto *voxel_size = app.add_option("--voxel-size", options.grid.voxel_size,
-                                      "Voxel edge in model units; the grid snaps to multiples of it")
-                           ->check(positive);
-    auto *max_points = app.add_option("--max-points", options.grid.max_points,
-                                      "Depth with at most so many points, estimated from the area")
-                           ->check(positive);
-    auto *grid_like =
-        app.add_option("--grid-like", arguments.grid_like, "Very same grid, unit and up axis as this .bvg file")
-            ->type_name("FILE");
-    depth->excludes(voxel_size)->excludes(max_points);
-    voxel_size->excludes(max_points);
-    grid_like->excludes(depth)->excludes(voxel_size)->excludes(max_points);
-    grid_like->excludes(app.get_option("--unit"))->excludes(app.get_option("--up"));
+    line.topic = "Grid";
+    line.add("--depth", "Depth: 2^N voxels per edge of the grid, 5..16", &options.grid.depth,
+             {.check = command_line::Integers{kMinBuildDepth, kMaxDepth}});
+    line.add("--voxel-size", "Voxel edge in model units; the grid snaps to multiples of it", &options.grid.voxel_size,
+             {.check = positive, .excludes = {"--depth"}});
+    line.add("--max-points", "Depth with at most so many points, estimated from the area", &options.grid.max_points,
+             {.check = positive, .excludes = {"--depth", "--voxel-size"}});
+    line.add("--grid-like", "Very same grid, unit and up axis as this .pbvg file", &arguments.grid_like,
+             {.type = "FILE", .excludes = {"--depth", "--voxel-size", "--max-points", "--unit", "--up"}});
 }
 
-void add_output_options(CLI::App &app, Arguments &arguments) {
+void add_output_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
-    app.option_defaults()->group("Output");
-    app.add_option("-o,--output", arguments.output,
-                   "File to write, - for standard output; default: the one input's name with .bvg")
-        ->type_name("FILE");
-    app.add_option("-z,--compression-level", options.compression_level, "zstd level 1..19")
-        ->check(CLI::Range(1, 19))
-        ->capture_default_str();
-    add_choice<Storage>(app, "--store", options.storage, {{"packed", Storage::packed}, {"mapped", Storage::mapped}},
+    line.topic = "Output";
+    line.add("-o,--output", "File to write, - for standard output; default: the one input's name with .pbvg",
+             &arguments.output, {.type = "FILE"});
+    line.add("-z,--compression-level", "zstd level 1..19", &options.compression_level,
+             {.check = command_line::Integers{1, 19}, .shows_default = true});
+    add_choice<Storage>(line, "--store", options.storage, {{"packed", Storage::packed}, {"mapped", Storage::mapped}},
                         "Small, or raw to be drawn where it lies; default packed");
-    add_choice<ColourFormat>(app, "--colour,--color", options.colour,
+    add_choice<ColourFormat>(line, "--colour,--color", options.colour,
                              {{"565", ColourFormat::rgb565}, {"888", ColourFormat::rgb888}},
                              "Bits of a colour; default 888");
-    app.add_option("--name", options.credits.name, "Name of the model, kept in the file");
-    app.add_option("--licence,--license", options.credits.licence, "Licence, kept in the file");
-    app.add_option("--credit", options.credits.credit, "Whom to credit, kept in the file");
+    Credits &credits = options.credits;
+    line.add("--name", "Name of the model, kept in the file", &credits.name);
+    line.add("--licence,--license", "Licence, kept in the file", &credits.licence);
+    line.add("--credit", "Whom to credit, kept in the file", &credits.credit);
 }
 
-void add_build_system_options(CLI::App &app, Arguments &arguments) {
-    app.option_defaults()->group("Build systems");
-    command_line::add_settings_file(app, "--recipe", "Take the options from a TOML file; the command line wins over it",
-                                    read_recipe);
-    app.add_flag(
-        "--if-changed", arguments.if_changed,
-        "Build only if the output is not what the input and options would give, and leave it and its time "
-        "alone if it turns out the same. An input that did not change is read, not built. Keeps --source-hash");
-    app.add_flag("--source-hash", arguments.source_hash,
-                 "Keep hashes (XXH3) of the input and of the options in the file's metadata");
-    app.add_flag("--write-dependencies", arguments.depfile,
-                 "Write what was read, for Make and Ninja, to the output's name with .d");
-    app.add_option("--dependency-file", arguments.depfile_name, "The same, to FILE")->type_name("FILE");
+void add_build_system_options(CommandLine &line, Arguments &arguments) {
+    line.topic = "Build systems";
+    line.add("--recipe", "Take the options from a TOML file; the command line wins over it",
+             command_line::SettingsFile{read_recipe}, {.type = "FILE"});
+    line.add("--if-changed",
+             "Build only if the output is not what the input and options would give, and leave it and its "
+             "time alone if it turns out the same. An input that did not change is read, not built. Keeps "
+             "--source-hash",
+             &arguments.if_changed);
+    line.add("--source-hash", "Keep hashes (XXH3) of the input and of the options in the file's metadata",
+             &arguments.source_hash);
+    line.add("--write-dependencies", "Write what was read, for Make and Ninja, to the output's name with .d",
+             &arguments.depfile);
+    line.add("--dependency-file", "The same, to FILE", &arguments.depfile_name, {.type = "FILE"});
 }
 
-void add_general_options(CLI::App &app, Arguments &arguments) {
-    app.option_defaults()->group("General");
-    command_line::add_threads(app, arguments.build.threads);
-    command_line::add_json(app, arguments.json, "Statistics");
-    command_line::add_quiet(app, arguments.verbosity);
-    command_line::add_verbose(app, arguments.verbosity, "Name every step");
-    app.set_version_flag("-V,--version", "pbm-build " PBM_VERSION);
+void add_general_options(CommandLine &line, Arguments &arguments) {
+    line.topic = "General";
+    command_line::add_threads(line, arguments.build.threads);
+    command_line::add_json(line, arguments.json, "Statistics");
+    command_line::add_quiet(line, arguments.verbosity);
+    command_line::add_verbose(line, arguments.verbosity, "Name every step");
+    line.add_version(PBM_VERSION);
 }
 
 } // namespace
 
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
-    CLI::App app{"Turns a scan (PLY, OBJ, STL, OFF) into a binary voxel grid (.bvg).\n"
-                 "Says of every attribute of the scan whether it was kept, converted or dropped.\n"
-                 "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, lights and "
-                 "materials may be tables ([[light]]), and names of files are relative to the recipe's folder. The "
-                 "command line wins over the recipe.",
-                 "pbm-build"};
-    add_input_options(app, arguments);
-    add_grid_options(app, arguments);
+    CommandLine line{"pbm-build",
+                     "Turns a scan (PLY, OBJ, STL, OFF) into a binary voxel grid (.pbvg).\n"
+                     "Says of every attribute of the scan whether it was kept, converted or dropped.\n"
+                     "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, lights "
+                     "and materials may be tables ([[light]]), and names of files are relative to the recipe's folder. "
+                     "The command line wins over the recipe."};
+    add_input_options(line, arguments);
+    add_grid_options(line, arguments);
     SceneArguments scene;
-    add_scene_options(app, scene);
-    add_output_options(app, arguments);
-    add_build_system_options(app, arguments);
-    add_general_options(app, arguments);
+    add_scene_options(line, scene);
+    add_output_options(line, arguments);
+    add_build_system_options(line, arguments);
+    add_general_options(line, arguments);
     const command_line::Manual manual{
         .most_used = {"--output", "--depth", "--unit", "--up", "--recipe", "--help"},
-        .examples = {{"pbm-build scan.ply -o scan.bvg", "A scan at the depth that fits its points."},
-                     {"pbm-build left.ply right.ply --depth 10 --unit mm --up z --strict -o scan.bvg",
+        .examples = {{"pbm-build scan.ply -o scan.pbvg", "A scan at the depth that fits its points."},
+                     {"pbm-build left.ply right.ply --depth 10 --unit mm --up z --strict -o scan.pbvg",
                       "Two scans as one model of at most 1,024 voxels per edge; an error if anything of them would be "
                       "dropped."},
-                     {"pbm-build scan.ply --lights studio --shadows --ground wood --panorama default -o scan.bvg",
+                     {"pbm-build scan.ply --lights studio --shadows --ground wood --panorama default -o scan.pbvg",
                       "With shadows on a wooden floor, under a sky."},
-                     {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.bvg", "As build systems call it."}},
+                     {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.pbvg", "As build systems call it."}},
         .logs_steps = true};
     std::vector<command_line::OldSwitch> switches(kCompilerSwitches.begin(), kCompilerSwitches.end());
     switches.insert(switches.end(), scene_switches().begin(), scene_switches().end());
@@ -253,18 +236,16 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     for (std::string &word : words)
         pointers.push_back(word.data());
     if (const auto done =
-            command_line::parse(app, program, static_cast<int>(pointers.size()), pointers.data(), switches, manual))
+            command_line::parse(line, static_cast<int>(pointers.size()), pointers.data(), switches, manual))
         return done;
-    Result<SceneRequest> request = scene_request(app, scene);
+    Result<SceneRequest> request = scene_request(line, scene);
     if (!request)
         return command_line::fail_usage(program, request.error().message);
     arguments.build.scene = std::move(*request);
     if (const auto refused = check_inputs(program, arguments))
         return refused;
     arguments.depfile = arguments.depfile || !arguments.depfile_name.empty();
-    const auto recipe = app.get_config_ptr()->results();
-    arguments.recipe = recipe.empty() ? "" : recipe.back();
-    describe_request(app, arguments);
+    describe_request(line, arguments);
     return std::nullopt;
 }
 

@@ -12,6 +12,8 @@
 namespace pbm::build {
 namespace {
 
+using command_line::CommandLine;
+
 constexpr const char *kLights = "Lights", *kMaterials = "Materials", *kSurroundings = "Surroundings";
 constexpr std::string_view kDefaultPanorama = "default";
 
@@ -26,16 +28,8 @@ Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(messag
 template <class To, class From> void assign(To &to, From from) { to = static_cast<To>(from); }
 template <class To, class From> void assign(std::optional<To> &to, From from) { to = static_cast<To>(from); }
 
-// A check for CLI11 of a text that `read` understands.
-template <class Read> auto readable(Read read) {
-    return [read](const std::string &text) {
-        const auto value = read(text);
-        return value ? std::string() : value.error().message;
-    };
-}
-
 auto number_within(double least, double most) {
-    return readable([least, most](const std::string &text) -> Result<double> {
+    return [least, most](const std::string &text) -> Result<double> {
         Result<double> number = read_number(text);
         if (number && !(*number >= least && *number <= most)) {
             std::array<char, 64> range{};
@@ -43,7 +37,7 @@ auto number_within(double least, double most) {
             return usage(in_quotes(text) + range.data());
         }
         return number;
-    });
+    };
 }
 
 std::string listed(std::span<const std::string_view> names) {
@@ -53,134 +47,113 @@ std::string listed(std::span<const std::string_view> names) {
     return text;
 }
 
-CLI::Option *add_word(CLI::App &app, const std::string &name, std::optional<std::string> &value,
-                      const std::vector<std::string> &words, const std::string &help) {
-    return app
-        .add_option_function<std::string>(
-            name, [&value](const std::string &word) { value = word; }, help)
-        ->check(CLI::IsMember(words));
+void add_word(CommandLine &line, const char *name, std::optional<std::string> &value, command_line::Words words,
+              const char *help) {
+    line.add(name, help, [&value](const std::string &word) -> Status { return value = word, Status(); },
+             {.check = std::move(words)});
 }
 
 template <class T>
-CLI::Option *add_number(CLI::App &app, const std::string &name, T &value, double least, double most,
-                        const std::string &help) {
-    return app
-        .add_option_function<std::string>(
-            name, [&value](const std::string &text) { assign(value, *read_number(text)); }, help)
-        ->check(number_within(least, most))
-        ->type_name("N");
+void add_number(CommandLine &line, const char *name, T &value, double least, double most, const char *help,
+                const char *needs = "") {
+    const auto read = number_within(least, most);
+    line.add(name, help,
+             [&value, read](const std::string &text) -> Status { return assign(value, *read(text)), Status(); },
+             {.type = "N", .check = command_line::readable(read), .needs = needs});
 }
 
 // Powers of two.
 template <class T>
-CLI::Option *add_power(CLI::App &app, const std::string &name, T &value, int least, int most, const std::string &help) {
-    std::vector<std::string> words;
+void add_power(CommandLine &line, const char *name, T &value, int least, int most, std::string help,
+               const char *needs) {
+    command_line::Words words;
     for (int power = least; power <= most; power *= 2)
         words.push_back(std::to_string(power));
-    return app
-        .add_option_function<std::string>(
-            name, [&value](const std::string &word) { assign(value, std::stoi(word)); }, help)
-        ->check(CLI::IsMember(words));
+    line.add(name, std::move(help),
+             [&value](const std::string &word) -> Status { return assign(value, std::stoi(word)), Status(); },
+             {.check = std::move(words), .needs = needs});
 }
 
-void add_light_options(CLI::App &app, SceneArguments &arguments) {
-    app.option_defaults()->group(kLights);
-    std::vector<std::string> sets;
+void add_light_options(CommandLine &line, SceneArguments &arguments) {
+    line.topic = kLights;
+    command_line::Words sets;
     for (const std::string_view name : light_set_names())
         sets.emplace_back(name);
-    app.add_option("--lights", arguments.light_set, "A set of lights that fits any model; default: viewers choose")
-        ->check(CLI::IsMember(sets));
-    app.add_option("--light", arguments.lights,
-                   "One more light, up to 8: directional, point or spot, then key=value between commas. "
-                   "from=RIGHT,UP,FRONT: its place in radii of the model; or direction=X,Y,Z, position=, target= in "
-                   "the model; intensity=N or R,G,B; colour=#rrggbb; exponent=N; shadows=on|off; size=N: soft shadows")
-        ->check(readable(read_light))
-        ->type_name("LIGHT")
-        ->allow_extra_args(false);
-    auto *shadows =
-        app.add_flag("--shadows", arguments.shadows, "Bake the shadows of lights on object and ground plane");
-    add_power(app, "--shadow-bits", arguments.shadow_options.bits, 1, 8,
-              "Bits of a point's lit fraction; default 1, soft shadows 4")
-        ->needs(shadows);
-    app.add_option("--shadow-maps", arguments.shadow_options.maps,
-                   "Shadow maps per light; default: rays at faces, 4 maps of points, 24 if soft")
-        ->check(CLI::Range(1, kMaxShadowMaps))
-        ->needs(shadows);
+    line.add("--lights", "A set of lights that fits any model; default: viewers choose", &arguments.light_set,
+             {.check = std::move(sets)});
+    line.add("--light",
+             "One more light, up to 8: directional, point or spot, then key=value between commas. "
+             "from=RIGHT,UP,FRONT: its place in radii of the model; or direction=X,Y,Z, position=, target= in "
+             "the model; intensity=N or R,G,B; colour=#rrggbb; exponent=N; shadows=on|off; size=N: soft shadows",
+             &arguments.lights, {.type = "LIGHT", .check = command_line::readable(read_light)});
+    line.add("--shadows", "Bake the shadows of lights on object and ground plane", &arguments.shadows);
+    ShadowRequest &options = arguments.shadow_options;
+    add_power(line, "--shadow-bits", options.bits, 1, 8, "Bits of a point's lit fraction; default 1, soft shadows 4",
+              "--shadows");
+    line.add("--shadow-maps", "Shadow maps per light; default: rays at faces, 4 maps of points, 24 if soft",
+             &options.maps, {.check = command_line::Integers{1, kMaxShadowMaps}, .needs = "--shadows"});
 }
 
-void add_material_options(CLI::App &app, SceneArguments &arguments) {
-    app.option_defaults()->group(kMaterials);
-    app.add_option("--material", arguments.materials,
-                   "Material of the object, or several: of its 1st, 2nd... material. " + listed(material_names()) +
-                       "; then ka=, kd=, ks=, power=, colour=#rrggbb, environment=: \"gold,ks=0.5\"")
-        ->check(readable(read_material))
-        ->type_name("MATERIAL")
-        ->allow_extra_args(false);
-    app.add_flag("--legacy-material", arguments.legacy_material, "Default material of the dissertation: ambient grey");
-    app.add_flag("--ignore-point-colours,--ignore-point-colors", arguments.request.ignore_point_colours,
-                 "Leave colours and materials of the scan out");
-    add_number(app, "--environment", arguments.request.environment, 0, 1,
+void add_material_options(CommandLine &line, SceneArguments &arguments) {
+    line.topic = kMaterials;
+    line.add("--material",
+             "Material of the object, or several: of its 1st, 2nd... material. " + listed(material_names()) +
+                 "; then ka=, kd=, ks=, power=, colour=#rrggbb, environment=: \"gold,ks=0.5\"",
+             &arguments.materials, {.type = "MATERIAL", .check = command_line::readable(read_material)});
+    line.add("--legacy-material", "Default material of the dissertation: ambient grey", &arguments.legacy_material);
+    line.add("--ignore-point-colours,--ignore-point-colors", "Leave colours and materials of the scan out",
+             &arguments.request.ignore_point_colours);
+    add_number(line, "--environment", arguments.request.environment, 0, 1,
                "Reflection of the panorama by all materials");
-    app.add_flag("--environment-map", arguments.environment_map, "A panorama to reflect; by half if no material asks");
-    auto *texture = add_word(app, "--texture", arguments.texture, {"marble", "wood"},
-                             "Solid texture, beside the point colours; alone: marble");
-    add_number(app, "--texture-scale", arguments.texture_options.scale, kLeastTextureScale, kMostTextureScale,
-               "Veins or rings across the grid")
-        ->needs(texture);
-    add_number(app, "--texture-turbulence", arguments.texture_options.turbulence, 0, kMostTurbulence,
-               "0: straight veins, round rings; default 1")
-        ->needs(texture);
-    app.add_option("--texture-seed", arguments.texture_options.seed, "Another block of stone or wood; default 0")
-        ->needs(texture);
-    app.add_option("--texture-colours,--texture-colors", arguments.texture_options.colours,
-                   "A name, or like 0:#30251c,1:#d9b98c")
-        ->type_name("COLOURS")
-        ->needs(texture);
+    line.add("--environment-map", "A panorama to reflect; by half if no material asks", &arguments.environment_map);
+    add_word(line, "--texture", arguments.texture, {"marble", "wood"},
+             "Solid texture, beside the point colours; alone: marble");
+    TextureOptions &options = arguments.texture_options;
+    add_number(line, "--texture-scale", options.scale, kLeastTextureScale, kMostTextureScale,
+               "Veins or rings across the grid", "--texture");
+    add_number(line, "--texture-turbulence", options.turbulence, 0, kMostTurbulence,
+               "0: straight veins, round rings; default 1", "--texture");
+    line.add("--texture-seed", "Another block of stone or wood; default 0", &options.seed, {.needs = "--texture"});
+    line.add("--texture-colours,--texture-colors", "A name, or like 0:#30251c,1:#d9b98c", &options.colours,
+             {.type = "COLOURS", .needs = "--texture"});
 }
 
-void add_surroundings_options(CLI::App &app, SceneArguments &arguments) {
-    app.option_defaults()->group(kSurroundings);
-    auto *ground = add_word(app, "--ground", arguments.ground, {"plain", "marble", "wood"},
-                            "A square under the object; alone: plain");
-    GroundRequest &options = arguments.ground_options;
-    add_number(app, "--ground-size", options.size, 0.1, 100, "Half its edge, in radii of the model; default 3.5")
-        ->needs(ground);
-    add_number(app, "--ground-height", options.height, -1e30, 1e30, "Along the up axis; default: the lowest point")
-        ->needs(ground);
-    app.add_option("--ground-material", arguments.ground_material, "As --material; default a light grey")
-        ->check(readable(read_material))
-        ->type_name("MATERIAL")
-        ->needs(ground);
-    app.add_option("--ground-colours,--ground-colors", options.colours, "As --texture-colours")
-        ->type_name("COLOURS")
-        ->needs(ground);
-    add_number(app, "--ground-scale", options.scale, kLeastTextureScale, kMostTextureScale, "As --texture-scale")
-        ->needs(ground);
-    add_power(app, "--ground-resolution", options.texels, 64, kMaxGroundRaster,
-              "Texels per edge of its shadows and its texture; default " + std::to_string(kDefaultGroundTexels))
-        ->needs(ground);
-    auto *panorama = app.add_option("--panorama", arguments.panorama,
-                                    "Surroundings: an equirectangular PNG, JPEG or HDR image, or the default one")
-                         ->type_name("FILE|default");
-    add_number(app, "--panorama-exposure", arguments.panorama_options.exposure, 1e-6, 1e6,
-               "Brightness of HDR images; default 1")
-        ->needs(panorama);
-    add_power(app, "--panorama-width", arguments.panorama_options.width, 256, kMaxPanoramaWidth,
-              "Default: nearest to the image's, at most " + std::to_string(kMostDefaultWidth))
-        ->needs(panorama);
+void add_surroundings_options(CommandLine &line, SceneArguments &arguments) {
+    line.topic = kSurroundings;
+    add_word(line, "--ground", arguments.ground, {"plain", "marble", "wood"},
+             "A square under the object; alone: plain");
+    GroundRequest &ground = arguments.ground_options;
+    add_number(line, "--ground-size", ground.size, 0.1, 100, "Half its edge, in radii of the model; default 3.5",
+               "--ground");
+    add_number(line, "--ground-height", ground.height, -1e30, 1e30, "Along the up axis; default: the lowest point",
+               "--ground");
+    line.add("--ground-material", "As --material; default a light grey", &arguments.ground_material,
+             {.type = "MATERIAL", .check = command_line::readable(read_material), .needs = "--ground"});
+    line.add("--ground-colours,--ground-colors", "As --texture-colours", &ground.colours,
+             {.type = "COLOURS", .needs = "--ground"});
+    add_number(line, "--ground-scale", ground.scale, kLeastTextureScale, kMostTextureScale, "As --texture-scale",
+               "--ground");
+    add_power(line, "--ground-resolution", ground.texels, 64, kMaxGroundRaster,
+              "Texels per edge of its shadows and its texture; default " + std::to_string(kDefaultGroundTexels),
+              "--ground");
+    line.add("--panorama", "Surroundings: an equirectangular PNG, JPEG or HDR image, or the default one",
+             &arguments.panorama, {.type = "FILE|default"});
+    PanoramaOptions &panorama = arguments.panorama_options;
+    add_number(line, "--panorama-exposure", panorama.exposure, 1e-6, 1e6, "Brightness of HDR images; default 1",
+               "--panorama");
+    add_power(line, "--panorama-width", panorama.width, 256, kMaxPanoramaWidth,
+              "Default: nearest to the image's, at most " + std::to_string(kMostDefaultWidth), "--panorama");
 }
 
 // Options of the scene as they were given, for metadata: names of files stay out.
-std::vector<GivenOption> given_options(const CLI::App &app) {
+std::vector<GivenOption> given_options(const CommandLine &line) {
     std::vector<GivenOption> given;
-    for (const CLI::Option *option : app.get_options()) {
-        const std::string &group = option->get_group();
-        if (group != kLights && group != kMaterials && group != kSurroundings)
+    for (const command_line::GivenValue &option : line.given) {
+        if (option.topic != kLights && option.topic != kMaterials && option.topic != kSurroundings)
             continue;
-        std::string name = option->get_lnames().front();
+        std::string name = option.name.substr(2); // without dashes
         std::replace(name.begin(), name.end(), '-', '_');
-        for (const std::string &value : option->results())
-            given.push_back({name, command_line::names_file(*option, value) ? "image" : value});
+        given.push_back({name, option.is_file ? "image" : option.value});
     }
     return given;
 }
@@ -247,25 +220,25 @@ std::vector<std::string> with_optional_values(int argc, char **argv) {
     return result;
 }
 
-void add_scene_options(CLI::App &app, SceneArguments &arguments) {
-    add_light_options(app, arguments);
-    add_material_options(app, arguments);
-    add_surroundings_options(app, arguments);
+void add_scene_options(CommandLine &line, SceneArguments &arguments) {
+    add_light_options(line, arguments);
+    add_material_options(line, arguments);
+    add_surroundings_options(line, arguments);
 }
 
-Result<SceneRequest> scene_request(const CLI::App &app, const SceneArguments &arguments) {
+Result<SceneRequest> scene_request(const CommandLine &line, const SceneArguments &arguments) {
     SceneRequest request = arguments.request;
     if (!arguments.light_set.empty())
         request.lights = light_set(arguments.light_set);
     for (const std::string &text : arguments.lights)
         request.lights.push_back(*read_light(text));
     if (request.lights.size() > kMaxLights)
-        return usage(std::to_string(request.lights.size()) + " lights, a .bvg file holds " +
+        return usage(std::to_string(request.lights.size()) + " lights, a .pbvg file holds " +
                      std::to_string(kMaxLights));
     for (const std::string &text : arguments.materials)
         request.materials.push_back(*read_material(text));
     if (request.materials.size() > kMaxMaterials)
-        return usage(std::to_string(request.materials.size()) + " materials, a .bvg file holds " +
+        return usage(std::to_string(request.materials.size()) + " materials, a .pbvg file holds " +
                      std::to_string(kMaxMaterials));
     if (arguments.legacy_material)
         request.default_material = *read_material("legacy");
@@ -288,7 +261,7 @@ Result<SceneRequest> scene_request(const CLI::App &app, const SceneArguments &ar
         request.panorama =
             PanoramaRequest{.file = arguments.panorama == kDefaultPanorama ? std::string() : arguments.panorama,
                             .options = arguments.panorama_options};
-    request.given = given_options(app);
+    request.given = given_options(line);
     return request;
 }
 

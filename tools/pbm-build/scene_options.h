@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-namespace CLI {
-class App;
+namespace pbm::command_line {
+struct CommandLine;
 }
 
 namespace pbm::build {
@@ -35,12 +35,12 @@ std::span<const command_line::OldSwitch> scene_switches();
 // -BACKGROUND is a panorama and a ground plane, as in the dissertation's program; with -TEXTURE a wooden one.
 std::vector<std::string> with_optional_values(int argc, char **argv);
 
-// Three topics of help; `arguments` must outlive the app.
-void add_scene_options(CLI::App &app, SceneArguments &arguments);
+// Three topics of help; `arguments` must outlive the parsing.
+void add_scene_options(command_line::CommandLine &line, SceneArguments &arguments);
 
-// What all options together ask for.
+// What all options together ask for; `line` has been parsed.
 //
 // errors  usage  what no option alone shows
-Result<SceneRequest> scene_request(const CLI::App &app, const SceneArguments &arguments);
+Result<SceneRequest> scene_request(const command_line::CommandLine &line, const SceneArguments &arguments);
 
 } // namespace pbm::build

@@ -1,4 +1,4 @@
-// pbm-export: the points of a .bvg file as PLY.
+// pbm-export: the points of a .pbvg file as PLY.
 #include "command_line/common_options.h"
 #include "ply_points.h"
 #include "system/files/file_replacement.h"
@@ -35,29 +35,28 @@ struct Outcome {
 };
 
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
-    CLI::App app{"Writes the points of a binary voxel grid (.bvg) as PLY.\n"
-                 "Each with its position, normal, radius, colour and material, in the coordinates of the scan.",
-                 "pbm-export"};
-    app.add_option("FILE", arguments.input, "Model whose points are wanted")->required();
-    app.add_option("-o,--output", arguments.output, "PLY file to write, - for standard output")
-        ->required()
-        ->type_name("FILE");
-    app.add_option("--level", arguments.level, "Detail level 0..depth; default the finest")
-        ->check(CLI::Range(0, kMaxDepth))
-        ->type_name("L");
-    app.add_flag("--ascii", arguments.format.ascii, "As text; default binary, little-endian");
-    app.add_flag("--float", arguments.format.single_precision, "Single precision, refused where it is not enough");
-    command_line::add_threads(app, arguments.stream.threads);
-    command_line::add_max_memory(app, arguments.stream.max_memory);
-    command_line::add_json(app, arguments.json, "Statistics");
-    command_line::add_quiet(app, arguments.verbosity);
-    command_line::add_verbose(app, arguments.verbosity, "Name every step");
-    app.set_version_flag("-V,--version", "pbm-export " PBM_VERSION);
+    command_line::CommandLine line{
+        std::string(kProgram),
+        "Writes the points of a binary voxel grid (.pbvg) as PLY.\n"
+        "Each with its position, normal, radius, colour and material, in the coordinates of the scan."};
+    line.add("FILE", "Model whose points are wanted", &arguments.input, {.required = true});
+    line.add("-o,--output", "PLY file to write, - for standard output", &arguments.output,
+             {.type = "FILE", .required = true});
+    line.add("--level", "Detail level 0..depth; default the finest", &arguments.level,
+             {.type = "L", .check = command_line::Integers{0, kMaxDepth}});
+    line.add("--ascii", "As text; default binary, little-endian", &arguments.format.ascii);
+    line.add("--float", "Single precision, refused where it is not enough", &arguments.format.single_precision);
+    command_line::add_threads(line, arguments.stream.threads);
+    command_line::add_max_memory(line, arguments.stream.max_memory);
+    command_line::add_json(line, arguments.json, "Statistics");
+    command_line::add_quiet(line, arguments.verbosity);
+    command_line::add_verbose(line, arguments.verbosity, "Name every step");
+    line.add_version(PBM_VERSION);
     const command_line::Manual manual{
-        .examples = {{"pbm-export scan.bvg -o points.ply", "The points of the finest level."},
-                     {"pbm-build points.ply --grid-like scan.bvg -o again.bvg", "The same model again."}},
+        .examples = {{"pbm-export scan.pbvg -o points.ply", "The points of the finest level."},
+                     {"pbm-build points.ply --grid-like scan.pbvg -o again.pbvg", "The same model again."}},
         .logs_steps = true};
-    return command_line::parse(app, kProgram, argc, argv, {}, manual);
+    return command_line::parse(line, argc, argv, {}, manual);
 }
 
 // Lights, shadows and solid textures belong to no point's row.

@@ -1,4 +1,4 @@
-// Points of a .bvg file as a PLY file: header and rows. pbm-build reads them back to the very same points.
+// Points of a .pbvg file as a PLY file: header and rows. pbm-build reads them back to the very same points.
 // Based on: Turk. The PLY polygon file format. 1994
 // Based on: Campbell. Point Based Modelling and Rendering. 2006 (element material)
 #pragma once

@@ -1,4 +1,4 @@
-// pbm-info: what is in a .bvg, from its header, tables and directories; no chunk and no tile is decoded.
+// pbm-info: what is in a .pbvg, from its header, tables and directories; no chunk and no tile is decoded.
 #include "command_line/common_options.h"
 #include "pbm_format/reading/reader.h"
 #include "system/files/mapped_file.h"
@@ -53,7 +53,7 @@ pbm::Status measure_rasters(const pbm::Reader &reader, pbm::ByteView file, FileS
         const pbm::TileGrid &grid = directory->grid;
         std::string type(pbm::to_string(entry->type));
         if (entry->type == pbm::SectionType::ground_lit)
-            type += " " + std::to_string(entry->instance);
+            (type += " ") += std::to_string(entry->instance);
         if (entry->type == pbm::SectionType::panorama)
             sizes.counted_bytes -= entry->stored_bytes;
         sizes.rasters.push_back({.type = std::move(type),
@@ -77,7 +77,7 @@ pbm::Result<FileSizes> measure(pbm::Reader &reader, pbm::ByteView file) {
     for (const pbm::StreamInfo &info : infos) {
         std::string type(pbm::to_string(info.kind));
         if (info.kind == pbm::StreamKind::shadow)
-            type += " " + std::to_string(info.light);
+            (type += " ") += std::to_string(info.light);
         sizes.streams.push_back({.type = std::move(type)});
     }
     for (int level = 1; level <= reader.depth(); ++level) {
@@ -347,16 +347,17 @@ void print_text(const std::string &path, const pbm::Reader &reader, const FileSi
 int fail(const std::string &path, const pbm::Error &error) { return pbm::command_line::fail("pbm-info", path, error); }
 
 int run(int argc, char **argv) {
-    CLI::App app{"Says what is in a binary voxel grid (.bvg): points, levels, streams, sizes.", "pbm-info"};
+    pbm::command_line::CommandLine line{"pbm-info",
+                                        "Says what is in a binary voxel grid (.pbvg): points, levels, streams, sizes."};
     std::string path, json_path;
-    app.add_option("FILE", path, "Model to look into")->required();
-    pbm::command_line::add_json(app, json_path, "All of it");
+    line.add("FILE", "Model to look into", &path, {.required = true});
+    pbm::command_line::add_json(line, json_path, "All of it");
     auto verbosity = pbm::command_line::Verbosity::normal;
-    pbm::command_line::add_quiet(app, verbosity);
-    app.set_version_flag("-V,--version", "pbm-info " PBM_VERSION);
+    pbm::command_line::add_quiet(line, verbosity);
+    line.add_version(PBM_VERSION);
     if (const auto done = pbm::command_line::parse(
-            app, "pbm-info", argc, argv, {},
-            {.examples = {{"pbm-info --json scan.bvg", "Everything about a model, for other programs."}}}))
+            line, argc, argv, {},
+            {.examples = {{"pbm-info --json scan.pbvg", "Everything about a model, for other programs."}}}))
         return *done;
     if (const auto refused = pbm::command_line::refuse_outputs("pbm-info", {{path}}, {{json_path}}))
         return *refused;

@@ -1,4 +1,4 @@
-// pbm-validate: is this .bvg valid, and if not, what breaks which rule where.
+// pbm-validate: is this .pbvg valid, and if not, what breaks which rule where.
 #include "command_line/common_options.h"
 #include "system/files/mapped_file.h"
 #include "verdict.h"
@@ -14,6 +14,8 @@ namespace {
 using pbm::CatalogueEntry;
 using pbm::Severity;
 using pbm::ValidationLevel;
+using pbm::command_line::CommandLine;
+using pbm::command_line::Integers;
 using pbm::validate_program::Verdict;
 
 struct Options {
@@ -69,18 +71,23 @@ Verdict examine(const std::string &path, const Options &options) {
     return verdict;
 }
 
-// Files named .bvg below a folder, in the order of their names.
+// .bvg was the extension before .pbvg.
+bool is_model_name(const std::filesystem::path &name) {
+    return name.extension() == ".pbvg" || name.extension() == ".bvg";
+}
+
+// Files named like models below a folder, in the order of their names.
 pbm::Result<std::vector<std::string>> files_below(const std::string &folder) {
     namespace fs = std::filesystem;
     std::vector<std::string> files;
     std::error_code error;
     for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
-        if (entry->path().extension() == ".bvg" && !entry->is_directory())
+        if (is_model_name(entry->path()) && !entry->is_directory())
             files.push_back(entry->path().string());
     if (error)
         return pbm::broken("io.open", 0, "cannot open: " + error.message());
     if (files.empty())
-        return pbm::broken("io.not_a_file", 0, "no .bvg file is in this folder");
+        return pbm::broken("io.not_a_file", 0, "no .pbvg file is in this folder");
     std::sort(files.begin(), files.end());
     return files;
 }
@@ -111,47 +118,41 @@ void print(const Verdict &verdict, const Options &options) {
     }
 }
 
-CLI::Option *add_codes(CLI::App &app, const std::string &name, std::vector<std::string> &codes,
-                       const std::string &help) {
-    return app.add_option(name, codes, help)
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->type_name("CODE,..")
-        ->check([](const std::string &word) { return pbm::validate_program::unknown_code(word); });
+void add_codes(CommandLine &line, const char *name, std::vector<std::string> &codes, const char *help,
+               std::vector<std::string> excludes) {
+    line.add(name, help, &codes,
+             {.type = "CODE,..",
+              .check = [](const std::string &word) { return pbm::validate_program::unknown_code(word); },
+              .separator = ',',
+              .excludes = std::move(excludes)});
 }
 
-void add_options(CLI::App &app, Options &options) {
-    app.add_option("FILE", options.paths, "Models to examine; - is standard input");
-    auto *quick = app.add_flag("--quick", options.quick, "Header and section table only: milliseconds at any size")
-                      ->group("Levels");
-    auto *deep =
-        app.add_flag("--deep", options.deep, "Averages and means too, and advice: warnings and infos")->group("Levels");
-    quick->excludes(deep);
-    app.add_flag("--strict", options.strict, "As --deep, and warnings make a file invalid")
-        ->group("Levels")
-        ->excludes(quick);
-    app.add_flag("-e,--errors-only", options.errors_only, "No warnings and infos")->group("Findings");
-    auto *ignore = add_codes(app, "--ignore", options.ignore, "Codes or groups that do not count")->group("Findings");
-    add_codes(app, "--only", options.only, "Codes or groups that count alone")->group("Findings")->excludes(ignore);
-    app.add_option("--max-findings", options.validation.max_findings, "Findings to tell of each file")
-        ->check(CLI::Range(1, 1000000))
-        ->capture_default_str()
-        ->group("Findings");
-    app.add_option("--max-per-code", options.validation.max_per_code, "Findings to tell of each code")
-        ->check(CLI::Range(1, 1000000))
-        ->capture_default_str()
-        ->group("Findings");
-    app.add_flag("--list-codes{text}", options.list_codes, "All codes; --list-codes=markdown, or as JSON with --json")
-        ->group("Codes");
-    app.add_option("--explain", options.explain, "What a code, group or rule stands for")
-        ->type_name("CODE")
-        ->group("Codes");
-    app.add_flag("-r,--recursive", options.recursive, "All .bvg files in folders too");
-    app.add_flag("-q,--quiet", options.quiet, "Say nothing about valid files");
-    pbm::command_line::add_json(app, options.json_path, "Verdicts");
-    pbm::command_line::add_threads(app, options.validation.threads);
-    pbm::command_line::add_max_memory(app, options.validation.max_memory);
-    app.set_version_flag("-V,--version", "pbm-validate " PBM_VERSION);
+void add_options(CommandLine &line, Options &options) {
+    line.add("FILE", "Models to examine; - is standard input", &options.paths);
+    line.topic = "Levels";
+    line.add("--quick", "Header and section table only: milliseconds at any size", &options.quick);
+    line.add("--deep", "Averages and means too, and advice: warnings and infos", &options.deep,
+             {.excludes = {"--quick"}});
+    line.add("--strict", "As --deep, and warnings make a file invalid", &options.strict, {.excludes = {"--quick"}});
+    line.topic = "Findings";
+    line.add("-e,--errors-only", "No warnings and infos", &options.errors_only);
+    add_codes(line, "--ignore", options.ignore, "Codes or groups that do not count", {});
+    add_codes(line, "--only", options.only, "Codes or groups that count alone", {"--ignore"});
+    line.add("--max-findings", "Findings to tell of each file", &options.validation.max_findings,
+             {.check = Integers{1, 1000000}, .shows_default = true});
+    line.add("--max-per-code", "Findings to tell of each code", &options.validation.max_per_code,
+             {.check = Integers{1, 1000000}, .shows_default = true});
+    line.topic = "Codes";
+    line.add("--list-codes", "All codes; --list-codes=markdown, or as JSON with --json", &options.list_codes,
+             {.alone = "text"});
+    line.add("--explain", "What a code, group or rule stands for", &options.explain, {.type = "CODE"});
+    line.topic = "Options";
+    line.add("-r,--recursive", "All .pbvg files in folders too", &options.recursive);
+    line.add("-q,--quiet", "Say nothing about valid files", &options.quiet);
+    pbm::command_line::add_json(line, options.json_path, "Verdicts");
+    pbm::command_line::add_threads(line, options.validation.threads);
+    pbm::command_line::add_max_memory(line, options.validation.max_memory);
+    line.add_version(PBM_VERSION);
 }
 
 int write_json(const std::string &path, const std::string &text) {
@@ -197,16 +198,16 @@ void choose(Options &options) {
 }
 
 int run(int argc, char **argv) {
-    CLI::App app{"Says whether binary voxel grids (.bvg) are valid, and if not, what breaks which rule where.\n"
-                 "The rules are those of BVG.md. Of several files the highest exit code counts.",
-                 "pbm-validate"};
+    CommandLine line{"pbm-validate",
+                     "Says whether binary voxel grids (.pbvg) are valid, and if not, what breaks which rule where.\n"
+                     "The rules are those of BVG.md. Of several files the highest exit code counts."};
     Options options;
     options.validation.max_per_code = 10;
-    add_options(app, options);
+    add_options(line, options);
     if (const auto done = pbm::command_line::parse(
-            app, "pbm-validate", argc, argv, {},
+            line, argc, argv, {},
             {.most_used = {"--quick", "--deep", "--ignore", "--recursive", "--json", "--quiet", "--help"},
-             .examples = {{"pbm-validate -q *.bvg", "Names the files that are not valid, and nothing else."},
+             .examples = {{"pbm-validate -q *.pbvg", "Names the files that are not valid, and nothing else."},
                           {"pbm-validate -r --json=report.json models", "All models of a folder, for a pipeline."},
                           {"pbm-validate --explain 4.2", "What a rule is, and what to do about it."}}}))
         return *done;

@@ -1,4 +1,4 @@
-// Advice: what is allowed in a .bvg file but odd, wasteful or a slip. Warnings and infos of the catalogue.
+// Advice: what is allowed in a .pbvg file but odd, wasteful or a slip. Warnings and infos of the catalogue.
 #pragma once
 
 #include "pbm_format/container/layout.h"

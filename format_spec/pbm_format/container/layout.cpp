@@ -35,22 +35,27 @@ std::string_view to_string(Storage storage) { return storage == Storage::mapped 
 
 namespace {
 
-// What a file that is not .bvg seems to be, for the message.
+// What a file that is not .pbvg seems to be, for the message.
 std::string describe_magic(ByteView file) {
     const std::string_view text(reinterpret_cast<const char *>(file.data()), file.size());
     const auto starts = [&](std::string_view magic) { return text.starts_with(magic); };
     if (file.empty())
         return "the file is empty";
     if (starts("P1") || starts("P4"))
-        return "this is a Netpbm bitmap, not a binary voxel grid (.bvg)";
+        return "this is a Netpbm bitmap, not a binary voxel grid (.pbvg)";
     if (starts("ply"))
-        return "this is a PLY file: turn it into a .bvg with pbm-build first";
+        return "this is a PLY file: turn it into a .pbvg with pbm-build first";
     if (starts("solid") || starts("OFF"))
-        return "this is a mesh: turn it into a .bvg with pbm-build first";
+        return "this is a mesh: turn it into a .pbvg with pbm-build first";
     if (starts("\x89"
                "BVG"))
         return "the file was damaged by a text-mode transfer";
-    return "not a binary voxel grid (.bvg)";
+    // Easy3D's Binary Vertex Group has no magic number: a count of points, then three floats for each.
+    const std::uint64_t points = ByteReader(file).u32();
+    if (points > 0 && 4 + 12 * points <= file.size())
+        return "not a binary voxel grid (.pbvg); if this is a Binary Vertex Group (.bvg) of Easy3D, Mapple or PolyFit, "
+               "export it there as PLY";
+    return "not a binary voxel grid (.pbvg)";
 }
 
 std::string hex(ByteView bytes) {

@@ -1,4 +1,4 @@
-// The catalogue: everything that can be found wrong, or worth a word, in a .bvg file, under names that stay.
+// The catalogue: everything that can be found wrong, or worth a word, in a .pbvg file, under names that stay.
 // BVG.md section 9; `pbm-validate --list-codes` prints it.
 //
 // A code stands for rules of BVG.md, and each rule belongs to one code. Codes are added, never renamed or given another
@@ -51,7 +51,7 @@ inline constexpr std::array kCatalogue = std::to_array<CatalogueEntry>({
      "Raise --max-memory, or examine it with --quick, which needs none."},
     {"header.magic", Severity::error, ErrorCode::not_bvg, "2.1",
      "The file does not start with the magic number: it is something else.",
-     "Name a .bvg file; pbm-build makes one of a scan."},
+     "Name a .pbvg file; pbm-build makes one of a scan."},
     {"header.size", Severity::error, ErrorCode::truncated, "2.2 2.7",
      "The file is shorter or longer than its header says.",
      "Copy or download it anew: it was cut off, or something was added to it."},

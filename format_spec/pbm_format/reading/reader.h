@@ -1,4 +1,4 @@
-// Reading .bvg files: three calls, three promises. BVG.md section 8.
+// Reading .pbvg files: three calls, three promises. BVG.md section 8.
 //
 //   open        proves header, section table and the small sections; touches nothing else
 //   directory   proves the chunk directory of a level (and of those above) when it is first needed

@@ -1,4 +1,4 @@
-// Writing .bvg files. BVG.md sections 2 to 8.
+// Writing .pbvg files. BVG.md sections 2 to 8.
 #pragma once
 
 #include "pbm_format/container/layout.h"

@@ -1,28 +1,25 @@
 #include "viewer/options/video_options.h"
 
-#include "command_line/common_options.h"
+#include "command_line/parse.h"
 
 #include <filesystem>
 
 namespace pbm {
 
-void add_video_options(CLI::App &app, VideoChoice &choice) {
-    app.option_defaults()->group("Video");
-    app.add_option("--turntable", choice.video.output,
-                   "Once round the focal point, about the model's up axis, as .avi, .mp4 (runs ffmpeg), pictures "
-                   "(name_%04d.png or .bmp) or - for raw RGB frames")
-        ->type_name("FILE");
-    app.add_flag("--avi", choice.avi, "The same as MODEL.avi in this folder");
-    app.add_option("--frames", choice.video.frames, "Of the video")
-        ->check(CLI::Range(1, kMaxFrames))
-        ->capture_default_str();
-    app.add_option("--fps", choice.video.fps, "Frames per second of the video")
-        ->check(CLI::Range(1.0, 240.0))
-        ->capture_default_str();
-    app.add_option("--video-quality", choice.video.quality, "Of the frames of .avi, 1..100")
-        ->check(CLI::Range(1, 100))
-        ->capture_default_str();
-    app.option_defaults()->group("Options");
+void add_video_options(command_line::CommandLine &line, VideoChoice &choice) {
+    line.topic = "Video";
+    line.add("--turntable",
+             "Once round the focal point, about the model's up axis, as .avi, .mp4 (runs ffmpeg), pictures "
+             "(name_%04d.png or .bmp) or - for raw RGB frames",
+             &choice.video.output, {.type = "FILE"});
+    line.add("--avi", "The same as MODEL.avi in this folder", &choice.avi);
+    line.add("--frames", "Of the video", &choice.video.frames,
+             {.check = command_line::Integers{1, kMaxFrames}, .shows_default = true});
+    line.add("--fps", "Frames per second of the video", &choice.video.fps,
+             {.check = command_line::Numbers{1, 240}, .shows_default = true});
+    line.add("--video-quality", "Of the frames of .avi, 1..100", &choice.video.quality,
+             {.check = command_line::Integers{1, 100}, .shows_default = true});
+    line.topic = "Options";
 }
 
 Status complete_video(VideoChoice &choice, const std::string &model, const RenderOptions &render) {

@@ -7,10 +7,6 @@
 
 #include <string>
 
-namespace CLI {
-class App;
-}
-
 namespace pbm {
 
 struct VideoChoice {
@@ -22,7 +18,7 @@ struct VideoChoice {
 inline constexpr command_line::OldSwitch kOldVideoSwitch{"-AVI", "--avi"};
 
 // Declares --turntable, --avi, --frames, --fps and --video-quality. `choice` must outlive the parsing.
-void add_video_options(CLI::App &app, VideoChoice &choice);
+void add_video_options(command_line::CommandLine &line, VideoChoice &choice);
 
 // To be asked after parsing: fills in the name that --avi stands for, that of the model in the present folder.
 //

@@ -9,12 +9,16 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <functional>
 #include <utility>
 #include <vector>
 
 namespace pbm {
 namespace {
+
+using command_line::CommandLine;
+using command_line::Integers;
+using command_line::Numbers;
+using command_line::stored;
 
 // Shortest text that reads back as the same number.
 std::string number_text(double number) {
@@ -29,23 +33,8 @@ std::string colour_text(Rgba8 colour) {
     return part(0) + "," + part(1) + "," + part(2);
 }
 
-// Stores what `parse` makes of an option's text.
-template <class Parse, class Target> auto stored(Parse parse, Target &target) {
-    return [parse, &target](const std::string &text) {
-        auto value = parse(text);
-        if (!value)
-            throw CLI::ValidationError(value.error().message);
-        target = *value;
-    };
-}
-
 std::string vector_text(const glm::dvec3 &v) {
     return number_text(v.x) + "," + number_text(v.y) + "," + number_text(v.z);
-}
-
-void add_text(CLI::App &app, const std::string &names, const char *type,
-              const std::function<void(const std::string &)> &store, const std::string &help) {
-    app.add_option_function<std::string>(names, store, help)->type_name(type);
 }
 
 const std::vector<std::pair<std::string, Quality>> kQualities{{"fast", Quality::fast}, {"fine", Quality::fine}};
@@ -57,42 +46,35 @@ const std::string &word_of(const std::vector<std::pair<std::string, Value>> &cho
     return std::find_if(choices.begin(), choices.end(), [&](const auto &c) { return c.second == value; })->first;
 }
 
-void add_look_options(CLI::App &app, ViewOptions &options) {
-    app.option_defaults()->group("Look");
-    command_line::add_choice(app, "--quality", "quality", kQualities, options.render.quality,
+void add_look_options(CommandLine &line, ViewOptions &options) {
+    line.topic = "Look";
+    command_line::add_choice(line, "--quality", "quality", kQualities, options.render.quality,
                              "fast (default); fine: points blended, every pixel shaded, several samples, in a window "
                              "when the view rests");
-    app.add_option("--samples", options.render.samples, "Of a pixel of fine pictures")
-        ->check(CLI::Range(1, kMaxSamples))
-        ->capture_default_str();
-    app.add_option_function<int>(
-           "--level", [&options](int level) { options.render.level = options.load.max_level = level; },
-           "Finest detail level to draw; default, and above the depth: the finest there is")
-        ->check(CLI::Range(0, kMaxDepth));
-    app.add_option("--max-error", options.max_error,
-                   "Largest edge of the voxels drawn, pixels; finer detail is left out")
-        ->check(CLI::Range(0.1, 64.0))
-        ->capture_default_str();
-    add_text(app, "--background-color,--background-colour", "R,G,B", stored(parse_colour, options.render.background),
-             "sRGB, each 0..1; default 0.2,0.2,0.2");
+    line.add("--samples", "Of a pixel of fine pictures", &options.render.samples,
+             {.check = Integers{1, kMaxSamples}, .shows_default = true});
+    line.add("--level", "Finest detail level to draw; default, and above the depth: the finest there is",
+             [&options](int level) { options.render.level = options.load.max_level = level; },
+             {.check = Integers{0, kMaxDepth}});
+    line.add("--max-error", "Largest edge of the voxels drawn, pixels; finer detail is left out", &options.max_error,
+             {.check = Numbers{0.1, 64}, .shows_default = true});
+    line.add("--background-color,--background-colour", "sRGB, each 0..1; default 0.2,0.2,0.2",
+             stored(parse_colour, options.render.background), {.type = "R,G,B"});
 }
 
 // Each can be switched on, too, which is the default: the dissertation's switches ask for what they name.
-void add_shading_options(CLI::App &app, RenderOptions &render) {
-    app.option_defaults()->group("Shading");
-    const auto add_switch = [&](const std::string &names, bool &target, const std::string &help) {
-        app.add_flag(names, target, help)->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-    };
+void add_shading_options(CommandLine &line, RenderOptions &render) {
+    line.topic = "Shading";
+    const auto add_switch = [&](const char *names, bool &target, const char *help) { line.add(names, help, &target); };
     add_switch("--texture,!--no-texture", render.texture, "Colours of the file's marble or wood; default on");
-    app.add_flag_callback(
-        "--ignore-point-colours,--ignore-point-colors", [&render] { render.point_colours = false; },
-        "Draw points in the colour of their material");
+    line.add("--ignore-point-colours,--ignore-point-colors", "Draw points in the colour of their material",
+             [&render] { render.point_colours = false; });
     add_switch("--shadows,!--no-shadows", render.shadows, "Shadows baked into the file; default on");
     add_switch("--panorama,!--no-panorama", render.panorama, "The file's panorama behind everything; default on");
     add_switch("--ground,!--no-ground", render.ground, "The file's ground plane; default on");
     add_switch("--reflections,!--no-reflections", render.reflections,
                "Of the panorama, where a material asks for it; default on");
-    command_line::add_choice(app, "--depth-cue", "depth cue", kDepthCues, render.depth_cue,
+    command_line::add_choice(line, "--depth-cue", "depth cue", kDepthCues, render.depth_cue,
                              "Shade by depth alone, for scans without colours; default none");
 }
 
@@ -108,39 +90,37 @@ std::vector<command_line::OldSwitch> old_switches(std::initializer_list<command_
     return switches;
 }
 
-void add_view_options(CLI::App &app, ViewOptions &options) {
-    const auto text_option = [&](const std::string &names, const char *type, auto store, const std::string &help) {
-        add_text(app, names, type, store, help);
+void add_view_options(CommandLine &line, ViewOptions &options) {
+    const auto add_text = [&](const char *names, const char *type, auto target, const char *help) {
+        line.add(names, help, std::move(target), {.type = type});
     };
-    text_option("--resolution", "W,H", stored(parse_resolution, options.resolution),
-                "Size of the picture; default 1280,720");
-    app.option_defaults()->group("Camera");
-    text_option("--camera-position", "X,Y,Z", stored(parse_vector, options.position),
-                "Default: in front of the model, so that all of it is seen");
-    text_option("--camera-focal-point", "X,Y,Z", stored(parse_vector, options.focal_point),
-                "Default: the model's centre");
-    text_option("--camera-view-up", "X,Y,Z", stored(parse_vector, options.view_up), "Default: the model's up axis");
-    app.add_option("--camera-view-angle", options.view_angle, "Vertical angle of view, degrees")
-        ->check(CLI::Range(0.01, 170.0))
-        ->capture_default_str();
-    add_look_options(app, options);
-    add_shading_options(app, options.render);
-    app.option_defaults()->group("Options");
-    command_line::add_max_memory(app, options.load.max_memory);
-    command_line::add_threads(app, options.load.threads);
-    command_line::add_quiet(app, options.verbosity);
-    command_line::add_verbose(app, options.verbosity, "Say where the camera stands");
+    add_text("--resolution", "W,H", stored(parse_resolution, options.resolution),
+             "Size of the picture; default 1280,720");
+    line.topic = "Camera";
+    add_text("--camera-position", "X,Y,Z", stored(parse_vector, options.position),
+             "Default: in front of the model, so that all of it is seen");
+    add_text("--camera-focal-point", "X,Y,Z", stored(parse_vector, options.focal_point), "Default: the model's centre");
+    add_text("--camera-view-up", "X,Y,Z", stored(parse_vector, options.view_up), "Default: the model's up axis");
+    line.add("--camera-view-angle", "Vertical angle of view, degrees", &options.view_angle,
+             {.check = Numbers{0.01, 170}, .shows_default = true});
+    add_look_options(line, options);
+    add_shading_options(line, options.render);
+    line.topic = "Options";
+    command_line::add_max_memory(line, options.load.max_memory);
+    command_line::add_threads(line, options.load.threads);
+    command_line::add_quiet(line, options.verbosity);
+    command_line::add_verbose(line, options.verbosity, "Say where the camera stands");
 }
 
-void add_renderer_option(CLI::App &app, ViewOptions &options) {
-    command_line::add_choice<Renderer>(app, "--renderer", "renderer",
+void add_renderer_option(CommandLine &line, ViewOptions &options) {
+    line.topic = "Look";
+    command_line::add_choice<Renderer>(line, "--renderer", "renderer",
                                        {{"fast", Renderer::fast}, {"reference", Renderer::reference}}, options.renderer,
-                                       "fast (default); reference: slow and plain, draws every point of one level")
-        ->group("Look");
+                                       "fast (default); reference: slow and plain, draws every point of one level");
     command_line::add_choice<Splats>(
-        app, "--splats", "kind of splat", {{"ellipses", Splats::ellipses}, {"kernels", Splats::kernels}},
-        options.render.splats, "Of the reference renderer: ellipses (default); kernels: the dissertation's table")
-        ->group("Look");
+        line, "--splats", "kind of splat", {{"ellipses", Splats::ellipses}, {"kernels", Splats::kernels}},
+        options.render.splats, "Of the reference renderer: ellipses (default); kernels: the dissertation's table");
+    line.topic = "Options";
 }
 
 Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size) {

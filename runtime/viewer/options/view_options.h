@@ -16,11 +16,10 @@
 #include <string>
 #include <vector>
 
-namespace CLI {
-class App;
-}
-
 namespace pbm {
+namespace command_line {
+struct CommandLine;
+}
 
 inline constexpr int kMaxSamples = 64;
 
@@ -43,10 +42,10 @@ std::vector<command_line::OldSwitch> old_switches(std::initializer_list<command_
 
 // Declares the options of a view and -q, -v; the next option belongs to the group "Options". `options` must outlive the
 // parsing.
-void add_view_options(CLI::App &app, ViewOptions &options);
+void add_view_options(command_line::CommandLine &line, ViewOptions &options);
 
 // Declares --renderer, for programs that have both.
-void add_renderer_option(CLI::App &app, ViewOptions &options);
+void add_renderer_option(command_line::CommandLine &line, ViewOptions &options);
 
 // The default camera for a picture of `size`, but for what the command line says. `bounds` is the model's bounding
 // sphere, `up` the axis of its grid.

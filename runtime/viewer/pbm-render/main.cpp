@@ -69,33 +69,32 @@ int fail(const std::string &file, const Error &error) {
 
 // Fills `arguments`, or returns the exit code of a program that has said all it had to say.
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
-    CLI::App app{"Draws a binary voxel grid (.bvg) into a picture or a video.", "pbm-render"};
-    app.add_option("FILE", arguments.input, "Model to draw")->required();
-    app.option_defaults()->group("Output");
-    app.add_option("-o,--output", arguments.output, "Picture to write, .png or .bmp; - for standard output (PNG)")
-        ->type_name("FILE");
-    app.add_option("--depth-output", arguments.depth_output,
-                   "PFM file of depths: distance along the view direction in model units, +inf where empty")
-        ->type_name("FILE");
-    add_view_options(app, arguments.view);
-    add_renderer_option(app, arguments.view);
+    command_line::CommandLine line{std::string(kProgram),
+                                   "Draws a binary voxel grid (.pbvg) into a picture or a video."};
+    line.add("FILE", "Model to draw", &arguments.input, {.required = true});
+    line.topic = "Output";
+    line.add("-o,--output", "Picture to write, .png or .bmp; - for standard output (PNG)", &arguments.output,
+             {.type = "FILE"});
+    line.add("--depth-output", "PFM file of depths: distance along the view direction in model units, +inf where empty",
+             &arguments.depth_output, {.type = "FILE"});
+    add_view_options(line, arguments.view);
+    add_renderer_option(line, arguments.view);
     bool no_background = false;
-    app.add_flag("--no-background", no_background, "Transparent where nothing is drawn, without panorama")
-        ->group("Look");
-    app.add_option("--bench", arguments.bench, "Draw N more frames once round the focal point; tell their times")
-        ->check(CLI::Range(1, 100000))
-        ->group("Output");
-    add_video_options(app, arguments.choice);
-    command_line::add_json(app, arguments.json, "Statistics");
-    app.set_version_flag("-V,--version", "pbm-render " PBM_VERSION);
+    line.add("--no-background", "Transparent where nothing is drawn, without panorama", &no_background,
+             {.topic = "Look"});
+    line.add("--bench", "Draw N more frames once round the focal point; tell their times", &arguments.bench,
+             {.check = command_line::Integers{1, 100000}, .topic = "Output"});
+    add_video_options(line, arguments.choice);
+    command_line::add_json(line, arguments.json, "Statistics");
+    line.add_version(PBM_VERSION);
     if (const auto done = command_line::parse(
-            app, kProgram, argc, argv, old_switches({kOldVideoSwitch}),
+            line, argc, argv, old_switches({kOldVideoSwitch}),
             {.most_used = {"--output", "--resolution", "--turntable", "--quality", "--help"},
              .examples = {
-                 {"pbm-render scan.bvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
-                 {"pbm-render scan.bvg -o - --no-background | display", "A transparent picture for the next program."},
-                 {"pbm-render scan.bvg --turntable scan.avi --quality fine", "A video once round the model."},
-                 {"pbm-render scan.bvg --turntable - | ffmpeg -f rawvideo -pix_fmt rgb24 -s 1280x720 -r 30 "
+                 {"pbm-render scan.pbvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
+                 {"pbm-render scan.pbvg -o - --no-background | display", "A transparent picture for the next program."},
+                 {"pbm-render scan.pbvg --turntable scan.avi --quality fine", "A video once round the model."},
+                 {"pbm-render scan.pbvg --turntable - | ffmpeg -f rawvideo -pix_fmt rgb24 -s 1280x720 -r 30 "
                   "-i - scan.webm",
                   "The same in any other form."}}}))
         return done;

@@ -181,7 +181,7 @@ TEST(Merge, MoreThanEightDifferentMaterialsAreRefused) {
     }
     const Error error = refused(surfaces, at_depth(6));
     EXPECT_EQ(error.code, ErrorCode::unsupported_feature);
-    EXPECT_EQ(error.message, "9 different materials in all, a .bvg file holds 8; merge some of them");
+    EXPECT_EQ(error.message, "9 different materials in all, a .pbvg file holds 8; merge some of them");
     surfaces.pop_back();
     EXPECT_EQ(built(surfaces, at_depth(6)).parameters.materials.size(), 8U);
 }
@@ -297,7 +297,7 @@ TEST(GridLike, IsTakenBitForBitWithUnitAndUpAxis) {
 
 TEST(GridLike, IsReadFromAFile) {
     const Model model = built({cube({0.1, 0.2, 0.3})}, at_depth(6));
-    const auto path = std::filesystem::temp_directory_path() / ("pbm_grid_like_" + std::to_string(::getpid()) + ".bvg");
+    const auto path = std::filesystem::temp_directory_path() / ("pbm_grid_like_" + std::to_string(::getpid()) + ".pbvg");
     ASSERT_TRUE(write_model(path.string(), model).ok());
     const Result<Grid> grid = read_grid(path.string());
     std::filesystem::remove(path);

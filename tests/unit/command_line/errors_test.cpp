@@ -65,7 +65,7 @@ TEST(Errors, SwitchesOfTheDissertationAreRefusedOrMapped) {
         return arguments(static_cast<int>(words.size()), const_cast<char **>(words.data()), switches);
     };
     for (const char *name : {"-AVI", "-BACKGROUND", "-SHADOW", "-TEXTURE", "-ENVIRONMENT_MAP"}) {
-        const auto refused = given({"a.bvg", name}, {});
+        const auto refused = given({"a.pbvg", name}, {});
         ASSERT_FALSE(refused.ok()) << name;
         EXPECT_NE(refused.error().message.find(std::string(name) + " is a switch of pbm-"), std::string::npos);
         EXPECT_NE(refused.error().message.find("; leave it out here"), std::string::npos);

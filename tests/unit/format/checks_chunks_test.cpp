@@ -90,7 +90,7 @@ TEST(CheckAlone, SizesOfPlanes) {
 
 // Decodes the first chunk of the test vectors that has a stream with that filter, whose stored bytes `damage` changes.
 Status decode_damaged(Filter filter, const std::function<void(Bytes &)> &damage) {
-    for (const char *name : {"filtered.bvg", "filtered-565.bvg", "filtered-regions.bvg"}) {
+    for (const char *name : {"filtered.pbvg", "filtered-565.pbvg", "filtered-regions.pbvg"}) {
         const MappedFile file =
             MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name).value();
         Reader reader = Reader::open(file.bytes()).value();
@@ -394,7 +394,7 @@ TEST(CheckAlone, EveryFrameIsProven) {
     const Model model = sphere_model(5, every_attribute(ColourFormat::rgb888, 5));
     for (const bool filters : {false, true})
         refuse_broken_frames(encode_model(model, {.compression_level = 3, .filters = filters, .threads = 1}).value());
-    for (const char *name : {"filtered-565.bvg", "filtered-regions.bvg"}) {
+    for (const char *name : {"filtered-565.pbvg", "filtered-regions.pbvg"}) {
         const MappedFile file =
             MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name).value();
         refuse_broken_frames({file.bytes().begin(), file.bytes().end()});

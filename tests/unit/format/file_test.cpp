@@ -191,12 +191,12 @@ class ReplaceFile : public testing::Test {
 };
 
 TEST_F(ReplaceFile, ReplacesTheWholeFileAndLeavesNothingBeside) {
-    const std::string path = (folder_ / "a.bvg").string();
+    const std::string path = (folder_ / "a.pbvg").string();
     for (const Durability durability : {Durability::synced, Durability::cached}) {
         std::ofstream(path) << "the old content, which is longer";
         const Bytes bytes{'n', 'e', 'w'};
         ASSERT_TRUE(replace_file(path, bytes, durability));
-        EXPECT_EQ(content("a.bvg"), "new");
+        EXPECT_EQ(content("a.pbvg"), "new");
         EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1);
     }
 }

@@ -86,7 +86,7 @@ TEST(Golden, EveryFileOfEveryFrozenVersionHoldsWhatItHeld) {
             expect_contents(folder.path() / expected.at("file").get<std::string>(), expected);
         }
         for (const auto &file : std::filesystem::directory_iterator(folder))
-            EXPECT_TRUE(file.path().extension() != ".bvg" || listed.contains(file.path().filename().string()))
+            EXPECT_TRUE(file.path().extension() != ".pbvg" || listed.contains(file.path().filename().string()))
                 << file.path();
     }
     EXPECT_GE(versions, 1);

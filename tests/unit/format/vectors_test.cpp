@@ -123,7 +123,7 @@ TEST(Vectors, EveryOddFileIsValidAndGetsTheAdviceInItsNameAndNoOther) {
         EXPECT_EQ(report.exit_code, 0) << name;
         ASSERT_FALSE(report.findings.empty()) << name;
         expect_finding(name, report.findings[0], expected);
-        EXPECT_TRUE(name == expected.code + ".bvg" || name.starts_with(expected.code + "-")) << name;
+        EXPECT_TRUE(name == expected.code + ".pbvg" || name.starts_with(expected.code + "-")) << name;
         for (const Finding &finding : report.findings)
             EXPECT_EQ(finding.entry->name, expected.code) << name << ": " << finding.message;
         EXPECT_EQ(validate(file.bytes(), {.threads = 1}).total, 0U) << name;

@@ -198,7 +198,7 @@ TEST(Golden, EveryFileOfEveryFrozenVersionIsDrawnAsItWas) {
             expect_pictures(folder / expected.at("file").get<std::string>(), expected);
         }
         for (const auto &file : std::filesystem::directory_iterator(folder))
-            EXPECT_TRUE(file.path().extension() != ".bvg" || drawn.contains(file.path().filename().string()))
+            EXPECT_TRUE(file.path().extension() != ".pbvg" || drawn.contains(file.path().filename().string()))
                 << file.path() << " is not in pictures.json";
     }
 }
@@ -213,7 +213,7 @@ TEST(Golden, PicturesAreWritten) {
         for (const Json &entry : pictures.at("files"))
             before[entry.at("file").get<std::string>()] = entry;
         for (const auto &file : std::filesystem::directory_iterator(folder))
-            if (file.path().extension() == ".bvg")
+            if (file.path().extension() == ".pbvg")
                 files[file.path().filename().string()] = describe(file.path(), before[file.path().filename().string()]);
         Json all{{"width", kWidth}, {"height", kHeight}, {"cell", kCell}, {"files", Json::array()}};
         for (const auto &[name, entry] : files)

@@ -289,7 +289,7 @@ TEST(SurfaceReader, OtherFormatsAreNamed) {
     EXPECT_TRUE(has(surface_error("\x1f\x8b\x08", "x.ply.gz").message, "gzip"));
     EXPECT_TRUE(has(surface_error("\x89"
                                   "BVG\r\n\x1a\n",
-                                  "x.bvg")
+                                  "x.pbvg")
                         .message,
                     "pbm-render"));
     EXPECT_EQ(surface_error("LASF", "x.las").code, ErrorCode::unsupported_feature);

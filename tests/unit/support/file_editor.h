@@ -1,4 +1,4 @@
-// Damages .bvg files on purpose: edits fields where they stand and repairs every hash that covers them, so that the
+// Damages .pbvg files on purpose: edits fields where they stand and repairs every hash that covers them, so that the
 // rule behind the hash is what fails.
 #pragma once
 

@@ -53,7 +53,7 @@ class ShownModelTest : public testing::Test {
         return bytes;
     }
     static void write(const Bytes &bytes) {
-        std::ofstream("ball.bvg", std::ios::binary)
+        std::ofstream("ball.pbvg", std::ios::binary)
             .write(reinterpret_cast<const char *>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     }
     static Bytes read(const fs::path &path) {
@@ -61,7 +61,7 @@ class ShownModelTest : public testing::Test {
         return {std::istreambuf_iterator<char>(stream), {}};
     }
     ShownModelPointer open() {
-        auto model = ShownModel::open("ball.bvg", options_, [this] { ++wakes_; });
+        auto model = ShownModel::open("ball.pbvg", options_, [this] { ++wakes_; });
         EXPECT_TRUE(model.ok()) << model.error().message;
         return *model;
     }
@@ -196,14 +196,14 @@ TEST_F(ShownModelTest, SaysHowCoarseAPictureIs) {
 }
 
 TEST_F(ShownModelTest, RefusesWhatIsNoModel) {
-    const auto none = ShownModel::open("ball.bvg", options_, [] {});
+    const auto none = ShownModel::open("ball.pbvg", options_, [] {});
     ASSERT_FALSE(none.ok());
     EXPECT_EQ(none.error().code, ErrorCode::io);
     Bytes damaged = file();
     Reader reader = Reader::open(damaged).value();
     damaged[reader.directory(5).value()->chunks[0].offset] ^= 1;
     write(damaged);
-    const auto refused = ShownModel::open("ball.bvg", options_, [] {});
+    const auto refused = ShownModel::open("ball.pbvg", options_, [] {});
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().code, ErrorCode::bad_hash);
 }
@@ -211,7 +211,7 @@ TEST_F(ShownModelTest, RefusesWhatIsNoModel) {
 TEST_F(ShownModelTest, IsOpenedAndLetGoInTheBackground) {
     write(file());
     BackgroundThread background;
-    Loading loading = begin_loading(background, "ball.bvg", options_);
+    Loading loading = begin_loading(background, "ball.pbvg", options_);
     auto model = loading.get();
     ASSERT_TRUE(model.ok());
     const std::weak_ptr<ShownModel> watched = *model;
@@ -221,7 +221,7 @@ TEST_F(ShownModelTest, IsOpenedAndLetGoInTheBackground) {
     EXPECT_FALSE(watched.expired());
     gate.set_value();
     EXPECT_TRUE(wait_for([&] { return watched.expired(); }));
-    EXPECT_FALSE(begin_loading(background, "none.bvg", options_).get().ok());
+    EXPECT_FALSE(begin_loading(background, "none.pbvg", options_).get().ok());
 }
 
 TEST_F(ShownModelTest, SavesTheExactPictureHoweverLittleIsLoaded) {

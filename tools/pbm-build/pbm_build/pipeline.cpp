@@ -186,7 +186,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
         return voxels.error();
     if (voxels->codes.size() > kMaxPoints)
         return Error{ErrorCode::too_large, 0,
-                     std::to_string(voxels->codes.size()) + " points, a .bvg file holds 2^32 - 1"};
+                     std::to_string(voxels->codes.size()) + " points, a .pbvg file holds 2^32 - 1"};
     normals = {};
     clock.run("choose radii", [&] { choose_radii(*voxels, surface, grid->depth, threads); });
 

@@ -1,4 +1,4 @@
-// The whole walk from a scan to a .bvg file.
+// The whole walk from a scan to a .pbvg file.
 //
 //   read_surface -> place -> dress -> merge_surfaces -> estimate_normals -> choose_grid -> sample_points -> voxelize ->
 //   choose_radii -> place_scene -> evaluate_solid_texture -> bake_shadows -> encode_octree -> average_levels ->

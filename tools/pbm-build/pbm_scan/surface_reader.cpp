@@ -21,7 +21,7 @@ struct ForeignFormat {
     std::string_view what;      // "the file is ..."
 };
 
-constexpr std::array<ForeignFormat, 32> kForeign{{
+constexpr std::array<ForeignFormat, 33> kForeign{{
     {"\x89"
      "BVG\r\n\x1a\n",
      "", "a PBM model already; draw it with pbm-render"},
@@ -55,8 +55,9 @@ constexpr std::array<ForeignFormat, 32> kForeign{{
     {"", ".xyz", "a list of points without a header; convert it to PLY"},
     {"", ".pts", "a list of points without a header; convert it to PLY"},
     {"", ".ptx", "a PTX point cloud; convert it to PLY"},
-    {"", ".pbm", "named like a Netpbm bitmap; PBM's models are .bvg, scans are PLY, OBJ, STL or OFF"},
-    {"", ".bvg", "named like a PBM model but has not its magic number; it is damaged"},
+    {"", ".pbm", "named like a Netpbm bitmap; PBM's models are .pbvg, scans are PLY, OBJ, STL or OFF"},
+    {"", ".pbvg", "named like a PBM model but has not its magic number; it is damaged"},
+    {"", ".bvg", "a Binary Vertex Group of Easy3D, Mapple or PolyFit, or a damaged PBM model; export it there as PLY"},
     {"", ".3ds", "3DS; convert it to PLY"},
 }};
 

@@ -21,7 +21,7 @@ Status check_surface(const Surface &surface) {
                          " a corner that is not finite; mend the scan"};
     if (surface.materials.size() > kMaxMaterials)
         return Error{ErrorCode::unsupported_feature, 0,
-                     std::to_string(surface.materials.size()) + " materials, a .bvg file holds " +
+                     std::to_string(surface.materials.size()) + " materials, a .pbvg file holds " +
                          std::to_string(kMaxMaterials) + "; merge some of them"};
     return {};
 }

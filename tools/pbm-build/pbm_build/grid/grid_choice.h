@@ -47,7 +47,7 @@ Grid centred_grid(const Bounds &bounds, int depth);
 // errors  usage  more than kMaxDepth levels would be needed; voxels finer than doubles are at that place
 Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size);
 
-// The grid of a .bvg file.
+// The grid of a .pbvg file.
 //
 // errors  io, and those of Reader::open (pbm_format/reader.h)
 Result<Grid> read_grid(const std::string &path);

@@ -1,4 +1,4 @@
-// A panorama from an image file: decoded, tone-mapped where it has a high dynamic range, brought to a size that a .bvg
+// A panorama from an image file: decoded, tone-mapped where it has a high dynamic range, brought to a size that a .pbvg
 // file holds. BVG.md section 3.10
 #pragma once
 

@@ -134,7 +134,7 @@ Result<std::uint8_t> ground_material(const GroundRequest &request, std::vector<M
     if (index == kMaxMaterials)
         return Error{ErrorCode::unsupported_feature, 0,
                      "the ground plane's material would be one more than the " + std::to_string(kMaxMaterials) +
-                         " of a .bvg file; merge some of the scan's, or give --ground-material one of them"};
+                         " of a .pbvg file; merge some of the scan's, or give --ground-material one of them"};
     if (found == materials.end())
         materials.push_back(wanted);
     return static_cast<std::uint8_t>(index);

@@ -128,7 +128,7 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
     merged.materials = all_materials(surfaces);
     if (merged.materials.size() > kMaxMaterials)
         return Error{ErrorCode::unsupported_feature, 0,
-                     std::to_string(merged.materials.size()) + " different materials in all, a .bvg file holds " +
+                     std::to_string(merged.materials.size()) + " different materials in all, a .pbvg file holds " +
                          std::to_string(kMaxMaterials) + "; merge some of them"};
     reserve(merged, vertices, triangles, has);
     for (Surface &surface : surfaces) {
