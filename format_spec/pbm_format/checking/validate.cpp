@@ -251,7 +251,7 @@ class Validator {
         const std::vector<Raster> rasters = read_raster_directories();
         for (const Raster &raster : rasters)
             memory += raster.directory.grid.texel_bytes();
-        if (memory > options_.max_memory)
+        if (memory > addressable(options_.max_memory))
             return fault(broken("system.memory", 0,
                                 "the model needs " + std::to_string(memory >> 20) +
                                     " MiB of memory: more than the validator may use",

@@ -16,6 +16,7 @@
 #include <hwy/highway.h>
 
 #include "pbm_render/bricks/brick_places.h"
+#include "system/simd/target_gaps.h"
 
 #ifndef PBM_RENDER_SURFACE_OFFSETS_TABLES
 #define PBM_RENDER_SURFACE_OFFSETS_TABLES
@@ -216,8 +217,7 @@ void list_sides(std::span<const SurfaceOffsets::Brick> bricks, ByteView masks, c
 #else
             const hn::FixedTag<std::uint8_t, 16> d;
             const hn::Repartition<std::uint64_t, decltype(d)> word;
-            to[i] = hn::GetLane(
-                hn::BitCast(word, hn::TableLookupBytesOr0(hn::LoadU(d, from), hn::LoadU(d, points.data()))));
+            to[i] = hn::GetLane(hn::BitCast(word, lookup_bytes(hn::LoadU(d, from), hn::LoadU(d, points.data()))));
 #endif
             from += kChildren[masks[i]];
         }
