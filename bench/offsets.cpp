@@ -6,7 +6,7 @@
 // nanoseconds: [round] per point.
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/writing/writer.h"
-#include "pbm_render/bricks/surface_offsets.h"
+#include "pbm_surface/surface_offsets.h"
 #include "system/files/mapped_file.h"
 #include "value_or_throw.h"
 

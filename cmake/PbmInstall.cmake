@@ -2,7 +2,7 @@
 include(CMakePackageConfigHelpers)
 set(PBM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pbm)
 
-set(libraries base system reading checking writing format bake render)
+set(libraries base system reading checking writing format surface bake render)
 foreach(name ${libraries})
     set(library pbm_${name})
     if(NOT TARGET ${library})
@@ -50,8 +50,8 @@ while(waiting)
     endif()
     install(FILES ${source} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder})
 endwhile()
-install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt docs/validator.md
-    DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
+install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt
+    docs/reference/validator-codes.md DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
 install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)
 
 install(EXPORT pbmTargets NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR})

@@ -1,8 +1,9 @@
 # Copies of the library's reading side whose checks can be taken away, for tests and measurements of these checks.
 
 # Files of pbm_format that refuse files; the others hold no checks of them.
-set(PBM_REFUSING_SOURCES brick_index chunk directory file_rules frame image image_section layout mapped_chunk metadata
-    normal_cone octree reader sections sibling_layout stream_rules tiled_image unfilter validate)
+set(PBM_REFUSING_SOURCES brick_index chunk content_rules directory file_rules file_walk frame image image_section layout
+    mapped_chunk metadata normal_cone octree raster_rules reader sections sibling_layout stream_rules tiled_image unfilter
+    validate)
 
 # pbm_switched_sources(OUT FOLDER SCRIPT ARGUMENTS...): sets OUT to the sources of pbm_format, those that refuse files as
 # copies in FOLDER/pbm_format/ROOM, which the Python script makes: SCRIPT ARGUMENTS... SOURCES.

@@ -15,7 +15,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "examples/draw_picture.cpp"
-LIBRARIES = ("pbm_render", "pbm_reading", "pbm_system", "pbm_base")
+LIBRARIES = ("pbm_render", "pbm_surface", "pbm_reading", "pbm_system", "pbm_base")
 
 
 def main():

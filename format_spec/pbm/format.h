@@ -38,7 +38,7 @@
 // What it offers
 //   files     MappedFile, replace_file                   system/files/
 //   reading   Reader, load_model, Model, TiledImage      pbm_format/reading/, model/, rasters/
-//   checking  validate                                   pbm_format/checking/
+//   checking  verify, validate                           pbm_format/checking/
 //   writing   average_levels, encode_model, write_model  pbm_format/model/, writing/
 //
 // Errors are values: Result<T> and Status (system/error.h) say what is wrong, at which byte, and which rule of BVG.md is

@@ -18,7 +18,7 @@ from pathlib import Path
 # What the guarded statement starts with if it refuses something.
 REFUSES = re.compile(r"""\s*\{?\s*(?:
     return\s+(?:\w+::)*(?:Error\b|bad\w*\(|broken\w*\(|refuse\w*\(|fault\w*\(|faults\b|impossible\w*\(|false\b|status\b)
-  | return\s+(?:at_section|of_tile|wrong_\w+)\(
+  | return\s+(?:at_section|of_tile|wrong_\w+|explain_\w+)\(
   | return\s+[^;]*\.error\(\)
   | return\s+(?:\w+\.)?\w+(?:->|\.)error
   | (?:\w+\.)?fault\w*\(

@@ -28,7 +28,7 @@ using test::Random;
 enum class Change : std::uint8_t { shrunk, emptied, grown, rewritten, unlinked };
 constexpr std::array<const char *, 5> kChanges{"shrunk", "emptied", "grown", "rewritten", "unlinked"};
 enum class Work : std::uint8_t { verify, validate, load, draw };
-constexpr std::array<const char *, 4> kWorks{"verify_all", "validate", "load_model", "render"};
+constexpr std::array<const char *, 4> kWorks{"verify", "validate", "load_model", "render"};
 
 // Must not touch the file's old bytes through its mapping.
 void change(const std::string &path, Change how, std::uint64_t size, Random &random) {
@@ -52,7 +52,7 @@ int exit_of(const Status &status) { return status ? 0 : exit_code(status.error()
 
 int work(ByteView file, Work what, int threads) {
     switch (what) {
-    case Work::verify: return exit_of(read_everything(file, threads));
+    case Work::verify: return exit_of(verify(file, {.threads = threads}));
     case Work::validate: {
         const ValidationReport report = validate(file, {.threads = threads});
         return report.valid() ? 0 : 3;

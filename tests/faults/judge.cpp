@@ -4,11 +4,6 @@
 
 namespace pbm::faults {
 
-Status read_everything(ByteView file, int threads, std::uint64_t max_memory) {
-    Result<Reader> reader = Reader::open(file);
-    return reader ? reader->verify_all(threads, max_memory) : Status(reader.error());
-}
-
 namespace {
 
 Status load_all(StreamedModel &model, const DetailView &view) {

@@ -15,9 +15,6 @@ namespace pbm::faults {
 
 inline constexpr int kPictureWidth = 40, kPictureHeight = 30;
 
-// First thing that is wrong with `file`, by the reader's reading.
-Status read_everything(ByteView file, int threads = 1, std::uint64_t max_memory = kDefaultMaxMemory);
-
 // A file as a viewer shows it: every chunk of the finest level in view is asked for.
 struct Shown {
     std::unique_ptr<StreamedModel> model;

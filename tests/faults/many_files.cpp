@@ -33,7 +33,7 @@ bool open_validate_close(const std::string &path, Tally &tally) {
     if (!tally.require(file.ok(), path + ": not opened"))
         return false;
     const bool valid = validate(file->bytes(), {.threads = 1}).valid();
-    tally.require(read_everything(file->bytes()).ok() == valid, path + ": reader and validator differ");
+    tally.require(verify(file->bytes(), {.threads = 1}).ok() == valid, path + ": verify and validate differ");
     return valid;
 }
 

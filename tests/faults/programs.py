@@ -3,7 +3,7 @@
 
 BIN is the folder of the programs, SHIM the preloaded library of fault_shim.cpp, or "none" where a sanitizer does not
 stand it: then the campaigns that need it are left out. A row of a table for each campaign; exit code 1 if a law is
-broken. docs/reliability.md has the laws.
+broken. docs/explanation/reliability.md has the laws.
 """
 
 import errno

@@ -19,8 +19,9 @@ FLOORS = {
     "format_spec/pbm_format": {"system"},
     "format_spec/pbm": {"system", "pbm_format"},
     "runtime/pbm": {"system", "pbm_format", "pbm_render", "pbm_bake"},
-    "runtime/pbm_bake": {"system", "pbm_format"},
-    "runtime/pbm_render": {"system", "pbm_format"},
+    "runtime/pbm_surface": {"system", "pbm_format"},
+    "runtime/pbm_bake": {"system", "pbm_format", "pbm_surface"},
+    "runtime/pbm_render": {"system", "pbm_format", "pbm_surface"},
     "runtime/viewer": {"system", "pbm_format", "pbm_render", "command_line", "window"},
     "tools/pbm-build/pbm_scan": {"system"},
     "tools/pbm-build/pbm_build": {"system", "pbm_format", "pbm_bake", "pbm_scan"},
@@ -47,7 +48,7 @@ ROOMS = {
 
 # What needs an operating system, and the rooms of the floors that must do without it.
 OPERATING_SYSTEM = re.compile(r"system/(files|processes)/")
-PORTABLE = re.compile(r"format_spec/pbm_format/(?!writing/)|runtime/pbm_(bake|render)/")
+PORTABLE = re.compile(r"format_spec/pbm_format/(?!writing/)|runtime/pbm_(surface|bake|render)/")
 
 MOST_FILES = 17  # sources and headers that one folder shows
 
@@ -59,7 +60,7 @@ HOMES = {
     r"glm/.*": r"(runtime|tools)/.*",
     # In the builder only what runs once per sample: vectors elsewhere are the compiler's.
     r"hwy/.*": (
-        r"(system/simd|format_spec/pbm_format|runtime/pbm_render|runtime/pbm_bake)/.*\.(cpp|h)"
+        r"(system/simd|format_spec/pbm_format|runtime/pbm_(surface|bake|render))/.*\.(cpp|h)"
         r"|tools/pbm-build/pbm_build/\w+/(noise|short_normal|triangle_columns|triangle_mix)\.cpp"
     ),
     r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh/mesh_reader\.cpp",
@@ -232,6 +233,7 @@ def self_test():
         ("runtime/pbm_render/camera/camera.cpp", "#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>"),
         ("runtime/pbm_bake/shadow_map.h", '#include "pbm_render/camera/camera.h"'),
         ("runtime/pbm_render/camera/camera.h", '#include "pbm_bake/shadow_map.h"'),
+        ("runtime/pbm_surface/surface_offsets.h", '#include "pbm_render/bricks/point_run.h"'),
         ("runtime/viewer/pbm-render/main.cpp", "#include <GLFW/glfw3.h>"),
         ("runtime/viewer/scene/camera_control.cpp", "#include <GLFW/glfw3.h>"),
         ("runtime/viewer/pictures/avi_writer.cpp", '#include "viewer/scene/scene.h"'),

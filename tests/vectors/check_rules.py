@@ -3,7 +3,7 @@
 
 - Every rule stated in BVG.md belongs to one code of the catalogue, is verified somewhere in pbm_format, and has a bad file,
   or stands below with the reason why it has none.
-- The table of section 9 of BVG.md and that of docs/validator.md are what the catalogue says (--write puts them there).
+- The table of section 9 of BVG.md and that of docs/reference/validator-codes.md are what the catalogue says (--write puts them there).
 """
 import json
 import pathlib
@@ -56,7 +56,7 @@ faults += [f"rule {rule} has no bad file" for rule in sorted(named - vectors - s
 faults += [f"rule {rule} has a bad file but is excused" for rule in sorted(vectors & set(WITHOUT_FILE))]
 faults += [f"rule {rule} has a bad file but no code names it" for rule in sorted(vectors - named)]
 
-check_equal(root / "docs/validator.md", "| code | severity |", list_codes("--list-codes=markdown"))
+check_equal(root / "docs/reference/validator-codes.md", "| code | severity |", list_codes("--list-codes=markdown"))
 rows = [f"| `{code['code']}` | {', '.join(code['rules'])} | `{code['kind']}` | {code['exit_code']} |\n"
         for code in codes if code["severity"] == "error"]
 check_equal(spec, "| code | rules |", "| code | rules | kind | exit code |\n|---|---|---|---|\n" + "".join(rows))

@@ -1,4 +1,8 @@
-// The second reading of the law: everything that is wrong with a file, not only the first thing. BVG.md section 9.
+// Whether a file keeps every rule of BVG.md: `verify` returns the first error, `validate` reports all of them. Both are
+// the same walk over the file (file_walk.h), so that they agree on every file. BVG.md section 9.
+//
+//   if (const Status status = verify(bytes); !status) ...    a writer's proof, a test
+//   const ValidationReport report = validate(bytes);         what pbm-validate prints
 #pragma once
 
 #include "pbm_format/law/catalogue.h"
@@ -13,13 +17,14 @@
 
 namespace pbm {
 
-// How much is read.
+// How much is checked. Each level checks what the one before does, and more.
 //
-//   quick     header and section table: the front of the file only, milliseconds at any size
-//   standard  every byte: all hashes, all structure, content_id
-//   deep      also what the bytes should be: averages of the levels (7.1), means of the rasters (3.10.14); and advice,
-//             which is no error: warnings and infos of the catalogue
-enum class ValidationLevel : std::uint8_t { quick, standard, deep };
+//   quick     header and section table: reads the front of the file only, milliseconds at any size
+//   hashes    every byte is as it was written: padding and the hashes of all sections. Decodes nothing
+//   standard  every rule that a chunk, a tile or the octree can break, and content_id. Decodes the whole model
+//   deep      averages of the levels (7.1) and means of the rasters (3.10.14); and advice, which is no error: warnings
+//             and infos of the catalogue
+enum class ValidationLevel : std::uint8_t { quick, hashes, standard, deep };
 std::string_view to_string(ValidationLevel level);
 
 struct Finding {
@@ -66,10 +71,18 @@ struct ValidateOptions {
     std::function<bool(const CatalogueEntry &)> wanted{};
 };
 
-// What follows from a fault that was found is not told again: a section whose hash is broken may break any other rule.
-//
-// With level deep, agrees with Reader::open + Reader::verify_all on every input: valid() here iff both succeed.
-// Where memory ends there is no verdict: one finding of system.memory, or none if there is no room even for that.
+// Does not report what follows from a fault that was reported: a section whose hash does not match may break any other
+// rule. When memory runs out there is no verdict: one finding of system.memory, or none if there is no memory for that.
 ValidationReport validate(ByteView file, const ValidateOptions &options = {});
+
+struct VerifyOptions {
+    int threads = 0;
+    ValidationLevel level = ValidationLevel::deep;
+    std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded streams; more is system.memory
+};
+
+// The first error that `validate` would report; ErrorCode::memory also when an allocation fails. With several threads,
+// of several bad chunks of one level it may be any.
+Status verify(ByteView file, const VerifyOptions &options = {});
 
 } // namespace pbm

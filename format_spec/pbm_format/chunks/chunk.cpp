@@ -33,6 +33,8 @@ class Decoder {
     Status run() {
         to_.masks.resize(entry_.shape.nodes);
         to_.points.resize(entry_.shape.points, rules_.set);
+        if (!keeps_lit_bytes())
+            to_.points.shadows = {};
         const StreamList streams = streams_of(rules_.set);
         for (std::size_t s = 0; s < streams.size(); ++s) {
             const StreamEntry &stream = entry_.streams[s];
@@ -72,6 +74,8 @@ class Decoder {
         return rules_.set.shadow_bits[stream.light][static_cast<std::size_t>(level)];
     }
 
+    bool keeps_lit_bytes() const { return !to_.packs_shadows || !rules_.finest; }
+
     Status read_plain(ByteView bytes, const StreamInfo &stream, bool zstd) {
         std::vector<std::uint16_t> &normals = to_.points.normals;
         if (stream.kind == StreamKind::normal) {
@@ -82,20 +86,23 @@ class Decoder {
                 return status;
             return check_normals(normals, offset_, rules_.wording);
         }
-        if (stream.kind == StreamKind::shadow)
-            return read_lit_fractions(bytes, stream, zstd, to_.points.shadows[stream.light]);
+        if (stream.kind == StreamKind::shadow) {
+            Bytes &packed = to_.packs_shadows ? to_.packed_shadows[stream.light] : scratch_.packed;
+            return read_lit_fractions(bytes, stream, zstd, packed, to_.points.shadows[stream.light]);
+        }
         return decode_frame(bytes, zstd, bytes_of(stream), offset_, rules_.wording);
     }
 
-    Status read_lit_fractions(ByteView bytes, const StreamInfo &stream, bool zstd, std::span<std::uint8_t> values) {
+    // Unpacks into `values` unless that is empty.
+    Status read_lit_fractions(ByteView bytes, const StreamInfo &stream, bool zstd, Bytes &packed,
+                              std::span<std::uint8_t> values) {
         const unsigned bits = shadow_bits(stream, rules_.level);
-        scratch_.packed.resize((entry_.shape.points * std::size_t{bits} + 7) / 8);
-        if (Status status = decode_frame(bytes, zstd, scratch_.packed, offset_, rules_.wording); !status)
+        packed.resize((entry_.shape.points * std::size_t{bits} + 7) / 8);
+        if (Status status = decode_frame(bytes, zstd, packed, offset_, rules_.wording); !status)
             return status;
-        if (Status status = check_packed_tail(scratch_.packed, entry_.shape.points, bits, offset_, rules_.wording);
-            !status)
+        if (Status status = check_packed_tail(packed, entry_.shape.points, bits, offset_, rules_.wording); !status)
             return status;
-        unpack_bits(scratch_.packed, bits, values);
+        unpack_bits(packed, bits, values);
         return {};
     }
 
@@ -202,12 +209,18 @@ class Decoder {
         const std::size_t size = (std::size_t{entry_.shape.points} * bits + 7) / 8;
         if (!planes.next(size, stored, zstd))
             return impossible_planes(offset_, rules_.wording);
-        if (Status status = read_lit_fractions(stored, stream, zstd, std::span(codes).first(entry_.shape.points));
+        if (Status status =
+                read_lit_fractions(stored, stream, zstd, scratch_.packed, std::span(codes).first(entry_.shape.points));
             !status)
             return status;
+        Bytes &values = keeps_lit_bytes() ? to_.points.shadows[stream.light] : scratch_.planes[2];
+        values.resize(std::max(values.size(), std::size_t{entry_.shape.points}));
+        const std::span<std::uint8_t> points = std::span(values).first(entry_.shape.points);
         unfilter_shadows(scratch_, parents_.nodes.shadows[stream.light],
                          shadow_predictions(shadow_bits(stream, rules_.level - 1), bits), bits,
-                         ByteView(codes).first(entry_.shape.points), to_.points.shadows[stream.light]);
+                         ByteView(codes).first(entry_.shape.points), points);
+        if (to_.packs_shadows)
+            to_.packed_shadows[stream.light] = pack_bits(points, bits);
         return {};
     }
 

@@ -12,6 +12,10 @@ namespace pbm {
 struct Chunk {
     Bytes masks; // one per node of the level above
     PointAttributes points;
+    // Lit fractions as a file packs them (BVG.md 6.6). decode_chunk fills them if the caller has set `packs_shadows`;
+    // then it leaves points.shadows of the finest level empty, since no chunk below needs them.
+    std::array<Bytes, kMaxLights> packed_shadows{};
+    bool packs_shadows = false;
 };
 
 // What the rules of a chunk need to know of its file.

@@ -153,7 +153,8 @@ Status check_parameters(const ModelParameters &parameters);
 // Rules 3.9.5 and 3.9.6: the rasters of the ground plane are those that the parameters ask for. `lit` of them hold lit
 // fractions, of lights 0, 1, ..
 Status check_rasters(const ModelParameters &parameters, bool ground_texture, std::size_t lit);
-Status check_rasters(const ModelParameters &parameters, std::span<const SectionEntry> sections);
+// Both, for the rasters of a file; the offset of an error is that of the attributes section in the file.
+Status check_parameters(const ModelParameters &parameters, std::span<const SectionEntry> sections);
 // Rules 2.13 to 2.17: the root record names existing attributes only.
 Status check_root(const RootRecord &root, const ModelParameters &parameters);
 

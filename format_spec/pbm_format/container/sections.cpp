@@ -244,17 +244,6 @@ Status check_rasters(const ModelParameters &parameters, bool ground_texture, std
     return {};
 }
 
-Status check_rasters(const ModelParameters &parameters, std::span<const SectionEntry> sections) {
-    bool ground_texture = false;
-    std::size_t lit = 0;
-    for (const SectionEntry &entry : sections) {
-        ground_texture |= entry.type == SectionType::ground_texture;
-        if (entry.type == SectionType::ground_lit) // a gap is more lights than there are
-            lit = entry.instance == lit ? lit + 1 : kMaxLights + 1;
-    }
-    return check_rasters(parameters, ground_texture, lit);
-}
-
 Status check_parameters(const ModelParameters &parameters) {
     if (parameters.attributes.lights > static_cast<int>(parameters.lights.size()))
         return broken("3.9.1", 0, "a shadow stream belongs to no light",
@@ -272,6 +261,22 @@ Status check_parameters(const ModelParameters &parameters) {
         return broken("3.9.4", 0, "the material of the ground plane does not exist",
                       "below " + std::to_string(parameters.materials.size()), ground->material);
     return {};
+}
+
+Status check_parameters(const ModelParameters &parameters, std::span<const SectionEntry> sections) {
+    bool ground_texture = false;
+    std::size_t lit = 0;
+    for (const SectionEntry &entry : sections) {
+        ground_texture |= entry.type == SectionType::ground_texture;
+        if (entry.type == SectionType::ground_lit) // a gap is more lights than there are
+            lit = entry.instance == lit ? lit + 1 : kMaxLights + 1;
+    }
+    Status status = check_parameters(parameters);
+    if (status)
+        status = check_rasters(parameters, ground_texture, lit);
+    if (!status)
+        status.error().offset += find_section(sections, SectionType::attributes)->offset;
+    return status;
 }
 
 Status check_root(const RootRecord &root, const ModelParameters &parameters) {

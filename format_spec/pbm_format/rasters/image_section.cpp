@@ -267,133 +267,55 @@ Image empty_level(const TileGrid &grid, int level) {
     return image;
 }
 
-// Counts the faults of a raster, and hands on those that are wanted.
-class Faults {
-  public:
-    explicit Faults(const FaultSink &sink) : sink_(sink) {}
-
-    std::uint64_t count() const { return count_; }
-    bool add(const CatalogueEntry &entry) { return ++count_, sink_.wants(entry); }
-    void tell(Error error) { sink_.take(std::move(error)); }
-    void add(Error error) {
-        if (add(*entry_of(error)))
-            tell(std::move(error));
-    }
-
-  private:
-    const FaultSink &sink_;
-    std::uint64_t count_ = 0;
-};
-
-// A raster where it lies.
-struct Stored {
-    ByteView section;
-    std::uint64_t offset;
-    const ImageDirectory &directory;
-
-    // Texels in memory that the thread keeps for the next tile, or an error.
-    Status decode(std::size_t number, Wording wording, ByteView &texels) const {
-        thread_local std::array<std::uint8_t, kMaxTileBytes> memory;
-        const auto tile = std::span(memory).first(directory.grid.tile_bytes(directory.grid.level_of(number)));
-        texels = tile;
-        const TileEntry &entry = directory.tiles[number];
-        return decode_tile(slice(section, entry.offset, entry.stream.stored_bytes), offset, directory, number, tile,
-                           wording);
-    }
-
-    // All that there is to say about a tile that was refused for `entry`.
-    Error explain(std::size_t number, const CatalogueEntry &entry) const {
-        ByteView texels;
-        Status status = decode(number, Wording::full, texels);
-        if (!status)
-            return std::move(status).error();
-        return of_tile(number, {.code = entry.kind, // its bytes were changed between
-                                .offset = offset + directory.tiles[number].offset,
-                                .message = std::string(entry.meaning),
-                                .name = entry.name});
-    }
-};
-
-// Decodes a level. Where something was wrong before, tiles are proven and nothing is kept. Tiles are only counted at
-// first: an error that says all takes longer than to refuse a tile.
-Image decode_tiles(const Stored &stored, int level, int threads, Faults &faults) {
-    const TileGrid &grid = stored.directory.grid;
-    const bool kept = faults.count() == 0;
-    Image image = kept ? empty_level(grid, level) : Image{};
-    std::vector<const CatalogueEntry *> refused(std::size_t{grid.tiles_across(level)} * grid.tiles_down(level));
-    parallel_for(refused.size(), threads, [&](std::size_t i) {
-        ByteView texels;
-        const Status status = stored.decode(grid.first_tile(level) + i, Wording::none, texels);
-        if (status && kept)
-            place_tile(grid, level, i, texels.data(), image);
-        else if (!status)
-            refused[i] = entry_of(status.error());
-    });
-    for (std::size_t i = 0; i < refused.size(); ++i)
-        if (refused[i] != nullptr && faults.add(*refused[i]))
-            faults.tell(stored.explain(grid.first_tile(level) + i, *refused[i]));
-    return image;
-}
-
-// 3.10.13
-void check_padding(const Stored &stored, Faults &faults) {
-    std::uint64_t end = image_directory_bytes(stored.directory.grid);
-    const auto check_until = [&](std::uint64_t next) {
-        for (; end < next; ++end)
-            if (const std::uint8_t byte = slice(stored.section, end, 1)[0]; byte != 0)
-                return faults.add(broken("3.10.13", stored.offset + end, "padding of a raster is not zero", 0, byte));
-    };
-    for (const TileEntry &tile : stored.directory.tiles) {
-        check_until(tile.offset);
-        end = tile.offset + tile.stream.stored_bytes;
-    }
-    check_until(stored.section.size());
-}
-
-// 3.10.14
-void check_means(const Image &expected, const Image &image, std::uint64_t offset, int level, Faults &faults) {
-    if (expected == image)
-        return;
-    const auto differ = std::mismatch(expected.texels.begin(), expected.texels.end(), image.texels.begin());
-    const auto texel = static_cast<std::size_t>(differ.first - expected.texels.begin()) / image.channels;
-    faults.add(broken("3.10.14", offset,
-                      "mip level " + std::to_string(level) + " does not hold the means of the finer one: texel " +
-                          std::to_string(texel % image.width) + ", " + std::to_string(texel / image.width),
-                      *differ.first, *differ.second));
+// Decodes a tile to texels in memory that the thread reuses for its next tile.
+Status decode_tile(const StoredRaster &raster, std::size_t number, Wording wording, ByteView &texels) {
+    thread_local std::array<std::uint8_t, kMaxTileBytes> memory;
+    const TileGrid &grid = raster.directory.grid;
+    const auto tile = std::span(memory).first(grid.tile_bytes(grid.level_of(number)));
+    texels = tile;
+    const TileEntry &entry = raster.directory.tiles[number];
+    return decode_tile(slice(raster.section, entry.offset, entry.stream.stored_bytes), raster.offset, raster.directory,
+                       number, tile, wording);
 }
 
 } // namespace
 
-FaultSink first_fault(Status &to) {
-    return {.wants = [&to](const CatalogueEntry &) { return to.ok(); },
-            .take = [&to](Error error) { to = std::move(error); }};
+std::vector<const CatalogueEntry *> decode_tiles(const StoredRaster &raster, int level, int threads, Image *to) {
+    const TileGrid &grid = raster.directory.grid;
+    if (to != nullptr)
+        *to = empty_level(grid, level);
+    std::vector<const CatalogueEntry *> refused(std::size_t{grid.tiles_across(level)} * grid.tiles_down(level));
+    parallel_for(refused.size(), threads, [&](std::size_t i) {
+        ByteView texels;
+        const Status status = decode_tile(raster, grid.first_tile(level) + i, Wording::none, texels);
+        if (!status)
+            refused[i] = entry_of(status.error());
+        else if (to != nullptr)
+            place_tile(grid, level, i, texels.data(), *to);
+    });
+    return refused;
+}
+
+Error explain_tile(const StoredRaster &raster, std::size_t number, const CatalogueEntry &entry) {
+    ByteView texels;
+    Status status = decode_tile(raster, number, Wording::full, texels);
+    if (!status)
+        return std::move(status).error();
+    return of_tile(number, {.code = entry.kind, // another process changed the bytes in the meantime
+                            .offset = raster.offset + raster.directory.tiles[number].offset,
+                            .message = std::string(entry.meaning),
+                            .name = entry.name});
 }
 
 Result<Image> decode_level(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level,
                            int threads) {
-    Status status;
-    const FaultSink sink = first_fault(status);
-    Faults faults(sink);
-    Image image = decode_tiles({section, offset, directory}, level, threads, faults);
-    if (!status)
-        return std::move(status).error();
+    const StoredRaster raster{section, offset, directory};
+    Image image;
+    const std::vector<const CatalogueEntry *> refused = decode_tiles(raster, level, threads, &image);
+    for (std::size_t i = 0; i < refused.size(); ++i)
+        if (refused[i] != nullptr)
+            return explain_tile(raster, directory.grid.first_tile(level) + i, *refused[i]);
     return image;
-}
-
-std::uint64_t prove_image(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int threads,
-                          const FaultSink &sink, Image &level_0, bool means) {
-    const Stored stored{section, offset, directory};
-    Faults faults(sink);
-    check_padding(stored, faults);
-    // From coarse to fine, as they stand in the file: a level takes memory when a quarter of it was there.
-    std::vector<Image> levels(static_cast<std::size_t>(directory.grid.levels()));
-    for (int level = directory.grid.levels() - 1; level >= 0; --level)
-        levels[static_cast<std::size_t>(level)] = decode_tiles(stored, level, threads, faults);
-    for (int level = 1; level < directory.grid.levels() && means && faults.count() == 0; ++level)
-        check_means(halved(levels[static_cast<std::size_t>(level) - 1]), levels[static_cast<std::size_t>(level)],
-                    offset, level, faults);
-    level_0 = std::move(levels[0]);
-    return faults.count();
 }
 
 Bytes cut_tile(const TileGrid &grid, int level, const Image &level_image, std::uint32_t tx, std::uint32_t ty) {

@@ -16,7 +16,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 namespace pbm {
@@ -102,18 +101,18 @@ Status decode_tile(ByteView stored, std::uint64_t offset, const ImageDirectory &
 Status prove_tile_hash(ByteView stored, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
                        Wording wording = Wording::full);
 
-// Where faults go, one after the other.
-struct FaultSink {
-    std::function<bool(const CatalogueEntry &)> wants; // asked once for each fault: whether it is to be told
-    std::function<void(Error)> take;                   // those that are
+// A raster in a file.
+struct StoredRaster {
+    ByteView section;
+    std::uint64_t offset; // of the section, in the file
+    const ImageDirectory &directory;
 };
-FaultSink first_fault(Status &to); // the others are dropped
 
-// Everything that can be wrong with a raster whose directory is `directory`, in the order of the file: padding
-// (3.10.13), tiles, and with `means` mip levels against the finer ones (3.10.14). Returns how many faults there are; if
-// none, `level_0` holds the raster.
-std::uint64_t prove_image(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int threads,
-                          const FaultSink &faults, Image &level_0, bool means = true);
+// Decodes the tiles of a level. `to`, if not null, becomes the level as a whole. Returns for each tile the code of its
+// error, or null: to word an error takes longer than to refuse a tile, so that is left to explain_tile.
+std::vector<const CatalogueEntry *> decode_tiles(const StoredRaster &raster, int level, int threads, Image *to);
+// The error of a tile that was refused with the code `entry`, in full.
+Error explain_tile(const StoredRaster &raster, std::size_t number, const CatalogueEntry &entry);
 
 // All tiles of a level, or the first error.
 Result<Image> decode_level(ByteView section, std::uint64_t offset, const ImageDirectory &directory, int level,

@@ -111,39 +111,25 @@ Result<Reader> Reader::open(ByteSource source) try {
         return std::move(sections).error();
     reader.sections_ = std::move(sections).value();
 
-    const int depth = reader.depth();
     ModelParameters &parameters = reader.parameters_;
-    Status status = read_section(file, *reader.section(SectionType::grid), parameters.grid,
-                                 [&](ByteView bytes) { return decode_grid(bytes, depth); });
+    Status status = read_metadata(file, *reader.section(SectionType::metadata), reader.metadata_);
+    read_small_sections(reader.header_, reader.sections_, parameters,
+                        [&](const SectionEntry &entry, auto &to, const auto &decode) {
+                            if (status)
+                                status = read_section(file, entry, to, decode);
+                            return status.ok();
+                        });
     if (status)
-        status = read_metadata(file, *reader.section(SectionType::metadata), reader.metadata_);
-    if (status)
-        status = read_section(file, *reader.section(SectionType::attributes), parameters.attributes,
-                              [&](ByteView bytes) { return decode_attributes(bytes, depth); });
-    if (status)
-        status = read_section(file, *reader.section(SectionType::materials), parameters.materials, decode_materials);
-    if (const SectionEntry *lights = reader.section(SectionType::lights); status && lights != nullptr)
-        status = read_section(file, *lights, parameters.lights, decode_lights);
-    if (const SectionEntry *texture = reader.section(SectionType::texture); status && texture != nullptr)
-        status = read_section(file, *texture, parameters.texture.emplace_back(), decode_texture);
-    if (const SectionEntry *ground = reader.section(SectionType::ground_plane); status && ground != nullptr)
-        status = read_section(file, *ground, parameters.ground, decode_ground_plane);
-    if (status) {
-        status = check_parameters(parameters);
-        if (status)
-            status = check_rasters(parameters, reader.sections_);
-        if (!status)
-            status.error().offset += reader.section(SectionType::attributes)->offset;
-    }
+        status = check_parameters(parameters, reader.sections_);
     if (status)
         status = check_root(reader.header_.root, parameters);
     if (status)
-        status = check_point_count(reader.header_,
-                                   *reader.section(SectionType::level_chunks, static_cast<std::uint32_t>(depth)));
+        status = check_point_count(reader.header_, *reader.section(SectionType::level_chunks, reader.header_.depth));
     if (!status)
         return std::move(status).error();
-    reader.directories_.resize(static_cast<std::size_t>(depth) + 1);
-    reader.proven_.resize(static_cast<std::size_t>(depth) + 1);
+    const std::size_t levels = std::size_t{reader.header_.depth} + 1;
+    reader.directories_.resize(levels);
+    reader.proven_.resize(levels);
     return reader;
 } catch (const std::bad_alloc &) {
     return out_of_memory();
@@ -437,19 +423,13 @@ std::uint64_t decoded_bytes(const TiledImages &images) {
     return bytes;
 }
 
-Image &next_raster(SectionType type, ModelImages &images) {
-    return type == SectionType::panorama         ? images.panorama
-           : type == SectionType::ground_texture ? images.ground_texture
-                                                 : images.ground_lit.emplace_back();
-}
-
-namespace {
-
-// The model without its rasters, for which `of_rasters` bytes of the memory are kept.
-Result<Model> load_levels(Reader &reader, const LoadOptions &options, std::uint64_t of_rasters) {
+Result<Model> load_model(Reader &reader, const LoadOptions &options) try {
+    const Result<TiledImages> images = reader.images();
+    if (!images)
+        return images.error();
     const AttributeSet &set = reader.parameters().attributes;
     const int last = std::min(options.max_level, reader.depth());
-    std::uint64_t memory = of_rasters;
+    std::uint64_t memory = decoded_bytes(*images);
     std::vector<const LevelDirectory *> directories{nullptr};
     for (int level = 1; level <= last; ++level) {
         const Result<const LevelDirectory *> directory = reader.directory(level);
@@ -474,103 +454,9 @@ Result<Model> load_levels(Reader &reader, const LoadOptions &options, std::uint6
         if (Status status = load_level(reader, *directories[static_cast<std::size_t>(level)], options.threads, model);
             !status)
             return std::move(status).error();
-    return model;
-}
-
-} // namespace
-
-Result<Model> load_model(Reader &reader, const LoadOptions &options) try {
-    const Result<TiledImages> images = reader.images();
-    if (!images)
-        return images.error();
-    Result<Model> model = load_levels(reader, options, decoded_bytes(*images));
-    if (!model)
-        return model;
-    if (Status status = load_images(*images, options.threads, model->images); !status)
+    if (Status status = load_images(*images, options.threads, model.images); !status)
         return std::move(status).error();
     return model;
-} catch (const std::bad_alloc &) {
-    return out_of_memory();
-}
-
-Status Reader::verify_stored() const try {
-    const Result<HeldBytes> whole = require(source_, {0, source_.size()});
-    if (!whole)
-        return whole.error();
-    std::uint64_t end = kHeaderBytes + sections_.size() * kSectionEntryBytes;
-    for (const SectionEntry &entry : sections_) {
-        if (Status status = check_padding(whole->bytes, end, entry.offset); !status)
-            return status;
-        end = entry.offset + entry.stored_bytes;
-        if (Status status = prove_hash(slice(whole->bytes, entry.offset, entry.stored_bytes), entry); !status)
-            return status;
-    }
-    return {};
-} catch (const std::bad_alloc &) {
-    return out_of_memory();
-}
-
-Status Reader::verify_all(int threads, std::uint64_t max_memory) try {
-    if (Status status = verify_stored(); !status) // padding, and the sections that nothing else proves
-        return status;
-    // Before anything is decoded for good: of rasters, no more is in memory than four times what was there already.
-    std::vector<ImageDirectory> directories;
-    std::uint64_t of_rasters = 0;
-    for (const SectionEntry *entry : rasters()) {
-        Result<ImageDirectory> directory = read_image_directory(source_, *entry, header_.storage());
-        if (!directory)
-            return std::move(directory).error();
-        of_rasters += directory->grid.texel_bytes();
-        directories.push_back(std::move(directory).value());
-    }
-    if (of_rasters > max_memory)
-        return broken("system.memory", 0, "the rasters need more memory than allowed", max_memory, of_rasters);
-    ModelImages images;
-    for (std::size_t i = 0; i < directories.size(); ++i) {
-        const SectionEntry &entry = *rasters()[i];
-        const Result<HeldBytes> stored = require(source_, range_of(entry));
-        if (!stored)
-            return stored.error();
-        Status status;
-        prove_image(stored->bytes, entry.offset, directories[i], threads, first_fault(status),
-                    next_raster(entry.type, images));
-        if (!status)
-            return status;
-    }
-    Result<Model> loaded =
-        load_levels(*this, {.max_level = depth(), .threads = threads, .max_memory = max_memory}, of_rasters);
-    if (!loaded)
-        return std::move(loaded).error();
-    loaded->images = std::move(images);
-    Model &model = *loaded;
-
-    LevelMasks masks;
-    for (const Level &level : model.levels)
-        masks.push_back(level.masks);
-    const std::vector<std::vector<ChunkShape>> expected = split_into_chunks(masks, header_.chunk_points);
-    for (int level = 1; level <= depth(); ++level) {
-        const LevelDirectory &directory = directories_[static_cast<std::size_t>(level)];
-        const auto &shapes = expected[static_cast<std::size_t>(level)];
-        const SectionEntry &entry = *section(SectionType::level_directory, static_cast<std::uint32_t>(level));
-        for (std::size_t i = 0; i < std::max(shapes.size(), directory.chunks.size()); ++i)
-            if (i >= shapes.size() || i >= directory.chunks.size() || shapes[i] != directory.chunks[i].shape)
-                return wrong_split(entry.offset + i * chunk_entry_bytes(parameters_.attributes),
-                                   i < shapes.size() ? &shapes[i] : nullptr,
-                                   i < directory.chunks.size() ? &directory.chunks[i].shape : nullptr);
-    }
-    if (Status status = check_content_id(header_, content_id(model, expected, header_.chunk_points)); !status)
-        return status;
-
-    std::vector<PointAttributes> stored(static_cast<std::size_t>(depth()));
-    for (std::size_t level = 0; level < stored.size(); ++level)
-        stored[level] = std::move(model.levels[level].points);
-    average_levels(model, threads);
-    for (std::size_t level = 0; level < stored.size(); ++level)
-        if (stored[level] != model.levels[level].points)
-            return wrong_averages(
-                level == 0 ? 88 : section(SectionType::level_chunks, static_cast<std::uint32_t>(level))->offset, level,
-                find_wrong_average(stored[level], model.levels[level].points, parameters_.attributes));
-    return {};
 } catch (const std::bad_alloc &) {
     return out_of_memory();
 }

@@ -5,7 +5,6 @@
 //   load_chunk  proves a chunk before first use: hash, masks, counts, ranges
 //   view_chunk  the same for a chunk of a mapped file, once, and hands it out where it lies
 //   images      proves the tile directories of the rasters; a tile proves itself when it is first looked at
-//   verify_all  proves everything; agrees with `validate` on every input
 //
 // A source need not be whole (system/byte_source.h): what is not there yet is asked for by range, and is no error.
 //
@@ -14,7 +13,7 @@
 //
 // A call whose bytes are not there is refused with ErrorCode::usage (not_there_yet) and may be made again.
 //
-// verify_stored lies between: that nothing was changed since it was written, not that it was written rightly.
+// Each proves what it hands out. Whether the whole file is valid is asked of `verify` in checking/validate.h.
 #pragma once
 
 #include "pbm_format/chunks/chunk.h"
@@ -103,13 +102,6 @@ class Reader {
                 .finest = level == depth()};
     }
 
-    // That every byte is as it was written: padding and the hashes of all sections. Decodes nothing.
-    Status verify_stored() const;
-
-    // Everything: padding, section hashes, directories, chunks, chunk rule, normal cones, averages, rasters,
-    // content_id. Decodes the whole model; more than `max_memory` bytes of it is ErrorCode::memory.
-    Status verify_all(int threads = 0, std::uint64_t max_memory = kDefaultMaxMemory);
-
   private:
     explicit Reader(ByteSource file) : source_(std::move(file)) {}
 
@@ -147,9 +139,6 @@ std::uint64_t decoded_bytes(const TiledImages &images);
 
 // The level's bricks are as many as its directory says. BVG.md 5.10.2
 Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks);
-
-// Where the next raster of that type belongs: lit fractions stand in the order of the lights.
-Image &next_raster(SectionType type, ModelImages &images);
 
 // All levels up to `max_level`, each as contiguous streams, and all rasters.
 Result<Model> load_model(Reader &reader, const LoadOptions &options = {});

@@ -1,5 +1,6 @@
 #include "pbm_format/writing/writer.h"
 
+#include "pbm_format/checking/validate.h"
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/container/file_rules.h"
 #include "pbm_format/container/section_encoder.h"
@@ -290,12 +291,10 @@ Result<std::uint64_t> write_model(const std::string &path, const Model &model, c
     Result<Bytes> file = encode_model(model, options);
     if (!file)
         return std::move(file).error();
-    Result<Reader> reader = Reader::open(*file);
-    const Status proof = reader ? reader->verify_all(options.threads, ~std::uint64_t{0}) : Status(reader.error());
-    if (!proof)
-        return Error{proof.error().code == ErrorCode::memory ? ErrorCode::memory : ErrorCode::bad_content,
-                     proof.error().offset,
-                     "what was written does not verify (nothing was replaced): " + proof.error().message};
+    if (const Status valid = verify(*file, {.threads = options.threads, .max_memory = ~std::uint64_t{0}}); !valid)
+        return Error{valid.error().code == ErrorCode::memory ? ErrorCode::memory : ErrorCode::bad_content,
+                     valid.error().offset,
+                     "what was written does not verify (nothing was replaced): " + valid.error().message};
     if (Status status = replace_file(path, *file); !status)
         return std::move(status).error();
     return file->size();

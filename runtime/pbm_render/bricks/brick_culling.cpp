@@ -1,6 +1,6 @@
 #include "pbm_render/bricks/brick_culling.h"
 
-#include "pbm_render/bricks/surface_offsets.h"
+#include "pbm_surface/surface_offsets.h"
 
 #include <glm/geometric.hpp>
 

@@ -1,8 +1,8 @@
-// Where in its voxels the surface lies at the points of one chunk, for as long as the chunk is at hand.
+// The surface offsets of one chunk's points, as long as the chunk is resident.
 #pragma once
 
 #include "pbm_render/bricks/brick_culling.h"
-#include "pbm_render/bricks/surface_offsets.h"
+#include "pbm_surface/surface_offsets.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -12,19 +12,19 @@
 
 namespace pbm {
 
-// Estimated when a picture needs them, and no memory before: a first picture for the bricks that it shows, whatever
-// shows others for all others.
+// Computes the offsets lazily and allocates no memory before. The first frame that shows the chunk estimates them for
+// the visible bricks; the first frame that shows another brick estimates them for all others.
 class ChunkOffsets {
   public:
-    // [points] as SurfaceOffsets::estimate has it, good for the points of the bricks `seen`; those of others may be
-    // written while they are read. `chunk` is always the same. Several threads may ask at once: they wait for each
-    // other.
+    // Returns the offsets of the chunk's points, as SurfaceOffsets::estimate writes them. They are valid for the bricks
+    // in `seen`; another thread may still write those of other bricks. All calls must pass the same chunk. Several
+    // threads may call at once and wait for each other.
     const std::int8_t *of(const ChunkView &chunk, std::span<const SeenBrick> seen, SurfaceOffsets &workplace) const;
 
   private:
-    mutable std::mutex mutex_;                 // of all below
-    mutable std::vector<std::int8_t> offsets_; // [points] once some are known
-    mutable std::vector<std::uint8_t> known_;  // [bricks] the same
+    mutable std::mutex mutex_;                 // guards all below
+    mutable std::vector<std::int8_t> offsets_; // [points]; empty before the first estimate
+    mutable std::vector<std::uint8_t> known_;  // [bricks]: nonzero where the offsets are estimated
     mutable bool is_first_ = true, is_complete_ = false;
 };
 

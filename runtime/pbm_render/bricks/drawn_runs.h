@@ -2,8 +2,8 @@
 #pragma once
 
 #include "pbm_render/bricks/brick_culling.h"
-#include "pbm_render/bricks/surface_offsets.h"
 #include "pbm_render/picture/render_options.h"
+#include "pbm_surface/surface_offsets.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -17,9 +17,9 @@
 namespace pbm {
 namespace {
 
-// How far a splat may reach beyond its voxel's centre besides its radius: voxel edges.
+// Voxel edges: a splat reaches at most its radius and this far beyond its voxel's centre.
 constexpr double kSplatMargin = 2;
-// Integer normals are rounded: what their cosines may be wrong by.
+// Upper bound of the error of cosines between integer normals, which are rounded.
 constexpr double kRounding = 1e-4;
 
 Box root_box(const ChunkShape &shape) {
@@ -33,7 +33,7 @@ Box intersection(const Box &a, const Box &b) {
     return {.least = glm::max(a.least, b.least), .most = glm::min(a.most, b.most)};
 }
 
-// What the eye sees of boxes.
+// The part of space that a camera sees.
 class Frustum {
   public:
     Frustum(const Camera &camera, int width, int height)
@@ -45,14 +45,14 @@ class Frustum {
         least_cosine_ = 1 / std::sqrt(1 + x * x + y * y);
     }
 
-    // Never for a box of which something within `margin` is seen.
+    // Whether the camera sees nothing of a box and of `margin` around it. May be false where it sees nothing.
     bool misses(const Box &box, double margin) const {
         return std::any_of(inwards_.begin(), inwards_.end(), [&](const glm::dvec3 &inwards) {
             return glm::dot(inwards, box.centre() - eye_) + reach(box, inwards) + margin < 0;
         });
     }
 
-    // Pixels that `edge` takes where the box's visible part comes nearest; infinite around the eye.
+    // Upper bound of the length of `edge` on the screen, pixels, anywhere in the box; infinite around the eye.
     double largest_image(const Box &box, double edge) const {
         const glm::dvec3 to_centre = box.centre() - eye_;
         const double distance = glm::length(glm::max(glm::abs(to_centre) - box.half(), glm::dvec3(0)));
@@ -60,7 +60,7 @@ class Frustum {
         return depth > 0 ? edge * projection_.focal / depth : std::numeric_limits<double>::infinity();
     }
 
-    // Whether every normal of the cone is turned away so far, wherever in the box, that no renderer draws its point.
+    // Whether every normal of the cone, anywhere in the box, is turned away so far that no renderer draws its point.
     bool sees_backs(const NormalCone &cone, const Box &box) const {
         const glm::dvec3 to_centre = box.centre() - eye_;
         const double distance = glm::length(to_centre), radius = glm::length(box.half());
@@ -81,8 +81,8 @@ class Frustum {
 
     Projection projection_;
     glm::dvec3 eye_, forward_;
-    std::array<glm::dvec3, 5> inwards_; // unit normals of the planes through the eye that bound what is seen
-    double least_cosine_;               // between the line of sight and a ray through the picture
+    std::array<glm::dvec3, 5> inwards_; // unit normals of the planes that bound the frustum
+    double least_cosine_;               // of the largest angle between the line of sight and a ray
 };
 
 class Selector {
@@ -91,9 +91,9 @@ class Selector {
         : frustum_(in_unit_grid(view.camera, grid), view.width, view.height), levels_(levels), depth_(grid.depth),
           finest_(std::clamp(view.finest, 1, grid.depth)), max_error_(view.max_error) {}
 
-    // Sees to it that the place of a chunk is shown; false if the points above it have to. Its points are within `box`;
-    // no radius in the chunk above has an index greater than `radius_above`. The depth of the recursion is that of the
-    // grid: at most 16.
+    // Shows the place of a chunk; false if the points of its parent chunk must show it. All points of the chunk lie in
+    // `box`. `radius_above` bounds the radius indices of the parent chunk. The recursion is as deep as the grid: at
+    // most 16.
     bool show(ChunkPlace place, Box box, std::uint8_t radius_above);
 
     DetailSelection take() {
@@ -105,11 +105,13 @@ class Selector {
     }
 
   private:
-    // Shows each part of a chunk by the chunk below it or, where that is not needed or not there, by the chunk's own
-    // points, if they are at hand. Whether there are parts that ask for those.
-    bool show_children(ChunkPlace place, const Box &box, const ChunkEntry &entry, const ChunkState &state,
-                       std::uint8_t radius);
-    void draw(const ChunkState &state, const ChunkEntry &entry, int level, std::uint32_t first, std::uint32_t last);
+    // Shows each part of a chunk by the chunk below it or, where that is not needed or not resident, by the chunk's own
+    // points, if it is resident itself. Returns whether some part needs these points.
+    bool show_children(ChunkPlace place, const Box &box, const ResidentChunk *chunk, std::uint8_t radius);
+    void draw(const ResidentChunk &chunk, ChunkPlace place, std::uint32_t first, std::uint32_t last);
+    const ChunkEntry &entry_of(ChunkPlace place) const {
+        return levels_[static_cast<std::size_t>(place.level)].directory->chunks[place.index];
+    }
 
     std::size_t chosen() const { return selection_.runs.size() + selection_.missing.size(); }
 
@@ -121,43 +123,40 @@ class Selector {
 };
 
 bool Selector::show(ChunkPlace place, Box box, std::uint8_t radius_above) {
-    const LevelState &level = levels_[static_cast<std::size_t>(place.level)];
-    const ChunkEntry &entry = level.directory->chunks[place.index];
-    const ChunkState &state = level.chunks[place.index];
-    const bool at_hand = state.view != nullptr;
-    // Radii cover those of the level below (BVG.md 6.2.3): they say how large these can be.
+    const ChunkEntry &entry = entry_of(place);
+    const ChunkSlot &slot = levels_[static_cast<std::size_t>(place.level)].chunks[place.index];
+    const ResidentChunk *const chunk = slot.chunk.get();
+    // Radii of a level bound those of the level below (BVG.md 6.2.3).
     const std::uint8_t radius =
-        at_hand ? state.largest_radius : radius_predictions(place.level, place.level == depth_)[radius_above];
+        chunk != nullptr ? chunk->largest_radius : radius_predictions(place.level, place.level == depth_)[radius_above];
     const double voxel = std::ldexp(1.0, -place.level);
-    if (at_hand)
-        box = state.bounds;
+    if (chunk != nullptr)
+        box = chunk->bounds;
     if (frustum_.misses(box, kSplatMargin * voxel + radius_fraction(radius)))
         return true;
     const double error = frustum_.largest_image(box, voxel);
     const bool too_coarse = error > max_error_ && place.level < finest_;
     if (!too_coarse && frustum_.sees_backs(entry.cone, box))
         return true;
-    if (state.refused)
+    if (slot.refused)
         return false;
     const bool has_directory = static_cast<std::size_t>(place.level) + 1 < levels_.size();
     selection_.needs_directory |= too_coarse && !has_directory;
     if (too_coarse && has_directory) {
         const std::size_t before = chosen();
-        if (!show_children(place, box, entry, state, radius) &&
-            chosen() == before) // all of it is outside or turned away
+        if (!show_children(place, box, chunk, radius) && chosen() == before) // all of it is outside or turned away
             return true;
-    } else if (at_hand) {
-        draw(state, entry, place.level, 0, entry.shape.points);
+    } else if (chunk != nullptr) {
+        draw(*chunk, place, 0, entry.shape.points);
     }
-    if (at_hand)
+    if (chunk != nullptr)
         selection_.present.push_back(place);
     else
         selection_.missing.push_back({place, error});
-    return at_hand;
+    return chunk != nullptr;
 }
 
-bool Selector::show_children(ChunkPlace place, const Box &box, const ChunkEntry &entry, const ChunkState &state,
-                             std::uint8_t radius) {
+bool Selector::show_children(ChunkPlace place, const Box &box, const ResidentChunk *chunk, std::uint8_t radius) {
     const double voxel = std::ldexp(1.0, -place.level);
     const std::vector<ChunkEntry> &below = levels_[static_cast<std::size_t>(place.level) + 1].directory->chunks;
     // Chunks of the level below stand in the order of those they nest in.
@@ -169,45 +168,34 @@ bool Selector::show_children(ChunkPlace place, const Box &box, const ChunkEntry 
         const Box part = intersection(root_box(child->shape), box);
         if (frustum_.misses(part, kSplatMargin * voxel + radius_fraction(radius)))
             continue;
-        // What is too coarse as a whole may not be so here.
+        // A chunk may be too coarse as a whole but fine enough in this part.
         const bool too_coarse = frustum_.largest_image(part, voxel) > max_error_;
         if (too_coarse && show({place.level + 1, index}, part, radius))
             continue;
         asked = true;
-        if (state.view == nullptr)
+        if (chunk == nullptr)
             continue;
-        const auto points_before = static_cast<std::uint32_t>(child->first_node - entry.first_point);
-        draw(state, entry, place.level, points_before, points_before + child->shape.nodes);
+        const auto points_before = static_cast<std::uint32_t>(child->first_node - entry_of(place).first_point);
+        draw(*chunk, place, points_before, points_before + child->shape.nodes);
     }
     return asked;
 }
 
-void Selector::draw(const ChunkState &state, const ChunkEntry &entry, int level, std::uint32_t first,
-                    std::uint32_t last) {
+void Selector::draw(const ResidentChunk &chunk, ChunkPlace place, std::uint32_t first, std::uint32_t last) {
+    const ChunkEntry &entry = entry_of(place);
     std::vector<PointRun> &runs = selection_.runs;
     if (!runs.empty() && runs.back().entry == &entry && runs.back().last == first)
         runs.back().last = last;
     else
-        runs.push_back({.chunk = state.view,
+        runs.push_back({.chunk = &chunk.view,
                         .entry = &entry,
-                        .level = level,
+                        .level = place.level,
                         .first = first,
                         .last = last,
-                        .offsets = state.offsets});
+                        .offsets = &chunk.offsets});
 }
 
 } // namespace
-
-Box bounds_of(std::span<const BrickRecord> bricks, int level) {
-    Box box{.least = glm::dvec3(1), .most = glm::dvec3(0)};
-    const double edge = std::ldexp(8.0, -level);
-    for (const BrickRecord &brick : bricks) {
-        const glm::dvec3 corner = glm::dvec3(brick.x, brick.y, brick.z) * edge;
-        box.least = glm::min(box.least, corner);
-        box.most = glm::max(box.most, glm::min(corner + edge, glm::dvec3(1)));
-    }
-    return box;
-}
 
 DetailSelection select_detail(const Grid &grid, std::uint8_t root_radius, std::span<const LevelState> levels,
                               const DetailView &view) {

@@ -15,9 +15,9 @@
 #define PBM_RENDER_BRICK_SPLATTER_TABLES
 namespace pbm {
 
-// kOutlineInset and kPlacedOutlineInset of blocks, which reach farther than the ellipses they stand for.
+// Replace kOutlineInset and kPlacedOutlineInset: blocks reach farther than the ellipses that they stand for.
 inline constexpr float kBlockOutlineInset = 0.6F, kPlacedBlockOutlineInset = 0.5F;
-// Placed blocks lie so many voxel edges behind their planes a pixel away from their middles.
+// Depth of a placed block behind its plane one pixel away from its middle, voxel edges.
 inline constexpr float kPlacedBlockCone = 1.2F;
 
 } // namespace pbm
@@ -28,7 +28,7 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Blocks of 2 x 2 pixels: what small splats are drawn as.
+// Small splats are drawn as blocks of 2 x 2 pixels.
 struct Blocks {
     alignas(64) std::array<std::int32_t, FacingPoints::kCapacity> offset; // of the upper left pixel
     alignas(64) std::array<float, 4 * FacingPoints::kCapacity> depths;    // upper left and right, lower left and right
@@ -50,8 +50,8 @@ HWY_INLINE void draw_block(const float *depths, std::uint32_t id, double *upper,
     const auto z = hn::BitCast(du32, hn::Load(d32, depths));
     const auto first = hn::BitCast(d64, hn::InterleaveLower(du32, ids, z));
     const auto second = hn::BitCast(d64, hn::InterleaveUpper(du32, ids, z));
-    // Pixel by pixel: the block before often has one of them, and what was stored is only quickly read again in the
-    // same pieces.
+    // Load and store one pixel at a time: the previous block often stored one of them, and a load is fast only if it
+    // has the size of that store.
     const auto draw = [&](auto value, double *to) {
         hn::StoreU(lesser_doubles(value, hn::LoadU(pixel, to)), pixel, to);
     };
@@ -62,10 +62,13 @@ HWY_INLINE void draw_block(const float *depths, std::uint32_t id, double *upper,
 #endif
 }
 
-// Lays the blocks of a vector of points; those from `end` on are seen nowhere.
+// Lays the blocks of a vector of points from `first` on. Lanes behind the last point get blocks outside the picture.
 template <bool kPlaced>
-HWY_INLINE void lay_blocks(const FrameGeometry &frame, float voxel_edge, const FacingPoints &points, std::size_t first,
-                           std::size_t end, const DepthStrip &strip, Blocks &blocks) {
+HWY_INLINE void lay_blocks(const StripRun &at, const FacingPoints &points, std::size_t first, Blocks &blocks) {
+    const FrameGeometry &frame = at.frame;
+    const DepthStrip &strip = at.strip;
+    const float voxel_edge = at.run.voxel;
+    const std::size_t end = points.count;
     const Floats d;
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
@@ -84,7 +87,7 @@ HWY_INLINE void lay_blocks(const FrameGeometry &frame, float voxel_edge, const F
     const Vector at_z = depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y);
     const Vector slope_x = hn::Mul(plane_x, s.pixel_size), slope_y = hn::Mul(plane_y, s.pixel_size);
 
-    // The block whose pixels' centres lie around the point; what is not in the strip goes where nobody looks.
+    // The block whose pixels' centres lie around the point. A block outside the strip goes to an unused place.
     const auto within = [&](Vector v, int from, int to) {
         return hn::And(hn::Ge(v, set(static_cast<float>(from))), hn::Lt(v, set(static_cast<float>(to))));
     };
@@ -114,27 +117,24 @@ HWY_INLINE void lay_blocks(const FrameGeometry &frame, float voxel_edge, const F
     hn::StoreInterleaved4(depths[0], depths[1], depths[2], depths[3], d, blocks.depths.data() + 4 * first);
 }
 
-// Draws all points as blocks. They are laid before the first is drawn: so many steps that wait for each other do so
-// together.
+// Draws all points as blocks. It lays all blocks before it draws the first, so that the latencies of laying overlap.
 template <bool kPlaced>
-HWY_INLINE void draw_blocks(const FrameGeometry &frame, float voxel, Blocks &blocks, FacingPoints &points,
-                            DepthStrip &strip) {
+HWY_INLINE void draw_blocks(const StripRun &at, Blocks &blocks, FacingPoints &points, DepthStrip &strip) {
     for (std::size_t i = 0; i < points.count; i += hn::Lanes(Floats()))
-        lay_blocks<kPlaced>(frame, voxel, points, i, points.count, strip, blocks);
+        lay_blocks<kPlaced>(at, points, i, blocks);
     for (std::size_t i = 0; i < points.count; ++i)
         draw_block(blocks.depths.data() + 4 * i, static_cast<std::uint32_t>(points.id[i]),
                    strip.pixels.data() + blocks.offset[i], strip.stride);
     points.count = 0;
 }
 
-// Draws all points, large and small, as the ellipses they are.
-template <bool kPlaced>
-HWY_INLINE void draw_ellipses(const FrameGeometry &frame, float voxel, FacingPoints &points, DepthStrip &strip) {
+// Draws all points as ellipses, whatever their size.
+template <bool kPlaced> HWY_INLINE void draw_ellipses(const StripRun &at, FacingPoints &points, DepthStrip &strip) {
     Ellipses ellipses;
-    ellipses.cone = kPlacedCone * voxel;
+    ellipses.cone = kPlacedCone * at.run.voxel;
     const std::size_t lanes = hn::Lanes(Floats());
     for (std::size_t i = 0; i < points.count; i += lanes) {
-        lay_ellipses<kPlaced>(frame, voxel, {}, points, i, points.count, strip, ellipses);
+        lay_ellipses<kPlaced>(at, points, i, ellipses);
         for (std::size_t lane = 0; lane < lanes; ++lane)
             if (ellipses.left[lane] < ellipses.right[lane] && ellipses.top[lane] < ellipses.bottom[lane])
                 draw_ellipse<kPlaced>(ellipses, lane, static_cast<std::uint32_t>(points.id[i + lane]), strip);
@@ -143,8 +143,8 @@ HWY_INLINE void draw_ellipses(const FrameGeometry &frame, float voxel, FacingPoi
 }
 
 template <bool kPlaced>
-HWY_INLINE std::uint64_t draw_all(const FrameGeometry &frame, const RunGeometry &geometry,
-                                  std::span<const SeenBrick> seen, std::uint32_t first_id, DepthStrip &strip) {
+HWY_INLINE std::uint64_t draw_all(const StripRun &at, std::span<const SeenBrick> seen, std::uint32_t first_id,
+                                  DepthStrip &strip) {
     Blocks blocks;
     FacingPoints small, large;
     std::uint64_t drawn = 0;
@@ -152,24 +152,25 @@ HWY_INLINE std::uint64_t draw_all(const FrameGeometry &frame, const RunGeometry 
         if (it.top >= strip.bottom || it.bottom <= strip.top)
             continue;
         if (it.large) {
-            drawn += add_brick<true, kPlaced>(frame, geometry, it, first_id, strip, large);
+            drawn += add_brick<true, kPlaced>(at, it, first_id, large);
             if (large.count >= kWaiting)
-                draw_ellipses<kPlaced>(frame, geometry.voxel, large, strip);
+                draw_ellipses<kPlaced>(at, large, strip);
         } else {
-            drawn += add_brick<false, kPlaced>(frame, geometry, it, first_id, strip, small);
+            drawn += add_brick<false, kPlaced>(at, it, first_id, small);
             if (small.count >= kWaiting)
-                draw_blocks<kPlaced>(frame, geometry.voxel, blocks, small, strip);
+                draw_blocks<kPlaced>(at, blocks, small, strip);
         }
     }
-    draw_ellipses<kPlaced>(frame, geometry.voxel, large, strip);
-    draw_blocks<kPlaced>(frame, geometry.voxel, blocks, small, strip);
+    draw_ellipses<kPlaced>(at, large, strip);
+    draw_blocks<kPlaced>(at, blocks, small, strip);
     return drawn;
 }
 
 std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
                           std::uint32_t first_id, DepthStrip &strip) {
-    return run.offsets != nullptr ? draw_all<true>(frame, run, seen, first_id, strip)
-                                  : draw_all<false>(frame, run, seen, first_id, strip);
+    const StripRun at{frame, run, strip};
+    return run.offsets != nullptr ? draw_all<true>(at, seen, first_id, strip)
+                                  : draw_all<false>(at, seen, first_id, strip);
 }
 
 } // namespace pbm::HWY_NAMESPACE

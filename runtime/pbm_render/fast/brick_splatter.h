@@ -1,9 +1,7 @@
-// Draws the points of bricks into a strip of the picture: the loop that a frame's time is spent in. SIMD over the
-// points of a brick (Highway, the best target of the machine); the same pixels on every target.
+// Draws the points of bricks into a strip of the picture. A frame spends most of its time in this loop. It runs in SIMD
+// over the points of a brick (Highway, the best target of the machine) and draws the same pixels on every target.
 #pragma once
 
-#include "pbm_render/bricks/brick_culling.h"
-#include "pbm_render/bricks/frame_geometry.h"
 #include "pbm_render/splats/depth_strip.h"
 
 #include <cstdint>
@@ -12,7 +10,8 @@
 namespace pbm {
 
 // Draws those of the run's `seen` bricks that touch the strip. The id of point i of the chunk is `first_id` + i.
-// Returns how many points were drawn, each counted in one strip. In bounds whatever the bytes of a mapped chunk became.
+// Returns how many points were drawn; one strip counts each point. Stays in bounds whatever the bytes of a mapped chunk
+// became.
 std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
                           std::uint32_t first_id, DepthStrip &strip);
 

@@ -14,8 +14,8 @@
 namespace pbm {
 namespace {
 
-// A megabyte: little enough for the cache, much enough that few bricks lie in two strips. Several threads share the
-// work more evenly if it comes in smaller pieces.
+// A megabyte fits the cache and is large enough that few bricks lie in two strips. Several threads share the work more
+// evenly in smaller strips.
 constexpr int kStripPixels = 128 * 1024, kSharedStripPixels = 80 * 1024;
 constexpr int kLeastStripRows = 16;
 
@@ -23,23 +23,25 @@ int strip_rows(int width, int threads) {
     return std::max(kLeastStripRows, (threads == 1 ? kStripPixels : kSharedStripPixels) / width);
 }
 
-// Of a run's chunk, close together since every pixel asks for them.
+// The streams of a run's chunk, close together since every pixel reads them.
 struct StreamPointers {
     const std::uint16_t *normals;
-    const std::uint8_t *colours, *materials, *textures; // null without
+    const std::uint8_t *colours, *materials, *textures; // null: the model lacks them
 };
 
-// What a thread needs to draw a strip.
+// Memory of one thread.
 struct Workplace {
     SurfaceOffsets offsets;
     DepthStrip strip;
 };
 
-// What pixels of a frame show.
-struct FrameLook {
+// The same for all strips of a frame.
+struct FrameView {
     const RenderOptions &options;
+    const FrameGeometry &geometry;
     const PointShader &shader;
     const SurroundingsView &surroundings;
+    Framebuffer &target;
 };
 
 } // namespace
@@ -49,9 +51,8 @@ struct FastRenderer::Frame {
         : parameters(p), surroundings(std::move(s)), appearance(p), runs(chunk_points), pool(resolve_threads(threads)),
           workplaces(static_cast<std::size_t>(pool.threads())) {}
 
-    std::uint64_t draw(int top, int rows, const FrameGeometry &geometry, const FrameLook &look, DepthStrip &strip,
-                       Framebuffer &target) const;
-    void resolve(const DepthStrip &strip, const FrameLook &look, Framebuffer &target) const;
+    std::uint64_t draw(int top, int rows, const FrameView &view, DepthStrip &strip) const;
+    void resolve(const DepthStrip &strip, const FrameView &view) const;
     void read_looks(const CoveredPixels &pixels, const PointShader &shader, std::span<PointLook> looks) const;
     template <bool kSpecial>
     void shade_row(const CoveredPixels &pixels, std::span<const PointLook> looks, int y, const PointShader &shader,
@@ -94,7 +95,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     const SurroundingsView surroundings(frame.surroundings.get(), frame.appearance, projection, options);
     std::optional<PointShader> shader;
     frame.pool.run(frame.runs.size() + 1, [&](std::size_t item, std::size_t thread) {
-        if (item == 0) // takes longest
+        if (item == 0) // first, since it takes longest
             shader.emplace(frame.parameters, frame.appearance, projection, surroundings, options);
         else
             frame.runs.cull(item - 1, geometry, frame.workplaces[thread].offsets);
@@ -103,9 +104,9 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     const int rows = strip_rows(target.width, frame.pool.threads());
     const auto count = static_cast<std::size_t>((target.height + rows - 1) / rows);
     std::vector<std::uint64_t> drawn(count);
-    const FrameLook look{options, *shader, surroundings};
+    const FrameView view{options, geometry, *shader, surroundings, target};
     frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
-        drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, geometry, look, frame.workplaces[thread].strip, target);
+        drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, view, frame.workplaces[thread].strip);
     });
     RenderStatistics statistics = frame.runs.statistics();
     for (const std::uint64_t points : drawn)
@@ -114,27 +115,27 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
 }
 
 // Draws the strip of `rows` rows from row `top` on. Returns the points drawn.
-std::uint64_t FastRenderer::Frame::draw(int top, int rows, const FrameGeometry &geometry, const FrameLook &look,
-                                        DepthStrip &strip, Framebuffer &target) const {
-    strip.begin(target.width, top, std::min(top + rows, target.height));
+std::uint64_t FastRenderer::Frame::draw(int top, int rows, const FrameView &view, DepthStrip &strip) const {
+    strip.begin(view.target.width, top, std::min(top + rows, view.target.height));
     std::uint64_t drawn = 0;
     runs.for_each_in_rows(strip.top, strip.bottom,
                           [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
-                              drawn += draw_bricks(geometry, run, seen, first_id, strip);
+                              drawn += draw_bricks(view.geometry, run, seen, first_id, strip);
                           });
-    resolve(strip, look, target);
+    resolve(strip, view);
     return drawn;
 }
 
-// Colours and depths of a strip's pixels.
-void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameLook &look, Framebuffer &target) const {
-    const std::uint32_t background = pack_rgba(look.options.background);
+// Writes colours and depths of a strip's pixels to the target.
+void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view) const {
+    Framebuffer &target = view.target;
+    const std::uint32_t background = pack_rgba(view.options.background);
     const auto edge = static_cast<float>(parameters.grid.edge());
     const auto width = static_cast<std::size_t>(target.width);
     CoveredPixels covered(target.width);
     std::vector<PointLook> looks(width);
-    const bool is_plain = look.surroundings.is_plain();
-    const PointShader &shader = look.shader;
+    const bool is_plain = view.surroundings.is_plain();
+    const PointShader &shader = view.shader;
     SurroundingsRow behind;
     std::vector<float> row_depths(is_plain || !target.depth.empty() ? 0 : width);
     for (int y = strip.top; y < strip.bottom; ++y) {
@@ -143,15 +144,16 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameLook &look
         float *const depths = !target.depth.empty() ? target.depth.data() + row
                               : is_plain            ? nullptr
                                                     : row_depths.data();
-        read_row(strip, y, background, edge, colours, depths, covered);
-        // Two loops, so that the first waits for many points at once to come from memory.
+        const PixelRow to{colours, depths, width, edge};
+        read_row(strip, y, background, to, covered);
+        // Two loops, so that the cache misses of many points overlap in the first one.
         read_looks(covered, shader, looks);
         if (shader.is_special())
             shade_row<true>(covered, looks, y, shader, colours);
         else
             shade_row<false>(covered, looks, y, shader, colours);
         if (!is_plain)
-            look.surroundings.draw_row(y, width, edge, colours, depths, behind);
+            view.surroundings.draw_row(y, to, behind);
     }
 }
 
@@ -193,7 +195,7 @@ void FastRenderer::Frame::read_looks(const CoveredPixels &pixels, const PointSha
         looks[i] = {.colour = packed,
                     .normal = from.normals[point],
                     .material = from.materials != nullptr ? std::uint16_t{from.materials[point]} : std::uint16_t{0}};
-        looks[i].material = std::min(looks[i].material, last_material); // whatever a mapped file's bytes became
+        looks[i].material = std::min(looks[i].material, last_material); // the bytes of a mapped file may have changed
     }
 }
 

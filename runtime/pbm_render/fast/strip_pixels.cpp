@@ -13,14 +13,13 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-void read_row(const DepthStrip &strip, int y, std::uint32_t background, float scale, std::uint32_t *colours,
-              float *depths, CoveredPixels &covered) {
+void read_row(const DepthStrip &strip, int y, std::uint32_t background, const PixelRow &to, CoveredPixels &covered) {
+    const auto [colours, depths, width, scale] = to; // copies, which no store of the loop can change
     const Floats d;
     const Ints di;
     const hn::RebindToUnsigned<Floats> du;
     const std::size_t lanes = hn::Lanes(d);
     const auto *const pixels = reinterpret_cast<const float *>(strip.pixels.data() + strip.offset(0, y));
-    const auto width = static_cast<std::size_t>(strip.width);
     const Vector infinity = hn::Set(d, std::numeric_limits<float>::infinity());
     covered.count = 0;
     for (std::size_t x = 0; x < width; x += lanes) {
@@ -57,13 +56,12 @@ namespace pbm {
 
 HWY_EXPORT(read_row);
 
-// Whole SIMD vectors are stored at the end of what is known.
+// The last store of a row writes a whole SIMD vector.
 CoveredPixels::CoveredPixels(int width)
     : x(static_cast<std::size_t>(width) + kLaneNumbers.size()), id(x.size()), depth(x.size()) {}
 
-void read_row(const DepthStrip &strip, int y, std::uint32_t background, float scale, std::uint32_t *colours,
-              float *depths, CoveredPixels &covered) {
-    HWY_DYNAMIC_DISPATCH(read_row)(strip, y, background, scale, colours, depths, covered);
+void read_row(const DepthStrip &strip, int y, std::uint32_t background, const PixelRow &to, CoveredPixels &covered) {
+    HWY_DYNAMIC_DISPATCH(read_row)(strip, y, background, to, covered);
 }
 
 } // namespace pbm

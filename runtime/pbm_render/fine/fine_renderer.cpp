@@ -2,12 +2,12 @@
 
 #include "pbm_render/appearance/shade_table.h"
 #include "pbm_render/bricks/drawn_runs.h"
-#include "pbm_render/bricks/surface_offsets.h"
 #include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/fine/splat_blender.h"
 #include "pbm_render/fine/surface_points.h"
 #include "pbm_render/fine/surface_shader.h"
 #include "pbm_render/surroundings/surroundings.h"
+#include "pbm_surface/surface_offsets.h"
 #include "system/threads/parallel.h"
 #include "system/threads/worker_pool.h"
 
@@ -21,20 +21,19 @@
 namespace pbm {
 namespace {
 
-// Sums of surface and depths of so many pixels stay in the cache.
+// Pixels of a strip: their sums and depths stay in the cache.
 constexpr int kStripPixels = 32 * 1024;
 constexpr int kLeastStripRows = 16;
 
-// Where sample `i` lies beside the pixel's centre: the R2 sequence, evenly spread for any number of samples; the first
-// is the centre.
-// Based on: Roberts. The Unreasonable Effectiveness of Quasirandom Sequences. 2018
+// Offset of sample `i` from the pixel's centre. The R2 sequence spreads any number of samples evenly; the first one is
+// the centre. Based on: Roberts. The Unreasonable Effectiveness of Quasirandom Sequences. 2018
 glm::dvec2 sample_offset(int i) {
     constexpr double kPlastic = 1.32471795724474602596;
     const auto fraction = [&](double step) { return std::fmod(0.5 + i * step, 1.0) - 0.5; };
     return {fraction(1 / kPlastic), fraction(1 / (kPlastic * kPlastic))};
 }
 
-// What a thread needs to draw a strip.
+// Memory of one thread.
 struct Workplace {
     explicit Workplace(int width) : row(width) {}
 
@@ -45,13 +44,13 @@ struct Workplace {
     SurroundingsRow around;
 };
 
-// What is the same for all strips of a sample.
+// The same for all strips of a sample.
 struct Sample {
     glm::dvec2 offset;
     const FrameGeometry &geometry;
 };
 
-// What is the same for all samples of a picture.
+// The same for all samples of a picture.
 struct Picture {
     Picture(const ModelParameters &parameters, const Appearance &look, const Surroundings *surroundings,
             const Camera &camera, const RenderOptions &asked, const Framebuffer &target)
@@ -94,8 +93,8 @@ struct FineRenderer::Frame {
 
     std::optional<Picture> picture;
     std::vector<Workplace> workplaces; // [thread]
-    // [height][width]: sums of the samples' light, times alpha, and of alpha; without what is behind the object where
-    // that is one colour.
+    // [height][width]: sums over the samples of light times alpha, and of alpha. A background of one colour is added
+    // when the picture is resolved.
     PixelArray<Float4> sum_of_light;
     PixelArray<float> first_depth; // the same, of the first sample, grid edges
 };
@@ -109,10 +108,10 @@ FineRenderer::~FineRenderer() = default;
 void FineRenderer::set_appearance(Appearance appearance) { frame_->appearance = std::move(appearance); }
 
 RenderStatistics FineRenderer::render(std::span<const PointRun> runs, const Camera &camera,
-                                      const RenderOptions &options, Framebuffer &target) {
+                                      const RenderOptions &options, Framebuffer &target, int samples) {
     begin(runs, camera, options, target);
     RenderStatistics statistics;
-    for (int i = 0; i < std::max(options.samples, 1); ++i)
+    for (int i = 0; i < std::max(samples, 1); ++i)
         statistics = add_sample();
     resolve(target);
     return statistics;
@@ -176,7 +175,7 @@ std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample,
                           });
     at.surface.begin(at.visible, picture->points.groups());
     runs.for_each_in_rows(top, bottom, [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t) {
-        blend_bricks(sample.geometry, run, seen, at.visible, picture->points, at.surface);
+        blend_bricks({sample.geometry, run, at.visible}, seen, picture->points, at.surface);
     });
     const EyeRays rays{sample.geometry.middle_x, sample.geometry.middle_y, sample.geometry.inverse_focal};
     for (int y = at.visible.top; y < at.visible.bottom; ++y) {
@@ -190,7 +189,7 @@ std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample,
     return drawn;
 }
 
-// The visible point of a pixel as if it were all that is there.
+// Reads the visible point of a pixel, for a pixel that has no usable sums.
 void FineRenderer::Frame::read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel,
                                              SurfacePoint &to) const {
     const PointRun &run = runs[runs.ids().run(id)];
@@ -208,7 +207,7 @@ void FineRenderer::Frame::read_visible_point(std::uint32_t id, const Sample &sam
     picture->points.read(run, i, to);
 }
 
-// What was blended in the pixels of a row, ready to be shaded.
+// Collects the blended surface of a row's pixels for shading.
 void FineRenderer::Frame::collect_row(int y, const Sample &sample, Workplace &at) const {
     SurfaceRow &row = at.row;
     const SurfaceBuffer &surface = at.surface;
@@ -225,7 +224,7 @@ void FineRenderer::Frame::collect_row(int y, const Sample &sample, Workplace &at
         const std::size_t to = row.count++;
         const float screen_x = static_cast<float>(x) + 0.5F;
         const float *sums = surface.sums_of(surface.offset(x, y))->channels.data();
-        // Too little was blended, or normals that cancel each other.
+        // Sums with less weight, or with normals that cancel each other, are not usable.
         constexpr float kLeastWeight = 1e-3F, kLeastNormal2 = 1e-2F;
         const auto length2 = [&] { return sums[0] * sums[0] + sums[1] * sums[1] + sums[2] * sums[2]; };
         if (const float weight = sums[channel::kWeight];
@@ -249,7 +248,7 @@ void FineRenderer::Frame::collect_row(int y, const Sample &sample, Workplace &at
     }
 }
 
-// Blends in what the panorama sends along the mirrored ray.
+// Blends the panorama's light along the mirrored ray into a row.
 void FineRenderer::Frame::mirror(const Sample &sample, float screen_y, SurfaceRow &row) const {
     const EyeAxes &axes = picture->projection.axes;
     const auto right = glm::vec3(axes.right), down = glm::vec3(-axes.up), forward = glm::vec3(axes.forward);

@@ -1,13 +1,13 @@
-// The renderer for pictures that are looked at for longer than a frame: points are blended into a smooth surface, every
-// pixel is shaded on its own, and several samples per pixel make edges soft.
-// Based on: Botsch, Wiratanaya, Kobbelt 2002; Zwicker, Pfister, van Baar, Gross. EWA Splatting. 2002;
+// The fine renderer, for still pictures: it blends points into a smooth surface, shades every pixel on its own, and
+// takes several samples per pixel for soft edges. Based on: Botsch, Wiratanaya, Kobbelt 2002; Zwicker, Pfister, van
+// Baar, Gross. EWA Splatting. 2002;
 //           Botsch, Spernat, Kobbelt. Phong Splatting. 2004; Botsch, Hornung, Zwicker, Kobbelt. High-Quality Surface
 //           Splatting on Today's GPUs. 2005
 //
-// Every point is moved to where the surface lies in its voxel (SurfaceOffsets). Then one sample after the other, all of
-// it moved by a fraction of a pixel, strip by strip:
+// Every point moves by its surface offset (SurfaceOffsets). The renderer draws one sample after the other, each shifted
+// by a fraction of a pixel, strip by strip:
 //
-//   visibility   splats into the z-buffer: what is covered, and how far away
+//   visibility   splats into the z-buffer: which pixels are covered, and their depths
 //   blending     splats again, larger and soft: those near the visible surface add normal, colour, lit fractions
 //   shading      Phong and reflection once per pixel, with the blended normal at the place of the pixel
 //
@@ -26,40 +26,43 @@
 
 namespace pbm {
 
+inline constexpr int kDefaultSamples = 8; // per pixel
+
 class FineRenderer {
   public:
-    // `parameters` must stay as long as the renderer. `chunk_points` bounds the points of a chunk (the file's header
-    // says it). `threads`: 0 asks for one per processor. Without `surroundings` there is only the background colour.
+    // `parameters` must outlive the renderer. `chunk_points`, of the file's header, bounds the points of a chunk.
+    // `threads`: 0 asks for one per processor. Without `surroundings` the renderer fills the background with one
+    // colour.
     FineRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
                  std::shared_ptr<const Surroundings> surroundings = nullptr);
     ~FineRenderer();
     FineRenderer(const FineRenderer &) = delete;
     FineRenderer &operator=(const FineRenderer &) = delete;
 
-    // From the next picture on.
+    // Takes effect with the next picture.
     void set_appearance(Appearance appearance);
 
-    // Draws a whole picture of `options.samples` into `target`, as FastRenderer::render does: what it says of cameras,
-    // bytes of mapped files, numbers of threads and SIMD targets holds here too. All runs have offsets. Depths are
-    // those of the first sample, which is at the centres of the pixels.
+    // Draws a whole picture of `samples` samples per pixel (1 or more) into `target`. What FastRenderer::render says of
+    // cameras, bytes of mapped files, numbers of threads and SIMD targets holds here too. All runs must have offsets.
+    // Depths are those of the first sample, which lies at the centres of the pixels.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
-                            Framebuffer &target);
+                            Framebuffer &target, int samples = kDefaultSamples);
 
-    // The same sample by sample, for a window at rest: between two of them it may show what there is, or turn to
-    // another picture. Memory: 16 bytes per pixel, 20 with depths.
+    // Draws the same picture sample by sample, for a window at rest: between two samples the window may show the mean
+    // so far, or begin another picture. Takes 16 bytes per pixel, 20 with depths.
     //
     //   renderer.begin(runs, camera, options, target);
-    //   while (renderer.samples() < options.samples && nothing_else_to_do())
+    //   while (renderer.samples() < kDefaultSamples && nothing_else_to_do())
     //       renderer.add_sample();
     //   renderer.resolve(target);
     //
-    // The chunks of `runs` must stay at hand until the last sample was added. `target` only says how large the picture
-    // is and whether it has depths.
+    // The chunks of `runs` must stay resident until the last sample is added. `target` tells the picture's size, and
+    // whether it has depths.
     void begin(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                const Framebuffer &target);
-    // Any number of them may be added, beyond `options.samples` too.
+    // Adds one sample; the caller may add any number of them.
     RenderStatistics add_sample();
-    // Added since `begin`.
+    // Number of samples added since `begin`.
     int samples() const;
     // Writes the mean of the samples so far, one or more, into a picture like that of `begin`.
     void resolve(Framebuffer &target);

@@ -20,12 +20,12 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Group = hn::CappedTag<float, kGroupChannels>;
 
-// Splats are laid in groups of so many on every target, so that all of them add in the same order.
+// Splats of a group: the same on every target, so that all targets add in the same order.
 inline constexpr std::size_t kGroupSplats = kMostLanes;
-// Groups whose splats all fit into blocks of this edge are drawn pixel by pixel of the block, all splats at once.
+// Largest block, pixels, for which a group is drawn pixel by pixel of the block, all splats at once.
 inline constexpr std::int32_t kSmallBlock = 7;
 
-// A group of splats, laid.
+// A group of laid splats.
 struct SplatGroup {
     Ellipses ellipses;
     alignas(64) std::array<float, kGroupSplats> across; // turns depths into halves of kBlendBand
@@ -41,7 +41,7 @@ HWY_INLINE void measure_group(SplatGroup &group) {
     }
 }
 
-// Pixels of the small splats of a group, side by side: [splats * pixels of a block], and room for a vector behind.
+// Pixels of the small splats of a group: [splats * pixels of a block], and room for a vector behind.
 struct SmallPixels {
     static constexpr std::size_t kCapacity = kGroupSplats * kSmallBlock * kSmallBlock + kMostLanes;
     std::size_t count = 0;
@@ -56,11 +56,17 @@ struct BoxPixels {
     Mask inside; // the box
 };
 
+// A buffer of pixels: pixel (x, y) has the offset origin + x + (y - top) * stride.
+struct BufferRows {
+    std::int32_t origin, top, stride;
+};
+
 // Visits pixel after pixel of the boxes of a group; `visit(first splat, pixels)` says which of them to keep, and with
-// what value. Offsets are those of pixel (0, 0) of a buffer plus rows of `stride`.
+// what value.
 template <class Visit>
-HWY_INLINE void list_small_pixels(const SplatGroup &group, std::int32_t origin, std::int32_t top, std::int32_t stride,
-                                  SmallPixels &to, const Visit &visit) {
+HWY_INLINE void list_small_pixels(const SplatGroup &group, const BufferRows &buffer, SmallPixels &to,
+                                  const Visit &visit) {
+    const auto [origin, top, stride] = buffer;
     const Floats d;
     const Ints di;
     const Vector half = hn::Set(d, 0.5F);
@@ -99,16 +105,15 @@ struct Kept {
     Vector value;
 };
 
-// What is the same for all splats of a run.
+// The same for all splats of a run.
 struct Blending {
-    const FrameGeometry &frame;
-    const PointRun &run;
+    const StripRun &at;
     const SurfacePoints &points;
     SurfaceBuffer &surface;
 };
 
 HWY_INLINE void read_point(const Blending &blending, const FacingPoints &facing, std::size_t i, SurfacePoint &to) {
-    const FrameGeometry &frame = blending.frame;
+    const FrameGeometry &frame = blending.at.frame;
     const EyeNormal &n = frame.normals[static_cast<std::size_t>(facing.normal_index[i]) & kNormalIndexMask];
     const float ray_x = (facing.x[i] - frame.middle_x) * frame.inverse_focal,
                 ray_y = (facing.y[i] - frame.middle_y) * frame.inverse_focal;
@@ -118,7 +123,7 @@ HWY_INLINE void read_point(const Blending &blending, const FacingPoints &facing,
     to.channels[channel::kNormal + 1] = sign * n.y;
     to.channels[channel::kNormal + 2] = sign * n.z;
     to.channels[channel::kWeight] = 1;
-    blending.points.read(blending.run, static_cast<std::size_t>(facing.id[i]), to);
+    blending.points.read(*blending.at.run.run, static_cast<std::size_t>(facing.id[i]), to);
 }
 
 template <std::size_t kGroups> HWY_INLINE void add_point(const SurfacePoint &point, float weight, SurfaceGroup *to) {
@@ -129,8 +134,8 @@ template <std::size_t kGroups> HWY_INLINE void add_point(const SurfacePoint &poi
         hn::Store(hn::Add(hn::Load(d, sums + i), hn::Mul(w, hn::Load(d, point.channels.data() + i))), d, sums + i);
 }
 
-// How much a splat counts where its form has this value and the visible surface lies so far from its plane, halves of
-// kBlendBand: 0 where it has ended and where no surface is.
+// The weight of a splat at a pixel. `form`: the quadratic form there; `behind`: distance of the visible surface from
+// the plane, halves of kBlendBand. 0 outside the splat and where no surface is.
 template <class D, class V = hn::Vec<D>> HWY_INLINE V blend_weight(D d, V form, V behind) {
     const auto zero = hn::Zero(d), one = hn::Set(d, 1);
     const V near = hn::Max(hn::Sub(hn::Set(d, 2), hn::Abs(behind)), zero), inside = hn::Max(hn::Sub(one, form), zero);
@@ -149,7 +154,7 @@ HWY_INLINE void blend_splat(const Blending &blending, const SplatGroup &group, s
     const auto middle = set(e.x[lane]);
     SurfaceBuffer &surface = blending.surface;
     SurfacePoint point;
-    bool is_read = false; // most splats behind the surface never are
+    bool is_read = false; // most splats behind the surface need not be read
     for (std::int32_t row = e.top[lane]; row < e.bottom[lane]; ++row) {
         const float y = static_cast<float>(row) + 0.5F - e.y[lane];
         const auto row_xy = set(e.xy[lane] * y), row_yy = set(e.yy[lane] * y * y),
@@ -179,13 +184,13 @@ HWY_INLINE void blend_splat(const Blending &blending, const SplatGroup &group, s
     }
 }
 
-// What blend_splat does, for all splats of a group.
+// As blend_splat, for all splats of a group.
 template <std::size_t kGroups>
 HWY_INLINE void blend_small_splats(const Blending &blending, const SplatGroup &group, const FacingPoints &facing,
                                    std::size_t first, SmallPixels &pixels) {
     const Floats d;
     SurfaceBuffer &surface = blending.surface;
-    list_small_pixels(group, 0, surface.top, surface.stride, pixels, [&](std::size_t i, const BoxPixels &box) {
+    list_small_pixels(group, {0, surface.top, surface.stride}, pixels, [&](std::size_t i, const BoxPixels &box) {
         const Vector visible = hn::GatherIndex(d, surface.depth.data(), box.offset);
         const Vector behind = hn::Mul(hn::Sub(box.depth, visible), hn::Load(d, group.across.data() + i));
         const Vector weight = blend_weight(d, box.form, behind);
@@ -204,24 +209,22 @@ HWY_INLINE void blend_small_splats(const Blending &blending, const SplatGroup &g
                            surface.sums_of(static_cast<std::size_t>(pixels.offset[i])));
 }
 
-HWY_INLINE void lay_soft_splats(const FrameGeometry &frame, float voxel, const FacingPoints &facing, std::size_t first,
-                                const DepthStrip &strip, SplatGroup &to) {
+HWY_INLINE void lay_soft_splats(const StripRun &at, const FacingPoints &facing, std::size_t first, SplatGroup &to) {
     const Floats d;
+    to.ellipses.enlarged = {.radius = kKernelRadius, .low_pass = kLowPass};
     for (std::size_t i = 0; i < kGroupSplats; i += hn::Lanes(d)) {
-        const LaidSplats laid = lay_ellipses<true>(frame, voxel, {.radius = kKernelRadius, .low_pass = kLowPass},
-                                                   facing, first + i, facing.count, strip, to.ellipses, i);
+        const LaidSplats laid = lay_ellipses<true>(at, facing, first + i, to.ellipses, i);
         const Vector band = hn::Mul(hn::Set(d, kBlendBand / 2), hn::LoadU(d, facing.radius.data() + first + i));
         hn::Store(hn::Div(hn::Max(laid.cosine, hn::Set(d, kBandCosine)), band), d, to.across.data() + i);
     }
     measure_group(to);
 }
 
-template <std::size_t kGroups>
-HWY_INLINE void blend_points(const Blending &blending, float voxel, const DepthStrip &strip, FacingPoints &facing) {
+template <std::size_t kGroups> HWY_INLINE void blend_points(const Blending &blending, FacingPoints &facing) {
     SplatGroup group;
     SmallPixels pixels;
     for (std::size_t i = 0; i < facing.count; i += kGroupSplats) {
-        lay_soft_splats(blending.frame, voxel, facing, i, strip, group);
+        lay_soft_splats(blending.at, facing, i, group);
         if (group.columns <= kSmallBlock && group.rows <= kSmallBlock) {
             blend_small_splats<kGroups>(blending, group, facing, i, pixels);
             continue;
@@ -234,14 +237,14 @@ HWY_INLINE void blend_points(const Blending &blending, float voxel, const DepthS
     facing.count = 0;
 }
 
-HWY_INLINE void draw_points(const FrameGeometry &frame, float voxel, FacingPoints &facing, DepthStrip &strip) {
+HWY_INLINE void draw_points(const StripRun &at, FacingPoints &facing, DepthStrip &strip) {
     SplatGroup group;
-    group.ellipses.cone = kPlacedCone * voxel;
+    group.ellipses.cone = kPlacedCone * at.run.voxel;
     SmallPixels pixels;
     const Floats d;
     for (std::size_t i = 0; i < facing.count; i += kGroupSplats) {
         for (std::size_t lane = 0; lane < kGroupSplats; lane += hn::Lanes(d))
-            lay_ellipses<true>(frame, voxel, {}, facing, i + lane, facing.count, strip, group.ellipses, lane);
+            lay_ellipses<true>(at, facing, i + lane, group.ellipses, lane);
         measure_group(group);
         const Ellipses &e = group.ellipses;
         const auto id = [&](std::size_t lane) { return static_cast<std::uint32_t>(facing.id[i + lane]); };
@@ -251,7 +254,7 @@ HWY_INLINE void draw_points(const FrameGeometry &frame, float voxel, FacingPoint
                     draw_ellipse<true>(e, lane, id(lane), strip);
             continue;
         }
-        list_small_pixels(group, DepthStrip::kMarginLeft, strip.top - 1, strip.stride, pixels,
+        list_small_pixels(group, {DepthStrip::kMarginLeft, strip.top - 1, strip.stride}, pixels,
                           [&](std::size_t, const BoxPixels &box) {
                               const Vector depth = hn::Add(box.depth, hn::Mul(box.form, hn::Set(d, e.cone)));
                               return Kept{hn::And(box.inside, hn::Le(box.form, hn::Set(d, 1))), depth};
@@ -264,44 +267,44 @@ HWY_INLINE void draw_points(const FrameGeometry &frame, float voxel, FacingPoint
     facing.count = 0;
 }
 
-std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &geometry, std::span<const SeenBrick> seen,
+std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
                            std::uint32_t first_id, DepthStrip &strip) {
+    const StripRun at{frame, run, strip};
     FacingPoints facing;
     std::uint64_t drawn = 0;
     for (const SeenBrick &it : seen) {
         if (it.top >= strip.bottom || it.bottom <= strip.top)
             continue;
-        drawn += add_brick<true, true>(frame, geometry, it, first_id, strip, facing);
+        drawn += add_brick<true, true>(at, it, first_id, facing);
         if (facing.count >= kWaiting)
-            draw_points(frame, geometry.voxel, facing, strip);
+            draw_points(at, facing, strip);
     }
-    draw_points(frame, geometry.voxel, facing, strip);
+    draw_points(at, facing, strip);
     return drawn;
 }
 
-template <std::size_t kGroups>
-HWY_INLINE void blend_all(const Blending &blending, const RunGeometry &geometry, std::span<const SeenBrick> seen,
-                          const DepthStrip &strip) {
+template <std::size_t kGroups> HWY_INLINE void blend_all(const Blending &blending, std::span<const SeenBrick> seen) {
+    const DepthStrip &strip = blending.at.strip;
     FacingPoints facing;
     for (const SeenBrick &it : seen) {
         if (it.top >= strip.bottom || it.bottom <= strip.top)
             continue;
-        add_brick<true, true>(blending.frame, geometry, it, 0, strip, facing);
+        add_brick<true, true>(blending.at, it, 0, facing);
         if (facing.count >= kWaiting)
-            blend_points<kGroups>(blending, geometry.voxel, strip, facing);
+            blend_points<kGroups>(blending, facing);
     }
-    blend_points<kGroups>(blending, geometry.voxel, strip, facing);
+    blend_points<kGroups>(blending, facing);
 }
 
-void blend_bricks(const FrameGeometry &frame, const RunGeometry &geometry, std::span<const SeenBrick> seen,
-                  const DepthStrip &strip, const SurfacePoints &points, SurfaceBuffer &surface) {
-    const Blending blending{frame, *geometry.run, points, surface};
+void blend_bricks(const StripRun &at, std::span<const SeenBrick> seen, const SurfacePoints &points,
+                  SurfaceBuffer &surface) {
+    const Blending blending{at, points, surface};
     if (surface.groups == 1)
-        blend_all<1>(blending, geometry, seen, strip);
+        blend_all<1>(blending, seen);
     else if (surface.groups == 2)
-        blend_all<2>(blending, geometry, seen, strip);
+        blend_all<2>(blending, seen);
     else
-        blend_all<3>(blending, geometry, seen, strip);
+        blend_all<3>(blending, seen);
 }
 
 } // namespace pbm::HWY_NAMESPACE
@@ -318,9 +321,9 @@ std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, s
     return HWY_DYNAMIC_DISPATCH(draw_visible)(frame, run, seen, first_id, strip);
 }
 
-void blend_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
-                  const DepthStrip &strip, const SurfacePoints &points, SurfaceBuffer &surface) {
-    HWY_DYNAMIC_DISPATCH(blend_bricks)(frame, run, seen, strip, points, surface);
+void blend_bricks(const StripRun &at, std::span<const SeenBrick> seen, const SurfacePoints &points,
+                  SurfaceBuffer &surface) {
+    HWY_DYNAMIC_DISPATCH(blend_bricks)(at, seen, points, surface);
 }
 
 void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> seen) {

@@ -44,6 +44,15 @@ template <class T> struct UninitializedAllocator : std::allocator<T> {
 template <class T> using PixelArray = std::vector<T, UninitializedAllocator<T>>;
 
 inline constexpr int kMaxPictureEdge = 32768;
+
+// One row of a picture. `depths` holds grid edges times `depth_scale`; null: the caller needs no depths.
+struct PixelRow {
+    std::uint32_t *colours; // [width]
+    float *depths;          // [width]
+    std::size_t width;      // pixels
+    float depth_scale;
+};
+
 // Both arrays are [height][width], top row first; the centre of pixel (x, y) is at (x + 0.5, y + 0.5).
 struct Framebuffer {
     // With depths everything is cleared, and there is padding behind, so that blocks of 2 x 2 pixels can be read and

@@ -1,12 +1,12 @@
 #include "pbm_render/reference/reference_renderer.h"
 
-#include "pbm_render/bricks/surface_offsets.h"
 #include "pbm_render/camera/normal_table.h"
 #include "pbm_render/camera/transform_table.h"
 #include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/shading/point_shader.h"
 #include "pbm_render/splats/splat.h"
 #include "pbm_render/splats/splat_kernels.h"
+#include "pbm_surface/surface_offsets.h"
 
 #include <glm/geometric.hpp>
 
@@ -21,27 +21,28 @@
 namespace pbm {
 namespace {
 
-// Voxel edges. What the builder gives points where the scan is dense.
+// Splat radius that the builder gives points where the scan is dense, voxel edges.
 constexpr double kDenseRadius = 0.87;
 constexpr std::size_t kNoRadius = 256; // no index
-// A dense splat covers its voxel; the dissertation's discs reach the neighbours in the directions of all corners.
+// Factor on the splat radius: the dissertation's discs reach the neighbours beyond all corners of the voxel.
 constexpr float kNeighbourReach = 2;
 
-// Between which depths the whole grid lies, in front of the eye.
+// Kernels for the depths in front of the eye between which the whole grid lies.
 SplatKernels make_kernels(const Grid &grid, const Projection &projection, int width, int height) {
     const double middle = projection.point(glm::dvec3(grid.edge() / 2)).z, half = grid.edge() * std::sqrt(0.75);
     const double rear = std::max(middle + half, grid.edge());
     return {projection, width, height, std::clamp(middle - half, 0.001 * rear, 0.999 * rear), rear};
 }
 
-// Everything that stays the same for a whole frame, and the cursors of the walk.
+// One walk over the octree: what is the same for a whole frame, and the cursors.
 class Walk {
   public:
-    Walk(const Model &model, const Grid &grid, const Projection &projection, int level,
-         std::span<const std::int8_t> offsets, Splats splats, Framebuffer &target);
+    // `own.level` is a level of the model.
+    Walk(const Model &model, const Projection &projection, const ReferenceOptions &own,
+         std::span<const std::int8_t> offsets, Framebuffer &target);
 
     void draw_root() { draw_odd_point(0, table_.centre); }
-    // Draws octant grid number `octant` among those that exist; `place` is its child number.
+    // Draws octant grid number `octant` among those that hold points; `place` is its child number.
     void draw_octant(std::size_t octant, unsigned place, const std::vector<std::vector<std::uint64_t>> &starts);
 
     std::uint64_t drawn_points = 0;
@@ -52,11 +53,11 @@ class Walk {
     void draw_points(unsigned mask, const glm::vec4 &centre);
     void draw_point(std::size_t index, Facing facing, const glm::vec4 &centre);
     void draw_odd_point(std::size_t index, const glm::vec4 &centre);
-    void draw_placed(std::size_t index, std::size_t normal, glm::vec2 pixel, float depth, float facing);
-    void draw(const SplatShape &shape, std::size_t index, glm::vec2 pixel, float depth, float inverse_depth);
+    void draw_placed(std::size_t normal, const ScreenPoint &point, float facing);
+    void draw(const SplatShape &shape, const ScreenPoint &point);
 
     const Projection &projection_;
-    const Grid &grid_;
+    const Grid grid_; // unit_grid
     const int level_;
     const std::uint16_t *const point_normals_; // attributes of the points drawn
     const std::uint8_t *const point_radii_;
@@ -79,18 +80,18 @@ class Walk {
     std::array<std::size_t, kMaxDepth + 1> cursor_{};         // next node of each level
 };
 
-Walk::Walk(const Model &model, const Grid &grid, const Projection &projection, int level,
-           std::span<const std::int8_t> offsets, Splats splats, Framebuffer &target)
-    : projection_(projection), grid_(grid), level_(level),
-      point_normals_(model.levels[static_cast<std::size_t>(level)].points.normals.data()),
-      point_radii_(model.levels[static_cast<std::size_t>(level)].points.radii.data()), offsets_(offsets),
+Walk::Walk(const Model &model, const Projection &projection, const ReferenceOptions &own,
+           std::span<const std::int8_t> offsets, Framebuffer &target)
+    : projection_(projection), grid_(unit_grid(model.parameters.grid)), level_(own.level),
+      point_normals_(model.levels[static_cast<std::size_t>(own.level)].points.normals.data()),
+      point_radii_(model.levels[static_cast<std::size_t>(own.level)].points.radii.data()), offsets_(offsets),
       target_(target), table_(grid_, projection), normals_(transform_normals(projection)), radii_(radius_table()),
-      voxel_(static_cast<float>(grid_.voxel_size_at(level))), facing_(2 * kNormalCount, Facing::some),
+      voxel_(static_cast<float>(grid_.voxel_size_at(own.level))), facing_(2 * kNormalCount, Facing::some),
       shapes_(kNormalCount) {
     for (std::size_t i = 0; i < radii_.size(); ++i)
         pixel_splats_[i] = 0.5F / (static_cast<float>(projection.focal) * radii_[i]);
-    if (splats == Splats::kernels)
-        kernels_.emplace(make_kernels(grid, projection, target.width, target.height));
+    if (own.splats == Splats::kernels)
+        kernels_.emplace(make_kernels(grid_, projection, target.width, target.height));
     for (std::size_t i = 1; i < model.levels.size(); ++i)
         masks_[i] = model.levels[i].masks.data();
 }
@@ -108,9 +109,9 @@ void Walk::draw_octant(std::size_t octant, unsigned place, const std::vector<std
         draw_node(1, centre);
 }
 
-// What all points of an octant grid have in common: which normals face away, and the shape of the splats of each normal
-// in the middle of the octant, for the radius of its dense parts. Where the octant is seen under a wide angle, and for
-// other points, the shape is computed point by point.
+// Lays the splats that all points of an octant grid share: marks which normals face away, and computes the shape of
+// each normal's splats in the middle of the octant, for the radius of dense parts. For points of other radii, and where
+// the octant covers a wide angle, the walk computes the shape point by point.
 void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
     constexpr double kNarrow = 0.3; // radians, half the angle of the octant
     mark_facing(projection_.eye, centre, half_edge, facing_);
@@ -133,8 +134,8 @@ void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
     }
 }
 
-// Depth first; every level has one cursor, since its nodes stand in the order in which this walk meets them.
-// The depth of the recursion is that of the grid: at most 16.
+// Walks depth first. One cursor per level is enough, since nodes are stored in the order of the walk. The recursion is
+// as deep as the grid: at most 16.
 void Walk::draw_node(int level, const glm::vec4 &centre) {
     const auto below = static_cast<std::size_t>(level) + 1;
     const auto &offset = table_.child[below];
@@ -145,7 +146,7 @@ void Walk::draw_node(int level, const glm::vec4 &centre) {
         draw_node(level + 1, centre + offset[static_cast<std::size_t>(std::countr_zero(mask))]);
 }
 
-// The children of a node of the last level but one.
+// Draws the children of a node of the last level but one.
 void Walk::draw_points(unsigned mask, const glm::vec4 &centre) {
     const auto &offset = table_.child[static_cast<std::size_t>(level_)];
     const std::uint16_t *const normals = point_normals_;
@@ -172,10 +173,10 @@ inline void Walk::draw_point(std::size_t index, Facing facing, const glm::vec4 &
         if (plane.x * pixel.x + plane.y * pixel.y + plane.z > kFacingSlack)
             return;
     }
-    draw(shapes_[normal], index, pixel, depth, inverse_depth);
+    draw(shapes_[normal], {pixel, depth, inverse_depth, static_cast<std::uint32_t>(index)});
 }
 
-// A point that has no shape in the table.
+// Draws a point that has no shape in the table.
 void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0;
     const float radius = radii_[point_radii_[index]];
@@ -191,41 +192,40 @@ void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     }
     if (facing > kFacingSlack)
         return;
+    const ScreenPoint point{pixel, depth, 1 / depth, static_cast<std::uint32_t>(index)};
     if (!kernels_ && !offsets_.empty())
-        return draw_placed(index, normal, pixel, depth, facing);
+        return draw_placed(normal, point, facing);
     if (!kernels_)
-        return draw(lay_splat(projection_, normals_[normal], pixel, facing, {radius, voxel_, two_sided}), index, pixel,
-                    depth, 1 / depth);
+        return draw(lay_splat(projection_, normals_[normal], pixel, facing, {radius, voxel_, two_sided}), point);
     ++drawn_points;
     const float pixels = kNeighbourReach * radius * static_cast<float>(projection_.focal) / depth;
     kernels_->draw(normal, pixel, depth, pixels, static_cast<std::uint32_t>(index), target_);
 }
 
-inline void Walk::draw(const SplatShape &shape, std::size_t index, glm::vec2 pixel, float depth, float inverse_depth) {
+inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
     ++drawn_points;
-    if (inverse_depth < pixel_splats_[point_radii_[index]])
-        draw_pixel(shape, pixel, depth, inverse_depth, static_cast<std::uint32_t>(index), target_);
+    if (point.inverse_depth < pixel_splats_[point_radii_[point.index]])
+        draw_pixel(shape, point, target_);
     else
-        draw_splat<false>(shape, pixel, depth, inverse_depth, static_cast<std::uint32_t>(index), target_);
+        draw_splat<false>(shape, point, target_);
 }
 
-// A splat that moves to where the surface is. Not inlined: others shall not pay for it.
-[[gnu::noinline]] void Walk::draw_placed(std::size_t index, std::size_t normal, glm::vec2 pixel, float depth,
-                                         float facing) {
+// Draws a splat at its surface offset. Not inlined, so that splats without offsets do not pay for it.
+[[gnu::noinline]] void Walk::draw_placed(std::size_t normal, const ScreenPoint &point, float facing) {
     ++drawn_points;
-    const SplatShape shape = lay_splat(projection_, normals_[normal], pixel, facing,
+    const std::size_t index = point.index;
+    const SplatShape shape = lay_splat(projection_, normals_[normal], point.pixel, facing,
                                        {.radius = radii_[point_radii_[index]],
                                         .voxel = voxel_,
                                         .two_sided = (point_normals_[index] & kTwoSidedBit) != 0,
                                         .offset = static_cast<float>(offsets_[index]) / kOffsetSteps});
-    const auto id = static_cast<std::uint32_t>(index);
-    if (1 / depth < pixel_splats_[point_radii_[index]])
-        draw_pixel(shape, pixel, depth, 1 / depth, id, target_);
+    if (point.inverse_depth < pixel_splats_[point_radii_[index]])
+        draw_pixel(shape, point, target_);
     else
-        draw_splat<true>(shape, pixel, depth, 1 / depth, id, target_, kPlacedCone * voxel_);
+        draw_splat<true>(shape, point, target_, kPlacedCone * voxel_);
 }
 
-// Turns the point indices in `target` into colours. Only what is seen is shaded, pixel by pixel.
+// Turns the point indices in `target` into colours: shades visible pixels only.
 class Shading {
   public:
     Shading(const Model &model, const PointShader &shader, int level)
@@ -247,7 +247,7 @@ class Shading {
     const PointShader &shader_;
 };
 
-// Whether nothing was drawn into four pixels.
+// Whether four pixels are all empty.
 bool are_empty(const float *depths) {
     Float4 four;
     std::memcpy(&four, depths, sizeof four);
@@ -277,7 +277,7 @@ void Shading::resolve(Framebuffer &target) const {
     }
 }
 
-// What point `index` looks like in pixel `at`. Not inlined: the scan over empty pixels needs the registers.
+// The colour of point `index` in pixel `at`. Not inlined, since the scan over empty pixels needs the registers.
 template <bool kSpecial>
 [[gnu::noinline]] std::uint32_t Shading::shade(std::size_t index, std::size_t at, const Framebuffer &target) const {
     const PointLook look{.colour = colour(index),
@@ -303,7 +303,7 @@ void draw_behind(const SurroundingsView &surroundings, float edge, Framebuffer &
     const auto width = static_cast<std::size_t>(target.width);
     for (int y = 0; y < target.height && !surroundings.is_plain(); ++y) {
         const std::size_t row = static_cast<std::size_t>(y) * width;
-        surroundings.draw_row(y, width, edge, target.colour.data() + row, target.depth.data() + row, scratch);
+        surroundings.draw_row(y, {target.colour.data() + row, target.depth.data() + row, width, edge}, scratch);
     }
 }
 
@@ -325,14 +325,13 @@ void ReferenceRenderer::set_offsets(int level, std::vector<std::int8_t> offsets)
     offsets_[at] = std::move(offsets);
 }
 
-RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOptions &options,
-                                           Framebuffer &target) const {
-    const int level = std::clamp(options.level, 0, static_cast<int>(model_.levels.size()) - 1);
+RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOptions &options, Framebuffer &target,
+                                           const ReferenceOptions &own) const {
+    const int level = std::clamp(own.level, 0, static_cast<int>(model_.levels.size()) - 1);
     target.clear(options.background);
-    const Grid grid = unit_grid(model_.parameters.grid);
     const Camera unit_camera = in_unit_grid(camera, model_.parameters.grid);
     const Projection projection(unit_camera, target.width, target.height);
-    Walk walk(model_, grid, projection, level, offsets_[static_cast<std::size_t>(level)], options.splats, target);
+    Walk walk(model_, projection, {level, own.splats}, offsets_[static_cast<std::size_t>(level)], target);
     if (level == 0) {
         walk.draw_root();
     } else {

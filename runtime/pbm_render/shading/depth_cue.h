@@ -4,10 +4,13 @@
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"
-#include "pbm_render/picture/render_options.h"
 #include "system/threads/worker_pool.h"
 
+#include <cstdint>
+
 namespace pbm {
+
+enum class DepthCue : std::uint8_t { none, eye_dome, ambient_occlusion };
 
 // What the z-buffer does not say.
 struct DepthCueView {

@@ -1,5 +1,8 @@
-// Some rows of the picture while points are drawn into them: few enough to stay in the cache.
+// A strip of the picture while points are drawn into it: few enough rows to stay in the cache.
 #pragma once
+
+#include "pbm_render/bricks/brick_culling.h"
+#include "pbm_render/bricks/frame_geometry.h"
 
 #include <bit>
 #include <cstddef>
@@ -9,9 +12,10 @@
 
 namespace pbm {
 
-// A pixel is depth and point in one number: the bits of a positive float in the upper, the point's id in the lower
-// half. The least of them is nearest, ties go to the lower id, and so the order of drawing does not matter. Read as a
-// double, since that least is one instruction everywhere; positive floats never make a NaN of it.
+// A pixel holds depth and point in one number: the bits of a positive float in the upper half, the point's id in the
+// lower half. The smallest number is the nearest point, and the lower id wins a tie; so the order of drawing does not
+// matter. The number is stored as a double, since the minimum of doubles is one instruction on every target. Positive
+// floats never make it a NaN.
 struct DepthStrip {
     static constexpr int kMarginLeft = 1,
                          kMarginRight = 16; // columns beside the picture: room for blocks and whole SIMD vectors
@@ -20,7 +24,7 @@ struct DepthStrip {
         return std::bit_cast<double>(std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 | id);
     }
 
-    // For rows first .. end - 1 of a picture; one more above and below may be drawn into.
+    // Clears the strip for rows first .. end - 1 of a picture. One more row above and below may be drawn into.
     void begin(int picture_width, int first, int end) {
         width = picture_width;
         top = first;
@@ -30,7 +34,7 @@ struct DepthStrip {
         pixels.assign(static_cast<std::size_t>(stride) * static_cast<std::size_t>(end - first + 2),
                       pixel(kNothing, 0xFFFFFFFF));
     }
-    // Offset of a block that is part of no picture.
+    // Offset of a block outside the picture.
     int unseen() const { return stride - kMarginRight + 2; }
     std::ptrdiff_t offset(int x, int y) const { return std::ptrdiff_t{y - top + 1} * stride + x + kMarginLeft; }
 
@@ -43,6 +47,13 @@ struct DepthStrip {
     int width = 0, top = 0, bottom = 0;
     int stride = 0; // pixels
     std::vector<double> pixels;
+};
+
+// The run whose bricks are drawn, and the strip that they are drawn into.
+struct StripRun {
+    const FrameGeometry &frame;
+    const RunGeometry &run;
+    const DepthStrip &strip;
 };
 
 } // namespace pbm

@@ -1,5 +1,5 @@
-// The points of bricks on the screen, those that face the eye: vectors of them, for files that Highway compiles for
-// several targets; include it after highway.h, and not only once. The same numbers on every target.
+// Collects the points of bricks that face the eye, on the screen. For files that Highway compiles for several targets:
+// include it after highway.h, once per target. Results are the same on every target.
 #if defined(PBM_RENDER_FACING_POINTS_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_RENDER_FACING_POINTS_H
 #undef PBM_RENDER_FACING_POINTS_H
@@ -7,14 +7,14 @@
 #define PBM_RENDER_FACING_POINTS_H
 #endif
 
-#include "pbm_render/bricks/brick_places.h"
 #include "pbm_render/picture/packing.h"
+#include "pbm_surface/brick_places.h"
 
 #include "pbm_render/bricks/brick_culling.h"
 #include "pbm_render/bricks/frame_geometry.h"
-#include "pbm_render/bricks/surface_offsets.h"
 #include "pbm_render/splats/depth_strip.h"
 #include "pbm_render/splats/splat.h"
+#include "pbm_surface/surface_offsets.h"
 
 #include <algorithm>
 #include <array>
@@ -26,7 +26,7 @@
 #define PBM_RENDER_FACING_POINTS_TABLES
 namespace pbm {
 
-// From a stored normal to kPackedTwoSided.
+// Shifts kTwoSidedBit of a stored normal to kPackedTwoSided.
 inline constexpr int kTwoSidedShift = std::countr_zero(kTwoSidedBit);
 
 } // namespace pbm
@@ -37,13 +37,13 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Points that face the eye, side by side: bricks differ in size, SIMD vectors do not.
-inline constexpr std::size_t kWaiting = 512; // so many points are drawn at once
+// Points of several bricks side by side, so that SIMD vectors are full although bricks differ in size.
+inline constexpr std::size_t kWaiting = 512; // points that are collected before they are drawn
 struct FacingPoints {
     static constexpr std::size_t kCapacity = kWaiting + kBrickPoints + kMostLanes;
     std::size_t count = 0;
     alignas(64) std::array<float, kCapacity> x, y, w;       // pixel and depth
-    alignas(64) std::array<std::int32_t, kCapacity> normal; // packed; bit 0 says that it is two-sided
+    alignas(64) std::array<std::int32_t, kCapacity> normal; // packed; bit 0 is set for two-sided points
     alignas(64) std::array<std::int32_t, kCapacity> id;
     // Of placed splats only:
     alignas(64) std::array<float, kCapacity> offset; // voxel edges
@@ -52,7 +52,7 @@ struct FacingPoints {
     alignas(64) std::array<std::int32_t, kCapacity> normal_index;
 };
 
-// A normal as the eye sees it, turned towards it if it is two-sided, at a point on the screen.
+// A normal in eye space at a point on the screen; a two-sided one is turned towards the eye.
 struct SeenNormal {
     Vector x, y, z;
     Vector ray_x, ray_y; // from the eye through the point, depth 1
@@ -80,22 +80,22 @@ HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, V
     return n;
 }
 
-// A brick's points as they lie in the chunk: `available` of them may be read.
-struct BrickStreams {
+// A brick's points as they lie in the chunk. The points begin .. end - 1 are drawn; `available` of them may be read.
+struct BrickPoints {
     const std::uint16_t *normals;
     const std::uint8_t *radii;
-    const std::int8_t *offsets; // null without
+    const std::int8_t *offsets; // null: no surface offsets
     std::size_t available;
+    std::size_t begin, end;
+    std::uint32_t first_id; // of the brick's first point
 };
 
-// Projects the points begin .. end - 1 of a brick, whose places are known, and keeps those that face the eye and may
-// touch the strip. Returns how many of them are at home in the strip, which is where their centres are. Splats that are
-// kPlaced have offsets.
+// Projects points of a brick to the screen and appends to `to` those that face the eye and may touch the strip. Returns
+// how many of these have their centre in the strip. kPlaced: the points have surface offsets.
 template <bool kLarge, bool kPlaced>
-HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunGeometry &geometry,
-                                          const SeenBrick &brick, const BrickPlaces &places, std::size_t begin,
-                                          std::size_t end, const BrickStreams &streams, std::uint32_t first_id,
-                                          const DepthStrip &strip, FacingPoints &to) {
+HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &brick, const BrickPlaces &places,
+                                          const BrickPoints &points, FacingPoints &to) {
+    const auto &[frame, run, strip] = at;
     const Floats d;
     const Ints di;
     const hn::Rebind<std::uint16_t, Floats> d16;
@@ -103,8 +103,8 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
     const hn::Rebind<std::int8_t, Floats> signed8;
     const std::size_t lanes = hn::Lanes(d);
     const auto set = [&](float value) { return hn::Set(d, value); };
-    const auto &[step_x, step_y, step_z] = geometry.steps;
-    // Blocks are at most so many pixels away from their points, rounding included: a voxel is at most 1.42 pixels.
+    const auto &[step_x, step_y, step_z] = run.steps;
+    // Largest distance of a block from its point, pixels, rounding included: a voxel is at most 1.42 pixels wide.
     constexpr float kShift = kPlaced ? 3 : 2;
     const Vector above = set(static_cast<float>(strip.top) - kShift),
                  below = set(static_cast<float>(strip.bottom) + kShift);
@@ -112,7 +112,7 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
     const Vector home_top = set(strip.top == 0 ? -kNowhere : static_cast<float>(strip.top));
     const Vector home_bottom = set(strip.bottom == frame.height ? kNowhere : static_cast<float>(strip.bottom));
     std::size_t at_home = 0, count = to.count;
-    for (std::size_t i = begin; i < end; i += lanes) {
+    for (std::size_t i = points.begin; i < points.end; i += lanes) {
         const auto place = hn::PromoteTo(di, hn::LoadU(d16, places.place.data() + i));
         const Vector x = hn::ConvertTo(d, hn::And(place, hn::Set(di, 15)));
         const Vector y = hn::ConvertTo(d, hn::And(hn::ShiftRight<4>(place), hn::Set(di, 15)));
@@ -128,22 +128,22 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
 
         auto stored = hn::Zero(di), radius_index = hn::Zero(di);
         [[maybe_unused]] auto offset = hn::Zero(di);
-        if (i + lanes <= streams.available) {
-            stored = hn::PromoteTo(di, hn::LoadU(d16, streams.normals + i));
+        if (i + lanes <= points.available) {
+            stored = hn::PromoteTo(di, hn::LoadU(d16, points.normals + i));
             if constexpr (kLarge)
-                radius_index = hn::PromoteTo(di, hn::LoadU(d8, streams.radii + i));
+                radius_index = hn::PromoteTo(di, hn::LoadU(d8, points.radii + i));
             if constexpr (kPlaced)
-                offset = hn::PromoteTo(di, hn::LoadU(signed8, streams.offsets + i));
+                offset = hn::PromoteTo(di, hn::LoadU(signed8, points.offsets + i));
         } else { // the chunk's last points
             alignas(32) std::array<std::uint16_t, kMostLanes> last{};
             alignas(32) std::array<std::uint8_t, kMostLanes> last_radii{};
-            std::copy_n(streams.normals + i, streams.available - i, last.begin());
-            std::copy_n(streams.radii + i, streams.available - i, last_radii.begin());
+            std::copy_n(points.normals + i, points.available - i, last.begin());
+            std::copy_n(points.radii + i, points.available - i, last_radii.begin());
             stored = hn::PromoteTo(di, hn::Load(d16, last.data()));
             radius_index = hn::PromoteTo(di, hn::Load(d8, last_radii.data()));
             if constexpr (kPlaced) {
                 alignas(32) std::array<std::int8_t, kMostLanes> last_offsets{};
-                std::copy_n(streams.offsets + i, streams.available - i, last_offsets.begin());
+                std::copy_n(points.offsets + i, points.available - i, last_offsets.begin());
                 offset = hn::PromoteTo(di, hn::Load(signed8, last_offsets.data()));
             }
         }
@@ -151,16 +151,15 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
         const IntVector index = hn::And(stored, hn::Set(di, kNormalIndexMask));
         const IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), side);
         const Vector facing = see_normal(frame, packed, pixel_x, pixel_y).facing;
-        Mask keep = hn::And(hn::Le(facing, set(kFacingSlack)), hn::FirstN(d, end - i));
+        Mask keep = hn::And(hn::Le(facing, set(kFacingSlack)), hn::FirstN(d, points.end - i));
         [[maybe_unused]] Vector radius = hn::Zero(d);
-        if constexpr (kLarge) { // not those around the eye or behind it
+        if constexpr (kLarge) { // drop points around the eye or behind it
             radius = hn::GatherIndex(d, frame.radii.data(), radius_index);
-            keep = hn::And(keep,
-                           hn::Gt(w, hn::Add(hn::Mul(radius, set(kLeastRadii)), set(kLeastVoxels * geometry.voxel))));
+            keep = hn::And(keep, hn::Gt(w, hn::Add(hn::Mul(radius, set(kLeastRadii)), set(kLeastVoxels * run.voxel))));
         } else {
             keep = hn::And(keep, hn::And(hn::Gt(pixel_y, above), hn::Lt(pixel_y, below)));
         }
-        const IntVector id = count_from(static_cast<std::int32_t>(first_id + i));
+        const IntVector id = count_from(static_cast<std::int32_t>(points.first_id + i));
         const Packing pack(keep);
         hn::StoreU(pack(pixel_x), d, to.x.data() + count);
         hn::StoreU(pack(pixel_y), d, to.y.data() + count);
@@ -180,26 +179,28 @@ HWY_INLINE std::size_t find_facing_points(const FrameGeometry &frame, const RunG
     return at_home;
 }
 
-// Adds those points of a seen brick to `to` that find_facing_points keeps; returns what it does. In bounds whatever the
-// bytes of a mapped chunk became.
+// Appends the points of a seen brick that find_facing_points keeps, and returns what it returns. The id of point i of
+// the chunk is `first_id` + i. Stays in bounds whatever the bytes of a mapped chunk became.
 template <bool kLarge, bool kPlaced>
-HWY_INLINE std::size_t add_brick(const FrameGeometry &frame, const RunGeometry &geometry, const SeenBrick &seen,
-                                 std::uint32_t first_id, const DepthStrip &strip, FacingPoints &to) {
-    const PointRun &run = *geometry.run;
+HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std::uint32_t first_id, FacingPoints &to) {
+    const PointRun &run = *at.run.run;
     const std::span<const std::uint16_t> normals = run.chunk->normals;
     const BrickRecord brick = run.chunk->bricks[seen.brick];
     const std::size_t first_point = brick.first_point;
     if (first_point >= normals.size() || brick.first_node >= run.chunk->masks.size())
         return 0;
-    const BrickStreams streams{normals.data() + first_point, run.chunk->radii.data() + first_point,
-                               kPlaced ? geometry.offsets + first_point : nullptr, normals.size() - first_point};
+    BrickPoints points{.normals = normals.data() + first_point,
+                       .radii = run.chunk->radii.data() + first_point,
+                       .offsets = kPlaced ? at.run.offsets + first_point : nullptr,
+                       .available = normals.size() - first_point,
+                       .begin = run.first > first_point ? run.first - first_point : 0,
+                       .end = 0,
+                       .first_id = first_id + static_cast<std::uint32_t>(first_point)};
     BrickPlaces places;
     const std::size_t count =
-        std::min(list_places(brick.node_map, run.chunk->masks.subspan(brick.first_node), places), streams.available);
-    const std::size_t begin = run.first > first_point ? run.first - first_point : 0;
-    const std::size_t end = run.last > first_point ? std::min<std::size_t>(count, run.last - first_point) : 0;
-    return find_facing_points<kLarge, kPlaced>(frame, geometry, seen, places, begin, end, streams,
-                                               first_id + static_cast<std::uint32_t>(first_point), strip, to);
+        std::min(list_places(brick.node_map, run.chunk->masks.subspan(brick.first_node), places), points.available);
+    points.end = run.last > first_point ? std::min<std::size_t>(count, run.last - first_point) : 0;
+    return find_facing_points<kLarge, kPlaced>(at, seen, places, points, to);
 }
 
 } // namespace pbm::HWY_NAMESPACE

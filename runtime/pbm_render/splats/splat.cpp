@@ -31,7 +31,7 @@ SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, g
     glm::vec2 shift(0);
     float depth_shift = 0;
     if (!size.two_sided) {
-        // The outline goes back from nothing at 45 degrees to all of it edge-on.
+        // The outline's inset grows from 0 at 45 degrees to outline_inset edge-on.
         const float edge_on = std::clamp(1 + facing, 0.0F, 1.0F);
         const float inset =
             (placed ? -*size.offset : normal.inset + kGrazingInset * edge_on * edge_on * edge_on) * size.voxel;
@@ -54,7 +54,7 @@ SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, g
 
 namespace {
 
-// A block that the right border cuts reaches around into the next row, where nothing may be drawn.
+// At the right border, a block's second column belongs to the next row: the function must not draw it.
 template <bool kCone, bool kAtRightBorder>
 void draw_all_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
                      Framebuffer &target) {
@@ -66,7 +66,7 @@ void draw_all_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 f
         Float4 x = first_x;
         for (int column = left; column < right; column += 2, x += 2) {
             const std::int32_t second = !kAtRightBorder || column + 1 < right ? -1 : 0;
-            draw_block<kCone>(shape, splat, x, y, depths + column, indices + column, stride,
+            draw_block<kCone>(shape, splat, x, y, {depths + column, indices + column, stride},
                               Int4{-1, second, -1, second});
         }
     }

@@ -10,7 +10,7 @@
 //      - - - -  depth plane  - - - - -    ScreenNormal::inset behind the centre: right on average
 //      (     middle of the ellipse    )   up to kOutlineInset behind it at silhouettes, so that they keep their size
 //
-// Placed splats, whose points have an offset (SurfaceOffsets), know where the surface is and stand there.
+// Placed splats are those of points with a surface offset (SurfaceOffsets): they lie on the estimated surface.
 #pragma once
 
 #include "pbm_render/camera/normal_table.h"
@@ -27,32 +27,33 @@
 
 namespace pbm {
 
-// Voxel edges. The depth plane of a surface seen edge-on lies farther back, since the foremost of more voxels shows.
+// Voxel edges. The depth plane of a surface seen edge-on lies kGrazingInset farther back: there, the foremost of more
+// voxels is visible.
 inline constexpr float kOutlineInset = 0.5F;
 inline constexpr float kGrazingInset = 0.7F;
-// Outlines begin to go back where this times the cosine of normal and ray is -1.
+// The outline moves back by kOutlineInset * clamp(1 + kOutlineSlope * cosine of normal and ray, 0, 1).
 inline constexpr float kOutlineSlope = 1.4F;
-// Planes are never taken to be seen at a flatter angle than with this cosine,
+// Lower bound of the cosine between a plane's normal and the ray.
 inline constexpr float kEdgeOn = 0.02F;
-// nor to go deeper, along each axis of the screen, than this times what they cover of it: as they are up to 70 degrees;
-// beyond, normals are too rough to say how deep a plane is a pixel away from its point.
+// Clamps the depth slope of a plane per screen axis: beyond 70 degrees, normals are too noisy to tell the depth a pixel
+// away from the point.
 inline constexpr float kSteepest = 3;
-// Splats that are moved to where the surface is (SurfaceOffsets) are thinner by this factor, flatter, and smaller,
-// since a disc that need not reach the surface from a centre off it covers its voxel with less: by so much of the way,
-// and never by more than to kPlacedLeast of the radius.
+// Placed splats are thinner by kPlacedThickness, flatter (kPlacedSteepest replaces kSteepest) and smaller, since a disc
+// on the surface covers its voxel with a smaller radius r than a disc beside it: r^2 = max(r^2 - (kPlacedShrink *
+// offset)^2, (kPlacedLeast * r)^2).
 inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.3F, kPlacedLeast = 0.3F;
-// kOutlineInset of them.
+// Replaces kOutlineInset for placed splats.
 inline constexpr float kPlacedOutlineInset = 0.2F;
-// On their outlines they lie so many voxel edges behind their planes, so that of two that overlap each shows where it
-// is nearer.
+// Depth of a placed splat's outline behind its plane, voxel edges: of two splats that overlap, each is visible around
+// its own middle.
 inline constexpr float kPlacedCone = 0.7F;
-// Points nearer to the eye than so many splat radii and voxels together have the eye inside or next to them, and their
-// planes would reach behind it: they are not drawn.
+// Points nearer to the eye than kLeastRadii splat radii plus kLeastVoxels voxels are not drawn: their planes would
+// reach behind the eye.
 inline constexpr float kLeastRadii = 1.25F, kLeastVoxels = 2;
 
-// What the image of a splat takes from its normal, its radius and the direction in which it is seen; the same for all
-// points of one normal and radius in a small part of the screen. For depth 1: the ellipse shrinks with the depth, the
-// slope grows with it. All but the box and the shift are four times the same number, ready for four pixels.
+// The image of a splat at depth 1, as its normal, its radius and the ray's direction determine it: the same for all
+// points of one normal and radius in a small part of the screen. At other depths the ellipse shrinks with the depth,
+// and the slope grows with it. Each member but box and shift holds one number four times, for four pixels.
 struct SplatShape {
     Float4 box;              // left, right, top, bottom of the ellipse, from the point
     Float4 shift;            // from the point to the middle of the ellipse: x, x, y, y
@@ -61,16 +62,15 @@ struct SplatShape {
     Float4 depth_shift;      // from the point's depth to that in the middle, model units, the same for any depth
 };
 
-// Sizes in model space. `two_sided` points stand for both sides of their voxel: they stay where they are. Splats with
-// an offset, in voxel edges, know where in their voxels the surface is.
+// Sizes in model space. A splat of a two-sided point stays at its voxel's centre.
 struct SplatSize {
     float radius;
     float voxel;
     bool two_sided;
-    std::optional<float> offset = {};
+    std::optional<float> offset = {}; // voxel edges; makes it a placed splat
 };
 
-// Shape of splats with this normal that are seen through `pixel`. `facing` = normal.plane . (pixel, 1).
+// Shape of splats with this normal that are visible through `pixel`. `facing` = normal.plane . (pixel, 1).
 SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, glm::vec2 pixel, float facing,
                      SplatSize size);
 
@@ -88,7 +88,7 @@ template <class T> void store_block(T *pixel, std::ptrdiff_t stride, Int4 block)
     std::memcpy(pixel + stride, &lower, sizeof lower);
 }
 
-// What is the same for all pixels of one splat.
+// The same for all pixels of one splat.
 struct SplatPixels {
     Float4 depth, at_middle; // of the point; in the middle of the ellipse
     Float4 inside;           // the quadratic form's value on the outline
@@ -96,10 +96,19 @@ struct SplatPixels {
     Int4 indices;            // of the point
 };
 
-// Draws four pixels, those with all bits of `allowed` set; (x, y) from the middle of the ellipse to their centres.
+// Two pixels of a row of a picture and the two below them.
+struct PixelBlock {
+    float *depths;          // of the upper left pixel
+    std::uint32_t *indices; // the same
+    std::ptrdiff_t stride;  // from a row to the next, pixels
+};
+
+// Draws those pixels of a block for which all bits of `allowed` are set; (x, y) lead from the middle of the ellipse to
+// their centres.
 template <bool kCone>
-inline void draw_block(const SplatShape &shape, const SplatPixels &splat, Float4 x, Float4 y, float *depths,
-                       std::uint32_t *indices, std::ptrdiff_t stride, Int4 allowed = Int4{-1, -1, -1, -1}) {
+inline void draw_block(const SplatShape &shape, const SplatPixels &splat, Float4 x, Float4 y, const PixelBlock &to,
+                       Int4 allowed = Int4{-1, -1, -1, -1}) {
+    const auto [depths, indices, stride] = to;
     const Float4 form = x * (shape.xx * x + shape.xy * y) + shape.yy * y * y;
     Float4 z = splat.depth * (shape.slope_x * x + shape.slope_y * y) + splat.at_middle;
     if constexpr (kCone)
@@ -107,7 +116,7 @@ inline void draw_block(const SplatShape &shape, const SplatPixels &splat, Float4
     const Int4 old_depths = load_block(depths, stride);
     const Int4 old_indices = load_block(indices, stride);
     const Int4 wins = (form <= splat.inside) & (z < reinterpret_cast<Float4>(old_depths)) & allowed;
-    // Pixels that do not win, beside the box too, are written back as they were.
+    // The other pixels, and those beside the box, are written back unchanged.
     store_block(depths, stride, (reinterpret_cast<Int4>(z) & wins) | (old_depths & ~wins));
     store_block(indices, stride, (splat.indices & wins) | (old_indices & ~wins));
 }
@@ -117,12 +126,19 @@ template <bool kCone>
 void draw_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
                  Framebuffer &target);
 
-// Draws the splat of a point at `pixel` and `depth` > 0: the pixels whose centres lie in the ellipse and that are
-// nearer than what is there. Any splat is allowed: what lies outside the framebuffer is clipped. On the outline depths
-// lie by `cone` behind the plane if kCone.
+// A point that is drawn: where it is on the screen, and its index.
+struct ScreenPoint {
+    glm::vec2 pixel;
+    float depth, inverse_depth; // depth > 0
+    std::uint32_t index;
+};
+
+// Draws the splat of a point: the pixels whose centres lie in the ellipse and that are nearer than what is there. Any
+// splat is allowed: its part outside the framebuffer is clipped. kCone: on the outline, depths lie by `cone` behind the
+// plane.
 template <bool kCone>
-inline void draw_splat(const SplatShape &shape, glm::vec2 pixel, float depth, float inverse_depth, std::uint32_t index,
-                       Framebuffer &target, float cone = 0) {
+inline void draw_splat(const SplatShape &shape, const ScreenPoint &drawn, Framebuffer &target, float cone = 0) {
+    const auto [pixel, depth, inverse_depth, index] = drawn;
     const Float4 scale = Float4{} + inverse_depth;
     const Float4 point{pixel.x, pixel.x, pixel.y, pixel.y};
     // Pixel i is inside the box if its centre i + 0.5 is: the first one is floor(edge + 0.5), kept in the framebuffer.
@@ -146,12 +162,12 @@ inline void draw_splat(const SplatShape &shape, glm::vec2 pixel, float depth, fl
         return draw_blocks<kCone>(shape, splat, first_x, y, box, target);
     const std::ptrdiff_t stride = target.width; // one block: most splats of a whole model
     const std::ptrdiff_t at = top * stride + left;
-    draw_block<kCone>(shape, splat, first_x, y, target.depth.data() + at, target.colour.data() + at, stride);
+    draw_block<kCone>(shape, splat, first_x, y, {target.depth.data() + at, target.colour.data() + at, stride});
 }
 
-// Draws the one pixel that holds the splat's middle: all there is to draw of an ellipse at most a pixel wide.
-inline void draw_pixel(const SplatShape &shape, glm::vec2 pixel, float depth, float inverse_depth, std::uint32_t index,
-                       Framebuffer &target) {
+// Draws the one pixel that holds the splat's middle, which is all of an ellipse at most a pixel wide.
+inline void draw_pixel(const SplatShape &shape, const ScreenPoint &drawn, Framebuffer &target) {
+    const auto [pixel, depth, inverse_depth, index] = drawn;
     const glm::vec2 middle = pixel + inverse_depth * glm::vec2(shape.shift[0], shape.shift[2]);
     const bool inside = middle.x >= 0 && middle.y >= 0 && middle.x < static_cast<float>(target.width) &&
                         middle.y < static_cast<float>(target.height);

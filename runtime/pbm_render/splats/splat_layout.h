@@ -1,5 +1,5 @@
-// Points as ellipses on the screen, a vector of them as splat.h lays one: for files that Highway compiles for several
-// targets; include it after highway.h, and not only once. The same numbers on every target.
+// Lays a SIMD vector of splats as splat.h lays one. For files that Highway compiles for several targets: include it
+// after highway.h, once per target. Results are the same on every target.
 #if defined(PBM_RENDER_SPLAT_LAYOUT_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_RENDER_SPLAT_LAYOUT_H
 #undef PBM_RENDER_SPLAT_LAYOUT_H
@@ -18,16 +18,16 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Points as splat.h lays splats, a vector of them: what blocks and ellipses have in common.
+// A vector of laid splats: what blocks and ellipses have in common.
 struct LaidSplats {
     SeenNormal normal;
     Vector image_x, image_y; // image of the normal, for focal length and depth 1
-    Vector pixel_size;       // in the depth of the point
-    Vector cosine;           // of the angle under which the plane is seen
+    Vector pixel_size;       // at the depth of the point
+    Vector cosine;           // between the plane's normal and the ray
     Vector outline, inset;   // grid edges
 };
 
-// Splats that are kPlaced know where in their voxels the surface is; others stand where it is on average.
+// kPlaced: the points have surface offsets; other splats lie at the mean depth of a surface in its voxel.
 template <bool kPlaced>
 HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, float outline_inset,
                                  const FacingPoints &points, std::size_t first) {
@@ -71,8 +71,15 @@ HWY_INLINE Vector depth_in_middle(const LaidSplats &s, Vector w, Vector slope_x,
     return hn::Add(w, hn::Sub(hn::Mul(along, hn::Sub(s.inset, s.outline)), hn::Mul(s.inset, s.normal.z)));
 }
 
+// How much larger than its splat an ellipse is laid.
+struct Enlargement {
+    float radius = 1;   // times the splat's
+    float low_pass = 0; // pixels: an ellipse's radii become the hypotenuses of themselves and this
+};
+
 // As SplatShape, for the depth where the point is: a vector of splats of any size.
 struct Ellipses {
+    Enlargement enlarged;                                                      // of all of them
     alignas(64) std::array<float, kMostLanes> x, y, depth;                     // middle
     alignas(64) std::array<float, kMostLanes> xx, xy, yy;                      // 1 on the outline
     alignas(64) std::array<float, kMostLanes> slope_x, slope_y;                // of the depth, per pixel
@@ -80,17 +87,16 @@ struct Ellipses {
     alignas(64) std::array<std::int32_t, kMostLanes> left, right, top, bottom; // pixels, in the strip
 };
 
-// How much larger the ellipse is that is laid than the splat.
-struct Enlargement {
-    float radius = 1;   // times the splat's
-    float low_pass = 0; // pixels: an ellipse's radii become the hypotenuses of themselves and this
-};
-
-// lay_splat for a vector of points, into the lanes of `to` from `lane` on; those from `end` on are seen nowhere.
+// Lays a vector of points, from `first` on, as lay_splat lays one, into the lanes of `to` from `lane` on. Lanes behind
+// the last point get empty ellipses.
 template <bool kPlaced>
-HWY_INLINE LaidSplats lay_ellipses(const FrameGeometry &frame, float voxel_edge, const Enlargement &enlarged,
-                                   const FacingPoints &points, std::size_t first, std::size_t end,
-                                   const DepthStrip &strip, Ellipses &to, std::size_t lane = 0) {
+HWY_INLINE LaidSplats lay_ellipses(const StripRun &at, const FacingPoints &points, std::size_t first, Ellipses &to,
+                                   std::size_t lane = 0) {
+    const FrameGeometry &frame = at.frame;
+    const DepthStrip &strip = at.strip;
+    const float voxel_edge = at.run.voxel;
+    const Enlargement enlarged = to.enlarged;
+    const std::size_t end = points.count;
     const Floats d;
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
@@ -99,7 +105,7 @@ HWY_INLINE LaidSplats lay_ellipses(const FrameGeometry &frame, float voxel_edge,
         lay_splats<kPlaced>(frame, voxel_edge, kPlaced ? kPlacedOutlineInset : kOutlineInset, points, first);
     const SeenNormal &n = s.normal;
     const Vector radius = hn::Mul(set(enlarged.radius), hn::Load(d, points.radius.data() + first));
-    // Behind the last point anything may stand, but no index of nothing.
+    // Lanes behind the last point hold anything: the mask keeps their index in the table.
     const IntVector normal = hn::And(hn::Load(di, points.normal_index.data() + first), hn::Set(di, kNormalIndexMask));
     const Vector thickness = hn::Mul(set(kPlaced ? kPlacedThickness * voxel_edge : voxel_edge),
                                      hn::GatherIndex(d, frame.thickness.data(), normal));
@@ -135,9 +141,9 @@ HWY_INLINE LaidSplats lay_ellipses(const FrameGeometry &frame, float voxel_edge,
     hn::Store(depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y), d, to.depth.data() + lane);
 
     const Vector pixels = hn::Div(one, s.pixel_size);
-    const auto place = [&](const float *at, Vector image, Vector variance, float from, float to_end, float *middle,
+    const auto place = [&](const float *point, Vector image, Vector variance, float from, float to_end, float *middle,
                            std::int32_t *begin, std::int32_t *finish) {
-        const Vector centre = hn::Sub(hn::Load(d, at), hn::Mul(hn::Mul(s.outline, image), pixels));
+        const Vector centre = hn::Sub(hn::Load(d, point), hn::Mul(hn::Mul(s.outline, image), pixels));
         const Vector reach = hn::Mul(hn::Sqrt(variance), pixels);
         hn::Store(centre, d, middle);
         // Pixel i is inside if its centre i + 0.5 is: the first one is floor(edge + 0.5).
@@ -179,7 +185,7 @@ HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::ui
         const hn::FixedTag<double, 2> d64;
         const auto four = hn::Set(d32, 4);
         const auto ids = hn::Set(du32, id);
-        // Four pixels at once; those beside the box are outside the ellipse, too.
+        // Four pixels at once; pixels beside the box also lie outside the ellipse.
         auto x = hn::Add(hn::Set(d32, first_x), hn::Iota(d32, 0));
         for (std::int32_t i = left; i < right; i += 4, x = hn::Add(x, four)) {
             const auto form =

@@ -20,23 +20,23 @@
 #define PBM_RENDER_PANORAMA_BLOCKS
 namespace pbm {
 
-// Blocks that are worked on at once.
+// Blocks whose places are computed at once.
 inline constexpr std::size_t kBlocks = 64;
 
-// Places on the panorama, in its widths and heights, at the first ray of each block and behind the last.
+// Places on the panorama, in units of its width and height, at the first ray of each block and behind the last one.
 struct BlockPlaces {
     std::array<float, kBlocks + kLaneNumbers.size() + 1> u, v;
     std::array<float, kBlocks + kLaneNumbers.size() + 1> squared_length; // of the ray
     std::array<float, kBlocks + kLaneNumbers.size() + 1> squared_cosine; // of the latitude
 };
 
-// Columns and rows of texels that a block needs, within one tile most of the time.
+// Makes the texels ready that a block needs; most blocks need one tile.
 class ReadyTexels {
   public:
     ReadyTexels(const TexelLevels &texels, int level) : texels_(&texels), number_(level) {}
 
     const TexelLevel &level() const { return level_; }
-    // Around the places between (u0, v0) and (u1, v1), u beyond 0..1 means beyond the seam.
+    // Requires the texels around all places between (u0, v0) and (u1, v1); u outside 0..1 lies beyond the seam.
     void require(float u0, float v0, float u1, float v1) {
         const int width = 1 << (texels_->width_bits() - number_);
         const auto columns = static_cast<float>(width), rows = static_cast<float>(std::max(1, width / 2));
@@ -45,7 +45,7 @@ class ReadyTexels {
         const int last = static_cast<int>(rows) - 1;
         const int top = std::clamp(floor_of(std::min(v0, v1) * rows - 0.5F), 0, last);
         const int bottom = std::clamp(floor_of(std::max(v0, v1) * rows - 0.5F) + 1, 0, last);
-        // A column more on either side, since places between are rounded.
+        // One more column on either side, since the places between are rounded.
         const int first = right - left + 4 >= width ? 0 : (left - 1) & (width - 1);
         const int end = right - left + 4 >= width ? width - 1 : (right + 2) & (width - 1);
         if (first <= end) {
@@ -140,7 +140,8 @@ void find_places(const Rays &rays, std::size_t first_block, BlockPlaces &places)
     }
 }
 
-// Where the rays of a block meet the panorama: between those of its ends in a straight line, unless it turns too much.
+// The places where the rays of a block meet the panorama: on a straight line between those of its ends unless the
+// block bends too much.
 struct Block {
     std::size_t x;          // of the first ray
     float u, v, to_u, to_v; // at x and x + kRayBlock
@@ -158,7 +159,7 @@ struct Block {
     }
 };
 
-// All texels of a block that bends.
+// Requires the texels of a block that bends.
 void require_bent(const Block &block, const Rays &rays, ReadyTexels &texels) {
     const Floats d;
     std::array<float, kRayBlock + kLaneNumbers.size()> u{}, v{};
@@ -171,9 +172,15 @@ void require_bent(const Block &block, const Rays &rays, ReadyTexels &texels) {
         texels.require(u[i], v[i], u[i], v[i]);
 }
 
-// `fraction` of the way from one mip level to the other, which is not asked where that is 0.
-void filter_block(const Block &block, const Rays &rays, const TexelLevel &finer, const TexelLevel &coarser,
-                  float fraction, float *red, float *green, float *blue) {
+// Two mip levels and the weight of the coarser one; where that is 0, the coarser level is not read.
+struct MipPair {
+    const TexelLevel &finer, &coarser;
+    float fraction;
+};
+
+void filter_block(const Block &block, const Rays &rays, const MipPair &mips, const LinearRow &row) {
+    const auto &[finer, coarser, fraction] = mips;
+    const auto [red, green, blue] = row;
     const Floats d;
     for (std::size_t at = 0; at < kRayBlock; at += hn::Lanes(d)) {
         const auto [u, v] = block.places(rays, at);
@@ -186,18 +193,18 @@ void filter_block(const Block &block, const Rays &rays, const TexelLevel &finer,
     }
 }
 
-void sample_row(const TexelLevels &texels, glm::vec3 first, glm::vec3 step, float pixel_texels, std::size_t count,
-                const std::uint8_t *wanted, float *red, float *green, float *blue) {
+void sample_row(const TexelLevels &texels, const RayRow &row, float pixel_texels, const std::uint8_t *wanted,
+                const LinearRow &to) {
     // Within a block a great circle leaves the straight line by less than a sixth of a pixel below this latitude.
     constexpr float kLeastSquaredCosine = 0.25F, kLongestStep = 1.0F / 16;
-    const Rays rays{first, step};
-    const bool narrow = static_cast<float>(kRayBlock) * glm::length(step) < kLongestStep;
+    const Rays rays{row.first, row.step};
+    const bool narrow = static_cast<float>(kRayBlock) * glm::length(row.step) < kLongestStep;
     const int last_level = texels.levels() - 1;
     std::vector<ReadyTexels> ready;
     for (int level = 0; level <= last_level; ++level)
         ready.emplace_back(texels, level);
     BlockPlaces places;
-    const std::size_t blocks = (count + kRayBlock - 1) / kRayBlock;
+    const std::size_t blocks = (row.count + kRayBlock - 1) / kRayBlock;
     for (std::size_t i = 0; i < blocks; ++i) {
         const std::size_t at = i % kBlocks;
         if (at == 0)
@@ -224,7 +231,7 @@ void sample_row(const TexelLevels &texels, glm::vec3 first, glm::vec3 step, floa
             if (fraction == 0)
                 break;
         }
-        filter_block(block, rays, finer.level(), coarser.level(), fraction, red, green, blue);
+        filter_block(block, rays, {finer.level(), coarser.level(), fraction}, to);
     }
 }
 
@@ -279,12 +286,13 @@ Float4 PanoramaSampler::sample(glm::vec3 direction, float footprint) const {
     return fraction > 0 ? finer + fraction * (bilinear(texels_, number + 1, u, v) - finer) : finer;
 }
 
-void PanoramaSampler::sample_row(const RayRow &rays, std::size_t count, const std::uint8_t *wanted, float *red,
-                                 float *green, float *blue) const {
+void PanoramaSampler::sample_row(const RayRow &rays, const std::uint8_t *wanted, const LinearRow &to) const {
     const float texels_of_turn = static_cast<float>(1 << texels_.width_bits());
     const float pixel_texels = rays.pixel_angle * texels_of_turn / (2 * std::numbers::pi_v<float>);
-    HWY_DYNAMIC_DISPATCH(sample_row)
-    (texels_, axes_ * rays.first, axes_ * rays.step, pixel_texels, count, wanted, red, green, blue);
+    RayRow row = rays; // in the panorama's axes
+    row.first = axes_ * rays.first;
+    row.step = axes_ * rays.step;
+    HWY_DYNAMIC_DISPATCH(sample_row)(texels_, row, pixel_texels, wanted, to);
 }
 
 } // namespace pbm

@@ -20,7 +20,7 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// In which blocks a pixel shows what is behind object and ground.
+// Finds the blocks with a pixel that neither object nor ground hides.
 void find_free(const float *object_depths, const float *coverage, std::size_t blocks, std::uint8_t *wanted) {
     const Floats d;
     const Vector infinity = hn::Set(d, std::numeric_limits<float>::infinity()), one = hn::Set(d, 1.0F);
@@ -43,9 +43,16 @@ HWY_INLINE hn::Vec<Ints> srgb(const std::uint8_t *table, Vector linear) {
     return hn::And(bytes, hn::Set(di, 255));
 }
 
-// Packs whole vectors of a row's pixels from `x` on.
-HWY_INLINE void pack_vector(const SurroundingsRow &row, std::size_t x, const std::uint8_t *table, bool all_free,
-                            float scale, std::int32_t *colours, float *depths) {
+// The same for all pixels of a row that is packed.
+struct RowLook {
+    const SurroundingsRow &row;
+    const std::uint8_t *srgb; // table of sRGB bytes
+    bool all_free;            // pixels without object and ground are written too
+};
+
+// Packs a whole vector of a row's pixels from `x` on.
+HWY_INLINE void pack_vector(const RowLook &look, std::size_t x, float scale, std::int32_t *colours, float *depths) {
+    const auto &[row, table, all_free] = look;
     const Floats d;
     const Ints di;
     const Vector old_depth = hn::LoadU(d, depths), coverage = hn::LoadU(d, row.coverage.data() + x);
@@ -67,20 +74,21 @@ HWY_INLINE void pack_vector(const SurroundingsRow &row, std::size_t x, const std
     hn::StoreU(hn::IfThenElse(near, depth, old_depth), d, depths);
 }
 
-void pack_row(const SurroundingsRow &row, std::size_t width, const std::uint8_t *table, bool all_free, float scale,
-              std::uint32_t *colours, float *depths) {
+void pack_row(const SurroundingsRow &row, const std::uint8_t *table, bool all_free, const PixelRow &to) {
+    const RowLook look{row, table, all_free};
+    const auto [colours, depths, width, scale] = to;
     auto *const words = reinterpret_cast<std::int32_t *>(colours);
     const std::size_t lanes = hn::Lanes(Floats());
     std::size_t x = 0;
     for (; x + lanes <= width; x += lanes)
-        pack_vector(row, x, table, all_free, scale, words + x, depths + x);
+        pack_vector(look, x, scale, words + x, depths + x);
     if (x == width)
         return;
     std::array<std::int32_t, kLaneNumbers.size()> last_words{};
     std::array<float, kLaneNumbers.size()> last_depths{};
     std::memcpy(last_words.data(), words + x, (width - x) * sizeof *words);
     std::memcpy(last_depths.data(), depths + x, (width - x) * sizeof *depths);
-    pack_vector(row, x, table, all_free, scale, last_words.data(), last_depths.data());
+    pack_vector(look, x, scale, last_words.data(), last_depths.data());
     std::memcpy(words + x, last_words.data(), (width - x) * sizeof *words);
     std::memcpy(depths + x, last_depths.data(), (width - x) * sizeof *depths);
 }
@@ -166,18 +174,19 @@ SurroundingsView::SurroundingsView(const Surroundings *surroundings, const Appea
     }
 }
 
-RayRow SurroundingsView::rays(glm::dvec2 first) const {
+RayRow SurroundingsView::rays(glm::dvec2 first, std::size_t count) const {
     const glm::dvec3 ray = projection_.ray(first);
     return {.first = ray,
             .step = projection_.ray(first + glm::dvec2(1, 0)) - ray,
-            .pixel_angle = static_cast<float>(1 / projection_.focal)};
+            .pixel_angle = static_cast<float>(1 / projection_.focal),
+            .count = count};
 }
 
-// Panorama or background where neither object nor ground hide them.
-void SurroundingsView::look_behind(const RayRow &rays, std::size_t count, SurroundingsRow &row) const {
+// Looks at panorama or background where neither object nor ground hides them.
+void SurroundingsView::look_behind(const RayRow &rays, SurroundingsRow &row) const {
     if (panorama_ != nullptr) {
         std::fill(row.alpha.begin(), row.alpha.end(), 1.0F);
-        panorama_->sample_row(rays, count, row.wanted.data(), row.red.data(), row.green.data(), row.blue.data());
+        panorama_->sample_row(rays, row.wanted.data(), {row.red.data(), row.green.data(), row.blue.data()});
         return;
     }
     const Float4 linear = colour_table().linear(pack_rgba(background_));
@@ -192,7 +201,7 @@ void SurroundingsView::look(glm::dvec2 first, std::size_t count, const float *ob
     row.resize(count);
     const std::size_t blocks = row.wanted.size();
     std::copy_n(object_depths, count, row.depth.begin());
-    std::fill(row.depth.begin() + static_cast<std::ptrdiff_t>(count), row.depth.end(), 0.0F); // nothing to see there
+    std::fill(row.depth.begin() + static_cast<std::ptrdiff_t>(count), row.depth.end(), 0.0F); // no ray passes there
     std::fill(row.coverage.begin(), row.coverage.end(), 0.0F);
     GroundRow ground;
     const GroundPixels pixels{.object_depths = row.depth.data(),
@@ -210,10 +219,10 @@ void SurroundingsView::look(glm::dvec2 first, std::size_t count, const float *ob
         std::fill(row.wanted_ground.begin(), row.wanted_ground.end(), std::uint8_t{0});
         GroundSampler::find_covered(ground_frame_, ground, pixels, row.wanted_ground.data());
     }
-    const RayRow seen = rays(first);
+    const RayRow seen = rays(first, count);
     if (panorama_ != nullptr)
         HWY_DYNAMIC_DISPATCH(find_free)(row.depth.data(), row.coverage.data(), blocks, row.wanted.data());
-    look_behind(seen, count, row);
+    look_behind(seen, row);
     if (ground.begin == ground.end)
         return;
     if (ground_frame_.mirror > 0) {
@@ -221,24 +230,21 @@ void SurroundingsView::look(glm::dvec2 first, std::size_t count, const float *ob
         const auto up = glm::vec3(up_direction(ground_->up()));
         mirrored.first -= 2 * glm::dot(mirrored.first, up) * up;
         mirrored.step -= 2 * glm::dot(mirrored.step, up) * up;
-        mirrored_->sample_row(mirrored, count, row.wanted_ground.data(), row.mirrored_red.data(),
-                              row.mirrored_green.data(), row.mirrored_blue.data());
+        mirrored_->sample_row(mirrored, row.wanted_ground.data(),
+                              {row.mirrored_red.data(), row.mirrored_green.data(), row.mirrored_blue.data()});
     }
     ground_->shade(ground_frame_, ground, row.wanted_ground.data(), pixels);
 }
 
-void SurroundingsView::draw_row(int y, std::size_t width, float scale, std::uint32_t *colours, float *depths,
-                                SurroundingsRow &scratch) const {
+void SurroundingsView::draw_row(int y, const PixelRow &row, SurroundingsRow &scratch) const {
     if (is_plain())
         return;
-    // As many as there are: nothing else is asked of them.
     std::vector<float> &object_depths = scratch.object_depths;
-    object_depths.resize(width);
-    for (std::size_t x = 0; x < width; ++x)
-        object_depths[x] = depths[x] / scale;
-    look({0.5, y + 0.5}, width, object_depths.data(), scratch);
-    HWY_DYNAMIC_DISPATCH(pack_row)
-    (scratch, width, colour_table().srgb(), panorama_ != nullptr, scale, colours, depths);
+    object_depths.resize(row.width);
+    for (std::size_t x = 0; x < row.width; ++x)
+        object_depths[x] = row.depths[x] / row.depth_scale;
+    look({0.5, y + 0.5}, row.width, object_depths.data(), scratch);
+    HWY_DYNAMIC_DISPATCH(pack_row)(scratch, colour_table().srgb(), panorama_ != nullptr, row);
 }
 
 } // namespace pbm

@@ -48,22 +48,22 @@ const std::string &word_of(const std::vector<std::pair<std::string, Value>> &cho
 
 void add_look_options(CommandLine &line, ViewOptions &options) {
     line.topic = "Look";
-    command_line::add_choice(line, "--quality", "quality", kQualities, options.render.quality,
+    command_line::add_choice(line, "--quality", "quality", kQualities, options.look.quality,
                              "fast (default); fine: points blended, every pixel shaded, several samples, in a window "
                              "when the view rests");
-    line.add("--samples", "Of a pixel of fine pictures", &options.render.samples,
+    line.add("--samples", "Of a pixel of fine pictures", &options.look.samples,
              {.check = Integers{1, kMaxSamples}, .shows_default = true});
     line.add("--level", "Finest detail level to draw; default, and above the depth: the finest there is",
-             [&options](int level) { options.render.level = options.load.max_level = level; },
-             {.check = Integers{0, kMaxDepth}});
+             &options.load.max_level, {.check = Integers{0, kMaxDepth}});
     line.add("--max-error", "Largest edge of the voxels drawn, pixels; finer detail is left out", &options.max_error,
              {.check = Numbers{0.1, 64}, .shows_default = true});
     line.add("--background-color,--background-colour", "sRGB, each 0..1; default 0.2,0.2,0.2",
-             stored(parse_colour, options.render.background), {.type = "R,G,B"});
+             stored(parse_colour, options.look.render.background), {.type = "R,G,B"});
 }
 
 // Each can be switched on, too, which is the default: the dissertation's switches ask for what they name.
-void add_shading_options(CommandLine &line, RenderOptions &render) {
+void add_shading_options(CommandLine &line, LookOptions &look) {
+    RenderOptions &render = look.render;
     line.topic = "Shading";
     const auto add_switch = [&](const char *names, bool &target, const char *help) { line.add(names, help, &target); };
     add_switch("--texture,!--no-texture", render.texture, "Colours of the file's marble or wood; default on");
@@ -74,7 +74,7 @@ void add_shading_options(CommandLine &line, RenderOptions &render) {
     add_switch("--ground,!--no-ground", render.ground, "The file's ground plane; default on");
     add_switch("--reflections,!--no-reflections", render.reflections,
                "Of the panorama, where a material asks for it; default on");
-    command_line::add_choice(line, "--depth-cue", "depth cue", kDepthCues, render.depth_cue,
+    command_line::add_choice(line, "--depth-cue", "depth cue", kDepthCues, look.depth_cue,
                              "Shade by depth alone, for scans without colours; default none");
 }
 
@@ -104,7 +104,7 @@ void add_view_options(CommandLine &line, ViewOptions &options) {
     line.add("--camera-view-angle", "Vertical angle of view, degrees", &options.view_angle,
              {.check = Numbers{0.01, 170}, .shows_default = true});
     add_look_options(line, options);
-    add_shading_options(line, options.render);
+    add_shading_options(line, options.look);
     line.topic = "Options";
     command_line::add_max_memory(line, options.load.max_memory);
     command_line::add_threads(line, options.load.threads);
@@ -119,7 +119,7 @@ void add_renderer_option(CommandLine &line, ViewOptions &options) {
                                        "fast (default); reference: slow and plain, draws every point of one level");
     command_line::add_choice<Splats>(
         line, "--splats", "kind of splat", {{"ellipses", Splats::ellipses}, {"kernels", Splats::kernels}},
-        options.render.splats, "Of the reference renderer: ellipses (default); kernels: the dissertation's table");
+        options.splats, "Of the reference renderer: ellipses (default); kernels: the dissertation's table");
     line.topic = "Options";
 }
 
@@ -140,7 +140,7 @@ DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::iv
             .width = size.x,
             .height = size.y,
             .max_error = max_error,
-            .finest = std::max(1, options.render.level)};
+            .finest = std::max(1, options.load.max_level)};
 }
 
 std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size) {
@@ -153,8 +153,9 @@ std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 
 const std::string &word_of(Quality quality) { return word_of(kQualities, quality); }
 const std::string &word_of(DepthCue cue) { return word_of(kDepthCues, cue); }
 
-std::string look_as_options(const RenderOptions &render) {
-    const RenderOptions standard;
+std::string look_as_options(const LookOptions &look) {
+    const LookOptions standard;
+    const RenderOptions &render = look.render;
     std::string text;
     const auto add_switch = [&](bool on, const char *option) { text += on ? "" : std::string(" ") + option; };
     add_switch(render.texture, "--no-texture");
@@ -163,21 +164,21 @@ std::string look_as_options(const RenderOptions &render) {
     add_switch(render.panorama, "--no-panorama");
     add_switch(render.ground, "--no-ground");
     add_switch(render.reflections, "--no-reflections");
-    if (render.depth_cue != standard.depth_cue)
-        text += " --depth-cue=" + word_of(render.depth_cue);
-    if (render.quality != standard.quality)
-        text += " --quality=" + word_of(render.quality) + " --samples=" + std::to_string(render.samples);
+    if (look.depth_cue != standard.depth_cue)
+        text += " --depth-cue=" + word_of(look.depth_cue);
+    if (look.quality != standard.quality)
+        text += " --quality=" + word_of(look.quality) + " --samples=" + std::to_string(look.samples);
     if (render.background[3] == 0)
         text += " --no-background";
-    else if (render.background != standard.background)
+    else if (render.background != standard.render.background)
         text += " --background-color=" + colour_text(render.background);
     return text;
 }
 
 Status check_picture_memory(const ViewOptions &options) {
     const std::uint64_t bytes_per_pixel = 16 // colour, depth, two copies
-                                          + (options.render.quality == Quality::fine ? 20 : 0) // sums of samples
-                                          + (options.render.depth_cue != DepthCue::none ? 8 : 0);
+                                          + (options.look.quality == Quality::fine ? 20 : 0) // sums of samples
+                                          + (options.look.depth_cue != DepthCue::none ? 8 : 0);
     const glm::ivec2 size = options.resolution;
     const auto pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
     if (pixels * bytes_per_pixel <= options.load.max_memory)

@@ -6,7 +6,8 @@
 #include "pbm_format/reading/reader.h"
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/detail/detail_selection.h"
-#include "pbm_render/picture/render_options.h"
+#include "pbm_render/reference/reference_renderer.h"
+#include "viewer/options/look_options.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -31,7 +32,8 @@ struct ViewOptions {
     double view_angle = 30;                                   // degrees
     Renderer renderer = Renderer::fast;
     double max_error = kDefaultMaxError; // pixels
-    RenderOptions render;
+    Splats splats = Splats::ellipses;    // of the reference renderer
+    LookOptions look;
     LoadOptions load;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;
 };
@@ -65,7 +67,7 @@ const std::string &word_of(Quality quality);
 const std::string &word_of(DepthCue cue);
 
 // The options that make it draw with these switches, each with a space in front; those that are as usual are left out.
-std::string look_as_options(const RenderOptions &render);
+std::string look_as_options(const LookOptions &look);
 
 // Fails if the pictures of that resolution which a program keeps would take more than the memory granted.
 //

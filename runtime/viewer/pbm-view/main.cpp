@@ -50,7 +50,7 @@ int run(int argc, char **argv, std::unique_ptr<BackgroundThread> &background) {
                                      arguments.view.resolution);
     if (!window)
         return command_line::fail(kProgram, "", window.error());
-    Viewer viewer(kProgram, arguments, **window, *background, path, std::move(loading), std::move(video), start);
+    Viewer viewer(arguments, **window, *background, {kProgram, start, path, std::move(loading), std::move(video)});
     return viewer.run();
 }
 

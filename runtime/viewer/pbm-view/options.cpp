@@ -29,7 +29,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
                           {"pbm-view scan.pbvg --camera-mode fly", "Through the model; the arrow keys fly."}},
              .run_time_limits = "no display or OpenGL"}))
         return done;
-    if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.render); !known)
+    if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.look.render); !known)
         return command_line::fail_usage(program, known.error().message);
     if (arguments.choice.video.output == "-")
         return command_line::fail_usage(program, "raw frames are written by pbm-render --turntable -; name a file");

@@ -31,10 +31,15 @@ class Viewer {
   public:
     using Clock = std::chrono::steady_clock;
 
-    // `loading` is that of `path`, begun before there was a window, by a program that started at `start`. `video`:
-    // to be recorded before it ends.
-    Viewer(std::string_view program, const Arguments &arguments, Window &window, BackgroundThread &background,
-           const std::string &path, Loading loading, std::optional<VideoSink> video, Clock::time_point start);
+    // What the program began before it opened the window.
+    struct Start {
+        std::string_view program;
+        Clock::time_point time; // when the program started
+        std::string path;
+        Loading loading;                // of `path`
+        std::optional<VideoSink> video; // the viewer records it and then ends
+    };
+    Viewer(const Arguments &arguments, Window &window, BackgroundThread &background, Start start);
     ~Viewer();
     Viewer(const Viewer &) = delete;
     Viewer &operator=(const Viewer &) = delete;

@@ -2,16 +2,16 @@
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
-#include "pbm_render/picture/render_options.h"
+#include "viewer/options/look_options.h"
 
 #include <memory>
 
 namespace pbm {
 
 struct Look {
-    Look(const RenderOptions &render, const ModelParameters &parameters) : options(render), appearance(parameters) {}
+    Look(const LookOptions &look, const ModelParameters &parameters) : options(look), appearance(parameters) {}
 
-    RenderOptions options;
+    LookOptions options;
     Appearance appearance;
 };
 

@@ -18,14 +18,14 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
     if (look.options.quality == Quality::fast)
         return draw_fast(runs, camera, look, target);
     return with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
-        return fine(look.appearance).render(runs, camera, look.options, picture);
+        return fine(look.appearance).render(runs, camera, look.options.render, picture, look.options.samples);
     });
 }
 
 RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                     Framebuffer &target) {
     return with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
-        return fast(look.appearance).render(runs, camera, look.options, picture);
+        return fast(look.appearance).render(runs, camera, look.options.render, picture);
     });
 }
 
@@ -33,7 +33,7 @@ void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, c
                          int height) {
     fine_camera_ = camera;
     fine_cue_ = look.options.depth_cue;
-    fine(look.appearance).begin(runs, camera, look.options, Framebuffer(width, height, fine_cue_ != DepthCue::none));
+    fine(look.appearance).begin(runs, camera, look.options.render, Framebuffer(width, height, fine_cue_ != DepthCue::none));
 }
 
 RenderStatistics Painter::add_sample(Framebuffer &target) {

@@ -58,7 +58,7 @@ class ShownModel {
 
     DetailView view(const Camera &camera, glm::ivec2 size, double max_error) const;
     // As the command line and the file say.
-    LookPointer first_look() const { return std::make_shared<Look>(options_.render, parameters()); }
+    LookPointer first_look() const { return std::make_shared<Look>(options_.look, parameters()); }
     // Draws what was chosen for `view`: the window's thread, always fast, and the background thread, as `look` says.
     PictureStatistics draw_now(const Detail &detail, const DetailView &view, const LookPointer &look,
                                Framebuffer &target);

@@ -285,7 +285,7 @@ bool is_clear(const std::string &name) {
     return std::find(kClear.begin(), kClear.end(), name) != kClear.end();
 }
 
-// Figures of docs/decisions.md. The truth: normals from the faces, or those of the file.
+// Figures of docs/explanation/points.md. The truth: normals from the faces, or those of the file.
 TEST(EstimateNormals, VerticesOfScans) {
     if (scans().empty())
         GTEST_SKIP() << "no scans (PBM_SCANS_DIR); normals_of_scans.py finds them";

@@ -54,7 +54,8 @@ inline const Bytes &mapped_file() {
     return file;
 }
 
-// What reader and validator say of an edited and signed file; they must name the same kind of fault at the same place.
+// What `verify` and `validate` say of an edited and signed file; they must name the same kind of fault at the same
+// place.
 inline Status verdict(const Bytes &good, const Edit &edit) {
     FileEditor editor(good);
     edit(editor);

@@ -190,14 +190,13 @@ TEST(CheckAlone, OpenProvesTheHashesOfTheSmallSections) {
     }
 }
 
-TEST(CheckAlone, VerifyStoredProvesWhatOpenDoesNotRead) {
+TEST(CheckAlone, TheLevelHashesChecksWhatOpenDoesNotRead) {
     for (const SectionType type : {level_directory, level_chunks}) {
         FileEditor file(shaded_file());
         const std::size_t at = file.section(type, 2);
         file.flip(8 * at);
-        const Result<Reader> reader = Reader::open(file.bytes());
-        ASSERT_TRUE(reader);
-        expect_rule(reader->verify_stored(), "3.2.14", at);
+        ASSERT_TRUE(Reader::open(file.bytes()));
+        expect_rule(verify(file.bytes(), {.level = ValidationLevel::hashes}), "3.2.14", at);
     }
 }
 
@@ -224,9 +223,9 @@ TEST(CheckAlone, NoRasterIsDecodedThatIsLargerThanTheMemory) {
     const std::size_t first_tile = at + 32 + 16 * file.get<std::uint32_t>(at + 16);
     file.flip(8 * first_tile);
     file.repair(false);
-    Reader reader = Reader::open(file.bytes()).value();
-    expect_rule(reader.verify_all(1), "3.10.12", first_tile);
-    EXPECT_EQ(reader.verify_all(1, 100).error().code, ErrorCode::memory); // and not what decoding would have found
+    expect_rule(verify(file.bytes(), {.threads = 1}), "3.10.12", first_tile);
+    // And not what decoding would have found.
+    EXPECT_EQ(verify(file.bytes(), {.threads = 1, .max_memory = 100}).error().code, ErrorCode::memory);
     Reader whole = Reader::open(shaded_file()).value();
     EXPECT_EQ(load_model(whole, {.threads = 1, .max_memory = 100}).error().code, ErrorCode::memory);
     EXPECT_EQ(validate(shaded_file(), {.threads = 1, .max_memory = 100}).findings.at(0).code, ErrorCode::memory);

@@ -52,7 +52,7 @@ void expect_contents(const std::filesystem::path &path, const Json &expected) {
     EXPECT_TRUE(validate(file.bytes(), {.threads = 1}).valid()) << path;
     Result<Reader> reader = Reader::open(file.bytes());
     ASSERT_TRUE(reader) << path << ": " << reader.error().message;
-    const Status status = reader->verify_all(1);
+    const Status status = verify(file.bytes(), {.threads = 1});
     EXPECT_TRUE(status) << path << ": " << status.error().message;
     EXPECT_EQ(reader->header().point_count, expected.at("points").get<std::uint64_t>()) << path;
     EXPECT_EQ(hex(reader->header().content_id), expected.at("content_id").get<std::string>()) << path;

@@ -234,7 +234,7 @@ TEST(Surroundings, SurviveTheRoundTripWithOneContentId) {
         const Bytes file = encode_model(model, {.storage = storage, .threads = 2}).value();
         Reader reader = Reader::open(file).value();
         EXPECT_EQ(load_model(reader, {.threads = 2}).value(), model);
-        const Status status = reader.verify_all(2);
+        const Status status = verify(file, {.threads = 2});
         EXPECT_TRUE(status) << status.error().message;
         EXPECT_TRUE(validate(file, {.threads = 2}).valid());
         ids.push_back(reader.header().content_id);

@@ -49,7 +49,7 @@ class ChosenModel {
     const Grid &grid() const { return model_.parameters.grid; }
     const Level &level(int level) const { return model_.levels[static_cast<std::size_t>(level)]; }
     const LevelDirectory &directory(int level) const { return *directories_[static_cast<std::size_t>(level)]; }
-    std::vector<ChunkState> &states(int level) { return states_[static_cast<std::size_t>(level)]; }
+    std::vector<ChunkSlot> &states(int level) { return states_[static_cast<std::size_t>(level)]; }
 
     void everything_at_hand() { states_ = whole_; }
     // Chunks for which `lost` says so are not at hand, nor those below them.
@@ -58,7 +58,7 @@ class ChosenModel {
         for (int level = 1; level <= depth(); ++level)
             for (std::size_t i = 0; i < states(level).size(); ++i) {
                 const ChunkEntry &entry = directory(level).chunks[i];
-                const bool orphan = level > 1 && states(level - 1)[entry.shape.parent_chunk].view == nullptr;
+                const bool orphan = level > 1 && states(level - 1)[entry.shape.parent_chunk].chunk == nullptr;
                 if (orphan || lost(level, i))
                     states(level)[i] = {};
             }
@@ -106,12 +106,13 @@ class ChosenModel {
     }
 
   private:
-    // The state of a chunk at hand.
-    ChunkState whole(int level, const ChunkEntry &entry) const {
+    // The slot of a resident chunk.
+    ChunkSlot whole(int level, const ChunkEntry &entry) const {
         const auto radii = ByteView(this->level(level).points.radii).subspan(entry.first_point, entry.shape.points);
-        return {.view = &some_view_,
-                .bounds = bounds_of(bricks(level, entry), level),
-                .largest_radius = *std::max_element(radii.begin(), radii.end())};
+        auto chunk = std::make_shared<ResidentChunk>();
+        chunk->bounds = bounds_of(bricks(level, entry), level);
+        chunk->largest_radius = *std::max_element(radii.begin(), radii.end());
+        return {.chunk = std::move(chunk)};
     }
 
     // Those of a chunk's points, as far as bounds_of looks.
@@ -129,9 +130,8 @@ class ChosenModel {
     Model model_;
     Bytes file_;
     Reader reader_;
-    ChunkView some_view_;
     std::vector<const LevelDirectory *> directories_;
-    std::vector<std::vector<ChunkState>> whole_, states_;  // [level][chunk]
+    std::vector<std::vector<ChunkSlot>> whole_, states_;   // [level][chunk]
     std::vector<std::vector<MortonCode>> codes_;           // [level]
     std::vector<std::vector<std::uint64_t>> finest_below_; // [level - 1]: first finest point below each point
 };

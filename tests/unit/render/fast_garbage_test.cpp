@@ -96,7 +96,7 @@ void draw_all(const ModelParameters &parameters, std::span<const PointRun> runs,
             }
             const RenderStatistics drawn = renderer.render(runs, camera, {}, target);
             EXPECT_LE(drawn.drawn_points, 512 * 512 * runs.size());
-            fine.render(runs, camera, {.samples = 1}, target);
+            fine.render(runs, camera, {}, target, 1);
         }
 }
 
@@ -200,7 +200,7 @@ TEST(FastRendererGarbage, BytesMayChangeWhileTheyAreDrawn) {
         renderer.render(detail.runs, view.camera, {}, target);
     FineRenderer fine(streamed.reader().parameters(), 512, 2);
     for (int frame = 0; frame < 20; ++frame)
-        fine.render(detail.runs, view.camera, {.samples = 2}, target);
+        fine.render(detail.runs, view.camera, {}, target, 2);
     stop = true;
 }
 

@@ -81,8 +81,9 @@ std::string text(const Difference &d) {
 }
 
 Difference difference(const DrawnModel &model, const Camera &camera, int width = kWidth, int height = kHeight,
-                      const RenderOptions &options = {}) {
-    return compare(model.reference(camera, width, height, options), model.fast(camera, width, height, options));
+                      const RenderOptions &options = {}, int level = kMaxDepth) {
+    return compare(model.reference(camera, width, height, options, level),
+                   model.fast(camera, width, height, options, level));
 }
 
 // What two renderers may differ by where a voxel of `level` is so many pixels wide. Blocks are up to a pixel larger
@@ -125,7 +126,7 @@ TEST(FastRenderer, ShowsEveryLevelAsTheReferenceDoes) {
     for (int level = 1; level <= 6; ++level)
         for (const double pixels : {5.0, 30.0}) {
             const Difference d =
-                difference(ball(), camera_at_ball(level, pixels, kHeight), kWidth, kHeight, {.level = level});
+                difference(ball(), camera_at_ball(level, pixels, kHeight), kWidth, kHeight, {}, level);
             const std::string what = "level " + std::to_string(level) + ": " + text(d);
             // Splats of a ball a few voxels wide cross each other steeply, so that rounding says which one shows.
             const bool steep = level <= 2;
@@ -240,9 +241,9 @@ TEST(FastRenderer, ShadesAsTheReferenceDoes) {
                 const DrawnModel drawn(std::move(model));
                 for (const int level : {4, 5, 6})
                     for (const bool point_colours : {true, false}) {
-                        const RenderOptions options{.level = level, .point_colours = point_colours};
+                        const RenderOptions options{.point_colours = point_colours};
                         const Difference d =
-                            difference(drawn, camera_at_ball(level, 8, kHeight), kWidth, kHeight, options);
+                            difference(drawn, camera_at_ball(level, 8, kHeight), kWidth, kHeight, options, level);
                         const std::string what =
                             "colour " + std::to_string(static_cast<int>(colour)) + (all ? ", all attributes" : "") +
                             ", lights " + std::to_string(lights) + ", level " + std::to_string(level) + ": " + text(d);

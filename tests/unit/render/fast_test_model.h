@@ -91,22 +91,24 @@ struct DrawnModel {
         : model(std::move(m)), chunk_points(chunk_size),
           file(encode_model(model, {.storage = Storage::mapped, .chunk_points = chunk_size, .threads = 1}).value()) {}
 
-    Framebuffer reference(const Camera &camera, int width, int height, const RenderOptions &options) const {
+    Framebuffer reference(const Camera &camera, int width, int height, const RenderOptions &options,
+                          int level = kMaxDepth) const {
         Framebuffer target(width, height);
         ReferenceRenderer renderer(model);
-        const int level = std::min(options.level, model.parameters.grid.depth);
+        level = std::min(level, model.parameters.grid.depth);
         if (placed && level > 0)
             renderer.set_offsets(level, WholeLevel(file, level).offsets());
-        renderer.render(camera, options, target);
+        renderer.render(camera, options, target, {.level = level});
         return target;
     }
     // One level, as the reference renderer draws it.
-    Framebuffer fast(const Camera &camera, int width, int height, const RenderOptions &options, int threads = 1) const {
+    Framebuffer fast(const Camera &camera, int width, int height, const RenderOptions &options,
+                     int level = kMaxDepth) const {
         Framebuffer target(width, height);
-        WholeLevel level(file, std::min(options.level, model.parameters.grid.depth));
+        WholeLevel drawn(file, std::min(level, model.parameters.grid.depth));
         if (!placed)
-            level.forget_offsets();
-        FastRenderer(model.parameters, chunk_points, threads).render(level.runs, camera, options, target);
+            drawn.forget_offsets();
+        FastRenderer(model.parameters, chunk_points, 1).render(drawn.runs, camera, options, target);
         return target;
     }
 

@@ -21,10 +21,11 @@ struct FileOfModel {
         : model(std::move(m)),
           bytes(encode_model(model, {.storage = Storage::mapped, .chunk_points = 4096, .threads = 1}).value()) {}
 
-    Framebuffer draw(const Camera &camera, int width, int height, const RenderOptions &options, int threads = 1) const {
+    Framebuffer draw(const Camera &camera, int width, int height, const RenderOptions &options,
+                     int samples = kDefaultSamples, int threads = 1) const {
         Framebuffer target(width, height);
         const test::WholeLevel level(bytes, model.parameters.grid.depth);
-        FineRenderer(model.parameters, 4096, threads).render(level.runs, camera, options, target);
+        FineRenderer(model.parameters, 4096, threads).render(level.runs, camera, options, target, samples);
         return target;
     }
 
@@ -75,7 +76,7 @@ TEST(FineRenderer, ShowsNormalsOfABallWithinADegree) {
     const FileOfModel ball(std::move(model));
     for (const double pixels : {0.8, 2.0, 6.0}) {
         const Camera camera = camera_at_ball(7, pixels, 150, {1, 1, 1});
-        const Framebuffer picture = ball.draw(camera, 200, 150, {.samples = 4});
+        const Framebuffer picture = ball.draw(camera, 200, 150, {}, 4);
         const Projection projection(camera, 200, 150);
         const glm::dvec3 to_middle = glm::dvec3(0, -1, -2) - projection.eye;
         std::size_t compared = 0;
@@ -109,7 +110,7 @@ TEST(FineRenderer, BlendsColoursWithinTwoVoxels) {
     constexpr double kPixels = 8; // per voxel
     Camera camera = camera_in_front({32, 32, 20.5}, 400);
     camera.view_angle = 2 * std::atan(kHeight / kPixels / 2 / 400);
-    const Framebuffer picture = wall.draw(camera, kWidth, kHeight, {.samples = 4});
+    const Framebuffer picture = wall.draw(camera, kWidth, kHeight, {}, 4);
     for (std::size_t y = 0; y < kHeight; ++y) {
         double before = 0;
         for (std::size_t x = 0; x < kWidth; ++x) {
@@ -142,9 +143,8 @@ TEST(FineRenderer, ShowsNothingOfWhatIsBehind) {
     for (const double pixels : {0.7, 3.0, 9.0}) {
         Camera camera = camera_in_front({16, 16, 16.5}, 200);
         camera.view_angle = 2 * std::atan(60 / pixels / 2 / 200);
-        const RenderOptions options{.samples = 3};
-        const Framebuffer expected = alone.draw(camera, 80, 60, options);
-        const Framebuffer picture = before_another.draw(camera, 80, 60, options);
+        const Framebuffer expected = alone.draw(camera, 80, 60, {}, 3);
+        const Framebuffer picture = before_another.draw(camera, 80, 60, {}, 3);
         for (std::size_t i = 0; i < picture.pixels(); ++i) {
             const glm::vec2 from_middle = glm::abs(picture.centre(i) - glm::vec2(40, 30));
             if (std::max(from_middle.x, from_middle.y) < 14 * static_cast<float>(pixels)) {
@@ -159,7 +159,7 @@ TEST(FineRenderer, MakesSoftEdgesOfStraightAlpha) {
     const FileOfModel wall(paint(make_wall(5, 16), [](auto) { return true; }));
     Camera camera = camera_in_front({16, 16, 16.5}, 200);
     camera.view_angle = 2 * std::atan(40 / 2.0 / 200); // one pixel per voxel
-    const Framebuffer picture = wall.draw(camera, 61, 40, {.background = {0, 0, 0, 0}, .samples = 16});
+    const Framebuffer picture = wall.draw(camera, 61, 40, {.background = {0, 0, 0, 0}}, 16);
     std::size_t partly = 0;
     for (std::size_t y = 10; y < 30; ++y) {
         unsigned before = 255;
@@ -188,7 +188,7 @@ TEST(FineRenderer, GivesTheSamePictureForAnyThreadsAndSimdTargets) {
     const auto pictures = [&](int threads) {
         std::vector<std::uint32_t> all;
         for (const double pixels : {0.9, 3.0, 12.0}) { // blocks, ellipses around them, large ellipses
-            const Framebuffer picture = ball.draw(camera_at_ball(6, pixels, 150), 1501, 150, {.samples = 2}, threads);
+            const Framebuffer picture = ball.draw(camera_at_ball(6, pixels, 150), 1501, 150, {}, 2, threads);
             all.insert(all.end(), picture.colour.begin(), picture.colour.end());
         }
         return all;
@@ -216,7 +216,7 @@ TEST(FineRenderer, ComesSampleBySample) {
             EXPECT_GT(renderer.add_sample().drawn_points, 0U);
             EXPECT_EQ(renderer.samples(), samples);
             renderer.resolve(target);
-            const Framebuffer whole = ball.draw(camera, 80, 60, {.samples = samples});
+            const Framebuffer whole = ball.draw(camera, 80, 60, {}, samples);
             ASSERT_EQ(target.colour, whole.colour) << samples;
             ASSERT_EQ(target.depth, whole.depth) << samples;
         }

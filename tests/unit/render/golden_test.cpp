@@ -74,10 +74,8 @@ class Scene {
           surroundings_(std::make_shared<const Surroundings>(parameters(), streamed_.reader().images().value())),
           detail_(streamed_.load({.camera = camera, .width = kWidth, .height = kHeight, .max_error = 1}).value()) {}
 
-    Framebuffer fast(int threads = 1) const { return draw<FastRenderer>(threads, {}); }
-    Framebuffer fine(int threads = 1) const {
-        return draw<FineRenderer>(threads, {.quality = Quality::fine, .samples = 4});
-    }
+    Framebuffer fast(int threads = 1) const { return draw<FastRenderer>(threads); }
+    Framebuffer fine(int threads = 1) const { return draw<FineRenderer>(threads, 4); }
     Framebuffer reference(const Model &model) const {
         Framebuffer picture(kWidth, kHeight);
         ReferenceRenderer(model, surroundings_).render(camera_, {}, picture);
@@ -87,10 +85,11 @@ class Scene {
   private:
     const ModelParameters &parameters() const { return streamed_.reader().parameters(); }
 
-    template <class Renderer> Framebuffer draw(int threads, const RenderOptions &options) const {
+    // `own`: options of this renderer only.
+    template <class Renderer, class... Own> Framebuffer draw(int threads, Own... own) const {
         Framebuffer picture(kWidth, kHeight);
         Renderer renderer(parameters(), streamed_.reader().header().chunk_points, threads, surroundings_);
-        renderer.render(detail_.runs, camera_, options, picture);
+        renderer.render(detail_.runs, camera_, {}, picture, own...);
         return picture;
     }
 

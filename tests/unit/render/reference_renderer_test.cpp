@@ -27,10 +27,14 @@ struct Picture {
 };
 
 Picture draw(const Model &model, const Camera &camera, const RenderOptions &options = {}, int width = 64,
-             int height = 64) {
+             int height = 64, const ReferenceOptions &own = {}) {
     Picture picture{Framebuffer(width, height), {}};
-    picture.drawn = ReferenceRenderer(model).render(camera, options, picture.target);
+    picture.drawn = ReferenceRenderer(model).render(camera, options, picture.target, own);
     return picture;
+}
+
+Picture draw_level(const Model &model, const Camera &camera, int level) {
+    return draw(model, camera, {}, 64, 64, {.level = level});
 }
 
 TEST(ReferenceRenderer, DrawsAPointWhereItProjects) {
@@ -241,14 +245,14 @@ TEST(ReferenceRenderer, EveryDetailLevelCoversTheWall) {
     const Model model = make_wall(6, 20);
     const Camera camera = camera_in_front({32, 32, 16}, 80);
     for (int level = 3; level <= 6; ++level) {
-        const Picture picture = draw(model, camera, {.level = level});
+        const Picture picture = draw_level(model, camera, level);
         EXPECT_EQ(picture.drawn.level, level);
         EXPECT_EQ(picture.drawn.points, std::uint64_t{1} << (2 * level));
         EXPECT_EQ(picture.covered(), 64U * 64U) << level;
     }
-    EXPECT_EQ(draw(model, camera_in_front({32, 32, 16}, 400), {.level = 0}).drawn.drawn_points, 1U);
-    EXPECT_EQ(draw(model, camera_in_front({32, 32, 16}, 400), {.level = 1}).drawn.drawn_points, 4U);
-    EXPECT_EQ(draw(model, camera, {.level = 99}).drawn.level, 6);
+    EXPECT_EQ(draw_level(model, camera_in_front({32, 32, 16}, 400), 0).drawn.drawn_points, 1U);
+    EXPECT_EQ(draw_level(model, camera_in_front({32, 32, 16}, 400), 1).drawn.drawn_points, 4U);
+    EXPECT_EQ(draw_level(model, camera, 99).drawn.level, 6);
 }
 
 TEST(ReferenceRenderer, DrawsWhatIsLoadedOfAModel) {

@@ -1,5 +1,5 @@
 // Where surfaces lie in their voxels: against the definition, against a ball, and in the outlines of pictures.
-#include "pbm_render/bricks/surface_offsets.h"
+#include "pbm_surface/surface_offsets.h"
 
 #include "pbm_render/fine/fine_renderer.h"
 #include "unit/render/fast_test_model.h"
@@ -231,8 +231,7 @@ TEST(SurfaceOffsets, FinePicturesHaveSmoothOutlines) {
         constexpr int kWidth = 820, kHeight = 800;
         const Camera camera = test::camera_at_ball(kDepth, pixels, kHeight);
         Framebuffer picture(kWidth, kHeight);
-        FineRenderer(model.model.parameters, kDefaultChunkPoints, 2)
-            .render(whole.runs, camera, {.samples = 1}, picture);
+        FineRenderer(model.model.parameters, kDefaultChunkPoints, 2).render(whole.runs, camera, {}, picture, 1);
         const Projection projection(camera, kWidth, kHeight);
         const glm::dvec3 to_middle = glm::dvec3(0, -1, -2) - projection.eye;
         const double limit = std::max(1.25, 0.3 * pixels);

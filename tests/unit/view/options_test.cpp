@@ -39,18 +39,19 @@ TEST(ViewAsOptions, EveryNumberReadsBackAsItWas) {
 }
 
 TEST(LookAsOptions, SaysWhatIsNotAsUsual) {
-    RenderOptions render;
-    EXPECT_EQ(look_as_options(render), "");
+    LookOptions look;
+    RenderOptions &render = look.render;
+    EXPECT_EQ(look_as_options(look), "");
     render.shadows = render.ground = false;
-    render.quality = Quality::fine;
-    render.samples = 3;
-    render.depth_cue = DepthCue::ambient_occlusion;
-    EXPECT_EQ(look_as_options(render),
+    look.quality = Quality::fine;
+    look.samples = 3;
+    look.depth_cue = DepthCue::ambient_occlusion;
+    EXPECT_EQ(look_as_options(look),
               " --no-shadows --no-ground --depth-cue=ambient-occlusion --quality=fine --samples=3");
     for (int value = 0; value < 256; ++value) {
         const auto byte = static_cast<std::uint8_t>(value);
         render.background = {byte, 7, static_cast<std::uint8_t>(255 - byte), 255};
-        EXPECT_EQ(*parse_colour(option(look_as_options(render), "background-color")), render.background);
+        EXPECT_EQ(*parse_colour(option(look_as_options(look), "background-color")), render.background);
     }
 }
 
@@ -96,9 +97,9 @@ TEST(CheckPictureMemory, RefusesPicturesThatTakeMoreThanGranted) {
     EXPECT_TRUE(check_picture_memory(options));
     options.load.max_memory = 1280 * 720 * 16;
     EXPECT_TRUE(check_picture_memory(options));
-    options.render.quality = Quality::fine; // sums of samples
+    options.look.quality = Quality::fine; // sums of samples
     EXPECT_FALSE(check_picture_memory(options));
-    options.render.quality = Quality::fast;
+    options.look.quality = Quality::fast;
     options.load.max_memory = 1280 * 720 * 16 - 1;
     const Status refused = check_picture_memory(options);
     ASSERT_FALSE(refused);

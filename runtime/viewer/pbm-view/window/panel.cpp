@@ -148,7 +148,7 @@ bool Panel::build(Look &look, glm::ivec2 size, float scale) {
     if (ImGui::Begin("Shading (Tab)", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
         ImGui::PushItemWidth(kItemWidth * scale);
         // All of them, whatever the ones before say.
-        changed = build_switches(look.options);
+        changed = build_switches(look.options.render);
         changed = build_quality(look.options) || changed;
         if (ImGui::CollapsingHeader("Lights"))
             changed = build_lights(look.appearance) || changed;
@@ -176,7 +176,7 @@ bool Panel::build_switches(RenderOptions &options) const {
     return changed;
 }
 
-bool Panel::build_quality(RenderOptions &options) const {
+bool Panel::build_quality(LookOptions &options) const {
     bool changed = false;
     bool fine = options.quality == Quality::fine;
     if (ImGui::Checkbox("Fine at rest", &fine)) {
@@ -191,9 +191,10 @@ bool Panel::build_quality(RenderOptions &options) const {
         options.depth_cue = static_cast<DepthCue>(cue);
         changed = true;
     }
-    Rgb8 background{options.background[0], options.background[1], options.background[2]};
+    Rgba8 &colour = options.render.background;
+    Rgb8 background{colour[0], colour[1], colour[2]};
     if (edit_colour("Background", background)) {
-        std::copy(background.begin(), background.end(), options.background.begin());
+        std::copy(background.begin(), background.end(), colour.begin());
         changed = true;
     }
     return changed;

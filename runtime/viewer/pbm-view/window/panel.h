@@ -21,7 +21,7 @@ class Panel {
 
   private:
     bool build_switches(RenderOptions &options) const;
-    bool build_quality(RenderOptions &options) const;
+    bool build_quality(LookOptions &options) const;
     bool build_lights(Appearance &appearance) const;
     bool build_light(Light &light, std::size_t index, std::size_t count) const;
     bool build_direction(Light &light) const;

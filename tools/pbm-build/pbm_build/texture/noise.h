@@ -1,4 +1,4 @@
-// Improved Perlin noise, seeded, and band-limited sums of its octaves. docs/decisions.md, "Solid textures".
+// Improved Perlin noise, seeded, and band-limited sums of its octaves. docs/reference/solid-textures.md.
 // Based on: Perlin. Improving Noise. 2002
 //
 // The same bits on every processor and compiler: single precision, each operation rounded once in a fixed order.

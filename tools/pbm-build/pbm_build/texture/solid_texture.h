@@ -1,5 +1,5 @@
 // Solid textures: marble and wood, evaluated at build time as one byte per point, an index into the palette.
-// BVG.md 3.8 and 6.5; formulas in docs/decisions.md, "Solid textures".
+// BVG.md 3.8 and 6.5; formulas in docs/reference/solid-textures.md.
 // Based on: Perlin. An Image Synthesizer. 1985; Peachey. Solid Texturing of Complex Surfaces. 1985
 #pragma once
 

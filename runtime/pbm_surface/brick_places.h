@@ -1,10 +1,10 @@
-// Where the points of a brick are in it: for files that Highway compiles for several targets; include it after
-// highway.h, and not only once.
-#if defined(PBM_RENDER_BRICK_PLACES_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef PBM_RENDER_BRICK_PLACES_H
-#undef PBM_RENDER_BRICK_PLACES_H
+// Lists the places of a brick's points within the brick. For files that Highway compiles for several targets: include
+// it after highway.h, once per target.
+#if defined(PBM_SURFACE_BRICK_PLACES_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PBM_SURFACE_BRICK_PLACES_H
+#undef PBM_SURFACE_BRICK_PLACES_H
 #else
-#define PBM_RENDER_BRICK_PLACES_H
+#define PBM_SURFACE_BRICK_PLACES_H
 #endif
 
 #include "pbm_format/model/octree.h"
@@ -14,8 +14,8 @@
 #include <bit>
 #include <cstdint>
 
-#ifndef PBM_RENDER_BRICK_PLACES_TABLES
-#define PBM_RENDER_BRICK_PLACES_TABLES
+#ifndef PBM_SURFACE_BRICK_PLACES_TABLES
+#define PBM_SURFACE_BRICK_PLACES_TABLES
 namespace pbm {
 
 // Place of a voxel in its brick: x + 16 y + 256 z, each 0..7.
@@ -29,7 +29,7 @@ constexpr VoxelPlace voxel_place(std::size_t morton) {
     return static_cast<VoxelPlace>(place);
 }
 
-// Places of the children that a mask announces, in order, beside each other: [mask][8].
+// [mask][8]: places of the children that a mask announces, in order.
 inline constexpr std::array<std::array<VoxelPlace, 8>, 256> kChildPlaces = [] {
     std::array<std::array<VoxelPlace, 8>, 256> places{};
     for (std::size_t mask = 0; mask < 256; ++mask) {
@@ -41,7 +41,7 @@ inline constexpr std::array<std::array<VoxelPlace, 8>, 256> kChildPlaces = [] {
     return places;
 }();
 
-// Place of the first child of each of a brick's 64 nodes.
+// [node]: place of the first child of each of a brick's 64 nodes.
 inline constexpr std::array<VoxelPlace, 64> kNodePlaces = [] {
     std::array<VoxelPlace, 64> places{};
     for (std::size_t node = 0; node < 64; ++node)
@@ -52,7 +52,7 @@ inline constexpr std::array<VoxelPlace, 64> kNodePlaces = [] {
 inline constexpr std::size_t kMostLanes = 16;
 inline constexpr std::size_t kBrickPoints = 512;
 
-// The places of a brick's points in their order, with room for whole SIMD vectors.
+// The places of a brick's points, in their order, with room for whole SIMD vectors.
 struct BrickPlaces {
     alignas(64) std::array<VoxelPlace, kBrickPoints + kMostLanes> place;
 };
@@ -65,8 +65,8 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Writes the places of all points of a brick with these nodes; returns their number. `masks` are those of its nodes,
-// then others: nodes without mask have no points.
+// Writes the places of all points of a brick with these nodes and returns their number. `masks` begins with those of
+// its nodes; a node whose mask is missing has no points.
 HWY_INLINE std::size_t list_places(std::uint64_t node_map, ByteView masks, BrickPlaces &to) {
     const std::uint8_t *mask = masks.data();
     const std::uint8_t *const end = mask + masks.size();

@@ -1,4 +1,4 @@
-#include "pbm_render/bricks/surface_offsets.h"
+#include "pbm_surface/surface_offsets.h"
 
 #include "pbm_format/model/normal.h"
 
@@ -10,49 +10,52 @@
 #include <type_traits>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "pbm_render/bricks/surface_offsets.cpp"
+#define HWY_TARGET_INCLUDE "pbm_surface/surface_offsets.cpp"
 #include <hwy/foreach_target.h>
 
 #include <hwy/highway.h>
 
-#include "pbm_render/bricks/brick_places.h"
+#include "pbm_surface/brick_neighbours.h"
+#include "pbm_surface/brick_places.h"
 #include "system/simd/target_gaps.h"
 
-#ifndef PBM_RENDER_SURFACE_OFFSETS_TABLES
-#define PBM_RENDER_SURFACE_OFFSETS_TABLES
+#ifndef PBM_SURFACE_OFFSETS_TABLES
+#define PBM_SURFACE_OFFSETS_TABLES
 namespace pbm {
 
-// A brick with a voxel around it, and room to write whole nodes there: x + 10 y + 120 z from the brick's own first
-// voxel. Nodes beside its corners and whole vectors behind its last voxel are in bounds.
+// A brick with a voxel around it, and room to write whole nodes there. Nodes beside its corners and whole vectors
+// behind its last voxel are in bounds.
 inline constexpr std::size_t kRow = 10, kSlice = 120, kPadded = 12 * kSlice + 32;
 inline constexpr std::size_t kFirstInside = 2 + 2 * kRow + 2 * kSlice;
+inline constexpr PaddedLayout kLayout{.row = kRow, .slice = kSlice, .first = kFirstInside};
 
-// The 27 voxels around one, in 32 lanes: x + 3 z + 10 y, each 0 to 2, so that three loads from a padded brick and two
-// blends give all of them. Lanes 9, 19 and from 29 on count for nothing.
+// The 27 voxels around one, in 32 lanes: lane x + 3 z + 10 y, each 0 to 2. Three loads from a padded brick and two
+// blends give all of them. Lanes 9, 19 and from 29 on are unused.
 inline constexpr std::size_t kLanes = 32, kFirstAround = 1 + kRow + kSlice;
-inline constexpr std::array<std::array<std::uint8_t, kLanes>, 2> kFromSlice = [] { // all bits set: second, third slice
-    std::array<std::array<std::uint8_t, kLanes>, 2> from{};
-    for (std::size_t lane = 0; lane < kLanes; ++lane)
-        if (const std::size_t slice = lane % 10 / 3; slice == 1 || slice == 2)
-            from[slice - 1][lane] = 255;
-    return from;
-}();
+inline constexpr std::array<std::array<std::uint8_t, kLanes>, 2> kFromSlice =
+    [] { // all bits are set where the second, the third slice is taken
+        std::array<std::array<std::uint8_t, kLanes>, 2> from{};
+        for (std::size_t lane = 0; lane < kLanes; ++lane)
+            if (const std::size_t slice = lane % 10 / 3; slice == 1 || slice == 2)
+                from[slice - 1][lane] = 255;
+        return from;
+    }();
 
-// What normals with the same signs and the same first three digits of base 4 have in common: that of the middle one.
+// Normals with the same signs and the same first three digits of base 4 share the kind of their middle one.
 inline constexpr int kKindShift = 4;
 struct NormalKind {
-    // What each of the voxels around adds to a mean along the normal.
+    // What each of the 27 voxels adds to the sums.
     //
     //   offset in voxels = (sum of moments / sum of weights) x kWeightScale / kMomentScale - kMomentShift
     alignas(64) std::array<std::uint8_t, kLanes> weights{}; // x kWeightScale
     std::array<std::uint8_t, kLanes> moments{};             // weight x (way along the normal + shift) x kMomentScale
 };
-inline constexpr double kMomentShift = 1.75; // no voxel lies farther back than 1.74
+inline constexpr double kMomentShift = 1.75; // n.d is at least -1.74
 inline constexpr double kWeightScale = 84, kMomentScale = 24;
 
-// Which ways a normal looks: +x, -x, +y, -y, +z, -z as bits. Another is of the same side if its `far` ways have one of
-// the `near` ones in common, and none is the opposite of one. Those up to 26 degrees off are, those more than 104 are
-// not.
+// The signed axes +x, -x, +y, -y, +z, -z, as bits, along which a normal has more than `least` of its length. Another
+// normal is of the same side if its axes for kFar include one of the point's for kNear and none of their opposites.
+// Normals up to 26 degrees apart always are, those more than 104 degrees apart never.
 inline std::uint8_t ways_of(const UnitVector &normal, double least) {
     int ways = 0;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -64,7 +67,7 @@ inline constexpr double kNear = 0.38, kFar = 0.5;
 struct NormalKinds {
     static constexpr std::size_t kCount = kNormalCount >> kKindShift;
     std::array<NormalKind, kCount> kinds;
-    std::array<std::uint32_t, kCount> near, opposite; // four times
+    std::array<std::uint32_t, kCount> near, opposite; // repeated in each byte
     std::array<std::uint8_t, kCount> far;
 };
 
@@ -102,17 +105,17 @@ inline const NormalKinds &normal_kinds() {
 
 inline std::size_t kind_number(std::uint16_t normal) { return (normal & kNormalIndexMask) >> kKindShift; }
 
-// Of the first voxel of a node, in a padded brick.
+// Index in a padded brick of the first voxel of each node.
 inline constexpr std::array<std::uint16_t, 64> kPaddedNodes = [] {
     std::array<std::uint16_t, 64> places{};
     for (std::size_t node = 0; node < 64; ++node) {
-        const auto at = morton_decode(node);
-        places[node] = static_cast<std::uint16_t>(kFirstInside + 2 * (at[0] + kRow * at[1] + kSlice * at[2]));
+        const auto [x, y, z] = morton_decode(node);
+        places[node] = static_cast<std::uint16_t>(kLayout.index({2 * x, 2 * y, 2 * z}));
     }
     return places;
 }();
 
-// Which of a node's points each of its children is; 255 if it is none. [mask]
+// [mask][child]: which of the node's points the child is; 255: none.
 inline constexpr std::array<std::array<std::uint8_t, 16>, 256> kPointOfChild = [] {
     std::array<std::array<std::uint8_t, 16>, 256> points{};
     for (std::size_t mask = 0; mask < 256; ++mask) {
@@ -123,40 +126,32 @@ inline constexpr std::array<std::array<std::uint8_t, 16>, 256> kPointOfChild = [
     return points;
 }();
 
-// From a brick to one of the 27 around it, which are counted x fastest.
+// A way from a brick to another: see kWays.
 struct BrickWay {
-    std::uint64_t touching = 0; // its nodes on that side, as a node map
-    std::uint32_t children = 0; // of them, those on that side, as a mask
+    std::uint64_t touching = 0; // nodes of the brick on that side, as a node map
+    std::uint32_t children = 0; // children of these nodes on that side, as a mask
     int step = 0;               // to the brick there, in voxels of a padded brick
-    std::uint64_t place = 0;    // the same, in its place
+    std::uint64_t place = 0;    // to its place
 };
-inline constexpr std::size_t kWays = 27, kNoWay = 13; // to itself
 inline constexpr std::array<BrickWay, kWays> kBrickWays = [] {
     std::array<BrickWay, kWays> ways{};
-    for (int i = 0; i < static_cast<int>(kWays); ++i) {
-        const std::array<int, 3> way{i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
-        const auto touches = [&](const std::array<std::uint32_t, 3> &at, std::uint32_t last) {
-            bool all = true;
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                all &= way[axis] == 0 || at[axis] == (way[axis] < 0 ? 0 : last);
-            return all;
-        };
-        BrickWay &to = ways[static_cast<std::size_t>(i)];
+    for (std::size_t way = 0; way < kWays; ++way) {
+        BrickWay &to = ways[way];
         for (std::uint64_t node = 0; node < 64; ++node)
-            to.touching |= std::uint64_t{touches(morton_decode(node), 3)} << node;
+            to.touching |= std::uint64_t{touches(morton_decode(node), 3, way)} << node;
         for (std::uint32_t child = 0; child < 8; ++child)
-            to.children |= std::uint32_t{touches(morton_decode(child), 1)} << child;
-        to.step = 8 * (way[0] + static_cast<int>(kRow) * way[1] + static_cast<int>(kSlice) * way[2]);
+            to.children |= std::uint32_t{touches(morton_decode(child), 1, way)} << child;
+        to.step = kLayout.step(way);
         for (std::size_t axis = 0; axis < 3; ++axis)
-            to.place += static_cast<std::uint64_t>(way[axis]) << (16 * axis);
+            to.place += static_cast<std::uint64_t>(steps_of(way)[axis]) << (16 * axis);
     }
     return ways;
 }();
 
-// Ways towards lower x, neither, higher x, as bits.
+// The ways towards lower x, the same x and higher x, as bits.
 inline constexpr std::array<std::uint32_t, 3> kWaysByX{0x1249249, 0x2492492 & ~(1U << kNoWay), 0x4924924};
 
-// Which ways a node touches, and which its children do if it does.
+// [node]: the ways whose side the node touches; [mask]: those that its children touch, as bits.
 inline constexpr std::array<std::uint32_t, 64> kWaysOfNode = [] {
     std::array<std::uint32_t, 64> ways{};
     for (std::size_t way = 0; way < kWays; ++way)
@@ -172,23 +167,23 @@ inline constexpr std::array<std::uint32_t, 256> kWaysOfMask = [] {
     return ways;
 }();
 
-// What there is of a chunk to look up.
+// The points of a chunk.
 struct ChunkPoints {
     ByteView masks;             // of nodes
-    const std::uint64_t *sides; // of nodes: far ways of the eight children, a byte each; 0 where no point is
+    const std::uint64_t *sides; // [nodes]: axes for kFar of the eight children, a byte each; 0: no point
     const std::uint16_t *normals;
 };
 
 struct BrickScratch {
     alignas(64) std::array<std::uint8_t, kPadded> sides;         // of voxels of a padded brick
     BrickPlaces places;                                          // of points
-    std::array<std::uint16_t, kBrickPoints + kMostLanes> padded; // the same, in `sides`
+    std::array<std::uint16_t, kBrickPoints + kMostLanes> padded; // indices of points in `sides`
     std::array<std::uint16_t, kBrickPoints + kMostLanes> normals;
     std::array<std::uint32_t, 2 * (kBrickPoints + kMostLanes)> sums; // of weights, of moments
     std::array<std::int8_t, kBrickPoints + kMostLanes> steps;
 };
 
-// Neighbours with points beside those of a brick, by kWaysByX.
+// The neighbours that have points beside those of a brick, grouped as in kWaysByX.
 struct BrickNeighbours {
     std::array<const SurfaceOffsets::Brick *, kWays> bricks;
     std::array<std::uint8_t, kWays> ways; // to them
@@ -202,7 +197,7 @@ HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The sides of points become those of children: [nodes].
+// Sorts the sides of points by the children of nodes: [nodes].
 void list_sides(std::span<const SurfaceOffsets::Brick> bricks, ByteView masks, const std::uint8_t *of_points,
                 std::uint64_t *to) {
     for (const SurfaceOffsets::Brick &brick : bricks) {
@@ -236,8 +231,8 @@ HWY_INLINE void list_padded(std::size_t points, BrickScratch &scratch) {
     }
 }
 
-// Puts the sides of a node's children where they are in the padded brick; those towards it, `kWayX` being the way from
-// it to them along x.
+// Writes the sides of a node's children into the padded brick. kWayX: the step along x from the brick to the node's
+// brick; only the children that touch the brick are written.
 template <int kWayX> HWY_INLINE void put_node(std::uint64_t children, std::uint8_t *to) {
     const auto put = [&](std::size_t row, int shift) {
         if constexpr (kWayX == 0) {
@@ -255,14 +250,14 @@ template <int kWayX> HWY_INLINE void put_node(std::uint64_t children, std::uint8
     put(kRow + kSlice, 48);
 }
 
-// All nodes of the brick itself.
+// Writes all nodes of the brick itself.
 HWY_INLINE void put_brick(const SurfaceOffsets::Brick &brick, const std::uint64_t *sides, BrickScratch &scratch) {
     const std::uint64_t *children = sides + brick.first_node;
     for (std::uint64_t map = brick.node_map; map != 0; map &= map - 1, ++children)
         put_node<0>(*children, &scratch.sides[kPaddedNodes[static_cast<std::size_t>(std::countr_zero(map))]]);
 }
 
-// Those nodes of a neighbour that are in `beside`. `step` leads to it.
+// Writes those nodes of a neighbour that are in `beside`. `step` leads to the neighbour.
 template <int kWayX>
 HWY_INLINE void put_border(const SurfaceOffsets::Brick &brick, std::uint64_t beside, int step,
                            const std::uint64_t *sides, BrickScratch &scratch) {
@@ -279,7 +274,7 @@ HWY_INLINE void put_neighbours(const BrickNeighbours &around, const std::uint64_
     const auto put = [&](std::size_t first, std::size_t last, auto way_x) {
         for (std::size_t i = first; i < last; ++i) {
             const std::size_t way = around.ways[i];
-            put_border<decltype(way_x)::value>(*around.bricks[i], kBrickWays[kWays - 1 - way].touching,
+            put_border<decltype(way_x)::value>(*around.bricks[i], kBrickWays[opposite(way)].touching,
                                                kBrickWays[way].step, sides, scratch);
         }
     };
@@ -288,8 +283,7 @@ HWY_INLINE void put_neighbours(const BrickNeighbours &around, const std::uint64_
     put(around.ends[1], around.ends[2], std::integral_constant<int, 1>());
 }
 
-// For four points from `first` on, the sums of the shares of those voxels around that are of their side: weights,
-// moments.
+// For four points from `first` on, sums weights and moments of the voxels around that are of the same side.
 #if HWY_TARGET == HWY_SCALAR
 HWY_INLINE void sum_four(const NormalKinds &kinds, const BrickScratch &scratch, std::size_t first, std::uint32_t *to) {
     for (std::size_t i = first; i < first + 4; ++i, to += 2) {
@@ -346,7 +340,7 @@ HWY_INLINE void sum_four(const NormalKinds &kinds, const BrickScratch &scratch, 
 }
 #endif
 
-// Moments over weights, in steps.
+// offset = moments / weights, in steps.
 HWY_INLINE void divide_sums(std::size_t points, BrickScratch &scratch) {
     const hn::CappedTag<float, kMostLanes> d;
     const hn::RebindToUnsigned<decltype(d)> words;
@@ -366,7 +360,7 @@ HWY_INLINE void divide_sums(std::size_t points, BrickScratch &scratch) {
     }
 }
 
-// `to` is that of the chunk.
+// `to` has the offsets of all points of the chunk.
 void estimate_brick(const SurfaceOffsets::Brick &brick, const BrickNeighbours &around, const ChunkPoints &chunk,
                     BrickScratch &scratch, std::int8_t *to) {
     const NormalKinds &kinds = normal_kinds();
@@ -383,7 +377,7 @@ void estimate_brick(const SurfaceOffsets::Brick &brick, const BrickNeighbours &a
     for (std::size_t i = 0; i < points; i += 4)
         sum_four(kinds, scratch, i, &scratch.sums[2 * i]);
     divide_sums(points, scratch);
-    std::int8_t *const offsets = to + brick.first_point; // bytes might be anything's, for all the compiler knows
+    std::int8_t *const offsets = to + brick.first_point; // a local, since a store of bytes may alias any member
     for (std::size_t i = 0; i < points; ++i)
         offsets[i] = static_cast<std::int8_t>((scratch.normals[i] & kTwoSidedBit) != 0 ? 0 : scratch.steps[i]);
 }
@@ -401,7 +395,7 @@ namespace {
 
 constexpr std::size_t kLeastSlots = 4096;
 
-// No two of 16x16x16 bricks, which most chunks are part of, have the same.
+// Different for all bricks of a cube of 16x16x16 bricks, which holds most chunks.
 std::size_t hash(std::uint64_t place) {
     constexpr std::uint64_t kLow = 0x000F000F000F;
     return static_cast<std::size_t>((place & 15) + (place >> 12 & 0xF0) + (place >> 24 & 0xF00) +
@@ -414,7 +408,7 @@ void SurfaceOffsets::list_bricks(const ChunkView &chunk) {
     bricks_.clear();
     masks_.clear();
     table_.assign(std::max(kLeastSlots, std::bit_ceil(2 * chunk.bricks.size())), 0);
-    bricks_.push_back({.place = ~std::uint64_t{0}}); // which free slots are of
+    bricks_.push_back({.place = ~std::uint64_t{0}}); // free slots of the table refer to it
     for (const BrickRecord &record : chunk.bricks) {
         const BrickRecord brick = record; // bytes of a mapped chunk may change
         Brick listed{.place = brick.x | std::uint64_t{brick.y} << 16 | std::uint64_t{brick.z} << 32,
@@ -463,7 +457,7 @@ void SurfaceOffsets::find_neighbours(const Brick &brick, BrickNeighbours &to) co
             const Brick &found = find(brick.place + kBrickWays[way].place);
             to.bricks[count] = &found;
             to.ways[count] = static_cast<std::uint8_t>(way);
-            count += found.ways >> (kWays - 1 - way) & 1;
+            count += found.ways >> opposite(way) & 1;
         }
         to.ends[x] = count;
     }
