@@ -24,7 +24,7 @@ void forget_camera(ViewOptions &options) { options.position = options.focal_poin
 
 } // namespace
 
-Viewer::Viewer(const Arguments &arguments, Window &window, BackgroundThread &background, Start start)
+Viewer::Viewer(const Arguments &arguments, Window &window, ThreadPool &background, Start start)
     : program_(start.program), options_(arguments.view), min_fps_(arguments.min_fps), window_(window),
       background_(background), start_(start.time), context_(Window::now()), overlay_(window.content_scale()),
       loading_(std::move(start.loading)), loading_path_(std::move(start.path)), mode_(arguments.camera_mode),
