@@ -1,7 +1,7 @@
 #include "embree_peer.h"
 
 #include "embree_scene.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/point_values.h"
 #include "system/threads/thread_pool.h"
 
 #include <glm/geometric.hpp>

@@ -5,6 +5,9 @@ set(PBM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pbm)
 set(libraries base system reading checking writing format surface bake render)
 foreach(name ${libraries})
     set(library pbm_${name})
+    if(NOT TARGET ${library})
+        continue()
+    endif()
     set_target_properties(${library} PROPERTIES EXPORT_NAME ${name})
     list(APPEND installed_libraries ${library})
     if(name STREQUAL "format") # is the three before it
@@ -21,7 +24,12 @@ install(TARGETS ${installed_libraries} EXPORT pbmTargets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 
 # The doors, and of all other headers those that they include.
-set(doors pbm/format.h pbm/render.h pbm/bake.h)
+set(doors)
+foreach(name format render bake)
+    if(TARGET pbm_${name})
+        list(APPEND doors pbm/${name}.h)
+    endif()
+endforeach()
 set(header_roots ${PROJECT_SOURCE_DIR}/format_spec ${PROJECT_SOURCE_DIR}/runtime ${PROJECT_SOURCE_DIR})
 set(waiting ${doors})
 set(installed_headers)

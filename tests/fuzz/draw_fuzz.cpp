@@ -90,7 +90,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     view.radii = radii;
     view.colours = colours;
     view.materials = materials;
-    view.packed_shadows[0] = shadows;
+    view.shadows[0] = shadows;
     view.bricks = records;
     const ChunkEntry entry;
     const ChunkOffsets offsets;

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "pbm_format/container/layout.h"
+#include "pbm_format/model/streams.h"
 #include "pbm_format/rasters/image_section.h"
-#include "pbm_format/streams/stream_view.h"
 #include "unit/support/test_models.h"
 
 namespace pbm::test {

@@ -107,9 +107,9 @@ std::optional<Failure> write_points(const Arguments &arguments, Reader &reader, 
     StreamOptions options = arguments.stream;
     options.level = outcome.level;
     if (status)
-        status = stream_points(
-            reader, options, ply->row_bytes(), [&](const PointBlock &block) { return ply->rows(block); }, write,
-            [&](double done) { display.show("export points", done); });
+        status = stream_points(reader, options,
+                               {ply->row_bytes(), [&](const PointBlock &block) { return ply->rows(block); }, write,
+                                [&](double done) { display.show("export points", done); }});
     display.clear();
     if (status)
         status = write(view_of(ply->materials()));

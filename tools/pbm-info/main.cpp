@@ -74,12 +74,8 @@ pbm::Result<FileSizes> measure(pbm::Reader &reader, pbm::ByteView file) {
     FileSizes sizes;
     if (pbm::Status status = measure_rasters(reader, file, sizes); !status)
         return std::move(status).error();
-    for (const pbm::StreamInfo &info : infos) {
-        std::string type(pbm::to_string(info.kind));
-        if (info.kind == pbm::StreamKind::shadow)
-            (type += " ") += std::to_string(info.light);
-        sizes.streams.push_back({.type = std::move(type)});
-    }
+    for (const pbm::StreamInfo &info : infos)
+        sizes.streams.push_back({.type = pbm::name_of(info)});
     for (int level = 1; level <= reader.depth(); ++level) {
         const pbm::Result<const pbm::LevelDirectory *> directory = reader.directory(level);
         if (!directory)
@@ -98,15 +94,12 @@ pbm::Result<FileSizes> measure(pbm::Reader &reader, pbm::ByteView file) {
             size.streams.push_back({.type = stream.type});
         for (const pbm::ChunkEntry &chunk : (*directory)->chunks) {
             size.bricks += chunk.shape.bricks;
-            for (std::size_t s = 0; s < infos.size(); ++s) {
-                size.streams[s].stored_bytes += chunk.streams[s].stored_bytes;
-                size.streams[s].raw_bytes +=
-                    pbm::raw_stream_bytes(infos[s], set, level, chunk.shape.nodes, chunk.shape.points);
-            }
-        }
-        for (std::size_t s = 0; s < infos.size(); ++s) {
-            sizes.streams[s].stored_bytes += size.streams[s].stored_bytes;
-            sizes.streams[s].raw_bytes += size.streams[s].raw_bytes;
+            for (std::size_t s = 0; s < infos.size(); ++s)
+                for (StreamSize *const sum : {&size.streams[s], &sizes.streams[s]}) {
+                    sum->stored_bytes += chunk.streams[s].stored_bytes;
+                    sum->raw_bytes +=
+                        pbm::raw_stream_bytes(infos[s], set, level, chunk.shape.nodes, chunk.shape.points);
+                }
         }
         sizes.levels.push_back(std::move(size));
     }

@@ -1,7 +1,6 @@
 #include "pbm_format/chunks/chunk.h"
 
 #include "pbm_format/chunks/normal_cone.h"
-#include "pbm_format/chunks/stream_rules.h"
 #include "pbm_format/law/catalogue.h"
 #include "pbm_format/streams/frame.h"
 #include "pbm_format/streams/mask_ranks.h"
@@ -17,8 +16,9 @@ namespace pbm {
 ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t first_mask,
                          const PointAttributes &points, std::uint64_t first_point, const AttributeSet &set) {
     assert(entry.first_node >= first_point && entry.first_parent >= first_mask);
-    return {.masks = masks.subspan(entry.first_parent - first_mask, entry.shape.parents),
-            .nodes = view_points(points, entry.first_node - first_point, entry.shape.nodes, set)};
+    return {.masks = slice(masks, entry.first_parent - first_mask, entry.shape.parents),
+            .nodes =
+                view_points(points, static_cast<std::size_t>(entry.first_node - first_point), entry.shape.nodes, set)};
 }
 
 namespace {
@@ -38,7 +38,7 @@ class Decoder {
         for (std::size_t s = 0; s < streams.size(); ++s) {
             const StreamEntry &stream = entry_.streams[s];
             offset_ = entry_.offset + at_;
-            const ByteView bytes = stored_.subspan(at_, stream.stored_bytes);
+            const ByteView bytes = slice(stored_, at_, stream.stored_bytes);
             at_ += stream.stored_bytes;
             Status status = stream.filter == Filter::none ? read_plain(bytes, streams[s], stream.zstd)
                                                           : read_filtered(bytes, streams[s], stream.filter);
@@ -54,55 +54,35 @@ class Decoder {
     // Kept by each thread, so that a chunk costs no allocation.
     static UnfilterScratch &scratch() { return per_thread<UnfilterScratch>(); }
 
-    Bytes &bytes_of(const StreamInfo &stream) {
-        PointAttributes &points = to_.points;
-        switch (stream.kind) {
-        case StreamKind::masks: return to_.masks;
-        case StreamKind::radius: return points.radii;
-        case StreamKind::colour: return points.colours;
-        case StreamKind::material: return points.materials;
-        case StreamKind::texture: return points.textures;
-        case StreamKind::shadow: return points.shadows[stream.light];
-        case StreamKind::normal: break; // two bytes each
-        }
-        assert(false);
-        return to_.masks;
-    }
-
-    unsigned shadow_bits(const StreamInfo &stream, int level) const {
-        return rules_.set.shadow_bits[stream.light][static_cast<std::size_t>(level)];
-    }
-
     bool keeps_lit_bytes() const { return !to_.packs_shadows || !rules_.finest; }
 
     Status read_plain(ByteView bytes, const StreamInfo &stream, bool zstd) {
-        std::vector<std::uint16_t> &normals = to_.points.normals;
-        if (stream.kind == StreamKind::normal) {
-            if (Status status =
-                    decode_frame(bytes, zstd, {reinterpret_cast<std::uint8_t *>(normals.data()), 2 * normals.size()},
-                                 offset_, rules_.wording);
-                !status)
-                return status;
-            return check_normals(normals, offset_, rules_.wording);
-        }
+        std::span<std::uint8_t> to =
+            stream.kind == StreamKind::masks ? std::span(to_.masks) : bytes_of(to_.points, stream);
         if (stream.kind == StreamKind::shadow) {
             Bytes &packed = to_.packs_shadows ? to_.packed_shadows[stream.light] : scratch_.packed;
-            return read_lit_fractions(bytes, stream, zstd, packed, to_.points.shadows[stream.light]);
+            packed.resize(packed_bytes(stream));
+            to = packed;
         }
-        return decode_frame(bytes, zstd, bytes_of(stream), offset_, rules_.wording);
+        Status status = decode_frame(bytes, zstd, to, offset_, rules_.wording);
+        if (status && stream.kind == StreamKind::normal)
+            status = check_normals(to_.points.normals, offset_, rules_.wording);
+        if (status && stream.kind == StreamKind::shadow)
+            status = unpack(to, stream, to_.points.values(stream));
+        return status;
     }
 
-    // Unpacks into `values` unless that is empty.
-    Status read_lit_fractions(ByteView bytes, const StreamInfo &stream, bool zstd, Bytes &packed,
-                              std::span<std::uint8_t> values) {
-        const unsigned bits = shadow_bits(stream, rules_.level);
-        packed.resize((entry_.shape.points * std::size_t{bits} + 7) / 8);
-        if (Status status = decode_frame(bytes, zstd, packed, offset_, rules_.wording); !status)
-            return status;
-        if (Status status = check_packed_tail(packed, entry_.shape.points, bits, offset_, rules_.wording); !status)
-            return status;
-        unpack_bits(packed, bits, values);
-        return {};
+    unsigned bits(const StreamInfo &stream, int level) const { return bits_per_point(stream, rules_.set, level); }
+    std::size_t packed_bytes(const StreamInfo &stream) const {
+        return raw_stream_bytes(stream, rules_.set, rules_.level, 0, entry_.shape.points);
+    }
+    // Of lit fractions; `values` may be empty.
+    Status unpack(ByteView packed, const StreamInfo &stream, std::span<std::uint8_t> values) const {
+        const unsigned width = bits(stream, rules_.level);
+        Status status = check_packed_tail(packed, entry_.shape.points, width, offset_, rules_.wording);
+        if (status)
+            unpack_bits(packed, width, values);
+        return status;
     }
 
     // Plane `index` as `size` bytes with kSlack bytes behind them.
@@ -182,63 +162,52 @@ class Decoder {
 
     // The filters of one plane.
     Status read_values(PlaneCursor &planes, const StreamInfo &stream, Filter filter) {
-        ByteView codes;
-        PointAttributes &points = to_.points;
-        const PointView &nodes = parents_.nodes;
         if (filter == Filter::shadow)
             return read_shadows(planes, stream);
+        ByteView codes;
         const std::size_t size = filter == Filter::radius ? entry_.shape.points : scratch_.layout.codes();
         if (Status status = read_plane(planes, 0, size, codes); !status)
             return status;
+        const ByteView nodes = parents_.nodes.values(stream);
+        Bytes &points = to_.points.values(stream);
         if (filter == Filter::radius)
-            unfilter_radii(scratch_, nodes.radii, radius_predictions(rules_.level, rules_.finest), codes, points.radii);
+            unfilter_radii(scratch_, nodes, radius_predictions(rules_.level, rules_.finest), codes, points);
         else if (filter == Filter::material)
-            unfilter_materials(scratch_, nodes.materials, codes, points.materials);
+            unfilter_materials(scratch_, nodes, codes, points);
         else
-            unfilter_textures(scratch_, nodes.textures, codes, points.textures);
+            unfilter_textures(scratch_, nodes, codes, points);
         return {};
     }
 
     Status read_shadows(PlaneCursor &planes, const StreamInfo &stream) {
-        const unsigned bits = shadow_bits(stream, rules_.level);
-        Bytes &codes = scratch_.planes[1];
-        codes.resize(std::max(codes.size(), entry_.shape.points + kSlack));
-        ByteView stored;
-        bool zstd = false;
-        const std::size_t size = (std::size_t{entry_.shape.points} * bits + 7) / 8;
-        if (!planes.next(size, stored, zstd))
-            return impossible_planes(offset_, rules_.wording);
-        if (Status status =
-                read_lit_fractions(stored, stream, zstd, scratch_.packed, std::span(codes).first(entry_.shape.points));
-            !status)
+        ByteView packed;
+        if (Status status = read_plane(planes, 0, packed_bytes(stream), packed); !status)
             return status;
-        Bytes &values = keeps_lit_bytes() ? to_.points.shadows[stream.light] : scratch_.planes[2];
+        Bytes &memory = scratch_.planes[1];
+        memory.resize(std::max(memory.size(), entry_.shape.points + kSlack));
+        const std::span<std::uint8_t> codes = std::span(memory).first(entry_.shape.points);
+        if (Status status = unpack(packed, stream, codes); !status)
+            return status;
+        Bytes &values = keeps_lit_bytes() ? to_.points.values(stream) : scratch_.planes[2];
         values.resize(std::max(values.size(), std::size_t{entry_.shape.points}));
         const std::span<std::uint8_t> points = std::span(values).first(entry_.shape.points);
-        unfilter_shadows(scratch_, parents_.nodes.shadows[stream.light],
-                         shadow_predictions(shadow_bits(stream, rules_.level - 1), bits), bits,
-                         ByteView(codes).first(entry_.shape.points), points);
+        const unsigned here = bits(stream, rules_.level);
+        unfilter_shadows(scratch_, parents_.nodes.values(stream),
+                         shadow_predictions(bits(stream, rules_.level - 1), here), here, codes, points);
         if (to_.packs_shadows)
-            to_.packed_shadows[stream.light] = pack_bits(points, bits);
+            to_.packed_shadows[stream.light] = pack_bits(points, here);
         return {};
     }
 
     // Masks first: they say where the points of the other streams have their parents.
     Status prove(const StreamInfo &stream) {
-        switch (stream.kind) {
-        case StreamKind::masks: return prove_masks();
-        case StreamKind::normal:
+        if (stream.kind == StreamKind::masks)
+            return prove_masks();
+        if (stream.kind == StreamKind::normal)
             return cone_is_proven_
                        ? Status()
                        : check_cone(to_.points.normals, entry_.cone, scratch_.outside, offset_, rules_.wording);
-        case StreamKind::radius: return check_radii(to_.points.radii, rules_.finest, offset_, rules_.wording);
-        case StreamKind::material:
-            return check_materials(to_.points.materials, rules_.material_count, offset_, rules_.wording);
-        case StreamKind::colour:
-        case StreamKind::texture:
-        case StreamKind::shadow: return {};
-        }
-        return {};
+        return check_values(stream, to_.points.values(stream), rules_, offset_);
     }
 
     Status prove_masks() {
@@ -275,15 +244,13 @@ void place_chunk(const Chunk &chunk, const ChunkEntry &entry, const AttributeSet
     const auto copy = [](const auto &source, auto &target, std::uint64_t at) {
         std::copy(source.begin(), source.end(), target.begin() + static_cast<std::ptrdiff_t>(at));
     };
-    const std::uint64_t first = entry.first_point;
     copy(chunk.masks, level.masks, entry.first_node);
-    copy(chunk.points.normals, level.points.normals, first);
-    copy(chunk.points.radii, level.points.radii, first);
-    copy(chunk.points.colours, level.points.colours, first * static_cast<std::uint64_t>(set.colour_bytes()));
-    copy(chunk.points.materials, level.points.materials, set.material ? first : 0);
-    copy(chunk.points.textures, level.points.textures, set.texture ? first : 0);
-    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
-        copy(chunk.points.shadows[light], level.points.shadows[light], first);
+    for_columns(
+        set,
+        [&](const StreamInfo &, std::size_t width, const auto &source, auto &target) {
+            copy(source, target, width * entry.first_point);
+        },
+        chunk.points, level.points);
 }
 
 } // namespace pbm

@@ -1,9 +1,8 @@
 // One chunk between memory and file: streams, filters, frames, hash. BVG.md sections 5 and 6.
 #pragma once
 
-#include "pbm_format/container/layout.h"
-#include "pbm_format/law/catalogue.h"
-#include "pbm_format/streams/stream_view.h"
+#include "pbm_format/chunks/stream_rules.h"
+#include "system/byte_source.h"
 
 namespace pbm {
 
@@ -17,14 +16,8 @@ struct Chunk {
     bool packs_shadows = false;
 };
 
-// What the rules of a chunk need to know of its file.
-struct ChunkRules {
-    const AttributeSet &set;
-    std::size_t material_count;
-    int level;
-    bool finest;                     // level is the depth
-    Wording wording = Wording::full; // of errors; those of padding and bricks always say all
-};
+// Where the streams of a chunk lie in the file.
+inline FileRange chunk_range(const ChunkEntry &entry) { return {entry.offset, entry.stored_bytes}; }
 
 // The parent nodes of the chunk `entry` among masks and points of the level above, of which `first_mask` and
 // `first_point` are the numbers of the first that there are: 0 for a whole level, else those of the parent chunk.

@@ -1,6 +1,5 @@
 #include "pbm_format/chunks/mapped_chunk.h"
 
-#include "pbm_format/chunks/stream_rules.h"
 #include "pbm_format/law/catalogue.h"
 #include "system/threads/per_thread.h"
 
@@ -29,25 +28,24 @@ template <class T> std::span<const T> view_as(ByteView bytes, std::size_t count)
 
 } // namespace
 
-ChunkView view_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const AttributeSet &set,
-                     int level) {
+FileRange brick_range(const ChunkEntry &entry, const SectionEntry &bricks) {
+    return {bricks.offset + entry.first_brick * kBrickRecordBytes, entry.shape.bricks * kBrickRecordBytes};
+}
+
+ChunkView view_chunk(const ChunkEntry &entry, const ChunkBytes &stored, const AttributeSet &set, int level) {
     ChunkView view;
+    view.owners = {stored.streams.owner, stored.bricks.owner};
     for_streams(entry, set, [&](const StreamInfo &stream, std::uint64_t at, std::uint64_t size) {
-        const ByteView bytes = file.subspan(entry.offset + at, size);
+        const ByteView bytes = slice(stored.streams.bytes, at, size);
         assert(size == raw_stream_bytes(stream, set, level, entry.shape.nodes, entry.shape.points));
-        switch (stream.kind) {
-        case StreamKind::masks: view.masks = bytes; break;
-        case StreamKind::normal: view.normals = view_as<std::uint16_t>(bytes, entry.shape.points); break;
-        case StreamKind::radius: view.radii = bytes; break;
-        case StreamKind::colour: view.colours = bytes; break;
-        case StreamKind::material: view.materials = bytes; break;
-        case StreamKind::texture: view.textures = bytes; break;
-        case StreamKind::shadow: view.packed_shadows[stream.light] = bytes; break;
-        }
+        if (stream.kind == StreamKind::masks)
+            view.masks = bytes;
+        else if (stream.kind == StreamKind::normal)
+            view.normals = view_as<std::uint16_t>(bytes, entry.shape.points);
+        else
+            view.values(stream) = bytes;
     });
-    const std::uint64_t records = bricks.offset + entry.first_brick * kBrickRecordBytes;
-    view.bricks =
-        view_as<BrickRecord>(file.subspan(records, entry.shape.bricks * kBrickRecordBytes), entry.shape.bricks);
+    view.bricks = view_as<BrickRecord>(stored.bricks.bytes, entry.shape.bricks);
     static_cast<void>(level);
     return view;
 }
@@ -60,13 +58,12 @@ struct ProofScratch {
     std::vector<BrickRecord> bricks;
 };
 
-Status check_padding(const ChunkEntry &entry, ByteView file, const AttributeSet &set) {
+Status check_padding(const ChunkEntry &entry, ByteView stored, const AttributeSet &set) {
     Status status;
     for_streams(entry, set, [&](const StreamInfo &, std::uint64_t at, std::uint64_t size) {
         for (std::uint64_t byte = at + size; byte < align_stream(at + size); ++byte)
-            if (status && file[entry.offset + byte] != 0)
-                status = broken("5.10.1", entry.offset + byte, "padding of a mapped chunk is not zero", 0,
-                                file[entry.offset + byte]);
+            if (const ByteView padding = slice(stored, byte, 1); status && padding[0] != 0)
+                status = broken("5.10.1", entry.offset + byte, "padding of a mapped chunk is not zero", 0, padding[0]);
     });
     return status;
 }
@@ -81,14 +78,11 @@ Status check_streams(const ChunkEntry &entry, const ChunkView &view, const Chunk
             status = check_normals(view.normals, offset, rules.wording);
             if (status)
                 status = check_cone(view.normals, entry.cone, memory, offset, rules.wording);
-        } else if (stream.kind == StreamKind::radius) {
-            status = check_radii(view.radii, rules.finest, offset, rules.wording);
-        } else if (stream.kind == StreamKind::material) {
-            status = check_materials(view.materials, rules.material_count, offset, rules.wording);
         } else if (stream.kind == StreamKind::shadow) {
-            status = check_packed_tail(view.packed_shadows[stream.light], entry.shape.points,
-                                       rules.set.shadow_bits[stream.light][static_cast<std::size_t>(rules.level)],
-                                       offset, rules.wording);
+            status = check_packed_tail(view.values(stream), entry.shape.points,
+                                       bits_per_point(stream, rules.set, rules.level), offset, rules.wording);
+        } else if (stream.kind != StreamKind::masks) {
+            status = check_values(stream, view.values(stream), rules, offset);
         }
     });
     return status;
@@ -140,14 +134,14 @@ Status check_bricks(const ChunkEntry &entry, const ChunkView &view, const Sectio
 
 } // namespace
 
-Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const ChunkRules &rules,
-                   const BrickParents &parents) {
+Status prove_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const SectionEntry &bricks,
+                   const ChunkRules &rules, const BrickParents &parents) {
     auto &scratch = per_thread<ProofScratch>();
-    if (const std::uint64_t hash = hash64(file.subspan(entry.offset, entry.stored_bytes)); hash != entry.hash)
+    if (const std::uint64_t hash = hash64(bytes.streams.bytes); hash != entry.hash)
         return broken(rules.wording, "5.6.4", entry.offset, "the chunk was changed: its hash does not match",
                       hash_value(entry.hash), hash_value(hash));
-    const ChunkView view = view_chunk(entry, file, bricks, rules.set, rules.level);
-    Status status = check_padding(entry, file, rules.set);
+    const ChunkView view = view_chunk(entry, bytes, rules.set, rules.level);
+    Status status = check_padding(entry, bytes.streams.bytes, rules.set);
     if (status)
         status = check_streams(entry, view, rules, scratch.outside);
     if (status)
@@ -157,16 +151,18 @@ Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &b
 
 void copy_chunk(const ChunkView &view, const AttributeSet &set, int level, Chunk &to) {
     to.masks.assign(view.masks.begin(), view.masks.end());
-    PointAttributes &points = to.points;
-    points.resize(view.normals.size(), set);
-    points.normals.assign(view.normals.begin(), view.normals.end());
-    points.radii.assign(view.radii.begin(), view.radii.end());
-    points.colours.assign(view.colours.begin(), view.colours.end());
-    points.materials.assign(view.materials.begin(), view.materials.end());
-    points.textures.assign(view.textures.begin(), view.textures.end());
-    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
-        unpack_bits(view.packed_shadows[light], set.shadow_bits[light][static_cast<std::size_t>(level)],
-                    points.shadows[light]);
+    to.points.resize(view.normals.size(), set);
+    for (const StreamInfo &stream : streams_of(set)) {
+        if (stream.kind == StreamKind::masks)
+            continue;
+        const std::span<std::uint8_t> column = bytes_of(to.points, stream);
+        if (stream.kind == StreamKind::shadow) {
+            unpack_bits(view.values(stream), bits_per_point(stream, set, level), column);
+        } else {
+            const ByteView stored = bytes_of(view, stream);
+            std::copy(stored.begin(), stored.end(), column.begin());
+        }
+    }
 }
 
 } // namespace pbm

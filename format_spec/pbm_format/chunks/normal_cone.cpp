@@ -79,6 +79,18 @@ std::vector<std::int32_t> first_octant() {
 
 std::int32_t least_product(const NormalCone &cone) { return cone.cosine * 32767; }
 
+// Of one-sided normals with the axis, x 32,767 and rounded down; at most 32,767.
+std::int32_t least_cosine(std::uint16_t axis_index, std::span<const std::uint16_t> normals) {
+    const std::span<const IntegerNormal> table = integer_normal_table();
+    const IntegerNormal axis = table[axis_index];
+    std::int32_t least = 32767 * 32767;
+    for (const std::uint16_t normal : normals) {
+        const IntegerNormal &n = table[normal & kNormalIndexMask];
+        least = std::min(least, axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2]);
+    }
+    return least >= 0 ? least / 32767 : (least - 32766) / 32767;
+}
+
 } // namespace
 
 void mark_outside(const NormalCone &cone, OutsideCone &outside) {
@@ -114,34 +126,18 @@ NormalCone bound_normals(std::span<const std::uint16_t> normals) {
             sum[c] += n[c];
     }
     NormalCone cone;
-    cone.axis = quantise_normal(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2]));
-    const IntegerNormal &axis = integer_normal_table()[cone.axis];
-    std::int64_t least = std::int64_t{32767} * 32767;
-    for (const std::uint16_t stored : normals) {
-        const IntegerNormal &n = integer_normal_table()[stored & kNormalIndexMask];
-        least =
-            std::min(least, std::int64_t{axis[0]} * n[0] + std::int64_t{axis[1]} * n[1] + std::int64_t{axis[2]} * n[2]);
-    }
-    std::int64_t cosine = least / 32767;
-    if (cosine * 32767 > least)
-        --cosine;
+    cone.axis = quantise_normal(sum);
+    const std::int32_t cosine = least_cosine(cone.axis, normals);
     if (cosine <= kNoCone)
         return {};
-    cone.cosine = static_cast<std::int16_t>(std::min<std::int64_t>(cosine, 32767));
+    cone.cosine = static_cast<std::int16_t>(cosine);
     return cone;
 }
 
 Value needed_cosine(const NormalCone &cone, std::span<const std::uint16_t> normals) {
-    const std::span<const IntegerNormal> table = integer_normal_table();
-    const IntegerNormal axis = table[cone.axis];
-    std::int32_t least = 32767 * 32767;
-    for (const std::uint16_t normal : normals) {
-        if ((normal & kTwoSidedBit) != 0)
-            return "no cone: a point is two-sided";
-        const IntegerNormal &n = table[normal & kNormalIndexMask];
-        least = std::min(least, axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2]);
-    }
-    return least >= 0 ? least / 32767 : (least - 32766) / 32767;
+    if (std::any_of(normals.begin(), normals.end(), [](std::uint16_t normal) { return (normal & kTwoSidedBit) != 0; }))
+        return "no cone: a point is two-sided";
+    return least_cosine(cone.axis, normals);
 }
 
 } // namespace pbm

@@ -7,18 +7,6 @@
 
 namespace pbm {
 
-namespace {
-
-Status check_values(ByteView values, unsigned limit, std::uint64_t offset, Reason reason, const char *text,
-                    Wording wording) {
-    const std::uint8_t most = largest_value(values);
-    if (most >= limit)
-        return broken(wording, reason, offset, text, "below " + std::to_string(limit), most);
-    return {};
-}
-
-} // namespace
-
 Status check_masks(const MaskSummary &summary, std::uint32_t points, std::uint64_t offset, Wording wording) {
     if (summary.zero)
         return broken(wording, "4.2", offset, "zero child mask", "1..255", 0);
@@ -47,15 +35,18 @@ Status check_cone(std::span<const std::uint16_t> normals, const NormalCone &cone
     return {};
 }
 
-Status check_radii(ByteView radii, bool finest, std::uint64_t offset, Wording wording) {
-    return finest ? check_values(radii, kMaxFinestRadius + 1U, offset, "6.2.2",
-                                 "a radius is more than 5 % of the grid's edge", wording)
-                  : Status{};
-}
-
-Status check_materials(ByteView materials, std::size_t material_count, std::uint64_t offset, Wording wording) {
-    return check_values(materials, static_cast<unsigned>(material_count), offset, "6.4.1",
-                        "a material index names no material", wording);
+Status check_values(const StreamInfo &stream, ByteView values, const ChunkRules &rules, std::uint64_t offset) {
+    const auto check = [&](std::size_t limit, Reason reason, const char *text) -> Status {
+        const std::uint8_t largest = largest_value(values);
+        if (largest < limit)
+            return {};
+        return broken(rules.wording, reason, offset, text, "below " + std::to_string(limit), largest);
+    };
+    if (stream.kind == StreamKind::radius && rules.finest)
+        return check(kMaxFinestRadius + 1U, "6.2.2", "a radius is more than 5 % of the grid's edge");
+    if (stream.kind == StreamKind::material)
+        return check(rules.material_count, "6.4.1", "a material index names no material");
+    return {};
 }
 
 Status check_packed_tail(ByteView packed, std::uint32_t points, unsigned bits, std::uint64_t offset, Wording wording) {

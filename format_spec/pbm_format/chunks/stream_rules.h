@@ -8,6 +8,15 @@
 
 namespace pbm {
 
+// What the rules of a chunk need to know of its file.
+struct ChunkRules {
+    const AttributeSet &set;
+    std::size_t material_count;
+    int level;
+    bool finest;                     // level is the depth
+    Wording wording = Wording::full; // of errors; those of padding and bricks always say all
+};
+
 // `offset` is that of the chunk for masks, else of the stream, in the file.
 Status check_masks(const MaskSummary &summary, std::uint32_t points, std::uint64_t offset,
                    Wording wording = Wording::full);
@@ -15,9 +24,8 @@ Status check_masks(const MaskSummary &summary, std::uint32_t points, std::uint64
 Status check_normals(std::span<const std::uint16_t> normals, std::uint64_t offset, Wording wording = Wording::full);
 Status check_cone(std::span<const std::uint16_t> normals, const NormalCone &cone, OutsideCone &memory,
                   std::uint64_t offset, Wording wording = Wording::full);
-Status check_radii(ByteView radii, bool finest, std::uint64_t offset, Wording wording = Wording::full);
-Status check_materials(ByteView materials, std::size_t material_count, std::uint64_t offset,
-                       Wording wording = Wording::full);
+// The largest value that the stream may have; normals and the padding of lit fractions have rules of their own.
+Status check_values(const StreamInfo &stream, ByteView values, const ChunkRules &rules, std::uint64_t offset);
 // Of lit fractions, `bits` each: nothing behind the last.
 Status check_packed_tail(ByteView packed, std::uint32_t points, unsigned bits, std::uint64_t offset,
                          Wording wording = Wording::full);

@@ -44,11 +44,9 @@ ContentId content_id(const Model &model, std::span<const std::vector<ChunkShape>
         hash.add(model.levels[level].masks);
     }
     const PointAttributes &finest = model.levels.back().points;
-    hash.add({reinterpret_cast<const std::uint8_t *>(finest.normals.data()), 2 * finest.normals.size()});
-    for (const Bytes *stream : {&finest.radii, &finest.colours, &finest.materials, &finest.textures})
-        hash.add(*stream);
-    for (const Bytes &shadow : finest.shadows)
-        hash.add(shadow);
+    const PointView points = view_points(finest, 0, finest.size(), parameters.attributes);
+    for (const StreamInfo &stream : point_streams())
+        hash.add(bytes_of(points, stream));
     const ModelImages &images = model.images;
     if (!images.ground_texture.empty())
         add_raster(images.ground_texture, SectionType::ground_texture, 0, hash);

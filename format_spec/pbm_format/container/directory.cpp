@@ -9,8 +9,10 @@ namespace pbm {
 std::size_t chunk_entry_bytes(const AttributeSet &set) { return kChunkEntryFixedBytes + 4 * streams_of(set).size(); }
 
 std::uint64_t decoded_bytes(const LevelDirectory &directory, const AttributeSet &set) {
-    const int per_point = 3 + set.colour_bytes() + (set.material ? 1 : 0) + (set.texture ? 1 : 0) + set.lights;
-    return directory.nodes + directory.points * static_cast<std::uint64_t>(per_point);
+    std::uint64_t per_point = 0;
+    for (const StreamInfo &stream : streams_of(set))
+        per_point += bytes_per_point(stream, set);
+    return directory.nodes + directory.points * per_point;
 }
 
 namespace {

@@ -12,7 +12,6 @@
 #pragma once
 
 #include "pbm_format/container/content_id.h"
-#include "pbm_format/model/filter.h"
 #include "pbm_format/model/model.h"
 #include "system/bytes.h"
 #include "system/error.h"
@@ -45,17 +44,6 @@ inline constexpr std::uint64_t kMappedFeature = 1;            // required featur
 inline constexpr std::uint32_t kMappedChunksAlignment = 4096; // of their chunks sections: a page
 inline constexpr std::uint32_t kMappedStreamAlignment = 64;   // of their streams and brick sections: a cache line
 
-// Attributes of the root: the whole model as one point.
-struct RootRecord {
-    std::uint16_t normal = 0;
-    Rgb8 colour{};
-    std::uint8_t material = 0;
-    std::uint8_t radius = 0;
-    std::uint8_t texture = 0;
-    std::array<std::uint8_t, kMaxLights> shadow{};
-    bool operator==(const RootRecord &) const = default;
-};
-
 struct FileHeader {
     std::uint16_t major = kMajorVersion;
     std::uint16_t minor = kMinorVersion;
@@ -76,8 +64,10 @@ struct FileHeader {
     Storage storage() const { return (required_features & kMappedFeature) != 0 ? Storage::mapped : Storage::packed; }
 };
 
-// Proves rules 2.1 to 2.12: length, magic, hash, version, features, limits. Needs only the first 128 bytes.
-Result<FileHeader> decode_header(ByteView file);
+// Proves rules 2.1 to 2.12: length, magic, hash, version, features, limits. `start` holds the first 128 bytes of the
+// file, or all of one that is shorter.
+Result<FileHeader> decode_header(ByteView start, std::uint64_t file_size);
+inline Result<FileHeader> decode_header(ByteView file) { return decode_header(file, file.size()); }
 
 enum class SectionType : std::uint32_t {
     metadata = 1,
@@ -123,8 +113,9 @@ struct SectionEntry {
 };
 
 // Proves rules 3.1 and 3.2 (but for padding) for the table that `header` points at: hash, order, places, sizes, known
-// codecs, and that every section the model needs is there exactly once. Does not touch the sections themselves.
-Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const FileHeader &header);
+// codecs, and that every section the model needs is there exactly once. `start` holds the file up to the end of the
+// table, as far as the file goes.
+Result<std::vector<SectionEntry>> decode_section_table(ByteView start, const FileHeader &header);
 
 // The one section of this type and instance, or null.
 const SectionEntry *find_section(std::span<const SectionEntry> sections, SectionType type, std::uint32_t instance = 0);

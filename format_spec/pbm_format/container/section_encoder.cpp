@@ -21,12 +21,7 @@ Bytes encode_header(const FileHeader &header) {
     out.u64(header.raw_bytes);
     out.u64(header.content_id[0]);
     out.u64(header.content_id[1]);
-    out.u16(header.root.normal);
-    out.append(header.root.colour);
-    out.u8(header.root.material);
-    out.u8(header.root.radius);
-    out.u8(header.root.texture);
-    out.append(header.root.shadow);
+    out.append(header.root.bytes);
     out.u32(header.chunk_points);
     out.zeros(4);
     out.u64(header.table_hash);

@@ -60,7 +60,7 @@ Result<AttributeSet> decode_attributes(ByteView bytes, int depth) {
                       bytes.size());
     AttributeSet set;
     ByteReader in(bytes);
-    int previous = static_cast<int>(StreamKind::masks);
+    auto previous = kStreams.begin(); // masks
     std::size_t mandatory = 0;
     while (in.offset() < bytes.size()) {
         const std::size_t at = in.offset();
@@ -70,14 +70,18 @@ Result<AttributeSet> decode_attributes(ByteView bytes, int depth) {
         for (auto &level_bits : bits)
             level_bits = in.u8();
         in.zeros(3);
-        if (kind < static_cast<int>(StreamKind::normal) || kind > static_cast<int>(StreamKind::shadow))
-            return broken("3.5.2", at, "an attribute this program does not know", "1..6", kind);
+        const auto row = std::find_if(kStreams.begin() + 1, kStreams.end(),
+                                      [&](const StreamTraits &traits) { return traits.kind == StreamKind{kind}; });
+        if (row == kStreams.end())
+            return broken("3.5.2", at, "an attribute this program does not know",
+                          "1.." + std::to_string(kStreams.size() - 1), kind);
         const auto stream = StreamKind{kind};
         const bool shadow = stream == StreamKind::shadow;
         // Shadow streams are the last kind: nothing of a greater one can stand before them.
-        if (shadow ? light != set.lights || light >= kMaxLights : previous >= kind || light != 0)
+        if (shadow ? light != set.lights || light >= kMaxLights : previous >= row || light != 0)
             return broken("3.5.3", at, "attributes are not in order, or one is there twice",
-                          shadow ? "light " + std::to_string(set.lights) : "after " + std::to_string(previous),
+                          shadow ? "light " + std::to_string(set.lights)
+                                 : "after " + std::to_string(static_cast<int>(previous->kind)),
                           shadow ? "light " + std::to_string(light) : std::to_string(kind));
         if (stream == StreamKind::colour ? format < 1 || format > 2 : format != 0)
             return broken("3.5.4", at + 1, "an attribute format this program does not know",
@@ -90,14 +94,15 @@ Result<AttributeSet> decode_attributes(ByteView bytes, int depth) {
         }
         if (!in.reserved_clear())
             return broken("3.5.6", at, "reserved bytes are not zero", 0, in.reserved());
-        previous = kind;
-        switch (stream) {
-        case StreamKind::colour: set.colour = ColourFormat{format}; break;
-        case StreamKind::material: set.material = true; break;
-        case StreamKind::texture: set.texture = true; break;
-        case StreamKind::shadow: set.shadow_bits[static_cast<std::size_t>(set.lights++)] = bits; break;
-        default: ++mandatory; break;
-        }
+        previous = row;
+        if (shadow)
+            set.shadow_bits[static_cast<std::size_t>(set.lights++)] = bits;
+        else if (stream == StreamKind::colour)
+            set.colour = ColourFormat{format};
+        else if (row->flag != nullptr)
+            set.*row->flag = true;
+        else
+            ++mandatory;
     }
     if (mandatory != 2)
         return broken("3.5.7", 0, "normal or radius is missing");
@@ -280,24 +285,31 @@ Status check_parameters(const ModelParameters &parameters, std::span<const Secti
 }
 
 Status check_root(const RootRecord &root, const ModelParameters &parameters) {
+    constexpr std::uint64_t kAt = 88; // of the record in the file
     const AttributeSet &set = parameters.attributes;
-    if ((root.normal & ~(kNormalIndexMask | kTwoSidedBit)) != 0)
-        return broken("2.13", 88, "the root's normal has reserved bits", "below 16384", root.normal);
-    if (set.colour != ColourFormat::rgb888 &&
-        (set.colour == ColourFormat::none || expand_565(pack_565(root.colour)) != root.colour) && root.colour != Rgb8{})
-        return broken("2.14", 90, "the root's colour is not of the file's colour format",
-                      set.colour == ColourFormat::none ? text_of(Rgb8{}) : text_of(expand_565(pack_565(root.colour))),
-                      text_of(root.colour));
-    if (root.material >= parameters.materials.size())
-        return broken("2.15", 93, "the root's material does not exist",
-                      "below " + std::to_string(parameters.materials.size()), root.material);
-    if (!set.texture && root.texture != 0)
-        return broken("2.16", 95, "the root has a texture value, the file has none", 0, root.texture);
-    for (std::size_t light = 0; light < kMaxLights; ++light) {
-        const unsigned bits = static_cast<int>(light) < set.lights ? set.shadow_bits[light][0] : 0U;
-        if (root.shadow[light] >= 1U << bits)
-            return broken("2.17", 96 + light, "the root's lit fraction is out of range",
-                          "below " + std::to_string(1U << bits), root.shadow[light]);
+    if ((root.normal() & ~(kNormalIndexMask | kTwoSidedBit)) != 0)
+        return broken("2.13", kAt, "the root's normal has reserved bits", "below 16384", root.normal());
+    const Rgb8 colour = root.colour(), rounded = expand_565(pack_565(colour));
+    if (set.colour != ColourFormat::rgb888 && (set.colour == ColourFormat::none || rounded != colour) &&
+        colour != Rgb8{})
+        return broken("2.14", kAt + 2, "the root's colour is not of the file's colour format",
+                      text_of(set.colour == ColourFormat::none ? Rgb8{} : rounded), text_of(colour));
+    for (const StreamInfo &stream : point_streams()) {
+        const StreamTraits &traits = traits_of(stream.kind);
+        const bool material = stream.kind == StreamKind::material, present = bytes_per_point(stream, set) != 0;
+        const std::size_t limit = material  ? parameters.materials.size()
+                                  : present ? std::size_t{1} << std::min(bits_per_point(stream, set, 0), 8U)
+                                            : 1;
+        const std::uint8_t value = root.value(stream);
+        if (value < limit || stream.kind == StreamKind::colour)
+            continue;
+        const std::uint64_t at = kAt + traits.root_at + stream.light;
+        const std::string below = "below " + std::to_string(limit);
+        return material ? broken("2.15", at, "the root's material does not exist", below, value)
+               : stream.kind == StreamKind::shadow
+                   ? broken("2.17", at, "the root's lit fraction is out of range", below, value)
+                   : broken("2.16", at, "the root has a " + std::string(traits.value_name) + ", the file has none", 0,
+                            value);
     }
     return {};
 }

@@ -3,13 +3,14 @@
 #include "system/threads/parallel.h"
 
 #include <algorithm>
+#include <compare>
+#include <cstdlib>
+#include <initializer_list>
 #include <type_traits>
 
 namespace pbm {
 
 namespace {
-
-__extension__ using Uint128 = unsigned __int128;
 
 // Sums over the finest points below one node, of what nearly every model has. 2^32 votes of 2^30 fit into 63 bits.
 struct CommonSums {
@@ -23,31 +24,39 @@ struct CommonSums {
 
 // Of the rest.
 struct EverySum : CommonSums {
-    std::array<std::uint64_t, kMaxMaterials> materials{};
-    std::uint64_t texture = 0;
-    std::array<std::uint64_t, kMaxLights> lit{}; // lit fraction x 255
+    std::array<std::uint64_t, kMaxMaterials> materials{}; // votes
+    std::array<std::uint64_t, kMaxStreams> means{};       // of the streams that the model has, on the scale of 8 bits
 };
 
-// Lit fractions of 1, 2, 4 and 8 bits on one scale: 2^bits - 1 divides 255.
-std::uint32_t lit_scale(std::uint8_t bits) { return 255U / ((1U << bits) - 1U); }
+// Values of 1, 2, 4 and 8 bits on one scale: 2^bits - 1 divides 255.
+std::uint32_t scale_to_byte(unsigned bits) { return 255U / ((1U << bits) - 1U); }
 
 // Mean, halves up.
 std::uint64_t mean(std::uint64_t sum, std::uint64_t votes) { return (2 * sum + votes) / (2 * votes); }
 
-std::uint16_t quantise_sum(const std::array<std::int64_t, 3> &sum) {
-    return quantise_normal(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2]));
+// More than 64 bits, as two digits to the base of 2^48: 32-bit machines have no wider integers.
+struct Wide {
+    std::uint64_t high = 0, low = 0;
+    auto operator<=>(const Wide &) const = default;
+};
+
+// The sum of the squares of up to three numbers below 2^48.
+Wide sum_squares(std::initializer_list<std::uint64_t> numbers) {
+    Wide sum;
+    for (const std::uint64_t number : numbers) {
+        const std::uint64_t high = number >> 24, low = number & 0xFFFFFF, mixed = 2 * high * low;
+        sum.high += high * high + (mixed >> 24);
+        sum.low += ((mixed & 0xFFFFFF) << 24) + low * low;
+    }
+    return {sum.high + (sum.low >> 48), sum.low & 0xFFFFFFFFFFFF};
 }
 
 // BVG.md 7.3: thin walls, whose normals cancel, become two-sided points with the normal of their plane.
 std::uint16_t average_normal(const CommonSums &sums) {
-    Uint128 length_squared = 0;
-    for (const std::int64_t component : sums.normal) {
-        const auto magnitude = static_cast<std::uint64_t>(component < 0 ? -component : component);
-        length_squared += static_cast<Uint128>(magnitude) * magnitude;
-    }
-    const Uint128 full = static_cast<Uint128>(sums.votes) * 32767;
-    if (!sums.two_sided && 4 * length_squared >= full * full)
-        return quantise_sum(sums.normal);
+    // 2 x a component, which no sum of 2^32 normals makes larger than 2^48.
+    const auto twice = [&](std::size_t c) { return 2 * static_cast<std::uint64_t>(std::abs(sums.normal[c])); };
+    if (!sums.two_sided && sum_squares({twice(0), twice(1), twice(2)}) >= sum_squares({32767 * sums.votes}))
+        return quantise_normal(sums.normal);
     const auto &m = sums.moment;
     const std::array<std::array<std::int64_t, 3>, 3> columns{
         {{m[0], m[1], m[2]}, {m[1], m[3], m[4]}, {m[2], m[4], m[5]}}};
@@ -63,7 +72,7 @@ std::uint16_t average_normal(const CommonSums &sums) {
     if (along < 0)
         for (std::int64_t &component : normal)
             component = -component;
-    return quantise_sum(normal) | kTwoSidedBit;
+    return quantise_normal(normal) | kTwoSidedBit;
 }
 
 // Depth-first walk below some nodes of one level, with one cursor per level.
@@ -75,15 +84,17 @@ template <class Sums> class Averager {
         : model_(model), set_(model.parameters.attributes), depth_(static_cast<int>(model.levels.size()) - 1),
           cursors_(std::move(cursors)), finest_(model.levels.back().points), normals_(integer_normal_table().data()),
           linear_(linear_table().data()) {
-        for (std::size_t light = 0; light < kMaxLights; ++light)
-            if (static_cast<int>(light) < set_.lights)
-                finest_lit_scale_[light] = lit_scale(set_.shadow_bits[light][static_cast<std::size_t>(depth_)]);
+        for (const StreamInfo &stream : streams_of(set_))
+            if (traits_of(stream.kind).average == Average::mean)
+                means_.push_back({.stream = stream,
+                                  .finest = finest_.values(stream).data(),
+                                  .scale = scale_to_byte(bits_per_point(stream, set_, depth_))});
     }
 
     // Averages the next node of `level` and everything below it, down to the finest level, or to `last_level`, whose
     // sums by node index are in `finished`.
     void node(int level, const std::vector<Sums> *finished, int last_level, Sums &parent) {
-        const std::size_t index = cursors_[static_cast<std::size_t>(level)]++;
+        const auto index = static_cast<std::size_t>(cursors_[static_cast<std::size_t>(level)]++);
         Sums sums;
         if (level == last_level && finished != nullptr)
             sums = (*finished)[index];
@@ -95,7 +106,8 @@ template <class Sums> class Averager {
     // The sums of one node without storing them: its children are done.
     Sums below(int level) {
         Sums sums;
-        add_children(level, cursors_[static_cast<std::size_t>(level)]++, nullptr, depth_, sums);
+        add_children(level, static_cast<std::size_t>(cursors_[static_cast<std::size_t>(level)]++), nullptr, depth_,
+                     sums);
         return sums;
     }
 
@@ -106,7 +118,7 @@ template <class Sums> class Averager {
             std::uint64_t &cursor = cursors_[static_cast<std::size_t>(depth_)];
             sums.votes = static_cast<std::uint64_t>(count);
             for (const std::uint64_t end = cursor + sums.votes; cursor < end; ++cursor)
-                add_point(cursor, sums);
+                add_point(static_cast<std::size_t>(cursor), sums);
         } else {
             for (int left = count; left > 0; --left)
                 node(level + 1, finished, last_level, sums);
@@ -133,10 +145,8 @@ template <class Sums> class Averager {
         if constexpr (kEverything) {
             if (set_.material)
                 to.materials[finest_.materials[point]] += 1;
-            if (set_.texture)
-                to.texture += finest_.textures[point];
-            for (std::size_t light = 0; light < static_cast<std::size_t>(set_.lights); ++light)
-                to.lit[light] += finest_.shadows[light][point] * finest_lit_scale_[light];
+            for (std::size_t i = 0; i < means_.size(); ++i)
+                to.means[i] += means_[i].finest[point] * means_[i].scale;
         }
     }
 
@@ -173,13 +183,11 @@ template <class Sums> class Averager {
             for (std::size_t m = 0; m < kMaxMaterials; ++m)
                 parent.materials[m] += sums.materials[m];
         }
-        if (set_.texture)
-            points.textures[index] = static_cast<std::uint8_t>(mean(sums.texture, sums.votes));
-        parent.texture += sums.texture;
-        for (std::size_t light = 0; light < static_cast<std::size_t>(set_.lights); ++light) {
-            const std::uint64_t scale = lit_scale(set_.shadow_bits[light][static_cast<std::size_t>(level)]);
-            points.shadows[light][index] = static_cast<std::uint8_t>(mean(sums.lit[light], sums.votes * scale));
-            parent.lit[light] += sums.lit[light];
+        for (std::size_t i = 0; i < means_.size(); ++i) {
+            const StreamInfo &stream = means_[i].stream;
+            const std::uint64_t scale = scale_to_byte(bits_per_point(stream, set_, level));
+            points.values(stream)[index] = static_cast<std::uint8_t>(mean(sums.means[i], sums.votes * scale));
+            parent.means[i] += sums.means[i];
         }
     }
 
@@ -198,7 +206,12 @@ template <class Sums> class Averager {
     const PointAttributes &finest_;
     const IntegerNormal *normals_;
     const std::uint16_t *linear_;
-    std::array<std::uint32_t, kMaxLights> finest_lit_scale_{};
+    struct Mean {
+        StreamInfo stream;
+        const std::uint8_t *finest;
+        std::uint32_t scale; // of its values to 0..255
+    };
+    std::vector<Mean> means_;
     std::array<std::array<std::uint8_t, 256>, kMaxDepth + 1> covering_{};
 };
 
@@ -228,10 +241,15 @@ void average_levels(Model &model, int threads) {
         masks[level] = model.levels[level].masks;
     for (int level = 0; level < depth; ++level)
         model.levels[static_cast<std::size_t>(level)].points.resize(
-            level == 0 ? 1 : count_children(masks[static_cast<std::size_t>(level)]), model.parameters.attributes);
+            level == 0 ? 1 : static_cast<std::size_t>(count_children(masks[static_cast<std::size_t>(level)])),
+            model.parameters.attributes);
 
     const AttributeSet &set = model.parameters.attributes;
-    if (set.material || set.texture || set.lights > 0)
+    const StreamList streams = streams_of(set);
+    if (std::any_of(streams.begin(), streams.end(), [](const StreamInfo &stream) {
+            const Average average = traits_of(stream.kind).average;
+            return average == Average::vote || average == Average::mean;
+        }))
         average_masks<EverySum>(model, masks, threads);
     else
         average_masks<CommonSums>(model, masks, threads);

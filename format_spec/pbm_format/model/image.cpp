@@ -1,6 +1,6 @@
 #include "pbm_format/model/image.h"
 
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/point_values.h"
 
 #include <array>
 #include <bit>

@@ -3,7 +3,7 @@
 
 #include "pbm_format/model/image.h"
 #include "pbm_format/model/octree.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/streams.h"
 
 #include <array>
 #include <cstdint>

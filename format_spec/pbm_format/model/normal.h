@@ -35,5 +35,8 @@ std::span<const std::uint16_t> normals_of_cells();
 // Index of the table entry nearest in angle to (x, y, z); ties go to the lowest index. Zero gives index 0; else the
 // components are neither so large nor so small that their sums overflow or vanish.
 std::uint16_t quantise_normal(double x, double y, double z);
+inline std::uint16_t quantise_normal(const std::array<std::int64_t, 3> &v) {
+    return quantise_normal(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2]));
+}
 
 } // namespace pbm

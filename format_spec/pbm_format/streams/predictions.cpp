@@ -1,6 +1,7 @@
 #include "pbm_format/streams/predictions.h"
 
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/octree.h"
+#include "pbm_format/model/point_values.h"
 
 #include <algorithm>
 #include <cassert>

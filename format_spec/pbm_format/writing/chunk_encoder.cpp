@@ -7,33 +7,15 @@
 #include "system/threads/per_thread.h"
 
 #include <cassert>
-#include <cstring>
 
 namespace pbm {
 
-namespace {
-
-Bytes to_bytes(ByteView view) { return {view.begin(), view.end()}; }
-
-} // namespace
-
 Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &points) {
-    switch (context.stream.kind) {
-    case StreamKind::masks: return to_bytes(masks);
-    case StreamKind::normal: {
-        Bytes raw(points.normals.size_bytes());
-        std::memcpy(raw.data(), points.normals.data(), raw.size());
-        return raw;
-    }
-    case StreamKind::radius: return to_bytes(points.radii);
-    case StreamKind::colour: return to_bytes(points.colours);
-    case StreamKind::material: return to_bytes(points.materials);
-    case StreamKind::texture: return to_bytes(points.textures);
-    case StreamKind::shadow:
-        return pack_bits(points.shadows[context.stream.light],
-                         context.set.shadow_bits[context.stream.light][static_cast<std::size_t>(context.level)]);
-    }
-    return {};
+    const StreamInfo &stream = context.stream;
+    if (stream.kind == StreamKind::shadow)
+        return pack_bits(points.values(stream), bits_per_point(stream, context.set, context.level));
+    const ByteView bytes = stream.kind == StreamKind::masks ? masks : bytes_of(points, stream);
+    return {bytes.begin(), bytes.end()};
 }
 
 namespace {

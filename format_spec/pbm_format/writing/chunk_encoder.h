@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pbm_format/container/layout.h"
-#include "pbm_format/streams/stream_view.h"
+#include "pbm_format/model/streams.h"
 
 namespace pbm {
 

@@ -130,20 +130,13 @@ bool filter_colours_565(ByteView masks, ByteView points, ByteView parents, std::
         });
 }
 
-bool filter_materials(ByteView masks, ByteView points, ByteView parents, Bytes &codes) {
+// Streams of a byte per point: `code(to, from)` says how a point differs from its parent.
+template <class Code>
+bool filter_bytes(ByteView masks, ByteView points, ByteView parents, std::vector<Bytes> &planes, Code &&code) {
+    PlaneWriter codes(planes[0], count_siblings(masks));
     return for_siblings(
         masks, [&](std::size_t node, std::size_t point) { return points[point] == parents[node]; },
-        [&](std::size_t node, std::size_t point) {
-            codes.push_back(static_cast<std::uint8_t>(points[point] ^ parents[node]));
-        });
-}
-
-bool filter_textures(ByteView masks, ByteView points, ByteView parents, Bytes &codes) {
-    return for_siblings(
-        masks, [&](std::size_t node, std::size_t point) { return points[point] == parents[node]; },
-        [&](std::size_t node, std::size_t point) {
-            codes.push_back(static_cast<std::uint8_t>(zigzag(points[point] - parents[node], 8)));
-        });
+        [&](std::size_t node, std::size_t point) { codes.push(code(points[point], parents[node])); });
 }
 
 // Radii and lit fractions of only children are no copies of their parents': every point has a code.
@@ -161,6 +154,7 @@ std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, By
     const Filter filter = filter_of(context.stream, context.set);
     std::vector<Bytes> planes(plane_count(filter));
     bool possible = true;
+    const auto values = [&](const PointView &of) { return of.values(context.stream); };
     switch (filter) {
     case Filter::none:
     case Filter::texels: return std::nullopt;
@@ -169,32 +163,34 @@ std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, By
         rank_masks(masks, {.parent_masks = parents.masks, .node_normals = parents.nodes.normals}, planes[0]);
         break;
     case Filter::normal: possible = filter_normals(masks, points.normals, parents.nodes.normals, planes); break;
-    case Filter::colour565: possible = filter_colours_565(masks, points.colours, parents.nodes.colours, planes); break;
-    case Filter::colour888: possible = filter_colours_888(masks, points.colours, parents.nodes.colours, planes); break;
+    case Filter::colour565: possible = filter_colours_565(masks, values(points), values(parents.nodes), planes); break;
+    case Filter::colour888: possible = filter_colours_888(masks, values(points), values(parents.nodes), planes); break;
     case Filter::material:
-        possible = filter_materials(masks, points.materials, parents.nodes.materials, planes[0]);
+        possible = filter_bytes(masks, values(points), values(parents.nodes), planes,
+                                [](unsigned to, unsigned from) { return to ^ from; });
         break;
-    case Filter::texture: possible = filter_textures(masks, points.textures, parents.nodes.textures, planes[0]); break;
+    case Filter::texture:
+        possible = filter_bytes(masks, values(points), values(parents.nodes), planes,
+                                [](int to, int from) { return zigzag(to - from, 8); });
+        break;
     case Filter::radius: {
-        const auto &predictions = radius_predictions(context.level, context.finest);
-        planes[0].resize(points.radii.size());
-        for_children(masks,
-                     [from = parents.nodes.radii.data(), radii = points.radii.data(), prediction = predictions.data(),
-                      to = planes[0].data()](std::size_t node, std::size_t point) {
-                         to[point] = static_cast<std::uint8_t>(prediction[from[node]] - radii[point]);
-                     });
+        planes[0].resize(values(points).size());
+        for_children(masks, [from = values(parents.nodes).data(), radii = values(points).data(),
+                             prediction = radius_predictions(context.level, context.finest).data(),
+                             to = planes[0].data()](std::size_t node, std::size_t point) {
+            to[point] = static_cast<std::uint8_t>(prediction[from[node]] - radii[point]);
+        });
         break;
     }
     case Filter::shadow: {
-        const std::size_t light = context.stream.light;
-        const auto &bits = context.set.shadow_bits[light];
-        const unsigned here = bits[static_cast<std::size_t>(context.level)];
-        const auto predictions = shadow_predictions(bits[static_cast<std::size_t>(context.level - 1)], here);
+        const unsigned here = bits_per_point(context.stream, context.set, context.level);
+        const auto predictions =
+            shadow_predictions(bits_per_point(context.stream, context.set, context.level - 1), here);
         Bytes codes;
-        for_children(masks, [&](std::size_t node, std::size_t point) {
-            codes.push_back(static_cast<std::uint8_t>(
-                (points.shadows[light][point] - predictions[parents.nodes.shadows[light][node]]) & ((1 << here) - 1)));
-        });
+        for_children(
+            masks, [&, to = values(points), from = values(parents.nodes)](std::size_t node, std::size_t point) {
+                codes.push_back(static_cast<std::uint8_t>((to[point] - predictions[from[node]]) & ((1 << here) - 1)));
+            });
         planes[0] = pack_bits(codes, here);
         break;
     }

@@ -1,7 +1,7 @@
 // The encoder of the filters of streams; unfilter.h undoes them. BVG.md 5.8
 #pragma once
 
-#include "pbm_format/streams/stream_view.h"
+#include "pbm_format/model/streams.h"
 
 #include <optional>
 #include <vector>

@@ -22,18 +22,12 @@ namespace {
 // Sections in the order of the file, placed one after the other.
 class FileLayout {
   public:
-    void add(SectionType type, std::uint32_t instance, Codec codec, std::uint32_t element_bytes, std::uint64_t count,
-             std::uint64_t raw_bytes, Bytes stored, std::uint32_t alignment = kSectionAlignment) {
-        entries_.push_back({.type = type,
-                            .codec = codec,
-                            .flags = kCriticalFlag,
-                            .instance = instance,
-                            .element_bytes = element_bytes,
-                            .alignment = alignment,
-                            .stored_bytes = stored.size(),
-                            .raw_bytes = raw_bytes,
-                            .count = count,
-                            .hash = hash64(stored)});
+    // The fields of `entry` that follow from its bytes are filled.
+    void add(SectionEntry entry, Bytes stored) {
+        entry.flags = kCriticalFlag;
+        entry.stored_bytes = stored.size();
+        entry.hash = hash64(stored);
+        entries_.push_back(entry);
         stored_.push_back(std::move(stored));
     }
 
@@ -41,7 +35,13 @@ class FileLayout {
     void add_records(SectionType type, std::uint32_t instance, std::uint32_t record_bytes, Bytes stored,
                      std::uint32_t alignment = kSectionAlignment) {
         const std::uint64_t bytes = stored.size();
-        add(type, instance, Codec::raw, record_bytes, bytes / record_bytes, bytes, std::move(stored), alignment);
+        add({.type = type,
+             .instance = instance,
+             .element_bytes = record_bytes,
+             .alignment = alignment,
+             .raw_bytes = bytes,
+             .count = bytes / record_bytes},
+            std::move(stored));
     }
 
     // Header, table, sections; fills the fields of `header` that follow from the sections.
@@ -102,8 +102,11 @@ void add_raster(FileLayout &layout, SectionType type, std::uint32_t instance, co
     Bytes stored = encode_image(image, options.storage, options.compression_level, options.threads);
     const bool mapped = options.storage == Storage::mapped;
     const std::uint64_t raw_bytes = mapped ? stored.size() : image_directory_bytes(grid) + grid.texel_bytes();
-    layout.add(type, instance, mapped ? Codec::raw : Codec::zstd_chunks, 0, grid.tiles(), raw_bytes, std::move(stored),
-               mapped ? kMappedStreamAlignment : kSectionAlignment);
+    SectionEntry entry{
+        .type = type, .instance = instance, .element_bytes = 0, .raw_bytes = raw_bytes, .count = grid.tiles()};
+    entry.codec = mapped ? Codec::raw : Codec::zstd_chunks;
+    entry.alignment = mapped ? kMappedStreamAlignment : kSectionAlignment;
+    layout.add(entry, std::move(stored));
 }
 
 void add_rasters(FileLayout &layout, const ModelImages &images, const WriteOptions &options) {
@@ -188,15 +191,17 @@ void add_level(FileLayout &layout, const AttributeSet &set, int level, Storage s
     const auto instance = static_cast<std::uint32_t>(level);
     layout.add_records(SectionType::level_directory, instance, static_cast<std::uint32_t>(chunk_entry_bytes(set)),
                        encode_directory(directory, set));
+    SectionEntry entry{.type = SectionType::level_chunks, .instance = instance, .element_bytes = 0, .count = points};
     if (storage == Storage::packed) {
-        layout.add(SectionType::level_chunks, instance, Codec::zstd_chunks, 0, points, raw_bytes, std::move(stored));
-        return;
+        entry.codec = Codec::zstd_chunks;
+        entry.raw_bytes = raw_bytes;
+    } else {
+        layout.add_records(SectionType::level_bricks, instance, kBrickRecordBytes, std::move(bricks),
+                           kMappedStreamAlignment);
+        entry.alignment = kMappedChunksAlignment;
+        entry.raw_bytes = stored.size();
     }
-    layout.add_records(SectionType::level_bricks, instance, kBrickRecordBytes, std::move(bricks),
-                       kMappedStreamAlignment);
-    raw_bytes = stored.size();
-    layout.add(SectionType::level_chunks, instance, Codec::raw, 0, points, raw_bytes, std::move(stored),
-               kMappedChunksAlignment);
+    layout.add(entry, std::move(stored));
 }
 
 } // namespace

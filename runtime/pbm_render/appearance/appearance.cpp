@@ -4,6 +4,10 @@
 
 namespace pbm {
 
+std::optional<StreamInfo> palette_stream(const AttributeSet &set) {
+    return set.texture ? std::optional(StreamInfo{StreamKind::texture}) : std::nullopt;
+}
+
 Appearance::Appearance(const ModelParameters &parameters) : materials(parameters.materials), lights(parameters.lights) {
     if (lights.empty())
         lights = default_lights(parameters.grid.up);

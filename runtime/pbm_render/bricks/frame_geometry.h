@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pbm_format/model/normal.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/streams.h"
 #include "pbm_render/camera/normal_table.h"
 #include "pbm_render/camera/transform_table.h"
 

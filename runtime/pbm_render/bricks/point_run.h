@@ -24,7 +24,7 @@ struct PointRun {
 inline float lit_fraction(const PointRun &run, std::size_t i, std::size_t light, unsigned bits) {
     const std::size_t at = i * bits;
     const unsigned most = (1U << bits) - 1;
-    return static_cast<float>(run.chunk->packed_shadows[light][at / 8] >> (at % 8) & most) / static_cast<float>(most);
+    return static_cast<float>(run.chunk->shadows[light][at / 8] >> (at % 8) & most) / static_cast<float>(most);
 }
 
 } // namespace pbm

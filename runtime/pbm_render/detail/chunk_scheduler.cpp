@@ -94,7 +94,7 @@ std::size_t ChunkScheduler::find_next() const {
     if (full_)
         return queue_.size();
     const auto can_be_loaded = [&](const MissingChunk &chunk) {
-        return !cache_.is_settled(chunk.place) && cache_.has_parent(chunk.place);
+        return !cache_.is_settled(chunk.place) && cache_.has_parent(chunk.place) && loader_.has_bytes(chunk.place);
     };
     return static_cast<std::size_t>(
         std::find_if(queue_.begin() + static_cast<std::ptrdiff_t>(queue_start_), queue_.end(), can_be_loaded) -
@@ -107,11 +107,18 @@ std::optional<ChunkTask> ChunkScheduler::take_task() try {
     const std::size_t next = find_next();
     if (next == queue_.size())
         return std::nullopt;
-    std::optional<ChunkTask> task = cache_.begin_loading(queue_[next].place, loader_);
-    if (task)
+    const ChunkPlace place = queue_[next].place;
+    std::optional<ChunkBytes> bytes = loader_.bytes_of(place);
+    if (!bytes) // dropped by another thread meanwhile: the next view wants it again
+        return std::nullopt;
+    std::optional<ChunkTask> task = cache_.begin_loading(place, loader_);
+    if (task) {
+        task->bytes = std::move(*bytes);
+        loader_.drop_bytes(place);
         ++loading_;
-    else
+    } else {
         full_ = true;
+    }
     return task;
 } catch (const std::bad_alloc &) {
     full_ = true;

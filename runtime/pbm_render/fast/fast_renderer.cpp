@@ -26,7 +26,7 @@ int strip_rows(int width, int threads) {
 // The streams of a run's chunk, close together since every pixel reads them.
 struct StreamPointers {
     const std::uint16_t *normals;
-    const std::uint8_t *colours, *materials, *textures; // null: the model lacks them
+    const std::uint8_t *colours, *materials, *indices; // null: the model lacks them
 };
 
 // Memory of one thread.
@@ -86,11 +86,12 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     const FrameGeometry geometry(projection, target.width, target.height);
     frame.runs.set(runs);
     frame.runs.begin_view(geometry);
+    const std::optional<StreamInfo> indices = palette_stream(frame.parameters.attributes);
     frame.streams.clear();
     for (std::size_t i = 0; i < frame.runs.size(); ++i) {
         const ChunkView &chunk = *frame.runs[i].chunk;
-        frame.streams.push_back(
-            {chunk.normals.data(), chunk.colours.data(), chunk.materials.data(), chunk.textures.data()});
+        frame.streams.push_back({chunk.normals.data(), chunk.colours.data(), chunk.materials.data(),
+                                 indices ? chunk.values(*indices).data() : nullptr});
     }
     const SurroundingsView surroundings(frame.surroundings.get(), frame.appearance, projection, options);
     std::optional<PointShader> shader;
@@ -191,7 +192,7 @@ void FastRenderer::Frame::read_looks(const CoveredPixels &pixels, const PointSha
         const StreamPointers &from = streams[ids.run(id)];
         const std::size_t point = ids.point(id);
         const std::uint32_t packed =
-            from_texture ? shader.palette()[from.textures[point]] : pack_rgb(point_colour(from.colours, point, format));
+            from_texture ? shader.palette()[from.indices[point]] : pack_rgb(point_colour(from.colours, point, format));
         looks[i] = {.colour = packed,
                     .normal = from.normals[point],
                     .material = from.materials != nullptr ? std::uint16_t{from.materials[point]} : std::uint16_t{0}};

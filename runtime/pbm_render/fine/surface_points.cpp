@@ -5,7 +5,10 @@ namespace pbm {
 SurfacePoints::SurfacePoints(const ModelParameters &parameters, const Appearance &appearance,
                              const RenderOptions &options)
     : colour_(options.point_colours ? parameters.attributes.colour : ColourFormat::none),
-      from_texture_(options.texture && parameters.attributes.texture), has_phong_(appearance.materials.size() > 1),
+      indices_(options.texture && palette_stream(parameters.attributes)
+                   ? PointView::column(palette_stream(parameters.attributes)->kind)
+                   : nullptr),
+      has_phong_(appearance.materials.size() > 1),
       shadowed_(options.shadows
                     ? std::min(static_cast<std::size_t>(parameters.attributes.lights), appearance.lights.size())
                     : 0),

@@ -49,8 +49,8 @@ class SurfacePoints {
 
   private:
     Float4 colour_of(const PointRun &run, std::size_t i, std::size_t material) const {
-        if (from_texture_)
-            return palette_[run.chunk->textures[i]];
+        if (indices_ != nullptr)
+            return palette_[(run.chunk->*indices_)[i]];
         if (colour_ == ColourFormat::none)
             return material_colours_[material];
         const Rgb8 c = point_colour(run.chunk->colours, i, colour_);
@@ -58,7 +58,8 @@ class SurfacePoints {
     }
 
     ColourFormat colour_;
-    bool from_texture_, has_phong_;
+    ByteView PointView::*indices_; // of the palette; null where colours come from elsewhere
+    bool has_phong_;
     std::size_t shadowed_, last_material_;
     const std::array<std::array<std::uint8_t, kMaxDepth + 1>, kMaxLights> &shadow_bits_;
     std::array<float, 256> linear_;                        // of sRGB bytes

@@ -1,7 +1,7 @@
 // The picture while it is drawn: colour and z-buffer.
 #pragma once
 
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/point_values.h"
 
 #include <glm/vec2.hpp>
 

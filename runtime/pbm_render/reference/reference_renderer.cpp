@@ -101,7 +101,7 @@ void Walk::draw_octant(std::size_t octant, unsigned place, const std::vector<std
     const glm::dvec3 middle = glm::dvec3(grid_.origin[0], grid_.origin[1], grid_.origin[2]) + grid_.edge() / 2;
     lay_splats(middle + glm::dvec3(place & 1 ? half : -half, place & 2 ? half : -half, place & 4 ? half : -half), half);
     for (std::size_t level = 1; level < starts.size(); ++level)
-        cursor_[level] = starts[level][octant];
+        cursor_[level] = static_cast<std::size_t>(starts[level][octant]);
     const glm::vec4 centre = table_.centre + table_.child[1][place];
     if (level_ == 1)
         draw_odd_point(octant, centre);
@@ -231,7 +231,9 @@ class Shading {
     Shading(const Model &model, const PointShader &shader, int level)
         : set_(model.parameters.attributes), level_(level),
           points_(model.levels[static_cast<std::size_t>(level)].points), edge_(model.parameters.grid.edge()),
-          shader_(shader) {}
+          shader_(shader),
+          indices_(shader.colour_source() == ColourSource::texture ? points_.values(*palette_stream(set_)).data()
+                                                                   : nullptr) {}
 
     void resolve(Framebuffer &target) const;
 
@@ -245,6 +247,7 @@ class Shading {
     const PointAttributes &points_;
     const double edge_; // of the grid, model units
     const PointShader &shader_;
+    const std::uint8_t *const indices_; // of the palette; null where colours come from elsewhere
 };
 
 // Whether four pixels are all empty.
@@ -288,8 +291,8 @@ template <bool kSpecial>
 }
 
 std::uint32_t Shading::colour(std::size_t index) const {
-    if (shader_.colour_source() == ColourSource::texture)
-        return shader_.palette()[points_.textures[index]];
+    if (indices_ != nullptr)
+        return shader_.palette()[indices_[index]];
     return pack_rgb(point_colour(points_.colours, index, shader_.point_colours()));
 }
 

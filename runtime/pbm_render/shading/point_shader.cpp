@@ -19,7 +19,7 @@ constexpr float kMirroredAngle = 0.08F;
 constexpr float kFarAway = 0.7F;
 
 ColourSource choose_source(const AttributeSet &set, const RenderOptions &options) {
-    if (set.texture && options.texture)
+    if (palette_stream(set) && options.texture)
         return ColourSource::texture;
     if (!options.point_colours || set.colour == ColourFormat::none)
         return ColourSource::material;

@@ -8,6 +8,7 @@
 #endif
 
 #include "pbm_render/splats/facing_points.h"
+#include "system/simd/target_gaps.h"
 
 #include <array>
 #include <cstdint>
@@ -196,7 +197,7 @@ HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::ui
             const auto z =
                 hn::BitCast(du32, hn::IfThenElse(inside, depth, hn::Set(d32, std::numeric_limits<float>::infinity())));
             const auto draw = [&](auto value, double *to) {
-                hn::StoreU(hn::Min(hn::BitCast(d64, value), hn::LoadU(d64, to)), d64, to);
+                hn::StoreU(lesser_doubles(hn::BitCast(d64, value), hn::LoadU(d64, to)), d64, to);
             };
             draw(hn::InterleaveLower(du32, ids, z), pixels + i);
             draw(hn::InterleaveUpper(du32, ids, z), pixels + i + 2);

@@ -2,7 +2,7 @@
 #include "pbm_build/panorama/image_decoder.h"
 #include "pbm_build/panorama/panorama.h"
 #include "pbm_build/panorama/resample.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/point_values.h"
 
 #include <gtest/gtest.h>
 

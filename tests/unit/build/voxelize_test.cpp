@@ -99,7 +99,7 @@ TEST(Average, ColoursAreAveragedInLinearLight) {
 }
 
 TEST(Average, MaterialsGoByMajorityAndTheLargestRadiusWins) {
-    EXPECT_EQ(sums_of({{.radius = 7}, {.radius = 9}, {.radius = 1}}).radius, 9);
+    EXPECT_EQ(sums_of({{.rest = {.radius = 7}}, {.rest = {.radius = 9}}, {.rest = {.radius = 1}}}).radius, 9);
     EXPECT_EQ(majority({0, 0, 1, 0, 0, 2, 0, 0}), 5);
     EXPECT_EQ(majority({0, 0, 0, 1, 0, 0, 1, 0}), 3) << "a tie goes to the lowest index";
 }

@@ -62,12 +62,14 @@ Result<Bytes> exported(const Bytes &file, PlyFormat format, StreamOptions option
     Bytes bytes;
     const auto append = [&](const auto &more) { bytes.insert(bytes.end(), more.begin(), more.end()); };
     append(ply->header());
-    Status status = stream_points(
-        *reader, options, ply->row_bytes(), [&](const PointBlock &block) { return ply->rows(block); },
-        [&](ByteView rows) {
-            append(rows);
-            return Status();
-        });
+    Status status = stream_points(*reader, options,
+                                  {.row_bytes = ply->row_bytes(),
+                                   .encode = [&](const PointBlock &block) { return ply->rows(block); },
+                                   .write =
+                                       [&](ByteView rows) {
+                                           append(rows);
+                                           return Status();
+                                       }});
     if (!status)
         return status.error();
     append(ply->materials());

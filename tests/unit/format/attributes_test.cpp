@@ -1,5 +1,5 @@
 #include "pbm_format/model/normal.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/point_values.h"
 
 #include "unit/support/test_models.h"
 

@@ -117,8 +117,7 @@ FileHeader some_header() {
     header.point_count = 0x5152535455565758;
     header.raw_bytes = 0x6162636465666768;
     header.content_id = {0x7172737475767778, 0x8182838485868788};
-    header.root = {.normal = 0x9192, .colour = {0x93, 0x94, 0x95}, .material = 0x96, .radius = 0x97, .texture = 0x98};
-    header.root.shadow = {1, 2, 3, 4, 5, 6, 7, 8};
+    header.root = {{0x92, 0x91, 0x93, 0x94, 0x95, 0x96, 0x97, 0x98, 1, 2, 3, 4, 5, 6, 7, 8}};
     header.chunk_points = 0xA1A2A3A4;
     header.table_hash = 0xB1B2B3B4B5B6B7B8;
     return header;
@@ -152,9 +151,11 @@ TEST(ByteTables, OfTheHeaderAreTheCode) {
                   integer("XXH3-64 of the section table", header.table_hash, 8),
                   integer("XXH3-64 of bytes 0..119", hash64(ByteView(bytes).first(120)), 8)});
     expect_table(root_table, bytes,
-                 {integer("normal", header.root.normal, 2), colour("colour R, G, B", header.root.colour),
-                  integer("material", header.root.material, 1), integer("splat radius", header.root.radius, 1),
-                  integer("texture value", header.root.texture, 1), reals("lit fraction", header.root.shadow)});
+                 {integer("normal", header.root.normal(), 2), colour("colour R, G, B", header.root.colour()),
+                  integer("material", header.root.value({StreamKind::material}), 1),
+                  integer("splat radius", header.root.value({StreamKind::radius}), 1),
+                  integer("texture value", header.root.value({StreamKind::texture}), 1),
+                  reals("lit fraction", std::array<std::uint8_t, kMaxLights>{1, 2, 3, 4, 5, 6, 7, 8})});
 }
 
 TEST(ByteTables, OfASectionEntryIsTheCode) {

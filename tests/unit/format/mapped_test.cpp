@@ -76,7 +76,7 @@ TEST(MappedStorage, StreamsLieAlignedInTheFileAndChunksOnPages) {
         EXPECT_EQ(place(view.bricks), reader.section(SectionType::level_bricks, instance)->offset);
         for (const std::ptrdiff_t at :
              {place(view.masks), place(view.normals), place(view.radii), place(view.colours), place(view.materials),
-              place(view.textures), place(view.packed_shadows[1]), place(view.bricks)})
+              place(view.textures), place(view.shadows[1]), place(view.bricks)})
             EXPECT_EQ(at % 64, 0);
     }
 }
@@ -100,7 +100,7 @@ TEST(MappedStorage, ViewsShowWhatChunksOfAPackedFileHold) {
         EXPECT_TRUE(std::ranges::equal(view.colours, expected.colours));
         EXPECT_TRUE(std::ranges::equal(view.materials, expected.materials));
         EXPECT_TRUE(std::ranges::equal(view.textures, expected.textures));
-        EXPECT_TRUE(std::ranges::equal(view.packed_shadows[0], pack_bits(expected.shadows[0], 1)));
+        EXPECT_TRUE(std::ranges::equal(view.shadows[0], pack_bits(expected.shadows[0], 1)));
         EXPECT_EQ(view.bricks.size(), entry.shape.bricks);
     }
 }

@@ -68,7 +68,7 @@ class ChosenModel {
         std::vector<LevelState> levels(1);
         for (int level = 1; level <= depth(); ++level)
             levels.push_back({.directory = &directory(level), .chunks = states(level)});
-        return select_detail(grid(), reader_.header().root.radius, levels, view);
+        return select_detail(grid(), reader_.header().root.value({StreamKind::radius}), levels, view);
     }
 
     // How many runs show each finest point.

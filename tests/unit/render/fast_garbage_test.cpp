@@ -36,7 +36,7 @@ class CopiedLevel {
             for (ByteView *stream :
                  {&copy.view.masks, &copy.view.radii, &copy.view.colours, &copy.view.materials, &copy.view.textures})
                 *stream = keep(*stream);
-            for (ByteView &shadow : copy.view.packed_shadows)
+            for (ByteView &shadow : copy.view.shadows)
                 shadow = keep(shadow);
             runs.push_back(run);
             runs.back().chunk = &copy.view;

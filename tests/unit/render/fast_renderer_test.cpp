@@ -125,8 +125,7 @@ TEST(FastRenderer, ShowsWhatTheReferenceShowsAsEllipses) {
 TEST(FastRenderer, ShowsEveryLevelAsTheReferenceDoes) {
     for (int level = 1; level <= 6; ++level)
         for (const double pixels : {5.0, 30.0}) {
-            const Difference d =
-                difference(ball(), camera_at_ball(level, pixels, kHeight), kWidth, kHeight, {}, level);
+            const Difference d = difference(ball(), camera_at_ball(level, pixels, kHeight), kWidth, kHeight, {}, level);
             const std::string what = "level " + std::to_string(level) + ": " + text(d);
             // Splats of a ball a few voxels wide cross each other steeply, so that rounding says which one shows.
             const bool steep = level <= 2;

@@ -68,8 +68,8 @@ void expect_same_view(const ChunkView &a, const ChunkView &b) {
     EXPECT_TRUE(same(a.materials, b.materials));
     EXPECT_TRUE(same(a.textures, b.textures));
     EXPECT_TRUE(same(a.bricks, b.bricks));
-    for (std::size_t light = 0; light < a.packed_shadows.size(); ++light)
-        EXPECT_TRUE(same(a.packed_shadows[light], b.packed_shadows[light])) << light;
+    for (std::size_t light = 0; light < a.shadows.size(); ++light)
+        EXPECT_TRUE(same(a.shadows[light], b.shadows[light])) << light;
 }
 
 void expect_same_runs(const Detail &a, const Detail &b) {
@@ -122,7 +122,7 @@ TEST(StreamedModel, HoldsWhatTheModelHolds) {
             ASSERT_EQ(run.chunk->normals[i], points.normals[first + i]);
             ASSERT_EQ(run.chunk->radii[i], points.radii[first + i]);
             ASSERT_EQ(run.chunk->textures[i], points.textures[first + i]);
-            ASSERT_EQ(run.chunk->packed_shadows[0][i / 8] >> i % 8 & 1, points.shadows[0][first + i]);
+            ASSERT_EQ(run.chunk->shadows[0][i / 8] >> i % 8 & 1, points.shadows[0][first + i]);
         }
     }
 }

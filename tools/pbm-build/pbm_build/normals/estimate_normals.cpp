@@ -50,11 +50,7 @@ void keep_only(std::vector<T> &values, std::size_t first, const DistinctPoints &
 
 void drop_points(Surface &surface, const DistinctPoints &points, const Bytes &drop) {
     const std::size_t first = surface.first_point();
-    keep_only(surface.normals, first, points, drop);
-    keep_only(surface.colours, first, points, drop);
-    keep_only(surface.radii, first, points, drop);
-    keep_only(surface.two_sided, first, points, drop);
-    keep_only(surface.material_ids, first, points, drop);
+    for_vertex_attributes([&](auto &values) { keep_only(values, first, points, drop); }, surface);
     keep_only(surface.positions, first, points, drop);
     if (!surface.triangles.empty())
         surface.points_beside_triangles = surface.positions.size() - first;

@@ -1,7 +1,7 @@
 #include "pbm_build/panorama/default_panorama.h"
 
 #include "pbm_build/texture/noise.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/point_values.h"
 #include "system/threads/parallel.h"
 
 #include <glm/geometric.hpp>

@@ -1,6 +1,6 @@
 #include "pbm_build/panorama/resample.h"
 
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/point_values.h"
 
 #include <algorithm>
 #include <cassert>

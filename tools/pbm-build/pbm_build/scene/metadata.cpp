@@ -6,9 +6,8 @@
 
 namespace pbm::build {
 
-Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, const Placement &placement,
-                                  const PointRequest &points, ColourFormat colour, const Coding &coding,
-                                  bool flip_faces, std::span<const GivenOption> scene) {
+Result<std::string> make_metadata(const BuildRecord &record) {
+    const auto &[credits, grid, placement, points, colour, coding, flip_faces, scene] = record;
     nlohmann::ordered_json metadata;
     metadata["generator"] = std::string("pbm-build ") + PBM_VERSION;
     const auto add = [&](const char *key, const std::string &text) {

@@ -26,12 +26,21 @@ struct Coding {
     int compression_level = 0; // of packed files
 };
 
-// JSON object. `coding` and `colour` as they were used; of `grid` and `placement` only what was asked for;
-// `scene` as it is.
+// The options of a build that its metadata name: of `grid` and `placement` those that were given.
+struct BuildRecord {
+    const Credits &credits;
+    const GridRequest &grid;
+    const Placement &placement;
+    PointRequest points;
+    ColourFormat colour; // as it was used
+    Coding coding;       // as it was used
+    bool flip_faces;
+    std::span<const GivenOption> scene;
+};
+
+// JSON object.
 //
 // errors  usage  not UTF-8, or longer than 4 KB
-Result<std::string> make_metadata(const Credits &credits, const GridRequest &grid, const Placement &placement,
-                                  const PointRequest &points, ColourFormat colour, const Coding &coding,
-                                  bool flip_faces, std::span<const GivenOption> scene);
+Result<std::string> make_metadata(const BuildRecord &record);
 
 } // namespace pbm::build

@@ -1,7 +1,7 @@
 // Options that say several things at once: "spot,from=-1,2,1.5,intensity=0.8".
 #pragma once
 
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/point_values.h"
 #include "system/error.h"
 
 #include <array>

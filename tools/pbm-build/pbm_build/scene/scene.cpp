@@ -239,9 +239,10 @@ void choose_shadow_bits(const SceneRequest &request, const Scene &scene, int dep
     }
 }
 
-void bake_shadows(const SceneRequest &request, const Scene &scene, const Grid &grid, const AttributeSet &set,
-                  Surface surface, Voxels &voxels, ModelImages &images, int threads,
-                  const std::function<void(double)> &progress) {
+void bake_shadows(const SceneRequest &request, const Scene &scene, Surface surface, Voxels &voxels, Model &model,
+                  int threads, const std::function<void(double)> &progress) {
+    const Grid &grid = model.parameters.grid;
+    const AttributeSet &set = model.parameters.attributes;
     const std::optional<TriangleTree> triangles = triangles_for_rays(request, scene, surface, grid, threads);
     surface = {};
     const ShadowCasters casters(
@@ -265,19 +266,20 @@ void bake_shadows(const SceneRequest &request, const Scene &scene, const Grid &g
             continue;
         options.maps = ground_maps(request, scene, light, options.maps);
         options.progress = [&](double done) { part((1 + done) / 2); };
-        images.ground_lit.push_back(
+        model.images.ground_lit.push_back(
             bake_ground(casters, scene.lights[light], *scene.ground, request.ground->texels, options));
     }
 }
 
-void evaluate_solid_texture(const SceneRequest &request, const Scene &scene, const Grid &grid, Voxels &voxels,
-                            ModelImages &images, int threads) {
+void evaluate_solid_texture(const SceneRequest &request, const Scene &scene, Voxels &voxels, Model &model,
+                            int threads) {
+    const Grid &grid = model.parameters.grid;
     if (!scene.texture.empty()) {
         voxels.points.textures.resize(voxels.codes.size());
         evaluate_texture(scene.texture.front(), grid, voxels.codes, voxels.points.textures, threads);
     }
     if (scene.ground && scene.ground->texture)
-        images.ground_texture =
+        model.images.ground_texture =
             evaluate_ground_texture(*scene.ground->texture, grid, *scene.ground, request.ground->texels, threads);
 }
 

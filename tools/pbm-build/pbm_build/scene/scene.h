@@ -81,16 +81,15 @@ Result<Scene> place_scene(const SceneRequest &request, const Grid &grid, std::sp
 // Streams for lit fractions: fills the lights of `set`. Coarser levels have more bits: they hold fractions.
 void choose_shadow_bits(const SceneRequest &request, const Scene &scene, int depth, AttributeSet &set);
 
-// Lit fractions of the finest points and of the ground plane, all lights with a stream. What is `surface` is let go as
+// Lit fractions of the finest points and of the ground plane of `model`, whose grid and attributes are known, for all
+// lights with a stream. What is `surface` is let go as
 // soon as it may be: the triangles of one that has no points of its own stop rays to the lights, unless shadow maps are
 // asked for; else voxels are all that casts shadows.
-void bake_shadows(const SceneRequest &request, const Scene &scene, const Grid &grid, const AttributeSet &set,
-                  Surface surface, Voxels &voxels, ModelImages &images, int threads,
-                  const std::function<void(double)> &progress);
+void bake_shadows(const SceneRequest &request, const Scene &scene, Surface surface, Voxels &voxels, Model &model,
+                  int threads, const std::function<void(double)> &progress);
 
-// Texture values of the finest points and of the ground plane.
-void evaluate_solid_texture(const SceneRequest &request, const Scene &scene, const Grid &grid, Voxels &voxels,
-                            ModelImages &images, int threads);
+// Texture values of the finest points and of the ground plane of `model`, whose grid is known.
+void evaluate_solid_texture(const SceneRequest &request, const Scene &scene, Voxels &voxels, Model &model, int threads);
 
 // errors  as read_panorama
 Result<Image> make_panorama(const PanoramaRequest &request, int threads, BuildStatistics &statistics);

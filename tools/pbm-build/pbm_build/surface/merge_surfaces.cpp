@@ -1,7 +1,7 @@
 #include "pbm_build/surface/merge_surfaces.h"
 
 #include "pbm_build/surface/vertex_normals.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/streams.h"
 
 #include <algorithm>
 #include <limits>
@@ -14,20 +14,18 @@ auto key(const SurfaceMaterial &m) { return std::tie(m.ka, m.kd, m.ks, m.power, 
 bool operator<(const SurfaceMaterial &a, const SurfaceMaterial &b) { return key(a) < key(b); }
 bool operator==(const SurfaceMaterial &a, const SurfaceMaterial &b) { return key(a) == key(b); }
 
-// Which attributes the merged surface has.
-struct Has {
-    bool normals = false, colours = false, radii = false, two_sided = false, materials = false;
-};
-
-Has attributes_of(const std::vector<Surface> &surfaces) {
-    Has has;
+// What the merged surface has: one entry in each array that is not empty in all of `surfaces`.
+Surface attributes_of(const std::vector<Surface> &surfaces) {
+    Surface has;
+    const auto note = [](auto &to, const auto &values) {
+        if (!values.empty())
+            to.resize(1);
+    };
     for (const Surface &surface : surfaces) {
-        has.normals |= !surface.normals.empty();
-        has.colours |= !surface.colours.empty();
-        has.radii |= !surface.radii.empty();
-        has.two_sided |= !surface.two_sided.empty();
-        has.materials |= !surface.materials.empty();
+        for_vertex_attributes(note, has, surface);
+        note(has.materials, surface.materials);
     }
+    has.material_ids.resize(1); // `adapt` gives them to all
     return has;
 }
 
@@ -51,19 +49,19 @@ void turn_faces(Surface &surface) {
 }
 
 // Gives `surface` what the others have: arrays of the same kinds, and materials numbered as in `materials`.
-void adapt(Surface &surface, const Has &has, const std::vector<SurfaceMaterial> &materials) {
+void adapt(Surface &surface, const Surface &has, const std::vector<SurfaceMaterial> &materials) {
     using Fate = AttributeReport::Fate;
     const std::size_t count = surface.positions.size();
     const std::vector<SurfaceMaterial> own = materials_of(surface);
     if (surface.material_ids.empty())
         surface.material_ids.assign(count, 0);
-    if (has.colours && surface.colours.empty()) {
+    if (!has.colours.empty() && surface.colours.empty()) {
         surface.colours.reserve(count);
         for (const std::uint8_t id : surface.material_ids)
             surface.colours.push_back(own[id].colour);
         surface.report.push_back({"colours", Fate::converted, "it has none: those of its materials", surface.name});
     }
-    if (has.materials && surface.materials.empty())
+    if (!has.materials.empty() && surface.materials.empty())
         surface.report.push_back({"materials", Fate::converted, "it has none: the default one", surface.name});
     std::vector<std::uint8_t> new_id;
     new_id.reserve(own.size());
@@ -73,12 +71,8 @@ void adapt(Surface &surface, const Has &has, const std::vector<SurfaceMaterial> 
             materials.begin()));
     for (std::uint8_t &id : surface.material_ids)
         id = new_id[id];
-    if (has.normals)
-        surface.normals.resize(count, glm::vec3(0.0F));
-    if (has.radii)
-        surface.radii.resize(count, 0.0F);
-    if (has.two_sided)
-        surface.two_sided.resize(count, 0);
+    for_vertex_attributes([&](auto &values, const auto &any) { values.resize(any.empty() ? 0 : count, {}); }, surface,
+                          has);
 }
 
 template <class T> void append(std::vector<T> &to, std::vector<T> &from) {
@@ -92,22 +86,15 @@ void append(Surface &to, Surface &from) {
         to.triangles.push_back(t + first);
     std::vector<glm::uvec3>().swap(from.triangles);
     append(to.positions, from.positions);
-    append(to.normals, from.normals);
-    append(to.colours, from.colours);
-    append(to.radii, from.radii);
-    append(to.material_ids, from.material_ids);
-    append(to.two_sided, from.two_sided);
+    for_vertex_attributes([](auto &all, auto &part) { append(all, part); }, to, from);
 }
 
 // Memory is touched only as it is filled, while the parts give theirs back.
-void reserve(Surface &surface, std::size_t vertices, std::size_t triangles, const Has &has) {
+void reserve(Surface &surface, std::size_t vertices, std::size_t triangles, const Surface &has) {
     surface.triangles.reserve(triangles);
     surface.positions.reserve(vertices);
-    surface.material_ids.reserve(vertices);
-    surface.normals.reserve(has.normals ? vertices : 0);
-    surface.colours.reserve(has.colours ? vertices : 0);
-    surface.radii.reserve(has.radii ? vertices : 0);
-    surface.two_sided.reserve(has.two_sided ? vertices : 0);
+    for_vertex_attributes([&](auto &values, const auto &any) { values.reserve(any.empty() ? 0 : vertices); }, surface,
+                          has);
 }
 
 } // namespace
@@ -123,7 +110,7 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
     if (vertices >= std::numeric_limits<std::uint32_t>::max())
         return Error{ErrorCode::too_large, 0,
                      std::to_string(vertices) + " vertices in all, the limit is 2^32 - 2: merge fewer scans"};
-    const Has has = attributes_of(surfaces);
+    const Surface has = attributes_of(surfaces);
     Surface merged;
     merged.materials = all_materials(surfaces);
     if (merged.materials.size() > kMaxMaterials)
@@ -144,7 +131,7 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
         merged.points_beside_triangles = vertices - merged.positions.size();
     for (Surface &surface : surfaces)
         append(merged, surface); // what is left are points
-    if (!has.materials)
+    if (has.materials.empty())
         merged.materials.clear();
     if (merged.materials.size() <= 1)
         merged.material_ids = {};

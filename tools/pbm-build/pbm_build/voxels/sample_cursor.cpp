@@ -41,7 +41,7 @@ template <class Corner> std::array<const Corner *, 3> in_order(const std::array<
     sort_three(order, [](const Corner *one, const Corner *two) {
         if (one->at != two->at)
             return before(one->at, two->at);
-        const auto rest = [](const Sample &s) { return std::tie(s.normal, s.colour, s.material); };
+        const auto rest = [](const Sample &s) { return std::tie(s.normal, s.colour, s.rest.material); };
         return rest(one->attributes) < rest(two->attributes);
     });
     return order;
@@ -62,14 +62,13 @@ void SampleCursor::load(std::uint32_t source) {
     triangle_.flat = {static_cast<double>(flat[0]), static_cast<double>(flat[1]), static_cast<double>(flat[2])};
     triangle_.is_flat = false;
     triangle_.has_colour = !sampler_.surface_.colours.empty();
-    rest_ = {.material = order[0]->attributes.material, .radius = 0, .two_sided = false};
+    rest_ = order[0]->attributes.rest;
     for (std::size_t c = 0; c < 3; ++c) {
         const Sample &attributes = order[c]->attributes;
         // Across a crease samples keep the triangle's own.
         triangle_.is_flat |= is_zero(attributes.normal) || (!sliver && across_crease(flat, attributes.normal));
-        rest_.radius = std::max(rest_.radius, attributes.radius);
-        rest_.two_sided |= attributes.two_sided;
-        materials_[c] = attributes.material;
+        rest_.add_corner(attributes.rest);
+        materials_[c] = attributes.rest.material;
         for (std::size_t k = 0; k < 3; ++k) {
             triangle_.normals[k][c] = attributes.normal[k];
             triangle_.colours[k][c] = attributes.colour[k];
@@ -87,7 +86,7 @@ void SampleCursor::take_point(std::uint32_t source, std::size_t row, SampleRows 
         rows.mixed.colours[k][row] = sample.colour[k];
     }
     rows.mixed.normals.is_rounded[row] = 1;
-    rows.rest[row] = {sample.material, sample.radius, sample.two_sided};
+    rows.rest[row] = sample.rest;
 }
 
 void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end,

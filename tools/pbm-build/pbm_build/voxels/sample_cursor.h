@@ -10,12 +10,8 @@ namespace pbm::build {
 
 // Samples of some hits, and what is the same for all of a source.
 struct SampleRows {
-    struct Rest {
-        std::uint8_t material, radius;
-        bool two_sided;
-    };
     MixedRows mixed;
-    std::array<Rest, MixedRows::kRows> rest{};
+    std::array<Sample::Rest, MixedRows::kRows> rest{};
 };
 
 // Samples of hits, one after the other, fastest where hits of one source are neighbours. For one thread.
@@ -38,7 +34,7 @@ class SampleCursor {
     std::uint64_t source_ = kMaxSources; // of the triangle; none
     TriangleMix triangle_;
     std::array<std::uint8_t, 3> materials_{}; // of its corners
-    SampleRows::Rest rest_{};
+    Sample::Rest rest_;
     bool mixed_materials_ = false;
 };
 

@@ -57,11 +57,11 @@ SurfaceSampler::Corner SurfaceSampler::corner(std::size_t vertex) const {
         for (std::size_t channel = 0; channel < 3; ++channel)
             c.attributes.colour[channel] = linear_table()[surface_.colours[vertex][channel]];
     if (!surface_.material_ids.empty())
-        c.attributes.material = surface_.material_ids[vertex];
+        c.attributes.rest.material = surface_.material_ids[vertex];
     if (!radii_.empty())
-        c.attributes.radius = radii_[vertex];
+        c.attributes.rest.radius = radii_[vertex];
     if (!surface_.two_sided.empty())
-        c.attributes.two_sided = surface_.two_sided[vertex] != 0;
+        c.attributes.rest.two_sided = surface_.two_sided[vertex] != 0;
     return c;
 }
 

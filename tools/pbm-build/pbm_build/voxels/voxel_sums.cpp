@@ -1,14 +1,6 @@
 #include "pbm_build/voxels/voxel_sums.h"
 
 namespace pbm::build {
-namespace {
-
-std::uint16_t quantise(const std::array<std::int64_t, 3> &v) {
-    return quantise_normal(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2]));
-}
-
-} // namespace
-
 bool VoxelSums::is_thin() const {
     const double x = static_cast<double>(normal[0]), y = static_cast<double>(normal[1]),
                  z = static_cast<double>(normal[2]);
@@ -27,7 +19,7 @@ std::uint16_t mean_normal(const VoxelSums &sums) {
     if (sums.votes == 0)
         return kNoNormal;
     const bool two_sided = 2 * std::uint64_t{sums.two_sided} >= sums.votes;
-    return static_cast<std::uint16_t>(quantise(sums.normal) | (two_sided ? kTwoSidedBit : 0));
+    return static_cast<std::uint16_t>(quantise_normal(sums.normal) | (two_sided ? kTwoSidedBit : 0));
 }
 
 std::uint16_t plane_normal(const PlaneSums &plane) {
@@ -35,7 +27,7 @@ std::uint16_t plane_normal(const PlaneSums &plane) {
     for (std::size_t k = 1; k < 3; ++k)
         if (plane.columns[k][k] > plane.columns[longest][longest])
             longest = k;
-    return quantise(plane.columns[longest]) | kTwoSidedBit;
+    return quantise_normal(plane.columns[longest]) | kTwoSidedBit;
 }
 
 } // namespace pbm::build

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pbm_build/voxels/sample.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/streams.h"
 
 #include <algorithm>
 #include <array>
@@ -23,9 +23,9 @@ struct VoxelSums {
     std::uint8_t radius = 0;     // the largest
 
     void add(const Sample &sample) {
-        add_normal({sample.normal[0], sample.normal[1], sample.normal[2]}, sample.two_sided);
+        add_normal({sample.normal[0], sample.normal[1], sample.normal[2]}, sample.rest.two_sided);
         add_colour({sample.colour[0], sample.colour[1], sample.colour[2]});
-        add_radius(sample.radius);
+        add_rest(sample.rest);
     }
     void add_normal(const std::array<std::int32_t, 3> &n, bool is_two_sided) {
         const std::uint32_t vote = (n[0] | n[1] | n[2]) == 0 ? 0 : 1;
@@ -39,12 +39,14 @@ struct VoxelSums {
         for (std::size_t channel = 0; channel < 3; ++channel)
             colour[channel] += static_cast<std::uint64_t>(linear[channel]);
     }
-    void add_radius(std::uint8_t index) { radius = std::max(radius, index); }
+    void add_rest(const Sample::Rest &rest) { radius = std::max(radius, rest.radius); }
 
     // Normals cancel to less than half the votes: a thin wall, whose normal is that of its plane.
     bool is_thin() const;
 
     Rgb8 mean_colour() const; // taken in linear light
+    // What the voxel has of the attributes that are neither normal, colour nor material.
+    void store_rest(PointAttributes &points, std::size_t point) const { points.radii[point] = radius; }
 };
 
 // The plane that opposite normals share, of thin voxels only: all are turned to one side of the axis along which they

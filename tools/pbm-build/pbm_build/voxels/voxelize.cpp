@@ -55,9 +55,8 @@ class BucketAverager {
     // Without the room that blocks after blocks left: buckets wait for all others.
     Voxels take() {
         voxels_.codes.shrink_to_fit();
-        voxels_.points.normals.shrink_to_fit();
-        for (Bytes *stream : {&voxels_.points.radii, &voxels_.points.colours, &voxels_.points.materials})
-            stream->shrink_to_fit();
+        for_columns(
+            set_, [](const StreamInfo &, std::size_t, auto &column) { column.shrink_to_fit(); }, voxels_.points);
         return std::exchange(voxels_, {});
     }
 
@@ -100,15 +99,15 @@ class BucketAverager {
         const auto &colours = rows_.mixed.colours;
         for (std::size_t row = 0; row < hits.size(); ++row) {
             const std::size_t point = point_in_block_[voxel_in_block(hits[row])];
-            const auto &[material, radius, two_sided] = rows_.rest[row];
+            const Sample::Rest &rest = rows_.rest[row];
             const std::array<std::int32_t, 3> normal{normals[0][row], normals[1][row], normals[2][row]};
             VoxelSums &sums = sums_[point];
-            sums.add_normal(normal, two_sided);
-            sums.add_radius(radius);
+            sums.add_normal(normal, rest.two_sided);
+            sums.add_rest(rest);
             if (set_.colour != ColourFormat::none)
                 sums.add_colour({colours[0][row], colours[1][row], colours[2][row]});
             if (set_.material)
-                ++votes_[point][material];
+                ++votes_[point][rest.material];
             to[row] = {static_cast<std::int16_t>(normal[0]), static_cast<std::int16_t>(normal[1]),
                        static_cast<std::int16_t>(normal[2])};
         }
@@ -116,7 +115,7 @@ class BucketAverager {
 
     void store(const VoxelSums &sums, std::size_t point) {
         voxels_.points.normals[point] = mean_normal(sums);
-        voxels_.points.radii[point] = sums.radius;
+        sums.store_rest(voxels_.points, point);
         if (set_.colour != ColourFormat::none)
             set_point_colour(voxels_.points, point, set_.colour, sums.mean_colour());
     }
@@ -206,10 +205,12 @@ Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeS
         if (!part)
             return;
         copy_to(part->codes, all.codes, starts[b]);
-        copy_to(part->points.normals, all.points.normals, starts[b]);
-        copy_to(part->points.radii, all.points.radii, starts[b]);
-        copy_to(part->points.colours, all.points.colours, starts[b] * static_cast<std::size_t>(set.colour_bytes()));
-        copy_to(part->points.materials, all.points.materials, set.material ? starts[b] : 0);
+        for_columns(
+            set,
+            [&](const StreamInfo &, std::size_t width, const auto &from, auto &to) {
+                copy_to(from, to, width * starts[b]);
+            },
+            part->points, all.points);
     });
     return all;
 }

@@ -4,7 +4,7 @@
 
 #include "pbm_build/voxels/sample_points.h"
 #include "pbm_build/voxels/voxel_sums.h"
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/streams.h"
 
 #include <vector>
 

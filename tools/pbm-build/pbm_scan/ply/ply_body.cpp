@@ -2,7 +2,6 @@
 
 #include "pbm_scan/ply/ply_columns.h"
 #include "pbm_scan/ply/ply_damage.h"
-#include "pbm_scan/ply/ply_roles.h"
 #include "pbm_scan/ply/ply_source.h"
 #include "pbm_scan/surface/polygon.h"
 #include "pbm_scan/surface/range_grid.h"
@@ -45,8 +44,9 @@ TriangleRows triangle_rows(const PlyElement &element) {
 
 template <class Source> class BodyReader {
   public:
-    BodyReader(std::span<const std::uint8_t> bytes, const PlyHeader &header, const ReadOptions &options, Source source)
-        : bytes_(bytes), header_(header), options_(options), in_(std::move(source)) {}
+    BodyReader(std::span<const std::uint8_t> bytes, const PlyHeader &header, const PlyRoles &roles,
+               const ReadOptions &options, Source source)
+        : bytes_(bytes), header_(header), roles_(roles), options_(options), in_(std::move(source)) {}
 
     Result<PlyBody> read() {
         if (const Status status = check_counts(); !status)
@@ -58,9 +58,9 @@ template <class Source> class BodyReader {
             if (element.kind == PlyKind::vertex) {
                 has_vertices_ = true;
                 if constexpr (!Source::kIsText) {
-                    if (const std::optional<Error> wrong = wrong_byte_order(body_.positions, header_))
+                    if (const std::optional<Error> wrong = wrong_byte_order(body_.positions, header_, roles_))
                         return *wrong;
-                    in_.order_is_open = !is_float(find_property(element, PlyRole::x)->type);
+                    in_.order_is_open = !is_float(roles_.position[0]->type);
                 }
             }
         }
@@ -89,6 +89,22 @@ template <class Source> class BodyReader {
 
     // Reads one row; `scalar` gets the value of every property that is no list, `list` the lists that have a role.
     template <class ScalarUse, class ListUse> bool read_row(const PlyElement &element, ScalarUse scalar, ListUse list);
+    template <class ScalarUse, class ListUse>
+    bool read_rows(const PlyElement &element, ScalarUse scalar, ListUse list) {
+        while (row_ < element.count && read_row(element, scalar, list))
+            ++row_;
+        return row_ == element.count;
+    }
+    // Calls `use` with each index of the list in hand.
+    template <class Use> bool read_indices(const PlyProperty &property, std::int64_t least, Use use) {
+        std::size_t length = 0;
+        std::int64_t index = 0;
+        if (!in_.begin_list(property, length))
+            return false;
+        for (; length > 0 && read_index(property.type, least, index); --length)
+            use(index);
+        return length == 0;
+    }
 
     void report_progress() {
         if (options_.progress && !bytes_.empty())
@@ -97,6 +113,7 @@ template <class Source> class BodyReader {
 
     std::span<const std::uint8_t> bytes_;
     const PlyHeader &header_;
+    const PlyRoles &roles_;
     const ReadOptions &options_;
     Source in_;
     PlyBody body_;
@@ -138,26 +155,25 @@ template <class Source> Status BodyReader<Source>::check_counts() {
 }
 
 template <class Source> void BodyReader<Source>::allocate_vertices() {
-    const PlyElement &vertex = *find_element(header_, PlyKind::vertex);
     const auto count = static_cast<std::size_t>(vertex_count_);
+    const auto allocate = [count](auto &values, const PlyProperty *property) {
+        if (property != nullptr)
+            values.resize(count);
+    };
     body_.positions.resize(count);
-    if (find_property(vertex, PlyRole::nx) != nullptr)
-        body_.normals.resize(count);
-    if (const PlyProperty *red = find_property(vertex, PlyRole::red)) {
-        const bool bytes = red->type == PlyScalar::uint8 &&
-                           find_property(vertex, PlyRole::green)->type == PlyScalar::uint8 &&
-                           find_property(vertex, PlyRole::blue)->type == PlyScalar::uint8;
-        bytes ? body_.colours.resize(count) : body_.wide_colours.resize(count);
-    }
-    if (find_property(vertex, PlyRole::radius) != nullptr)
-        body_.radii.resize(count);
-    if (find_property(vertex, PlyRole::material_index) != nullptr)
-        body_.material_ids.resize(count);
-    if (find_property(vertex, PlyRole::two_sided) != nullptr)
-        body_.two_sided.resize(count);
-    const PlyElement *face = find_element(header_, PlyKind::face);
-    if (face != nullptr && find_property(*face, PlyRole::red) != nullptr)
-        body_.face_colours.resize(count);
+    allocate(body_.normals, roles_.normal[0]);
+    const auto is_byte = [](const PlyProperty *channel) {
+        return channel != nullptr && channel->type == PlyScalar::uint8;
+    };
+    if (std::all_of(roles_.colour.begin(), roles_.colour.end(), is_byte))
+        body_.colours.resize(count);
+    else
+        allocate(body_.wide_colours, roles_.colour[0]);
+    allocate(body_.radii, roles_.radius);
+    allocate(body_.material_ids, roles_.material_index);
+    for (std::size_t i = 0; i < roles_.bytes.size(); ++i)
+        allocate(body_.bytes[i], roles_.bytes[i]);
+    allocate(body_.face_colours, roles_.face_colour[0]);
 }
 
 template <class Source> Column BodyReader<Source>::column(const PlyProperty &property) {
@@ -177,8 +193,8 @@ template <class Source> Column BodyReader<Source>::column(const PlyProperty &pro
         return place(body_.radii, Column::Kind::float32, 4, role);
     if (role == PlyRole::material_index)
         return place(body_.material_ids, Column::Kind::float32, 4, role);
-    if (role == PlyRole::two_sided)
-        return place(body_.two_sided, Column::Kind::uint8, 1, role);
+    if (role == PlyRole::byte)
+        return place(body_.bytes[roles_.byte_attribute(property)], Column::Kind::uint8, 1, role);
     return {};
 }
 
@@ -239,11 +255,8 @@ template <class Source> bool BodyReader<Source>::read_element(const PlyElement &
     if constexpr (!Source::kIsText)
         if (!has_lists(element)) // check_counts has seen that the product fits the file
             return in_.skip(static_cast<std::size_t>(element.count) * least_row_size(element, false));
-    for (; row_ < element.count; ++row_)
-        if (!read_row(
-                element, [](std::size_t, double) {}, [](const PlyProperty &) { return true; }))
-            return false;
-    return true;
+    return read_rows(
+        element, [](std::size_t, double) {}, [](const PlyProperty &) { return true; });
 }
 
 template <class Source> bool BodyReader<Source>::read_vertex(const PlyElement &element) {
@@ -276,12 +289,9 @@ template <class Source> bool BodyReader<Source>::read_vertex(const PlyElement &e
             return true;
         }
     }
-    for (; row_ < element.count; ++row_)
-        if (!read_row(
-                element, [&](std::size_t k, double value) { store(columns[k], row_, value); },
-                [](const PlyProperty &) { return true; }))
-            return false;
-    return true;
+    return read_rows(
+        element, [&](std::size_t k, double value) { store(columns[k], row_, value); },
+        [](const PlyProperty &) { return true; });
 }
 
 // An index of a vertex, or a negative value down to `least`.
@@ -383,17 +393,9 @@ template <class Source> bool BodyReader<Source>::read_face(const PlyElement &ele
             colour[static_cast<int>(role) - static_cast<int>(PlyRole::red)] = static_cast<float>(value);
     };
     const auto list = [&](const PlyProperty &property) {
-        std::size_t length = 0;
-        if (!in_.begin_list(property, length))
-            return false;
         corners_.clear();
-        for (std::size_t i = 0; i < length; ++i) {
-            std::int64_t index = 0;
-            if (!read_index(property.type, 0, index))
-                return false;
-            corners_.push_back(static_cast<std::uint32_t>(index));
-        }
-        return true;
+        return read_indices(property, 0,
+                            [&](std::int64_t index) { corners_.push_back(static_cast<std::uint32_t>(index)); });
     };
     // A triangle takes at least four numbers, so this stays below a small multiple of the file's size.
     const std::size_t least = Source::kIsText ? 8 : rows.size;
@@ -419,32 +421,20 @@ template <class Source> bool BodyReader<Source>::read_face(const PlyElement &ele
 
 template <class Source> bool BodyReader<Source>::read_strips(const PlyElement &element) {
     const auto list = [&](const PlyProperty &property) {
-        std::size_t length = 0;
-        if (!in_.begin_list(property, length))
-            return false;
         corners_.clear(); // since the last restart
-        for (std::size_t i = 0; i < length; ++i) {
-            std::int64_t index = 0;
-            if (!read_index(property.type, -1, index))
-                return false;
-            if (index < 0) {
-                corners_.clear();
-                continue;
-            }
+        return read_indices(property, -1, [&](std::int64_t index) {
+            if (index < 0)
+                return corners_.clear();
             corners_.push_back(static_cast<std::uint32_t>(index));
             const std::size_t n = corners_.size();
             if (n >= 3) {
                 const bool odd = n % 2 == 0; // every other triangle of a strip is wound the other way
                 add_triangle(corners_[odd ? n - 2 : n - 3], corners_[odd ? n - 3 : n - 2], corners_[n - 1], false);
             }
-        }
-        return true;
+        });
     };
-    for (; row_ < element.count; ++row_)
-        if (!read_row(
-                element, [](std::size_t, double) {}, list))
-            return false;
-    return true;
+    return read_rows(
+        element, [](std::size_t, double) {}, list);
 }
 
 template <class Source> bool BodyReader<Source>::read_range_grid(const PlyElement &element) {
@@ -464,11 +454,8 @@ template <class Source> bool BodyReader<Source>::read_range_grid(const PlyElemen
             body_.grid_cells[row_] = static_cast<std::uint32_t>(index);
         return true;
     };
-    for (; row_ < element.count; ++row_)
-        if (!read_row(
-                element, [](std::size_t, double) {}, list))
-            return false;
-    return true;
+    return read_rows(
+        element, [](std::size_t, double) {}, list);
 }
 
 template <class Source> bool BodyReader<Source>::read_material(const PlyElement &element) {
@@ -489,15 +476,16 @@ template <class Source> bool BodyReader<Source>::read_material(const PlyElement 
 
 } // namespace
 
-Result<PlyBody> read_ply_body(std::span<const std::uint8_t> bytes, const PlyHeader &header,
+Result<PlyBody> read_ply_body(std::span<const std::uint8_t> bytes, const PlyHeader &header, const PlyRoles &roles,
                               const ReadOptions &options) {
-    assert(find_element(header, PlyKind::vertex) != nullptr && header.body_offset <= bytes.size());
+    assert(header.body_offset <= bytes.size());
+    const auto read = [&](auto source) { return BodyReader(bytes, header, roles, options, std::move(source)).read(); };
     if (header.encoding == PlyEncoding::ascii)
-        return BodyReader(bytes, header, options, AsciiSource(bytes, header.body_offset, header.body_line)).read();
+        return read(AsciiSource(bytes, header.body_offset, header.body_line));
     constexpr bool kLittleHost = std::endian::native == std::endian::little;
     if ((header.encoding == PlyEncoding::little_endian) == kLittleHost)
-        return BodyReader(bytes, header, options, BinarySource<false>(bytes, header.body_offset)).read();
-    return BodyReader(bytes, header, options, BinarySource<true>(bytes, header.body_offset)).read();
+        return read(BinarySource<false>(bytes, header.body_offset));
+    return read(BinarySource<true>(bytes, header.body_offset));
 }
 
 } // namespace pbm::build

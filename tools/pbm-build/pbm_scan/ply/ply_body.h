@@ -1,7 +1,7 @@
 // The body of a PLY file as columns: the numbers of every property that has a role, before they are interpreted.
 #pragma once
 
-#include "pbm_scan/ply/ply_header.h"
+#include "pbm_scan/ply/ply_roles.h"
 #include "pbm_scan/surface/surface.h"
 
 #include <glm/vec3.hpp>
@@ -21,8 +21,8 @@ struct PlyBody {
     std::vector<std::array<std::uint8_t, 3>> colours; // where all three are uchar
     std::vector<glm::vec3> wide_colours;              // where they are not: as in the file
     std::vector<float> radii;
-    std::vector<float> material_ids;              // as in the file, unchecked
-    std::vector<std::uint8_t> two_sided;          // as in the file
+    std::vector<float> material_ids; // as in the file, unchecked
+    std::array<std::vector<std::uint8_t>, kByteAttributes.size()> bytes;
     std::vector<glm::vec4> face_colours;          // sums over the faces at a vertex, as in the file; w: their number
     std::vector<glm::uvec3> triangles;            // indices in range, three different ones
     std::vector<std::uint32_t> grid_cells;        // of a range image, row by row: an index in range or kEmptyCell
@@ -34,7 +34,7 @@ struct PlyBody {
 constexpr std::uint64_t kMaxPlyVertices = 0xfffffffe; // so that an index fits 32 bits
 constexpr std::uint64_t kMaxPlyMaterials = 8;
 
-// Reads everything after the header. `bytes` is the whole file, `header` has its roles (ply_roles.h).
+// Reads everything after the header. `bytes` is the whole file, `roles` are those of the header.
 // Counts are compared with what the rest of the file can hold before anything is allocated; the result takes at
 // most a small multiple of the file's size (24 bytes a vertex, 12 a triangle).
 // In ASCII a row may go on in the next line, but must end with its line.
@@ -43,6 +43,7 @@ constexpr std::uint64_t kMaxPlyMaterials = 8;
 //                    cannot hold, a row with too many values, a vertex index out of range, more than one vertex in a
 //                    cell of a range grid, coordinates that make sense only in the other byte order (ply_damage.h)
 //         too_large  more vertices or materials than the limits above
-Result<PlyBody> read_ply_body(std::span<const std::uint8_t> bytes, const PlyHeader &header, const ReadOptions &options);
+Result<PlyBody> read_ply_body(std::span<const std::uint8_t> bytes, const PlyHeader &header, const PlyRoles &roles,
+                              const ReadOptions &options);
 
 } // namespace pbm::build

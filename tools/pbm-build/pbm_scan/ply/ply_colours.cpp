@@ -1,6 +1,5 @@
 #include "pbm_scan/ply/ply_colours.h"
 
-#include "pbm_scan/ply/ply_roles.h"
 #include "pbm_scan/text/text_number.h"
 
 #include <algorithm>
@@ -72,19 +71,19 @@ PlyOutcome convert_splat_colours(const std::vector<glm::vec3> &coefficients, Sur
 
 } // namespace
 
-PlyOutcome finish_colours(const PlyElement &vertex, PlyBody &body, Surface &surface) {
+PlyOutcome finish_colours(const PlyRoles &roles, PlyBody &body, Surface &surface) {
     surface.colours = std::move(body.colours);
     if (body.wide_colours.empty())
         return {Fate::kept, "sRGB, 8 bits"};
-    if (has_splat_colours(vertex))
+    if (roles.splat_colours)
         return convert_splat_colours(body.wide_colours, surface);
     PlyScalar type = PlyScalar::int8; // the widest of the three
-    for (const PlyRole role : {PlyRole::red, PlyRole::green, PlyRole::blue})
-        type = std::max(type, find_property(vertex, role)->type);
+    for (const PlyProperty *channel : roles.colour)
+        type = std::max(type, channel->type);
     return convert_colours(type, body.wide_colours, surface);
 }
 
-PlyOutcome finish_face_colours(const PlyElement &face, PlyBody &body, Surface &surface) {
+PlyOutcome finish_face_colours(const PlyRoles &roles, PlyBody &body, Surface &surface) {
     std::vector<glm::vec3> means(body.face_colours.size(), glm::vec3(0.0F));
     std::size_t without = 0;
     for (std::size_t i = 0; i < means.size(); ++i) {
@@ -96,7 +95,7 @@ PlyOutcome finish_face_colours(const PlyElement &face, PlyBody &body, Surface &s
     }
     if (without == means.size())
         return {Fate::dropped, "no vertex belongs to a face"};
-    PlyOutcome outcome = convert_colours(find_property(face, PlyRole::red)->type, means, surface);
+    PlyOutcome outcome = convert_colours(roles.face_colour[0]->type, means, surface);
     if (outcome.fate != Fate::dropped) {
         outcome.note = "each vertex has the mean of its faces, sRGB, 8 bits";
         if (without != 0)

@@ -21,7 +21,7 @@ struct PlyOutcome {
 // 0, but for char, whose numbers are bytes that were declared with a sign. f_dc_0 f_dc_1 f_dc_2 of a Gaussian splat are
 // 0.5 + f_dc * 0.28209479 (the constant spherical harmonic), 0..1 in sRGB.
 // Based on: Kerbl, Kopanas, Leimkuehler, Drettakis. 3D Gaussian splatting for real-time radiance field rendering. 2023
-PlyOutcome finish_colours(const PlyElement &vertex, PlyBody &body, Surface &surface);
-PlyOutcome finish_face_colours(const PlyElement &face, PlyBody &body, Surface &surface);
+PlyOutcome finish_colours(const PlyRoles &roles, PlyBody &body, Surface &surface);
+PlyOutcome finish_face_colours(const PlyRoles &roles, PlyBody &body, Surface &surface);
 
 } // namespace pbm::build

@@ -1,6 +1,5 @@
 #include "pbm_scan/ply/ply_damage.h"
 
-#include "pbm_scan/ply/ply_roles.h"
 #include "pbm_scan/ply/ply_source.h"
 
 #include <algorithm>
@@ -109,27 +108,26 @@ std::string body_hint(std::span<const std::uint8_t> bytes, const PlyHeader &head
            "mode)";
 }
 
-std::optional<Error> wrong_byte_order(std::span<const glm::dvec3> positions, const PlyHeader &header) {
+std::optional<Error> wrong_byte_order(std::span<const glm::dvec3> positions, const PlyHeader &header,
+                                      const PlyRoles &roles) {
     constexpr std::size_t kMostLooked = 4096;
-    const PlyElement &vertex = *find_element(header, PlyKind::vertex);
-    const std::array<const PlyProperty *, 3> axes{find_property(vertex, PlyRole::x), find_property(vertex, PlyRole::y),
-                                                  find_property(vertex, PlyRole::z)};
     const std::size_t step = std::max<std::size_t>(1, positions.size() / kMostLooked);
     std::size_t looked = 0, absurd_here = 0, absurd_there = 0;
     std::string example;
     for (std::size_t row = 0; row < positions.size(); row += step)
-        for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+        for (std::size_t axis = 0; axis < roles.position.size(); ++axis) {
+            const PlyProperty &property = *roles.position[axis];
             const double value = positions[row][static_cast<int>(axis)];
-            if (!is_float(axes[axis]->type))
+            if (!is_float(property.type))
                 continue;
-            const double other = other_order(value, axes[axis]->type);
+            const double other = other_order(value, property.type);
             ++looked;
             absurd_there += absurd(other) ? 1U : 0U;
             if (!absurd(value))
                 continue;
             ++absurd_here;
             if (example.empty() && !absurd(other))
-                example = "vertex " + std::to_string(row) + ", " + axes[axis]->name + ": reads " + short_text(value) +
+                example = "vertex " + std::to_string(row) + ", " + property.name + ": reads " + short_text(value) +
                           ", and " + short_text(other);
         }
     if (absurd_here * 4 <= looked || absurd_there * 100 > looked)

@@ -2,7 +2,7 @@
 // the wrong encoding. The message then says that, instead of what the first misread number looks like.
 #pragma once
 
-#include "pbm_scan/ply/ply_header.h"
+#include "pbm_scan/ply/ply_roles.h"
 
 #include <glm/vec3.hpp>
 
@@ -29,7 +29,8 @@ std::string body_hint(std::span<const std::uint8_t> bytes, const PlyHeader &head
 // Coordinates that are absurd (not finite, above 1e32 or below 1e-12 but not zero) in more than a quarter of the
 // numbers, while at most a hundredth of them is when read in the other byte order. `positions` as read from a binary
 // file; coordinates of whole-number types tell nothing. At most 4,096 vertices, evenly spread, are looked at.
-std::optional<Error> wrong_byte_order(std::span<const glm::dvec3> positions, const PlyHeader &header);
+std::optional<Error> wrong_byte_order(std::span<const glm::dvec3> positions, const PlyHeader &header,
+                                      const PlyRoles &roles);
 
 // "binary_little_endian" and so on, as format lines have it.
 std::string_view to_string(PlyEncoding encoding);

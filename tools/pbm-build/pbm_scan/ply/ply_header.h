@@ -22,7 +22,7 @@ std::size_t size_of(PlyScalar type); // bytes in a binary file
 std::string_view to_string(PlyScalar type);
 inline bool is_float(PlyScalar type) { return type >= PlyScalar::float32; }
 
-// What a property means to us; `assign_roles` (ply_roles.h) decides. The groups of three stay in order.
+// What a property means to PBM; `resolve_roles` (ply_roles.h) decides. The groups of three stay in order.
 enum class PlyRole : std::uint8_t {
     none, // skipped by its size
     x,
@@ -36,7 +36,7 @@ enum class PlyRole : std::uint8_t {
     blue,
     radius,
     material_index,
-    two_sided,
+    byte,    // one of kByteAttributes (surface.h)
     corners, // list of vertex indices: a polygon of `face`, strips of `tristrips`, a cell of `range_grid`
     ka,
     kd,

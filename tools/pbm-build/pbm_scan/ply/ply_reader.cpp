@@ -3,7 +3,6 @@
 #include "pbm_scan/ply/ply_body.h"
 #include "pbm_scan/ply/ply_colours.h"
 #include "pbm_scan/ply/ply_damage.h"
-#include "pbm_scan/ply/ply_roles.h"
 #include "pbm_scan/surface/range_grid.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
@@ -22,7 +21,8 @@ using Fate = AttributeReport::Fate;
 using Outcome = PlyOutcome;
 
 struct Outcomes {
-    Outcome positions, normals, colours, face_colours, radii, material_ids, two_sided, faces, strips, grid, materials;
+    Outcome positions, normals, colours, face_colours, radii, material_ids, faces, strips, grid, materials;
+    std::array<Outcome, kByteAttributes.size()> bytes;
 };
 
 Outcome finish_normals(PlyBody &body, Surface &surface) {
@@ -81,8 +81,7 @@ Result<SurfaceMaterial> finish_material(const std::array<double, 8> &values, std
 }
 
 // Colours are 0..255 where any is above 1, or where the type is whole numbers.
-double material_colour_scale(const PlyElement &element, const PlyBody &body) {
-    const PlyProperty *red = find_property(element, PlyRole::clr_r);
+double material_colour_scale(const PlyProperty *red, const PlyBody &body) {
     bool unit = red == nullptr || is_float(red->type);
     for (const std::array<double, 8> &values : body.materials)
         for (std::size_t i = 4; i < 7; ++i)
@@ -116,30 +115,26 @@ Outcome finish_range_grid(const PlyHeader &header, const PlyBody &body, Surface 
                                  " to triangles; steps in depth of more than 4 grid steps stay open"};
 }
 
-Result<Outcomes> finish(const PlyHeader &header, PlyBody &body, const SurfaceMaterial &default_material,
-                        Surface &surface) {
+Result<Outcomes> finish(const PlyHeader &header, const PlyRoles &roles, PlyBody &body,
+                        const SurfaceMaterial &default_material, Surface &surface) {
     Outcomes outcomes;
-    const PlyElement &vertex = *find_element(header, PlyKind::vertex);
     surface.positions = std::move(body.positions);
     surface.triangles = std::move(body.triangles);
     surface.dropped_triangles = body.degenerate_triangles;
-    if (find_property(vertex, PlyRole::nx) != nullptr)
+    if (roles.normal[0] != nullptr)
         outcomes.normals = finish_normals(body, surface);
-    if (find_property(vertex, PlyRole::red) != nullptr)
-        outcomes.colours = finish_colours(vertex, body, surface);
+    if (roles.colour[0] != nullptr)
+        outcomes.colours = finish_colours(roles, body, surface);
     if (!body.face_colours.empty())
-        outcomes.face_colours = finish_face_colours(*find_element(header, PlyKind::face), body, surface);
+        outcomes.face_colours = finish_face_colours(roles, body, surface);
     if (!body.radii.empty())
         outcomes.radii = finish_radii(body, surface);
-    if (const PlyElement *material = find_element(header, PlyKind::material)) {
-        const double scale = material_colour_scale(*material, body);
-        for (const std::array<double, 8> &values : body.materials) {
-            Result<SurfaceMaterial> finished =
-                finish_material(values, surface.materials.size(), scale, default_material);
-            if (!finished)
-                return finished.error();
-            surface.materials.push_back(*finished);
-        }
+    const double scale = material_colour_scale(roles.material_red, body);
+    for (const std::array<double, 8> &values : body.materials) {
+        Result<SurfaceMaterial> finished = finish_material(values, surface.materials.size(), scale, default_material);
+        if (!finished)
+            return finished.error();
+        surface.materials.push_back(*finished);
     }
     if (!body.material_ids.empty()) {
         Result<Outcome> ids = finish_material_ids(body, surface);
@@ -147,8 +142,10 @@ Result<Outcomes> finish(const PlyHeader &header, PlyBody &body, const SurfaceMat
             return ids.error();
         outcomes.material_ids = *ids;
     }
-    surface.two_sided = std::move(body.two_sided);
-    outcomes.two_sided.note = "points that show both of their sides";
+    for (std::size_t i = 0; i < kByteAttributes.size(); ++i) {
+        surface.*kByteAttributes[i].values = std::move(body.bytes[i]);
+        outcomes.bytes[i].note = kByteAttributes[i].note;
+    }
     outcomes.positions.note = "positions";
     if (!body.grid_cells.empty())
         outcomes.grid = finish_range_grid(header, body, surface);
@@ -158,37 +155,32 @@ Result<Outcomes> finish(const PlyHeader &header, PlyBody &body, const SurfaceMat
     return outcomes;
 }
 
-const Outcome *outcome_of(const PlyElement &element, const PlyProperty &property, const Outcomes &outcomes) {
+const Outcome *outcome_of(const PlyElement &element, const PlyProperty &property, const PlyRoles &roles,
+                          const Outcomes &outcomes) {
     const PlyRole role = property.role;
-    if (role == PlyRole::none)
-        return nullptr;
-    if (role <= PlyRole::z)
-        return &outcomes.positions;
-    if (role <= PlyRole::nz)
-        return &outcomes.normals;
-    if (role <= PlyRole::blue)
-        return element.kind == PlyKind::vertex ? &outcomes.colours : &outcomes.face_colours;
-    if (role == PlyRole::radius)
-        return &outcomes.radii;
-    if (role == PlyRole::material_index)
-        return &outcomes.material_ids;
-    if (role == PlyRole::two_sided)
-        return &outcomes.two_sided;
-    if (role == PlyRole::corners)
-        return element.kind == PlyKind::face        ? &outcomes.faces
-               : element.kind == PlyKind::tristrips ? &outcomes.strips
-                                                    : &outcomes.grid;
-    return &outcomes.materials;
+    const PlyKind kind = element.kind;
+    return role == PlyRole::none             ? nullptr
+           : role <= PlyRole::z              ? &outcomes.positions
+           : role <= PlyRole::nz             ? &outcomes.normals
+           : role <= PlyRole::blue           ? kind == PlyKind::vertex ? &outcomes.colours : &outcomes.face_colours
+           : role == PlyRole::radius         ? &outcomes.radii
+           : role == PlyRole::material_index ? &outcomes.material_ids
+           : role == PlyRole::byte           ? &outcomes.bytes[roles.byte_attribute(property)]
+           : role != PlyRole::corners        ? &outcomes.materials
+           : kind == PlyKind::face           ? &outcomes.faces
+           : kind == PlyKind::tristrips      ? &outcomes.strips
+                                             : &outcomes.grid;
 }
 
 // One line per group: neighbours with the same outcome, or dropped for the same reason.
-void report_element(const PlyElement &element, const Outcomes &outcomes, std::vector<AttributeReport> &report) {
+void report_element(const PlyElement &element, const PlyRoles &roles, const Outcomes &outcomes,
+                    std::vector<AttributeReport> &report) {
     constexpr std::size_t kMostNames = 4; // of more, the first and the last one stand for all
     for (std::size_t i = 0; i < element.properties.size();) {
         const PlyProperty &first = element.properties[i];
-        const Outcome *outcome = outcome_of(element, first, outcomes);
+        const Outcome *outcome = outcome_of(element, first, roles, outcomes);
         const auto belongs = [&](const PlyProperty &next) {
-            return outcome_of(element, next, outcomes) == outcome &&
+            return outcome_of(element, next, roles, outcomes) == outcome &&
                    (outcome != nullptr || drop_reason(element, next) == drop_reason(element, first));
         };
         std::size_t end = i + 1;
@@ -207,7 +199,7 @@ void report_element(const PlyElement &element, const Outcomes &outcomes, std::ve
     }
 }
 
-void write_report(const PlyHeader &header, const Outcomes &outcomes, Surface &surface) {
+void write_report(const PlyHeader &header, const PlyRoles &roles, const Outcomes &outcomes, Surface &surface) {
     if (header.unknown_lines != 0)
         surface.report.push_back({"header", Fate::dropped,
                                   std::to_string(header.unknown_lines) +
@@ -219,7 +211,7 @@ void write_report(const PlyHeader &header, const Outcomes &outcomes, Surface &su
                                   "PBM stores point colours"});
     for (const PlyElement &element : header.elements) {
         if (element.kind != PlyKind::skipped)
-            report_element(element, outcomes, surface.report);
+            report_element(element, roles, outcomes, surface.report);
         else if (element.count != 0 && !element.properties.empty()) {
             const std::string name = quoted(element.name);
             surface.report.push_back({"element " + name, Fate::dropped, std::string(drop_reason(header, element))});
@@ -241,11 +233,12 @@ Result<Surface> read_ply(std::span<const std::uint8_t> bytes, const ReadOptions 
     Result<PlyHeader> header = read_ply_header(bytes);
     if (!header)
         return header.error();
-    if (const Status status = assign_roles(*header); !status)
-        return status.error();
+    const Result<PlyRoles> roles = resolve_roles(*header);
+    if (!roles)
+        return roles.error();
     if (const std::optional<Error> text = text_in_binary_body(bytes, *header))
         return *text;
-    Result<PlyBody> body = read_ply_body(bytes, *header, options);
+    Result<PlyBody> body = read_ply_body(bytes, *header, *roles, options);
     const std::size_t inserted = inserted_line_ends(bytes, *header);
     if (!body) {
         if (inserted != 0)
@@ -258,10 +251,10 @@ Result<Surface> read_ply(std::span<const std::uint8_t> bytes, const ReadOptions 
         return inserted_line_ends_error(*header);
 
     Surface surface;
-    const Result<Outcomes> outcomes = finish(*header, *body, options.default_material, surface);
+    const Result<Outcomes> outcomes = finish(*header, *roles, *body, options.default_material, surface);
     if (!outcomes)
         return outcomes.error();
-    write_report(*header, *outcomes, surface);
+    write_report(*header, *roles, *outcomes, surface);
     if (trailing != 0)
         surface.report.push_back({"end of file", Fate::dropped,
                                   std::to_string(trailing) + " bytes after the last element, at byte " +

@@ -25,7 +25,7 @@ PlyElement *element_named(PlyHeader &header, std::string_view name) {
 }
 
 // The first spelling of which all three properties are there gets the roles `first`, `first` + 1, `first` + 2.
-bool assign_triple(PlyElement &element, PlyRole first, std::initializer_list<Spelling> spellings) {
+PlyRoles::Three assign_triple(PlyElement &element, PlyRole first, std::initializer_list<Spelling> spellings) {
     for (const Spelling &names : spellings) {
         const std::array<PlyProperty *, 3> found{property_named(element, names[0]), property_named(element, names[1]),
                                                  property_named(element, names[2])};
@@ -33,12 +33,12 @@ bool assign_triple(PlyElement &element, PlyRole first, std::initializer_list<Spe
             continue;
         for (std::size_t i = 0; i < 3; ++i)
             found[i]->role = static_cast<PlyRole>(static_cast<std::size_t>(first) + i);
-        return true;
+        return {found[0], found[1], found[2]};
     }
-    return false;
+    return {};
 }
 
-bool assign_colours(PlyElement &element) {
+PlyRoles::Three assign_colours(PlyElement &element) {
     return assign_triple(element, PlyRole::red,
                          {{"red", "green", "blue"},
                           {"r", "g", "b"},
@@ -46,16 +46,27 @@ bool assign_colours(PlyElement &element) {
                           {"f_dc_0", "f_dc_1", "f_dc_2"}});
 }
 
-void assign_one(PlyElement &element, PlyRole role, std::initializer_list<std::string_view> names, bool is_list) {
+const PlyProperty *assign_one(PlyElement &element, PlyRole role, std::initializer_list<std::string_view> names,
+                              bool is_list = false) {
     for (const std::string_view name : names)
         if (PlyProperty *property = property_named(element, name, is_list)) {
             property->role = role;
-            return;
+            return property;
         }
+    return nullptr;
 }
 
-Status assign_vertex(PlyElement &vertex) {
+// A list of corners makes an element what `kind` says.
+bool assign_corners(PlyElement &element, PlyKind kind) {
+    if (assign_one(element, PlyRole::corners, {"vertex_indices", "vertex_index"}, true) == nullptr)
+        return false;
+    element.kind = kind;
+    return true;
+}
+
+Status assign_vertex(PlyElement &vertex, PlyRoles &roles) {
     vertex.kind = PlyKind::vertex;
+    roles.vertex = &vertex;
     for (const std::string_view name : {"x", "y", "z"})
         if (property_named(vertex, name) == nullptr)
             return Error{ErrorCode::bad_input, vertex.offset,
@@ -64,14 +75,18 @@ Status assign_vertex(PlyElement &vertex) {
     if (vertex.count == 0)
         return Error{ErrorCode::bad_input, vertex.offset,
                      in_line(vertex) + "element vertex has no vertices: there is nothing to build"};
-    assign_triple(vertex, PlyRole::x, {{"x", "y", "z"}});
-    assign_triple(vertex, PlyRole::nx, {{"nx", "ny", "nz"}, {"normal_x", "normal_y", "normal_z"}});
-    assign_colours(vertex);
-    assign_one(vertex, PlyRole::radius, {"radius"}, false);
-    assign_one(vertex, PlyRole::material_index, {"material_index", "material"}, false);
-    if (PlyProperty *two_sided = property_named(vertex, "two_sided");
-        two_sided != nullptr && two_sided->type == PlyScalar::uint8)
-        two_sided->role = PlyRole::two_sided;
+    roles.position = assign_triple(vertex, PlyRole::x, {{"x", "y", "z"}});
+    roles.normal = assign_triple(vertex, PlyRole::nx, {{"nx", "ny", "nz"}, {"normal_x", "normal_y", "normal_z"}});
+    roles.colour = assign_colours(vertex);
+    roles.splat_colours = roles.colour[0] != nullptr && roles.colour[0]->name == "f_dc_0";
+    roles.radius = assign_one(vertex, PlyRole::radius, {"radius"});
+    roles.material_index = assign_one(vertex, PlyRole::material_index, {"material_index", "material"});
+    for (std::size_t i = 0; i < kByteAttributes.size(); ++i)
+        if (PlyProperty *property = property_named(vertex, kByteAttributes[i].property);
+            property != nullptr && property->type == PlyScalar::uint8) {
+            property->role = PlyRole::byte;
+            roles.bytes[i] = property;
+        }
     return {};
 }
 
@@ -92,17 +107,12 @@ void assign_material(PlyElement &material) {
 }
 
 bool starts_with_any(std::string_view name, std::initializer_list<std::string_view> beginnings) {
-    for (const std::string_view beginning : beginnings)
-        if (name.substr(0, beginning.size()) == beginning)
-            return true;
-    return false;
+    return std::any_of(beginnings.begin(), beginnings.end(),
+                       [&](std::string_view beginning) { return name.starts_with(beginning); });
 }
 
 bool is_any(std::string_view name, std::initializer_list<std::string_view> names) {
-    for (const std::string_view other : names)
-        if (name == other)
-            return true;
-    return false;
+    return std::find(names.begin(), names.end(), name) != names.end();
 }
 
 bool has_faces(const PlyHeader &header) {
@@ -119,54 +129,26 @@ bool grid_size_fits(const PlyHeader &header, const PlyElement &grid) {
 
 } // namespace
 
-Status assign_roles(PlyHeader &header) {
+Result<PlyRoles> resolve_roles(PlyHeader &header) {
+    PlyRoles roles;
     PlyElement *vertex = element_named(header, "vertex");
     if (vertex == nullptr)
         return Error{ErrorCode::bad_input, 0, "the file has no element 'vertex': it is not a scan"};
-    if (Status status = assign_vertex(*vertex); !status)
-        return status;
-    if (PlyElement *face = element_named(header, "face")) {
-        assign_one(*face, PlyRole::corners, {"vertex_indices", "vertex_index"}, true);
-        if (find_property(*face, PlyRole::corners) != nullptr) {
-            face->kind = PlyKind::face;
-            if (find_property(*vertex, PlyRole::red) == nullptr)
-                assign_colours(*face);
-        }
-    }
-    if (PlyElement *strips = element_named(header, "tristrips")) {
-        assign_one(*strips, PlyRole::corners, {"vertex_indices", "vertex_index"}, true);
-        if (find_property(*strips, PlyRole::corners) != nullptr)
-            strips->kind = PlyKind::tristrips;
-    }
-    if (PlyElement *grid = element_named(header, "range_grid")) {
-        if (!has_faces(header) && grid_size_fits(header, *grid)) {
-            assign_one(*grid, PlyRole::corners, {"vertex_indices", "vertex_index"}, true);
-            if (find_property(*grid, PlyRole::corners) != nullptr)
-                grid->kind = PlyKind::range_grid;
-        }
-    }
-    if (PlyElement *material = element_named(header, "material"))
+    if (Status status = assign_vertex(*vertex, roles); !status)
+        return std::move(status).error();
+    if (PlyElement *face = element_named(header, "face"))
+        if (assign_corners(*face, PlyKind::face) && roles.colour[0] == nullptr)
+            roles.face_colour = assign_colours(*face);
+    if (PlyElement *strips = element_named(header, "tristrips"))
+        assign_corners(*strips, PlyKind::tristrips);
+    if (PlyElement *grid = element_named(header, "range_grid"))
+        if (!has_faces(header) && grid_size_fits(header, *grid))
+            assign_corners(*grid, PlyKind::range_grid);
+    if (PlyElement *material = element_named(header, "material")) {
         assign_material(*material);
-    return {};
-}
-
-const PlyElement *find_element(const PlyHeader &header, PlyKind kind) {
-    for (const PlyElement &element : header.elements)
-        if (element.kind == kind)
-            return &element;
-    return nullptr;
-}
-
-const PlyProperty *find_property(const PlyElement &element, PlyRole role) {
-    for (const PlyProperty &property : element.properties)
-        if (property.role == role)
-            return &property;
-    return nullptr;
-}
-
-bool has_splat_colours(const PlyElement &element) {
-    const PlyProperty *red = find_property(element, PlyRole::red);
-    return red != nullptr && red->name == "f_dc_0";
+        roles.material_red = property_named(*material, "clr_r");
+    }
+    return roles;
 }
 
 std::string_view drop_reason(const PlyElement &element, const PlyProperty &property) {

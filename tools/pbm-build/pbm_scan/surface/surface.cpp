@@ -50,11 +50,7 @@ Status drop_non_finite(Surface &surface) {
             new_index[i] = next++;
     renumber_triangles(surface, new_index);
     compact(surface.positions, new_index);
-    compact(surface.normals, new_index);
-    compact(surface.colours, new_index);
-    compact(surface.radii, new_index);
-    compact(surface.material_ids, new_index);
-    compact(surface.two_sided, new_index);
+    for_vertex_attributes([&](auto &values) { compact(values, new_index); }, surface);
     surface.dropped_vertices += bad;
     return {};
 }

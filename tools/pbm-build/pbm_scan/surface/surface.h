@@ -10,6 +10,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace pbm::build {
@@ -57,6 +58,25 @@ struct Surface {
     std::size_t point_count() const { return triangles.empty() ? positions.size() : points_beside_triangles; }
     std::size_t first_point() const { return positions.size() - point_count(); }
 };
+
+// What a vertex has a byte of, the same in a PLY file as in memory.
+struct ByteAttribute {
+    std::string_view property; // of a PLY vertex, uchar
+    std::string_view note;     // for the report
+    std::vector<std::uint8_t> Surface::*values;
+};
+inline constexpr std::array kByteAttributes{
+    ByteAttribute{"two_sided", "points that show both of their sides", &Surface::two_sided}};
+
+// Calls `visit` with each array of attributes of vertices, the same one of all `surfaces`.
+template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&visit, Surfaces &...surfaces) {
+    visit(surfaces.normals...);
+    visit(surfaces.colours...);
+    visit(surfaces.radii...);
+    visit(surfaces.material_ids...);
+    for (const ByteAttribute &attribute : kByteAttributes)
+        visit(surfaces.*attribute.values...);
+}
 
 enum class ScanFormat : std::uint8_t { ply, obj, off, stl };
 

@@ -1,7 +1,6 @@
-#include "pbm_format/model/point_attributes.h"
+#include "pbm_format/model/point_values.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 namespace pbm {
@@ -64,71 +63,6 @@ constexpr std::uint64_t kChildDistance = 476102500705;
 
 } // namespace
 
-std::string_view to_string(StreamKind kind) {
-    switch (kind) {
-    case StreamKind::masks: return "masks";
-    case StreamKind::normal: return "normal";
-    case StreamKind::radius: return "radius";
-    case StreamKind::colour: return "colour";
-    case StreamKind::material: return "material";
-    case StreamKind::texture: return "texture";
-    case StreamKind::shadow: return "shadow";
-    }
-    return "unknown";
-}
-
-StreamList streams_of(const AttributeSet &set) {
-    StreamList streams;
-    for (const StreamKind always : {StreamKind::masks, StreamKind::normal, StreamKind::radius})
-        streams.add(always);
-    if (set.colour != ColourFormat::none)
-        streams.add(StreamKind::colour);
-    if (set.material)
-        streams.add(StreamKind::material);
-    if (set.texture)
-        streams.add(StreamKind::texture);
-    for (int light = 0; light < set.lights; ++light)
-        streams.add(StreamKind::shadow, static_cast<std::uint8_t>(light));
-    return streams;
-}
-
-std::uint64_t raw_stream_bytes(const StreamInfo &stream, const AttributeSet &set, int level, std::uint64_t nodes,
-                               std::uint64_t points) {
-    switch (stream.kind) {
-    case StreamKind::masks: return nodes;
-    case StreamKind::normal: return 2 * points;
-    case StreamKind::colour: return static_cast<std::uint64_t>(set.colour_bytes()) * points;
-    case StreamKind::shadow: return (points * set.shadow_bits[stream.light][static_cast<std::size_t>(level)] + 7) / 8;
-    case StreamKind::radius:
-    case StreamKind::material:
-    case StreamKind::texture: return points;
-    }
-    return 0;
-}
-
-Bytes pack_bits(ByteView values, unsigned bits) {
-    Bytes packed((values.size() * bits + 7) / 8, 0);
-    for (std::size_t i = 0; i < values.size(); ++i)
-        packed[i * bits / 8] = static_cast<std::uint8_t>(packed[i * bits / 8] | values[i] << i * bits % 8);
-    return packed;
-}
-
-void unpack_bits(ByteView packed, unsigned bits, std::span<std::uint8_t> values) {
-    const unsigned mask = (1U << bits) - 1;
-    for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] = static_cast<std::uint8_t>(packed[i * bits / 8] >> i * bits % 8 & mask);
-}
-
-void PointAttributes::resize(std::size_t points, const AttributeSet &set) {
-    normals.resize(points);
-    radii.resize(points);
-    colours.resize(points * static_cast<std::size_t>(set.colour_bytes()));
-    materials.resize(set.material ? points : 0);
-    textures.resize(set.texture ? points : 0);
-    for (std::size_t light = 0; light < shadows.size(); ++light)
-        shadows[light].resize(static_cast<int>(light) < set.lights ? points : 0);
-}
-
 Rgb8 expand_565(std::uint16_t colour) {
     const unsigned r = colour >> 11, g = colour >> 5 & 63U, b = colour & 31U;
     return {static_cast<std::uint8_t>(r << 3 | r >> 2), static_cast<std::uint8_t>(g << 2 | g >> 4),
@@ -139,17 +73,6 @@ std::uint16_t pack_565(Rgb8 colour) {
     const unsigned r = (colour[0] * 31U + 127U) / 255U, g = (colour[1] * 63U + 127U) / 255U,
                    b = (colour[2] * 31U + 127U) / 255U;
     return static_cast<std::uint16_t>(r << 11 | g << 5 | b);
-}
-
-void set_point_colour(PointAttributes &points, std::size_t i, ColourFormat format, Rgb8 colour) {
-    assert(format != ColourFormat::none);
-    if (format == ColourFormat::rgb565) {
-        const std::uint16_t packed = pack_565(colour);
-        points.colours[2 * i] = static_cast<std::uint8_t>(packed);
-        points.colours[2 * i + 1] = static_cast<std::uint8_t>(packed >> 8);
-    } else {
-        std::copy(colour.begin(), colour.end(), points.colours.begin() + static_cast<std::ptrdiff_t>(3 * i));
-    }
 }
 
 std::span<const std::uint16_t> linear_table() { return kLinear; }
