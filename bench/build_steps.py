@@ -29,7 +29,7 @@ def main():
     if scans[0] == "--runs":
         runs, scans = int(scans[1]), scans[2:]
     with tempfile.TemporaryDirectory() as name:
-        model = os.path.join(name, "model.bvg")
+        model = os.path.join(name, "model.pbvg")
         for scan in scans:
             results = [build([programs / "pbm-build", scan, "-o", model, "--json", *options]) for _ in range(runs)]
             result, processor = results[0][0], min(seconds for _, seconds in results)

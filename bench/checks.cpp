@@ -1,13 +1,13 @@
 // Decodes and loads a whole packed model round after round; built twice, with the library and with one whose checks are
 // taken out (CMakeLists.txt), which only bench/checks runs.
 //
-//   bench_checks MODEL.bvg ROUNDS
+//   bench_checks MODEL.pbvg ROUNDS
 //
 // Prints a JSON object: points, `decode` and `load`: [round] in seconds of the processor. "decode" is opening, every
 // directory and every chunk into warm memory, "load" is load_model. One thread. A first round that is not counted
 // warms up.
 #include "decode_steps.h"
-#include "pbm_format/platform.h"
+#include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
 
@@ -70,7 +70,7 @@ int main(int argc, char **argv) {
     if (arguments.size() == 2)
         std::from_chars(arguments[1].data(), arguments[1].data() + arguments[1].size(), rounds);
     if (rounds < 1) {
-        std::cerr << "usage: bench_checks MODEL.bvg ROUNDS\n";
+        std::cerr << "usage: bench_checks MODEL.pbvg ROUNDS\n";
         return 1;
     }
     try {

@@ -1,13 +1,13 @@
 // Decodes a whole model round after round, in turn with the steps alone and with Draco's decoder on the same voxels.
 //
-//   bench_decode MODEL.bvg ROUNDS [FILE.drc...]
+//   bench_decode MODEL.pbvg ROUNDS [FILE.drc...]
 //
 // Prints a JSON object: points, bytes, `seconds` and `processor_seconds`: name -> [round]. A first round that is not
 // counted warms up. One thread but for "decode, 2 threads" and "load, 2 threads". "load" is load_model on memory that
 // is new each time.
 #include "decode_steps.h"
 #include "draco_peer.h"
-#include "pbm_format/platform.h"
+#include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
 
@@ -134,7 +134,7 @@ int run(int argc, char **argv) {
     if (arguments.size() >= 2)
         std::from_chars(arguments[1].data(), arguments[1].data() + arguments[1].size(), rounds);
     if (rounds < 1) {
-        std::cerr << "usage: bench_decode MODEL.bvg ROUNDS [FILE.drc...]\n";
+        std::cerr << "usage: bench_decode MODEL.pbvg ROUNDS [FILE.drc...]\n";
         return 1;
     }
     // Memory that is freed stays with the process, so that what is allocated next needs no new pages.

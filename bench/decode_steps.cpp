@@ -1,8 +1,9 @@
 #include "decode_steps.h"
 
-#include "pbm_format/hash.h"
-#include "pbm_format/mask_ranks.h"
-#include "pbm_format/unfilter.h"
+#include "pbm_format/container/hash.h"
+#include "pbm_format/streams/mask_ranks.h"
+#include "pbm_format/streams/unfilter.h"
+#include "pbm_format/writing/stream_filter.h"
 
 #include <atomic>
 #include <barrier>

@@ -1,7 +1,7 @@
 // Decoding a whole model as a reader of everything would, and the steps that it consists of, each alone.
 #pragma once
 
-#include "pbm_format/reader.h"
+#include "pbm_format/reading/reader.h"
 
 #include <functional>
 #include <memory>

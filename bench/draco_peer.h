@@ -1,7 +1,7 @@
 // Draco's decoder, kept apart because of its headers.
 #pragma once
 
-#include "pbm_format/bytes.h"
+#include "system/bytes.h"
 
 namespace pbm::bench {
 

@@ -1,8 +1,8 @@
 #include "embree_peer.h"
 
 #include "embree_scene.h"
-#include "pbm_format/point_attributes.h"
-#include "pbm_render/worker_pool.h"
+#include "pbm_format/model/point_values.h"
+#include "system/threads/thread_pool.h"
 
 #include <glm/geometric.hpp>
 
@@ -53,7 +53,7 @@ struct EmbreePeer::Scene {
 
     EmbreeScene triangles;
     glm::dvec3 centre;
-    WorkerPool pool;
+    ThreadPool pool;
     std::array<std::uint32_t, kShades> shades = grey_shades();
 };
 

@@ -1,9 +1,9 @@
 // Primary rays and Lambert's law with Embree, kept apart because of its headers.
 #pragma once
 
-#include "pbm_render/camera.h"
-#include "pbm_render/framebuffer.h"
-#include "pbm_scan/surface.h"
+#include "pbm_render/camera/camera.h"
+#include "pbm_render/picture/framebuffer.h"
+#include "pbm_scan/surface/surface.h"
 
 #include <memory>
 

@@ -9,11 +9,11 @@
 // milliseconds: [round][view], processors (how many the process had while it drew). A first round that is not counted
 // warms up.
 #include "embree_peer.h"
-#include "pbm_format/platform.h"
 #include "pbm_scan/surface_reader.h"
+#include "system/processes/this_process.h"
 #include "value_or_throw.h"
-#include "viewer/camera_control.h"
 #include "viewer/pbm-render/model_drawer.h"
+#include "viewer/scene/camera_control.h"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>

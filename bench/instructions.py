@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Instructions of one frame of each renderer, and of offsets, counted by callgrind: the same on every run.
 
-  instructions.py BIN MODEL.bvg [OPTION...]   prints what a frame costs, whole and per point
+  instructions.py BIN MODEL.pbvg [OPTION...]   prints what a frame costs, whole and per point
   instructions.py BIN --check COMPILER        is no frame of the sample dearer than tests/instructions/expected.csv?
   instructions.py BIN --update COMPILER       writes that table anew: after a change that is meant to cost more
 
@@ -56,7 +56,7 @@ def print_frames(program, model, options):
 
 def sample(programs, folder):
     """The model that frames are counted on, made anew: 0.8 M points."""
-    scan, model = folder / "sample.ply", folder / "sample.bvg"
+    scan, model = folder / "sample.ply", folder / "sample.pbvg"
     for command in (["pbm-sample", "--vertices", "20000", "-o", scan], ["pbm-build", scan, "--depth", "9", "-o", model]):
         subprocess.run([programs / command[0], "-q", *command[1:]], check=True)
     return model
@@ -121,7 +121,7 @@ def check(programs, compiler):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("bin", type=pathlib.Path, metavar="BIN", help="folder of built programs")
-    parser.add_argument("model", nargs="?", metavar="MODEL.bvg", help="model to draw")
+    parser.add_argument("model", nargs="?", metavar="MODEL.pbvg", help="model to draw")
     parser.add_argument("--check", metavar="COMPILER", help="compare the sample's frames with the table")
     parser.add_argument("--update", metavar="COMPILER", help="write the table")
     arguments, options = parser.parse_known_args()

@@ -139,7 +139,7 @@ class Workshop:
             options += ["-z", level]
         stored = "mapped" if mapped else f"z{level or 'default'}"
         parts = [scan.name, f"d{scan.depth or 'default'}", colour, stored, *(str(option).strip("-") for option in more)]
-        return self.made(self.work / ("-".join(filter(None, parts)) + ".bvg"), [ply, program],
+        return self.made(self.work / ("-".join(filter(None, parts)) + ".pbvg"), [ply, program],
                          lambda out: self.run(program, "-q", ply, "-o", out, *options))
 
     def info(self, model):

@@ -4,10 +4,10 @@
 //
 // All chunks of the finest level, one after the other, on one thread. Prints a JSON object: points;
 // nanoseconds: [round] per point.
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
-#include "pbm_format/writer.h"
-#include "pbm_render/surface_offsets.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
+#include "pbm_surface/surface_offsets.h"
+#include "system/files/mapped_file.h"
 #include "value_or_throw.h"
 
 #include <nlohmann/json.hpp>

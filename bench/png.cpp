@@ -5,7 +5,7 @@
 // Prints a JSON array of objects: picture, width, height, opaque, `bytes`: name -> number, `seconds`: name -> [round].
 // A first round that is not counted warms up.
 #include "png_peer.h"
-#include "viewer/image_writer.h"
+#include "viewer/pictures/image_writer.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,8 +1,8 @@
 // libpng, beside which the writer of pictures is measured.
 #pragma once
 
-#include "pbm_format/bytes.h"
-#include "pbm_render/framebuffer.h"
+#include "pbm_render/picture/framebuffer.h"
+#include "system/bytes.h"
 
 #include <string>
 

@@ -9,7 +9,7 @@ import tempfile
 
 
 def bits_per_point(programs, scan, depth, folder):
-    model = folder / "model.bvg"
+    model = folder / "model.pbvg"
     subprocess.run([programs / "pbm-build", scan, "-o", model, "--depth", str(depth), "-z", "19", "-q"], check=True)
     info = json.loads(subprocess.run([programs / "pbm-info", "--json", model], check=True, capture_output=True).stdout)
     return {s["type"]: 8 * s["stored_bytes"] / info["points"] for s in info["streams"]}

@@ -1,6 +1,6 @@
 // Bakes shadows round after round, in turn with Embree's shadow rays, and counts where they differ.
 //
-//   bench_shadows ROUNDS MAPS MODEL.bvg MESH
+//   bench_shadows ROUNDS MAPS MODEL.pbvg MESH
 //
 // Prints a JSON object: points, prepare_ns (of ShadowCasters, per point, [round]), and for each of four lights: name,
 // facing, lit, false_shadow, false_light, wrong, wrong_light, strictly_wrong, bake_ns (per point, [round]), embree_ns
@@ -8,10 +8,10 @@
 // where there are some; triangles, prepare_rays_ns (tree and places, per point, [round]). One thread. A first round
 // that is not counted warms up.
 #include "pbm_bake/shadow_baker.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
+#include "pbm_format/reading/reader.h"
 #include "pbm_scan/surface_reader.h"
 #include "shadow_truth.h"
+#include "system/files/mapped_file.h"
 #include "value_or_throw.h"
 
 #include <glm/common.hpp>
@@ -165,7 +165,7 @@ nlohmann::json measure(int rounds, int maps, const std::string &model_file, cons
 
 int run(const std::vector<std::string> &arguments) {
     if (arguments.size() != 4) {
-        std::cerr << "usage: bench_shadows ROUNDS MAPS MODEL.bvg MESH\n";
+        std::cerr << "usage: bench_shadows ROUNDS MAPS MODEL.pbvg MESH\n";
         return 1;
     }
     std::cout << measure(std::stoi(arguments[0]), std::stoi(arguments[1]), arguments[2], arguments[3]) << "\n";

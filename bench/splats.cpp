@@ -6,10 +6,10 @@
 // shape computed for every splat). RADIUS: pixels; a square's is half its edge.
 // Prints a JSON array, an object for each shape and radius: shape, radius, splats_per_second: [round], and for kernels
 // table_milliseconds: [round], what making the table takes.
-#include "pbm_format/normal.h"
-#include "pbm_render/normal_table.h"
-#include "pbm_render/splat.h"
-#include "pbm_render/splat_kernels.h"
+#include "pbm_format/model/normal.h"
+#include "pbm_render/camera/normal_table.h"
+#include "pbm_render/splats/splat.h"
+#include "pbm_render/splats/splat_kernels.h"
 
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
@@ -100,8 +100,8 @@ nlohmann::json measure(int rounds, int width, int height, const std::vector<floa
                 const ScreenNormal &normal = normals[p.normal];
                 const float size = radius * p.depth / static_cast<float>(projection.focal);
                 const float facing = glm::dot(normal.plane, glm::vec3(p.pixel, 1));
-                draw_splat<false>(lay_splat(projection, normal, p.pixel, facing, {size, size / 0.87F, false}), p.pixel,
-                                  p.depth, 1 / p.depth, i, target);
+                draw_splat<false>(lay_splat(projection, normal, p.pixel, facing, {size, size / 0.87F, false}),
+                                  {p.pixel, p.depth, 1 / p.depth, i}, target);
             }));
         }
         const auto add = [&](const char *shape, const nlohmann::json &rates) {

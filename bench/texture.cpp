@@ -1,6 +1,6 @@
 // bench_texture ROUNDS: how fast solid textures are evaluated on one core; see bench/texture.
-#include "pbm_build/default_panorama.h"
-#include "pbm_build/solid_texture.h"
+#include "pbm_build/panorama/default_panorama.h"
+#include "pbm_build/texture/solid_texture.h"
 
 #include <nlohmann/json.hpp>
 

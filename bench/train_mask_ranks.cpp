@@ -1,13 +1,14 @@
 // Makes the normative table of the rank filter (format_spec/mask_ranks.txt) from models.
-// usage: train_mask_ranks TABLE MODEL.bvg[=WEIGHT]...
+// usage: train_mask_ranks TABLE MODEL.pbvg[=WEIGHT]...
 //
 // Contexts (mask_ranks.h) that rank their masks alike share a ranking. Which do is found by Lloyd's iteration: each
 // context joins the ranking that codes its masks in the fewest bits, each ranking sorts the masks of its contexts by
 // frequency. Bits are those of one entropy coder for all codes, because a chunk has one Huffman table.
 // The histogram of a model sums up to its weight, whatever its size. Integers only: equal models give equal bytes.
-#include "pbm_format/mask_ranks.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/streams/mask_ranks.h"
+#include "system/files/file_replacement.h"
+#include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <array>
@@ -272,7 +273,7 @@ int write_table(const std::string &path, const Table &table) {
     return written ? 0 : fail(path, written.error());
 }
 
-// MODEL.bvg or MODEL.bvg=WEIGHT
+// MODEL.pbvg or MODEL.pbvg=WEIGHT
 Result<std::uint64_t> split_weight(std::string &path) {
     std::uint64_t weight = 1;
     const std::size_t cut = path.rfind('=');
@@ -310,7 +311,7 @@ int run(int argc, char **argv) {
 
 int main(int argc, char **argv) {
     if (argc < 3) {
-        std::fputs("usage: train_mask_ranks TABLE MODEL.bvg[=WEIGHT]...\n", stderr);
+        std::fputs("usage: train_mask_ranks TABLE MODEL.pbvg[=WEIGHT]...\n", stderr);
         return 1;
     }
     return pbm::run(argc, argv);

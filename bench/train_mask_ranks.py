@@ -166,7 +166,7 @@ def main():
     models = []
     for name, scan, depths in MIX:
         for depth in depths:
-            model = arguments.work / f"{name}{depth}.bvg"
+            model = arguments.work / f"{name}{depth}.pbvg"
             if not model.exists():
                 source = input_of(name, scan, arguments)
                 subprocess.run([arguments.bin / "pbm-build", "-q", source, "--depth", str(depth), "-o", model], check=True)

@@ -21,7 +21,7 @@ GATHERED = {
 def main(instrument, folder, *sources):
     subprocess.run([sys.executable, "-B", instrument, folder, f"{folder}/checks.json", "1", "--no-steps", *sources], check=True)
     for name, statements in GATHERED.items():
-        path = Path(folder, name)
+        path = next(Path(folder).rglob(name))
         text = path.read_text(encoding="utf-8")
         for statement, substitute in statements:
             if text.count(statement) != 1:

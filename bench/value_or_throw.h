@@ -1,7 +1,7 @@
 // What programs that measure do with an error: they end, and say which file it was.
 #pragma once
 
-#include "pbm_format/error.h"
+#include "system/error.h"
 
 #include <stdexcept>
 #include <string>

@@ -1,12 +1,12 @@
 // The finest voxels of a model as other programs take them: peers are measured on the very same points.
 //
-//   bench_voxels geometry MODEL.bvg OUT.ply      integer positions
-//   bench_voxels points MODEL.bvg OUT.ply        integer positions, unit normals, 8-bit colours where there are any
-//   bench_voxels dissertation MODEL.bvg OUT.raw  as the dissertation laid points out, see write_dissertation
+//   bench_voxels geometry MODEL.pbvg OUT.ply      integer positions
+//   bench_voxels points MODEL.pbvg OUT.ply        integer positions, unit normals, 8-bit colours where there are any
+//   bench_voxels dissertation MODEL.pbvg OUT.raw  as the dissertation laid points out, see write_dissertation
 //
 // Based on: Campbell. Point Based Modelling and Rendering. 2006, sections 5.1 and 5.2
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
+#include "pbm_format/reading/reader.h"
+#include "system/files/mapped_file.h"
 
 #include <bit>
 #include <cstring>
@@ -122,7 +122,7 @@ int main(int argc, char **argv) {
     static_assert(std::endian::native == std::endian::little);
     const std::string_view what = argc == 4 ? argv[1] : "";
     if (what != "geometry" && what != "points" && what != "dissertation") {
-        std::cerr << "usage: bench_voxels geometry|points|dissertation MODEL.bvg OUT\n";
+        std::cerr << "usage: bench_voxels geometry|points|dissertation MODEL.pbvg OUT\n";
         return 1;
     }
     const Result<MappedFile> file = MappedFile::open(argv[2]);

@@ -2,7 +2,7 @@
 #     [SOURCES scan...]     files to build from; may be left out where the recipe names them
 #     [RECIPE recipe.toml]  options of pbm-build as TOML
 #     [OPTIONS option...]   options of pbm-build; they win over the recipe
-#     [OUTPUT model.bvg]    default: NAME.bvg
+#     [OUTPUT model.pbvg]    default: NAME.pbvg
 #     [DEPENDS file...])    further files and targets that must be there first
 #
 # Adds a target NAME that is part of `all` and builds OUTPUT. Sources, recipe and DEPENDS are relative to the current
@@ -27,7 +27,7 @@ function(pbm_add_asset name)
         message(FATAL_ERROR "pbm_add_asset(${name}): this installation of PBM has no pbm-build")
     endif()
     if(NOT DEFINED ARG_OUTPUT)
-        set(ARG_OUTPUT ${name}.bvg)
+        set(ARG_OUTPUT ${name}.pbvg)
     endif()
     cmake_path(ABSOLUTE_PATH ARG_OUTPUT BASE_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}" NORMALIZE)
     set(sources "")

@@ -2,22 +2,56 @@
 include(CMakePackageConfigHelpers)
 set(PBM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pbm)
 
-target_compile_features(pbm_format PUBLIC cxx_std_20)
-target_compile_features(pbm_bake PUBLIC cxx_std_20)
-target_compile_features(pbm_render PUBLIC cxx_std_20)
-foreach(library pbm_format pbm_bake pbm_render)
+set(libraries base system reading checking writing format surface bake render)
+foreach(name ${libraries})
+    set(library pbm_${name})
+    if(NOT TARGET ${library})
+        continue()
+    endif()
+    set_target_properties(${library} PROPERTIES EXPORT_NAME ${name})
+    list(APPEND installed_libraries ${library})
+    if(name STREQUAL "format") # is the three before it
+        continue()
+    endif()
+    target_compile_features(${library} PUBLIC cxx_std_20)
     # Our warnings are ours: a program that links the static library gets none of them.
-    get_target_property(libraries ${library} INTERFACE_LINK_LIBRARIES)
-    list(REMOVE_ITEM libraries "$<LINK_ONLY:pbm_warnings>")
-    set_target_properties(${library} PROPERTIES INTERFACE_LINK_LIBRARIES "${libraries}")
+    get_target_property(linked ${library} INTERFACE_LINK_LIBRARIES)
+    list(REMOVE_ITEM linked "$<LINK_ONLY:pbm_warnings>")
+    set_target_properties(${library} PROPERTIES INTERFACE_LINK_LIBRARIES "${linked}")
 endforeach()
-install(TARGETS pbm_format pbm_bake pbm_render EXPORT pbmTargets
+install(TARGETS ${installed_libraries} EXPORT pbmTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY format_spec/pbm_format runtime/pbm_bake runtime/pbm_render DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-    FILES_MATCHING PATTERN "*.h")
-install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt docs/validator.md
-    DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
+
+# The doors, and of all other headers those that they include.
+set(doors)
+foreach(name format render bake)
+    if(TARGET pbm_${name})
+        list(APPEND doors pbm/${name}.h)
+    endif()
+endforeach()
+set(header_roots ${PROJECT_SOURCE_DIR}/format_spec ${PROJECT_SOURCE_DIR}/runtime ${PROJECT_SOURCE_DIR})
+set(waiting ${doors})
+set(installed_headers)
+while(waiting)
+    list(POP_FRONT waiting header)
+    if(header IN_LIST installed_headers)
+        continue()
+    endif()
+    list(APPEND installed_headers ${header})
+    unset(source)
+    find_file(source ${header} PATHS ${header_roots} NO_DEFAULT_PATH NO_CACHE REQUIRED)
+    file(STRINGS ${source} includes REGEX "^#include \"")
+    list(TRANSFORM includes REPLACE "^#include \"(.*)\".*" "\\1")
+    list(APPEND waiting ${includes})
+    cmake_path(GET header PARENT_PATH folder)
+    if(NOT header IN_LIST doors)
+        cmake_path(SET folder NORMALIZE pbm/${folder}) # seen by the doors only: include/pbm is searched for them
+    endif()
+    install(FILES ${source} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder})
+endwhile()
+install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt
+    docs/reference/validator-codes.md DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
 install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)
 
 install(EXPORT pbmTargets NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR})

@@ -1,34 +1,32 @@
 # Copies of the library's reading side whose checks can be taken away, for tests and measurements of these checks.
 
-# Files of pbm_format that read or validate; those that only write hold no checks of files.
-set(PBM_READING_SIDE brick_index chunk directory frame image image_section layout mapped_chunk metadata normal_cone octree reader
-    sections sibling_layout stream_rules tiled_image unfilter validate)
-foreach(name file_rules) # where there are such
-    if(EXISTS ${PROJECT_SOURCE_DIR}/format_spec/pbm_format/${name}.cpp)
-        list(APPEND PBM_READING_SIDE ${name})
-    endif()
-endforeach()
+# Files of pbm_format that refuse files; the others hold no checks of them.
+set(PBM_REFUSING_SOURCES brick_index chunk content_rules directory file_rules file_walk frame image image_section layout
+    mapped_chunk metadata normal_cone octree raster_rules reader sections sibling_layout stream_rules tiled_image unfilter
+    validate)
 
-# pbm_switched_sources(OUT FOLDER SCRIPT COMMAND...): sets OUT to the sources of pbm_format, those of its reading side as
-# copies in FOLDER/pbm_format, which the Python script makes: SCRIPT ARGUMENTS... SOURCES.
+# pbm_switched_sources(OUT FOLDER SCRIPT ARGUMENTS...): sets OUT to the sources of pbm_format, those that refuse files as
+# copies in FOLDER/pbm_format/ROOM, which the Python script makes: SCRIPT ARGUMENTS... SOURCES.
 function(pbm_switched_sources out folder script)
     set(originals)
     set(copies)
     set(all)
-    get_target_property(sources pbm_format SOURCES)
-    get_target_property(source_folder pbm_format SOURCE_DIR)
-    foreach(source ${sources})
-        get_filename_component(name ${source} NAME_WE)
-        if(NOT IS_ABSOLUTE ${source})
-            set(source ${source_folder}/${source})
-        endif()
-        if(name IN_LIST PBM_READING_SIDE AND source MATCHES "\\.cpp$")
-            list(APPEND originals ${source})
-            list(APPEND copies ${folder}/pbm_format/${name}.cpp)
-            list(APPEND all ${folder}/pbm_format/${name}.cpp)
-        else()
-            list(APPEND all ${source})
-        endif()
+    foreach(library pbm_reading pbm_checking pbm_writing)
+        get_target_property(sources ${library} SOURCES)
+        get_target_property(source_folder ${library} SOURCE_DIR)
+        foreach(source ${sources})
+            cmake_path(GET source STEM name)
+            cmake_path(IS_RELATIVE source is_relative)
+            if(name IN_LIST PBM_REFUSING_SOURCES AND source MATCHES "\\.cpp$")
+                list(APPEND originals ${source_folder}/${source})
+                list(APPEND copies ${folder}/${source})
+                list(APPEND all ${folder}/${source})
+            elseif(is_relative)
+                list(APPEND all ${source_folder}/${source})
+            else()
+                list(APPEND all ${source})
+            endif()
+        endforeach()
     endforeach()
     set(instrument ${PROJECT_SOURCE_DIR}/tests/check_mutations/instrument.py)
     add_custom_command(OUTPUT ${copies} COMMAND ${Python3_EXECUTABLE} -B ${script} ${ARGN} ${originals}
@@ -38,11 +36,9 @@ endfunction()
 
 # pbm_like_the_library(TARGET FOLDER): headers and libraries as pbm_format has them, but the copies in FOLDER first.
 function(pbm_like_the_library target folder)
-    find_package(hwy REQUIRED)
     find_package(nlohmann_json REQUIRED)
-    find_package(zstd REQUIRED)
     target_include_directories(${target} BEFORE PRIVATE ${folder})
-    target_include_directories(${target} SYSTEM PRIVATE $<TARGET_PROPERTY:pbm_format,INCLUDE_DIRECTORIES>)
-    target_link_libraries(${target} PRIVATE zstd::libzstd_shared nlohmann_json::nlohmann_json Threads::Threads)
-    add_dependencies(${target} pbm_format) # makes the headers that are generated
+    target_include_directories(${target} SYSTEM PRIVATE $<TARGET_PROPERTY:pbm_reading,INCLUDE_DIRECTORIES>)
+    target_link_libraries(${target} PRIVATE pbm_system ${PBM_ZSTD_TARGET} nlohmann_json::nlohmann_json)
+    add_dependencies(${target} pbm_reading) # makes the headers that are generated
 endfunction()

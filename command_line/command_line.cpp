@@ -1,7 +1,8 @@
 #include "command_line/command_line.h"
 
 #include "command_line/error_log.h"
-#include "pbm_format/platform.h"
+#include "system/files/file_replacement.h"
+#include "system/processes/this_process.h"
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 // A floor of its own between the format library and the programs; knows neither pixels nor scans.
 #pragma once
 
-#include "pbm_format/bytes.h"
-#include "pbm_format/error.h"
+#include "system/bytes.h"
+#include "system/error.h"
 
 #include <functional>
 #include <iosfwd>

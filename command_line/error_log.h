@@ -2,7 +2,7 @@
 // process has one, as it has one standard error.
 #pragma once
 
-#include "pbm_format/error.h"
+#include "system/error.h"
 
 #include <string>
 #include <string_view>

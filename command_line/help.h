@@ -1,7 +1,7 @@
 // Help of a program: pages by topic that fit a screen, and its man page.
 #pragma once
 
-#include "pbm_format/error.h"
+#include "system/error.h"
 
 #include <string>
 #include <string_view>

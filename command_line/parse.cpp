@@ -1,6 +1,6 @@
 #include "command_line/parse.h"
 
-#include "pbm_format/platform.h"
+#include "system/files/mapped_file.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,7 +1,7 @@
 // One option as a file of settings says it.
 #pragma once
 
-#include "pbm_format/error.h"
+#include "system/error.h"
 
 #include <functional>
 #include <string>

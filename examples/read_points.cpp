@@ -1,47 +1,32 @@
-// Prints the points of a detail level, one "x y z" per line: read_points FILE.bvg [LEVEL]
-#include <pbm_format/platform.h>
-#include <pbm_format/reader.h>
+#include <pbm/format.h>
 
 #include <cstdio>
 #include <cstdlib>
 
-namespace {
-
-int fail(const pbm::Error &error) {
-    std::fprintf(stderr, "read_points: byte %llu: %s\n", static_cast<unsigned long long>(error.offset),
-                 error.message.c_str());
-    return pbm::exit_code(error.code);
-}
-
-} // namespace
-
 int main(int argc, char **argv) {
+    const auto fail = [](const pbm::Error &error) {
+        std::fprintf(stderr, "byte %llu: %s\n", static_cast<unsigned long long>(error.offset), error.message.c_str());
+        return pbm::exit_code(error.code);
+    };
     if (argc < 2)
-        return std::fputs("usage: read_points FILE.bvg [LEVEL]\n", stderr), 1;
-
-    const auto file = pbm::MappedFile::open(argv[1]);
+        return 1;
+    const auto file = pbm::MappedFile::open(argv[1]); // owns the bytes; everything below only views them
     if (!file)
         return fail(file.error());
-    auto reader = pbm::Reader::open(file.value().bytes());
+    auto reader = pbm::Reader::open(file->bytes());
     if (!reader)
         return fail(reader.error());
-    const auto model =
-        pbm::load_model(reader.value(), {.max_level = argc > 2 ? std::atoi(argv[2]) : reader.value().depth()});
+    const auto model = pbm::load_model(*reader, {.max_level = argc > 2 ? std::atoi(argv[2]) : reader->depth()});
     if (!model)
         return fail(model.error());
-
-    // The nodes of a level stand in Morton order; each level's masks turn the codes above into its own.
-    std::vector<pbm::MortonCode> codes = {0};
-    const auto &levels = model.value().levels;
-    for (std::size_t level = 1; level < levels.size(); ++level)
-        codes = pbm::expand_level(codes, levels[level].masks, levels[level].points.size()).value();
-
-    const pbm::Grid &grid = model.value().parameters.grid;
-    const double voxel = grid.voxel_size_at(static_cast<int>(levels.size()) - 1);
-    for (const pbm::MortonCode code : codes) {
-        const auto [x, y, z] = pbm::morton_decode(code);
-        std::printf("%.9g %.9g %.9g\n", grid.origin[0] + (x + 0.5) * voxel, grid.origin[1] + (y + 0.5) * voxel,
-                    grid.origin[2] + (z + 0.5) * voxel);
+    std::vector<pbm::MortonCode> voxels{0}; // of level 0; each level's masks give those of the next one
+    for (std::size_t level = 1; level < model->levels.size(); ++level)
+        voxels = *pbm::expand_level(voxels, model->levels[level].masks, model->levels[level].points.size());
+    const pbm::Grid &grid = model->parameters.grid;
+    const double edge = grid.voxel_size_at(static_cast<int>(model->levels.size()) - 1);
+    for (const pbm::MortonCode voxel : voxels) {
+        const auto [x, y, z] = pbm::morton_decode(voxel);
+        std::printf("%.9g %.9g %.9g\n", grid.origin[0] + (x + 0.5) * edge, grid.origin[1] + (y + 0.5) * edge,
+                    grid.origin[2] + (z + 0.5) * edge);
     }
-    return 0;
 }

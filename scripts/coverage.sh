@@ -10,10 +10,8 @@ targets=(reader validator chunk unfilter mask_ranks raster)
 cmake --preset coverage -B "$build" >/dev/null
 cmake --build "$build" --target format_tests "${targets[@]/%/_fuzz}"
 
-# Everything of pbm_format but what only writes, makes names for people or starts child processes.
-# (tests/faults has what the system refuses.)
-mapfile -t sources < <(ls format_spec/pbm_format/*.{h,cpp} |
-    grep -vE '/(writer|stream_filter|child_p[a-z]*|descriptor|platform|simd_targets|advice)\.')
+# Everything that reads and checks files, but advice. (tests/faults has what the system refuses.)
+mapfile -t sources < <(find format_spec/pbm_format -name '*.h' -o -name '*.cpp' | grep -vE '/(writing/|section_encoder\.|advice\.)')
 
 rm -rf "$build/profiles"
 mkdir "$build/profiles"

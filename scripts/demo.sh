@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Sets up what it needs and walks from a scan to a picture: demo.sh [VERTICES [FOLDER]]
-# Makes the sample scan, builds a .bvg from it, validates it, draws it; ends with the numbers. Where there is a display it
+# Makes the sample scan, builds a .pbvg from it, validates it, draws it; ends with the numbers. Where there is a display it
 # builds pbm-view too. All else (tests, pbm-export, man pages) is left to scripts/test.sh and `cmake --preset release`.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -21,7 +21,7 @@ cmake --build --preset release -j "$(nproc)" --target "${programs[@]}"
 bin=build/release/bin
 mkdir -p "$out"
 scan=$out/ammonite_$vertices.ply
-model=$out/ammonite_$vertices.bvg
+model=$out/ammonite_$vertices.pbvg
 picture=$out/ammonite_$vertices.png
 
 [ -f "$scan" ] || { "$bin/pbm-sample" --vertices "$vertices" -o "$scan.part" && mv "$scan.part" "$scan"; }

@@ -15,7 +15,7 @@ viewer=("${runtime[@]}" libglfw3-dev libepoxy-dev libimgui-dev)
 demo=("${runtime[@]}" libtomlplusplus-dev libpng-dev libstb-dev)
 all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     ccache libgtest-dev libembree-dev python3 python3-jsonschema python3-zstandard python3-xxhash
-    valgrind zstd make mandoc groff-base draco libdraco-dev
+    valgrind zstd make mandoc groff-base draco libdraco-dev lib32stdc++-12-dev libc6-dev-i386
     xvfb xdotool imagemagick libgl1-mesa-dri
     clang libclang-rt-14-dev clang-tidy clang-format)
 peers=("${all[@]}" f3d)

@@ -12,7 +12,7 @@ scripts/install_packages.sh all
 # The build of the run time alone compiles what release has compiled: it takes the same objects.
 export CCACHE_DIR=$PWD/build/ccache CCACHE_BASEDIR=$PWD
 # All that is tested, and what is installed. Programs of bench/ are measured by people; lint sees that they compile.
-targets=(man {format_spec,command_line,runtime,tools,data,tests}/all)
+targets=(man {system,format_spec,command_line,runtime,tools,data,tests}/all)
 
 failed=()
 for preset in release asan; do

@@ -17,7 +17,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-FOLDERS = ("format_spec", "command_line", "runtime", "tools", "data", "tests", "bench", "examples")
+FOLDERS = ("system", "format_spec", "command_line", "runtime", "tools", "data", "tests", "bench", "examples")
 TOGETHER = 12
 
 

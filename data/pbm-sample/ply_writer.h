@@ -3,7 +3,7 @@
 
 #include "ammonite.h"
 
-#include "pbm_format/bytes.h"
+#include "system/bytes.h"
 
 #include <string>
 

@@ -1,10 +1,13 @@
 #!/bin/sh
-# Makes the pictures of gallery.md with the commands that stand there: make.sh BIN SCANS
-# BIN: the folder of pbm-build and pbm-render; SCANS: the folder of the scans. Needs ImageMagick.
+# Makes the pictures of gallery.md with the commands that stand there: make.sh BIN SCANS [NAME...]
+# BIN: the folder of the programs; SCANS: the folder of the scans; NAME: a picture, by default all of them.
+# Needs ImageMagick, and Xvfb for the picture of the window.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
+export GALLERY="$here"
 scans=$(cd "$2" && pwd)
 PATH=$(cd "$1" && pwd):$PATH
+shift 2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
@@ -13,8 +16,13 @@ for scan in bunny.ply=bun_zipper.ply buddha.ply=happy_stand15_mesh_le.ply dragon
     nefertiti.obj=nefertiti.obj studio.hdr=pano/studio_small_08_1k.hdr; do
     ln -s "$scans/${scan#*=}" "${scan%%=*}"
 done
-sed -n '/^```sh$/,/^```$/{/^```/d;p}' "$here/../gallery.md" | sh -eu
-for first in *-1.png; do # NAME-0.png (if there), NAME-1.png, ... side by side
-    name=${first%-1.png}
-    convert "$name"-[0-9].png +append -quality 88 -sampling-factor 4:4:4 "$here/$name.jpg"
+# The block of commands under `](gallery/NAME.jpg)` goes into NAME.sh.
+awk '/\]\(gallery\/.*\.jpg\)$/ { name = $0; sub(/.*\(gallery\//, "", name); sub(/\.jpg\)$/, "", name) }
+    /^```$/ { inside = 0 } inside { print > name ".sh" } /^```sh$/ { inside = 1 }' "$here/../gallery.md"
+[ $# -gt 0 ] || set -- $(basename -s .sh -- *.sh)
+for name in "$@"; do
+    sh -eu "$name.sh"
+    # Cells stand side by side, the first of them numbered 0 or 1; eight cells are two rows of four.
+    montage "$name"-[0-9].png -tile "$([ -e "$name-8.png" ] && echo 4x2 || echo x1)" -geometry +0+0 -quality 90 \
+        "$here/$name.jpg"
 done

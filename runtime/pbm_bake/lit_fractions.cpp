@@ -1,6 +1,6 @@
 #include "pbm_bake/lit_fractions.h"
 
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 
@@ -24,7 +24,7 @@ class FacingTest {
   public:
     FacingTest(const ShadowCasters &casters, const LightPlace &light) : casters_(casters), light_(light) {}
 
-    bool faces(const CasterBrick &brick, std::size_t i) const {
+    bool faces(const LevelBrick &brick, std::size_t i) const {
         const std::uint16_t stored = casters_.normals()[i];
         Vector3 travel = light_.direction;
         if (!light_.parallel) {
@@ -72,13 +72,13 @@ BrickSums sum_brick(const ShadowCasters &casters, const FacingTest &test, std::s
 }
 
 // What each brick gets from the nodes above it.
-std::vector<Given> given_to_bricks(std::span<const CasterBrick> bricks, std::vector<LitSum> sums) {
+std::vector<Given> given_to_bricks(std::span<const LevelBrick> bricks, std::vector<LitSum> sums) {
     struct Layer {
         std::vector<MortonCode> codes;
         std::vector<LitSum> sums;
     };
     std::vector<Layer> layers(1);
-    for (const CasterBrick &brick : bricks)
+    for (const LevelBrick &brick : bricks)
         layers[0].codes.push_back(morton_encode(brick.corner[0], brick.corner[1], brick.corner[2]));
     layers[0].sums = std::move(sums);
     while (layers.back().codes.size() > 1) {

@@ -2,7 +2,7 @@
 
 #include "pbm_bake/lit_fractions.h"
 #include "pbm_bake/shadow_map.h"
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <cassert>
@@ -11,15 +11,15 @@
 namespace pbm {
 namespace {
 
-// Of a map that one thread draws at a time: they stay in its cache.
+// Texels of a map that one thread draws at a time: they stay in its cache.
 constexpr std::size_t kStripTexels = 1 << 17;
 constexpr int kLeastStripRows = 32;
-// Of a map that receivers of a ground plane look into.
+// Texels of a map that all rows of the ground plane look into at a time.
 constexpr std::size_t kGroundMapTexels = 1 << 24;
 // Rays per ground texel and map, spread over the texel and half of its neighbours.
 constexpr int kGroundRays = 4;
 
-// Counts what is done, for whoever waits.
+// Counts finished parts and reports them.
 class ProgressCount {
   public:
     ProgressCount(const ShadowOptions &options, std::size_t total) : options_(options), total_(total) {}
@@ -37,6 +37,8 @@ class ProgressCount {
     std::size_t done_ = 0;
 };
 
+bool is_stopped(const ShadowOptions &options) { return options.stop != nullptr && *options.stop; }
+
 int rows_of_strip(const ShadowView &view) {
     return std::max(kLeastStripRows, static_cast<int>(kStripTexels / static_cast<std::size_t>(view.width())));
 }
@@ -52,12 +54,12 @@ void check(const ShadowOptions &options) {
     static_cast<void>(options);
 }
 
-// One map, strip by strip: each is drawn and asked before the next.
+// Votes with one map, strip by strip: it draws a strip and looks up all points before the next one.
 void vote_by_strips(const ShadowView &view, const ShadowOptions &options, std::span<std::uint8_t> votes) {
     const int rows = rows_of_strip(view);
     const std::size_t strips = static_cast<std::size_t>((view.height() + rows - 1) / rows);
     parallel_for(strips, options.threads, [&](std::size_t strip) {
-        if (options.stop.stop_requested())
+        if (is_stopped(options))
             return;
         const int first = static_cast<int>(strip) * rows, here = std::min(rows, view.height() - first);
         std::vector<float> map(static_cast<std::size_t>(here) * static_cast<std::size_t>(view.width()));
@@ -66,7 +68,7 @@ void vote_by_strips(const ShadowView &view, const ShadowOptions &options, std::s
     });
 }
 
-// The points of a light that is asked so many times.
+// The parts of a light for this number of rays per point.
 std::vector<LightPlace> parts_of_light(const LightPlace &light, const ShadowCasters &casters, int count, double size) {
     if (size == 0)
         return {light};
@@ -81,7 +83,7 @@ void vote_by_rays(const ShadowRays &rays, std::span<const LightPlace> parts, con
                   std::span<std::uint8_t> votes) {
     ProgressCount progress(options, rays.blocks());
     parallel_for(rays.blocks(), options.threads, [&](std::size_t block) {
-        if (options.stop.stop_requested())
+        if (is_stopped(options))
             return;
         rays.vote(block, parts, votes);
         progress.add();
@@ -91,10 +93,10 @@ void vote_by_rays(const ShadowRays &rays, std::span<const LightPlace> parts, con
 void vote_by_maps(const LightPlace &light, const ShadowCasters &casters, const ShadowOptions &options, double size,
                   std::span<std::uint8_t> votes) {
     ProgressCount progress(options, static_cast<std::size_t>(options.maps));
-    for (int map = 0; map < options.maps && !options.stop.stop_requested(); ++map) {
+    for (int map = 0; map < options.maps && !is_stopped(options); ++map) {
         for (const LightView &view : views_of_map(light, casters, map, size))
             vote_by_strips(ShadowView(view, casters), options, votes);
-        if (!options.stop.stop_requested())
+        if (!is_stopped(options))
             progress.add();
     }
 }
@@ -103,11 +105,12 @@ void vote_by_maps(const LightPlace &light, const ShadowCasters &casters, const S
 struct GroundRaster {
     Vector3 corner, normal;
     Vector3 step_u, step_v; // of a texel
+    std::uint32_t size;     // texels of an edge
 
-    GroundRaster(const GroundPlane &ground, const ShadowCasters &casters, std::uint32_t size) {
+    GroundRaster(const GroundPlane &ground, const ShadowCasters &casters, std::uint32_t texels) : size(texels) {
         const std::size_t up = casters.up() == UpAxis::y ? 1 : casters.up() == UpAxis::z ? 2 : 0;
         const std::size_t u = (up + 1) % 3, v = (up + 2) % 3;
-        const double half = static_cast<double>(ground.half_edge) / casters.voxel_size(), texel = 2 * half / size;
+        const double half = static_cast<double>(ground.half_edge) / casters.voxel_size(), texel = 2 * half / texels;
         corner = normal = step_u = step_v = {0, 0, 0};
         for (std::size_t axis = 0; axis < 3; ++axis)
             corner[axis] = static_cast<double>(ground.centre[axis]) / casters.voxel_size();
@@ -129,9 +132,10 @@ struct GroundRaster {
     }
 };
 
-// Rays that reach the ground, per texel, of one view: it is drawn in parts, all rows of the ground look at each.
-void look_from_ground(const ShadowView &view, const GroundRaster &ground, std::uint32_t size, int map_number,
-                      const ShadowOptions &options, std::span<std::uint16_t> blocked) {
+// Counts, per texel of the ground, the rays that one view finds blocked. It draws the view in parts; all rows of the
+// ground look into each part.
+void look_from_ground(const ShadowView &view, const GroundRaster &ground, int map_number, const ShadowOptions &options,
+                      std::span<std::uint16_t> blocked) {
     const int part_rows =
         std::max(kLeastStripRows, static_cast<int>(kGroundMapTexels / static_cast<std::size_t>(view.width())));
     const auto width = static_cast<std::size_t>(view.width());
@@ -140,14 +144,14 @@ void look_from_ground(const ShadowView &view, const GroundRaster &ground, std::u
         const int rows = std::min(part_rows, view.height() - first), strip = rows_of_strip(view);
         parallel_for(static_cast<std::size_t>((rows + strip - 1) / strip), options.threads, [&](std::size_t i) {
             const int top = static_cast<int>(i) * strip, here = std::min(strip, rows - top);
-            if (!options.stop.stop_requested())
+            if (!is_stopped(options))
                 view.draw(first + top, here,
                           std::span(map).subspan(static_cast<std::size_t>(top) * width,
                                                  static_cast<std::size_t>(here) * width));
         });
-        parallel_for(size, options.threads, [&](std::size_t row) {
-            const auto [begin, end] = view.squares_seen(ground.at(0, static_cast<double>(row)), ground.step_u,
-                                                        ground.step_v, size, first, rows);
+        parallel_for(ground.size, options.threads, [&](std::size_t row) {
+            const auto [begin, end] = view.squares_seen(
+                {ground.at(0, static_cast<double>(row)), ground.step_u, ground.step_v, ground.size}, first, rows);
             for (std::uint32_t column = begin; column < end; ++column)
                 for (int ray = 0; ray < kGroundRays; ++ray) {
                     const auto [du, dv] = ray_in_texel(map_number * kGroundRays + ray);
@@ -155,7 +159,7 @@ void look_from_ground(const ShadowView &view, const GroundRaster &ground, std::u
                     if (seen.inside && seen.row >= first && seen.row < first + rows &&
                         map[static_cast<std::size_t>(seen.row - first) * width +
                             static_cast<std::size_t>(seen.column)] < seen.depth)
-                        ++blocked[row * size + column];
+                        ++blocked[row * ground.size + column];
                 }
         });
     }
@@ -176,7 +180,7 @@ Bytes bake_light(const ShadowCasters &casters, const Light &light, const ShadowO
     } else {
         vote_by_maps(place, casters, options, size, votes);
     }
-    if (options.stop.stop_requested())
+    if (is_stopped(options))
         return {};
     votes_to_fractions(votes, asked, options.bits);
     fill_unlit(casters, place, options.threads, votes);
@@ -198,8 +202,8 @@ Image bake_ground(const ShadowCasters &casters, const Light &light, const Ground
     ProgressCount progress(options, static_cast<std::size_t>(options.maps));
     for (int map = 0; map < options.maps; ++map) {
         for (const LightView &view : views_of_map(place, casters, map, light_size))
-            look_from_ground(ShadowView(view, casters), raster, size, map, options, blocked);
-        if (options.stop.stop_requested())
+            look_from_ground(ShadowView(view, casters), raster, map, options, blocked);
+        if (is_stopped(options))
             return {};
         progress.add();
     }

@@ -118,7 +118,7 @@ class ShadowView::SplatsOfView {
     Splat operator()(const ViewBrick &brick, std::size_t i) const {
         const auto &place = places_[place_of_[i]];
         const ViewNormal &n = normals_[normal_of_[i] & kNormalIndexMask];
-        const float offset = static_cast<float>(offset_of_[i]) * (1.0F / ShadowCasters::kOffsetSteps);
+        const float offset = static_cast<float>(offset_of_[i]) * (1.0F / kCarriedSteps);
         return {brick.corner[0] + place[0] + offset * n.x, brick.corner[1] + place[1] + offset * n.y,
                 brick.corner[2] + place[2] + offset * n.z, &n};
     }
@@ -328,9 +328,10 @@ ShadowView::Seen ShadowView::see(const Vector3 &place, const Vector3 &normal) co
 
 // Places of the map are those for which a linear function each is positive for its four borders. Each is taken where
 // the square is best for it.
-std::pair<std::uint32_t, std::uint32_t> ShadowView::squares_seen(const Vector3 &corner, const Vector3 &along,
-                                                                 const Vector3 &across, std::uint32_t count,
-                                                                 int first_row, int rows) const {
+std::pair<std::uint32_t, std::uint32_t> ShadowView::squares_seen(const SquareRow &squares, int first_row,
+                                                                 int rows) const {
+    const Vector3 &corner = squares.corner, &along = squares.along, &across = squares.across;
+    const std::uint32_t count = squares.count;
     const Vector3 from{corner[0] - view_.origin[0], corner[1] - view_.origin[1], corner[2] - view_.origin[2]};
     const double e = view_.inverse_distance;
     double first = 0, last = count;

@@ -35,12 +35,15 @@ class ShadowView {
     // `place` in voxels from the grid's minimum corner.
     Seen see(const Vector3 &place, const Vector3 &normal) const;
 
-    // Of a row of `count` squares beside each other, the first one with its corner at `corner` and its edges `along`
-    // the row and `across`: the numbers first..second - 1 of those of which a place may fall into the map's rows
-    // first_row..first_row + rows - 1. No other one does.
-    std::pair<std::uint32_t, std::uint32_t> squares_seen(const Vector3 &corner, const Vector3 &along,
-                                                         const Vector3 &across, std::uint32_t count, int first_row,
-                                                         int rows) const;
+    // A row of `count` squares side by side. The first one has its corner at `corner`.
+    struct SquareRow {
+        Vector3 corner;
+        Vector3 along, across; // edges of a square; `along` leads to the next one
+        std::uint32_t count;
+    };
+    // The squares first..second - 1, in which places may fall into the map's rows first_row..first_row + rows - 1. No
+    // place of another square does.
+    std::pair<std::uint32_t, std::uint32_t> squares_seen(const SquareRow &squares, int first_row, int rows) const;
 
   private:
     struct ViewNormal {

@@ -1,6 +1,6 @@
 #include "pbm_bake/shadow_rays.h"
 
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <atomic>
@@ -45,7 +45,7 @@ Way way_to(const LightPlace &light, const Place &from) {
         light.parallel ? std::numeric_limits<float>::max() : static_cast<float>(length)};
 }
 
-Place centre_of(const CasterBrick &brick, std::uint16_t place) {
+Place centre_of(const LevelBrick &brick, std::uint16_t place) {
     const Vector3 centre = voxel_centre(brick, place);
     return {static_cast<float>(centre[0]), static_cast<float>(centre[1]), static_cast<float>(centre[2])};
 }

@@ -5,7 +5,7 @@ a chain of such; each operand of its `||` is one of its own. So is each operand 
 a `return a && b;`, an `if (a && b) return {};` or the like before an error, or a `const bool name = a && b;` that is
 asked for as `!name`.
 
-In the copy such a condition `c` reads ((c) && pbm::check_kept(N)): with the check N removed it never holds; one that must
+The copy of ROOM/NAME.cpp is TO_FOLDER/ROOM/NAME.cpp. In it such a condition `c` reads ((c) && pbm::check_kept(N)): with the check N removed it never holds; one that must
 hold reads ((c) || !pbm::check_kept(N)). LIST.json gets number, file, line and text of each check. With --no-steps only what
 refuses has a switch: no step of a chain that ends with its first error, no `return a && b;`, which may look something up.
 """
@@ -18,7 +18,7 @@ from pathlib import Path
 # What the guarded statement starts with if it refuses something.
 REFUSES = re.compile(r"""\s*\{?\s*(?:
     return\s+(?:\w+::)*(?:Error\b|bad\w*\(|broken\w*\(|refuse\w*\(|fault\w*\(|faults\b|impossible\w*\(|false\b|status\b)
-  | return\s+(?:at_section|of_tile|wrong_\w+)\(
+  | return\s+(?:at_section|of_tile|wrong_\w+|explain_\w+)\(
   | return\s+[^;]*\.error\(\)
   | return\s+(?:\w+\.)?\w+(?:->|\.)error
   | (?:\w+\.)?fault\w*\(
@@ -159,14 +159,14 @@ class Source:
 def main(folder, listing, first, *sources):
     steps = "--no-steps" not in sources                 # whether a chain's steps may be left out, as checks
     sources = [source for source in sources if source != "--no-steps"]
-    Path(folder).mkdir(parents=True, exist_ok=True)
     number, checks = int(first), []
     for path in map(Path, sources):
         source = Source(path, number, steps)
         source.find()
         number = source.number
         checks += source.checks
-        target = Path(folder, path.name)
+        target = Path(folder, path.parent.name, path.name)
+        target.parent.mkdir(parents=True, exist_ok=True)
         text = source.instrumented()
         if not target.exists() or target.read_text(encoding="utf-8") != text:
             target.write_text(text, encoding="utf-8")

@@ -36,15 +36,15 @@ run("pbm-sample", "--vertices", 20000, "-q", "-o", "scan.ply")
 
 # The same bytes for any number of threads, and again.
 for threads in (1, 2, 5):
-    run("pbm-build", "-q", "-j", threads, "--depth", 8, "scan.ply", "-o", f"j{threads}.bvg")
-same("j1.bvg", "j2.bvg")
-same("j1.bvg", "j5.bvg")
+    run("pbm-build", "-q", "-j", threads, "--depth", 8, "scan.ply", "-o", f"j{threads}.pbvg")
+same("j1.pbvg", "j2.pbvg")
+same("j1.pbvg", "j5.pbvg")
 
-verdict = run("pbm-validate", "j1.bvg")
-check(verdict.startswith("VALID j1.bvg"), "pbm-validate says " + verdict)
+verdict = run("pbm-validate", "j1.pbvg")
+check(verdict.startswith("VALID j1.pbvg"), "pbm-validate says " + verdict)
 
-info = json.loads(run("pbm-info", "--json", "j1.bvg"))
-check(info["file_bytes"] == (work / "j1.bvg").stat().st_size, "pbm-info: file_bytes is wrong")
+info = json.loads(run("pbm-info", "--json", "j1.pbvg"))
+check(info["file_bytes"] == (work / "j1.pbvg").stat().st_size, "pbm-info: file_bytes is wrong")
 check(info["depth"] == 8 and len(info["levels"]) == 8, "pbm-info: depth or levels are wrong")
 check(info["levels"][-1]["points"] == info["points"] > 10000, f"pbm-info: {info['points']} points")
 points = [level["points"] for level in info["levels"]]
@@ -55,13 +55,13 @@ for stream in info["streams"]:
 stored = sum(stream["stored_bytes"] for stream in info["streams"])
 check(stored <= info["file_bytes"], "pbm-info: streams are larger than the file")
 
-statistics = json.loads(run("pbm-build", "--json", "--depth", 8, "scan.ply", "-o", "again.bvg"))
+statistics = json.loads(run("pbm-build", "--json", "--depth", 8, "scan.ply", "-o", "again.pbvg"))
 check(statistics, "pbm-build --json is empty")
-same("j1.bvg", "again.bvg")
+same("j1.pbvg", "again.pbvg")
 
 # A picture: the model covers a good part of it, in more than a few colours, away from the border.
 size = ("--resolution", "320,240")
-run("pbm-render", "j1.bvg", "-o", "a.png", "--depth-output", "a.pfm", *size)
+run("pbm-render", "j1.pbvg", "-o", "a.png", "--depth-output", "a.pfm", *size)
 width, height, channels, pixels = pictures.read_png(work / "a.png")
 check((width, height) == (320, 240), f"the picture has {width}x{height} pixels")
 colour = [pixels[i : i + 3] for i in range(0, len(pixels), channels)]
@@ -82,10 +82,10 @@ check(wrong <= len(drawn) // 1000, f"depth and colour disagree about {wrong} pix
 check(all(z > 0 for z in depth), "depth is not positive")
 
 # The same again, and transparent.
-run("pbm-render", "j2.bvg", "-o", "b.png", "--depth-output", "b.pfm", *size)
+run("pbm-render", "j2.pbvg", "-o", "b.png", "--depth-output", "b.pfm", *size)
 same("a.png", "b.png")
 same("a.pfm", "b.pfm")
-run("pbm-render", "j1.bvg", "-o", "c.png", "--no-background", *size)
+run("pbm-render", "j1.pbvg", "-o", "c.png", "--no-background", *size)
 _, _, channels, pixels = pictures.read_png(work / "c.png")
 check(channels == 4, "--no-background has no alpha")
 alpha = pixels[3::4]
@@ -95,7 +95,7 @@ check(sum((a > 0) != math.isfinite(z) for a, z in zip(alpha, depth)) == 0, "alph
 # From behind it looks different.
 centre = [o + info["voxel_size"] * 2 ** info["depth"] / 2 for o in info["origin"]]
 behind = [centre[0], centre[1], centre[2] - 4 * info["voxel_size"] * 2 ** info["depth"]]
-run("pbm-render", "j1.bvg", "-o", "d.png", *size, "--camera-position", ",".join(map(str, behind)),
+run("pbm-render", "j1.pbvg", "-o", "d.png", *size, "--camera-position", ",".join(map(str, behind)),
     "--camera-focal-point", ",".join(map(str, centre)))
 check((work / "d.png").read_bytes() != (work / "a.png").read_bytes(), "the camera does not move")
 _, _, channels, pixels = pictures.read_png(work / "d.png")

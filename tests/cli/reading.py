@@ -41,13 +41,13 @@ BYTES_PER_POINT = {565: 4, 888: 5}
 for colour in BYTES_PER_POINT:
     for store in ("packed", "mapped"):
         run("pbm-build", "-q", "--depth", DEPTH, "--colour", colour, "--store", store, "scan.ply", "-o",
-            f"{store}{colour}.bvg")
+            f"{store}{colour}.pbvg")
 
 # First pictures need little more than the start of the file.
 for colour, most in BYTES_PER_POINT.items():
     shown_of_64_kb = 0
     for level in range(5, DEPTH):
-        drawn = draw(f"packed{colour}.bvg", "first.png", "--level", level, "--max-error", 0.1)
+        drawn = draw(f"packed{colour}.pbvg", "first.png", "--level", level, "--max-error", 0.1)
         check(drawn["level"] == level, f"level {level}: drew {drawn['level']}")
         if level < 6 and drawn["bytes_read"] > 4096:
             continue  # the camera has to see level 6
@@ -67,10 +67,10 @@ views = {
 }
 costs = {}
 for name, options in views.items():
-    packed = draw("packed888.bvg", "packed.png", *options)
-    mapped = draw("mapped888.bvg", "mapped.png", *options)
+    packed = draw("packed888.pbvg", "packed.png", *options)
+    mapped = draw("mapped888.pbvg", "mapped.png", *options)
     same("packed.png", "mapped.png")
-    draw("packed888.bvg", "again.png", "-j", 1, *options)
+    draw("packed888.pbvg", "again.png", "-j", 1, *options)
     same("packed.png", "again.png")
     check(mapped["points_decoded"] == 0 < packed["points_decoded"], f"{name}: decoded {mapped['points_decoded']}")
     check(packed["points"] == mapped["points"] and packed["level"] == mapped["level"], f"{name}: {packed} {mapped}")
@@ -78,50 +78,50 @@ for name, options in views.items():
     costs[name] = packed
 check(costs["coarse"]["points_decoded"] < costs["whole"]["points_decoded"] < costs["fine"]["points_decoded"],
       "finer pictures decode no more")
-total = json.loads(run("pbm-info", "--json", "packed888.bvg").stdout)["points"]
+total = json.loads(run("pbm-info", "--json", "packed888.pbvg").stdout)["points"]
 for name in ("close", "corner"):
     check(costs[name]["level"] == DEPTH, f"{name} is no close-up: level {costs[name]['level']}")
     decoded = costs[name]["points_decoded"]
     check(decoded <= total / 4, f"{name}: {decoded} of {total} points decoded")
 
 # What is said in words is the same.
-said = run("pbm-render", "-v", "packed888.bvg", "-o", "words.png").stdout
+said = run("pbm-render", "-v", "packed888.pbvg", "-o", "words.png").stdout
 words = f"read: {costs['whole']['bytes_read']} of {costs['whole']['file_bytes']} bytes, " \
         f"{costs['whole']['points_decoded']} points decoded\n"
 check(words in said, f"-v says: {said}")
 
 # Damage where a picture does not look is not seen; where it looks, there is no picture.
-damaged = bytearray((work / "packed888.bvg").read_bytes())
+damaged = bytearray((work / "packed888.pbvg").read_bytes())
 damaged[-1000] ^= 1
-(work / "damaged.bvg").write_bytes(damaged)
-draw("damaged.bvg", "coarse.png", "--max-error", 8)
-draw("packed888.bvg", "packed.png", "--max-error", 8)
+(work / "damaged.pbvg").write_bytes(damaged)
+draw("damaged.pbvg", "coarse.png", "--max-error", 8)
+draw("packed888.pbvg", "packed.png", "--max-error", 8)
 same("coarse.png", "packed.png")
-refused = run("pbm-render", "damaged.bvg", "-o", "refused.png", "--max-error", 0.1, code=3)
-check("damaged.bvg" in refused.stderr and "offset" in refused.stderr, f"damage is not named: {refused.stderr}")
+refused = run("pbm-render", "damaged.pbvg", "-o", "refused.png", "--max-error", 0.1, code=3)
+check("damaged.pbvg" in refused.stderr and "offset" in refused.stderr, f"damage is not named: {refused.stderr}")
 check(not (work / "refused.png").exists(), "a picture of a damaged chunk")
 
 # Memory is what the user grants.
-refused = run("pbm-render", "packed888.bvg", "-o", "refused.png", "--max-error", 0.1, "--resolution", "320,200",
+refused = run("pbm-render", "packed888.pbvg", "-o", "refused.png", "--max-error", 0.1, "--resolution", "320,200",
               "--max-memory", "2M", code=4)
 check("--max-memory" in refused.stderr, refused.stderr)
 
 # Times of frames from all around, without pictures; with little memory, too.
 for renderer in ("fast", "reference"):
-    run("pbm-render", "packed888.bvg", "--bench", 5, "--json=bench.json", "-q", "--renderer", renderer, "--level", 8)
+    run("pbm-render", "packed888.pbvg", "--bench", 5, "--json=bench.json", "-q", "--renderer", renderer, "--level", 8)
     bench = json.loads((work / "bench.json").read_text())
     check(bench["renderer"] == renderer and bench["bench_frames"] == 5, f"{bench}")
     check(0 < bench["bench_min_ms"] <= bench["bench_median_ms"], f"{bench}")
     check(bench["bench_drawn_points"] > 10000 and bench["peak_memory"] > 1 << 20, f"{bench}")
 # A mapped file that is written to while it is drawn: frames are spoilt, and nothing else happens. Its directories were
 # read by the time the first frame is drawn.
-victim = bytearray((work / "mapped888.bvg").read_bytes())
-(work / "written.bvg").write_bytes(victim)
+victim = bytearray((work / "mapped888.pbvg").read_bytes())
+(work / "written.pbvg").write_bytes(victim)
 directory_end = len(victim) // 4
-bench = subprocess.Popen([str(programs / "pbm-render"), "written.bvg", "--bench", "300", "--resolution", "320,200", "-q"],
+bench = subprocess.Popen([str(programs / "pbm-render"), "written.pbvg", "--bench", "300", "--resolution", "320,200", "-q"],
                          cwd=work, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 random_bytes = random.Random(1)
-with open(work / "written.bvg", "r+b", buffering=0) as file:
+with open(work / "written.pbvg", "r+b", buffering=0) as file:
     while bench.poll() is None:
         file.seek(random_bytes.randrange(directory_end, len(victim) - 4096))
         file.write(random_bytes.choice([random_bytes.randbytes(4096), bytes(4096), b"\xff" * 4096]))

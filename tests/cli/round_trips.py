@@ -63,7 +63,7 @@ def find(name):
 
 
 def round_trip(scan, options):
-    first, points, second = (work / name for name in ("first.bvg", "points.ply", "second.bvg"))
+    first, points, second = (work / name for name in ("first.pbvg", "points.ply", "second.pbvg"))
     run("pbm-build", "-q", scan, "-o", first, *options)
     run("pbm-export", "-q", first, "-o", points)
     colour = ["--colour", "565"] if "565" in options else []

@@ -5,7 +5,7 @@ A transcript is a list of commands, run by bash one after the other in one fresh
 
   # comment
   == title of the cases that follow
-  $ pbm-info missing.bvg            the command; further lines that start with "> " continue it
+  $ pbm-info missing.pbvg            the command; further lines that start with "> " continue it
   out| expected line                of standard output, in order
   err| expected line                of standard error, in order
   exit 2                            expected exit code; 0 if absent

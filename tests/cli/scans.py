@@ -30,7 +30,7 @@ def run(program, *arguments):
 
 def walk(scan):
     """What is wrong with the way of this scan to a picture, or None."""
-    model, picture = work / (scan.name + ".bvg"), work / (scan.name + ".png")
+    model, picture = work / (scan.name + ".pbvg"), work / (scan.name + ".png")
     model.unlink(missing_ok=True)
     built = run("pbm-build", "-q", scan, "-o", model)
     if built.returncode != 0:

@@ -38,11 +38,11 @@ for level in ("--quick", "--deep", "--errors-only"):
     document = report(level, "-r", vectors, "/no/such/file", "/dev/zero", root)
     if len(document["files"]) < 150:
         failed.append(f"{level}: only {len(document['files'])} files")
-report("--max-memory", "1", vectors / "valid/smallest.bvg")
+report("--max-memory", "1", vectors / "valid/smallest.pbvg")
 report("--ignore", "raster,hash.chunk", "-r", vectors / "invalid")
 
 # The schema refuses what it should.
-document = report(vectors / "invalid/4.2-zero-mask.bvg")
+document = report(vectors / "invalid/4.2-zero-mask.pbvg")
 for path in (("level",), ("files", 0, "findings", 0, "code"), ("files", 0, "errors"), ("files", 0, "findings", 0, "offset")):
     broken = json.loads(json.dumps(document))
     at = broken

@@ -34,7 +34,7 @@ def run(program, *arguments, **more):
 
 
 def render(*arguments, **more):
-    return run("pbm-render", "model.bvg", f"--resolution={SIZE[0]},{SIZE[1]}", *arguments, **more)
+    return run("pbm-render", "model.pbvg", f"--resolution={SIZE[0]},{SIZE[1]}", *arguments, **more)
 
 
 def good(result, what):
@@ -148,7 +148,7 @@ def test_pictures():
     check(len(list(work.glob("f_*"))) == FRAMES, "another number of pictures")
     seen = set()
     for number, view in views:
-        good(run("pbm-render", "-q", "model.bvg", "-o", "single.png", *view.split()), "a view of the video")
+        good(run("pbm-render", "-q", "model.pbvg", "-o", "single.png", *view.split()), "a view of the video")
         picture = (work / f"f_{int(number):03}.png").read_bytes()
         check(picture == (work / "single.png").read_bytes(), f"frame {number} is another picture")
         seen.add(hashlib.sha256(picture).digest())
@@ -192,7 +192,7 @@ def test_raw():
     for number in range(FRAMES):
         _, _, _, wanted = pictures.read_png(work / f"f_{number + 1:03}.png")
         check(result.stdout[number * frame : (number + 1) * frame] == wanted, f"raw frame {number} differs")
-    command = f"'{programs}/pbm-render' -q model.bvg --resolution 640,480 --turntable - | head -c 1000 >/dev/null; echo ${{PIPESTATUS[0]}}"
+    command = f"'{programs}/pbm-render' -q model.pbvg --resolution 640,480 --turntable - | head -c 1000 >/dev/null; echo ${{PIPESTATUS[0]}}"
     told = subprocess.run(["bash", "-c", command], cwd=work, capture_output=True, text=True)
     check(told.stdout == "2\n" and "Broken pipe" in told.stderr and told.stderr.count("\n") == 1, f"{told}")
 
@@ -209,7 +209,7 @@ def test_mp4():
                             ("exit 0", "ended before it had all of its input")):
         (work / "bin" / "ffmpeg").write_text(f"#!/bin/sh\n{script}\n")
         (work / "bin" / "ffmpeg").chmod(0o755)
-        result = run("pbm-render", "-q", "model.bvg", "--resolution=640,480", "--turntable", "keep.mp4", "--frames", 4,
+        result = run("pbm-render", "-q", "model.pbvg", "--resolution=640,480", "--turntable", "keep.mp4", "--frames", 4,
                      env={"PATH": f"{work}/bin:/usr/bin:/bin"})
         check(result.returncode == 4, f"{script}: {result.returncode}")
         check(result.stderr.decode() == f"pbm-render: keep.mp4: ffmpeg {message}; .avi needs no other program\n",
@@ -249,7 +249,7 @@ def test_errors():
     # A disk that is full: the old video stays, nothing else does.
     (work / "full").mkdir()
     (work / "full" / "a.avi").write_text("precious")
-    limited = f"ulimit -f 8; exec '{programs}/pbm-render' -q model.bvg --resolution 320,240 --turntable"
+    limited = f"ulimit -f 8; exec '{programs}/pbm-render' -q model.pbvg --resolution 320,240 --turntable"
     for name in ("a.avi", "f_%d.bmp"):
         result = subprocess.run(["bash", "-c", f"{limited} full/{name}"], cwd=work, capture_output=True, text=True)
         check(result.returncode == 2, f"a full disk, {name}: exit code {result.returncode}")
@@ -259,7 +259,7 @@ def test_errors():
 
 
 for arguments in (("pbm-sample", "-q", "--vertices", 10000, "-o", "scan.ply"),
-                  ("pbm-build", "-q", "--depth", 6, "scan.ply", "-o", "model.bvg")):
+                  ("pbm-build", "-q", "--depth", 6, "scan.ply", "-o", "model.pbvg")):
     good(run(*arguments), arguments[0])
 for name, test in [(name, test) for name, test in globals().items() if name.startswith("test_")]:
     print(name.removeprefix("test_"), flush=True)

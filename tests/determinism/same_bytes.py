@@ -158,7 +158,7 @@ def build(program, folder, model, how):
         scan = folder / ("points-shuffled.ply" if name == "points" else "shuffled.ply")
     else:
         scan = folder / ("points.ply" if name == "points" else "scan.ply")
-    to = folder / how.get("to", "out") / "model.bvg"
+    to = folder / how.get("to", "out") / "model.pbvg"
     to.parent.mkdir(exist_ok=True)
     if "time" in how:
         os.utime(scan, (how["time"], how["time"]))
@@ -171,7 +171,7 @@ def build(program, folder, model, how):
     with open(folder / scan, "rb") as source:
         subprocess.run(command, check=True, env=env, cwd=how.get("cwd"), umask=how.get("umask", -1),
                        stdin=source if how.get("pipe") else subprocess.DEVNULL)
-    return (folder / how.get("to", "out") / "model.bvg").read_bytes()
+    return (folder / how.get("to", "out") / "model.pbvg").read_bytes()
 
 def difference(a, b):
     first = next((i for i, (x, y) in enumerate(zip(a, b)) if x != y), min(len(a), len(b)))

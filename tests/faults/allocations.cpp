@@ -4,7 +4,7 @@
 #include "goldens.h"
 #include "judge.h"
 
-#include "pbm_format/writer.h"
+#include "pbm_format/writing/writer.h"
 
 #include <array>
 #include <new>
@@ -14,7 +14,7 @@ namespace pbm::faults {
 namespace {
 
 enum class Work : std::uint8_t { open, verify, validate, load, draw, encode };
-constexpr std::array<const char *, 6> kWorks{"open", "verify_all", "validate", "load_model", "render", "encode_model"};
+constexpr std::array<const char *, 6> kWorks{"open", "verify", "validate", "load_model", "render", "encode_model"};
 enum class End : std::uint8_t { done, memory, other };
 
 End end_of(const Status &status) {
@@ -35,7 +35,7 @@ template <class T> Status status_of(const Result<T> &result) { return result ? S
 End do_work(Work what, const Golden &golden, const Model &model, int threads) {
     switch (what) {
     case Work::open: return end_of(status_of(Reader::open(golden.bytes)));
-    case Work::verify: return end_of(read_everything(golden.bytes, threads));
+    case Work::verify: return end_of(verify(golden.bytes, {.threads = threads}));
     case Work::validate: return end_of(validate(golden.bytes, {.threads = threads}));
     case Work::load: {
         Result<Reader> reader = Reader::open(golden.bytes);

@@ -4,8 +4,9 @@
 #include "goldens.h"
 #include "judge.h"
 
-#include "pbm_format/platform.h"
-#include "unit/test_models.h"
+#include "system/files/mapped_file.h"
+#include "system/processes/this_process.h"
+#include "unit/support/test_models.h"
 
 #include <array>
 #include <cerrno>
@@ -27,7 +28,7 @@ using test::Random;
 enum class Change : std::uint8_t { shrunk, emptied, grown, rewritten, unlinked };
 constexpr std::array<const char *, 5> kChanges{"shrunk", "emptied", "grown", "rewritten", "unlinked"};
 enum class Work : std::uint8_t { verify, validate, load, draw };
-constexpr std::array<const char *, 4> kWorks{"verify_all", "validate", "load_model", "render"};
+constexpr std::array<const char *, 4> kWorks{"verify", "validate", "load_model", "render"};
 
 // Must not touch the file's old bytes through its mapping.
 void change(const std::string &path, Change how, std::uint64_t size, Random &random) {
@@ -51,7 +52,7 @@ int exit_of(const Status &status) { return status ? 0 : exit_code(status.error()
 
 int work(ByteView file, Work what, int threads) {
     switch (what) {
-    case Work::verify: return exit_of(read_everything(file, threads));
+    case Work::verify: return exit_of(verify(file, {.threads = threads}));
     case Work::validate: {
         const ValidationReport report = validate(file, {.threads = threads});
         return report.valid() ? 0 : 3;
@@ -119,7 +120,7 @@ void judge(Change how, int state, const std::string &said, const std::string &st
 void change_mapped_files(const Options &options, Tally &tally) {
     const std::vector<Golden> files = goldens(64 << 10);
     const std::string path =
-        (std::filesystem::temp_directory_path() / ("pbm_faults_" + std::to_string(::getpid()) + ".bvg")).string();
+        (std::filesystem::temp_directory_path() / ("pbm_faults_" + std::to_string(::getpid()) + ".pbvg")).string();
     const std::uint64_t rounds = options.complete ? 5'000 : 300;
     for (std::uint64_t round = 0; round < rounds; ++round) {
         Random random(options.seed << 40 | round);

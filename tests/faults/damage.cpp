@@ -9,13 +9,13 @@
 namespace pbm::faults {
 namespace {
 
-// What was found of a damaged file, by the validator and by the reader.
+// What `validate` and `verify` found of a damaged file.
 struct Found {
     ValidationReport report;
-    Status reader;
+    Status first;
 };
 
-Found examine(ByteView file) { return {validate(file, {.threads = 1}), read_everything(file)}; }
+Found examine(ByteView file) { return {validate(file, {.threads = 1}), verify(file, {.threads = 1})}; }
 
 bool within(std::uint64_t offset, std::uint64_t begin, std::uint64_t end) { return offset >= begin && offset < end; }
 
@@ -35,7 +35,7 @@ void flip_all(const Golden &golden, std::uint64_t step, Tally &tally) {
         const Found found = examine(file);
         tally.add_case();
         const bool detected = tally.require(!found.report.valid(), story + ": the validator sees nothing") &&
-                              tally.require(!found.reader.ok(), story + ": the reader sees nothing");
+                              tally.require(!found.first.ok(), story + ": verify sees nothing");
         if (detected) {
             tally.add_detected();
             tally.require(std::any_of(found.report.findings.begin(), found.report.findings.end(),
@@ -45,8 +45,8 @@ void flip_all(const Golden &golden, std::uint64_t step, Tally &tally) {
                                                   finding.chunk == static_cast<std::int64_t>(region.index));
                                       }),
                           story + ": the validator does not say where, but " + found.report.findings[0].message);
-            tally.require(within(found.reader.error().offset, region.section_begin, region.section_end),
-                          story + ": the reader does not say where, but " + found.reader.error().message);
+            tally.require(within(found.first.error().offset, region.section_begin, region.section_end),
+                          story + ": verify does not say where, but " + found.first.error().message);
         }
         pictures.check(file, region, story, tally);
         file[at] = golden.bytes[at];
@@ -63,13 +63,13 @@ void cut_files(const Options &options, Tally &tally) {
             const Found found = examine(file);
             const std::string story = golden.name + " cut at " + std::to_string(size);
             tally.add_case();
-            if (tally.require(!found.report.valid() && !found.reader.ok(), story + ": not seen"))
+            if (tally.require(!found.report.valid() && !found.first.ok(), story + ": not seen"))
                 tally.add_detected();
             else
                 continue;
             const Finding &finding = found.report.findings.front();
             tally.require((finding.code == ErrorCode::truncated || size == 0) && finding.offset == size &&
-                              found.reader.error().offset == size,
+                              found.first.error().offset == size,
                           story + ": " + finding.message + " at " + std::to_string(finding.offset));
             tally.require(!open_and_draw(file).ok(), story + ": drawn");
         }

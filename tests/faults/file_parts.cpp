@@ -1,7 +1,8 @@
 #include "file_parts.h"
 
-#include "pbm_format/image_section.h"
-#include "unit/file_editor.h"
+#include "pbm_format/container/section_encoder.h"
+#include "pbm_format/rasters/image_section.h"
+#include "unit/support/file_editor.h"
 
 #include <algorithm>
 #include <cstring>

@@ -2,7 +2,7 @@
 // hashes are made right, whatever the sections say.
 #pragma once
 
-#include "pbm_format/layout.h"
+#include "pbm_format/container/layout.h"
 
 #include <vector>
 

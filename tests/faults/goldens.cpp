@@ -17,7 +17,7 @@ void sort(std::vector<Golden> &files) {
 std::vector<Golden> files_in(const std::string &folder, std::size_t most_bytes) {
     std::vector<Golden> files;
     for (const auto &entry : std::filesystem::directory_iterator(PBM_SOURCE_DIR "/format_spec/" + folder)) {
-        if (entry.path().extension() != ".bvg" || entry.file_size() > most_bytes)
+        if (entry.path().extension() != ".pbvg" || entry.file_size() > most_bytes)
             continue;
         std::ifstream in(entry.path(), std::ios::binary);
         files.push_back({entry.path().stem().string(), Bytes(std::istreambuf_iterator<char>(in), {})});

@@ -1,8 +1,8 @@
 // Small whole files, and what lies where in them.
 #pragma once
 
-#include "pbm_format/image_section.h"
-#include "pbm_format/reader.h"
+#include "pbm_format/rasters/image_section.h"
+#include "pbm_format/reading/reader.h"
 
 #include <cstdint>
 #include <string>

@@ -1,13 +1,8 @@
 #include "judge.h"
 
-#include "pbm_render/fast_renderer.h"
+#include "pbm_render/fast/fast_renderer.h"
 
 namespace pbm::faults {
-
-Status read_everything(ByteView file, int threads, std::uint64_t max_memory) {
-    Result<Reader> reader = Reader::open(file);
-    return reader ? reader->verify_all(threads, max_memory) : Status(reader.error());
-}
 
 namespace {
 

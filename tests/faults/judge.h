@@ -1,12 +1,12 @@
 // The verdicts on a file, and all that a viewer does with it.
 #pragma once
 
-#include "pbm_format/reader.h"
-#include "pbm_format/validate.h"
-#include "pbm_render/camera.h"
-#include "pbm_render/framebuffer.h"
-#include "pbm_render/streamed_model.h"
-#include "pbm_render/surroundings.h"
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_render/camera/camera.h"
+#include "pbm_render/detail/streamed_model.h"
+#include "pbm_render/picture/framebuffer.h"
+#include "pbm_render/surroundings/surroundings.h"
 
 #include <memory>
 #include <vector>
@@ -14,9 +14,6 @@
 namespace pbm::faults {
 
 inline constexpr int kPictureWidth = 40, kPictureHeight = 30;
-
-// First thing that is wrong with `file`, by the reader's reading.
-Status read_everything(ByteView file, int threads = 1, std::uint64_t max_memory = kDefaultMaxMemory);
 
 // A file as a viewer shows it: every chunk of the finest level in view is asked for.
 struct Shown {

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# All campaigns in full: long.sh BUILD_FOLDER. Prints the table of docs/reliability.md; takes an hour or less.
+# All campaigns in full: long.sh BUILD_FOLDER. Prints the table of docs/explanation/reliability.md; takes an hour or less.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$(cd "${1:?name the build folder}" && pwd)

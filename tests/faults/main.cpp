@@ -1,4 +1,4 @@
-// The test program `faults`: docs/reliability.md has the laws, --help the options.
+// The test program `faults`: docs/explanation/reliability.md has the laws, --help the options.
 #include "campaign.h"
 
 #include "command_line/parse.h"

@@ -4,7 +4,7 @@
 #include "goldens.h"
 #include "judge.h"
 
-#include "pbm_format/platform.h"
+#include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -33,7 +33,7 @@ bool open_validate_close(const std::string &path, Tally &tally) {
     if (!tally.require(file.ok(), path + ": not opened"))
         return false;
     const bool valid = validate(file->bytes(), {.threads = 1}).valid();
-    tally.require(read_everything(file->bytes()).ok() == valid, path + ": reader and validator differ");
+    tally.require(verify(file->bytes(), {.threads = 1}).ok() == valid, path + ": verify and validate differ");
     return valid;
 }
 
@@ -43,9 +43,9 @@ void open_many_files(const Options &options, Tally &tally) {
     const std::string vectors = PBM_SOURCE_DIR "/format_spec/vectors/";
     std::vector<std::pair<std::string, bool>> files; // and whether they are valid
     for (const Golden &golden : goldens(16 << 10))
-        files.emplace_back(vectors + "valid/" + golden.name + ".bvg", true);
+        files.emplace_back(vectors + "valid/" + golden.name + ".pbvg", true);
     for (const Golden &broken : broken_vectors())
-        files.emplace_back(vectors + "invalid/" + broken.name + ".bvg", false);
+        files.emplace_back(vectors + "invalid/" + broken.name + ".pbvg", false);
     const std::uint64_t rounds = options.complete ? 100'000 : 3'000, warm_up = 2 * files.size();
     std::uint64_t resident = 0, descriptors = 0, live = 0;
     for (std::uint64_t round = 0; round < warm_up + rounds; ++round) {

@@ -4,9 +4,9 @@
 #include "goldens.h"
 #include "judge.h"
 
-#include "pbm_format/content_id.h"
-#include "unit/file_editor.h"
-#include "unit/test_models.h"
+#include "pbm_format/container/content_id.h"
+#include "unit/support/file_editor.h"
+#include "unit/support/test_models.h"
 
 #include <array>
 #include <optional>
@@ -44,20 +44,20 @@ std::optional<Bytes> with_right_content(const Bytes &file, const Status &status)
     return std::move(editor.bytes());
 }
 
-// The laws of every file whatever its bytes: reader and validator agree, within the budget; what is valid is drawn.
+// The laws of every file whatever its bytes: `verify` and `validate` agree, within the budget; what is valid is drawn.
 Status judge(const Bytes &file, const std::string &story, Tally &tally) {
     ::alarm(kHang);
     reset_peak();
     const std::uint64_t before = heap_use().live;
     const ValidationReport report = validate(file, {.threads = 1});
-    Status status = read_everything(file);
+    Status status = verify(file, {.threads = 1});
     const Status drawn = open_and_draw(file);
     const std::uint64_t most = heap_use().peak - before;
     ::alarm(0);
     tally.add_case();
     tally.note_largest("MiB", static_cast<double>(most) / (1 << 20));
     tally.require(most <= kBudget, story + ": took " + std::to_string(most >> 20) + " MiB");
-    tally.require(report.valid() == status.ok(), story + ": reader and validator differ: " +
+    tally.require(report.valid() == status.ok(), story + ": verify and validate differ: " +
                                                      (!status          ? status.error().message
                                                       : report.valid() ? ""
                                                                        : report.findings.front().message));

@@ -3,7 +3,7 @@
 
 BIN is the folder of the programs, SHIM the preloaded library of fault_shim.cpp, or "none" where a sanitizer does not
 stand it: then the campaigns that need it are left out. A row of a table for each campaign; exit code 1 if a law is
-broken. docs/reliability.md has the laws.
+broken. docs/explanation/reliability.md has the laws.
 """
 
 import errno
@@ -61,7 +61,7 @@ class World:
         shutil.rmtree(self.work, ignore_errors=True)
         self.work.mkdir(parents=True)
         self.out = self.work / "out"
-        self.scan, self.model = self.work / "scan.ply", self.work / "model.bvg"
+        self.scan, self.model = self.work / "scan.ply", self.work / "model.pbvg"
         self.scan.write_text(hills(100 if complete else 30))
         self.must("pbm-build", self.scan, "-o", self.model, "-q", "-j", 1)
         self.whole = {}  # output of each command when nothing fails
@@ -80,7 +80,7 @@ class World:
         self.out.mkdir()
 
     def output(self, program):
-        return self.out / {"pbm-build": "model.bvg", "pbm-export": "points.ply", "pbm-render": "picture.png"}[program]
+        return self.out / {"pbm-build": "model.pbvg", "pbm-export": "points.ply", "pbm-render": "picture.png"}[program]
 
     def command(self, program):
         if program == "pbm-build":
@@ -202,7 +202,7 @@ def killed_builds(world, tally):
         time.sleep(whole * 1.05 * i / moments)
         process.send_signal(signal.SIGKILL)
         judge(world, "pbm-build", process.wait(), "", f"killed after {i}/{moments}", tally, codes=(-9, 0), stale=1)
-    for left in ("model.bvg.pbm-1", "model.bvg.pbm-2"):  # whatever the last one left
+    for left in ("model.pbvg.pbm-1", "model.pbvg.pbm-2"):  # whatever the last one left
         (world.out / left).write_bytes(b"the half of a model")
     code, said = world.run(command)
     judge(world, "pbm-build", code, said, "the build after killed ones", tally, codes=(0,))
@@ -287,16 +287,16 @@ def odd_files(world, tally):
     os.mkfifo(odd / "pipe")
     listener = socket.socket(socket.AF_UNIX)
     listener.bind(str(odd / "socket"))
-    with open(odd / "terabyte.bvg", "wb") as file:
+    with open(odd / "terabyte.pbvg", "wb") as file:
         file.truncate(1 << 40)
-    os.link(odd / "terabyte.bvg", odd / "terabyte.ply")
+    os.link(odd / "terabyte.pbvg", odd / "terabyte.ply")
     (odd / "empty").write_bytes(b"")
     (odd / "loop").symlink_to("loop")
     (odd / "a folder").mkdir()
-    inputs = {"a folder": (2,), "pipe": (2, 3), "socket": (2,), "terabyte.bvg": (3, 5), "terabyte.ply": (3,), "empty": (3,),
+    inputs = {"a folder": (2,), "pipe": (2, 3), "socket": (2,), "terabyte.pbvg": (3, 5), "terabyte.ply": (3,), "empty": (3,),
               "loop": (2,), "nothing": (2,), "/dev/zero": (2, 3, 4), "/dev/null": (2, 3), "/proc/self/maps": (2, 3),
               "/proc/self/mem": (2, 3), "/proc/self/pagemap": (2, 3), "/": (2,)}  # fmt: skip
-    programs = {"pbm-build": ["-o", world.out / "x.bvg"], "pbm-export": ["-o", world.out / "x.ply"],
+    programs = {"pbm-build": ["-o", world.out / "x.pbvg"], "pbm-export": ["-o", world.out / "x.ply"],
                 "pbm-render": ["-o", world.out / "x.png"], "pbm-validate": [], "pbm-info": []}  # fmt: skip
     world.fresh()
     for name, codes in inputs.items():

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Includes go down only, every third-party library has one home, programs link what their floor may.
+"""Includes go down only, between floors and between rooms; every third-party library has one home; no folder is crowded;
+programs link what their floor may.
 
   check_floors.py includes SOURCE_FOLDER     every file of ours
   check_floors.py links PROGRAM_FOLDER       every program there that has a rule
@@ -11,86 +12,71 @@ import re
 import subprocess
 import sys
 
-# Which of our folders a folder may include; a file may always include its neighbours by bare name.
+# Folder of ours -> the first words of the includes that its files may name besides those of their own floor. A file may
+# always include its neighbours by bare name.
 FLOORS = {
-    "format_spec/pbm_format": {"pbm_format"},
-    "runtime/pbm_bake": {"pbm_format", "pbm_bake"},
-    "runtime/pbm_render": {"pbm_format", "pbm_bake", "pbm_render"},
-    "runtime/viewer": {"pbm_format", "pbm_bake", "pbm_render", "viewer", "command_line"},
-    "tools/pbm-build/pbm_scan": {"pbm_format", "pbm_scan"},
-    "tools/pbm-build/pbm_build": {"pbm_format", "pbm_bake", "pbm_scan", "pbm_build"},
-    "tools/pbm-build": {"pbm_format", "pbm_bake", "pbm_scan", "pbm_build", "command_line"},
-    "command_line": {"pbm_format", "command_line"},
-    "tools/pbm-validate": {"pbm_format", "command_line"},
-    "tools/pbm-info": {"pbm_format", "command_line"},
-    "tools/pbm-export": {"pbm_format", "command_line"},
-    "data/pbm-sample": {"pbm_format", "command_line"},
+    "system": set(),
+    "format_spec/pbm_format": {"system"},
+    "format_spec/pbm": {"system", "pbm_format"},
+    "runtime/pbm": {"system", "pbm_format", "pbm_render", "pbm_bake"},
+    "runtime/pbm_surface": {"system", "pbm_format"},
+    "runtime/pbm_bake": {"system", "pbm_format", "pbm_surface"},
+    "runtime/pbm_render": {"system", "pbm_format", "pbm_surface"},
+    "runtime/viewer": {"system", "pbm_format", "pbm_render", "command_line", "window"},
+    "tools/pbm-build/pbm_scan": {"system"},
+    "tools/pbm-build/pbm_build": {"system", "pbm_format", "pbm_bake", "pbm_scan"},
+    "tools/pbm-build": {"system", "pbm_format", "pbm_bake", "pbm_scan", "pbm_build", "command_line"},
+    "command_line": {"system"},
+    "tools/pbm-validate": {"system", "pbm_format", "command_line"},
+    "tools/pbm-info": {"system", "pbm_format", "command_line"},
+    "tools/pbm-export": {"system", "pbm_format", "command_line"},
+    "data/pbm-sample": {"system", "command_line"},
 }
 
-# Layers of pbm_format, lowest first: a file includes its own header and lower layers.
-FORMAT_LAYERS = [
-    {"error"},
-    {"catalogue"},
-    {"bytes"},
-    {"byte_lanes", "hash_ways", "normal", "octree", "chunk_rule", "parallel", "per_thread", "descriptor"},
-    {"hash"},
-    {"platform", "child_process", "child_program"},
-    {"point_attributes", "mask_ranks"},
-    {"image"},
-    {"model", "detail_levels"},
-    {"stream_filter", "texel_filter"},
-    {"sibling_layout"},
-    {"unfilter"},
-    {"content_id"},
-    {"layout", "sections", "directory", "metadata"},
-    {"normal_cone"},
-    {"frame", "stream_rules", "brick_index"},
-    {"chunk"},
-    {"mapped_chunk", "image_section"},
-    {"tiled_image", "file_rules", "advice"},
-    {"reader"},
-    {"writer", "validate"},
-]
-# Files that implement a part of another file's header, and the one file that hashes what a higher layer lays out.
-FORMAT_EXCEPTIONS = {
-    ("chunk_rule.cpp", "octree"),
-    ("detail_levels.cpp", "model"),
-    ("detail_levels.cpp", "parallel"),
-    ("sections.cpp", "layout"),
-    ("directory.cpp", "layout"),
-    ("metadata.cpp", "layout"),
-    ("content_id.cpp", "layout"),
+# Rooms of a floor, lowest first; rooms on one line do not include each other. "." stands for the files of the floor's own
+# folder.
+ROOMS = {
+    "system": [".", "simd threads files", "processes"],
+    "format_spec/pbm_format": ["law", "model", "container", "streams", "chunks", "rasters", "reading", "checking", "writing"],
+    "runtime/pbm_render": [
+        "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference"],
+    "runtime/viewer": ["pictures", "options", "scene", "pbm-render pbm-view", "pbm-view/window"],
+    "tools/pbm-build/pbm_scan": ["surface", "text", "mesh ply", "."],
+    "tools/pbm-build/pbm_build": [
+        "report", "surface", "grid", "voxels", "neighbours", "normals radii texture", "panorama", "scene", "."],
 }
 
-# Third-party header -> the files that may include it; the first pattern that matches decides.
+# What needs an operating system, and the rooms of the floors that must do without it.
+OPERATING_SYSTEM = re.compile(r"system/(files|processes)/")
+PORTABLE = re.compile(r"format_spec/pbm_format/(?!writing/)|runtime/pbm_(surface|bake|render)/")
+
+MOST_FILES = 17  # sources and headers that one folder shows
+
+# Header from outside -> the files that may include it; the first pattern that matches decides. A standard header that
+# is not named here may be included anywhere.
 HOMES = {
-    r"zstd.*\.h": r"format_spec/pbm_format/frame\.cpp",
-    r"xxh.*\.h": r"format_spec/pbm_format/hash(_avx2|_avx512)?\.cpp",
-    r"nlohmann/.*": r"format_spec/pbm_format/metadata\.cpp|tools/.*\.cpp|runtime/viewer/.*\.cpp",
+    r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp",
+    r"xxh.*\.h": r"format_spec/pbm_format/container/hash(_avx2|_avx512)?\.cpp",
+    r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|tools/.*\.cpp|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools)/.*",
     # In the builder only what runs once per sample: vectors elsewhere are the compiler's.
     r"hwy/.*": (
-        r"(format_spec/pbm_format|runtime/pbm_render|runtime/pbm_bake)/.*\.(cpp|h)"
-        r"|tools/pbm-build/pbm_build/(noise|short_normal|triangle_columns|triangle_mix)\.cpp"
+        r"(system/simd|format_spec/pbm_format|runtime/pbm_(surface|bake|render))/.*\.(cpp|h)"
+        r"|tools/pbm-build/pbm_build/\w+/(noise|short_normal|triangle_columns|triangle_mix)\.cpp"
     ),
-    r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh_reader\.cpp",
-    r"CLI/.*": r"command_line/parse\.cpp",  # takes seconds to compile
+    r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh/mesh_reader\.cpp",
+    r"CLI/.*": r"command_line/parse\.cpp",
     r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",
-    r"GLFW/.*": r"runtime/viewer/pbm-view/window\.cpp",
-    r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/presenter\.cpp",
-    r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/(overlay|panel)\.cpp",
-    r"isa-l/.*|zlib\.h": r"runtime/viewer/image_writer\.cpp",
-    r"jpeglib\.h": r"tools/pbm-build/pbm_build/image_decoder\.cpp|runtime/viewer/jpeg_encoder\.cpp",
-    r"png\.h|stb/.*": r"tools/pbm-build/pbm_build/image_decoder\.cpp",
-    r"sys/mman\.h": r"format_spec/pbm_format/(platform|child_program)\.cpp",
-    r"malloc\.h": r"format_spec/pbm_format/platform\.cpp",
-    r"sys/resource\.h": r"format_spec/pbm_format/(platform|child_process)\.cpp",
-    r"sys/(prctl|syscall|wait)\.h|(spawn|poll|signal)\.h": r"format_spec/pbm_format/child_(process|program)\.cpp",
-    r"pthread\.h": r"format_spec/pbm_format/per_thread\.h",
-    r"(fcntl|unistd)\.h|sys/.*": (
-        r"format_spec/pbm_format/(platform|child_process|child_program|descriptor)\.cpp"
-        r"|command_line/progress_display\.cpp"
-    ),
+    r"GLFW/.*": r"runtime/viewer/pbm-view/window/window\.cpp",
+    r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/window/presenter\.cpp",
+    r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/window/(overlay|panel)\.cpp",
+    r"isa-l/.*|zlib\.h": r"runtime/viewer/pictures/image_writer\.cpp",
+    r"jpeglib\.h": r"tools/pbm-build/pbm_build/panorama/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
+    r"png\.h|stb/.*": r"tools/pbm-build/pbm_build/panorama/image_decoder\.cpp",
+    r"malloc\.h": r"system/processes/this_process\.cpp",
+    r"pthread\.h": r"system/threads/per_thread\.h",
+    r"thread|stop_token": r"system/threads/thread_pool\.h|system/threads/parallel\.cpp|runtime/pbm_render/detail/.*",
+    r"(fcntl|unistd|spawn|poll|signal)\.h|sys/.*": r"system/(files|processes)/\w+\.cpp|command_line/progress_display\.cpp",
 }
 C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot
 
@@ -108,6 +94,7 @@ LINKS = {
 
 # Targets that the CMake files of a folder may not name.
 CMAKE = {
+    "system": r"pbm[_:]+(format|reading|checking|writing|render|build|scan|bake)\b|glm|OpenMesh|glfw|CLI11|zstd",
     "format_spec": r"pbm[_:]+(render|build|scan|bake)\b|glm|OpenMesh|glfw|CLI11",
     "command_line": r"pbm[_:]+(render|build|scan|bake)\b|OpenMesh|glfw",
     "runtime": r"pbm[_:]+(build|scan|sample)\b|OpenMesh|embree",
@@ -116,50 +103,61 @@ CMAKE = {
 }
 
 
-def layer_of(stem):
-    for rank, layer in enumerate(FORMAT_LAYERS):
-        if stem in layer:
-            return rank
-    return None
+def room_of(floor, path):
+    """The room of a file of that floor and its rank, or None: the longest name in ROOMS that its path starts with."""
+    inside = path[len(floor) + 1:]
+    if "/" not in inside:
+        inside = "./" + inside
+    named = [(room, rank) for rank, rooms in enumerate(ROOMS[floor]) for room in rooms.split()]
+    fitting = [(room, rank) for room, rank in named if inside.startswith(room + "/")]
+    return max(fitting, key=lambda found: len(found[0]), default=None)
 
 
-def check_format_order(path, included):
-    name, stem = path.split("/")[-1], pathlib.PurePath(path).stem
-    mine, other = layer_of(stem), layer_of(pathlib.PurePath(included).stem)
+def check_room(floor, path, header):
+    """A file of `floor` includes one of the same floor."""
+    mine, other = room_of(floor, path), room_of(floor, floor + "/" + header.split("/", 1)[1])
     if mine is None or other is None:
-        missing = stem if mine is None else included
-        return f"{path}: '{missing}' has no layer in FORMAT_LAYERS"
-    own = pathlib.PurePath(included).stem
-    if own == stem or other < mine or (name, own) in FORMAT_EXCEPTIONS:
+        return f"{path}: includes {header}, and one of the two lies in no room of ROOMS"
+    if mine[0] == other[0] or other[1] < mine[1]:
         return None
-    return f"{path}: includes {included}, which is not below it"
+    return f"{path}: includes {header}; '{other[0]}' is not below '{mine[0]}'"
 
 
 def check_includes(path, text):
     """Violations of one file; `path` is relative to the source folder."""
     found = []
-    floor = next((f for f in FLOORS if path.startswith(f + "/")), None)
+    floor = max((f for f in FLOORS if path.startswith(f + "/")), key=len, default=None)
     if floor is None:
         return [f"{path}: lies in no folder of FLOORS"]
+    own = floor.split("/")[-1]
+    if floor in ROOMS and room_of(floor, path) is None:
+        found.append(f"{path}: lies in no room of ROOMS")
     for line in re.findall(r'^\s*#\s*include\s*([<"][^>"]+[>"])', text, re.MULTILINE):
         header = line[1:-1]
         top = header.split("/")[0]
         if header.startswith(".."):
             found.append(f"{path}: includes {header} by way of the parent folder")
         elif line[0] == '"' or top.startswith("pbm_"):
-            if "/" in header and top not in FLOORS[floor]:
+            if "/" in header and top != own and top not in FLOORS[floor]:
                 found.append(f"{path}: includes {header}; {floor} may include {sorted(FLOORS[floor]) or 'none of us'}")
-            elif top == "pbm_format" and floor == "format_spec/pbm_format":
-                problem = check_format_order(path, header)
+            elif OPERATING_SYSTEM.match(header) and PORTABLE.match(path):
+                found.append(f"{path}: includes {header}, and must do without an operating system")
+            elif "/" in header and top == own and floor in ROOMS:
+                problem = check_room(floor, path, header)
                 if problem:
                     found.append(problem)
-        elif not C_HEADERS.fullmatch(header):
+        else:
             home = next((home for pattern, home in HOMES.items() if re.fullmatch(pattern, header)), None)
             if home is None:
-                found.append(f"{path}: <{header}> has no home in HOMES")
+                if not C_HEADERS.fullmatch(header):
+                    found.append(f"{path}: <{header}> has no home in HOMES")
             elif not re.fullmatch(home, path):
                 found.append(f"{path}: <{header}> belongs in {home}")
     return found
+
+
+def check_folder(folder, count):
+    return [f"{folder}: shows {count} sources, more than {MOST_FILES}: which rooms does it hide?"] if count > MOST_FILES else []
 
 
 def check_cmake(path, text):
@@ -178,16 +176,20 @@ def check_links(program, libraries):
 
 
 def all_includes(source):
-    found, files = [], 0
-    for top in ("format_spec", "command_line", "runtime", "tools", "data"):
+    found, files, shown = [], 0, {}
+    for top in ("system", "format_spec", "command_line", "runtime", "tools", "data"):
         for file in sorted((source / top).rglob("*")):
             path = file.relative_to(source).as_posix()
             if file.suffix in (".h", ".cpp"):
                 found += check_includes(path, file.read_text())
+                folder = file.parent.relative_to(source).as_posix()
+                shown[folder] = shown.get(folder, 0) + 1
                 files += 1
             elif file.name == "CMakeLists.txt":
                 found += check_cmake(path, file.read_text())
                 files += 1
+    for folder, count in shown.items():
+        found += check_folder(folder, count)
     for top in ("tests", "bench", "examples"):
         for file in (source / top).rglob("*.cpp"):
             if "#include <CLI/" in file.read_text():
@@ -208,56 +210,75 @@ def all_links(folder):
 
 def self_test():
     bad_includes = [
-        ("format_spec/pbm_format/reader.cpp", '#include "pbm_render/camera.h"'),
-        ("format_spec/pbm_format/octree.cpp", '#include "pbm_format/reader.h"'),
-        ("format_spec/pbm_format/octree.h", '#include "pbm_format/hash.h"'),
-        ("format_spec/pbm_format/unknown.h", '#include "pbm_format/hash.h"'),
-        ("format_spec/pbm_format/reader.cpp", "#include <zstd.h>"),
-        ("format_spec/pbm_format/reader.cpp", "#include <xxhash.h>"),
-        ("format_spec/pbm_format/layout.cpp", "#include <nlohmann/json.hpp>"),
-        ("format_spec/pbm_format/model.h", "#include <glm/vec3.hpp>"),
-        ("format_spec/pbm_format/writer.cpp", "#include <unistd.h>"),
+        ("system/files/descriptor.h", '#include "pbm_format/law/catalogue.h"'),
+        ("system/threads/parallel.h", '#include "system/files/descriptor.h"'),
+        ("system/error.h", '#include "system/threads/parallel.h"'),
+        ("format_spec/pbm_format/reading/reader.cpp", '#include "pbm_render/camera/camera.h"'),
+        ("format_spec/pbm_format/model/octree.cpp", '#include "pbm_format/reading/reader.h"'),
+        ("format_spec/pbm_format/model/octree.h", '#include "pbm_format/container/hash.h"'),
+        ("format_spec/pbm_format/unknown.h", '#include "pbm_format/container/hash.h"'),
+        ("format_spec/pbm_format/reading/reader.cpp", '#include "pbm_format/nowhere/reader.h"'),
+        ("format_spec/pbm_format/reading/reader.cpp", '#include "system/files/mapped_file.h"'),
+        ("format_spec/pbm_format/reading/reader.cpp", "#include <zstd.h>"),
+        ("format_spec/pbm_format/reading/reader.cpp", "#include <xxhash.h>"),
+        ("format_spec/pbm_format/container/layout.cpp", "#include <nlohmann/json.hpp>"),
+        ("format_spec/pbm_format/model/model.h", "#include <glm/vec3.hpp>"),
+        ("format_spec/pbm_format/writing/writer.cpp", "#include <unistd.h>"),
         ("tools/pbm-build/pbm_scan/surface_reader.cpp", "#include <sys/mman.h>"),
-        ("runtime/pbm_render/camera.h", '#include "pbm_scan/surface.h"'),
-        ("runtime/pbm_render/camera.h", "#  include <pbm_scan/surface.h>"),
-        ("runtime/pbm_render/camera.h", '#include "../../tools/pbm-build/pbm_scan/surface.h"'),
-        ("runtime/pbm_render/camera.cpp", "#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>"),
-        ("runtime/pbm_bake/shadow_map.h", '#include "pbm_render/camera.h"'),
+        ("tools/pbm-build/pbm_scan/ply/ply_reader.cpp", '#include "pbm_scan/mesh/mesh_text.h"'),
+        ("tools/pbm-build/pbm_scan/text/text_lines.h", '#include "pbm_scan/ply/ply_header.h"'),
+        ("runtime/pbm_render/camera/camera.h", '#include "pbm_scan/surface/surface.h"'),
+        ("runtime/pbm_render/camera/camera.h", "#  include <pbm_scan/surface/surface.h>"),
+        ("runtime/pbm_render/camera/camera.h", '#include "../../tools/pbm-build/pbm_scan/surface/surface.h"'),
+        ("runtime/pbm_render/camera/camera.h", '#include "pbm_render/splats/splat.h"'),
+        ("runtime/pbm_render/fine/fine_renderer.h", '#include "pbm_render/fast/fast_renderer.h"'),
+        ("runtime/pbm_render/detail/streamed_model.cpp", '#include "system/files/mapped_file.h"'),
+        ("runtime/pbm_render/camera/camera.cpp", "#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>"),
+        ("runtime/pbm_bake/shadow_map.h", '#include "pbm_render/camera/camera.h"'),
+        ("runtime/pbm_render/camera/camera.h", '#include "pbm_bake/shadow_map.h"'),
+        ("runtime/pbm_surface/surface_offsets.h", '#include "pbm_render/bricks/point_run.h"'),
         ("runtime/viewer/pbm-render/main.cpp", "#include <GLFW/glfw3.h>"),
-        ("runtime/viewer/camera_control.cpp", "#include <GLFW/glfw3.h>"),
+        ("runtime/viewer/scene/camera_control.cpp", "#include <GLFW/glfw3.h>"),
+        ("runtime/viewer/pictures/avi_writer.cpp", '#include "viewer/scene/scene.h"'),
         ("runtime/viewer/pbm-view/viewer.cpp", "#include <GLFW/glfw3.h>"),
-        ("runtime/viewer/pbm-view/window.cpp", "#include <epoxy/gl.h>"),
-        ("runtime/viewer/pbm-view/window.cpp", "#include <imgui.h>"),
-        ("runtime/viewer/pbm-view/window.cpp", "#include <backends/imgui_impl_glfw.h>"),
-        ("runtime/viewer/pbm-view/window.cpp", '#include "pbm_build/pipeline.h"'),
+        ("runtime/viewer/pbm-view/window/window.cpp", "#include <epoxy/gl.h>"),
+        ("runtime/viewer/pbm-view/window/window.cpp", "#include <imgui.h>"),
+        ("runtime/viewer/pbm-view/window/window.cpp", "#include <backends/imgui_impl_glfw.h>"),
+        ("runtime/viewer/pbm-view/window/window.cpp", '#include "pbm_build/pipeline.h"'),
         ("runtime/viewer/pbm-render/png_writer.h", "#include <CLI/CLI.hpp>"),
-        ("runtime/viewer/picture_file.cpp", "#include <isa-l/igzip_lib.h>"),
-        ("runtime/viewer/image_writer.cpp", "#include <png.h>"),
-        ("tools/pbm-build/pbm_build/pipeline.cpp", '#include "pbm_render/camera.h"'),
-        ("tools/pbm-build/pbm_scan/surface.h", '#include "pbm_build/pipeline.h"'),
-        ("tools/pbm-build/pbm_scan/ply_reader.cpp", "#include <OpenMesh/Core/IO/MeshIO.hh>"),
-        ("tools/pbm-validate/main.cpp", '#include "pbm_scan/surface.h"'),
+        ("runtime/viewer/pictures/picture_file.cpp", "#include <isa-l/igzip_lib.h>"),
+        ("runtime/viewer/pictures/image_writer.cpp", "#include <png.h>"),
+        ("tools/pbm-build/pbm_build/pipeline.cpp", '#include "pbm_render/camera/camera.h"'),
+        ("tools/pbm-build/pbm_build/grid/lattice.h", '#include "pbm_build/voxels/voxelize.h"'),
+        ("tools/pbm-build/pbm_scan/surface/surface.h", '#include "pbm_build/pipeline.h"'),
+        ("tools/pbm-build/pbm_scan/ply/ply_reader.cpp", "#include <OpenMesh/Core/IO/MeshIO.hh>"),
+        ("tools/pbm-validate/main.cpp", '#include "pbm_scan/surface/surface.h"'),
         ("tools/pbm-info/main.cpp", "#include <boost/any.hpp>"),
-        ("data/pbm-sample/main.cpp", '#include "pbm_render/camera.h"'),
-        ("command_line/command_line.h", '#include "pbm_render/camera.h"'),
+        ("data/pbm-sample/main.cpp", '#include "pbm_render/camera/camera.h"'),
+        ("command_line/command_line.h", '#include "pbm_format/law/catalogue.h"'),
         ("command_line/command_line.cpp", "#include <CLI/CLI.hpp>"),
         ("command_line/parse.h", "#include <CLI/CLI.hpp>"),
         ("tools/pbm-build/options.cpp", "#include <toml++/toml.h>"),
         ("runtime/viewer/pbm-render/main.cpp", "#include <CLI/CLI.hpp>"),
+        ("runtime/viewer/scene/painter.cpp", "#include <thread>"),
         ("elsewhere/main.cpp", "#include <vector>"),
     ]
     good_includes = [
         ("command_line/parse.cpp", "#include <CLI/CLI.hpp>"),
         ("tools/pbm-build/recipe.cpp", "#include <toml++/toml.h>"),
-        ("format_spec/pbm_format/reader.cpp", '#include "pbm_format/reader.h"\n#include "pbm_format/chunk.h"\n#include <vector>'),
-        ("format_spec/pbm_format/frame.cpp", "#include <zstd.h>"),
-        ("runtime/viewer/pbm-render/main.cpp", '#include "pbm_render/camera.h"\n#include "command_line/parse.h"\n#include "png_writer.h"'),
-        ("runtime/viewer/view_options.cpp", '#include "command_line/parse.h"'),
-        ("runtime/viewer/image_writer.cpp", "#include <isa-l/igzip_lib.h>\n#include <zlib.h>"),
-        ("runtime/viewer/pbm-view/window.cpp", "#include <GLFW/glfw3.h>"),
-        ("runtime/viewer/pbm-view/presenter.cpp", "#include <epoxy/gl.h>"),
-        ("runtime/viewer/pbm-view/overlay.cpp", "#include <imgui.h>\n#include <backends/imgui_impl_opengl3.h>"),
-        ("tools/pbm-build/pbm_scan/mesh_reader.cpp", "#include <OpenMesh/Core/IO/importer/BaseImporter.hh>"),
+        ("format_spec/pbm_format/reading/reader.cpp",
+         '#include "pbm_format/reading/reader.h"\n#include "pbm_format/chunks/chunk.h"\n#include <vector>'),
+        ("format_spec/pbm_format/reading/reader.cpp", '#include "system/threads/parallel.h"\n#include "system/error.h"'),
+        ("format_spec/pbm_format/writing/writer.cpp", '#include "system/files/file_replacement.h"'),
+        ("format_spec/pbm_format/streams/frame.cpp", "#include <zstd.h>"),
+        ("runtime/viewer/pbm-render/main.cpp",
+         '#include "pbm_render/camera/camera.h"\n#include "command_line/parse.h"\n#include "png_writer.h"'),
+        ("runtime/viewer/options/view_options.cpp", '#include "command_line/parse.h"'),
+        ("runtime/viewer/pictures/image_writer.cpp", "#include <isa-l/igzip_lib.h>\n#include <zlib.h>"),
+        ("runtime/viewer/pbm-view/window/window.cpp", "#include <GLFW/glfw3.h>"),
+        ("runtime/viewer/pbm-view/window/presenter.cpp", "#include <epoxy/gl.h>"),
+        ("runtime/viewer/pbm-view/window/overlay.cpp", "#include <imgui.h>\n#include <backends/imgui_impl_opengl3.h>"),
+        ("tools/pbm-build/pbm_scan/mesh/mesh_reader.cpp", "#include <OpenMesh/Core/IO/importer/BaseImporter.hh>"),
     ]
     bad_cmake = [
         ("tools/pbm-build/CMakeLists.txt", "target_link_libraries(pbm_build PUBLIC pbm::render)"),
@@ -265,6 +286,7 @@ def self_test():
         ("format_spec/CMakeLists.txt", "find_package(OpenMesh)"),
         ("data/pbm-sample/CMakeLists.txt", "target_link_libraries(pbm_sample PUBLIC pbm_render)"),
     ]
+    bad_folders = [("runtime/pbm_render/splats", MOST_FILES + 1)]
     bad_links = [
         ("pbm-render", "\tlibc.so.6 => /lib/libc.so.6 (0x1)\n\tlibGL.so.1 => /lib/libGL.so.1 (0x1)"),
         ("pbm-render", "\tlibX11.so.6 => /lib/libX11.so.6 (0x1)"),
@@ -280,9 +302,10 @@ def self_test():
     wrong += [f"refused: {check_includes(*case)}" for case in good_includes if check_includes(*case)]
     wrong += [f"accepted: {case}" for case in bad_cmake if not check_cmake(*case)]
     wrong += [f"accepted: {case}" for case in bad_links if not check_links(*case)]
+    wrong += [f"accepted: {case}" for case in bad_folders if not check_folder(*case)]
     good = "\tlinux-vdso.so.1 (0x1)\n\tlibzstd.so.1 => /lib/libzstd.so.1 (0x1)"
     wrong += check_links("pbm-render", good)
-    return wrong, len(bad_includes) + len(good_includes) + len(bad_cmake) + len(bad_links) + 1
+    return wrong, len(bad_includes) + len(good_includes) + len(bad_cmake) + len(bad_folders) + len(bad_links) + 1
 
 
 def main():

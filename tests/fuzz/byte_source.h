@@ -2,7 +2,7 @@
 // large chunk.
 #pragma once
 
-#include "pbm_format/bytes.h"
+#include "system/bytes.h"
 
 namespace pbm::test {
 

@@ -3,13 +3,15 @@
 // streams, stored as they are, decode to the same.
 // The first bytes choose model, level and whether the chunk keeps its normal cone. Then for each stream a byte says
 // what becomes of it; at last come bytes to change, each with its place.
-#include "pbm_format/frame.h"
-#include "pbm_format/reader.h"
-#include "pbm_format/stream_rules.h"
-#include "pbm_format/writer.h"
+#include "pbm_format/chunks/stream_rules.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/streams/frame.h"
+#include "pbm_format/writing/chunk_encoder.h"
+#include "pbm_format/writing/frame_encoder.h"
+#include "pbm_format/writing/writer.h"
 
 #include "fuzz/byte_source.h"
-#include "unit/test_models.h"
+#include "unit/support/test_models.h"
 
 #include <bit>
 #include <cstdlib>
@@ -221,7 +223,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
         return 0;
     test::ByteSource input({data, size});
     Place place = choose_place(input);
-    ByteView kept = place.original.reader.stored(place.entry);
+    ByteView kept = place.original.reader.source().view(chunk_range(place.entry))->bytes;
     if (input.next() % 4 != 0)
         place.entry.cone = {};
     Bytes stored;

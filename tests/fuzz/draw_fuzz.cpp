@@ -1,8 +1,8 @@
 // Law: a chunk whose bytes are anything at all, as those of a mapped file may become after they were proven, is drawn
 // without a step beyond its streams, and twice as the same picture, from any camera into a picture of any size.
 // The first bytes choose sizes, attributes, light, level and run; then come the camera, and the streams.
-#include "pbm_render/chunk_offsets.h"
-#include "pbm_render/fast_renderer.h"
+#include "pbm_render/bricks/chunk_offsets.h"
+#include "pbm_render/fast/fast_renderer.h"
 
 #include "fuzz/byte_source.h"
 
@@ -90,7 +90,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     view.radii = radii;
     view.colours = colours;
     view.materials = materials;
-    view.packed_shadows[0] = shadows;
+    view.shadows[0] = shadows;
     view.bricks = records;
     const ChunkEntry entry;
     const ChunkOffsets offsets;

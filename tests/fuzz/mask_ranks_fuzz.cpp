@@ -1,7 +1,7 @@
 // Law: any codes in any surroundings give as many masks, which rank back to the codes; parents that do not add up to
 // the nodes make no difference to that.
 // The first byte says how much of the rest are parent masks; what follows is three bytes per node: normal, code.
-#include "pbm_format/mask_ranks.h"
+#include "pbm_format/streams/mask_ranks.h"
 
 #include <algorithm>
 #include <cstdlib>

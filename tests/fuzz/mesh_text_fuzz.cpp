@@ -1,6 +1,6 @@
 // Law: whatever the bytes, each check of OBJ, OFF and STL returns one Error of one line, or a text for OpenMesh that
 // holds exactly the vertices and faces it counts, numbers that a float holds, and indices of vertices that are there.
-#include "pbm_scan/mesh_text.h"
+#include "pbm_scan/mesh/mesh_text.h"
 
 #include <algorithm>
 #include <cmath>

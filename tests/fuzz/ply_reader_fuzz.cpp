@@ -1,6 +1,6 @@
 // Law: whatever the bytes, read_ply returns one Error of one line, or a Surface whose arrays agree, whose indices are
 // in range and whose numbers are finite, in memory that a small multiple of the bytes bounds.
-#include "pbm_scan/ply_reader.h"
+#include "pbm_scan/ply/ply_reader.h"
 
 #include <cmath>
 #include <cstddef>

@@ -1,8 +1,10 @@
 // Law: whatever the bytes of a raster's section, with its hashes made right so that more than the hashes is reached,
-// every tile is decoded or refused, TiledImage and prove_image agree on which, and a raster without fault comes back
+// every tile is decoded or refused, TiledImage and check_raster agree on which, and a raster without fault comes back
 // from what encode_image makes of it.
-#include "pbm_format/hash.h"
-#include "pbm_format/tiled_image.h"
+#include "pbm_format/checking/raster_rules.h"
+#include "pbm_format/container/hash.h"
+#include "pbm_format/rasters/tiled_image.h"
+#include "pbm_format/writing/raster_encoder.h"
 
 #include <cstdlib>
 #include <cstring>
@@ -60,11 +62,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
             for (std::uint32_t tx = 0; tx < image->grid().tiles_across(level); ++tx)
                 refused += image->tile(level, tx, ty) == nullptr ? 1 : 0;
     check(image->take_errors().size() == refused);
-    pbm::Image level_0;
     std::vector<pbm::Error> faults;
-    const pbm::FaultSink sink{.wants = [](const pbm::CatalogueEntry &) { return true; },
-                              .take = [&](pbm::Error error) { faults.push_back(std::move(error)); }};
-    check(pbm::prove_image(section, 0, *directory, 1, sink, level_0) == faults.size());
+    pbm::FaultSink sink{.wants = [](const pbm::CatalogueEntry &) { return true; },
+                        .take = [&](pbm::Error error) { faults.push_back(std::move(error)); }};
+    const pbm::Image level_0 = pbm::check_raster({section, 0, *directory}, 1, true, sink);
+    check(sink.count == faults.size());
     check(faults.size() >= refused);
     if (!faults.empty())
         return 0;

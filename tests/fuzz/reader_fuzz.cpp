@@ -1,20 +1,24 @@
-// Law: whatever the bytes, Reader::open + verify_all and validate give the same verdict, and a file that they call
-// valid loads into a model that encodes, packed and mapped, to a file with the same content_id.
-#include "pbm_format/reader.h"
-#include "pbm_format/validate.h"
-#include "pbm_format/writer.h"
+// Law: whatever the bytes, `verify` and `validate` give the same verdict, and a file that they call valid loads into a
+// model that encodes, packed and mapped, to a file with the same content_id. Reading an invalid file ends with an error
+// or a model, too.
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
 
 #include <cstdlib>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
     const pbm::ByteView file(data, size);
-    pbm::Result<pbm::Reader> reader = pbm::Reader::open(file);
-    const bool valid = reader && reader->verify_all(1);
+    const bool valid = pbm::verify(file, {.threads = 1}).ok();
     if (valid != pbm::validate(file, {.threads = 1}).valid())
+        std::abort();
+    pbm::Result<pbm::Reader> reader = pbm::Reader::open(file);
+    const pbm::Result<pbm::Model> loaded = reader ? pbm::load_model(*reader, {.threads = 1}) : reader.error();
+    if (valid && !loaded)
         std::abort();
     if (!valid)
         return 0;
-    const pbm::Model model = pbm::load_model(*reader, {.threads = 1}).value();
+    const pbm::Model &model = *loaded;
     for (const pbm::Storage storage : {pbm::Storage::packed, pbm::Storage::mapped}) {
         const pbm::Bytes again = pbm::encode_model(model, {.storage = storage,
                                                            .compression_level = 1,

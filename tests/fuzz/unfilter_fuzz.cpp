@@ -1,8 +1,10 @@
 // Laws: whatever masks, parents, codes and escapes, un-filtering touches nothing but what it was given and gives the
 // same points with any other instruction set as with the best; what it gives, the filter can say, and un-filtering that
 // gives it again. The first byte chooses the filter, the next three set its parameters and the number of nodes.
-#include "pbm_format/normal_cone.h"
-#include "pbm_format/unfilter.h"
+#include "pbm_format/chunks/normal_cone.h"
+#include "pbm_format/streams/predictions.h"
+#include "pbm_format/streams/unfilter.h"
+#include "pbm_format/writing/stream_filter.h"
 
 #include "fuzz/byte_source.h"
 

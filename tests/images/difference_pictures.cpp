@@ -1,7 +1,7 @@
 #include "difference_pictures.h"
 
-#include "pbm_format/platform.h"
-#include "viewer/image_writer.h"
+#include "system/files/file_replacement.h"
+#include "viewer/pictures/image_writer.h"
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,7 +1,7 @@
 // Pictures for people who ask what figures mean.
 #pragma once
 
-#include "pbm_render/framebuffer.h"
+#include "pbm_render/picture/framebuffer.h"
 #include "ray_tracer.h"
 
 #include <span>

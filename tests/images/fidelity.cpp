@@ -116,7 +116,7 @@ double psnr(const FidelityFigures &figures) {
 
 Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level) {
     return [&renderer, &grid, level](const Camera &camera, Drawing &drawing) {
-        drawing.drawn = renderer.render(camera, {.level = level}, drawing.picture);
+        drawing.drawn = renderer.render(camera, {}, drawing.picture, {.level = level});
         drawing.voxels.assign(drawing.voxels.size(), static_cast<float>(grid.voxel_size_at(drawing.drawn.level)));
     };
 }

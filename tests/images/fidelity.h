@@ -1,10 +1,10 @@
 // How true a picture is to the mesh its model was made from.
 #pragma once
 
-#include "pbm_render/fast_renderer.h"
-#include "pbm_render/fine_renderer.h"
-#include "pbm_render/reference_renderer.h"
-#include "pbm_render/streamed_model.h"
+#include "pbm_render/detail/streamed_model.h"
+#include "pbm_render/fast/fast_renderer.h"
+#include "pbm_render/fine/fine_renderer.h"
+#include "pbm_render/reference/reference_renderer.h"
 #include "ray_tracer.h"
 
 #include <array>

@@ -1,16 +1,16 @@
-// fidelity_harness MESH FILE.bvg [OPTIONS]: how true the pictures of a model are to its mesh, drawn as pbm-render draws
+// fidelity_harness MESH FILE.pbvg [OPTIONS]: how true the pictures of a model are to its mesh, drawn as pbm-render draws
 // them or by the reference renderer. --help tells the options.
 #include "close_ups.h"
 #include "command_line/common_options.h"
 #include "depth_by_angle.h"
 #include "difference_pictures.h"
 #include "fidelity.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
-#include "pbm_render/shade_table.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_render/appearance/shade_table.h"
 #include "pbm_scan/surface_reader.h"
 #include "shadow_truth.h"
-#include "viewer/option_values.h"
+#include "system/files/mapped_file.h"
+#include "viewer/options/option_values.h"
 
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>

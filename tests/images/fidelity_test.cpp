@@ -1,6 +1,6 @@
-// Holes, bleed and depth of closed meshes: no gate is looser than what docs/performance.md says is reached.
+// Holes, bleed and depth of closed meshes: no gate is looser than what docs/explanation/fidelity.md says is reached.
 #include "fidelity.h"
-#include "pbm_format/writer.h"
+#include "pbm_format/writing/writer.h"
 #include "procedural_mesh.h"
 #include "voxel_model.h"
 

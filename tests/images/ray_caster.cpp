@@ -1,7 +1,7 @@
 #include "ray_caster.h"
 
 #include "embree_scene.h"
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <glm/geometric.hpp>
 

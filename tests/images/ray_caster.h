@@ -1,7 +1,7 @@
 // What a picture should show: rays against the triangles.
 #pragma once
 
-#include "pbm_render/camera.h"
+#include "pbm_render/camera/camera.h"
 #include "triangle_mesh.h"
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 #include "ray_tracer.h"
 
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

@@ -2,7 +2,7 @@
 // Based on: Whitted. An Improved Illumination Model for Shaded Display. 1980; Phong 1975
 #pragma once
 
-#include "pbm_format/model.h"
+#include "pbm_format/model/model.h"
 #include "ray_caster.h"
 #include "surface_look.h"
 

@@ -1,7 +1,7 @@
 // The ray tracer that pictures are compared with, against what can be computed by hand.
 #include "close_ups.h"
 #include "fidelity.h"
-#include "pbm_render/shade_table.h"
+#include "pbm_render/appearance/shade_table.h"
 #include "procedural_mesh.h"
 #include "ray_tracer.h"
 #include "shadow_truth.h"

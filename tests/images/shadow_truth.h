@@ -6,7 +6,7 @@
 // strict ray starts a hundredth of a voxel above the triangle, and all relief of the mesh shadows it.
 #pragma once
 
-#include "pbm_format/model.h"
+#include "pbm_format/model/model.h"
 #include "triangle_mesh.h"
 
 #include <glm/vec3.hpp>

@@ -1,7 +1,7 @@
 // A model made by brute force, independent of the builder: every voxel that a triangle touches.
 #pragma once
 
-#include "pbm_format/model.h"
+#include "pbm_format/model/model.h"
 #include "triangle_mesh.h"
 
 namespace pbm {

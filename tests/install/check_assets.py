@@ -43,8 +43,8 @@ def run(*command, **options):
 class Project:
     """The project in a folder of its own, with spaces in its name, built with one generator."""
 
-    MODELS = {"by_recipe": "models/by recipe.bvg", "plain": "plain.bvg", "with_material": "with_material.bvg",
-              "merged": "merged.bvg"}
+    MODELS = {"by_recipe": "models/by recipe.pbvg", "plain": "plain.pbvg", "with_material": "with_material.pbvg",
+              "merged": "merged.pbvg"}
 
     def __init__(self, work, prefix, generator):
         self.generator = generator

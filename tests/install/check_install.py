@@ -38,12 +38,23 @@ for program in ("pbm-build", "pbm-render", "pbm-validate", "pbm-info", "pbm-expo
     check(program in help_text, f"{program} --help does not name itself")
 if (prefix / "bin" / "pbm-view").exists():
     check("pbm-view" in run(prefix / "bin" / "pbm-view", "--help"), "pbm-view --help does not name itself")
-    run(prefix / "bin" / "pbm-validate", prefix / "share" / "pbm" / "sample.bvg")
+    run(prefix / "bin" / "pbm-validate", prefix / "share" / "pbm" / "sample.pbvg")
 check(list(prefix.glob("share/doc/*/LICENSE")), "LICENSE is not installed")
 check(list(prefix.glob("share/doc/*/BVG.md")), "BVG.md is not installed")
 check(list(prefix.glob("share/doc/*/mask_ranks.txt")), "mask_ranks.txt, a table of BVG.md, is not installed")
 for file in prefix.rglob("*.cmake"):
     check(arguments.build not in file.read_text(), f"{file.name} names the build folder")
+
+# Each door begins with a program that examples/ holds word for word.
+for door, example in (("format", "read_points"), ("render", "moving_camera"), ("bake", "bake_sun")):
+    text = (prefix / f"include/pbm/{door}.h").read_text()
+    program = text[text.index("//   #include"):text.index("//   }\n") + len("//   }\n")]
+    lines = [line.removeprefix("//").removeprefix("   ") for line in program.splitlines()]
+    check("\n".join(lines) + "\n" == (pathlib.Path(arguments.examples) / f"{example}.cpp").read_text(),
+          f"the example of pbm/{door}.h is not examples/{example}.cpp")
+check(len(list((prefix / "include").glob("*"))) == 1, "headers are installed outside include/pbm")
+highway = [str(file) for file in prefix.rglob("*.h") if "hwy/" in file.read_text()]
+check(not highway, f"installed headers need Highway: {highway}")
 
 # The copy sees no header and no target of the source tree.
 shutil.copytree(arguments.examples, outside)
@@ -52,7 +63,7 @@ run(arguments.cmake, "-S", outside, "-B", outside / "build", "-G", "Ninja", f"-D
     f"-DCMAKE_CXX_COMPILER={arguments.compiler}", f"-DCMAKE_CXX_FLAGS={flags} -Wall -Wextra -Werror")
 run(arguments.cmake, "--build", outside / "build")
 
-scan, model, picture = work / "sample.ply", work / "sample.bvg", work / "sample.ppm"
+scan, model, picture = work / "sample.ply", work / "sample.pbvg", work / "sample.ppm"
 run(prefix / "bin" / "pbm-sample", "--vertices", "10000", "-o", scan)
 run(prefix / "bin" / "pbm-build", "-q", "--depth", "7", scan, "-o", model)
 info = json.loads(run(prefix / "bin" / "pbm-info", "--json", model))
@@ -68,4 +79,14 @@ pixels = picture.read_bytes()
 check(pixels.startswith(header) and len(pixels) == len(header) + 640 * 480 * 3, "draw_picture wrote no picture")
 drawn = sum(pixels[i : i + 3] != b"\x33\x33\x33" for i in range(len(header), len(pixels), 3))
 check(drawn > 640 * 480 // 10, f"only {drawn} pixels are drawn")
+frames = run(outside / "build" / "moving_camera", model).splitlines()
+check(len(frames) == 8 and all(int(frame.split()[2]) > 0 for frame in frames), "moving_camera drew no points")
+lit = work / "lit.pbvg"
+passes = run(outside / "build" / "draw_by_ranges", model).splitlines()
+fetched, size = (int(number) for number in passes[-1].split()[2:5:2])
+check(len(passes) > 1 and fetched < size, f"draw_by_ranges fetched {fetched} of {size} bytes in {len(passes)} passes")
+
+run(outside / "build" / "bake_sun", model, lit)
+run(prefix / "bin" / "pbm-validate", lit)
+check(json.loads(run(prefix / "bin" / "pbm-info", "--json", lit))["points"] == info["points"], "bake_sun lost points")
 print(f"{len(points)} points read, {drawn} pixels drawn")

@@ -1,8 +1,8 @@
 #include "mutants/laws.h"
 
 #include "mutants/count.h"
-#include "pbm_scan/mesh_reader.h"
-#include "pbm_scan/ply_reader.h"
+#include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/ply/ply_reader.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,7 @@
 // The test program `mutants`: README.md has the laws, --help the options.
 #include "command_line/parse.h"
 #include "mutants/laws.h"
-#include "pbm_format/child_process.h"
-#include "pbm_format/platform.h"
+#include "system/processes/child_process.h"
 
 #include <algorithm>
 #include <array>

@@ -18,7 +18,7 @@ def main(program, decoder, count, first="0"):
     refused = decoded = 0
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([program, count, first, "--save", folder], check=True)
-        for path in sorted(Path(folder).glob("*.bvg"), key=lambda path: int(path.stem)):
+        for path in sorted(Path(folder).glob("*.pbvg"), key=lambda path: int(path.stem)):
             try:
                 bvg.read(path.read_bytes())
                 decoded += 1

@@ -1,8 +1,8 @@
 #include "random_models/damage.h"
 
-#include "unit/file_editor.h"
+#include "unit/support/file_editor.h"
 
-#include "pbm_format/reader.h"
+#include "pbm_format/reading/reader.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // Files that are damaged and signed again: every hash is right, so that the rule behind the hash is what is tried.
 #pragma once
 
-#include "pbm_format/bytes.h"
+#include "system/bytes.h"
 
 #include <cstdint>
 #include <functional>

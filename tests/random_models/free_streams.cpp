@@ -1,10 +1,14 @@
 #include "random_models/free_streams.h"
 
-#include "pbm_format/chunk.h"
-#include "pbm_format/frame.h"
-#include "pbm_format/hash.h"
-#include "pbm_format/stream_rules.h"
-#include "pbm_format/texel_filter.h"
+#include "pbm_format/chunks/chunk.h"
+#include "pbm_format/chunks/normal_cone.h"
+#include "pbm_format/chunks/stream_rules.h"
+#include "pbm_format/container/hash.h"
+#include "pbm_format/streams/frame.h"
+#include "pbm_format/streams/texel_filter.h"
+#include "pbm_format/writing/chunk_encoder.h"
+#include "pbm_format/writing/raster_encoder.h"
+#include "pbm_format/writing/stream_filter.h"
 
 #include <zstd.h>
 

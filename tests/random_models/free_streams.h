@@ -1,9 +1,10 @@
 // Streams of chunks and tiles of rasters in any form that BVG.md 5.4 to 5.8 and 3.10 allow.
 #pragma once
 
-#include "pbm_format/image_section.h"
-#include "pbm_format/layout.h"
-#include "unit/test_models.h"
+#include "pbm_format/container/layout.h"
+#include "pbm_format/model/streams.h"
+#include "pbm_format/rasters/image_section.h"
+#include "unit/support/test_models.h"
 
 namespace pbm::test {
 

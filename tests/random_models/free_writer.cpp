@@ -2,9 +2,12 @@
 
 #include "random_models/free_streams.h"
 
-#include "pbm_format/brick_index.h"
-#include "pbm_format/chunk.h"
-#include "pbm_format/reader.h"
+#include "pbm_format/chunks/brick_index.h"
+#include "pbm_format/chunks/chunk.h"
+#include "pbm_format/container/section_encoder.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/chunk_encoder.h"
+#include "pbm_format/writing/raster_encoder.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,8 +1,8 @@
 // A writer that makes any choice the format leaves: it knows only what BVG.md allows, not what is small or fast.
 #pragma once
 
-#include "pbm_format/model.h"
-#include "unit/test_models.h"
+#include "pbm_format/model/model.h"
+#include "unit/support/test_models.h"
 
 namespace pbm::test {
 

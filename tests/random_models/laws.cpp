@@ -1,12 +1,12 @@
 #include "random_models/laws.h"
 
-#include "pbm_format/reader.h"
-#include "pbm_format/validate.h"
-#include "pbm_format/writer.h"
-#include "pbm_render/fast_renderer.h"
-#include "pbm_render/fine_renderer.h"
-#include "pbm_render/reference_renderer.h"
-#include "pbm_render/streamed_model.h"
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
+#include "pbm_render/detail/streamed_model.h"
+#include "pbm_render/fast/fast_renderer.h"
+#include "pbm_render/fine/fine_renderer.h"
+#include "pbm_render/reference/reference_renderer.h"
 
 #include <memory>
 
@@ -40,9 +40,9 @@ std::string draw(ByteView file, const Model &model) {
         return "valid, but cannot be drawn: " + detail.error().message;
     const auto surroundings = std::make_shared<const Surroundings>(model.parameters, *images);
     Framebuffer target(kWidth, kHeight);
-    RenderOptions options{.depth_cue = DepthCue::eye_dome, .samples = 2};
+    const RenderOptions options;
     FastRenderer(model.parameters, chunk_points, 1, surroundings).render(detail->runs, view.camera, options, target);
-    FineRenderer(model.parameters, chunk_points, 1, surroundings).render(detail->runs, view.camera, options, target);
+    FineRenderer(model.parameters, chunk_points, 1, surroundings).render(detail->runs, view.camera, options, target, 2);
     ReferenceRenderer(model, surroundings).render(view.camera, options, target);
     const std::vector<Error> errors = surroundings->take_errors();
     return errors.empty() ? "" : "valid, but a tile is not: " + errors.front().message;
@@ -54,14 +54,13 @@ std::string draw(ByteView file) {
     return model ? draw(file, *model) : "valid, but does not load: " + model.error().message;
 }
 
-// Verdicts of both readings of the law.
+// Verdicts of `verify` and `validate`.
 Judgement compare(ByteView file) {
-    Result<Reader> reader = Reader::open(file);
-    const Status read = reader ? reader->verify_all(1) : Status(reader.error());
+    const Status read = verify(file, {.threads = 1});
     const ValidationReport report = validate(file, {.threads = 1});
     if (report.valid() != read.ok())
-        return broken(read ? "the reader finds nothing, the validator " + report.findings.front().message
-                           : "the validator finds nothing, the reader " + read.error().message);
+        return broken(read ? "verify finds nothing, validate " + report.findings.front().message
+                           : "validate finds nothing, verify " + read.error().message);
     for (const Finding &finding : report.findings)
         if (finding.offset > file.size() || finding.message.empty())
             return broken("a finding outside the file: " + finding.message);
@@ -85,7 +84,7 @@ Judgement judge_valid(ByteView file, const Model &model) {
         return judgement;
     Result<Reader> reader = Reader::open(file);
     if (!judgement.valid)
-        return broken("false alarm: " + (reader ? reader->verify_all(1) : Status(reader.error())).error().message);
+        return broken("false alarm: " + verify(file, {.threads = 1}).error().message);
     const Result<Model> loaded = load_model(*reader, {.threads = 1});
     if (!loaded)
         return broken("valid, but does not load: " + loaded.error().message);

@@ -1,18 +1,18 @@
 // What holds of every file, valid or damaged.
 #pragma once
 
-#include "pbm_format/model.h"
+#include "pbm_format/model/model.h"
 
 #include <string>
 
 namespace pbm::test {
 
 struct Judgement {
-    bool valid = false; // what reader and validator say, if they agree
+    bool valid = false; // what `verify` and `validate` say, if they agree
     std::string broken; // the law that is broken, and how; empty: none
 };
 
-// Reader::open + verify_all and validate give the same verdict, findings lie inside the file, and a file that they
+// `verify` and `validate` give the same verdict, findings lie inside the file, and a file that they
 // call valid loads and can be drawn.
 Judgement judge(ByteView file);
 

@@ -5,9 +5,9 @@
 #include "random_models/random_model.h"
 
 #include "command_line/parse.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
-#include "pbm_format/writer.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
+#include "system/files/file_replacement.h"
 
 #include <array>
 #include <cstdio>
@@ -83,7 +83,7 @@ void judge_one(const Campaign &campaign, std::uint64_t number, Totals &totals) {
 int save_files(const Campaign &campaign) {
     for (std::uint64_t number = campaign.first; number < campaign.first + campaign.count; ++number)
         if (const Status status =
-                replace_file(campaign.save + "/" + std::to_string(number) + ".bvg", make_case(campaign, number).file);
+                replace_file(campaign.save + "/" + std::to_string(number) + ".pbvg", make_case(campaign, number).file);
             !status)
             return std::printf("%s\n", status.error().message.c_str()), 1;
     return 0;

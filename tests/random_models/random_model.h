@@ -1,8 +1,8 @@
 // Models that are legal and otherwise anything: every dimension of the format is drawn from a seed.
 #pragma once
 
-#include "pbm_format/model.h"
-#include "unit/test_models.h"
+#include "pbm_format/model/model.h"
+#include "unit/support/test_models.h"
 
 #include <vector>
 

@@ -1,9 +1,9 @@
 """Holds the library's verdicts against the second decoder's:
 
     compare.py PBM_VALIDATE --files LARGEST PATH...
-    compare.py PBM_VALIDATE FOLDER COUNT [SEED [FILE.bvg ...]]
+    compare.py PBM_VALIDATE FOLDER COUNT [SEED [FILE.pbvg ...]]
 
-The first form asks both programs about all .bvg files that are named or lie in the folders named, of at most LARGEST bytes.
+The first form asks both programs about all .pbvg files that are named or lie in the folders named, of at most LARGEST bytes.
 
 The second COUNT times changes a byte, a number or a few of them in a valid file (those of format_spec/vectors/valid, or the
 files named), mostly repairs the hashes above the change, and asks about that; those on which they disagree stay in FOLDER.
@@ -133,9 +133,9 @@ def decoders_verdict(data):
     return None
 
 def options(program):
-    """What makes pbm-validate prove everything and say all of it."""
+    """What makes pbm-validate verify everything and say all of it."""
     page = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
-    return ["--json", "--max-findings", "1000000"] + (["--deep"] if "--deep" in page else [])
+    return ["--json", "--max-findings", "1000000", "--max-per-code", "1000000"] + (["--deep"] if "--deep" in page else [])
 
 def librarys_verdicts(program, paths):
     """For each file the set of (rule, offset) that pbm-validate finds, or None if it is valid."""
@@ -167,7 +167,7 @@ def report(wrong, what):
     return 1 if wrong else 0
 
 def compare_files(program, largest, paths):
-    files = [file for path in paths for file in (sorted(path.rglob("*.bvg")) if path.is_dir() else [path])]
+    files = [file for path in paths for file in (sorted(path.rglob("*.pbvg")) if path.is_dir() else [path])]
     files = [file for file in files if file.is_file() and file.stat().st_size <= largest]
     batch = [(file, decoders_verdict(file.read_bytes())) for file in files]
     valid = sum(ours is None for _, ours in batch)
@@ -181,7 +181,7 @@ def compare_mutants(program, folder, count, seed, files):
     for start in range(0, count, 250):
         batch = []
         for number in range(start, min(start + 250, count)):
-            path = folder / f"mutant-{number}.bvg"
+            path = folder / f"mutant-{number}.pbvg"
             data = bytes(mutant(rng.choice(models), rng))
             path.write_bytes(data)
             batch.append((path, decoders_verdict(data)))
@@ -198,7 +198,7 @@ def main(program, arguments):
     if arguments[0] == "--files":
         return compare_files(program, int(arguments[1]), [Path(name) for name in arguments[2:]])
     folder, count, seed = arguments[0], int(arguments[1]), int(arguments[2]) if len(arguments) > 2 else 1
-    files = [Path(name) for name in arguments[3:]] or sorted(VECTORS.glob("*.bvg"))
+    files = [Path(name) for name in arguments[3:]] or sorted(VECTORS.glob("*.pbvg"))
     return compare_mutants(program, folder, count, seed, files)
 
 if __name__ == "__main__":

@@ -132,7 +132,7 @@ def random_case(number, rng):
 
 def write(path):
     smallest, rng = {}, random.Random(1)
-    for file in sorted(FOLDER.glob("valid/*.bvg")):
+    for file in sorted(FOLDER.glob("valid/*.pbvg")):
         for points, case in cases_of_file(file):
             if case["filter"] not in smallest or points < smallest[case["filter"]][0]:
                 smallest[case["filter"]] = points, case

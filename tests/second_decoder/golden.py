@@ -49,22 +49,22 @@ def contents(path):
 def write(version, sample, build):
     folder = FORMAT / "golden" / version
     folder.mkdir(parents=True)
-    for path in sorted(FORMAT.glob("vectors/valid/*.bvg")):
+    for path in sorted(FORMAT.glob("vectors/valid/*.pbvg")):
         shutil.copyfile(path, folder / path.name)
     with tempfile.TemporaryDirectory() as temporary:
         scan = Path(temporary, "scan.ply")
         subprocess.run([sample, "-q", "--vertices", "10000", "-o", scan], check=True)
         for name, (depth, options) in SCANS.items():
-            model = folder / f"{name}.bvg"
+            model = folder / f"{name}.pbvg"
             subprocess.run([build, "-q", scan, "--depth", str(depth), "-o", model, *options], check=True)
-    files = [contents(path) for path in sorted(folder.glob("*.bvg"))]
+    files = [contents(path) for path in sorted(folder.glob("*.pbvg"))]
     text = json.dumps({"version": version, "files": files}, indent=1, ensure_ascii=False) + "\n"
     (folder / "contents.json").write_text(text, encoding="utf-8")
 
 def check(folder):
     """What is wrong with the golden files of a version, as lines of text."""
     listed = json.loads((folder / "contents.json").read_text(encoding="utf-8"))["files"]
-    wrong = [f"{path} is not in contents.json" for path in folder.glob("*.bvg") if path.name not in {f["file"] for f in listed}]
+    wrong = [f"{path} is not in contents.json" for path in folder.glob("*.pbvg") if path.name not in {f["file"] for f in listed}]
     for expected in listed:
         try:
             if contents(folder / expected["file"]) != expected:

@@ -77,15 +77,14 @@ def read_table(m):
     end = 128 + 64 * m.sections
     need(end <= len(m.data), "truncated", len(m.data), "3.1.2")
     need(m.table_hash == xxh3(m.data[128:end]), "bad_hash", 128, "3.1.3")
-    m.entries, m.section, before = [], {}, None
+    m.entries, m.section, before, total = [], {}, None, 0
     for at in range(128, 128 + 64 * m.sections, 64):
         e = Entry(*struct.unpack_from("<IHHIIIIQQQQQ", m.data, at), at)
         check_entry(m, e, before, end)
-        before, end = e, e.offset + e.stored
+        before, end, total = e, e.offset + e.stored, total + e.raw
+        need(total < 2 ** 64, "bad_table", at + 40, "3.1.4")
         m.entries.append(e)
         m.section[e.type, e.instance] = e
-    total = sum(e.raw for e in m.entries)
-    need(total < 2 ** 64, "bad_table", 128, "3.1.4")
     need(end == len(m.data), "bad_table", end, "3.1.5")
     need(total == m.raw, "bad_header", 64, "3.1.6")
     need(all((t, 0) in m.section for t in (METADATA, GRID, ATTRIBUTES, MATERIALS)), "bad_table", 128, "3.1.7")

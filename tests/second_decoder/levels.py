@@ -42,7 +42,7 @@ def read_parts(m, level, chunk, offset, end):
         else:
             need(1 <= size < raw if zstd else size == raw, "bad_directory", at, "5.4.2")
         need(raw < EXPANSION * (size + 1), "too_large", at, "5.4.3")
-        need(not m.mapped or not (filter_id or zstd), "bad_directory", at, "5.4.4")
+        need(not m.mapped or not (filter_id or zstd), "bad_directory", chunk.at + 48, "5.4.4")
         need(stream_end(m, offset + size) <= end, "bad_directory", chunk.at + 48, "5.5.8")
         parts.append(Part(offset, size, raw, filter_id, zstd))
         offset = stream_end(m, offset + size)

@@ -1,4 +1,4 @@
-"""A file of the format as a listing with the meaning of its bytes, for section 14 of the specification: listing.py FILE"""
+"""A file of the format as a listing with the meaning of its bytes, for appendix C of the specification: listing.py FILE"""
 
 import sys
 from pathlib import Path
@@ -9,7 +9,7 @@ from header import CHUNKS, DIRECTORY
 HEADER = ((8, "magic"), (4, "version {}.{}", "HH"), (4, "endian tag"), (8, "file size {}", "Q"), (8, "section table at {}", "Q"),
           (4, "{} sections", "I"), (4, "depth {}, zero", "Bxxx"), (8, "required features: packed"), (8, "optional features"),
           (8, "{} points", "Q"), (8, "{} raw bytes in all sections", "Q"), (16, "content_id"),
-          (16, "root record: normal, colour, material, radius, texture value, lit fractions"), (4, "chunk limit {}", "I"),
+          (16, "root record: normal, colour, material, radius, texture, light"), (4, "chunk limit {}", "I"),
           (4, "zero"), (8, "XXH3-64 of the section table"), (8, "XXH3-64 of bytes 0..119"))
 ENTRY = ((8, "type {}: {}; codec {}, flags {}", "IHH"), (8, "instance {}, elements of {} bytes", "II"),
          (8, "alignment {}, zero", "Ixxxx"), (16, "at {}, {} bytes stored", "QQ"), (16, "{} bytes raw, {} elements", "QQ"),

@@ -29,7 +29,7 @@ def build_all(sample, build, folder):
     run(sample, "-q", "--vertices", 10000, "-o", scan)
     for number, (depth, options) in enumerate(MODELS):
         for store in ("packed", "mapped"):
-            model = folder / f"{number}-{store}.bvg"
+            model = folder / f"{number}-{store}.pbvg"
             run(build, "-q", scan, "--depth", depth, "--store", store, "-o", model, *options)
             models.append(model)
     return models

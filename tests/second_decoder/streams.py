@@ -74,7 +74,7 @@ def fold_bits(part, data, bits, count):
 # ---- 5.8: filters
 
 class Planes:
-    """The planes of a filtered stream (5.8.1), taken in their order. `take` proves that they are as large as announced."""
+    """The planes of a filtered stream (5.8.1), taken in their order. `take` verifies that they are as large as announced."""
 
     def __init__(self, m, part, count=None):
         self.m, self.part, self.number = m, part, 0

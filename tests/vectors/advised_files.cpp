@@ -1,8 +1,8 @@
 // Valid files that are odd, each in one way.
 #include "collection.h"
-#include "test_models.h"
+#include "unit/support/test_models.h"
 
-#include "pbm_format/writer.h"
+#include "pbm_format/writing/writer.h"
 
 namespace pbm::test {
 
@@ -86,18 +86,18 @@ Bytes loose_cone() {
 
 std::vector<ValidFile> advised_files() {
     using enum SectionType;
-    return {{"header.optional_feature.bvg", with_edit(plain_model(), set<std::uint64_t>(48, 1))},
-            {"header.chunk_limit.bvg", encode(plain_model(), kMinChunkPoints)},
-            {"table.not_critical.bvg", with_edit(plain_model(), set_entry<std::uint16_t>(grid, 0, 6, 0))},
-            {"table.optional_section.bvg", optional_section()},
-            {"metadata.path.bvg", with_metadata(R"({"name":"bust","source":"/home/jo/scans/bust.ply"})")},
-            {"metadata.run.bvg", with_metadata(R"({"name":"bust","created":"2006-05-01T12:00:00Z"})")},
-            {"metadata.twice.bvg", with_metadata(R"({"name":"bust","name":"head"})")},
-            {"parameter.unused_material.bvg", unused_material()},
-            {"parameter.dark_light.bvg", dark_light()},
-            {"parameter.dark_light-2.bvg", light_that_shines_on_nothing()},
-            {"parameter.loose_grid.bvg", loose_grid()},
-            {"point.loose_cone.bvg", loose_cone()}};
+    return {{"header.optional_feature.pbvg", with_edit(plain_model(), set<std::uint64_t>(48, 1))},
+            {"header.chunk_limit.pbvg", encode(plain_model(), kMinChunkPoints)},
+            {"table.not_critical.pbvg", with_edit(plain_model(), set_entry<std::uint16_t>(grid, 0, 6, 0))},
+            {"table.optional_section.pbvg", optional_section()},
+            {"metadata.path.pbvg", with_metadata(R"({"name":"bust","source":"/home/jo/scans/bust.ply"})")},
+            {"metadata.run.pbvg", with_metadata(R"({"name":"bust","created":"2006-05-01T12:00:00Z"})")},
+            {"metadata.twice.pbvg", with_metadata(R"({"name":"bust","name":"head"})")},
+            {"parameter.unused_material.pbvg", unused_material()},
+            {"parameter.dark_light.pbvg", dark_light()},
+            {"parameter.dark_light-2.pbvg", light_that_shines_on_nothing()},
+            {"parameter.loose_grid.pbvg", loose_grid()},
+            {"point.loose_cone.pbvg", loose_cone()}};
 }
 
 } // namespace pbm::test

@@ -1,8 +1,8 @@
 // Bad files in the making: a good one, an edit, every hash repaired.
 #pragma once
 
-#include "file_editor.h"
 #include "invalid_files.h"
+#include "unit/support/file_editor.h"
 
 #include <functional>
 #include <string>
@@ -20,16 +20,16 @@ class Collection {
         FileEditor editor(good);
         edit(editor);
         editor.repair();
-        files_.push_back({name + ".bvg", editor.bytes()});
+        files_.push_back({name + ".pbvg", editor.bytes()});
     }
     void add(const std::string &name, const Edit &edit) { add(name, usual_, edit); }
     // Damage that a hash must find: nothing is repaired.
     void add_unrepaired(const std::string &name, std::size_t at) {
         Bytes file = usual_;
         file[at] ^= 0x10;
-        files_.push_back({name + ".bvg", std::move(file)});
+        files_.push_back({name + ".pbvg", std::move(file)});
     }
-    void add_as_is(const std::string &name, Bytes bytes) { files_.push_back({name + ".bvg", std::move(bytes)}); }
+    void add_as_is(const std::string &name, Bytes bytes) { files_.push_back({name + ".pbvg", std::move(bytes)}); }
     std::vector<InvalidFile> take() { return std::move(files_); }
 
   private:
@@ -64,5 +64,9 @@ inline Collection::Edit shorten(SectionType type, std::uint32_t record, std::uin
 // Of ground plane and rasters: surroundings_files.cpp.
 void add_surroundings_files(Collection &files);
 std::vector<ValidFile> valid_surroundings_files();
+
+// Of few points: small_files.cpp.
+void add_small_files(Collection &files);
+std::vector<ValidFile> valid_small_files();
 
 } // namespace pbm::test

@@ -1,10 +1,10 @@
 #include "collection.h"
-#include "test_models.h"
+#include "unit/support/test_models.h"
 
-#include "pbm_format/brick_index.h"
-#include "pbm_format/reader.h"
-#include "pbm_format/validate.h"
-#include "pbm_format/writer.h"
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/chunks/brick_index.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
 
 #include <functional>
 #include <limits>
@@ -458,41 +458,24 @@ Bytes two_sided_file() {
     return encode_model(model, {.compression_level = 19, .threads = 1}).value();
 }
 
-// What later minor versions may add, and says so: an optional feature and a section that need not be understood.
-Bytes unknown_extras_file() {
-    Model model = sphere_model(3, {}, 0.2);
-    model.parameters.lights.resize(1); // its section becomes one of an unknown type
-    FileEditor editor(encode(model));
-    const std::size_t entry = editor.entry(SectionType::lights);
-    editor.set<std::uint32_t>(entry, 9);
-    editor.set<std::uint16_t>(entry + 6, 0);
-    editor.set<std::uint64_t>(48, 1);
-    editor.set<std::uint16_t>(10, 7);
-    model.parameters.lights.clear(); // nor is it part of content_id
-    const Bytes without = encode(model);
-    for (std::size_t i = 72; i < 88; ++i)
-        editor.set<std::uint8_t>(i, without[i]);
-    editor.repair();
-    return editor.bytes();
-}
-
 } // namespace
 
 std::vector<ValidFile> valid_files() {
     std::vector<ValidFile> files = valid_surroundings_files();
     const std::vector<ValidFile> others = {
-        {"every-attribute.bvg", every_attribute_file()},
-        {"many-chunks.bvg", many_chunks_file()},
-        {"colour-565.bvg", colour_565_file()},
-        {"filtered.bvg", filtered_file()},
-        {"filtered-565.bvg", encode_filtered(sphere_model(5, every_attribute(ColourFormat::rgb565, 5), 0.3, 7))},
-        {"filtered-regions.bvg", filtered_regions_file()},
-        {"smallest.bvg", encode(sphere_model(2, {}, 0.05))},
-        {"mapped.bvg", mapped_file()},
-        {"mapped-chunks.bvg", mapped_chunks_file()},
-        {"two-sided.bvg", two_sided_file()},
-        {"unknown-extras.bvg", unknown_extras_file()}};
+        {"every-attribute.pbvg", every_attribute_file()},
+        {"many-chunks.pbvg", many_chunks_file()},
+        {"colour-565.pbvg", colour_565_file()},
+        {"filtered.pbvg", filtered_file()},
+        {"filtered-565.pbvg", encode_filtered(sphere_model(5, every_attribute(ColourFormat::rgb565, 5), 0.3, 7))},
+        {"filtered-regions.pbvg", filtered_regions_file()},
+        {"smallest.pbvg", encode(sphere_model(2, {}, 0.05))},
+        {"mapped.pbvg", mapped_file()},
+        {"mapped-chunks.pbvg", mapped_chunks_file()},
+        {"two-sided.pbvg", two_sided_file()}};
     files.insert(files.end(), others.begin(), others.end());
+    const std::vector<ValidFile> small = valid_small_files();
+    files.insert(files.end(), small.begin(), small.end());
     return files;
 }
 
@@ -504,6 +487,7 @@ std::vector<InvalidFile> invalid_files() {
     add_chunk_files(files);
     add_mapped_files(files);
     add_surroundings_files(files);
+    add_small_files(files);
     return files.take();
 }
 

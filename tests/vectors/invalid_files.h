@@ -2,7 +2,7 @@
 // of advised/ each is valid, and of one code of the catalogue that is no error.
 #pragma once
 
-#include "pbm_format/bytes.h"
+#include "system/bytes.h"
 
 #include <string>
 #include <vector>
@@ -15,12 +15,12 @@ struct ValidFile {
 };
 
 struct InvalidFile {
-    std::string name; // starts with the number of the rule: "2.9-depth-1.bvg"
+    std::string name; // starts with the number of the rule: "2.9-depth-1.pbvg"
     Bytes bytes;
 };
 
 std::vector<ValidFile> valid_files();
 std::vector<InvalidFile> invalid_files();
-std::vector<ValidFile> advised_files(); // "metadata.path.bvg": the code is the name
+std::vector<ValidFile> advised_files(); // "metadata.path.pbvg": the code is the name
 
 } // namespace pbm::test

@@ -1,9 +1,9 @@
 // Files with ground plane, its rasters and a panorama: BVG.md sections 3.9 to 3.11.
 #include "collection.h"
-#include "test_models.h"
+#include "unit/support/test_models.h"
 
-#include "pbm_format/reader.h"
-#include "pbm_format/writer.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
 
 #include <limits>
 
@@ -153,10 +153,10 @@ void add_raster_files(Collection &files) {
 } // namespace
 
 std::vector<ValidFile> valid_surroundings_files() {
-    return {{"shaded.bvg", shaded_file()},
-            {"shaded-mapped.bvg", shaded_mapped_file()},
-            {"shaded-tiny.bvg", tiny_file()},
-            {"plain-ground.bvg", plain_ground_file()}};
+    return {{"shaded.pbvg", shaded_file()},
+            {"shaded-mapped.pbvg", shaded_mapped_file()},
+            {"shaded-tiny.pbvg", tiny_file()},
+            {"plain-ground.pbvg", plain_ground_file()}};
 }
 
 void add_surroundings_files(Collection &files) {

@@ -2,8 +2,8 @@
 //   write_vectors format_spec/vectors
 #include "invalid_files.h"
 
-#include "pbm_format/platform.h"
-#include "pbm_format/validate.h"
+#include "pbm_format/checking/validate.h"
+#include "system/files/file_replacement.h"
 
 #include <cstdio>
 #include <sstream>

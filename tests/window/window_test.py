@@ -214,11 +214,11 @@ def dragged(button, start, end, *modifiers):
 
 
 def test_first_picture(display):
-    with View(display, "model.bvg") as view:
+    with View(display, "model.pbvg") as view:
         shown = view.grab()
-        expected = rendered("model.bvg", "--resolution", f"{SIZE[0]},{SIZE[1]}")
+        expected = rendered("model.pbvg", "--resolution", f"{SIZE[0]},{SIZE[1]}")
         check(shown == expected, "the first picture is not pbm-render's")
-        check_same(view, "model.bvg", "the printed view")
+        check_same(view, "model.pbvg", "the printed view")
         for what in ("first picture: ", "exact picture: "):
             check(len(view.lines(what)) == 1, f"the {what} is not told once: {view.text()}")
         check(view.quit() == 0, "Escape does not end with 0")
@@ -231,7 +231,7 @@ def test_loading(display):
     more = {"loading": True, "LD_PRELOAD": str(hold), "PBM_TEST_HOLD": str(held), "MESA_SHADER_CACHE_DISABLE": "true"}
     for action in ("wait", "drop", "drop a model", "Escape", "close"):
         held.touch()
-        with View(display, "model.bvg", **more) as view:
+        with View(display, "model.pbvg", **more) as view:
             shown = view.grab()
             bright = sum(min(p) > 180 for p in zip(*[iter(shown[2])] * 3))
             check(shown[2][:3] == b"\x33\x33\x33" and bright > 100, "the window does not say that it loads")
@@ -245,15 +245,15 @@ def test_loading(display):
                 held.unlink()
                 view.settle(0)
                 view.next_frame("key", "F2")
-                check_same(view, "model.bvg", "after loading")
+                check_same(view, "model.pbvg", "after loading")
                 check(view.quit() == 0, "Escape does not end with 0")
                 continue
             if action == "drop a model":
-                x11.Desktop(display).drop(view.window, (work / "other.bvg").as_uri())
+                x11.Desktop(display).drop(view.window, (work / "other.pbvg").as_uri())
                 held.unlink()
                 view.settle(1)
                 view.next_frame("key", "F2")
-                check_same(view, "other.bvg", "a model that was dropped while another one was loaded")
+                check_same(view, "other.pbvg", "a model that was dropped while another one was loaded")
                 check(view.quit() == 0, "Escape does not end with 0")
                 continue
             if action == "drop":
@@ -281,8 +281,8 @@ def test_refining(display):
     desktop = x11.Desktop(display)
     for action in ("wait", "save", "drop", "Escape", "shrink"):
         held.touch()
-        shutil.copy(work / "large.bvg", work / "copy.bvg")
-        with View(display, "copy.bvg", **more) as view:
+        shutil.copy(work / "large.pbvg", work / "copy.pbvg")
+        with View(display, "copy.pbvg", **more) as view:
             view.wait(lambda: view.lines("first picture: "), "first picture")
             error, _, decoded, missing = view.pictures()[-1]
             check(error > 1.42 and missing > 0, f"the first picture is not coarse: {view.text()}")
@@ -294,7 +294,7 @@ def test_refining(display):
             if action == "wait":
                 held.unlink()
                 view.settle(before)
-                check_same(view, "copy.bvg", "a refined picture")
+                check_same(view, "copy.pbvg", "a refined picture")
                 check(view.pictures()[-1][0] == 1.42 and view.pictures()[-1][2] > decoded, view.text())
                 check(len(view.lines("exact picture: ")) == 1, "the exact picture is not told once")
             elif action == "save":
@@ -305,17 +305,17 @@ def test_refining(display):
                 check(not view.lines("saved "), "a coarse picture was saved")
                 held.unlink()
                 view.wait(lambda: view.lines("saved "), "saved picture")
-                rendered("copy.bvg", *asked)
+                rendered("copy.pbvg", *asked)
                 saved = work / view.lines("saved ")[-1].removeprefix("saved ")
                 check(saved.read_bytes() == (work / "expected.png").read_bytes(), "not the picture that was asked for")
-                check_same_in_the_end(view, "copy.bvg", "after a picture was saved")
+                check_same_in_the_end(view, "copy.pbvg", "after a picture was saved")
             elif action == "drop":
                 views = len(view.lines("view: "))
-                desktop.drop(view.window, (work / "other.bvg").as_uri())
+                desktop.drop(view.window, (work / "other.pbvg").as_uri())
                 view.settle(views)
-                check_same(view, "other.bvg", "a model dropped while another one was refined")
+                check_same(view, "other.pbvg", "a model dropped while another one was refined")
             elif action == "shrink":
-                os.truncate(work / "copy.bvg", 4096)
+                os.truncate(work / "copy.pbvg", 4096)
                 held.unlink()
                 check(view.process.wait(PATIENCE) == 2, "a file that shrinks does not end with 2")
                 check("pbm-view: the file became shorter while it was read" in view.text(), view.text())
@@ -327,21 +327,21 @@ def test_refining(display):
 
 def test_damage(display):
     """A chunk that is damaged is named once, on standard error and in the window, which goes on without it."""
-    damaged = bytearray((work / "model.bvg").read_bytes())
+    damaged = bytearray((work / "model.pbvg").read_bytes())
     damaged[-100] ^= 1  # in the finest level
-    (work / "damaged.bvg").write_bytes(damaged)
-    refused = run("pbm-render", "damaged.bvg", "-o", "damaged.png")
+    (work / "damaged.pbvg").write_bytes(damaged)
+    refused = run("pbm-render", "damaged.pbvg", "-o", "damaged.png")
     check(refused.returncode == 3, f"pbm-render: {refused}")
-    with View(display, "damaged.bvg") as view:
+    with View(display, "damaged.pbvg") as view:
         shown = view.grab()
         check(view.lines("pbm-view: ") == [refused.stderr.strip().replace("pbm-render", "pbm-view")], view.text())
-        check(shown != rendered("damaged.bvg", *view.view(), "--level=6"), "the window does not name the damage")
+        check(shown != rendered("damaged.pbvg", *view.view(), "--level=6"), "the window does not name the damage")
         for key in ("Left", "Up", "f"):
             view.key(key)
         check(len(view.lines("pbm-view: ")) == 1, f"the damage is named again: {view.text()}")
         # Without the notice there is what is left.
         end = time.monotonic() + PATIENCE
-        while view.grab() != rendered("damaged.bvg", *view.view(), "--level=6"):
+        while view.grab() != rendered("damaged.pbvg", *view.view(), "--level=6"):
             check(time.monotonic() < end, "the level above does not stand in")
             time.sleep(0.5)
         view.xdotool("key", "space")
@@ -353,10 +353,10 @@ def test_frame_rate(display):
     """A moving view gets coarser where that keeps its rate, and exact again when it rests."""
     drag = [part for x in range(150, 350, 5) for part in ("mousemove", x, 150, "sleep", "0.01")]
     for fps in (240, 0):
-        with View(display, "large.bvg", f"--min-fps={fps}", "--max-error=0.5", "-j1") as view:
+        with View(display, "large.pbvg", f"--min-fps={fps}", "--max-error=0.5", "-j1") as view:
             before = len(view.pictures())
             view.act("mousemove", 150, 150, "mousedown", 1, *drag, "mouseup", 1)
-            check_same_in_the_end(view, "large.bvg", "after a long drag", "--max-error=0.5")
+            check_same_in_the_end(view, "large.pbvg", "after a long drag", "--max-error=0.5")
             moving = view.pictures()[before:-1]
             # Exact ones take as long as they take: on a slow machine the drag is over after a few.
             check(len(moving) > (3 if fps > 0 else 0), f"no pictures while the view moves: {view.text()}")
@@ -370,25 +370,25 @@ def test_frame_rate(display):
 
 def test_memory(display):
     """What does not fit into the memory allowed is told once, and the picture is as fine as fits."""
-    with View(display, "large.bvg", "--max-memory=2800k", "--max-error=0.5", loading=True) as view:
+    with View(display, "large.pbvg", "--max-memory=2800k", "--max-error=0.5", loading=True) as view:
         view.wait(lambda: "needs more memory than allowed (2 MiB)" in view.text(), "word about the memory")
         check(view.pictures()[-1][3] > 0 and not view.lines("exact picture"), view.text())
         view.next_frame("key", "Left")
         view.next_frame("key", "Right")
         view.xdotool("mousemove", 100, 100, *["click", 5] * 16)  # from afar coarse levels are enough
         view.wait(lambda: view.lines("exact picture"), "picture that fits")
-        check_same_in_the_end(view, "large.bvg", "a picture that fits", "--max-error=0.5")
+        check_same_in_the_end(view, "large.pbvg", "a picture that fits", "--max-error=0.5")
         check(view.text().count("needs more memory") == 1, "it is told again")
         check(view.quit() == 0, "Escape does not end with 0")
     # Along the model and back: chunks are let go, and come back when they are seen again.
     decoded = {}
     for memory in ("1G", "5M"):
-        with View(display, "large.bvg", f"--max-memory={memory}", "--max-error=0.5",
+        with View(display, "large.pbvg", f"--max-memory={memory}", "--max-error=0.5",
                   "--camera-position=-0.05,-0.027,0.39", "--camera-focal-point=-0.05,-0.027,0",
                   "--camera-view-angle=5") as view:
             for start, end in ((400, 20),) * 4 + ((20, 400),) * 4:
                 view.act(*dragged(2, (start, 150), (end, 150)))
-                check_same_in_the_end(view, "large.bvg", f"a view with {memory}", "--max-error=0.5")
+                check_same_in_the_end(view, "large.pbvg", f"a view with {memory}", "--max-error=0.5")
             check("needs more memory" not in view.text(), "the views are too large for this test")
             decoded[memory] = view.pictures()[-1][2]
             check(view.quit() == 0, "Escape does not end with 0")
@@ -396,14 +396,14 @@ def test_memory(display):
 
 
 def test_target_camera(display):
-    with View(display, "model.bvg") as view:
+    with View(display, "model.pbvg") as view:
         first = view.grab()
         position, focus = view.vectors()
         distance = length(minus(position, focus))
 
         def acted(what, *arguments):
             view.act(*arguments)
-            check(check_same(view, "model.bvg", what) != first, f"{what}: the picture is the same")
+            check(check_same(view, "model.pbvg", what) != first, f"{what}: the picture is the same")
             now, centre = view.vectors()
             return now, centre, length(minus(now, centre))
 
@@ -439,7 +439,7 @@ def test_target_camera(display):
 
 
 def test_flying_camera(display):
-    with View(display, "-FLYING_CAMERA", "model.bvg") as view:
+    with View(display, "-FLYING_CAMERA", "model.pbvg") as view:
         (position, focus), first = view.vectors(), view.grab()
         sight = minus(focus, position)
         view.key("Up")
@@ -448,15 +448,15 @@ def test_flying_camera(display):
         along = sum(a * b for a, b in zip(step, sight)) / length(step) / length(sight)
         check(along > 1 - 1e-9, f"Up does not fly along the view direction but {step}")
         check(length(minus(minus(centre, now), sight)) < 1e-9 * length(sight), "Up turns the camera")
-        check(check_same(view, "model.bvg", "flying ahead") != first, "flying shows nothing new")
+        check(check_same(view, "model.pbvg", "flying ahead") != first, "flying shows nothing new")
         before = view.vectors()
         view.act(*dragged(1, (200, 150), (230, 170)))
         now, centre = view.vectors()
         check(now == before[0] and centre != before[1], "a drag does not turn the camera where it stands")
-        check_same(view, "model.bvg", "turned")
+        check_same(view, "model.pbvg", "turned")
         view.key("s")
         view.key("Right")
-        check_same(view, "model.bvg", "flown to the right")
+        check_same(view, "model.pbvg", "flown to the right")
         view.next_frame("key", "c")
         before = view.vectors()
         view.key("Left")
@@ -465,17 +465,17 @@ def test_flying_camera(display):
 
 
 def test_a_held_key_moves_on(display):
-    with View(display, "model.bvg") as view:
+    with View(display, "model.pbvg") as view:
         before = len(view.lines("view: "))
         view.xdotool("keydown", "Left")
         view.wait(lambda: len(view.lines("view: ")) > before + 5, "steady motion")
         view.xdotool("keyup", "Left")
-        check_same_in_the_end(view, "model.bvg", "after a long press")
+        check_same_in_the_end(view, "model.pbvg", "after a long press")
         check(view.quit() == 0, "Escape does not end with 0")
 
 
 def test_overlays(display):
-    with View(display, "model.bvg") as view:
+    with View(display, "model.pbvg") as view:
         first = view.grab()
         for key, name in (("F1", "help"), ("h", "help"), ("F2", "the frame time")):
             view.next_frame("key", key)
@@ -493,7 +493,7 @@ def test_overlays(display):
         check(rows[-1] == b"\x33" * 3 * width and {row[-3:] for row in rows} == {b"\x33" * 3}, "the help is cut off")
         check(sum(min(p) > 180 for p in zip(*[iter(shown)] * 3)) > 100, "the help of a small window has no text")
         check(view.quit() == 0, "Escape does not end with 0")
-    with View(display, "--show-frame-time", "model.bvg") as view:
+    with View(display, "--show-frame-time", "model.pbvg") as view:
         check(view.grab() != first, "--show-frame-time shows nothing")
         view.next_frame("key", "F2")
         check(view.grab() == first, "F2 does not hide the frame time")
@@ -502,13 +502,13 @@ def test_overlays(display):
 def test_saving(display):
     precious = work / "model-1.png"
     precious.write_text("precious")
-    with View(display, "model.bvg") as view:
+    with View(display, "model.pbvg") as view:
         for number, key in ((2, "space"), (3, "F12")):
             view.key("Left")
             view.xdotool("key", key)
             view.wait(lambda: len(view.lines("saved ")) == number - 1, "saved picture")
             check(view.lines("saved ")[-1] == f"saved model-{number}.png", view.text())
-            rendered("model.bvg", *view.view())
+            rendered("model.pbvg", *view.view())
             check((work / f"model-{number}.png").read_bytes() == (work / "expected.png").read_bytes(),
                   f"model-{number}.png is not pbm-render's picture")
         # One more, and out at once: it is not lost.
@@ -521,13 +521,13 @@ def test_saving(display):
 
 def test_window_sizes(display):
     desktop = x11.Desktop(display)
-    with View(display, "model.bvg") as view:
+    with View(display, "model.pbvg") as view:
         view.act("windowsize", view.window, 333, 251)
         check(view.view()[0] == "--resolution=333,251", f"another size: {view.view()}")
-        check_same(view, "model.bvg", "resized")
+        check_same(view, "model.pbvg", "resized")
         view.key("F11")
         check(view.view()[0] == f"--resolution={SCREEN[0]},{SCREEN[1]}", f"no full screen: {view.view()}")
-        check_same(view, "model.bvg", "full screen")
+        check_same(view, "model.pbvg", "full screen")
         view.key("F11")
         check(view.view()[0] == "--resolution=333,251", f"not the size before full screen: {view.view()}")
         view.xdotool("windowfocus", "--sync", view.window)
@@ -540,23 +540,23 @@ def test_window_sizes(display):
         check(len(view.lines("frame ")) == frames, "draws while minimised")
         desktop.set_minimised(view.window, False)
         view.settle(views)
-        check_same(view, "model.bvg", "no longer minimised")
+        check_same(view, "model.pbvg", "no longer minimised")
         desktop.close(view.window)
         check(view.process.wait(PATIENCE) == 0, "the close button does not end with 0")
 
 
 def test_dropping_a_file(display):
     desktop = x11.Desktop(display)
-    with View(display, "model.bvg", "--camera-position=0,0.1,0.5") as view:
-        check_same(view, "model.bvg", "a camera of the command line")
+    with View(display, "model.pbvg", "--camera-position=0,0.1,0.5") as view:
+        check_same(view, "model.pbvg", "a camera of the command line")
         views = len(view.lines("view: "))
-        desktop.drop(view.window, (work / "other.bvg").as_uri())
+        desktop.drop(view.window, (work / "other.pbvg").as_uri())
         view.settle(views)
-        check_same(view, "other.bvg", "the dropped model")
-        expected = rendered("other.bvg", "--resolution", f"{SIZE[0]},{SIZE[1]}")
+        check_same(view, "other.pbvg", "the dropped model")
+        expected = rendered("other.pbvg", "--resolution", f"{SIZE[0]},{SIZE[1]}")
         check(view.grab() == expected, "a dropped model is not shown by the default camera")
         title = view.xdotool("getwindowname", view.window)
-        check(title.startswith("other.bvg"), f"the title is {title}")
+        check(title.startswith("other.pbvg"), f"the title is {title}")
         # What is no model is said in the window, which goes on.
         desktop.drop(view.window, (work / "scan.ply").as_uri())
         view.wait(lambda: view.grab() != expected, "word about a file that is no model")
@@ -566,7 +566,7 @@ def test_dropping_a_file(display):
 
 def test_rest(display):
     """Nothing is drawn while nothing changes."""
-    with View(display, "model.bvg") as view:
+    with View(display, "model.pbvg") as view:
         time.sleep(0.5)
         frames, spent = len(view.lines("frame ")), processor_time(view.process.pid)
         time.sleep(1)
@@ -582,12 +582,12 @@ def processor_time(process):
 
 
 def test_options(display):
-    with View(display, "model.bvg", "-IGNORE_POINT_COLOURS", "--background-color=0.1,0.2,0.9", "--level=4") as view:
+    with View(display, "model.pbvg", "-IGNORE_POINT_COLOURS", "--background-color=0.1,0.2,0.9", "--level=4") as view:
         shown = view.grab()
-        expected = rendered("model.bvg", *view.view(), "--level=4")
+        expected = rendered("model.pbvg", *view.view(), "--level=4")
         check(shown == expected, "colours or level are not those of pbm-render")
         check(view.quit() == 0, "Escape does not end with 0")
-    with View(display, "-q", "model.bvg", "-v") as view:
+    with View(display, "-q", "model.pbvg", "-v") as view:
         check(view.quit() == 0, "Escape does not end with 0")
 
 
@@ -599,7 +599,7 @@ def test_panel(display):
     def clicked(y):
         return ["mousemove", left, y, "sleep", "0.1", "click", 1]
 
-    with View(display, "model.bvg", size=size) as view:
+    with View(display, "model.pbvg", size=size) as view:
         first = view.grab()
         view.next_frame("key", "Tab")
         check(view.grab() != first, "Tab shows no panel")
@@ -614,12 +614,12 @@ def test_panel(display):
         view.xdotool("key", "space")
         view.wait(lambda: view.lines("saved "), "saved picture")
         check(len(view.lines("view: ")) == views, "the panel's input moves the camera")
-        rendered("model.bvg", *view.view())
+        rendered("model.pbvg", *view.view())
         saved = work / view.lines("saved ")[-1].removeprefix("saved ")
         check(saved.read_bytes() == (work / "expected.png").read_bytes(), "another picture is saved")
         view.act(*dragged(1, (40, 300), (60, 330)))
         view.next_frame("key", "Tab")
-        check_same_in_the_end(view, "model.bvg", "a look of the panel")  # without the notice
+        check_same_in_the_end(view, "model.pbvg", "a look of the panel")  # without the notice
         view.key("f")
         view.next_frame("key", "Tab")
         # A light that is brighter, and how it was.
@@ -628,14 +628,14 @@ def test_panel(display):
         view.next_frame(*clicked(313))
         view.next_frame("key", "Tab")
         brighter = view.grab()
-        check(sum(brighter[2]) > sum(rendered("model.bvg", *view.view())[2]), "the light is not brighter")
+        check(sum(brighter[2]) > sum(rendered("model.pbvg", *view.view())[2]), "the light is not brighter")
         view.next_frame("key", "Tab")
         view.act(*clicked(365))
         view.next_frame("key", "Tab")
         check(view.grab() == first, "Reset does not bring the first look back")
         check(view.quit() == 0, "Escape does not end with 0")
     # A number that is typed is no command of the window, nor is what ends it.
-    with View(display, "--panel", "model.bvg", size=size) as view:
+    with View(display, "--panel", "model.pbvg", size=size) as view:
         check(view.grab() != first, "--panel does not show it")
         view.next_frame(*clicked(313))
         view.next_frame("mousemove", left + 60, 386, "sleep", "0.1", "keydown", "ctrl", "click", 1, "keyup", "ctrl")
@@ -650,7 +650,7 @@ def test_panel(display):
 
 def test_fine(display):
     """A view that rests gets finer, sample by sample, until it is pbm-render's fine picture; input ends that at once."""
-    with View(display, "model.bvg", "--quality=fine", "--samples=3") as view:
+    with View(display, "model.pbvg", "--quality=fine", "--samples=3") as view:
         def fine_frames():
             return re.findall(r"fine, (\d+) of 3 samples$", view.text()[view.text().rindex("view: "):], re.MULTILINE)
 
@@ -659,36 +659,36 @@ def test_fine(display):
 
         view.wait(is_fine, "fine picture")
         check("--quality=fine" in view.view(), f"not the options of the picture: {view.view()}")
-        check_same(view, "model.bvg", "a fine picture")
+        check_same(view, "model.pbvg", "a fine picture")
         frames = len(view.lines("frame "))
         time.sleep(0.5)
         check(len(view.lines("frame ")) == frames, "frames are drawn when the picture is fine")
         view.act("key", "Left")
         view.wait(is_fine, "fine picture of another view")
-        check_same(view, "model.bvg", "a fine picture of another view")
+        check_same(view, "model.pbvg", "a fine picture of another view")
         check(fine_frames() in (["1", "2", "3"], ["1", "2", "3", "3"]), f"samples {fine_frames()}")
         view.xdotool("key", "space")
         view.wait(lambda: view.lines("saved "), "saved picture")
-        rendered("model.bvg", *view.view())
+        rendered("model.pbvg", *view.view())
         saved = work / view.lines("saved ")[-1].removeprefix("saved ")
         check(saved.read_bytes() == (work / "expected.png").read_bytes(), "another picture is saved")
         check(view.quit() == 0, "Escape does not end with 0")
-    with View(display, "large.bvg", "--quality=fine", "--samples=64") as view:
+    with View(display, "large.pbvg", "--quality=fine", "--samples=64") as view:
         before = len(view.lines("view: "))
         view.xdotool("key", "Left", "key", "Up", "key", "Left")
         view.settle(before)
         check(view.quit() == 0, "Escape does not end with 0")
     result = run("pbm-view", "-AVI", "-q", "--quality=fine", "--samples=2", "--resolution=160,120", "--frames=3",
-                 "model.bvg", display=display)
+                 "model.pbvg", display=display)
     check(result.returncode == 0 and not result.stderr, f"{result}")
     drawn = run("pbm-render", "-q", "--turntable=fine.avi", "--quality=fine", "--samples=2", "--resolution=160,120",
-                "--frames=3", "model.bvg")
+                "--frames=3", "model.pbvg")
     check(drawn.returncode == 0 and (work / "model.avi").read_bytes() == (work / "fine.avi").read_bytes(), "fine video")
 
 
 def test_recording(display):
     """-AVI: a video once round, shown while it is made, the same as pbm-render's, and the end."""
-    options = ("--resolution=160,120", "--frames=7", "model.bvg")
+    options = ("--resolution=160,120", "--frames=7", "model.pbvg")
     for more in ((), ("--ignore-point-colours", "--camera-position=0.1,0.2,0.4")):
         result = run("pbm-view", "-AVI", "-v", *options, *more, display=display)
         check(result.returncode == 0 and not result.stderr, f"{result}")
@@ -697,7 +697,7 @@ def test_recording(display):
         check(run("pbm-render", "-q", "--turntable", "expected.avi", *options, *more).returncode == 0, "pbm-render")
         check(made == (work / "expected.avi").read_bytes(), "the video is not pbm-render's")
     (work / "model.avi").write_text("precious")
-    with View(display, "-AVI", "--frames=100000", "model.bvg") as view:
+    with View(display, "-AVI", "--frames=100000", "model.pbvg") as view:
         view.wait(lambda: len(view.lines("view: ")) > 3, "frames")
         check(view.quit() == 0, "Escape does not end with 0")
         check(view.lines("stopped: model.avi is not made"), view.text())
@@ -705,16 +705,16 @@ def test_recording(display):
     check(not list(work.glob("model.avi.*")), "half a video is left")
     result = run("pbm-view", "--turntable=nowhere/a.avi", *options, display=display)
     check(result.returncode == 2 and result.stderr.count("\n") == 1, f"{result}")
-    result = run("pbm-view", "--turntable=model.bvg", *options, display=display)
+    result = run("pbm-view", "--turntable=model.pbvg", *options, display=display)
     check(result.returncode == 1, f"{result}")
 
 
 def test_sample(display):
     with View(display) as view:
-        sample = programs / ".." / "share" / "pbm" / "sample.bvg"
+        sample = programs / ".." / "share" / "pbm" / "sample.pbvg"
         check_same(view, sample, "the sample")
         title = view.xdotool("getwindowname", view.window)
-        check(title.startswith("sample.bvg"), f"the title is {title}")
+        check(title.startswith("sample.pbvg"), f"the title is {title}")
         # A drag through many views ends at the exact picture of the last one.
         path = [part for x in range(200, 300, 4) for part in ("mousemove", x, 150)]
         view.act("mousemove", 200, 150, "mousedown", 1, *path, "mouseup", 1)
@@ -730,23 +730,23 @@ def test_sample(display):
 
 
 def test_bad_files(display):
-    good = bytearray((work / "model.bvg").read_bytes())
-    (work / "short.bvg").write_bytes(good[:1000])
-    good = bytearray((work / "other.bvg").read_bytes())
+    good = bytearray((work / "model.pbvg").read_bytes())
+    (work / "short.pbvg").write_bytes(good[:1000])
+    good = bytearray((work / "other.pbvg").read_bytes())
     good[-100] ^= 1
-    (work / "flipped.bvg").write_bytes(good)  # found only when the coarse levels are loaded: this has no others
+    (work / "flipped.pbvg").write_bytes(good)  # found only when the coarse levels are loaded: this has no others
     invalid = source / "format_spec" / "vectors" / "invalid"
     codes = set()
-    for file in ("none.bvg", ".", "scan.ply", "short.bvg", "flipped.bvg", invalid / "2.5-major-version-7.bvg",
-                 invalid / "2.6-required-feature-40.bvg", invalid / "4.2-zero-mask.bvg"):
+    for file in ("none.pbvg", ".", "scan.ply", "short.pbvg", "flipped.pbvg", invalid / "2.5-major-version-7.pbvg",
+                 invalid / "2.6-required-feature-40.pbvg", invalid / "4.2-zero-mask.pbvg"):
         shown, drawn = run("pbm-view", file, display=display), run("pbm-render", file, "-o", "bad.png")
         check(shown.returncode == drawn.returncode != 0, f"{file}: {shown.returncode}, pbm-render {drawn.returncode}")
         check(shown.stderr == drawn.stderr.replace("pbm-render", "pbm-view"), f"{file}: {shown.stderr}{drawn.stderr}")
         codes.add(shown.returncode)
     check(codes == {2, 3, 5}, f"exit codes {codes}")
-    for arguments, code in ((("--max-memory=1k", "model.bvg"), 4), (("--camera-mode=walk", "model.bvg"), 1),
-                            (("--turntable=-", "model.bvg"), 1),
-                            (("--camera-position=1,2,3", "--camera-focal-point=1,2,3", "model.bvg"), 1)):
+    for arguments, code in ((("--max-memory=1k", "model.pbvg"), 4), (("--camera-mode=walk", "model.pbvg"), 1),
+                            (("--turntable=-", "model.pbvg"), 1),
+                            (("--camera-position=1,2,3", "--camera-focal-point=1,2,3", "model.pbvg"), 1)):
         result = run("pbm-view", *arguments, display=display)
         check(result.returncode == code and len(result.stderr.splitlines()) == 1, f"{arguments}: {result}")
 
@@ -759,12 +759,12 @@ def test_no_window():
         check(re.fullmatch(f"pbm-view: {words}[^\n]*; pbm-render draws without display and OpenGL\n", result.stderr),
               result.stderr)
 
-    refused(run("pbm-view", "model.bvg"), "there is no display: ")
-    refused(run("pbm-view", "model.bvg", display=":54321"), "there is no display: ")
+    refused(run("pbm-view", "model.pbvg"), "there is no display: ")
+    refused(run("pbm-view", "model.pbvg", display=":54321"), "there is no display: ")
     with Display("-extension", "GLX") as display:
-        refused(run("pbm-view", "model.bvg", display=display.name), "the display has no OpenGL 3.2: ")
+        refused(run("pbm-view", "model.pbvg", display=display.name), "the display has no OpenGL 3.2: ")
     with Display() as display:
-        refused(run("pbm-view", "model.bvg", display=display.name, MESA_GL_VERSION_OVERRIDE="2.1"),
+        refused(run("pbm-view", "model.pbvg", display=display.name, MESA_GL_VERSION_OVERRIDE="2.1"),
                 "the display has no OpenGL 3.2: ")
     check(run("pbm-view", "--help").returncode == 0, "--help needs a display")
     check(run("pbm-view", "-V").stdout.startswith("pbm-view "), "-V needs a display")
@@ -772,7 +772,7 @@ def test_no_window():
 
 def test_display_goes_away():
     """A server that ends takes the window with it: a line of ours last, exit code 4."""
-    with Display() as display, View(display.name, "model.bvg") as view:
+    with Display() as display, View(display.name, "model.pbvg") as view:
         display.process.terminate()
         code = view.process.wait(PATIENCE)
         check(code == 4, f"exit code {code}: {view.text()}")
@@ -781,10 +781,10 @@ def test_display_goes_away():
 
 def main():
     for arguments in (("pbm-sample", "-q", "--vertices", 20000, "-o", "scan.ply"),
-                      ("pbm-build", "-q", "--depth", 7, "scan.ply", "-o", "model.bvg"),
-                      ("pbm-build", "-q", "--depth", 6, "scan.ply", "-o", "other.bvg"),
+                      ("pbm-build", "-q", "--depth", 7, "scan.ply", "-o", "model.pbvg"),
+                      ("pbm-build", "-q", "--depth", 6, "scan.ply", "-o", "other.pbvg"),
                       ("pbm-sample", "-q", "--vertices", 300000, "-o", "large.ply"),
-                      ("pbm-build", "-q", "--depth", 9, "large.ply", "-o", "large.bvg")):
+                      ("pbm-build", "-q", "--depth", 9, "large.ply", "-o", "large.pbvg")):
         result = run(*arguments)
         if result.returncode != 0:
             sys.exit(f"FAILED: {arguments}: {result.stderr}")

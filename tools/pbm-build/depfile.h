@@ -1,7 +1,7 @@
 // Dependency files: what an output was made from, in the syntax of Make, which Ninja and CMake read too.
 #pragma once
 
-#include "pbm_format/error.h"
+#include "system/error.h"
 
 #include <span>
 #include <string>

@@ -4,8 +4,9 @@
 #include "depfile.h"
 #include "options.h"
 #include "pbm_build/pipeline.h"
-#include "pbm_format/platform.h"
 #include "source_record.h"
+#include "system/files/mapped_file.h"
+#include "system/processes/this_process.h"
 
 #include <algorithm>
 #include <array>
@@ -166,7 +167,7 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
 
 int run(Arguments &arguments) {
     if (arguments.output.empty())
-        arguments.output = std::filesystem::path(arguments.inputs.front()).replace_extension(".bvg").string();
+        arguments.output = std::filesystem::path(arguments.inputs.front()).replace_extension(".pbvg").string();
     if (arguments.depfile && arguments.depfile_name.empty())
         arguments.depfile_name = arguments.output + ".d";
     const std::vector<std::string> sources = files_read(arguments.sources);

@@ -1,10 +1,10 @@
 #include "options.h"
 
 #include "command_line/common_options.h"
-#include "pbm_format/layout.h"
-#include "pbm_format/platform.h"
+#include "pbm_format/container/layout.h"
 #include "recipe.h"
 #include "scene_options.h"
+#include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <array>
@@ -68,9 +68,9 @@ std::optional<int> check_inputs(std::string_view program, const Arguments &argum
     if (!arguments.output.empty())
         return std::nullopt;
     if (arguments.inputs.size() > 1)
-        return command_line::fail_usage(program, "several inputs need a name for what they become: -o FILE.bvg");
+        return command_line::fail_usage(program, "several inputs need a name for what they become: -o FILE.pbvg");
     if (is_stream(arguments.inputs.front()))
-        return command_line::fail_usage(program, "a stream has no name to take the output's from: -o FILE.bvg");
+        return command_line::fail_usage(program, "a stream has no name to take the output's from: -o FILE.pbvg");
     return std::nullopt;
 }
 
@@ -155,14 +155,14 @@ void add_grid_options(CommandLine &line, Arguments &arguments) {
              {.check = positive, .excludes = {"--depth"}});
     line.add("--max-points", "Depth with at most so many points, estimated from the area", &options.grid.max_points,
              {.check = positive, .excludes = {"--depth", "--voxel-size"}});
-    line.add("--grid-like", "Very same grid, unit and up axis as this .bvg file", &arguments.grid_like,
+    line.add("--grid-like", "Very same grid, unit and up axis as this .pbvg file", &arguments.grid_like,
              {.type = "FILE", .excludes = {"--depth", "--voxel-size", "--max-points", "--unit", "--up"}});
 }
 
 void add_output_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
     line.topic = "Output";
-    line.add("-o,--output", "File to write, - for standard output; default: the one input's name with .bvg",
+    line.add("-o,--output", "File to write, - for standard output; default: the one input's name with .pbvg",
              &arguments.output, {.type = "FILE"});
     line.add("-z,--compression-level", "zstd level 1..19", &options.compression_level,
              {.check = command_line::Integers{1, 19}, .shows_default = true});
@@ -206,7 +206,7 @@ void add_general_options(CommandLine &line, Arguments &arguments) {
 
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
     CommandLine line{"pbm-build",
-                     "Turns a scan (PLY, OBJ, STL, OFF) into a binary voxel grid (.bvg).\n"
+                     "Turns a scan (PLY, OBJ, STL, OFF) into a binary voxel grid (.pbvg).\n"
                      "Says of every attribute of the scan whether it was kept, converted or dropped.\n"
                      "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, lights "
                      "and materials may be tables ([[light]]), and names of files are relative to the recipe's folder. "
@@ -220,13 +220,13 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     add_general_options(line, arguments);
     const command_line::Manual manual{
         .most_used = {"--output", "--depth", "--unit", "--up", "--recipe", "--help"},
-        .examples = {{"pbm-build scan.ply -o scan.bvg", "A scan at the depth that fits its points."},
-                     {"pbm-build left.ply right.ply --depth 10 --unit mm --up z --strict -o scan.bvg",
+        .examples = {{"pbm-build scan.ply -o scan.pbvg", "A scan at the depth that fits its points."},
+                     {"pbm-build left.ply right.ply --depth 10 --unit mm --up z --strict -o scan.pbvg",
                       "Two scans as one model of at most 1,024 voxels per edge; an error if anything of them would be "
                       "dropped."},
-                     {"pbm-build scan.ply --lights studio --shadows --ground wood --panorama default -o scan.bvg",
+                     {"pbm-build scan.ply --lights studio --shadows --ground wood --panorama default -o scan.pbvg",
                       "With shadows on a wooden floor, under a sky."},
-                     {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.bvg", "As build systems call it."}},
+                     {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.pbvg", "As build systems call it."}},
         .logs_steps = true};
     std::vector<command_line::OldSwitch> switches(kCompilerSwitches.begin(), kCompilerSwitches.end());
     switches.insert(switches.end(), scene_switches().begin(), scene_switches().end());

@@ -13,7 +13,7 @@ namespace pbm::build {
 struct Arguments {
     std::vector<std::string> inputs; // at least one
     std::string output;
-    std::string grid_like; // .bvg whose grid is taken, empty for none
+    std::string grid_like; // .pbvg whose grid is taken, empty for none
     std::string json;      // file, "-" for stdout, empty for none
     bool if_changed = false, source_hash = false;
     bool depfile = false;

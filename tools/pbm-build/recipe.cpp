@@ -1,6 +1,6 @@
 #include "recipe.h"
 
-#include "pbm_format/platform.h"
+#include "system/files/mapped_file.h"
 
 #include <toml++/toml.h>
 

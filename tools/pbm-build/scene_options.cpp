@@ -2,8 +2,8 @@
 
 #include "command_line/parse.h"
 #include "pbm_bake/shadow_baker.h"
-#include "pbm_build/colour_map.h"
-#include "pbm_build/material_request.h"
+#include "pbm_build/scene/material_request.h"
+#include "pbm_build/texture/colour_map.h"
 
 #include <algorithm>
 #include <array>
@@ -233,12 +233,12 @@ Result<SceneRequest> scene_request(const CommandLine &line, const SceneArguments
     for (const std::string &text : arguments.lights)
         request.lights.push_back(*read_light(text));
     if (request.lights.size() > kMaxLights)
-        return usage(std::to_string(request.lights.size()) + " lights, a .bvg file holds " +
+        return usage(std::to_string(request.lights.size()) + " lights, a .pbvg file holds " +
                      std::to_string(kMaxLights));
     for (const std::string &text : arguments.materials)
         request.materials.push_back(*read_material(text));
     if (request.materials.size() > kMaxMaterials)
-        return usage(std::to_string(request.materials.size()) + " materials, a .bvg file holds " +
+        return usage(std::to_string(request.materials.size()) + " materials, a .pbvg file holds " +
                      std::to_string(kMaxMaterials));
     if (arguments.legacy_material)
         request.default_material = *read_material("legacy");

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "command_line/command_line.h"
-#include "pbm_build/scene.h"
+#include "pbm_build/scene/scene.h"
 
 #include <span>
 #include <string>

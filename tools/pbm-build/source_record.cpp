@@ -1,9 +1,10 @@
 #include "source_record.h"
 
-#include "pbm_format/layout.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/container/layout.h"
+#include "pbm_format/reading/reader.h"
 #include "pbm_scan/surface_reader.h"
+#include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
 
@@ -99,7 +100,7 @@ std::optional<EarlierOutput> find_earlier_output(const std::string &path) {
     if (!file)
         return std::nullopt;
     const Result<Reader> reader = Reader::open(file->bytes());
-    if (!reader || !reader->verify_stored())
+    if (!reader || !verify(file->bytes(), {.level = ValidationLevel::hashes}))
         return std::nullopt;
     auto metadata = nlohmann::ordered_json::parse(reader->metadata(), nullptr, false);
     if (!metadata.is_object() || text_of(metadata, "generator") != "pbm-build " PBM_VERSION)

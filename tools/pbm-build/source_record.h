@@ -1,8 +1,8 @@
 // What an output was built from, kept in its metadata, so that a later run can tell whether it would build the same.
 #pragma once
 
-#include "pbm_format/content_id.h"
-#include "pbm_format/model.h"
+#include "pbm_format/container/content_id.h"
+#include "pbm_format/model/model.h"
 
 #include <optional>
 #include <span>

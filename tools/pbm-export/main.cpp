@@ -1,7 +1,9 @@
-// pbm-export: the points of a .bvg file as PLY.
+// pbm-export: the points of a .pbvg file as PLY.
 #include "command_line/common_options.h"
-#include "pbm_format/platform.h"
 #include "ply_points.h"
+#include "system/files/file_replacement.h"
+#include "system/files/mapped_file.h"
+#include "system/processes/this_process.h"
 
 #include <nlohmann/json.hpp>
 
@@ -35,7 +37,7 @@ struct Outcome {
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{
         std::string(kProgram),
-        "Writes the points of a binary voxel grid (.bvg) as PLY.\n"
+        "Writes the points of a binary voxel grid (.pbvg) as PLY.\n"
         "Each with its position, normal, radius, colour and material, in the coordinates of the scan."};
     line.add("FILE", "Model whose points are wanted", &arguments.input, {.required = true});
     line.add("-o,--output", "PLY file to write, - for standard output", &arguments.output,
@@ -51,8 +53,8 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     command_line::add_verbose(line, arguments.verbosity, "Name every step");
     line.add_version(PBM_VERSION);
     const command_line::Manual manual{
-        .examples = {{"pbm-export scan.bvg -o points.ply", "The points of the finest level."},
-                     {"pbm-build points.ply --grid-like scan.bvg -o again.bvg", "The same model again."}},
+        .examples = {{"pbm-export scan.pbvg -o points.ply", "The points of the finest level."},
+                     {"pbm-build points.ply --grid-like scan.pbvg -o again.pbvg", "The same model again."}},
         .logs_steps = true};
     return command_line::parse(line, argc, argv, {}, manual);
 }
@@ -105,9 +107,9 @@ std::optional<Failure> write_points(const Arguments &arguments, Reader &reader, 
     StreamOptions options = arguments.stream;
     options.level = outcome.level;
     if (status)
-        status = stream_points(
-            reader, options, ply->row_bytes(), [&](const PointBlock &block) { return ply->rows(block); }, write,
-            [&](double done) { display.show("export points", done); });
+        status = stream_points(reader, options,
+                               {ply->row_bytes(), [&](const PointBlock &block) { return ply->rows(block); }, write,
+                                [&](double done) { display.show("export points", done); }});
     display.clear();
     if (status)
         status = write(view_of(ply->materials()));

@@ -101,6 +101,14 @@ bool PlyPoints::has_materials() const {
     return materials.size() > 1 || materials.front() != Material{};
 }
 
+StreamList PlyPoints::exported_bytes() const {
+    StreamList streams;
+    for (const StreamInfo &stream : streams_of(attributes()))
+        if (!traits_of(stream.kind).ply_property.empty())
+            streams.add(stream.kind, stream.light);
+    return streams;
+}
+
 std::string PlyPoints::header() const {
     const Grid &grid = reader_->parameters().grid;
     std::string text = "ply\nformat ";
@@ -123,8 +131,8 @@ std::string PlyPoints::header() const {
     properties("float", {"nx", "ny", "nz", "radius"});
     if (attributes().colour != ColourFormat::none)
         properties("uchar", {"red", "green", "blue"});
-    if (attributes().material)
-        properties("uchar", {"material_index"});
+    for (const StreamInfo &stream : exported_bytes())
+        properties("uchar", {traits_of(stream.kind).ply_property});
     properties("uchar", {"two_sided"});
     if (has_materials()) {
         text += "element material " + text_of(reader_->parameters().materials.size()) + "\n";
@@ -136,14 +144,15 @@ std::string PlyPoints::header() const {
 }
 
 std::size_t PlyPoints::row_bytes() const {
-    constexpr std::size_t kMostNumbers = 3 + 3 + 1 + 3 + 1 + 1;
-    return format_.ascii ? kMostNumbers * (Row::kLongestNumber + 1) : kMostNumbers * sizeof(double);
+    const std::size_t numbers = 3 + 3 + 1 + 3 + exported_bytes().size() + 1;
+    return numbers * (format_.ascii ? Row::kLongestNumber + 1 : sizeof(double));
 }
 
 Bytes PlyPoints::rows(const PointBlock &block) const {
     const Grid &grid = reader_->parameters().grid;
     const double voxel = grid.voxel_size_at(level_);
     const ColourFormat colour = attributes().colour;
+    const StreamList bytes_of_points = exported_bytes();
     std::array<float, 256> radii{};
     for (std::size_t i = 0; i < radii.size(); ++i)
         radii[i] =
@@ -165,8 +174,8 @@ Bytes PlyPoints::rows(const PointBlock &block) const {
         if (colour != ColourFormat::none)
             for (const std::uint8_t channel : point_colour(block.points.colours, i, colour))
                 row.add(channel);
-        if (attributes().material)
-            row.add(block.points.materials[i]);
+        for (const StreamInfo &stream : bytes_of_points)
+            row.add(block.points.values(stream)[i]);
         row.add(static_cast<std::uint8_t>((normal & kTwoSidedBit) != 0 ? 1 : 0));
         at = row.end();
     }

@@ -1,4 +1,4 @@
-// Points of a .bvg file as a PLY file: header and rows. pbm-build reads them back to the very same points.
+// Points of a .pbvg file as a PLY file: header and rows. pbm-build reads them back to the very same points.
 // Based on: Turk. The PLY polygon file format. 1994
 // Based on: Campbell. Point Based Modelling and Rendering. 2006 (element material)
 #pragma once
@@ -20,7 +20,7 @@ struct PlyFormat {
 //   radius              float: of the splat, model units, a rounding step below the radius table's value, so that it is
 //                       not rounded up to the next one
 //   red green blue      uchar, where the file has colours
-//   material_index      uchar, where points have one
+//   material_index      uchar, where points have one; so are other streams that kStreams gives a property
 //   two_sided           uchar: 1 where both sides show
 // and element material follows them where the file has other materials than the default one. Comments hold name,
 // licence and credit, unit, up axis and grid.
@@ -42,6 +42,7 @@ class PlyPoints {
         : reader_(&reader), level_(level), count_(count), format_(format) {}
     const AttributeSet &attributes() const { return reader_->parameters().attributes; }
     bool has_materials() const;
+    StreamList exported_bytes() const; // streams that are properties as they are
 
     const Reader *reader_;
     int level_;

@@ -1,6 +1,6 @@
 #include "point_stream.h"
 
-#include "pbm_format/parallel.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <memory>
@@ -21,10 +21,8 @@ struct Job {
 // Depth first through the tree of chunks, which is the Morton order of the points; a batch of jobs at a time.
 class ChunkWalk {
   public:
-    ChunkWalk(Reader &reader, const StreamOptions &options, std::size_t batch,
-              const std::function<Bytes(const PointBlock &)> &encode, const std::function<Status(ByteView)> &write,
-              const std::function<void(double)> &progress)
-        : reader_(reader), options_(options), batch_(batch), encode_(encode), write_(write), progress_(progress) {
+    ChunkWalk(Reader &reader, const StreamOptions &options, std::size_t batch, const PointSink &sink)
+        : reader_(reader), options_(options), batch_(batch), sink_(sink) {
         for (int level = 1; level <= options.level; ++level)
             directories_.push_back(reader.directory(level).value());
         next_.resize(directories_.size(), 0);
@@ -76,7 +74,7 @@ class ChunkWalk {
             job.failure = codes.error();
             return;
         }
-        job.bytes = encode_({*codes, chunk.points});
+        job.bytes = sink_.encode({*codes, chunk.points});
     }
 
     Status flush() {
@@ -84,12 +82,12 @@ class ChunkWalk {
         for (Job &job : jobs_) {
             if (job.failure)
                 return *job.failure;
-            if (Status status = write_(job.bytes); !status)
+            if (Status status = sink_.write(job.bytes); !status)
                 return status;
         }
-        if (progress_ && !jobs_.empty())
-            progress_(static_cast<double>(jobs_.back().chunk + 1) /
-                      static_cast<double>(directories_.back()->chunks.size()));
+        if (sink_.progress && !jobs_.empty())
+            sink_.progress(static_cast<double>(jobs_.back().chunk + 1) /
+                           static_cast<double>(directories_.back()->chunks.size()));
         jobs_.clear();
         return {};
     }
@@ -97,9 +95,7 @@ class ChunkWalk {
     Reader &reader_;
     const StreamOptions &options_;
     std::size_t batch_;
-    const std::function<Bytes(const PointBlock &)> &encode_;
-    const std::function<Status(ByteView)> &write_;
-    const std::function<void(double)> &progress_;
+    const PointSink &sink_;
     std::vector<const LevelDirectory *> directories_; // [level - 1]
     std::vector<std::size_t> next_;                   // [level - 1] chunk to visit
     std::vector<Job> jobs_;
@@ -110,15 +106,13 @@ std::uint64_t chunk_bytes(const Reader &reader) {
     const AttributeSet &set = reader.parameters().attributes;
     std::uint64_t row = sizeof(MortonCode) + 1; // and a mask
     for (const StreamInfo &stream : streams_of(set))
-        row += stream.kind == StreamKind::shadow ? 1 : raw_stream_bytes(stream, set, 1, 0, 1);
+        row += bytes_per_point(stream, set);
     return row * reader.header().chunk_points;
 }
 
 } // namespace
 
-Status stream_points(Reader &reader, const StreamOptions &options, std::size_t row_bytes,
-                     const std::function<Bytes(const PointBlock &)> &encode,
-                     const std::function<Status(ByteView)> &write, const std::function<void(double)> &progress) {
+Status stream_points(Reader &reader, const StreamOptions &options, const PointSink &sink) {
     assert(options.level >= 0 && options.level <= reader.depth());
     std::uint64_t fixed = 0;
     for (int level = 1; level <= options.level; ++level) {
@@ -131,7 +125,7 @@ Status stream_points(Reader &reader, const StreamOptions &options, std::size_t r
     }
     // Its parents' codes, its points twice (stored and decoded), its rows.
     const std::uint64_t per_job =
-        2 * chunk_bytes(reader) + (sizeof(MortonCode) + row_bytes) * reader.header().chunk_points;
+        2 * chunk_bytes(reader) + (sizeof(MortonCode) + sink.row_bytes) * reader.header().chunk_points;
     if (options.max_memory < fixed + per_job)
         return Error{ErrorCode::memory, 0,
                      "the level needs " + std::to_string((fixed + per_job) >> 20) +
@@ -140,11 +134,11 @@ Status stream_points(Reader &reader, const StreamOptions &options, std::size_t r
     if (options.level == 0) {
         const PointAttributes root = root_points(reader.header().root, reader.parameters().attributes);
         const std::vector<MortonCode> codes{0};
-        return write(encode({codes, root}));
+        return sink.write(sink.encode({codes, root}));
     }
     const std::uint64_t useful = 2 * static_cast<std::uint64_t>(resolve_threads(options.threads));
     const auto batch = static_cast<std::size_t>(std::min(useful, (options.max_memory - fixed) / per_job));
-    return ChunkWalk(reader, options, batch, encode, write, progress).run();
+    return ChunkWalk(reader, options, batch, sink).run();
 }
 
 } // namespace pbm

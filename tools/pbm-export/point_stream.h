@@ -1,7 +1,7 @@
 // The points of one detail level in Morton order, chunk by chunk: what a file of any size needs of memory is bounded.
 #pragma once
 
-#include "pbm_format/reader.h"
+#include "pbm_format/reading/reader.h"
 
 #include <functional>
 #include <span>
@@ -20,14 +20,18 @@ struct StreamOptions {
     std::uint64_t max_memory = kDefaultMaxMemory; // bytes
 };
 
-// Decodes the chunks of `level`, and of the levels above for their masks, each once, proven before use. `encode` turns
-// a block into bytes, at most `row_bytes` per point, on any thread; `write` gets them in order, on the calling thread.
-// `progress` is called with 0..1 between blocks; may be empty.
+// What becomes of the points.
+struct PointSink {
+    std::size_t row_bytes;                           // of a point, at most
+    std::function<Bytes(const PointBlock &)> encode; // called on any thread
+    std::function<Status(ByteView)> write;           // called in order, on the calling thread
+    std::function<void(double)> progress = {};       // with 0..1 between blocks; may be empty
+};
+
+// Decodes the chunks of `level`, and of the levels above for their masks, each once, proven before use.
 //
 // errors  memory  one block at a time needs more than max_memory
 //         those of the reader and of `write`: nothing more is written then
-Status stream_points(Reader &reader, const StreamOptions &options, std::size_t row_bytes,
-                     const std::function<Bytes(const PointBlock &)> &encode,
-                     const std::function<Status(ByteView)> &write, const std::function<void(double)> &progress = {});
+Status stream_points(Reader &reader, const StreamOptions &options, const PointSink &sink);
 
 } // namespace pbm

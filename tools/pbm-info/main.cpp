@@ -1,7 +1,7 @@
-// pbm-info: what is in a .bvg, from its header, tables and directories; no chunk and no tile is decoded.
+// pbm-info: what is in a .pbvg, from its header, tables and directories; no chunk and no tile is decoded.
 #include "command_line/common_options.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
+#include "pbm_format/reading/reader.h"
+#include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
 
@@ -74,12 +74,8 @@ pbm::Result<FileSizes> measure(pbm::Reader &reader, pbm::ByteView file) {
     FileSizes sizes;
     if (pbm::Status status = measure_rasters(reader, file, sizes); !status)
         return std::move(status).error();
-    for (const pbm::StreamInfo &info : infos) {
-        std::string type(pbm::to_string(info.kind));
-        if (info.kind == pbm::StreamKind::shadow)
-            (type += " ") += std::to_string(info.light);
-        sizes.streams.push_back({.type = std::move(type)});
-    }
+    for (const pbm::StreamInfo &info : infos)
+        sizes.streams.push_back({.type = pbm::name_of(info)});
     for (int level = 1; level <= reader.depth(); ++level) {
         const pbm::Result<const pbm::LevelDirectory *> directory = reader.directory(level);
         if (!directory)
@@ -98,15 +94,12 @@ pbm::Result<FileSizes> measure(pbm::Reader &reader, pbm::ByteView file) {
             size.streams.push_back({.type = stream.type});
         for (const pbm::ChunkEntry &chunk : (*directory)->chunks) {
             size.bricks += chunk.shape.bricks;
-            for (std::size_t s = 0; s < infos.size(); ++s) {
-                size.streams[s].stored_bytes += chunk.streams[s].stored_bytes;
-                size.streams[s].raw_bytes +=
-                    pbm::raw_stream_bytes(infos[s], set, level, chunk.shape.nodes, chunk.shape.points);
-            }
-        }
-        for (std::size_t s = 0; s < infos.size(); ++s) {
-            sizes.streams[s].stored_bytes += size.streams[s].stored_bytes;
-            sizes.streams[s].raw_bytes += size.streams[s].raw_bytes;
+            for (std::size_t s = 0; s < infos.size(); ++s)
+                for (StreamSize *const sum : {&size.streams[s], &sizes.streams[s]}) {
+                    sum->stored_bytes += chunk.streams[s].stored_bytes;
+                    sum->raw_bytes +=
+                        pbm::raw_stream_bytes(infos[s], set, level, chunk.shape.nodes, chunk.shape.points);
+                }
         }
         sizes.levels.push_back(std::move(size));
     }
@@ -348,7 +341,7 @@ int fail(const std::string &path, const pbm::Error &error) { return pbm::command
 
 int run(int argc, char **argv) {
     pbm::command_line::CommandLine line{"pbm-info",
-                                        "Says what is in a binary voxel grid (.bvg): points, levels, streams, sizes."};
+                                        "Says what is in a binary voxel grid (.pbvg): points, levels, streams, sizes."};
     std::string path, json_path;
     line.add("FILE", "Model to look into", &path, {.required = true});
     pbm::command_line::add_json(line, json_path, "All of it");
@@ -357,7 +350,7 @@ int run(int argc, char **argv) {
     line.add_version(PBM_VERSION);
     if (const auto done = pbm::command_line::parse(
             line, argc, argv, {},
-            {.examples = {{"pbm-info --json scan.bvg", "Everything about a model, for other programs."}}}))
+            {.examples = {{"pbm-info --json scan.pbvg", "Everything about a model, for other programs."}}}))
         return *done;
     if (const auto refused = pbm::command_line::refuse_outputs("pbm-info", {{path}}, {{json_path}}))
         return *refused;

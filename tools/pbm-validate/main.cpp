@@ -1,6 +1,6 @@
-// pbm-validate: is this .bvg valid, and if not, what breaks which rule where.
+// pbm-validate: is this .pbvg valid, and if not, what breaks which rule where.
 #include "command_line/common_options.h"
-#include "pbm_format/platform.h"
+#include "system/files/mapped_file.h"
 #include "verdict.h"
 
 #include <algorithm>
@@ -71,18 +71,23 @@ Verdict examine(const std::string &path, const Options &options) {
     return verdict;
 }
 
-// Files named .bvg below a folder, in the order of their names.
+// .bvg was the extension before .pbvg.
+bool is_model_name(const std::filesystem::path &name) {
+    return name.extension() == ".pbvg" || name.extension() == ".bvg";
+}
+
+// Files named like models below a folder, in the order of their names.
 pbm::Result<std::vector<std::string>> files_below(const std::string &folder) {
     namespace fs = std::filesystem;
     std::vector<std::string> files;
     std::error_code error;
     for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
-        if (entry->path().extension() == ".bvg" && !entry->is_directory())
+        if (is_model_name(entry->path()) && !entry->is_directory())
             files.push_back(entry->path().string());
     if (error)
         return pbm::broken("io.open", 0, "cannot open: " + error.message());
     if (files.empty())
-        return pbm::broken("io.not_a_file", 0, "no .bvg file is in this folder");
+        return pbm::broken("io.not_a_file", 0, "no .pbvg file is in this folder");
     std::sort(files.begin(), files.end());
     return files;
 }
@@ -142,7 +147,7 @@ void add_options(CommandLine &line, Options &options) {
              {.alone = "text"});
     line.add("--explain", "What a code, group or rule stands for", &options.explain, {.type = "CODE"});
     line.topic = "Options";
-    line.add("-r,--recursive", "All .bvg files in folders too", &options.recursive);
+    line.add("-r,--recursive", "All .pbvg files in folders too", &options.recursive);
     line.add("-q,--quiet", "Say nothing about valid files", &options.quiet);
     pbm::command_line::add_json(line, options.json_path, "Verdicts");
     pbm::command_line::add_threads(line, options.validation.threads);
@@ -194,7 +199,7 @@ void choose(Options &options) {
 
 int run(int argc, char **argv) {
     CommandLine line{"pbm-validate",
-                     "Says whether binary voxel grids (.bvg) are valid, and if not, what breaks which rule where.\n"
+                     "Says whether binary voxel grids (.pbvg) are valid, and if not, what breaks which rule where.\n"
                      "The rules are those of BVG.md. Of several files the highest exit code counts."};
     Options options;
     options.validation.max_per_code = 10;
@@ -202,7 +207,7 @@ int run(int argc, char **argv) {
     if (const auto done = pbm::command_line::parse(
             line, argc, argv, {},
             {.most_used = {"--quick", "--deep", "--ignore", "--recursive", "--json", "--quiet", "--help"},
-             .examples = {{"pbm-validate -q *.bvg", "Names the files that are not valid, and nothing else."},
+             .examples = {{"pbm-validate -q *.pbvg", "Names the files that are not valid, and nothing else."},
                           {"pbm-validate -r --json=report.json models", "All models of a folder, for a pipeline."},
                           {"pbm-validate --explain 4.2", "What a rule is, and what to do about it."}}}))
         return *done;

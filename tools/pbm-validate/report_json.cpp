@@ -1,6 +1,6 @@
 #include "verdict.h"
 
-#include "pbm_format/layout.h"
+#include "pbm_format/container/layout.h"
 
 #include <nlohmann/json.hpp>
 

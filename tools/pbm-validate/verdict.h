@@ -1,7 +1,7 @@
 // What pbm-validate found out about one file, and how it tells it.
 #pragma once
 
-#include "pbm_format/validate.h"
+#include "pbm_format/checking/validate.h"
 
 #include <iosfwd>
 #include <string>
@@ -23,7 +23,7 @@ void print_text(std::ostream &out, const Verdict &verdict, ValidationLevel level
 // The document of report.schema.json, as text.
 std::string report_as_json(const std::vector<Verdict> &verdicts, ValidationLevel level, int exit_code);
 
-// The catalogue. Markdown is the table of docs/validator.md.
+// The catalogue. Markdown is the table of docs/reference/validator-codes.md.
 std::string codes_as_text(const std::vector<const CatalogueEntry *> &entries);
 std::string codes_as_markdown();
 std::string codes_as_json();

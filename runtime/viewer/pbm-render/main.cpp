@@ -1,15 +1,15 @@
 // pbm-render: pictures of a binary voxel grid without a window.
 #include "command_line/common_options.h"
-#include "pbm_format/platform.h"
+#include "system/processes/this_process.h"
 
 #include "model_drawer.h"
 #include "turntable.h"
-#include "viewer/camera_control.h"
-#include "viewer/image_writer.h"
-#include "viewer/picture_file.h"
-#include "viewer/scene.h"
-#include "viewer/video_options.h"
-#include "viewer/view_options.h"
+#include "viewer/options/video_options.h"
+#include "viewer/options/view_options.h"
+#include "viewer/pictures/image_writer.h"
+#include "viewer/pictures/picture_file.h"
+#include "viewer/scene/camera_control.h"
+#include "viewer/scene/scene.h"
 
 #include <glm/gtc/constants.hpp>
 #include <nlohmann/json.hpp>
@@ -70,7 +70,7 @@ int fail(const std::string &file, const Error &error) {
 // Fills `arguments`, or returns the exit code of a program that has said all it had to say.
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{std::string(kProgram),
-                                   "Draws a binary voxel grid (.bvg) into a picture or a video."};
+                                   "Draws a binary voxel grid (.pbvg) into a picture or a video."};
     line.add("FILE", "Model to draw", &arguments.input, {.required = true});
     line.topic = "Output";
     line.add("-o,--output", "Picture to write, .png or .bmp; - for standard output (PNG)", &arguments.output,
@@ -91,20 +91,20 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
             line, argc, argv, old_switches({kOldVideoSwitch}),
             {.most_used = {"--output", "--resolution", "--turntable", "--quality", "--help"},
              .examples = {
-                 {"pbm-render scan.bvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
-                 {"pbm-render scan.bvg -o - --no-background | display", "A transparent picture for the next program."},
-                 {"pbm-render scan.bvg --turntable scan.avi --quality fine", "A video once round the model."},
-                 {"pbm-render scan.bvg --turntable - | ffmpeg -f rawvideo -pix_fmt rgb24 -s 1280x720 -r 30 "
+                 {"pbm-render scan.pbvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
+                 {"pbm-render scan.pbvg -o - --no-background | display", "A transparent picture for the next program."},
+                 {"pbm-render scan.pbvg --turntable scan.avi --quality fine", "A video once round the model."},
+                 {"pbm-render scan.pbvg --turntable - | ffmpeg -f rawvideo -pix_fmt rgb24 -s 1280x720 -r 30 "
                   "-i - scan.webm",
                   "The same in any other form."}}}))
         return done;
     if (no_background) {
-        arguments.view.render.background = {0, 0, 0, 0};
-        arguments.view.render.panorama = false;
+        arguments.view.look.render.background = {0, 0, 0, 0};
+        arguments.view.look.render.panorama = false;
     }
-    if (arguments.view.renderer == Renderer::reference && arguments.view.render.quality == Quality::fine)
+    if (arguments.view.renderer == Renderer::reference && arguments.view.look.quality == Quality::fine)
         return fail_usage("--renderer reference draws no fine pictures; leave out --quality fine");
-    if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.render); !known)
+    if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.look.render); !known)
         return fail_usage(known.error().message);
     if (!arguments.wants_picture() && arguments.video().output.empty())
         return fail_usage("nothing to do: name a picture with -o or a video with --turntable");
@@ -123,23 +123,24 @@ class Stopwatch {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-nlohmann::ordered_json look_json(const RenderOptions &render) {
-    return {{"quality", word_of(render.quality)},
-            {"samples", render.quality == Quality::fine ? render.samples : 1},
+nlohmann::ordered_json look_json(const LookOptions &look) {
+    const RenderOptions &render = look.render;
+    return {{"quality", word_of(look.quality)},
+            {"samples", look.quality == Quality::fine ? look.samples : 1},
             {"texture", render.texture},
             {"point_colours", render.point_colours},
             {"shadows", render.shadows},
             {"panorama", render.panorama},
             {"ground", render.ground},
             {"reflections", render.reflections},
-            {"depth_cue", word_of(render.depth_cue)}};
+            {"depth_cue", word_of(look.depth_cue)}};
 }
 
 std::string to_json(const Arguments &arguments, const RunStatistics &s) {
     nlohmann::ordered_json json{{"width", arguments.view.resolution.x},
                                 {"height", arguments.view.resolution.y},
                                 {"renderer", arguments.view.renderer == Renderer::fast ? "fast" : "reference"},
-                                {"look", look_json(arguments.view.render)},
+                                {"look", look_json(arguments.view.look)},
                                 {"level", s.drawn.level},
                                 {"points", s.drawn.points},
                                 {"drawn_points", s.drawn.drawn_points},
@@ -166,10 +167,9 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
 }
 
 // Nothing for fast pictures.
-std::string quality_text(const RenderOptions &render) {
-    return render.quality == Quality::fast
-               ? ""
-               : word_of(render.quality) + ", " + std::to_string(render.samples) + " samples, ";
+std::string quality_text(const LookOptions &look) {
+    return look.quality == Quality::fast ? ""
+                                         : word_of(look.quality) + ", " + std::to_string(look.samples) + " samples, ";
 }
 
 // What a run told of itself; `camera` is the first one.
@@ -181,18 +181,18 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
     std::ostringstream text;
     if (arguments.view.verbosity == command_line::Verbosity::verbose)
         text << "view: " << view_as_options(camera, arguments.view.view_angle, size)
-             << look_as_options(arguments.view.render) << '\n'
+             << look_as_options(arguments.view.look) << '\n'
              << "read: " << s.cost.bytes_read << " of " << s.file_bytes << " bytes, " << s.cost.points_decoded
              << " points decoded\n";
     text << std::fixed << std::setprecision(1);
     if (arguments.wants_picture())
         text << shown_name(arguments.output.empty() ? arguments.input : arguments.output) << ": " << size.x << 'x'
-             << size.y << ", " << quality_text(arguments.view.render) << "level " << s.drawn.level << ", "
+             << size.y << ", " << quality_text(arguments.view.look) << "level " << s.drawn.level << ", "
              << s.drawn.drawn_points << " of " << s.drawn.points << " points drawn, load " << s.load_ms << " ms, frame "
              << s.frame_ms << " ms, encode " << s.encode_ms << " ms\n";
     if (s.video)
         text << shown_name(arguments.video().output) << ": " << arguments.video().frames << " frames of " << size.x
-             << 'x' << size.y << ", " << quality_text(arguments.view.render) << s.video->bytes << " bytes, "
+             << 'x' << size.y << ", " << quality_text(arguments.view.look) << s.video->bytes << " bytes, "
              << s.video->ms / 1000 << " s\n";
     if (s.bench)
         text << "bench: " << arguments.bench << " frames, minimum " << std::setprecision(2) << s.bench->least_ms
@@ -266,9 +266,11 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, c
         progress.show("video", static_cast<double>(frame) / video.frames);
         if (view.verbosity == command_line::Verbosity::verbose && stream != nullptr)
             *stream << "frame " << frame + 1 << ": " << view_as_options(from, view.view_angle, view.resolution)
-                    << look_as_options(view.render) << '\n';
+                    << look_as_options(view.look) << '\n';
     };
-    const auto made = record_turntable(drawer, std::move(sink), video, view, camera, tell);
+    VideoRecorder recorder(std::move(sink), view.resolution, drawer.needs_depths(), view.load.threads,
+                           view.load.max_memory);
+    const auto made = record_turntable(drawer, recorder, video, camera, tell);
     progress.clear();
     if (!made.model)
         return fail(arguments.input, made.model.error());

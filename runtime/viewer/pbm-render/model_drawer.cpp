@@ -17,7 +17,7 @@ Result<std::unique_ptr<ModelDrawer>> ModelDrawer::open(const std::string &path, 
 ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene,
                          Sphere bounds)
     : path_(std::move(path)), options_(options), scene_(std::move(scene)), bounds_(bounds),
-      look_(options.render, scene_->model.reader().parameters()) {
+      look_(options.look, scene_->model.reader().parameters()) {
     const Reader &reader = scene_->model.reader();
     if (options_.renderer == Renderer::fast)
         painter_.emplace(reader.parameters(), scene_->surroundings, reader.header().chunk_points,
@@ -44,10 +44,10 @@ Status ModelDrawer::load(const Camera &camera, glm::ivec2 size) {
 
 RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target) {
     if (!painter_) {
-        const RenderStatistics drawn = whole_->renderer.render(camera, options_.render, target);
-        if (options_.render.depth_cue != DepthCue::none) {
-            WorkerPool pool(1);
-            add_depth_cue(options_.render.depth_cue, camera, grid().edge(), pool, target);
+        const RenderStatistics drawn = whole_->renderer.render(camera, options_.look.render, target, {.splats = options_.splats});
+        if (options_.look.depth_cue != DepthCue::none) {
+            ThreadPool pool(1);
+            add_depth_cue(options_.look.depth_cue, camera, grid().edge(), pool, target);
         }
         return drawn;
     }

@@ -1,9 +1,9 @@
 // The model of a file and the renderer that draws it, with exactly what its pictures need in memory.
 #pragma once
 
-#include "viewer/painter.h"
-#include "viewer/scene.h"
-#include "viewer/view_options.h"
+#include "viewer/options/view_options.h"
+#include "viewer/scene/painter.h"
+#include "viewer/scene/scene.h"
 
 #include <memory>
 #include <optional>

@@ -1,27 +1,25 @@
 #include "turntable.h"
 
-#include "viewer/camera_control.h"
+#include "viewer/scene/camera_control.h"
 
 #include <glm/gtc/constants.hpp>
 
 #include <chrono>
 #include <filesystem>
 #include <system_error>
-#include <utility>
 
 namespace pbm {
 
-RecordedVideo record_turntable(ModelDrawer &drawer, VideoSink sink, const VideoOptions &video, const ViewOptions &view,
+RecordedVideo record_turntable(ModelDrawer &drawer, VideoRecorder &recorder, const VideoOptions &video,
                                const Camera &first, const std::function<void(int frame, const Camera &)> &begun) {
     const auto begin = std::chrono::steady_clock::now();
-    VideoRecorder recorder(std::move(sink), view.resolution, drawer.needs_depths(), view.load.threads,
-                           view.load.max_memory);
     const glm::dvec3 axis = up_direction(drawer.grid().up);
     RecordedVideo result;
     for (int frame = 0; frame < video.frames && result.file; ++frame) {
         const Camera camera = turntable(first, axis, glm::two_pi<double>() * frame / video.frames);
         begun(frame, camera);
-        result.model = drawer.load(camera, view.resolution);
+        const Framebuffer &canvas = recorder.canvas();
+        result.model = drawer.load(camera, {canvas.width, canvas.height});
         if (!result.model)
             return result;
         drawer.draw(camera, recorder.canvas());

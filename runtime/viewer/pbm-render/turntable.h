@@ -1,23 +1,24 @@
-// A video once round a model.
+// Records a video of one turn around a model.
 #pragma once
 
 #include "model_drawer.h"
 
-#include "viewer/video_writer.h"
+#include "viewer/pictures/video_writer.h"
 
 #include <functional>
 
 namespace pbm {
 
-// What became of a video; one of both failed if it was not made.
+// The outcome of a recording: if there is no video, one of the two failed.
 struct RecordedVideo {
     Status model, file;      // as ModelDrawer::load and the sink
     std::uint64_t bytes = 0; // of the file, or of all frames
     double ms = 0;
 };
 
-// Draws and writes what `video` asks for into `sink`, starting at `first`; `begun` is called before each frame, 0.. .
-RecordedVideo record_turntable(ModelDrawer &drawer, VideoSink sink, const VideoOptions &video, const ViewOptions &view,
+// Draws the frames that `video` asks for and hands them to `recorder`. The first one is what `first` sees; before each
+// frame, 0.., the function calls `begun`.
+RecordedVideo record_turntable(ModelDrawer &drawer, VideoRecorder &recorder, const VideoOptions &video,
                                const Camera &first, const std::function<void(int frame, const Camera &)> &begun);
 
 } // namespace pbm

@@ -2,7 +2,7 @@
 #include "options.h"
 #include "sample_model.h"
 #include "viewer.h"
-#include "window.h"
+#include "window/window.h"
 
 #include "command_line/command_line.h"
 
@@ -16,7 +16,7 @@ using namespace pbm;
 
 constexpr std::string_view kProgram = "pbm-view";
 
-int run(int argc, char **argv, std::unique_ptr<BackgroundThread> &background) {
+int run(int argc, char **argv, std::unique_ptr<ThreadPool> &background) {
     const auto start = Viewer::Clock::now();
     Arguments arguments;
     if (const auto done = parse(kProgram, argc, argv, arguments))
@@ -44,20 +44,20 @@ int run(int argc, char **argv, std::unique_ptr<BackgroundThread> &background) {
         video = std::move(*opened);
     }
 
-    background = std::make_unique<BackgroundThread>();
+    background = std::make_unique<ThreadPool>(2);
     Loading loading = begin_loading(*background, path, arguments.view);
     const auto window = Window::open(std::filesystem::path(path).filename().string() + " - " + std::string(kProgram),
                                      arguments.view.resolution);
     if (!window)
         return command_line::fail(kProgram, "", window.error());
-    Viewer viewer(kProgram, arguments, **window, *background, path, std::move(loading), std::move(video), start);
+    Viewer viewer(arguments, **window, *background, {kProgram, start, path, std::move(loading), std::move(video)});
     return viewer.run();
 }
 
 } // namespace
 
 int main(int argc, char **argv) {
-    std::unique_ptr<BackgroundThread> background;
+    std::unique_ptr<ThreadPool> background;
     const int code = command_line::run_program(kProgram, [&] { return run(argc, argv, background); });
     // Who quits while a model is loading or drawn need not wait for it: all that was to be written has been.
     if (background && background->busy())

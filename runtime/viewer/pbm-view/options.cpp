@@ -1,12 +1,12 @@
 #include "options.h"
 
 #include "command_line/common_options.h"
-#include "viewer/option_values.h"
+#include "viewer/options/option_values.h"
 
 namespace pbm {
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{std::string(program),
-                                   "Shows a binary voxel grid (.bvg) in a window.\nF1 tells the keys, Escape quits."};
+                                   "Shows a binary voxel grid (.pbvg) in a window.\nF1 tells the keys, Escape quits."};
     line.add("FILE", "Model to show; default: the sample", &arguments.input);
     line.topic = "Camera";
     command_line::add_choice<CameraMode>(
@@ -25,11 +25,11 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     if (const auto done = command_line::parse(
             line, argc, argv, old_switches({kOldVideoSwitch, {"-FLYING_CAMERA", "--camera-mode=fly"}}),
             {.most_used = {"--camera-mode", "--resolution", "--show-frame-time", "--help"},
-             .examples = {{"pbm-view scan.bvg", "The model in a window; drag it, Space saves a picture."},
-                          {"pbm-view scan.bvg --camera-mode fly", "Through the model; the arrow keys fly."}},
+             .examples = {{"pbm-view scan.pbvg", "The model in a window; drag it, Space saves a picture."},
+                          {"pbm-view scan.pbvg --camera-mode fly", "Through the model; the arrow keys fly."}},
              .run_time_limits = "no display or OpenGL"}))
         return done;
-    if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.render); !known)
+    if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.look.render); !known)
         return command_line::fail_usage(program, known.error().message);
     if (arguments.choice.video.output == "-")
         return command_line::fail_usage(program, "raw frames are written by pbm-render --turntable -; name a file");

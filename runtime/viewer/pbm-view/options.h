@@ -1,9 +1,9 @@
 // The command line of pbm-view.
 #pragma once
 
-#include "viewer/camera_control.h"
-#include "viewer/video_options.h"
-#include "viewer/view_options.h"
+#include "viewer/options/video_options.h"
+#include "viewer/options/view_options.h"
+#include "viewer/scene/camera_control.h"
 
 #include <optional>
 #include <string>

@@ -1,6 +1,6 @@
 #include "recording.h"
 
-#include "viewer/camera_control.h"
+#include "viewer/scene/camera_control.h"
 
 #include <glm/gtc/constants.hpp>
 

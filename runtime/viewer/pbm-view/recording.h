@@ -1,8 +1,8 @@
 // A video once round the model, drawn and shown by the window's thread.
 #pragma once
 
-#include "viewer/shown_model.h"
-#include "viewer/video_writer.h"
+#include "viewer/pictures/video_writer.h"
+#include "viewer/scene/shown_model.h"
 
 namespace pbm {
 

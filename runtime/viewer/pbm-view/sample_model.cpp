@@ -14,7 +14,7 @@ Result<std::string> sample_model() {
         return sample.string();
     return Error{ErrorCode::io, 0,
                  "no FILE is named and the sample " + sample.string() +
-                     " is not there; make one: pbm-sample -o sample.ply && pbm-build sample.ply -o sample.bvg"};
+                     " is not there; make one: pbm-sample -o sample.ply && pbm-build sample.ply -o sample.pbvg"};
 }
 
 } // namespace pbm

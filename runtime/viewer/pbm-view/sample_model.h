@@ -1,7 +1,7 @@
 // The model that is shown when none is named.
 #pragma once
 
-#include "pbm_format/error.h"
+#include "system/error.h"
 
 #include <string>
 

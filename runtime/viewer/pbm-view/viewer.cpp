@@ -1,6 +1,6 @@
 #include "viewer.h"
 
-#include "view_text.h"
+#include "window/view_text.h"
 
 #include "command_line/command_line.h"
 
@@ -24,13 +24,12 @@ void forget_camera(ViewOptions &options) { options.position = options.focal_poin
 
 } // namespace
 
-Viewer::Viewer(std::string_view program, const Arguments &arguments, Window &window, BackgroundThread &background,
-               const std::string &path, Loading loading, std::optional<VideoSink> video, Clock::time_point start)
-    : program_(program), options_(arguments.view), min_fps_(arguments.min_fps), window_(window),
-      background_(background), start_(start), context_(Window::now()), overlay_(window.content_scale()),
-      loading_(std::move(loading)), loading_path_(path), mode_(arguments.camera_mode), video_(std::move(video)),
-      video_options_(arguments.choice.video), saver_(background), show_frame_time_(arguments.show_frame_time),
-      show_panel_(arguments.show_panel) {
+Viewer::Viewer(const Arguments &arguments, Window &window, ThreadPool &background, Start start)
+    : program_(start.program), options_(arguments.view), min_fps_(arguments.min_fps), window_(window),
+      background_(background), start_(start.time), context_(Window::now()), overlay_(window.content_scale()),
+      loading_(std::move(start.loading)), loading_path_(std::move(start.path)), mode_(arguments.camera_mode),
+      video_(std::move(start.video)), video_options_(arguments.choice.video), saver_(background),
+      show_frame_time_(arguments.show_frame_time), show_panel_(arguments.show_panel) {
     background_.set_wake(Window::wake);
 }
 
@@ -444,7 +443,7 @@ void Viewer::present() {
     stale_ = false;
     if (size.x <= 0 || size.y <= 0)
         return;
-    presenter_.draw(size, look_ ? look_->options.background : options_.render.background);
+    presenter_.draw(size, look_ ? look_->options.render.background : options_.look.render.background);
     const bool with_panel = show_panel_ && look_ && !recording_;
     if (const OverlayText text = overlay_text(); with_panel || !text.empty())
         overlay_.draw(size, text, with_panel ? [&] {

@@ -6,17 +6,17 @@
 #pragma once
 
 #include "options.h"
-#include "overlay.h"
-#include "panel.h"
-#include "presenter.h"
 #include "recording.h"
 #include "refinement.h"
-#include "window.h"
+#include "window/overlay.h"
+#include "window/panel.h"
+#include "window/presenter.h"
+#include "window/window.h"
 
-#include "viewer/background_thread.h"
-#include "viewer/frame_scheduler.h"
-#include "viewer/picture_saver.h"
-#include "viewer/shown_model.h"
+#include "system/threads/thread_pool.h"
+#include "viewer/scene/frame_scheduler.h"
+#include "viewer/scene/picture_saver.h"
+#include "viewer/scene/shown_model.h"
 
 #include <chrono>
 #include <future>
@@ -31,10 +31,15 @@ class Viewer {
   public:
     using Clock = std::chrono::steady_clock;
 
-    // `loading` is that of `path`, begun before there was a window, by a program that started at `start`. `video`:
-    // to be recorded before it ends.
-    Viewer(std::string_view program, const Arguments &arguments, Window &window, BackgroundThread &background,
-           const std::string &path, Loading loading, std::optional<VideoSink> video, Clock::time_point start);
+    // What the program began before it opened the window.
+    struct Start {
+        std::string_view program;
+        Clock::time_point time; // when the program started
+        std::string path;
+        Loading loading;                // of `path`
+        std::optional<VideoSink> video; // the viewer records it and then ends
+    };
+    Viewer(const Arguments &arguments, Window &window, ThreadPool &background, Start start);
     ~Viewer();
     Viewer(const Viewer &) = delete;
     Viewer &operator=(const Viewer &) = delete;
@@ -108,7 +113,7 @@ class Viewer {
     ViewOptions options_;
     const double min_fps_;
     Window &window_;
-    BackgroundThread &background_;
+    ThreadPool &background_;
     const Clock::time_point start_;
     const double context_; // when the OpenGL context was there, window's clock
     Presenter presenter_;

@@ -1,6 +1,6 @@
 // What the user does to the window: first to its panel, else to the view.
-#include "view_text.h"
 #include "viewer.h"
+#include "window/view_text.h"
 
 #include <glm/geometric.hpp>
 

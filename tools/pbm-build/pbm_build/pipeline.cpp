@@ -1,22 +1,29 @@
 #include "pbm_build/pipeline.h"
 
-#include "pbm_build/estimate_normals.h"
-#include "pbm_build/examine_surface.h"
-#include "pbm_build/merge_surfaces.h"
-#include "pbm_build/sample_points.h"
-#include "pbm_build/splat_radius.h"
-#include "pbm_build/vertex_normals.h"
-#include "pbm_build/voxelize.h"
-#include "pbm_format/parallel.h"
-#include "pbm_format/platform.h"
-#include "pbm_format/reader.h"
-#include "pbm_format/writer.h"
+#include "pbm_build/grid/examine_surface.h"
+#include "pbm_build/normals/estimate_normals.h"
+#include "pbm_build/radii/splat_radius.h"
+#include "pbm_build/surface/merge_surfaces.h"
+#include "pbm_build/surface/vertex_normals.h"
+#include "pbm_build/voxels/sample_points.h"
+#include "pbm_build/voxels/voxelize.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
 #include "pbm_scan/surface_reader.h"
+#include "system/files/mapped_file.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 
 namespace pbm::build {
 namespace {
+
+// A build, and what is told of it.
+struct Run {
+    const BuildOptions &options;
+    BuildStatistics &statistics;
+    StepClock &clock;
+};
 
 Error of_input(const std::string &name, Error error) {
     if (!name.empty())
@@ -59,8 +66,8 @@ std::vector<Material> choose_materials(const Surface &surface, const AttributeSe
 // Samples and voxelizes at the depth of `grid`; where the depth is free at smaller ones too, until the points are few
 // enough and their samples fit into memory.
 Result<Voxels> sample_and_voxelize(const Surface &surface, const Bounds &bounds, const VertexNormals &normals,
-                                   const AttributeSet &set, Grid &grid, const BuildOptions &options,
-                                   BuildStatistics &statistics, StepClock &clock) {
+                                   const AttributeSet &set, Grid &grid, const Run &run) {
+    const BuildOptions &options = run.options;
     const bool depth_is_free = !options.grid.depth && !options.grid.voxel_size && !options.grid.like;
     const int first_depth = grid.depth;
     for (;; grid.depth -= 1, grid.voxel_size *= 2) {
@@ -74,19 +81,19 @@ Result<Voxels> sample_and_voxelize(const Surface &surface, const Bounds &bounds,
         const SurfaceSampler sampler(surface, normals, radii, grid, options.threads);
         HitStore hits(grid.depth, resolve_threads(options.threads), options.max_hit_bytes);
         const Status sampled =
-            clock.run("sample points", [&](auto progress) { return sample_points(sampler, hits, progress); });
+            run.clock.run("sample points", [&](auto progress) { return sample_points(sampler, hits, progress); });
         if (!sampled && sampled.error().code == ErrorCode::memory && may_be_coarser)
             continue;
         if (!sampled)
             return sampled.error();
-        statistics.samples = hits.size();
-        Voxels voxels = clock.run("voxelize", [&] { return voxelize(sampler, hits, set, options.threads); });
+        run.statistics.samples = hits.size();
+        Voxels voxels = run.clock.run("voxelize", [&] { return voxelize(sampler, hits, set, options.threads); });
         if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points) {
             if (!options.grid.max_points && grid.depth < first_depth)
-                statistics.attributes.push_back({"depth", AttributeReport::Fate::converted,
-                                                 std::to_string(grid.depth) + " instead of " +
-                                                     std::to_string(first_depth) +
-                                                     ", which needs too much memory for its samples"});
+                run.statistics.attributes.push_back({"depth", AttributeReport::Fate::converted,
+                                                     std::to_string(grid.depth) + " instead of " +
+                                                         std::to_string(first_depth) +
+                                                         ", which needs too much memory for its samples"});
             return voxels;
         }
         if (grid.depth == kMinBuildDepth)
@@ -116,12 +123,14 @@ void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads
 }
 
 // The scene around the points, and what of it is baked into them.
-Status furnish(const SceneRequest &request, Surface surface, Voxels &voxels, Model &model, int threads,
-               BuildStatistics &statistics, StepClock &clock) {
+Status furnish(Surface surface, Voxels &voxels, Model &model, const Run &run) {
+    const BuildOptions &options = run.options;
+    const SceneRequest &request = options.scene;
+    const int threads = options.threads;
     ModelParameters &parameters = model.parameters;
     const Grid &grid = parameters.grid;
     AttributeSet &set = parameters.attributes;
-    Result<Scene> scene = place_scene(request, grid, voxels.codes, parameters.materials, statistics);
+    Result<Scene> scene = place_scene(request, grid, voxels.codes, parameters.materials, run.statistics);
     if (!scene)
         return scene.error();
     set.texture = !scene->texture.empty();
@@ -129,12 +138,10 @@ Status furnish(const SceneRequest &request, Surface surface, Voxels &voxels, Mod
     if (set.lights == 0)
         surface = {};
     if (set.texture || (scene->ground && scene->ground->texture))
-        clock.run("solid texture",
-                  [&] { evaluate_solid_texture(request, *scene, grid, voxels, model.images, threads); });
+        run.clock.run("solid texture", [&] { evaluate_solid_texture(request, *scene, voxels, model, threads); });
     if (set.lights > 0)
-        clock.run("shadows", [&](auto shadow_progress) {
-            bake_shadows(request, *scene, grid, set, std::move(surface), voxels, model.images, threads,
-                         shadow_progress);
+        run.clock.run("shadows", [&](auto shadow_progress) {
+            bake_shadows(request, *scene, std::move(surface), voxels, model, threads, shadow_progress);
         });
     parameters.lights = std::move(scene->lights);
     parameters.texture = std::move(scene->texture);
@@ -165,10 +172,14 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (Status bounded = check_bounds(bounds); !bounded)
         return bounded.error();
     const AttributeSet set = choose_attributes(surface, options.colour);
-    Result<std::string> metadata =
-        make_metadata(options.credits, options.grid, options.placement, point_request(options), set.colour,
-                      {.storage = options.storage, .compression_level = options.compression_level}, options.flip_faces,
-                      options.scene.given);
+    Result<std::string> metadata = make_metadata({options.credits,
+                                                  options.grid,
+                                                  options.placement,
+                                                  point_request(options),
+                                                  set.colour,
+                                                  {options.storage, options.compression_level},
+                                                  options.flip_faces,
+                                                  options.scene.given});
     if (!metadata)
         return metadata.error();
 
@@ -181,12 +192,12 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     report_steps(single_precision, grid->voxel_size, statistics);
     if (!options.grid.voxel_size && !options.grid.like)
         report_precision(bounds, *grid, statistics);
-    Result<Voxels> voxels = sample_and_voxelize(surface, bounds, normals, set, *grid, options, statistics, clock);
+    Result<Voxels> voxels = sample_and_voxelize(surface, bounds, normals, set, *grid, {options, statistics, clock});
     if (!voxels)
         return voxels.error();
     if (voxels->codes.size() > kMaxPoints)
         return Error{ErrorCode::too_large, 0,
-                     std::to_string(voxels->codes.size()) + " points, a .bvg file holds 2^32 - 1"};
+                     std::to_string(voxels->codes.size()) + " points, a .pbvg file holds 2^32 - 1"};
     normals = {};
     clock.run("choose radii", [&] { choose_radii(*voxels, surface, grid->depth, threads); });
 
@@ -195,8 +206,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     model.parameters.attributes = set;
     model.parameters.materials = choose_materials(surface, set);
     model.metadata = std::move(*metadata);
-    if (Status furnished = furnish(options.scene, std::move(surface), *voxels, model, threads, statistics, clock);
-        !furnished)
+    if (Status furnished = furnish(std::move(surface), *voxels, model, {options, statistics, clock}); !furnished)
         return furnished.error();
     clock.run("octree", [&] {
         LevelMasks masks = encode_octree(voxels->codes, grid->depth);

@@ -1,16 +1,16 @@
-// The whole walk from a scan to a .bvg file.
+// The whole walk from a scan to a .pbvg file.
 //
 //   read_surface -> place -> dress -> merge_surfaces -> estimate_normals -> choose_grid -> sample_points -> voxelize ->
 //   choose_radii -> place_scene -> evaluate_solid_texture -> bake_shadows -> encode_octree -> average_levels ->
 //   write_model
 #pragma once
 
-#include "pbm_build/build_statistics.h"
-#include "pbm_build/grid_choice.h"
-#include "pbm_build/metadata.h"
-#include "pbm_build/scene.h"
-#include "pbm_format/model.h"
-#include "pbm_format/writer.h"
+#include "pbm_build/grid/grid_choice.h"
+#include "pbm_build/report/build_statistics.h"
+#include "pbm_build/scene/metadata.h"
+#include "pbm_build/scene/scene.h"
+#include "pbm_format/model/model.h"
+#include "pbm_format/writing/writer.h"
 #include "pbm_scan/surface_reader.h"
 
 #include <optional>

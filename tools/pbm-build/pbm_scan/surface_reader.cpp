@@ -1,9 +1,11 @@
 #include "pbm_scan/surface_reader.h"
 
-#include "pbm_format/platform.h"
-#include "pbm_scan/mesh_reader.h"
-#include "pbm_scan/ply_header.h"
-#include "pbm_scan/ply_reader.h"
+#include "pbm_scan/text/printable.h"
+
+#include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/ply/ply_header.h"
+#include "pbm_scan/ply/ply_reader.h"
+#include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <array>
@@ -19,7 +21,7 @@ struct ForeignFormat {
     std::string_view what;      // "the file is ..."
 };
 
-constexpr std::array<ForeignFormat, 32> kForeign{{
+constexpr std::array<ForeignFormat, 33> kForeign{{
     {"\x89"
      "BVG\r\n\x1a\n",
      "", "a PBM model already; draw it with pbm-render"},
@@ -53,8 +55,9 @@ constexpr std::array<ForeignFormat, 32> kForeign{{
     {"", ".xyz", "a list of points without a header; convert it to PLY"},
     {"", ".pts", "a list of points without a header; convert it to PLY"},
     {"", ".ptx", "a PTX point cloud; convert it to PLY"},
-    {"", ".pbm", "named like a Netpbm bitmap; PBM's models are .bvg, scans are PLY, OBJ, STL or OFF"},
-    {"", ".bvg", "named like a PBM model but has not its magic number; it is damaged"},
+    {"", ".pbm", "named like a Netpbm bitmap; PBM's models are .pbvg, scans are PLY, OBJ, STL or OFF"},
+    {"", ".pbvg", "named like a PBM model but has not its magic number; it is damaged"},
+    {"", ".bvg", "a Binary Vertex Group of Easy3D, Mapple or PolyFit, or a damaged PBM model; export it there as PLY"},
     {"", ".3ds", "3DS; convert it to PLY"},
 }};
 

@@ -1,7 +1,7 @@
 // Reads a scan from a file, whatever its format: PLY (ply_reader.h), OBJ, OFF and STL (mesh_reader.h).
 #pragma once
 
-#include "pbm_scan/surface.h"
+#include "pbm_scan/surface/surface.h"
 
 #include <cstdint>
 #include <span>

@@ -1,0 +1,30 @@
+#include <pbm/bake.h>
+#include <pbm/format.h>
+
+#include <cstdio>
+
+int main(int argc, char **argv) {
+    const auto fail = [](const pbm::Error &error) {
+        return std::fprintf(stderr, "%s\n", error.message.c_str()), pbm::exit_code(error.code);
+    };
+    if (argc != 3)
+        return 1;
+    const auto file = pbm::MappedFile::open(argv[1]);
+    if (!file)
+        return fail(file.error());
+    auto reader = pbm::Reader::open(file->bytes());
+    if (!reader)
+        return fail(reader.error());
+    auto model = pbm::load_model(*reader, {.max_level = reader->depth()});
+    if (!model)
+        return fail(model.error());
+    pbm::ModelParameters &parameters = model->parameters;
+    parameters.lights = {{.kind = pbm::LightKind::directional, .direction = {0.48F, -0.8F, -0.36F}}};
+    parameters.attributes.lights = 1;
+    parameters.attributes.shadow_bits[0].fill(1); // lit or not
+    const pbm::ShadowCasters casters(*model, 0);
+    model->levels.back().points.shadows[0] = pbm::bake_light(casters, parameters.lights[0], {.maps = 1});
+    pbm::average_levels(*model, 0); // the coarser levels hold the means of the finest one
+    const auto bytes = pbm::write_model(argv[2], *model);
+    return bytes ? 0 : fail(bytes.error());
+}

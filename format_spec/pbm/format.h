@@ -1,0 +1,52 @@
+// The door of pbm::format: reading, checking and writing binary voxel grids. BVG.md is the law of the format.
+//
+// A complete program. It prints the points of a detail level, one "x y z" per line: read_points FILE.pbvg [LEVEL]
+//
+//   #include <pbm/format.h>
+//
+//   #include <cstdio>
+//   #include <cstdlib>
+//
+//   int main(int argc, char **argv) {
+//       const auto fail = [](const pbm::Error &error) {
+//           std::fprintf(stderr, "byte %llu: %s\n", static_cast<unsigned long long>(error.offset), error.message.c_str());
+//           return pbm::exit_code(error.code);
+//       };
+//       if (argc < 2)
+//           return 1;
+//       const auto file = pbm::MappedFile::open(argv[1]); // owns the bytes; everything below only views them
+//       if (!file)
+//           return fail(file.error());
+//       auto reader = pbm::Reader::open(file->bytes());
+//       if (!reader)
+//           return fail(reader.error());
+//       const auto model = pbm::load_model(*reader, {.max_level = argc > 2 ? std::atoi(argv[2]) : reader->depth()});
+//       if (!model)
+//           return fail(model.error());
+//       std::vector<pbm::MortonCode> voxels{0}; // of level 0; each level's masks give those of the next one
+//       for (std::size_t level = 1; level < model->levels.size(); ++level)
+//           voxels = *pbm::expand_level(voxels, model->levels[level].masks, model->levels[level].points.size());
+//       const pbm::Grid &grid = model->parameters.grid;
+//       const double edge = grid.voxel_size_at(static_cast<int>(model->levels.size()) - 1);
+//       for (const pbm::MortonCode voxel : voxels) {
+//           const auto [x, y, z] = pbm::morton_decode(voxel);
+//           std::printf("%.9g %.9g %.9g\n", grid.origin[0] + (x + 0.5) * edge, grid.origin[1] + (y + 0.5) * edge,
+//                       grid.origin[2] + (z + 0.5) * edge);
+//       }
+//   }
+//
+// What it offers
+//   files     MappedFile, replace_file                   system/files/
+//   reading   Reader, load_model, Model, TiledImage      pbm_format/reading/, model/, rasters/
+//   checking  verify, validate                           pbm_format/checking/
+//   writing   average_levels, encode_model, write_model  pbm_format/model/, writing/
+//
+// Errors are values: Result<T> and Status (system/error.h) say what is wrong, at which byte, and which rule of BVG.md is
+// broken. Functions that return one throw nothing; all others throw std::bad_alloc at most.
+#pragma once
+
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/writer.h"
+#include "system/files/file_replacement.h"
+#include "system/files/mapped_file.h"

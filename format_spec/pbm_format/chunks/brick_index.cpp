@@ -1,0 +1,285 @@
+#include "pbm_format/chunks/brick_index.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "pbm_format/chunks/brick_index.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+#ifndef PBM_FORMAT_BRICK_INDEX_TABLE
+#define PBM_FORMAT_BRICK_INDEX_TABLE
+namespace pbm {
+
+// Integer normals, x in the low and y in the high half of a word, z in another: two gathers instead of three.
+struct GatheredNormals {
+    std::array<std::int32_t, kNormalCount> xy{}, z{};
+
+    GatheredNormals() {
+        for (std::size_t index = 0; index < kNormalCount; ++index) {
+            const IntegerNormal &n = integer_normal_table()[index];
+            const auto low = static_cast<std::uint32_t>(n[0]) & 0xFFFF, high = static_cast<std::uint32_t>(n[1]) << 16;
+            xy[index] = static_cast<std::int32_t>(high | low);
+            z[index] = n[2];
+        }
+    }
+};
+
+} // namespace pbm
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace pbm::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Number of the triangle of 6.1.2 that holds the direction s; 0 for the zero vector. |s| < 2^25. BVG.md 5.11.3
+HWY_INLINE std::uint16_t triangle_of(const std::array<std::int32_t, 3> &s) {
+    std::int32_t a = 32 * std::abs(s[0]), b = 32 * std::abs(s[1]), c = 32 * std::abs(s[2]);
+    auto half = static_cast<std::int32_t>((std::int64_t{a} + b + c) / 2);
+    unsigned digits = 0;
+    for (int digit = 0; digit < 5; ++digit, half /= 2) {
+        const bool at_x = a > half, at_y = b > half, at_z = c > half; // at most one
+        digits = digits << 2 | (at_x ? 1U : 0U) | (at_y ? 2U : 0U) | (at_z ? 3U : 0U);
+        const std::int32_t flip = at_x || at_y || at_z ? 0 : -1; // the middle triangle: half - a, ..
+        a = ((a ^ flip) - flip) + ((at_x ? -half : 0) + (half & flip));
+        b = ((b ^ flip) - flip) + ((at_y ? -half : 0) + (half & flip));
+        c = ((c ^ flip) - flip) + ((at_z ? -half : 0) + (half & flip));
+    }
+    return static_cast<std::uint16_t>((s[0] < 0 ? 1U << 10 : 0U) | (s[1] < 0 ? 1U << 11 : 0U) |
+                                      (s[2] < 0 ? 1U << 12 : 0U) | digits);
+}
+
+// A brick's normals side by side, filled up to whole SIMD vectors.
+struct BrickNormals {
+    alignas(64) std::array<std::int32_t, 512> x, y, z;
+};
+
+// What there is to know of a brick's points; `normals` was filled.
+struct PointSums {
+    std::array<std::int32_t, 3> normal; // sum
+    std::uint8_t largest_radius;
+    bool two_sided;
+};
+
+// The first `count` of the points from `stored` and `radii` on, of which `available` may be read.
+HWY_INLINE PointSums gather_points(const GatheredNormals &table, const std::uint16_t *HWY_RESTRICT stored,
+                                   const std::uint8_t *HWY_RESTRICT radii, std::size_t count, std::size_t available,
+                                   BrickNormals &to) {
+    const hn::CappedTag<std::int32_t, 16> d;
+    const hn::Rebind<std::uint16_t, decltype(d)> d16;
+    const hn::Rebind<std::uint8_t, decltype(d)> d8;
+    const std::size_t lanes = hn::Lanes(d);
+    auto sum_x = hn::Zero(d), sum_y = hn::Zero(d), sum_z = hn::Zero(d), largest = hn::Zero(d), bits = hn::Zero(d);
+    const auto block = [&](std::size_t i, const std::uint16_t *from, const std::uint8_t *radii_from, auto &&keep) {
+        const auto normal = keep(hn::PromoteTo(d, hn::LoadU(d16, from)));
+        bits = hn::Or(bits, normal);
+        largest = hn::Max(largest, keep(hn::PromoteTo(d, hn::LoadU(d8, radii_from))));
+        const auto index = hn::And(normal, hn::Set(d, kNormalIndexMask));
+        const auto xy = hn::GatherIndex(d, table.xy.data(), index), z = hn::GatherIndex(d, table.z.data(), index);
+        const auto x = hn::ShiftRight<16>(hn::ShiftLeft<16>(xy)), y = hn::ShiftRight<16>(xy);
+        hn::Store(x, d, to.x.data() + i);
+        hn::Store(y, d, to.y.data() + i);
+        hn::Store(z, d, to.z.data() + i);
+        sum_x = hn::Add(sum_x, keep(x));
+        sum_y = hn::Add(sum_y, keep(y));
+        sum_z = hn::Add(sum_z, keep(z));
+    };
+    std::size_t i = 0;
+    for (; i + lanes <= count; i += lanes)
+        block(i, stored + i, radii + i, [](auto lane) { return lane; });
+    if (i < count) {
+        const auto inside = hn::FirstN(d, count - i);
+        const auto keep = [&](auto lane) { return hn::IfThenElseZero(inside, lane); };
+        if (i + lanes <= available) {
+            block(i, stored + i, radii + i, keep);
+        } else { // the chunk's last points
+            std::array<std::uint16_t, 16> last_stored{};
+            std::array<std::uint8_t, 16> last_radii{};
+            std::copy_n(stored + i, count - i, last_stored.begin());
+            std::copy_n(radii + i, count - i, last_radii.begin());
+            block(i, last_stored.data(), last_radii.data(), keep);
+        }
+    }
+    const auto two_sided = hn::And(bits, hn::Set(d, kTwoSidedBit));
+    return {.normal = {hn::GetLane(hn::SumOfLanes(d, sum_x)), hn::GetLane(hn::SumOfLanes(d, sum_y)),
+                       hn::GetLane(hn::SumOfLanes(d, sum_z))},
+            .largest_radius = static_cast<std::uint8_t>(hn::GetLane(hn::MaxOfLanes(d, largest))),
+            .two_sided = !hn::AllTrue(d, hn::Eq(two_sided, hn::Zero(d)))};
+}
+
+HWY_INLINE std::int32_t least_product(const BrickNormals &normals, std::size_t count, const IntegerNormal &axis) {
+    const hn::CappedTag<std::int32_t, 16> d;
+    const auto x = hn::Set(d, axis[0]), y = hn::Set(d, axis[1]), z = hn::Set(d, axis[2]);
+    const auto most = hn::Set(d, 32767 * 32767);
+    auto least = most;
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const auto product = hn::Add(
+            hn::Add(hn::Mul(x, hn::Load(d, normals.x.data() + i)), hn::Mul(y, hn::Load(d, normals.y.data() + i))),
+            hn::Mul(z, hn::Load(d, normals.z.data() + i)));
+        least = hn::Min(least, hn::IfThenElse(hn::FirstN(d, count - i), product, most));
+    }
+    return hn::GetLane(hn::MinOfLanes(d, least));
+}
+
+// Cone, flags and radius of a brick's 1..512 points.
+HWY_INLINE void bound_points(const PointSums &points, const BrickNormals &normals, std::size_t count, BrickRecord &to) {
+    NormalCone cone;
+    if (!points.two_sided) {
+        const std::uint16_t axis = triangle_of(points.normal);
+        const std::int32_t least = least_product(normals, count, integer_normal_table()[axis]);
+        const std::int32_t cosine = least / 32767 - (least % 32767 < 0 ? 1 : 0); // rounded down
+        if (cosine > kNoCone)
+            cone = {.axis = axis, .cosine = static_cast<std::int16_t>(cosine)};
+    }
+    to.cone_axis = cone.axis;
+    to.cone_cosine = cone.cosine;
+    to.largest_radius = points.largest_radius;
+    to.flags = points.two_sided ? kTwoSidedBrick : std::uint8_t{0};
+}
+
+// The set bits of the first `count` of `masks`.
+HWY_INLINE std::size_t count_points(ByteView masks, std::size_t count) {
+    std::size_t points = 0, i = 0;
+    std::uint64_t eight = 0;
+    for (; i + 8 <= count; i += 8) {
+        std::memcpy(&eight, masks.data() + i, 8);
+        points += static_cast<std::size_t>(std::popcount(eight));
+    }
+    if (i == count)
+        return points;
+    if (i + 8 <= masks.size()) {
+        std::memcpy(&eight, masks.data() + i, 8);
+        return points + static_cast<std::size_t>(std::popcount(eight << 8 * (8 - (count - i))));
+    }
+    for (; i < count; ++i)
+        points += static_cast<std::size_t>(std::popcount(masks[i]));
+    return points;
+}
+
+bool fill_bricks(const GatheredNormals &table, ByteView masks, std::span<const std::uint16_t> normals, ByteView radii,
+                 std::span<BrickRecord> to) {
+    BrickNormals gathered;
+    std::size_t node = 0, point = 0;
+    for (BrickRecord &brick : to) {
+        const auto nodes = static_cast<std::size_t>(std::popcount(brick.node_map));
+        if (masks.size() - node < nodes)
+            return false;
+        const std::size_t points = count_points(masks.subspan(node), nodes);
+        if (normals.size() - point < points)
+            return false;
+        brick.first_node = static_cast<std::uint16_t>(node);
+        brick.first_point = static_cast<std::uint16_t>(point);
+        bound_points(gather_points(table, normals.data() + point, radii.data() + point, points, normals.size() - point,
+                                   gathered),
+                     gathered, points, brick);
+        node += nodes;
+        point += points;
+    }
+    return node == masks.size() && point == normals.size();
+}
+
+} // namespace pbm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace pbm {
+
+HWY_EXPORT(fill_bricks);
+
+BrickParents brick_parents(const ChunkEntry &entry, const ChunkEntry &above, std::span<const BrickRecord> bricks,
+                           ByteView masks) {
+    assert(entry.first_parent >= above.first_node);
+    return {.bricks = bricks, .masks = masks, .first = static_cast<std::size_t>(entry.first_parent - above.first_node)};
+}
+
+namespace {
+
+// Octants of the bricks above, one after the other: a brick of level L - 1 is a node of level L - 4, whose children
+// are bricks of level L. Byte k of its map holds the nodes of level L - 2 in child k, each of which has a mask.
+class OctantWalk {
+  public:
+    explicit OctantWalk(const BrickParents &parents) : parents_(parents) {
+        const auto after =
+            std::upper_bound(parents.bricks.begin(), parents.bricks.end(), parents.first,
+                             [](std::size_t first, const BrickRecord &brick) { return first < brick.first_node; });
+        brick_ = std::max<std::size_t>(static_cast<std::size_t>(after - parents.bricks.begin()), 1) - 1;
+        if (brick_ < parents.bricks.size())
+            node_ = parents.bricks[brick_].first_node;
+    }
+
+    std::size_t node() const { return node_; } // the next one's first mask
+
+    // Place and node map of the next occupied octant, which is a brick of the level below; false at the end.
+    bool next(BrickRecord &to) {
+        for (; brick_ < parents_.bricks.size(); ++brick_, octant_ = 0) {
+            const BrickRecord &above = parents_.bricks[brick_];
+            while (octant_ < 8) {
+                const unsigned k = octant_++;
+                auto occupied = static_cast<unsigned>(above.node_map >> 8 * k & 255);
+                if (occupied == 0)
+                    continue;
+                if (node_ + 8 > parents_.masks.size() &&
+                    node_ + static_cast<std::size_t>(std::popcount(occupied)) > parents_.masks.size())
+                    return false;
+                to.x = static_cast<std::uint16_t>(2U * above.x + (k & 1));
+                to.y = static_cast<std::uint16_t>(2U * above.y + (k >> 1 & 1));
+                to.z = static_cast<std::uint16_t>(2U * above.z + (k >> 2));
+                to.node_map = 0;
+                for (; occupied != 0; occupied &= occupied - 1)
+                    to.node_map |= std::uint64_t{parents_.masks[node_++]} << 8 * std::countr_zero(occupied);
+                return true;
+            }
+        }
+        return false;
+    }
+
+  private:
+    const BrickParents &parents_;
+    std::size_t brick_ = 0, node_ = 0;
+    unsigned octant_ = 0;
+};
+
+// x, y, z and node_map of every record.
+bool place_bricks(const BrickParents &parents, const ChunkShape &shape, std::span<BrickRecord> to) {
+    if (shape.parents == 0) { // level 1: the cube itself, and in it the one node of level 0
+        to[0].x = to[0].y = to[0].z = 0;
+        to[0].node_map = 1;
+        return to.size() == 1;
+    }
+    OctantWalk walk(parents);
+    BrickRecord before;
+    while (walk.node() < parents.first)
+        if (!walk.next(before))
+            return false;
+    if (walk.node() != parents.first)
+        return false;
+    for (BrickRecord &brick : to)
+        if (!walk.next(brick))
+            return false;
+    return walk.node() == parents.first + shape.parents;
+}
+
+// Below the root, if each is: bricks ascend, so the first and the last tell.
+bool below_root(const ChunkShape &shape, int brick_level, const BrickRecord &brick) {
+    return morton_encode(brick.x, brick.y, brick.z) >> 3 * (brick_level - shape.root_depth) == shape.root_prefix;
+}
+
+} // namespace
+
+bool index_bricks(const BrickParents &parents, const ChunkShape &shape, int level, ByteView masks,
+                  std::span<const std::uint16_t> normals, ByteView radii, std::span<BrickRecord> to) {
+    assert(to.size() == shape.bricks && !to.empty() && normals.size() == radii.size());
+    const int brick_level = std::max(0, level - 3);
+    if (!place_bricks(parents, shape, to) || !below_root(shape, brick_level, to.front()) ||
+        !below_root(shape, brick_level, to.back()))
+        return false;
+    static const GatheredNormals table;
+    return HWY_DYNAMIC_DISPATCH(fill_bricks)(table, masks, normals, radii, to);
+}
+
+} // namespace pbm
+#endif

@@ -1,0 +1,41 @@
+// Rules that tie the parts of a file together and that a reader checks as well as a validator: hashes of sections, and
+// counts that stand in two places. BVG.md 2.18, 3.2.14, 5.2, 5.5.11
+#pragma once
+
+#include "pbm_format/container/layout.h"
+
+namespace pbm {
+
+// `stored` are the bytes of the section.
+Status prove_hash(ByteView stored, const SectionEntry &section);
+Status check_point_count(const FileHeader &header, const SectionEntry &finest_chunks);
+// `entry` is one of `sections`: the section table is what the directory contradicts.
+Status check_chunk_count(const LevelDirectory &directory, const SectionEntry &entry,
+                         std::span<const SectionEntry> sections);
+
+// The error of a chunk that differs from the one that the octree gives; null where there is none.
+Error wrong_split(std::uint64_t offset, const ChunkShape *expected, const ChunkShape *actual);
+
+// Reads the small sections that describe a model, all but metadata, in the order of the file. Calls
+// `read(entry, to, decode)` for each: it decodes the entry's bytes into the parameter `to` and returns whether that
+// succeeded. Returns whether all did.
+template <class Read>
+bool read_small_sections(const FileHeader &header, std::span<const SectionEntry> sections, ModelParameters &parameters,
+                         Read &&read) {
+    const auto section = [&](SectionType type) { return find_section(sections, type); };
+    const int depth = header.depth;
+    bool all = read(*section(SectionType::grid), parameters.grid,
+                    [depth](ByteView bytes) { return decode_grid(bytes, depth); });
+    all &= read(*section(SectionType::attributes), parameters.attributes,
+                [depth](ByteView bytes) { return decode_attributes(bytes, depth); });
+    all &= read(*section(SectionType::materials), parameters.materials, decode_materials);
+    if (const SectionEntry *lights = section(SectionType::lights))
+        all &= read(*lights, parameters.lights, decode_lights);
+    if (const SectionEntry *texture = section(SectionType::texture))
+        all &= read(*texture, parameters.texture.emplace_back(), decode_texture);
+    if (const SectionEntry *ground = section(SectionType::ground_plane))
+        all &= read(*ground, parameters.ground, decode_ground_plane);
+    return all;
+}
+
+} // namespace pbm

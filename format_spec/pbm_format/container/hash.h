@@ -1,0 +1,34 @@
+// XXH3 of bytes: what proves that nothing was changed. BVG.md section 1.3.
+#pragma once
+
+#include "system/bytes.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+namespace pbm {
+
+// XXH3, 64 bits, seed 0.
+[[gnu::pure]] std::uint64_t hash64(ByteView bytes);
+
+// XXH3, 128 bits, low half first.
+using Hash128 = std::array<std::uint64_t, 2>;
+
+// XXH3-128 of bytes that come in pieces; where the pieces end does not matter.
+class StreamingHash {
+  public:
+    StreamingHash();
+    StreamingHash(const StreamingHash &) = delete;
+    StreamingHash &operator=(const StreamingHash &) = delete;
+    ~StreamingHash();
+
+    void add(ByteView bytes);
+    Hash128 finish() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+} // namespace pbm

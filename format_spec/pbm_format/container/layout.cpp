@@ -1,0 +1,313 @@
+#include "pbm_format/container/layout.h"
+
+#include "pbm_format/law/catalogue.h"
+
+#include <algorithm>
+
+namespace pbm {
+
+namespace {
+constexpr std::string_view kUnknownSection = "unknown";
+}
+
+std::string_view to_string(SectionType type) {
+    switch (type) {
+    case SectionType::metadata: return "metadata";
+    case SectionType::grid: return "grid";
+    case SectionType::attributes: return "attributes";
+    case SectionType::materials: return "materials";
+    case SectionType::lights: return "lights";
+    case SectionType::texture: return "texture";
+    case SectionType::ground_plane: return "ground plane";
+    case SectionType::level_directory: return "directory";
+    case SectionType::level_chunks: return "chunks";
+    case SectionType::level_bricks: return "bricks";
+    case SectionType::ground_texture: return "ground texture";
+    case SectionType::ground_lit: return "ground light";
+    case SectionType::panorama: return "panorama";
+    }
+    return kUnknownSection;
+}
+
+bool is_known(SectionType type) { return to_string(type) != kUnknownSection; }
+
+std::string_view to_string(Storage storage) { return storage == Storage::mapped ? "mapped" : "packed"; }
+
+namespace {
+
+// What a file that is not .pbvg seems to be, for the message.
+std::string describe_magic(ByteView file) {
+    const std::string_view text(reinterpret_cast<const char *>(file.data()), file.size());
+    const auto starts = [&](std::string_view magic) { return text.starts_with(magic); };
+    if (file.empty())
+        return "the file is empty";
+    if (starts("P1") || starts("P4"))
+        return "this is a Netpbm bitmap, not a binary voxel grid (.pbvg)";
+    if (starts("ply"))
+        return "this is a PLY file: turn it into a .pbvg with pbm-build first";
+    if (starts("solid") || starts("OFF"))
+        return "this is a mesh: turn it into a .pbvg with pbm-build first";
+    if (starts("\x89"
+               "BVG"))
+        return "the file was damaged by a text-mode transfer";
+    // Easy3D's Binary Vertex Group has no magic number: a count of points, then three floats for each.
+    const std::uint64_t points = ByteReader(file).u32();
+    if (points > 0 && 4 + 12 * points <= file.size())
+        return "not a binary voxel grid (.pbvg); if this is a Binary Vertex Group (.bvg) of Easy3D, Mapple or PolyFit, "
+               "export it there as PLY";
+    return "not a binary voxel grid (.pbvg)";
+}
+
+std::string hex(ByteView bytes) {
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    std::string text;
+    for (const std::uint8_t byte : bytes) {
+        text += text.empty() ? "" : " ";
+        text += kDigits[byte >> 4];
+        text += kDigits[byte & 15];
+    }
+    return text;
+}
+
+std::string version(unsigned major, unsigned minor) { return std::to_string(major) + "." + std::to_string(minor); }
+
+// What to do about a version that is not read, for the message.
+std::string describe_version(unsigned major, const std::string &version) {
+    if (major == 0)
+        return "format version " + version + ", a draft: build the model again from its scan";
+    return "format version " + version + ": this program reads 1.x, a newer one is needed";
+}
+
+} // namespace
+
+Result<FileHeader> decode_header(ByteView start, std::uint64_t file_size) {
+    const std::size_t magic_bytes = std::min(start.size(), kMagic.size());
+    if (start.empty() ||
+        !std::equal(kMagic.begin(), kMagic.begin() + static_cast<std::ptrdiff_t>(magic_bytes), start.begin()))
+        return broken("2.1", 0, describe_magic(start), hex(kMagic),
+                      start.empty() ? Value() : Value(hex(start.first(magic_bytes))));
+    if (start.size() < kHeaderBytes)
+        return broken("2.2", start.size(), "the file ends inside its header", kHeaderBytes, start.size());
+    ByteReader in(start.first(kHeaderBytes));
+    in.u64(); // magic
+    FileHeader header;
+    header.major = in.u16();
+    header.minor = in.u16();
+    header.endian = in.u32();
+    header.file_size = in.u64();
+    header.table_offset = in.u64();
+    header.table_count = in.u32();
+    header.depth = in.u8();
+    in.zeros(3);
+    const bool clear_so_far = in.reserved_clear();
+    header.required_features = in.u64();
+    header.optional_features = in.u64();
+    header.point_count = in.u64();
+    header.raw_bytes = in.u64();
+    header.content_id = {in.u64(), in.u64()};
+    for (auto &byte : header.root.bytes)
+        byte = in.u8();
+    header.chunk_points = in.u32();
+    in.zeros(4);
+    header.table_hash = in.u64();
+    const std::uint64_t stored_hash = in.u64();
+
+    // The hash comes before everything else: a flipped bit in the version is damage, not a new version.
+    if (const std::uint64_t hash = hash64(start.first(kHeaderBytes - 8)); stored_hash != hash)
+        return broken("2.3", 0, "the header was changed: its hash does not match", hash_value(stored_hash),
+                      hash_value(hash));
+    if (header.endian != kEndianTag)
+        return broken("2.4", 12, "the endian tag is not 0x01020304", kEndianTag, header.endian);
+    // A later minor version adds only what may be ignored, or sets a required feature bit (section 11).
+    if (header.major != kMajorVersion) {
+        const std::string found = version(header.major, header.minor);
+        return broken("2.5", 8, describe_version(header.major, found), version(kMajorVersion, kMinorVersion), found);
+    }
+    if ((header.required_features & ~kMappedFeature) != 0)
+        return broken("2.6", 40, "the file requires a feature this program does not know", kMappedFeature,
+                      header.required_features);
+    if (header.file_size > file_size)
+        return broken("2.7", file_size,
+                      "the file ends " + std::to_string(header.file_size - file_size) + " bytes early",
+                      header.file_size, file_size);
+    if (header.file_size < file_size) {
+        Error error = broken("2.7", header.file_size, "bytes after the end of the file", header.file_size, file_size);
+        error.code = ErrorCode::bad_header; // nothing is missing
+        return error;
+    }
+    if (!in.reserved_clear())
+        return broken("2.8", clear_so_far ? 108U : 37U, "reserved bytes are not zero", 0, in.reserved());
+    if (header.depth < kMinDepth || header.depth > kMaxDepth)
+        return broken("2.9", 36, "depth is not 2..16", "2..16", header.depth);
+    if (header.point_count == 0 || header.point_count > kMaxPoints)
+        return broken("2.10", 56, "point count is not 1..2^32-1", "1..4294967295", header.point_count);
+    if (header.chunk_points < kMinChunkPoints || header.chunk_points > kDefaultChunkPoints ||
+        !std::has_single_bit(header.chunk_points))
+        return broken("2.11", 104, "chunk limit is not a power of two from 512 to 65,536", "a power of two, 512..65536",
+                      header.chunk_points);
+    if (header.table_offset != kHeaderBytes)
+        return broken("2.12", 24, "the section table does not follow the header", kHeaderBytes, header.table_offset);
+    return header;
+}
+
+std::array<std::uint32_t, 3> SectionEntry::order() const {
+    constexpr auto kLevels = static_cast<std::uint32_t>(SectionType::level_directory);
+    switch (type) {
+    case SectionType::level_directory: return {kLevels, instance, 0};
+    case SectionType::level_bricks: return {kLevels, instance, 1};
+    case SectionType::level_chunks: return {kLevels, instance, 2};
+    default: return {static_cast<std::uint32_t>(type), instance, 0};
+    }
+}
+
+namespace {
+
+// "chunks 3": which section an entry is of.
+std::string place_name(const SectionEntry &entry) {
+    return (is_known(entry.type) ? std::string(to_string(entry.type))
+                                 : "type " + std::to_string(static_cast<std::uint32_t>(entry.type))) +
+           " " + std::to_string(entry.instance);
+}
+
+// 3.2.15, 3.2.16
+Status check_storage(const SectionEntry &entry, Storage storage, std::uint64_t at) {
+    const bool bricks = entry.type == SectionType::level_bricks;
+    if (storage == Storage::packed)
+        return bricks ? broken("3.2.15", at, "bricks in a file that is not mapped", "mapped", "packed") : Status{};
+    const bool chunks = entry.type == SectionType::level_chunks;
+    const std::uint32_t alignment = chunks ? kMappedChunksAlignment : kMappedStreamAlignment;
+    if ((bricks || chunks || is_raster(entry.type)) && entry.alignment != alignment)
+        return broken("3.2.16", at + 16, std::string(to_string(entry.type)) + ": not the alignment of a mapped file",
+                      alignment, entry.alignment);
+    return {};
+}
+
+// Rules of one entry that need nothing but itself and the header.
+Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uint64_t at) {
+    const std::string name(to_string(entry.type));
+    const bool chunks = entry.type == SectionType::level_chunks;
+    const bool of_level =
+        chunks || entry.type == SectionType::level_directory || entry.type == SectionType::level_bricks;
+    const bool coded = chunks || is_raster(entry.type);
+    const bool has_instance = entry.type == SectionType::ground_lit ? entry.instance < kMaxLights : entry.instance == 0;
+    const Codec codec = coded && header.storage() == Storage::packed ? Codec::zstd_chunks : Codec::raw;
+    if (!is_known(entry.type)) {
+        if ((entry.flags & kCriticalFlag) != 0)
+            return broken("3.2.4", at, "a critical section of a type this program does not know", "a known type",
+                          static_cast<std::uint32_t>(entry.type));
+    } else if (entry.codec != codec) {
+        return broken("3.2.5", at + 4,
+                      name + ": codec unknown to this program, or not that of a " +
+                          std::string(to_string(header.storage())) + " file",
+                      static_cast<std::uint16_t>(codec), static_cast<std::uint16_t>(entry.codec));
+    }
+    if ((entry.flags & ~kCriticalFlag) != 0)
+        return broken("3.2.6", at + 6, name + ": unknown flag", "0..1", entry.flags);
+    if (of_level ? entry.instance < 1 || entry.instance > header.depth : is_known(entry.type) && !has_instance)
+        return broken("3.2.7", at + 8, name + ": no such instance",
+                      of_level                                ? "1.." + std::to_string(header.depth)
+                      : entry.type == SectionType::ground_lit ? "0..7"
+                                                              : "0",
+                      entry.instance);
+    if (!std::has_single_bit(entry.alignment) || entry.alignment < kSectionAlignment || entry.alignment > 65536)
+        return broken("3.2.8", at + 16, name + ": alignment is not a power of two from 8 to 65,536",
+                      "a power of two, 8..65536", entry.alignment);
+    if (entry.codec == Codec::raw && entry.raw_bytes != entry.stored_bytes)
+        return broken("3.2.9", at + 40, name + ": raw section whose sizes differ", entry.stored_bytes, entry.raw_bytes);
+    if (entry.raw_bytes / kMaxExpansion > entry.stored_bytes)
+        return broken("3.2.10", at + 40, name + ": expands more than 32,768 times",
+                      "less than 32768 x (" + std::to_string(entry.stored_bytes) + " + 1)", entry.raw_bytes);
+    const bool counted = entry.element_bytes > 0 && entry.raw_bytes % entry.element_bytes == 0 &&
+                         entry.raw_bytes / entry.element_bytes == entry.count;
+    if (is_known(entry.type) && (coded ? entry.element_bytes != 0 : !counted))
+        return broken("3.2.13", at + 12, name + ": element size and count do not give the raw size",
+                      coded ? Value(0) : Value(entry.raw_bytes),
+                      coded ? Value(entry.element_bytes)
+                            : Value(std::to_string(entry.element_bytes) + " x " + std::to_string(entry.count)));
+    return check_storage(entry, header.storage(), at);
+}
+
+} // namespace
+
+Result<std::vector<SectionEntry>> decode_section_table(ByteView start, const FileHeader &header) {
+    if (header.table_count == 0 || header.table_count > kMaxSections)
+        return broken("3.1.1", 32, "section count is not 1..256", "1..256", header.table_count);
+    const std::uint64_t table_bytes = header.table_count * kSectionEntryBytes;
+    if (table_bytes > header.file_size - kHeaderBytes)
+        return broken("3.1.2", header.file_size, "the section table is cut short", kHeaderBytes + table_bytes,
+                      header.file_size);
+    const ByteView table = slice(start, kHeaderBytes, table_bytes);
+    if (const std::uint64_t hash = hash64(table); hash != header.table_hash)
+        return broken("3.1.3", kHeaderBytes, "the section table was changed: its hash does not match",
+                      hash_value(header.table_hash), hash_value(hash));
+
+    ByteReader in(table);
+    std::vector<SectionEntry> entries;
+    entries.reserve(header.table_count);
+    std::uint64_t end = kHeaderBytes + table_bytes; // of the section before
+    std::uint64_t raw_bytes = 0;
+    for (std::uint32_t i = 0; i < header.table_count; ++i) {
+        const std::uint64_t at = kHeaderBytes + in.offset();
+        SectionEntry entry;
+        entry.type = SectionType{in.u32()};
+        entry.codec = Codec{in.u16()};
+        entry.flags = in.u16();
+        entry.instance = in.u32();
+        entry.element_bytes = in.u32();
+        entry.alignment = in.u32();
+        in.zeros(4);
+        entry.offset = in.u64();
+        entry.stored_bytes = in.u64();
+        entry.raw_bytes = in.u64();
+        entry.count = in.u64();
+        entry.hash = in.u64();
+        if (!in.reserved_clear())
+            return broken("3.2.1", at + 20, "reserved bytes are not zero", 0, in.reserved());
+        if (!entries.empty() && !(entries.back().order() < entry.order()))
+            return broken("3.2.2", at, "sections are not in order, or one is there twice",
+                          "after " + place_name(entries.back()), place_name(entry));
+        if (const Status status = check_entry(entry, header, at); !status)
+            return status.error();
+        const std::uint64_t expected = (end + entry.alignment - 1) / entry.alignment * entry.alignment;
+        if (entry.offset != expected)
+            return broken("3.2.3", at + 24, "a section does not follow the one before at its alignment", expected,
+                          entry.offset);
+        if (entry.offset > header.file_size || entry.stored_bytes > header.file_size - entry.offset)
+            return broken("3.2.11", header.file_size, "a section lies outside the file",
+                          "at most " + std::to_string(header.file_size - std::min(entry.offset, header.file_size)) +
+                              " bytes",
+                          entry.stored_bytes);
+        end = entry.offset + entry.stored_bytes;
+        if (entry.raw_bytes > ~raw_bytes)
+            return broken("3.1.4", at + 40, "sizes overflow", "at most " + std::to_string(~raw_bytes), entry.raw_bytes);
+        raw_bytes += entry.raw_bytes;
+        entries.push_back(entry);
+    }
+    if (end != header.file_size)
+        return broken("3.1.5", end, "bytes after the last section", header.file_size, end);
+    if (raw_bytes != header.raw_bytes)
+        return broken("3.1.6", 64, "the header's raw size is not the sum of the sections'", raw_bytes,
+                      header.raw_bytes);
+
+    for (const SectionType type :
+         {SectionType::metadata, SectionType::grid, SectionType::attributes, SectionType::materials})
+        if (find_section(entries, type) == nullptr)
+            return broken("3.1.7", kHeaderBytes, "no " + std::string(to_string(type)) + " section");
+    for (std::uint32_t level = 1; level <= header.depth; ++level)
+        for (const SectionType type :
+             {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks})
+            if (find_section(entries, type, level) == nullptr &&
+                (type != SectionType::level_bricks || header.storage() == Storage::mapped))
+                return broken("3.1.8", kHeaderBytes,
+                              "no " + std::string(to_string(type)) + " for level " + std::to_string(level));
+    return entries;
+}
+
+const SectionEntry *find_section(std::span<const SectionEntry> sections, SectionType type, std::uint32_t instance) {
+    const auto found = std::find_if(sections.begin(), sections.end(), [&](const SectionEntry &entry) {
+        return entry.type == type && entry.instance == instance;
+    });
+    return found == sections.end() ? nullptr : &*found;
+}
+
+} // namespace pbm

@@ -1,0 +1,208 @@
+// Byte layout of a .pbvg file: header, section table and the small records. BVG.md sections 2, 3 and 5.
+//
+//   0      header, 128 bytes
+//   128    section table, 64 bytes per entry, sorted by place in the file
+//          metadata, grid, attributes, materials, lights, texture, ground  (small, raw)
+//          directory of level 1, bricks of level 1, chunks of level 1      (coarse)
+//          ...
+//          directory, bricks, chunks of level depth                        (fine)
+//          rasters: ground texture, lit fractions of the ground, panorama
+//
+// Bricks are in mapped files only.
+#pragma once
+
+#include "pbm_format/container/content_id.h"
+#include "pbm_format/model/model.h"
+#include "system/bytes.h"
+#include "system/error.h"
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+namespace pbm {
+
+inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'B', 'V', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
+inline constexpr std::uint16_t kMajorVersion = 1;
+inline constexpr std::uint16_t kMinorVersion = 0;
+inline constexpr std::uint32_t kEndianTag = 0x01020304;
+inline constexpr std::size_t kHeaderBytes = 128;
+inline constexpr std::size_t kSectionEntryBytes = 64;
+inline constexpr std::size_t kMaxSections = 256;
+inline constexpr std::size_t kMaxMetadataBytes = 4096;
+inline constexpr std::size_t kSectionAlignment = 8;
+inline constexpr std::uint64_t kMaxPoints = 0xFFFFFFFF;
+inline constexpr std::uint64_t kMaxExpansion = 32768; // raw bytes per stored byte of a stream
+inline constexpr std::uint32_t kDefaultChunkPoints = 65536;
+inline constexpr std::uint32_t kMinChunkPoints = 512;
+
+// The two storage profiles of one model: coded to be small, or raw and aligned to be drawn where it lies. BVG.md 5.10
+enum class Storage : std::uint8_t { packed, mapped };
+std::string_view to_string(Storage storage);
+inline constexpr std::uint64_t kMappedFeature = 1;            // required feature bit of mapped files
+inline constexpr std::uint32_t kMappedChunksAlignment = 4096; // of their chunks sections: a page
+inline constexpr std::uint32_t kMappedStreamAlignment = 64;   // of their streams and brick sections: a cache line
+
+struct FileHeader {
+    std::uint16_t major = kMajorVersion;
+    std::uint16_t minor = kMinorVersion;
+    std::uint32_t endian = kEndianTag;
+    std::uint64_t file_size = 0;
+    std::uint64_t table_offset = kHeaderBytes;
+    std::uint32_t table_count = 0;
+    std::uint8_t depth = 0;
+    std::uint64_t required_features = 0;
+    std::uint64_t optional_features = 0;
+    std::uint64_t point_count = 0;
+    std::uint64_t raw_bytes = 0; // sum over all sections
+    ContentId content_id{};
+    RootRecord root;
+    std::uint32_t chunk_points = kDefaultChunkPoints;
+    std::uint64_t table_hash = 0;
+
+    Storage storage() const { return (required_features & kMappedFeature) != 0 ? Storage::mapped : Storage::packed; }
+};
+
+// Proves rules 2.1 to 2.12: length, magic, hash, version, features, limits. `start` holds the first 128 bytes of the
+// file, or all of one that is shorter.
+Result<FileHeader> decode_header(ByteView start, std::uint64_t file_size);
+inline Result<FileHeader> decode_header(ByteView file) { return decode_header(file, file.size()); }
+
+enum class SectionType : std::uint32_t {
+    metadata = 1,
+    grid = 2,
+    attributes = 3,
+    materials = 4,
+    lights = 5,
+    texture = 6,
+    ground_plane = 7,
+    level_directory = 16, // instance = level
+    level_chunks = 17,    // instance = level
+    level_bricks = 18,    // instance = level; mapped files only
+    ground_texture = 24,  // raster
+    ground_lit = 25,      // raster; instance = light
+    panorama = 32,        // raster
+};
+std::string_view to_string(SectionType type);
+bool is_known(SectionType type); // a type of this version
+// Sections that image_section.h lays out.
+inline bool is_raster(SectionType type) {
+    return type == SectionType::ground_texture || type == SectionType::ground_lit || type == SectionType::panorama;
+}
+
+enum class Codec : std::uint16_t { raw = 0, zstd_chunks = 1 }; // chunks, or tiles of rasters
+
+inline constexpr std::uint16_t kCriticalFlag = 1; // a reader that does not know the section must refuse the file
+
+struct SectionEntry {
+    SectionType type{};
+    Codec codec{};
+    std::uint16_t flags = 0;
+    std::uint32_t instance = 0;
+    std::uint32_t element_bytes = 1; // of the raw form; 0 where elements differ
+    std::uint32_t alignment = kSectionAlignment;
+    std::uint64_t offset = 0;
+    std::uint64_t stored_bytes = 0;
+    std::uint64_t raw_bytes = 0;
+    std::uint64_t count = 0; // elements: records, chunks (directory), points (chunks), tiles (rasters)
+    std::uint64_t hash = 0;  // XXH3-64 of the stored bytes
+
+    // Place in the file: small sections by type, then directory, bricks and chunks level by level, then rasters.
+    std::array<std::uint32_t, 3> order() const;
+};
+
+// Proves rules 3.1 and 3.2 (but for padding) for the table that `header` points at: hash, order, places, sizes, known
+// codecs, and that every section the model needs is there exactly once. `start` holds the file up to the end of the
+// table, as far as the file goes.
+Result<std::vector<SectionEntry>> decode_section_table(ByteView start, const FileHeader &header);
+
+// The one section of this type and instance, or null.
+const SectionEntry *find_section(std::span<const SectionEntry> sections, SectionType type, std::uint32_t instance = 0);
+
+// The small sections. `offset` of an error counts from the section's start.
+Result<Grid> decode_grid(ByteView bytes, int depth);
+Result<AttributeSet> decode_attributes(ByteView bytes, int depth);
+Result<std::vector<Material>> decode_materials(ByteView bytes);
+Result<std::vector<Light>> decode_lights(ByteView bytes);
+Result<SolidTexture> decode_texture(ByteView bytes);
+Result<GroundPlane> decode_ground_plane(ByteView bytes);
+// UTF-8 JSON object of at most kMaxMetadataBytes.
+Status check_metadata(ByteView bytes);
+// Members of metadata that keep these rules, those of nested objects too, in the order of the text.
+struct MetadataMember {
+    std::string key;
+    std::string text; // of a string; else empty
+    bool again;       // its object has the key already
+};
+std::vector<MetadataMember> list_metadata(ByteView bytes);
+// Rules 3.9, which tie parameters together: shadow streams <= lights, material indices need more than one material, ...
+Status check_parameters(const ModelParameters &parameters);
+// Rules 3.9.5 and 3.9.6: the rasters of the ground plane are those that the parameters ask for. `lit` of them hold lit
+// fractions, of lights 0, 1, ..
+Status check_rasters(const ModelParameters &parameters, bool ground_texture, std::size_t lit);
+// Both, for the rasters of a file; the offset of an error is that of the attributes section in the file.
+Status check_parameters(const ModelParameters &parameters, std::span<const SectionEntry> sections);
+// Rules 2.13 to 2.17: the root record names existing attributes only.
+Status check_root(const RootRecord &root, const ModelParameters &parameters);
+
+// How one stream of a chunk is stored. 4 bytes: size (24 bits), filter (7 bits), zstd flag (1 bit).
+struct StreamEntry {
+    std::uint32_t stored_bytes = 0;
+    Filter filter = Filter::none;
+    bool zstd = false; // one frame, else the raw bytes; planes of filters say it for themselves
+    bool operator==(const StreamEntry &) const = default;
+};
+
+// In front of the planes of a filtered stream, for each: size (24 bits), zero (7 bits), zstd flag (1 bit).
+inline constexpr std::size_t kPlaneEntryBytes = 4;
+
+// Cosine of a chunk whose normals no cone holds: a point is two-sided, or they point everywhere.
+inline constexpr std::int16_t kNoCone = -32767;
+
+// All integer normals n of the chunk's points satisfy n . axis >= 32,767 x cosine, unless it is kNoCone (BVG.md 5.7).
+struct NormalCone {
+    std::uint16_t axis = 0; // normal index; 0 without cone
+    std::int16_t cosine = kNoCone;
+    bool operator==(const NormalCone &) const = default;
+};
+
+// Where the next stream of a mapped chunk starts, or the chunk ends. BVG.md 5.10.1
+constexpr std::uint64_t align_stream(std::uint64_t end) {
+    return (end + kMappedStreamAlignment - 1) / kMappedStreamAlignment * kMappedStreamAlignment;
+}
+
+// One entry of a level's directory: fixed part, then one StreamEntry per stream of the AttributeSet.
+struct ChunkEntry {
+    ChunkShape shape;
+    NormalCone cone;
+    std::uint64_t hash = 0;           // XXH3-64 of the chunk's stored bytes
+    std::vector<StreamEntry> streams; // in the order of streams_of()
+    // Derived in one pass by decode_directory:
+    std::uint64_t offset = 0; // of the stored bytes, in the file
+    std::uint64_t stored_bytes = 0;
+    std::uint64_t first_point = 0;  // index of the chunk's first point in its level
+    std::uint64_t first_node = 0;   // index of its first mask in its level
+    std::uint64_t first_parent = 0; // index of the first mask of the level above that belongs to a parent of its nodes
+    std::uint64_t first_brick = 0;  // index of its first brick in its level
+};
+
+inline constexpr std::size_t kChunkEntryFixedBytes = 48;
+std::size_t chunk_entry_bytes(const AttributeSet &set);
+
+struct LevelDirectory {
+    int level = 0;
+    std::vector<ChunkEntry> chunks; // ascending, tiling the level
+    std::uint64_t points = 0;       // of the level
+    std::uint64_t nodes = 0;        // of the level above
+};
+
+// Bytes of a level's streams in memory: masks and PointAttributes.
+std::uint64_t decoded_bytes(const LevelDirectory &directory, const AttributeSet &set);
+
+// Proves the rules of 5.3 to 5.5, which need no chunk: order, nesting in `above` (null for level 1), counts and running
+// sums against `chunks` (the section that holds them, packed or mapped), sizes against kMaxExpansion.
+Result<LevelDirectory> decode_directory(ByteView bytes, int level, const AttributeSet &set, std::uint32_t chunk_points,
+                                        const LevelDirectory *above, const SectionEntry &chunks);
+
+} // namespace pbm

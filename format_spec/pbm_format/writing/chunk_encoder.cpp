@@ -1,0 +1,89 @@
+#include "pbm_format/writing/chunk_encoder.h"
+
+#include "pbm_format/chunks/chunk.h"
+#include "pbm_format/chunks/normal_cone.h"
+#include "pbm_format/writing/frame_encoder.h"
+#include "pbm_format/writing/stream_filter.h"
+#include "system/threads/per_thread.h"
+
+#include <cassert>
+
+namespace pbm {
+
+Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &points) {
+    const StreamInfo &stream = context.stream;
+    if (stream.kind == StreamKind::shadow)
+        return pack_bits(points.values(stream), bits_per_point(stream, context.set, context.level));
+    const ByteView bytes = stream.kind == StreamKind::masks ? masks : bytes_of(points, stream);
+    return {bytes.begin(), bytes.end()};
+}
+
+namespace {
+
+// Plain streams are worth a search for matches only where they come near to filtered ones without it.
+bool may_become_smaller(std::size_t plain, std::size_t filtered) { return plain / 2 < filtered; }
+
+// The smaller of filtered and plain.
+StreamEntry append_stream(const StreamContext &context, ByteView masks, const PointView &points,
+                          const ParentNodes &parents, const ChunkCoding &coding, Bytes &out) {
+    struct Coded {
+        Bytes plain, filtered;
+    };
+    Coded &coded = per_thread<Coded>();
+    Bytes &plain = coded.plain, &filtered = coded.filtered;
+    filtered.clear();
+    const auto planes = coding.filters ? filter_stream(context, masks, points, parents) : std::nullopt;
+    if (planes)
+        append_planes(*planes, coding.compression_level, filtered);
+    const Bytes raw = raw_stream(context, masks, points);
+    const auto store_plain = [&](int level) {
+        plain.clear();
+        const StoredFrame frame = append_frame(raw, level, plain);
+        return StreamEntry{.stored_bytes = frame.stored_bytes, .filter = Filter::none, .zstd = frame.zstd};
+    };
+    StreamEntry entry = store_plain(planes ? 1 : coding.compression_level);
+    if (planes && coding.compression_level > 1 && may_become_smaller(plain.size(), filtered.size()))
+        entry = store_plain(coding.compression_level);
+    if (planes && filtered.size() < plain.size())
+        entry = {.stored_bytes = static_cast<std::uint32_t>(filtered.size()),
+                 .filter = filter_of(context.stream, context.set),
+                 .zstd = false};
+    const Bytes &stored = entry.filter == Filter::none ? plain : filtered;
+    out.insert(out.end(), stored.begin(), stored.end());
+    return entry;
+}
+
+// As it is, padded with zeros to the alignment of mapped streams; `start` is where the chunk starts in `out`.
+StreamEntry append_aligned(const StreamContext &context, ByteView masks, const PointView &points, std::size_t start,
+                           Bytes &out) {
+    const Bytes raw = raw_stream(context, masks, points);
+    out.insert(out.end(), raw.begin(), raw.end());
+    out.resize(start + align_stream(out.size() - start), 0);
+    return {.stored_bytes = static_cast<std::uint32_t>(raw.size())};
+}
+
+} // namespace
+
+void encode_chunk(const Model &model, int level, const ChunkCoding &coding, ChunkEntry &entry, Bytes &out) {
+    assert(level >= 1);
+    const AttributeSet &set = model.parameters.attributes;
+    const Level &here = model.levels[static_cast<std::size_t>(level)];
+    const Level &above = model.levels[static_cast<std::size_t>(level) - 1];
+    const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
+    const ByteView masks = ByteView(here.masks).subspan(entry.first_node, entry.shape.nodes);
+    const PointView points = view_points(here.points, entry.first_point, entry.shape.points, set);
+    const bool finest = static_cast<std::size_t>(level) + 1 == model.levels.size();
+    entry.cone = bound_normals(points.normals);
+    entry.streams.clear();
+    const std::size_t start = out.size();
+    for (const StreamInfo &stream : streams_of(set)) {
+        const StreamContext context{.set = set, .stream = stream, .level = level, .finest = finest};
+        entry.streams.push_back(coding.storage == Storage::mapped
+                                    ? append_aligned(context, masks, points, start, out)
+                                    : append_stream(context, masks, points, parents, coding, out));
+    }
+    entry.stored_bytes = out.size() - start;
+    entry.hash = hash64(ByteView(out).subspan(start));
+}
+
+} // namespace pbm

@@ -1,0 +1,308 @@
+#include "pbm_format/writing/writer.h"
+
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/chunks/brick_index.h"
+#include "pbm_format/container/file_rules.h"
+#include "pbm_format/container/section_encoder.h"
+#include "pbm_format/rasters/image_section.h"
+#include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/chunk_encoder.h"
+#include "pbm_format/writing/raster_encoder.h"
+#include "system/files/file_replacement.h"
+#include "system/threads/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <utility>
+
+namespace pbm {
+
+namespace {
+
+// Sections in the order of the file, placed one after the other.
+class FileLayout {
+  public:
+    // The fields of `entry` that follow from its bytes are filled.
+    void add(SectionEntry entry, Bytes stored) {
+        entry.flags = kCriticalFlag;
+        entry.stored_bytes = stored.size();
+        entry.hash = hash64(stored);
+        entries_.push_back(entry);
+        stored_.push_back(std::move(stored));
+    }
+
+    // A raw section of records of one size.
+    void add_records(SectionType type, std::uint32_t instance, std::uint32_t record_bytes, Bytes stored,
+                     std::uint32_t alignment = kSectionAlignment) {
+        const std::uint64_t bytes = stored.size();
+        add({.type = type,
+             .instance = instance,
+             .element_bytes = record_bytes,
+             .alignment = alignment,
+             .raw_bytes = bytes,
+             .count = bytes / record_bytes},
+            std::move(stored));
+    }
+
+    // Header, table, sections; fills the fields of `header` that follow from the sections.
+    Bytes assemble(FileHeader header) {
+        std::uint64_t end = kHeaderBytes + entries_.size() * kSectionEntryBytes;
+        for (SectionEntry &entry : entries_) {
+            entry.offset = (end + entry.alignment - 1) / entry.alignment * entry.alignment;
+            end = entry.offset + entry.stored_bytes;
+            header.raw_bytes += entry.raw_bytes;
+        }
+        const Bytes table = encode_section_table(entries_);
+        header.file_size = end;
+        header.table_count = static_cast<std::uint32_t>(entries_.size());
+        header.table_hash = hash64(table);
+        Bytes file;
+        file.reserve(end);
+        const Bytes head = encode_header(header);
+        file.insert(file.end(), head.begin(), head.end());
+        file.insert(file.end(), table.begin(), table.end());
+        for (std::size_t i = 0; i < entries_.size(); ++i) {
+            file.resize(entries_[i].offset, 0);
+            file.insert(file.end(), stored_[i].begin(), stored_[i].end());
+            stored_[i] = {};
+        }
+        return file;
+    }
+
+  private:
+    std::vector<SectionEntry> entries_;
+    std::vector<Bytes> stored_;
+};
+
+// Rasters that a file can hold: 3.10.4 and 3.10.15.
+Status check_shapes(const ModelImages &images) {
+    const auto whole = [](const Image &image) {
+        return is_storable(image.width, image.height, image.channels) &&
+               image.texels.size() == std::size_t{image.width} * image.height * image.channels;
+    };
+    const Image &panorama = images.panorama;
+    if (!panorama.empty() && (!whole(panorama) || panorama.channels != 3 || panorama.width != 2 * panorama.height))
+        return Error{ErrorCode::bad_image, 0,
+                     "3.10.15 the panorama's sides are not powers of two, 2:1, with 3 channels"};
+    const auto fits_ground = [&](const Image &image) {
+        return whole(image) && image.channels == 1 && image.width == image.height && image.width <= kMaxGroundRaster;
+    };
+    if ((!images.ground_texture.empty() && !fits_ground(images.ground_texture)) ||
+        !std::all_of(images.ground_lit.begin(), images.ground_lit.end(), fits_ground))
+        return Error{ErrorCode::bad_image, 0,
+                     "3.10.15 a raster of the ground plane is not square, a power of two up to 4,096, with 1 channel"};
+    return {};
+}
+
+void add_raster(FileLayout &layout, SectionType type, std::uint32_t instance, const Image &image,
+                const WriteOptions &options) {
+    if (image.empty())
+        return;
+    const TileGrid grid(image.width, image.height, image.channels);
+    Bytes stored = encode_image(image, options.storage, options.compression_level, options.threads);
+    const bool mapped = options.storage == Storage::mapped;
+    const std::uint64_t raw_bytes = mapped ? stored.size() : image_directory_bytes(grid) + grid.texel_bytes();
+    SectionEntry entry{
+        .type = type, .instance = instance, .element_bytes = 0, .raw_bytes = raw_bytes, .count = grid.tiles()};
+    entry.codec = mapped ? Codec::raw : Codec::zstd_chunks;
+    entry.alignment = mapped ? kMappedStreamAlignment : kSectionAlignment;
+    layout.add(entry, std::move(stored));
+}
+
+void add_rasters(FileLayout &layout, const ModelImages &images, const WriteOptions &options) {
+    add_raster(layout, SectionType::ground_texture, 0, images.ground_texture, options);
+    for (std::size_t light = 0; light < images.ground_lit.size(); ++light)
+        add_raster(layout, SectionType::ground_lit, static_cast<std::uint32_t>(light), images.ground_lit[light],
+                   options);
+    add_raster(layout, SectionType::panorama, 0, images.panorama, options);
+}
+
+// Parameters as their own bytes say them: what a reader would refuse is refused before any work.
+Status check_encodable(const Model &model) {
+    const ModelParameters &parameters = model.parameters;
+    const int depth = parameters.grid.depth;
+    Status status =
+        check_metadata({reinterpret_cast<const std::uint8_t *>(model.metadata.data()), model.metadata.size()});
+    const auto also = [&](const auto &decoded) {
+        if (status && !decoded)
+            status = decoded.error();
+    };
+    also(decode_grid(encode_grid(parameters.grid), depth));
+    also(decode_attributes(encode_attributes(parameters.attributes, depth), depth));
+    also(decode_materials(encode_materials(parameters.materials)));
+    if (!parameters.lights.empty())
+        also(decode_lights(encode_lights(parameters.lights)));
+    if (!parameters.texture.empty())
+        also(decode_texture(encode_texture(parameters.texture.front())));
+    if (parameters.ground)
+        also(decode_ground_plane(encode_ground_plane(*parameters.ground)));
+    also(check_parameters(parameters));
+    also(check_rasters(parameters, !model.images.ground_texture.empty(), model.images.ground_lit.size()));
+    return status ? check_shapes(model.images) : status;
+}
+
+struct EncodedChunk {
+    ChunkEntry entry;
+    Bytes stored;
+    std::vector<BrickRecord> bricks; // of mapped files
+};
+
+// Fills the bricks of the chunks of `level`, from those of the level above.
+void index_level(const Model &model, std::size_t level, std::span<const EncodedChunk> above, int threads,
+                 std::span<EncodedChunk> chunks) {
+    const Level &here = model.levels[level];
+    parallel_for(chunks.size(), threads, [&](std::size_t i) {
+        const ChunkEntry &entry = chunks[i].entry;
+        BrickParents parents;
+        if (level > 1) {
+            const EncodedChunk &parent = above[entry.shape.parent_chunk];
+            const ByteView masks = model.levels[level - 1].masks;
+            parents = brick_parents(entry, parent.entry, parent.bricks,
+                                    masks.subspan(parent.entry.first_node, parent.entry.shape.nodes));
+        }
+        chunks[i].bricks.resize(entry.shape.bricks);
+        const bool whole =
+            index_bricks(parents, entry.shape, static_cast<int>(level),
+                         ByteView(here.masks).subspan(entry.first_node, entry.shape.nodes),
+                         std::span(here.points.normals).subspan(entry.first_point, entry.shape.points),
+                         ByteView(here.points.radii).subspan(entry.first_point, entry.shape.points), chunks[i].bricks);
+        assert(whole); // split_into_chunks cuts between bricks
+        static_cast<void>(whole);
+    });
+}
+
+// The sections of a level; takes what `chunks` hold.
+void add_level(FileLayout &layout, const AttributeSet &set, int level, Storage storage,
+               std::span<EncodedChunk> chunks) {
+    LevelDirectory directory{.level = level, .chunks = {}};
+    Bytes stored, bricks;
+    std::uint64_t raw_bytes = 0, points = 0;
+    for (EncodedChunk &chunk : chunks) {
+        stored.insert(stored.end(), chunk.stored.begin(), chunk.stored.end());
+        chunk.stored = {};
+        const auto *records = reinterpret_cast<const std::uint8_t *>(chunk.bricks.data());
+        bricks.insert(bricks.end(), records, records + kBrickRecordBytes * chunk.bricks.size());
+        const ChunkShape &shape = chunk.entry.shape;
+        points += shape.points;
+        for (const StreamInfo &stream : streams_of(set))
+            raw_bytes += raw_stream_bytes(stream, set, level, shape.nodes, shape.points);
+        directory.chunks.push_back(std::move(chunk.entry));
+    }
+    const auto instance = static_cast<std::uint32_t>(level);
+    layout.add_records(SectionType::level_directory, instance, static_cast<std::uint32_t>(chunk_entry_bytes(set)),
+                       encode_directory(directory, set));
+    SectionEntry entry{.type = SectionType::level_chunks, .instance = instance, .element_bytes = 0, .count = points};
+    if (storage == Storage::packed) {
+        entry.codec = Codec::zstd_chunks;
+        entry.raw_bytes = raw_bytes;
+    } else {
+        layout.add_records(SectionType::level_bricks, instance, kBrickRecordBytes, std::move(bricks),
+                           kMappedStreamAlignment);
+        entry.alignment = kMappedChunksAlignment;
+        entry.raw_bytes = stored.size();
+    }
+    layout.add(entry, std::move(stored));
+}
+
+} // namespace
+
+Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try {
+    const ModelParameters &parameters = model.parameters;
+    const AttributeSet &set = parameters.attributes;
+    const int depth = parameters.grid.depth;
+    assert(options.chunk_points >= kMinChunkPoints && options.chunk_points <= kDefaultChunkPoints &&
+           std::has_single_bit(options.chunk_points));
+    assert(depth >= kMinDepth && depth <= kMaxDepth && model.levels.size() == static_cast<std::size_t>(depth) + 1);
+    if (model.point_count() == 0 || model.point_count() > kMaxPoints)
+        return Error{ErrorCode::too_large, 0,
+                     "2.10 the model has " + std::to_string(model.point_count()) +
+                         " points; 1 to 2^32-1 can be stored: choose a smaller depth"};
+
+    if (Status status = check_encodable(model); !status)
+        return std::move(status).error();
+
+    LevelMasks masks;
+    for (const Level &level : model.levels)
+        masks.push_back(level.masks);
+    const std::vector<std::vector<ChunkShape>> shapes = split_into_chunks(masks, options.chunk_points);
+    masks.clear();
+
+    struct Job {
+        std::size_t level, chunk;
+    };
+    std::vector<Job> jobs;
+    std::vector<std::vector<EncodedChunk>> encoded(shapes.size());
+    for (std::size_t level = 1; level < shapes.size(); ++level) {
+        encoded[level].resize(shapes[level].size());
+        std::uint64_t parent = 0, node = 0, point = 0;
+        for (std::size_t chunk = 0; chunk < shapes[level].size(); ++chunk) {
+            const ChunkShape &shape = shapes[level][chunk];
+            ChunkEntry &entry = encoded[level][chunk].entry;
+            entry.shape = shape;
+            entry.first_parent = std::exchange(parent, parent + shape.parents);
+            entry.first_node = std::exchange(node, node + shape.nodes);
+            entry.first_point = std::exchange(point, point + shape.points);
+            jobs.push_back({level, chunk});
+        }
+    }
+    const bool mapped = options.storage == Storage::mapped;
+    std::atomic<std::size_t> done{0};
+    parallel_for(jobs.size(), options.threads, [&](std::size_t i) {
+        const Job &job = jobs[i];
+        EncodedChunk &to = encoded[job.level][job.chunk];
+        encode_chunk(
+            model, static_cast<int>(job.level),
+            {.storage = options.storage, .compression_level = options.compression_level, .filters = options.filters},
+            to.entry, to.stored);
+        const std::size_t finished = ++done;
+        if (options.progress)
+            options.progress(static_cast<double>(finished) / static_cast<double>(jobs.size()));
+    });
+
+    for (std::size_t level = 1; level < encoded.size() && mapped; ++level)
+        index_level(model, level, encoded[level - 1], options.threads, encoded[level]);
+
+    FileLayout layout;
+    const Bytes metadata(model.metadata.begin(), model.metadata.end());
+    layout.add_records(SectionType::metadata, 0, 1, metadata);
+    layout.add_records(SectionType::grid, 0, 48, encode_grid(parameters.grid));
+    layout.add_records(SectionType::attributes, 0, 24, encode_attributes(set, depth));
+    layout.add_records(SectionType::materials, 0, 32, encode_materials(parameters.materials));
+    if (!parameters.lights.empty())
+        layout.add_records(SectionType::lights, 0, 48, encode_lights(parameters.lights));
+    if (!parameters.texture.empty())
+        layout.add_records(SectionType::texture, 0, 800, encode_texture(parameters.texture.front()));
+    if (parameters.ground) {
+        Bytes ground = encode_ground_plane(*parameters.ground);
+        const auto bytes = static_cast<std::uint32_t>(ground.size());
+        layout.add_records(SectionType::ground_plane, 0, bytes, std::move(ground));
+    }
+    for (std::size_t level = 1; level < encoded.size(); ++level)
+        add_level(layout, set, static_cast<int>(level), options.storage, encoded[level]);
+    add_rasters(layout, model.images, options);
+    FileHeader header;
+    header.required_features = mapped ? kMappedFeature : 0;
+    header.depth = static_cast<std::uint8_t>(depth);
+    header.point_count = model.point_count();
+    header.content_id = content_id(model, shapes, options.chunk_points);
+    header.root = root_record(model.levels[0].points, set);
+    header.chunk_points = options.chunk_points;
+    return layout.assemble(header);
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
+}
+
+Result<std::uint64_t> write_model(const std::string &path, const Model &model, const WriteOptions &options) {
+    Result<Bytes> file = encode_model(model, options);
+    if (!file)
+        return std::move(file).error();
+    if (const Status valid = verify(*file, {.threads = options.threads, .max_memory = ~std::uint64_t{0}}); !valid)
+        return Error{valid.error().code == ErrorCode::memory ? ErrorCode::memory : ErrorCode::bad_content,
+                     valid.error().offset,
+                     "what was written does not verify (nothing was replaced): " + valid.error().message};
+    if (Status status = replace_file(path, *file); !status)
+        return std::move(status).error();
+    return file->size();
+}
+
+} // namespace pbm

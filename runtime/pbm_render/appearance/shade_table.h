@@ -1,0 +1,74 @@
+// Phong's reflection per normal instead of per point. Linear light throughout; sRGB only at both ends.
+// Based on: Phong. Illumination for Computer Generated Pictures. 1975; dissertation sections 4.2 and 4.6
+#pragma once
+
+#include "pbm_format/model/model.h"
+#include "pbm_render/camera/camera.h"
+#include "pbm_render/picture/framebuffer.h"
+
+#include <glm/vec3.hpp>
+
+#include <vector>
+
+namespace pbm {
+
+// Two directional lights that show the shape, for files that have none: a key light from the upper left front, a dimmer
+// fill from the right. Fixed to the model, as seen by the default camera.
+std::vector<Light> default_lights(UpAxis up);
+
+// What a light adds to the reflection of a point: kd * diffuse + ks * specular, times the light's intensity.
+// `to_light` and `to_eye` are unit vectors.
+glm::vec3 phong(const Material &material, const Light &light, glm::vec3 normal, glm::vec3 to_light, glm::vec3 to_eye);
+
+// Reflection of directional lights for one view direction (the eye counts as infinitely far away, so the table depends
+// on no point), as factors of a point's linear colour.
+class ShadeTable {
+  public:
+    // Lights whose index is below `shadowed_lights` have a shadow stream and stay apart from the others.
+    ShadeTable(std::span<const Material> materials, std::span<const Light> lights, int shadowed_lights,
+               glm::vec3 to_eye);
+
+    // Red, green, blue and an unused number each: the ambient term and every unshadowed directional light.
+    const Float4 &unshadowed(std::size_t material, std::size_t normal) const {
+        return unshadowed_[material * kNormalCount + normal];
+    }
+    // One shadowed directional light; zero for other kinds.
+    const Float4 &shadowed(std::size_t light, std::size_t material, std::size_t normal) const {
+        return shadowed_[(light * materials_ + material) * kNormalCount + normal];
+    }
+
+  private:
+    std::size_t materials_;
+    std::vector<Float4> unshadowed_; // [materials][kNormalCount]
+    std::vector<Float4> shadowed_;   // [shadowed lights][materials][kNormalCount]
+};
+
+// sRGB bytes to linear light 0..1, and back: nearest of 4,096 steps, clamped.
+class ColourTable {
+  public:
+    ColourTable();
+    // Red in the lowest byte.
+    Float4 linear(std::uint32_t srgb) const {
+        return Float4{linear_[srgb & 255], linear_[srgb >> 8 & 255], linear_[srgb >> 16 & 255], 0};
+    }
+    // [kSteps + 1] of linear light, with room behind for reading four bytes at once.
+    const std::uint8_t *srgb() const { return srgb_.data(); }
+
+    // Opaque, packed as pack_rgba does.
+    std::uint32_t pack_srgb(Float4 linear) const {
+        constexpr Float4 kOne{1, 1, 1, 1};
+        const Float4 clamped = linear < kOne ? linear : kOne;
+        const Int4 step = __builtin_convertvector(clamped * kSteps + 0.5F, Int4);
+        return std::uint32_t{srgb_[index(step[0])]} | std::uint32_t{srgb_[index(step[1])]} << 8 |
+               std::uint32_t{srgb_[index(step[2])]} << 16 | 0xFF000000U;
+    }
+
+    static constexpr float kSteps = 4095;
+
+  private:
+    static std::size_t index(std::int32_t step) { return static_cast<std::size_t>(step); }
+    std::array<float, 256> linear_;
+    std::array<std::uint8_t, 4096 + 3> srgb_{};
+};
+
+} // namespace pbm

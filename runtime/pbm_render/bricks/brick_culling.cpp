@@ -1,0 +1,98 @@
+#include "pbm_render/bricks/brick_culling.h"
+
+#include "pbm_surface/surface_offsets.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pbm {
+namespace {
+
+constexpr float kBrickVoxels = 8;
+// Eyes nearer than so many times what the brick reaches see it under an angle that nothing here is made for.
+constexpr float kNear = 8;
+// Points up to this fraction of 2 pixels apart leave no gap between blocks, however they lie.
+constexpr float kBlockRoom = 0.8F;
+
+// Whether no normal of the cone faces the eye anywhere in the brick. `sight` is the way from the eye to its centre,
+// `reach` the brick's, both eye space.
+bool faces_away(const BrickRecord &brick, const EyeNormal &axis, glm::vec3 sight, float reach) {
+    const float inverse_length = 1 / glm::length(sight);
+    const float cosine = static_cast<float>(brick.cone_cosine) / 32767.0F;
+    const float along = (axis.x * sight.x + axis.y * sight.y + axis.z * sight.z) * inverse_length;
+    if (along <= 0)
+        return false;
+    const float sines = std::sqrt(std::max(0.0F, (1 - cosine * cosine) * (1 - along * along)));
+    // The reference's rule says "slack" for rays as long as depth 1 takes: at least as long as the unit ray here.
+    return along * cosine - sines > kFacingSlack + reach * inverse_length;
+}
+
+} // namespace
+
+RunGeometry::RunGeometry(const PointRun &points, const FrameGeometry &frame)
+    : run(&points), voxel(std::ldexp(1.0F, -points.level)),
+      most_offset(points.offsets == nullptr ? 0 : kMostOffset * voxel) {
+    const double edge = std::ldexp(1.0, -points.level);
+    steps = {glm::vec3(frame.projection.vector({edge, 0, 0})), glm::vec3(frame.projection.vector({0, edge, 0})),
+             glm::vec3(frame.projection.vector({0, 0, edge}))};
+}
+
+std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &frame, std::span<SeenBrick> to) {
+    const PointRun &run = *geometry.run;
+    const std::span<const BrickRecord> bricks = run.chunk->bricks;
+    const auto eye = glm::vec3(frame.projection.eye);
+    const auto right = glm::vec3(frame.projection.axes.right), down = glm::vec3(-frame.projection.axes.up),
+               forward = glm::vec3(frame.projection.axes.forward);
+    const float voxel = geometry.voxel, half = kBrickVoxels / 2 * voxel;
+    const float half_diagonal = half * std::sqrt(3.0F);
+    const float to_first = -(kBrickVoxels - 1) / 2;
+    const glm::vec3 first = to_first * (geometry.steps[0] + geometry.steps[1] + geometry.steps[2]);
+    const auto height = static_cast<float>(frame.height);
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < bricks.size(); ++i) {
+        const BrickRecord &brick = bricks[i];
+        const std::uint32_t end = i + 1 < bricks.size() ? bricks[i + 1].first_point : run.last;
+        if (brick.first_point >= run.last || end <= run.first)
+            continue;
+        const glm::vec3 sight =
+            glm::vec3(static_cast<float>(brick.x), static_cast<float>(brick.y), static_cast<float>(brick.z)) *
+                (2 * half) +
+            half - eye;
+        const glm::vec3 centre(glm::dot(sight, right), glm::dot(sight, down), glm::dot(sight, forward));
+        const float radius = frame.radii[brick.largest_radius];
+        const float reach = half_diagonal + radius + geometry.most_offset;
+        if (centre.z + reach <= 0)
+            continue;
+        const float nearest = centre.z - reach;
+        SeenBrick &it = to[seen];
+        it.large = true;
+        it.top = 0;
+        it.bottom = frame.height;
+        if (nearest > kNear * reach) {
+            const float inverse = frame.focal / centre.z, extent = reach * frame.focal / nearest;
+            const float x = centre.x * inverse, y = centre.y * inverse;
+            const float reach_x = extent * (1 + std::abs(x) * frame.inverse_focal) + 2;
+            const float reach_y = extent * (1 + std::abs(y) * frame.inverse_focal) + 2;
+            if (std::abs(x) > reach_x + frame.middle_x || std::abs(y) > reach_y + frame.middle_y)
+                continue;
+            if (brick.cone_cosine != kNoCone &&
+                faces_away(brick, frame.normals[brick.cone_axis & kNormalIndexMask], centre, reach))
+                continue;
+            // Away from the middle of the picture a length across the ray takes more pixels; blocks have room for some.
+            const float stretch = std::sqrt(1 + (x * x + y * y) * frame.inverse_focal * frame.inverse_focal);
+            it.large = radius * frame.focal * std::max(1.0F, kBlockRoom * stretch) > kBlockRadius * nearest;
+            it.top = static_cast<std::int32_t>(std::max(y + frame.middle_y - reach_y, 0.0F));
+            it.bottom = static_cast<std::int32_t>(std::min(y + frame.middle_y + reach_y + 1, height));
+        }
+        it.u = frame.focal * centre.x + frame.middle_x * centre.z + first.x;
+        it.v = frame.focal * centre.y + frame.middle_y * centre.z + first.y;
+        it.w = centre.z + first.z;
+        it.brick = static_cast<std::uint32_t>(i);
+        seen += it.top < it.bottom;
+    }
+    return seen;
+}
+
+} // namespace pbm

@@ -1,0 +1,59 @@
+// Where the picture is taken from. Model space is right-handed; angles are radians.
+#pragma once
+
+#include "pbm_format/model/model.h"
+
+#include <glm/vec3.hpp>
+
+#include <span>
+
+namespace pbm {
+
+inline constexpr double kDefaultViewAngle = 0.5235987755982988; // 30 degrees
+
+// A pinhole camera, as users of F3D and VTK describe it.
+struct Camera {
+    glm::dvec3 position{0, 0, 1};          // model space
+    glm::dvec3 focal_point{0};             // model space, the middle of the picture
+    glm::dvec3 up{0, 1, 0};                // any length, not along the line of sight
+    double view_angle = kDefaultViewAngle; // vertical, radians
+};
+
+// Orthonormal axes of the eye in model space.
+struct EyeAxes {
+    glm::dvec3 right, up, forward;
+};
+
+// False if the camera has no line of sight: position and focal point coincide, `up` lies along the view, a value is not
+// finite or the angle is outside 0..180 degrees.
+bool is_usable(const Camera &camera);
+// Needs a usable camera.
+EyeAxes eye_axes(const Camera &camera);
+
+struct Sphere {
+    glm::dvec3 centre{0};
+    double radius = 0;
+};
+
+// Deepest level that bounding spheres are made of, so that a view is chosen before much is loaded: about 6,000 voxels.
+inline constexpr int kBoundsLevel = 6;
+
+// A sphere around all occupied voxels of `level`, 0..kBoundsLevel, and so around the model: at most 0.2 % wider than
+// the smallest one around them, which is 1 to 2 % wider than the smallest around the finest voxels where few of them
+// stand out, 5 % for a ball that fills the cube. masks[L] are those of a model's levels 1..level. BVG.md section 4
+Sphere bounding_sphere(const Grid &grid, std::span<const ByteView> masks, int level);
+// Of the finest level present, at most kBoundsLevel.
+Sphere bounding_sphere(const Model &model);
+
+// Directions in model space that a viewer calls up and front; the front is where the default camera stands:
+// +Z for Y up, -Y for Z up, +Z for X up.
+glm::dvec3 up_direction(UpAxis up);
+glm::dvec3 front_direction(UpAxis up);
+
+// Looks from the front at the whole model: its bounding sphere touches the nearer borders of a picture of width x
+// height.
+Camera default_camera(const Model &model, int width, int height, double view_angle = kDefaultViewAngle);
+// The same where the bounding sphere is known.
+Camera default_camera(const Sphere &bounds, UpAxis up, int width, int height, double view_angle = kDefaultViewAngle);
+
+} // namespace pbm

@@ -1,0 +1,86 @@
+#include "pbm_render/camera/normal_table.h"
+
+#include "pbm_format/model/normal.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pbm {
+namespace {
+
+// A plane seen as all voxels it passes through is a flight of stairs; a splat must be thick enough to close the risers.
+// Least thickness without a gap for radius 0.89, any view and any place of the plane, found by search: 0.55 voxel edges
+// for normals near an axis, 0.37 elsewhere; a little more, because surfaces are no planes.
+double least_thickness(const UnitVector &n) {
+    const double steepest = std::max({std::abs(n[0]), std::abs(n[1]), std::abs(n[2])});
+    return std::clamp(0.47 + 1.9 * (steepest - 0.87), 0.47, 0.64);
+}
+
+// The centres of those voxels lie up to (|x| + |y| + |z|) / 2 in front of the plane, and the z-buffer shows the
+// foremost: their mean distance, found by the same search.
+double mean_front(const UnitVector &n) { return std::min(std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]) - 1, 0.58); }
+
+} // namespace
+
+std::span<const SplatNormal> splat_normals() {
+    static const std::vector<SplatNormal> kTable = [] {
+        std::vector<SplatNormal> table;
+        table.reserve(kNormalCount);
+        for (const UnitVector &n : normal_table())
+            table.push_back({static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2]),
+                             static_cast<float>(least_thickness(n)), static_cast<float>(mean_front(n))});
+        return table;
+    }();
+    return kTable;
+}
+
+std::span<const float> splat_thickness() {
+    static const std::vector<float> kTable = [] {
+        std::vector<float> table;
+        table.reserve(kNormalCount);
+        for (const SplatNormal &normal : splat_normals())
+            table.push_back(normal.thickness);
+        return table;
+    }();
+    return kTable;
+}
+
+const std::array<float, 256> &radius_table() {
+    static const std::array<float, 256> kTable = [] {
+        std::array<float, 256> table{};
+        for (std::size_t i = 0; i < table.size(); ++i)
+            table[i] = static_cast<float>(radius_fraction(static_cast<std::uint8_t>(i)));
+        return table;
+    }();
+    return kTable;
+}
+
+std::vector<ScreenNormal> transform_normals(const Projection &projection) {
+    std::vector<ScreenNormal> screen(kNormalCount);
+    const std::span<const UnitVector> table = normal_table();
+    const std::span<const SplatNormal> splats = splat_normals();
+    for (std::size_t i = 0; i < kNormalCount; ++i) {
+        const UnitVector &n = table[i];
+        screen[i] = {projection.vector({n[0], n[1], n[2]}), projection.plane({n[0], n[1], n[2]}), splats[i].thickness,
+                     splats[i].inset};
+    }
+    return screen;
+}
+
+void mark_facing(const glm::dvec3 &eye, const glm::dvec3 &centre, double half_edge, std::vector<Facing> &facing) {
+    facing.assign(2 * kNormalCount, Facing::both);
+    const glm::dvec3 sight = centre - eye;
+    // n . (x - eye) over the cube has its extremes at corners; the slack grows with the distance of the point.
+    const double slack = static_cast<double>(kFacingSlack) * (glm::length(sight) + half_edge * std::sqrt(3.0));
+    const std::span<const UnitVector> table = normal_table();
+    for (std::size_t i = 0; i < kNormalCount; ++i) {
+        const UnitVector &n = table[i];
+        const double middle = n[0] * sight.x + n[1] * sight.y + n[2] * sight.z;
+        const double spread = half_edge * (std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]));
+        facing[i] = middle - spread > slack ? Facing::away : middle + spread < 0 ? Facing::front : Facing::some;
+    }
+}
+
+} // namespace pbm

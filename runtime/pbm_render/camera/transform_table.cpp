@@ -1,0 +1,44 @@
+#include "pbm_render/camera/transform_table.h"
+
+#include <glm/geometric.hpp>
+
+#include <cmath>
+
+namespace pbm {
+
+Projection::Projection(const Camera &camera, int width, int height)
+    : eye(camera.position), axes(eye_axes(camera)), focal(height / (2 * std::tan(camera.view_angle / 2))),
+      middle(width / 2.0, height / 2.0) {}
+
+glm::dvec3 Projection::vector(glm::dvec3 model) const {
+    const double depth = glm::dot(axes.forward, model);
+    return {focal * glm::dot(axes.right, model) + middle.x * depth,
+            -focal * glm::dot(axes.up, model) + middle.y * depth, depth};
+}
+
+// Through the difference to the eye, in doubles: georeferenced models lie millions of units from their origin.
+glm::dvec3 Projection::point(glm::dvec3 model) const { return vector(model - eye); }
+
+glm::dvec3 Projection::plane(glm::dvec3 normal) const {
+    const double x = glm::dot(axes.right, normal) / focal;
+    const double y = -glm::dot(axes.up, normal) / focal;
+    return {x, y, glm::dot(axes.forward, normal) - x * middle.x - y * middle.y};
+}
+
+glm::dvec3 Projection::ray(glm::dvec2 pixel) const {
+    const glm::dvec2 offset = (pixel - middle) / focal;
+    return axes.forward + axes.right * offset.x - axes.up * offset.y;
+}
+
+TransformTable::TransformTable(const Grid &grid, const Projection &projection) : child{} {
+    const glm::dvec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);
+    centre = glm::vec4(projection.point(origin + grid.edge() / 2), 0);
+    for (int level = 1; level <= kMaxDepth; ++level) {
+        const double d = std::ldexp(grid.edge(), -level - 1);
+        for (std::size_t i = 0; i < 8; ++i)
+            child[static_cast<std::size_t>(level)][i] =
+                glm::vec4(projection.vector({i & 1 ? d : -d, i & 2 ? d : -d, i & 4 ? d : -d}), 0);
+    }
+}
+
+} // namespace pbm

@@ -1,0 +1,45 @@
+// Transforming an octree by additions: the image of a child's centre is that of its parent plus M*d, one table entry.
+// Based on: Botsch, Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002
+#pragma once
+
+#include "pbm_format/model/model.h"
+#include "pbm_render/camera/camera.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <array>
+
+namespace pbm {
+
+// Screen space is homogeneous: (u, v, w) stands for the pixel (u / w, v / w), y downwards, and w is the eye-space depth
+// (distance along the view direction, model units). M takes model space there.
+struct Projection {
+    Projection(const Camera &camera, int width, int height);
+
+    glm::dvec3 point(glm::dvec3 model) const;  // M * (model, 1)
+    glm::dvec3 vector(glm::dvec3 model) const; // M * (model, 0)
+    // The plane with unit normal n through a point p as a linear function of pixels: with l = plane(n),
+    // l . (x, y, 1) is the cosine between n and the ray through pixel (x, y), times that ray's length for depth 1.
+    glm::dvec3 plane(glm::dvec3 normal) const;
+
+    // From the eye through a pixel, model space, as long as depth 1 takes.
+    glm::dvec3 ray(glm::dvec2 pixel) const;
+
+    glm::dvec3 eye; // model space
+    EyeAxes axes;
+    double focal;      // pixels
+    glm::dvec2 middle; // of the picture, pixels
+};
+
+struct TransformTable {
+    TransformTable(const Grid &grid, const Projection &projection);
+
+    // Four numbers (u, v, w, 0) each, so that one instruction adds them.
+    glm::vec4 centre; // M*c of the whole cube
+    // M*d from a node's centre to its child's: [level of the child][child]; index 0 is unused.
+    std::array<std::array<glm::vec4, 8>, kMaxDepth + 1> child;
+};
+
+} // namespace pbm

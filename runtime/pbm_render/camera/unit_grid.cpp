@@ -1,0 +1,23 @@
+#include "pbm_render/camera/unit_grid.h"
+
+#include <cmath>
+
+namespace pbm {
+
+Grid unit_grid(const Grid &grid) {
+    return {.depth = grid.depth,
+            .origin = {},
+            .voxel_size = std::ldexp(1.0, -grid.depth),
+            .unit = grid.unit,
+            .up = grid.up};
+}
+
+Camera in_unit_grid(const Camera &camera, const Grid &grid) {
+    const glm::dvec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);
+    Camera result = camera;
+    result.position = (camera.position - origin) / grid.edge();
+    result.focal_point = (camera.focal_point - origin) / grid.edge();
+    return result;
+}
+
+} // namespace pbm

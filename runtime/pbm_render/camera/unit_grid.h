@@ -1,0 +1,14 @@
+// Renderers see a cube of edge 1 at the origin, so that floats suffice and a picture depends neither on the unit of the
+// scan nor on where in the world it lies.
+#pragma once
+
+#include "pbm_format/model/model.h"
+#include "pbm_render/camera/camera.h"
+
+namespace pbm {
+
+Grid unit_grid(const Grid &grid);
+// The camera that sees the unit grid as `camera` sees `grid`.
+Camera in_unit_grid(const Camera &camera, const Grid &grid);
+
+} // namespace pbm

@@ -1,0 +1,106 @@
+#include "pbm_render/detail/chunk_loader.h"
+
+#include "pbm_format/container/file_rules.h"
+
+#include <algorithm>
+#include <new>
+
+#include <glm/common.hpp>
+
+namespace pbm {
+
+Box bounds_of(std::span<const BrickRecord> bricks, int level) {
+    Box box{.least = glm::dvec3(1), .most = glm::dvec3(0)};
+    const double edge = std::ldexp(8.0, -level);
+    for (const BrickRecord &brick : bricks) {
+        const glm::dvec3 corner = glm::dvec3(brick.x, brick.y, brick.z) * edge;
+        box.least = glm::min(box.least, corner);
+        box.most = glm::max(box.most, glm::min(corner + edge, glm::dvec3(1)));
+    }
+    return box;
+}
+
+Status ChunkLoader::decode(const ChunkTask &task, ResidentChunk &to) const {
+    const auto [level, index] = task.place;
+    const ChunkShape &shape = task.entry->shape;
+    to.decoded.packs_shadows = true;
+    if (Status status =
+            reader_.load_chunk(level, index, task.bytes, level == 1 ? root_ : task.parent->decoded, to.decoded);
+        !status)
+        return status;
+    const auto &[masks, points, packed_shadows, packs] = to.decoded;
+    const BrickParents parents =
+        level == 1 ? BrickParents{}
+                   : brick_parents(*task.entry, *task.parent_entry, task.parent->bricks, task.parent->decoded.masks);
+    to.bricks.resize(shape.bricks);
+    if (!index_bricks(parents, shape, level, masks, points.normals, points.radii, to.bricks)) {
+        const SectionEntry *section = reader_.section(SectionType::level_directory, static_cast<std::uint32_t>(level));
+        return wrong_split(section->offset + index * chunk_entry_bytes(reader_.parameters().attributes), nullptr,
+                           &shape);
+    }
+    to.view.masks = masks;
+    to.view.bricks = to.bricks;
+    for_columns(
+        reader_.parameters().attributes,
+        [](const StreamInfo &, std::size_t, auto &view, const auto &column) { view = column; }, to.view, points);
+    std::copy(packed_shadows.begin(), packed_shadows.end(), to.view.shadows.begin());
+    return {};
+}
+
+Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
+    auto chunk = std::make_shared<ResidentChunk>();
+    chunk->memory = std::move(task.memory);
+    if (is_mapped()) {
+        Result<ChunkView> view = reader_.view_chunk(task.place.level, task.place.index, task.bytes,
+                                                    task.parent == nullptr ? nullptr : &task.parent->view);
+        if (!view)
+            return std::move(view).error();
+        chunk->view = *view;
+    } else if (Status status = decode(task, *chunk); !status) {
+        return std::move(status).error();
+    }
+    chunk->bounds = bounds_of(chunk->view.bricks, task.place.level);
+    for (const BrickRecord &brick : chunk->view.bricks)
+        chunk->largest_radius = std::max(chunk->largest_radius, brick.largest_radius);
+    return ResidentPointer(std::move(chunk));
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
+}
+
+std::uint64_t ChunkLoader::memory_of(int level, const ChunkEntry &entry) const {
+    const ChunkShape &shape = entry.shape;
+    const std::uint64_t offsets = shape.points + shape.bricks;
+    if (is_mapped()) // the bytes of a whole file take no memory
+        return offsets + (reader_.source().is_whole() ? 0 : bytes_read_by(entry));
+    const AttributeSet &set = reader_.parameters().attributes;
+    LevelDirectory alone{.level = level, .chunks = {}, .points = shape.points, .nodes = shape.nodes};
+    std::uint64_t bytes = offsets + decoded_bytes(alone, set) + shape.bricks * kBrickRecordBytes;
+    for (const StreamInfo &stream : streams_of(set))
+        if (stream.kind == StreamKind::shadow) {
+            bytes += raw_stream_bytes(stream, set, level, shape.nodes, shape.points);
+            bytes -= level == reader_.depth() ? shape.points : 0; // Chunk::packs_shadows
+        }
+    return bytes;
+}
+
+bool ChunkLoader::has_bytes(ChunkPlace place) const {
+    const auto has = [&](FileRange range) { return reader_.source().has(range); };
+    return reader_.source().is_whole() || (has(ranges_of(place)[0]) && has(ranges_of(place)[1]));
+}
+
+void ChunkLoader::list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const {
+    for (const FileRange range : ranges_of(place))
+        if (!reader_.source().has(range))
+            wanted.push_back(range);
+}
+
+void ChunkLoader::drop_bytes(ChunkPlace place) const {
+    for (const FileRange range : ranges_of(place))
+        reader_.source().drop(range);
+}
+
+std::uint64_t ChunkLoader::bytes_read_by(const ChunkEntry &entry) const {
+    return entry.stored_bytes + (is_mapped() ? entry.shape.bricks * kBrickRecordBytes : 0);
+}
+
+} // namespace pbm

@@ -1,0 +1,66 @@
+// Loads chunks into a cache on several threads: most urgent first, each after the chunk that it nests in.
+#pragma once
+
+#include "pbm_render/detail/chunk_cache.h"
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+#include <vector>
+
+namespace pbm {
+
+class ChunkScheduler {
+  public:
+    // `mutex` guards `cache`; whoever uses the cache holds it. `threads`: 0 asks for one per processor. Background
+    // threads call `arrived` after each chunk. All references must outlive the scheduler.
+    ChunkScheduler(const ChunkLoader &loader, ChunkCache &cache, std::mutex &mutex, int threads,
+                   std::function<void()> arrived);
+    // Waits for the chunks that are being loaded.
+    ~ChunkScheduler() = default;
+
+    // Loads all of these chunks and returns when that is done. After an error of a chunk it still tries all others.
+    //
+    // errors  as ChunkLoader::load, the one with the lowest offset; memory: they do not fit
+    Status load_all(std::vector<MissingChunk> missing);
+
+    // Loads these chunks in the background, instead of those of former calls that no thread has begun to load, until
+    // all are resident or no more fit.
+    void request(std::vector<MissingChunk> missing);
+    // Whether something that was requested is still to come.
+    bool is_loading() const;
+
+    // The caller holds the mutex:
+    void add_error(Error error);
+    std::vector<Error> take_errors() { return std::exchange(errors_, {}); }
+    std::uint64_t bytes_read() const { return bytes_read_; }
+    std::uint64_t points_decoded() const { return points_decoded_; }
+
+  private:
+    void work(const std::stop_token &stop, bool until_done);
+    // The caller holds the mutex:
+    void enqueue(std::vector<MissingChunk> missing);
+    std::size_t find_next() const;
+    std::optional<ChunkTask> take_task();
+    void finish(const ChunkTask &task, Result<ResidentPointer> loaded);
+
+    const ChunkLoader &loader_;
+    ChunkCache &cache_;
+    const std::size_t thread_count_;
+    const std::function<void()> arrived_;
+
+    std::mutex &mutex_; // of all below but the threads
+    std::condition_variable_any changed_;
+    std::vector<MissingChunk> queue_;
+    std::size_t queue_start_ = 0; // the chunks before it are settled
+    int loading_ = 0;             // chunks
+    bool full_ = false;           // what is queued does not fit
+    std::vector<Error> errors_;
+    std::uint64_t bytes_read_ = 0, points_decoded_ = 0;
+
+    std::vector<std::jthread> threads_; // last: they end before all else does
+};
+
+} // namespace pbm

@@ -1,0 +1,32 @@
+// The picture that a view asks for, and what it lacks.
+#pragma once
+
+#include "pbm_format/model/octree.h"
+#include "pbm_render/camera/camera.h"
+
+#include <cstdint>
+
+namespace pbm {
+
+inline constexpr double kDefaultMaxError = 1.42; // pixels
+
+struct DetailView {
+    Camera camera;                       // usable
+    int width = 0, height = 0;           // pixels
+    double max_error = kDefaultMaxError; // pixels, > 0: largest edge on the screen of a drawn voxel that has children
+    int finest = kMaxDepth;              // the finest level that may be drawn, 1 or more
+};
+
+// Number of a chunk: index within the directory of its level.
+struct ChunkPlace {
+    int level = 1;
+    std::uint32_t index = 0;
+    bool operator==(const ChunkPlace &) const = default;
+};
+
+struct MissingChunk {
+    ChunkPlace place;
+    double error = 0; // pixels: upper bound of its voxels' edge on the screen; infinite around the eye
+};
+
+} // namespace pbm

@@ -1,0 +1,63 @@
+// A chunk in memory: one record of what drawing it and loading the chunks below it take.
+#pragma once
+
+#include "pbm_format/chunks/mapped_chunk.h"
+#include "pbm_render/bricks/chunk_offsets.h"
+
+#include <glm/vec3.hpp>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace pbm {
+
+// Part of the grid, in units of its edge.
+struct Box {
+    glm::dvec3 least{0}, most{1}; // corners
+
+    glm::dvec3 centre() const { return (least + most) / 2.0; }
+    glm::dvec3 half() const { return (most - least) / 2.0; }
+};
+
+// The voxels of a chunk's bricks; one or more.
+Box bounds_of(std::span<const BrickRecord> bricks, int level);
+
+// Bytes that count towards a total as long as the claim lives.
+class MemoryClaim {
+  public:
+    MemoryClaim() = default;
+    MemoryClaim(std::atomic<std::uint64_t> &total, std::uint64_t bytes) : total_(&total), bytes_(bytes) {
+        total += bytes;
+    }
+    MemoryClaim(MemoryClaim &&other) noexcept : total_(std::exchange(other.total_, nullptr)), bytes_(other.bytes_) {}
+    MemoryClaim &operator=(MemoryClaim &&other) noexcept {
+        std::swap(total_, other.total_);
+        std::swap(bytes_, other.bytes_);
+        return *this;
+    }
+    ~MemoryClaim() {
+        if (total_ != nullptr)
+            *total_ -= bytes_;
+    }
+
+  private:
+    std::atomic<std::uint64_t> *total_ = nullptr;
+    std::uint64_t bytes_ = 0;
+};
+
+struct ResidentChunk {
+    ChunkView view;                  // of `decoded` and `bricks`, or of the bytes of a mapped file
+    ChunkOffsets offsets;            // of its points
+    Box bounds;                      // of its bricks
+    std::uint8_t largest_radius = 0; // index, of its points
+    Chunk decoded;                   // of a packed file; its lit fractions are packed
+    std::vector<BrickRecord> bricks; // of a packed file
+    MemoryClaim memory;
+};
+using ResidentPointer = std::shared_ptr<const ResidentChunk>;
+
+} // namespace pbm

@@ -1,0 +1,202 @@
+#include "pbm_render/detail/streamed_model.h"
+
+#include "pbm_render/detail/chunk_scheduler.h"
+
+#include <algorithm>
+#include <cassert>
+#include <mutex>
+#include <new>
+#include <utility>
+
+namespace pbm {
+namespace {
+
+// Header, table and small sections: what Reader::open has read.
+std::uint64_t opening_bytes(const Reader &reader) {
+    std::uint64_t bytes = kHeaderBytes + reader.sections().size() * kSectionEntryBytes;
+    for (const SectionEntry &section : reader.sections())
+        if (section.type < SectionType::level_directory)
+            bytes += section.stored_bytes;
+    return bytes;
+}
+
+} // namespace
+
+struct StreamedModel::Parts {
+    Parts(Reader r, StreamingOptions options)
+        : reader(std::move(r)), loader(reader), cache(options.max_memory), finest(reader.depth()),
+          bytes_read(opening_bytes(reader)),
+          scheduler(loader, cache, mutex, options.threads, std::move(options.arrived)) {}
+
+    Status read_directory(int level);
+    // The caller holds the mutex:
+    DetailSelection select(const DetailView &view) const;
+    // The ranges that are not there yet of a chunk that is neither resident nor being loaded; of a level's chunks.
+    void list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const;
+    void list_wanted(int level, std::vector<FileRange> &wanted) const;
+
+    Reader reader;
+    const ChunkLoader loader;
+    std::mutex mutex; // of cache and errors
+    ChunkCache cache;
+    int finest;               // no level below it is read: its directory is damaged
+    std::uint64_t bytes_read; // for opening and directories
+    ChunkScheduler scheduler; // last: its threads use what stands above
+};
+
+StreamedModel::StreamedModel(Reader reader, StreamingOptions options)
+    : parts_(std::make_unique<Parts>(std::move(reader), std::move(options))) {}
+
+StreamedModel::~StreamedModel() = default;
+
+Status StreamedModel::Parts::read_directory(int level) {
+    assert(level == cache.known_levels() + 1); // only this thread changes it
+    const Result<const LevelDirectory *> read = reader.directory(level);
+    const std::lock_guard lock(mutex);
+    if (!read) {
+        if (read.error().code != ErrorCode::usage) // dropped by another thread meanwhile: no damage
+            finest = level - 1;
+        return read.error();
+    }
+    bytes_read += reader.section(SectionType::level_directory, static_cast<std::uint32_t>(level))->stored_bytes;
+    cache.add_level(**read);
+    return {};
+}
+
+DetailSelection StreamedModel::Parts::select(const DetailView &view) const {
+    DetailView possible = view;
+    possible.finest = std::min(view.finest, finest);
+    return select_detail(reader.parameters().grid, reader.header().root.value({StreamKind::radius}), cache.levels(),
+                         possible);
+}
+
+void StreamedModel::Parts::list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const {
+    if (!cache.is_settled(place))
+        loader.list_wanted(place, wanted);
+}
+
+void StreamedModel::Parts::list_wanted(int level, std::vector<FileRange> &wanted) const {
+    for (std::uint32_t i = 0; i < cache.levels()[static_cast<std::size_t>(level)].chunks.size(); ++i)
+        list_wanted({level, i}, wanted);
+}
+
+Result<Sphere> StreamedModel::bounds() try {
+    const int level = std::min(kBoundsLevel, parts_->reader.depth());
+    while (parts_->cache.known_levels() < level)
+        if (Status status = parts_->read_directory(parts_->cache.known_levels() + 1); !status)
+            return std::move(status).error();
+    std::vector<MissingChunk> all;
+    for (int next = 1; next <= level; ++next)
+        for (std::uint32_t i = 0; i < parts_->cache.levels()[static_cast<std::size_t>(next)].chunks.size(); ++i)
+            all.push_back({.place = {next, i}});
+    {
+        const std::lock_guard lock(parts_->mutex);
+        parts_->cache.begin_view();
+        for (const MissingChunk &chunk : all)
+            parts_->cache.use(chunk.place);
+    }
+    if (Status status = parts_->scheduler.load_all(all); !status)
+        return std::move(status).error();
+
+    const std::lock_guard lock(parts_->mutex);
+    std::vector<Bytes> masks(static_cast<std::size_t>(level) + 1);
+    for (const MissingChunk &chunk : all) {
+        const ResidentPointer &resident = parts_->cache.chunk(chunk.place);
+        if (resident == nullptr)
+            return Error{ErrorCode::bad_content, 0, "a coarse level is damaged"};
+        Bytes &of_level = masks[static_cast<std::size_t>(chunk.place.level)];
+        of_level.insert(of_level.end(), resident->view.masks.begin(), resident->view.masks.end());
+    }
+    return bounding_sphere(parts_->reader.parameters().grid, std::vector<ByteView>(masks.begin(), masks.end()), level);
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
+}
+
+std::vector<FileRange> StreamedModel::bounds_wanted() const {
+    std::vector<FileRange> wanted;
+    const std::lock_guard lock(parts_->mutex);
+    const Reader &reader = parts_->reader;
+    for (int level = 1; level <= std::min(kBoundsLevel, reader.depth()); ++level) {
+        if (level <= parts_->cache.known_levels()) {
+            parts_->list_wanted(level, wanted);
+            continue;
+        }
+        for (const SectionType type :
+             {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks})
+            if (const SectionEntry *entry = reader.section(type, static_cast<std::uint32_t>(level));
+                entry != nullptr && !reader.source().has({entry->offset, entry->stored_bytes}))
+                wanted.push_back({entry->offset, entry->stored_bytes});
+    }
+    return wanted;
+}
+
+Detail StreamedModel::choose(const DetailView &view) {
+    std::unique_lock lock(parts_->mutex);
+    DetailSelection selection = parts_->select(view);
+    const Reader &reader = parts_->reader;
+    const auto next_level = [&] { return parts_->cache.known_levels() + 1; };
+    const auto needs_directory = [&] { return selection.needs_directory && next_level() <= parts_->finest; };
+    while (needs_directory() && reader.source().has(reader.directory_range(next_level()))) {
+        lock.unlock();
+        Status status = parts_->read_directory(next_level());
+        lock.lock();
+        if (!status && status.error().code != ErrorCode::usage)
+            parts_->scheduler.add_error(std::move(status).error());
+        selection = parts_->select(view);
+    }
+    parts_->cache.begin_view();
+    Detail detail{
+        .wanted = {}, .runs = std::move(selection.runs), .missing = std::move(selection.missing), .chunks = {}};
+    if (!reader.source().is_whole()) {
+        for (const MissingChunk &chunk : detail.missing)
+            parts_->list_wanted(chunk.place, detail.wanted);
+        if (needs_directory())
+            detail.wanted.push_back(reader.directory_range(next_level()));
+    }
+    detail.chunks.reserve(selection.present.size());
+    for (const ChunkPlace place : selection.present) {
+        parts_->cache.use(place);
+        detail.chunks.push_back(parts_->cache.chunk(place));
+    }
+    return detail;
+}
+
+Result<Detail> StreamedModel::load(const DetailView &view) try {
+    // Where chunks lie is known exactly when those above them are resident: the loop loads no others. One level after
+    // the other costs next to nothing, since a chunk is decoded after the one that it nests in.
+    while (true) {
+        Detail detail = choose(view);
+        {
+            const std::lock_guard lock(parts_->mutex);
+            std::erase_if(detail.missing, [&](const MissingChunk &chunk) {
+                return !parts_->cache.has_parent(chunk.place) || !parts_->loader.has_bytes(chunk.place);
+            });
+        }
+        const bool complete = detail.missing.empty();
+        // The errors include that of a damaged directory.
+        if (Status status = parts_->scheduler.load_all(std::move(detail.missing)); !status)
+            return std::move(status).error();
+        if (complete)
+            return detail;
+    }
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
+}
+
+void StreamedModel::request(std::vector<MissingChunk> missing) { parts_->scheduler.request(std::move(missing)); }
+bool StreamedModel::is_loading() const { return parts_->scheduler.is_loading(); }
+const Reader &StreamedModel::reader() const { return parts_->reader; }
+
+std::vector<Error> StreamedModel::take_errors() {
+    const std::lock_guard lock(parts_->mutex);
+    return parts_->scheduler.take_errors();
+}
+
+StreamingStatistics StreamedModel::statistics() const {
+    const std::lock_guard lock(parts_->mutex);
+    return {.bytes_read = parts_->bytes_read + parts_->scheduler.bytes_read(),
+            .points_decoded = parts_->scheduler.points_decoded(),
+            .memory = parts_->cache.memory()};
+}
+
+} // namespace pbm

@@ -1,0 +1,203 @@
+#include "pbm_render/fast/fast_renderer.h"
+
+#include "pbm_render/bricks/drawn_runs.h"
+#include "pbm_render/camera/unit_grid.h"
+#include "pbm_render/fast/brick_splatter.h"
+#include "pbm_render/fast/strip_pixels.h"
+#include "pbm_render/shading/point_shader.h"
+#include "system/threads/parallel.h"
+#include "system/threads/thread_pool.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace pbm {
+namespace {
+
+// A megabyte fits the cache and is large enough that few bricks lie in two strips. Several threads share the work more
+// evenly in smaller strips.
+constexpr int kStripPixels = 128 * 1024, kSharedStripPixels = 80 * 1024;
+constexpr int kLeastStripRows = 16;
+
+int strip_rows(int width, int threads) {
+    return std::max(kLeastStripRows, (threads == 1 ? kStripPixels : kSharedStripPixels) / width);
+}
+
+// The streams of a run's chunk, close together since every pixel reads them.
+struct StreamPointers {
+    const std::uint16_t *normals;
+    const std::uint8_t *colours, *materials, *indices; // null: the model lacks them
+};
+
+// Memory of one thread.
+struct Workplace {
+    SurfaceOffsets offsets;
+    DepthStrip strip;
+};
+
+// The same for all strips of a frame.
+struct FrameView {
+    const RenderOptions &options;
+    const FrameGeometry &geometry;
+    const PointShader &shader;
+    const SurroundingsView &surroundings;
+    Framebuffer &target;
+};
+
+} // namespace
+
+struct FastRenderer::Frame {
+    Frame(const ModelParameters &p, std::uint32_t chunk_points, int threads, std::shared_ptr<const Surroundings> s)
+        : parameters(p), surroundings(std::move(s)), appearance(p), runs(chunk_points), pool(resolve_threads(threads)),
+          workplaces(static_cast<std::size_t>(pool.threads())) {}
+
+    std::uint64_t draw(int top, int rows, const FrameView &view, DepthStrip &strip) const;
+    void resolve(const DepthStrip &strip, const FrameView &view) const;
+    void read_looks(const CoveredPixels &pixels, const PointShader &shader, std::span<PointLook> looks) const;
+    template <bool kSpecial>
+    void shade_row(const CoveredPixels &pixels, std::span<const PointLook> looks, int y, const PointShader &shader,
+                   std::uint32_t *colours) const;
+
+    const ModelParameters &parameters;
+    const std::shared_ptr<const Surroundings> surroundings;
+    Appearance appearance;
+    DrawnRuns runs;
+    ThreadPool pool;
+
+    std::vector<StreamPointers> streams; // [runs]
+    std::vector<Workplace> workplaces;   // [thread]
+};
+
+FastRenderer::FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
+                           std::shared_ptr<const Surroundings> surroundings)
+    : frame_(std::make_unique<Frame>(parameters, chunk_points, threads, std::move(surroundings))) {}
+
+FastRenderer::~FastRenderer() = default;
+
+void FastRenderer::set_appearance(Appearance appearance) {
+    assert(appearance.materials.size() == frame_->parameters.materials.size());
+    frame_->appearance = std::move(appearance);
+}
+
+RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Camera &camera,
+                                      const RenderOptions &options, Framebuffer &target) {
+    Frame &frame = *frame_;
+    const Projection projection(in_unit_grid(camera, frame.parameters.grid), target.width, target.height);
+    const FrameGeometry geometry(projection, target.width, target.height);
+    frame.runs.set(runs);
+    frame.runs.begin_view(geometry);
+    const std::optional<StreamInfo> indices = palette_stream(frame.parameters.attributes);
+    frame.streams.clear();
+    for (std::size_t i = 0; i < frame.runs.size(); ++i) {
+        const ChunkView &chunk = *frame.runs[i].chunk;
+        frame.streams.push_back({chunk.normals.data(), chunk.colours.data(), chunk.materials.data(),
+                                 indices ? chunk.values(*indices).data() : nullptr});
+    }
+    const SurroundingsView surroundings(frame.surroundings.get(), frame.appearance, projection, options);
+    std::optional<PointShader> shader;
+    frame.pool.run(frame.runs.size() + 1, [&](std::size_t item, std::size_t thread) {
+        if (item == 0) // first, since it takes longest
+            shader.emplace(frame.parameters, frame.appearance, projection, surroundings, options);
+        else
+            frame.runs.cull(item - 1, geometry, frame.workplaces[thread].offsets);
+    });
+
+    const int rows = strip_rows(target.width, frame.pool.threads());
+    const auto count = static_cast<std::size_t>((target.height + rows - 1) / rows);
+    std::vector<std::uint64_t> drawn(count);
+    const FrameView view{options, geometry, *shader, surroundings, target};
+    frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
+        drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, view, frame.workplaces[thread].strip);
+    });
+    RenderStatistics statistics = frame.runs.statistics();
+    for (const std::uint64_t points : drawn)
+        statistics.drawn_points += points;
+    return statistics;
+}
+
+// Draws the strip of `rows` rows from row `top` on. Returns the points drawn.
+std::uint64_t FastRenderer::Frame::draw(int top, int rows, const FrameView &view, DepthStrip &strip) const {
+    strip.begin(view.target.width, top, std::min(top + rows, view.target.height));
+    std::uint64_t drawn = 0;
+    runs.for_each_in_rows(strip.top, strip.bottom,
+                          [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
+                              drawn += draw_bricks(view.geometry, run, seen, first_id, strip);
+                          });
+    resolve(strip, view);
+    return drawn;
+}
+
+// Writes colours and depths of a strip's pixels to the target.
+void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view) const {
+    Framebuffer &target = view.target;
+    const std::uint32_t background = pack_rgba(view.options.background);
+    const auto edge = static_cast<float>(parameters.grid.edge());
+    const auto width = static_cast<std::size_t>(target.width);
+    CoveredPixels covered(target.width);
+    std::vector<PointLook> looks(width);
+    const bool is_plain = view.surroundings.is_plain();
+    const PointShader &shader = view.shader;
+    SurroundingsRow behind;
+    std::vector<float> row_depths(is_plain || !target.depth.empty() ? 0 : width);
+    for (int y = strip.top; y < strip.bottom; ++y) {
+        const std::size_t row = static_cast<std::size_t>(y) * width;
+        std::uint32_t *const colours = target.colour.data() + row;
+        float *const depths = !target.depth.empty() ? target.depth.data() + row
+                              : is_plain            ? nullptr
+                                                    : row_depths.data();
+        const PixelRow to{colours, depths, width, edge};
+        read_row(strip, y, background, to, covered);
+        // Two loops, so that the cache misses of many points overlap in the first one.
+        read_looks(covered, shader, looks);
+        if (shader.is_special())
+            shade_row<true>(covered, looks, y, shader, colours);
+        else
+            shade_row<false>(covered, looks, y, shader, colours);
+        if (!is_plain)
+            view.surroundings.draw_row(y, to, behind);
+    }
+}
+
+template <bool kSpecial>
+void FastRenderer::Frame::shade_row(const CoveredPixels &pixels, std::span<const PointLook> looks, int y,
+                                    const PointShader &shader, std::uint32_t *colours) const {
+    const PointIds ids = runs.ids();
+    for (std::size_t i = 0; i < pixels.count; ++i) {
+        const auto x = static_cast<std::size_t>(pixels.x[i]);
+        const glm::vec2 pixel(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
+        colours[x] = shader.shade<kSpecial>(looks[i], pixel, pixels.depth[i], [&](std::size_t light) {
+            const auto id = static_cast<std::uint32_t>(pixels.id[i]);
+            const PointRun &run = runs[ids.run(id)];
+            return lit_fraction(run, ids.point(id), light,
+                                parameters.attributes.shadow_bits[light][static_cast<std::size_t>(run.level)]);
+        });
+    }
+}
+
+void FastRenderer::Frame::read_looks(const CoveredPixels &pixels, const PointShader &shader,
+                                     std::span<PointLook> looks) const {
+    const PointIds ids = runs.ids();
+    const bool from_texture = shader.colour_source() == ColourSource::texture;
+    const ColourFormat format = shader.point_colours();
+    const std::size_t colour_bytes = static_cast<std::size_t>(parameters.attributes.colour_bytes());
+    const auto last_material = static_cast<std::uint16_t>(parameters.materials.size() - 1);
+    for (std::size_t i = 0; i < pixels.count; ++i) {
+        constexpr std::size_t kAhead = 16;
+        const auto soon = static_cast<std::uint32_t>(pixels.id[std::min(i + kAhead, pixels.count - 1)]);
+        const StreamPointers &next = streams[ids.run(soon)];
+        __builtin_prefetch(next.normals + ids.point(soon));
+        __builtin_prefetch(next.colours + ids.point(soon) * colour_bytes);
+
+        const auto id = static_cast<std::uint32_t>(pixels.id[i]);
+        const StreamPointers &from = streams[ids.run(id)];
+        const std::size_t point = ids.point(id);
+        const std::uint32_t packed =
+            from_texture ? shader.palette()[from.indices[point]] : pack_rgb(point_colour(from.colours, point, format));
+        looks[i] = {.colour = packed,
+                    .normal = from.normals[point],
+                    .material = from.materials != nullptr ? std::uint16_t{from.materials[point]} : std::uint16_t{0}};
+        looks[i].material = std::min(looks[i].material, last_material); // the bytes of a mapped file may have changed
+    }
+}
+
+} // namespace pbm

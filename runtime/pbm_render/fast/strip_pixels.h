@@ -1,0 +1,26 @@
+// Reads a finished strip: writes depths and finds the pixels that show a point. SIMD (Highway).
+#pragma once
+
+#include "pbm_render/picture/framebuffer.h"
+#include "pbm_render/splats/depth_strip.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace pbm {
+
+// Pixels of one row that show a point, from left to right.
+struct CoveredPixels {
+    explicit CoveredPixels(int width);
+
+    std::size_t count = 0; // of entries; the arrays have room behind for whole SIMD vectors
+    std::vector<std::int32_t> x;
+    std::vector<std::int32_t> id; // of the point
+    std::vector<float> depth;     // grid edges
+};
+
+// Reads row `y` of the strip: fills the colours of `to` with `background`, writes its depths if it has some (+infinity
+// stays +infinity), and lists the pixels that show a point.
+void read_row(const DepthStrip &strip, int y, std::uint32_t background, const PixelRow &to, CoveredPixels &covered);
+
+} // namespace pbm

@@ -1,0 +1,342 @@
+#include "pbm_render/fine/fine_renderer.h"
+
+#include "pbm_render/appearance/shade_table.h"
+#include "pbm_render/bricks/drawn_runs.h"
+#include "pbm_render/camera/unit_grid.h"
+#include "pbm_render/fine/splat_blender.h"
+#include "pbm_render/fine/surface_points.h"
+#include "pbm_render/fine/surface_shader.h"
+#include "pbm_render/surroundings/surroundings.h"
+#include "pbm_surface/surface_offsets.h"
+#include "system/threads/parallel.h"
+#include "system/threads/thread_pool.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace pbm {
+namespace {
+
+// Pixels of a strip: their sums and depths stay in the cache.
+constexpr int kStripPixels = 32 * 1024;
+constexpr int kLeastStripRows = 16;
+
+// Offset of sample `i` from the pixel's centre. The R2 sequence spreads any number of samples evenly; the first one is
+// the centre. Based on: Roberts. The Unreasonable Effectiveness of Quasirandom Sequences. 2018
+glm::dvec2 sample_offset(int i) {
+    constexpr double kPlastic = 1.32471795724474602596;
+    const auto fraction = [&](double step) { return std::fmod(0.5 + i * step, 1.0) - 0.5; };
+    return {fraction(1 / kPlastic), fraction(1 / (kPlastic * kPlastic))};
+}
+
+// Memory of one thread.
+struct Workplace {
+    explicit Workplace(int width) : row(width) {}
+
+    SurfaceOffsets offsets;
+    DepthStrip visible;
+    SurfaceBuffer surface;
+    SurfaceRow row;
+    SurroundingsRow around;
+};
+
+// The same for all strips of a sample.
+struct Sample {
+    glm::dvec2 offset;
+    const FrameGeometry &geometry;
+};
+
+// The same for all samples of a picture.
+struct Picture {
+    Picture(const ModelParameters &parameters, const Appearance &look, const Surroundings *surroundings,
+            const Camera &camera, const RenderOptions &asked, const Framebuffer &target)
+        : width(target.width), height(target.height), with_depths(!target.depth.empty()), options(asked),
+          appearance(look), projection(in_unit_grid(camera, parameters.grid), target.width, target.height),
+          points(parameters, appearance, options), around(surroundings, appearance, projection, options),
+          lights(see_lights(appearance.lights, parameters.grid.edge(), projection)) {}
+
+    const int width, height;
+    const bool with_depths;
+    const RenderOptions options;
+    const Appearance appearance;
+    const Projection projection;
+    const SurfacePoints points;
+    const SurroundingsView around;
+    const std::vector<EyeLight> lights;
+    int samples = 0;
+    RenderStatistics statistics{};
+};
+
+} // namespace
+
+struct FineRenderer::Frame {
+    Frame(const ModelParameters &p, std::uint32_t chunk_points, int threads, std::shared_ptr<const Surroundings> around)
+        : parameters(p), surroundings(std::move(around)), appearance(p), runs(chunk_points),
+          pool(resolve_threads(threads)) {}
+
+    std::uint64_t draw(int top, int rows, const Sample &sample, Workplace &at);
+    void collect_row(int y, const Sample &sample, Workplace &at) const;
+    void read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel, SurfacePoint &to) const;
+    void mirror(const Sample &sample, float screen_y, SurfaceRow &row) const;
+    void add_row(int y, const Sample &sample, Workplace &at);
+    void resolve_row(int y, const ColourTable &colours, Framebuffer &target) const;
+
+    const ModelParameters &parameters;
+    const std::shared_ptr<const Surroundings> surroundings;
+    Appearance appearance;
+    DrawnRuns runs;
+    ThreadPool pool;
+
+    std::optional<Picture> picture;
+    std::vector<Workplace> workplaces; // [thread]
+    // [height][width]: sums over the samples of light times alpha, and of alpha. A background of one colour is added
+    // when the picture is resolved.
+    PixelArray<Float4> sum_of_light;
+    PixelArray<float> first_depth; // the same, of the first sample, grid edges
+};
+
+FineRenderer::FineRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
+                           std::shared_ptr<const Surroundings> surroundings)
+    : frame_(std::make_unique<Frame>(parameters, chunk_points, threads, std::move(surroundings))) {}
+
+FineRenderer::~FineRenderer() = default;
+
+void FineRenderer::set_appearance(Appearance appearance) { frame_->appearance = std::move(appearance); }
+
+RenderStatistics FineRenderer::render(std::span<const PointRun> runs, const Camera &camera,
+                                      const RenderOptions &options, Framebuffer &target, int samples) {
+    begin(runs, camera, options, target);
+    RenderStatistics statistics;
+    for (int i = 0; i < std::max(samples, 1); ++i)
+        statistics = add_sample();
+    resolve(target);
+    return statistics;
+}
+
+void FineRenderer::begin(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
+                         const Framebuffer &target) {
+    Frame &frame = *frame_;
+    assert(std::all_of(runs.begin(), runs.end(), [](const PointRun &run) { return run.offsets != nullptr; }));
+    frame.runs.set(runs);
+    frame.picture.emplace(frame.parameters, frame.appearance, frame.surroundings.get(), camera, options, target);
+    frame.workplaces.assign(static_cast<std::size_t>(frame.pool.threads()), Workplace(target.width));
+    frame.sum_of_light.resize(target.pixels());
+    frame.first_depth.resize(frame.picture->with_depths ? target.pixels() : 0);
+    frame.picture->statistics = frame.runs.statistics();
+}
+
+RenderStatistics FineRenderer::add_sample() {
+    Frame &frame = *frame_;
+    Picture &picture = *frame.picture;
+    const glm::dvec2 offset = sample_offset(picture.samples);
+    Projection projection = picture.projection;
+    projection.middle -= offset;
+    const FrameGeometry geometry(projection, picture.width, picture.height);
+    const Sample sample{offset, geometry};
+    frame.runs.begin_view(geometry);
+    frame.pool.run(frame.runs.size(), [&](std::size_t run, std::size_t thread) {
+        frame.runs.cull(run, geometry, frame.workplaces[thread].offsets,
+                        [&](const RunGeometry &of, std::span<SeenBrick> seen) { widen_bricks(geometry, of, seen); });
+    });
+
+    const int rows = std::max(kLeastStripRows, kStripPixels / picture.width);
+    const auto count = static_cast<std::size_t>((picture.height + rows - 1) / rows);
+    std::vector<std::uint64_t> drawn(count);
+    frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
+        drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, sample, frame.workplaces[thread]);
+    });
+    picture.statistics.drawn_points = 0;
+    for (const std::uint64_t points : drawn)
+        picture.statistics.drawn_points += points;
+    ++picture.samples;
+    return picture.statistics;
+}
+
+int FineRenderer::samples() const { return frame_->picture ? frame_->picture->samples : 0; }
+
+void FineRenderer::resolve(Framebuffer &target) {
+    const ColourTable colours;
+    frame_->pool.run(static_cast<std::size_t>(target.height),
+                     [&](std::size_t y, std::size_t) { frame_->resolve_row(static_cast<int>(y), colours, target); });
+}
+
+// Adds a sample to the strip of `rows` rows from row `top` on. Returns the points drawn.
+std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample, Workplace &at) {
+    at.visible.begin(picture->width, top, std::min(top + rows, picture->height));
+    std::uint64_t drawn = 0;
+    const int bottom = at.visible.bottom;
+    runs.for_each_in_rows(top, bottom,
+                          [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
+                              drawn += draw_visible(sample.geometry, run, seen, first_id, at.visible);
+                          });
+    at.surface.begin(at.visible, picture->points.groups());
+    runs.for_each_in_rows(top, bottom, [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t) {
+        blend_bricks({sample.geometry, run, at.visible}, seen, picture->points, at.surface);
+    });
+    const EyeRays rays{sample.geometry.middle_x, sample.geometry.middle_y, sample.geometry.inverse_focal};
+    for (int y = at.visible.top; y < at.visible.bottom; ++y) {
+        collect_row(y, sample, at);
+        const float screen_y = static_cast<float>(y) + 0.5F;
+        shade_row(rays, picture->lights, picture->points.shadowed(), screen_y, at.row);
+        if (picture->around.has_reflections())
+            mirror(sample, screen_y, at.row);
+        add_row(y, sample, at);
+    }
+    return drawn;
+}
+
+// Reads the visible point of a pixel, for a pixel that has no usable sums.
+void FineRenderer::Frame::read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel,
+                                             SurfacePoint &to) const {
+    const PointRun &run = runs[runs.ids().run(id)];
+    const std::size_t i = runs.ids().point(id);
+    const std::uint16_t stored = run.chunk->normals[i];
+    const FrameGeometry &geometry = sample.geometry;
+    const EyeNormal &n = geometry.normals[stored & kNormalIndexMask];
+    const float facing = n.x * (pixel.x - geometry.middle_x) * geometry.inverse_focal +
+                         n.y * (pixel.y - geometry.middle_y) * geometry.inverse_focal + n.z;
+    const float sign = (stored & kTwoSidedBit) != 0 && facing > 0 ? -1.0F : 1.0F;
+    to.channels[channel::kNormal] = sign * n.x;
+    to.channels[channel::kNormal + 1] = sign * n.y;
+    to.channels[channel::kNormal + 2] = sign * n.z;
+    to.channels[channel::kWeight] = 1;
+    picture->points.read(run, i, to);
+}
+
+// Collects the blended surface of a row's pixels for shading.
+void FineRenderer::Frame::collect_row(int y, const Sample &sample, Workplace &at) const {
+    SurfaceRow &row = at.row;
+    const SurfaceBuffer &surface = at.surface;
+    const SurfacePoints &points = picture->points;
+    const Material &material = picture->appearance.materials[0];
+    const std::array<float, 4> same_phong{material.ka, material.kd, material.ks, material.power};
+    const float *const depths = surface.depth.data() + surface.offset(0, y);
+    row.count = 0;
+    SurfacePoint alone;
+    for (int x = 0; x < surface.width; ++x) {
+        const float depth = depths[x];
+        if (depth == std::numeric_limits<float>::infinity())
+            continue;
+        const std::size_t to = row.count++;
+        const float screen_x = static_cast<float>(x) + 0.5F;
+        const float *sums = surface.sums_of(surface.offset(x, y))->channels.data();
+        // Sums with less weight, or with normals that cancel each other, are not usable.
+        constexpr float kLeastWeight = 1e-3F, kLeastNormal2 = 1e-2F;
+        const auto length2 = [&] { return sums[0] * sums[0] + sums[1] * sums[1] + sums[2] * sums[2]; };
+        if (const float weight = sums[channel::kWeight];
+            weight < kLeastWeight || length2() < kLeastNormal2 * weight * weight) {
+            read_visible_point(at.visible.id(x, y), sample, {screen_x, static_cast<float>(y) + 0.5F}, alone);
+            sums = alone.channels.data();
+        }
+        const float inverse = 1 / sums[channel::kWeight], inverse_length = 1 / std::sqrt(length2());
+        row.x[to] = x;
+        row.screen_x[to] = screen_x;
+        row.depth[to] = depth;
+        for (std::size_t k = 0; k < 3; ++k) {
+            row.normal[k][to] = sums[channel::kNormal + k] * inverse_length;
+            row.colour[k][to] = sums[channel::kColour + k] * inverse;
+        }
+        row.environment[to] = sums[channel::kEnvironment] * inverse;
+        for (std::size_t k = 0; k < 4; ++k)
+            row.phong[k][to] = points.has_phong() ? sums[channel::kPhong + k] * inverse : same_phong[k];
+        for (std::size_t light = 0; light < points.shadowed(); ++light)
+            row.lit[light][to] = std::clamp(sums[channel::kLit + light] * inverse, 0.0F, 1.0F);
+    }
+}
+
+// Blends the panorama's light along the mirrored ray into a row.
+void FineRenderer::Frame::mirror(const Sample &sample, float screen_y, SurfaceRow &row) const {
+    const EyeAxes &axes = picture->projection.axes;
+    const auto right = glm::vec3(axes.right), down = glm::vec3(-axes.up), forward = glm::vec3(axes.forward);
+    const FrameGeometry &geometry = sample.geometry;
+    const auto normal = [&](std::size_t i) { return glm::vec3(row.normal[0][i], row.normal[1][i], row.normal[2][i]); };
+    for (std::size_t i = 0; i < row.count; ++i) {
+        const float factor = row.environment[i];
+        if (factor <= 0)
+            continue;
+        const glm::vec3 n = normal(i);
+        const glm::vec3 ray = glm::normalize(glm::vec3((row.screen_x[i] - geometry.middle_x) * geometry.inverse_focal,
+                                                       (screen_y - geometry.middle_y) * geometry.inverse_focal, 1));
+        const glm::vec3 mirrored = ray - 2 * glm::dot(n, ray) * n;
+        // A mirrored ray turns twice as far as the normal does from pixel to pixel, edges between surfaces left out.
+        float turn = 1;
+        if (i > 0 && row.x[i] == row.x[i - 1] + 1)
+            turn = glm::distance(n, normal(i - 1));
+        if (i + 1 < row.count && row.x[i + 1] == row.x[i] + 1)
+            turn = std::min(turn, glm::distance(n, normal(i + 1)));
+        const glm::vec3 direction = right * mirrored.x + down * mirrored.y + forward * mirrored.z;
+        const Float4 seen = picture->around.reflection(direction, 2 * turn + geometry.inverse_focal);
+        for (std::size_t k = 0; k < 3; ++k) {
+            float &colour = row.colour[k][i];
+            colour += factor * (seen[static_cast<int>(k)] - colour);
+        }
+    }
+}
+
+// Adds a row of a sample to the picture.
+void FineRenderer::Frame::add_row(int y, const Sample &sample, Workplace &at) {
+    const SurfaceRow &row = at.row;
+    const auto width = static_cast<std::size_t>(picture->width);
+    const std::size_t start = static_cast<std::size_t>(y) * width;
+    Float4 *const to = sum_of_light.data() + start;
+    const bool is_first = picture->samples == 0;
+    if (is_first)
+        std::fill_n(to, width, Float4{});
+    const float *const depths = at.surface.depth.data() + at.surface.offset(0, y);
+    const auto opaque = [&](std::size_t i) { return Float4{row.colour[0][i], row.colour[1][i], row.colour[2][i], 1}; };
+    if (picture->around.is_plain()) {
+        for (std::size_t i = 0; i < row.count; ++i)
+            to[row.x[i]] += opaque(i);
+        if (is_first && picture->with_depths)
+            std::copy_n(depths, width, first_depth.data() + start);
+        return;
+    }
+    SurroundingsRow &around = at.around;
+    picture->around.look(glm::dvec2(0.5, y + 0.5) + sample.offset, width, depths, around);
+    std::size_t i = 0;
+    for (std::size_t x = 0; x < width; ++x) {
+        const bool is_object = i < row.count && static_cast<std::size_t>(row.x[i]) == x;
+        if (is_object && around.coverage[x] <= 0)
+            to[x] += opaque(i);
+        else
+            to[x] += Float4{around.red[x], around.green[x], around.blue[x], 1} * around.alpha[x];
+        i += is_object;
+    }
+    if (is_first && picture->with_depths)
+        for (std::size_t x = 0; x < width; ++x)
+            first_depth[start + x] = around.coverage[x] >= 0.5F ? around.depth[x] : depths[x];
+}
+
+void FineRenderer::Frame::resolve_row(int y, const ColourTable &colours, Framebuffer &target) const {
+    const auto width = static_cast<std::size_t>(picture->width);
+    const std::size_t start = static_cast<std::size_t>(y) * width;
+    const std::uint32_t background = pack_rgba(picture->options.background);
+    const auto samples = static_cast<float>(picture->samples);
+    const float background_alpha =
+        picture->around.is_plain() ? static_cast<float>(picture->options.background[3]) / 255 : 0;
+    const Float4 behind = (colours.linear(background & 0xFFFFFF) + Float4{0, 0, 0, 1}) * background_alpha;
+    for (std::size_t i = start; i < start + width; ++i) {
+        const Float4 sum = sum_of_light[i];
+        if (sum[3] <= 0) {
+            target.colour[i] = background;
+            continue;
+        }
+        const float missing = picture->around.is_plain() ? samples - sum[3] : 0;
+        const Float4 all = sum + behind * missing;
+        const std::uint32_t rgb = colours.pack_srgb(all / all[3]) & 0xFFFFFF;
+        const auto alpha = static_cast<std::uint32_t>(std::min(all[3] / samples, 1.0F) * 255 + 0.5F);
+        target.colour[i] = rgb | alpha << 24;
+    }
+    if (target.depth.empty() || !picture->with_depths)
+        return;
+    const auto edge = static_cast<float>(parameters.grid.edge());
+    std::transform(first_depth.begin() + static_cast<std::ptrdiff_t>(start),
+                   first_depth.begin() + static_cast<std::ptrdiff_t>(start + width),
+                   target.depth.begin() + static_cast<std::ptrdiff_t>(start), [&](float z) { return z * edge; });
+}
+
+} // namespace pbm

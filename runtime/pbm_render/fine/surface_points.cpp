@@ -1,0 +1,29 @@
+#include "pbm_render/fine/surface_points.h"
+
+namespace pbm {
+
+SurfacePoints::SurfacePoints(const ModelParameters &parameters, const Appearance &appearance,
+                             const RenderOptions &options)
+    : colour_(options.point_colours ? parameters.attributes.colour : ColourFormat::none),
+      indices_(options.texture && palette_stream(parameters.attributes)
+                   ? PointView::column(palette_stream(parameters.attributes)->kind)
+                   : nullptr),
+      has_phong_(appearance.materials.size() > 1),
+      shadowed_(options.shadows
+                    ? std::min(static_cast<std::size_t>(parameters.attributes.lights), appearance.lights.size())
+                    : 0),
+      last_material_(appearance.materials.size() - 1), shadow_bits_(parameters.attributes.shadow_bits) {
+    for (std::size_t i = 0; i < linear_.size(); ++i)
+        linear_[i] = static_cast<float>(linear_table()[i]) / 65535.0F;
+    const auto linear = [&](Rgb8 c) { return Float4{linear_[c[0]], linear_[c[1]], linear_[c[2]], 0}; };
+    for (std::size_t i = 0; i < palette_.size(); ++i)
+        palette_[i] = linear(appearance.palette[i]);
+    for (std::size_t i = 0; i < appearance.materials.size(); ++i) {
+        const Material &m = appearance.materials[i];
+        material_colours_[i] = linear(m.colour);
+        phong_[i] = Float4{m.ka, m.kd, m.ks, m.power};
+        environment_[i] = options.reflections ? m.environment : 0;
+    }
+}
+
+} // namespace pbm

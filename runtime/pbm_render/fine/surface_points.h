@@ -1,0 +1,72 @@
+// What the points of a model look like, as numbers that can be blended.
+#pragma once
+
+#include "pbm_render/appearance/appearance.h"
+#include "pbm_render/bricks/point_run.h"
+#include "pbm_render/fine/surface_buffer.h"
+#include "pbm_render/picture/render_options.h"
+
+#include <array>
+
+namespace pbm {
+
+// Flags of hard shadows, 0 and 1, are drawn so far apart about a half, and cut to 0..1 once they are blended: the edge
+// stays where it is and becomes as sharp as the flags can tell.
+// Based on: Green. Improved Alpha-Tested Magnification for Vector Textures and Special Effects. 2007
+inline constexpr float kFlagContrast = 2;
+
+class SurfacePoints {
+  public:
+    // `parameters` must outlive it.
+    SurfacePoints(const ModelParameters &parameters, const Appearance &appearance, const RenderOptions &options);
+
+    std::size_t groups() const { return 1 + (has_phong_ || shadowed_ > 0) + (shadowed_ > 4); }
+    // Whether points differ in ka, kd, ks and power.
+    bool has_phong() const { return has_phong_; }
+    // Lights that have a shadow stream which is wanted.
+    std::size_t shadowed() const { return shadowed_; }
+
+    // Everything of point `i` of the run's chunk but normal and weight, in as many groups as there are; lit fractions
+    // to be cut to 0..1. In bounds whatever the bytes of a mapped chunk became.
+    void read(const PointRun &run, std::size_t i, SurfacePoint &to) const {
+        float *const channels = to.channels.data();
+        const std::size_t material =
+            run.chunk->materials.empty() ? 0 : std::min<std::size_t>(run.chunk->materials[i], last_material_);
+        const Float4 colour = colour_of(run, i, material);
+        channels[channel::kColour] = colour[0];
+        channels[channel::kColour + 1] = colour[1];
+        channels[channel::kColour + 2] = colour[2];
+        channels[channel::kEnvironment] = environment_[material];
+        if (has_phong_)
+            for (std::size_t k = 0; k < 4; ++k)
+                channels[channel::kPhong + k] = phong_[material][static_cast<int>(k)];
+        for (std::size_t light = 0; light < shadowed_; ++light) {
+            const unsigned bits = shadow_bits_[light][static_cast<std::size_t>(run.level)];
+            const float lit = lit_fraction(run, i, light, bits);
+            channels[channel::kLit + light] = bits == 1 ? (lit - 0.5F) * kFlagContrast + 0.5F : lit;
+        }
+    }
+
+  private:
+    Float4 colour_of(const PointRun &run, std::size_t i, std::size_t material) const {
+        if (indices_ != nullptr)
+            return palette_[(run.chunk->*indices_)[i]];
+        if (colour_ == ColourFormat::none)
+            return material_colours_[material];
+        const Rgb8 c = point_colour(run.chunk->colours, i, colour_);
+        return Float4{linear_[c[0]], linear_[c[1]], linear_[c[2]], 0};
+    }
+
+    ColourFormat colour_;
+    ByteView PointView::*indices_; // of the palette; null where colours come from elsewhere
+    bool has_phong_;
+    std::size_t shadowed_, last_material_;
+    const std::array<std::array<std::uint8_t, kMaxDepth + 1>, kMaxLights> &shadow_bits_;
+    std::array<float, 256> linear_;                        // of sRGB bytes
+    std::array<Float4, 256> palette_{};                    // linear
+    std::array<Float4, kMaxMaterials> material_colours_{}; // linear
+    std::array<Float4, kMaxMaterials> phong_{};            // ka, kd, ks, power
+    std::array<float, kMaxMaterials> environment_{};
+};
+
+} // namespace pbm

@@ -1,0 +1,361 @@
+#include "pbm_render/reference/reference_renderer.h"
+
+#include "pbm_render/camera/normal_table.h"
+#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/unit_grid.h"
+#include "pbm_render/shading/point_shader.h"
+#include "pbm_render/splats/splat.h"
+#include "pbm_render/splats/splat_kernels.h"
+#include "pbm_surface/surface_offsets.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+namespace pbm {
+namespace {
+
+// Splat radius that the builder gives points where the scan is dense, voxel edges.
+constexpr double kDenseRadius = 0.87;
+constexpr std::size_t kNoRadius = 256; // no index
+// Factor on the splat radius: the dissertation's discs reach the neighbours beyond all corners of the voxel.
+constexpr float kNeighbourReach = 2;
+
+// Kernels for the depths in front of the eye between which the whole grid lies.
+SplatKernels make_kernels(const Grid &grid, const Projection &projection, int width, int height) {
+    const double middle = projection.point(glm::dvec3(grid.edge() / 2)).z, half = grid.edge() * std::sqrt(0.75);
+    const double rear = std::max(middle + half, grid.edge());
+    return {projection, width, height, std::clamp(middle - half, 0.001 * rear, 0.999 * rear), rear};
+}
+
+// One walk over the octree: what is the same for a whole frame, and the cursors.
+class Walk {
+  public:
+    // `own.level` is a level of the model.
+    Walk(const Model &model, const Projection &projection, const ReferenceOptions &own,
+         std::span<const std::int8_t> offsets, Framebuffer &target);
+
+    void draw_root() { draw_odd_point(0, table_.centre); }
+    // Draws octant grid number `octant` among those that hold points; `place` is its child number.
+    void draw_octant(std::size_t octant, unsigned place, const std::vector<std::vector<std::uint64_t>> &starts);
+
+    std::uint64_t drawn_points = 0;
+
+  private:
+    void lay_splats(const glm::dvec3 &centre, double half_edge);
+    void draw_node(int level, const glm::vec4 &centre);
+    void draw_points(unsigned mask, const glm::vec4 &centre);
+    void draw_point(std::size_t index, Facing facing, const glm::vec4 &centre);
+    void draw_odd_point(std::size_t index, const glm::vec4 &centre);
+    void draw_placed(std::size_t normal, const ScreenPoint &point, float facing);
+    void draw(const SplatShape &shape, const ScreenPoint &point);
+
+    const Projection &projection_;
+    const Grid grid_; // unit_grid
+    const int level_;
+    const std::uint16_t *const point_normals_; // attributes of the points drawn
+    const std::uint8_t *const point_radii_;
+    const std::span<const std::int8_t> offsets_; // the same; empty without
+    Framebuffer &target_;
+
+    TransformTable table_;
+    std::vector<ScreenNormal> normals_;
+    const std::array<float, 256> &radii_; // grid edges
+    std::array<float, 256> pixel_splats_; // 1 / depth below which a splat of that radius is one pixel
+    float voxel_;                         // edge at this level
+    std::optional<SplatKernels> kernels_; // for Splats::kernels
+
+    // Of the octant grid being drawn:
+    std::vector<Facing> facing_;           // mark_facing
+    std::vector<SplatShape> shapes_;       // [kNormalCount], for points of radius table_radius_
+    std::size_t table_radius_ = kNoRadius; // index
+
+    std::array<const std::uint8_t *, kMaxDepth + 1> masks_{}; // [level of the children]
+    std::array<std::size_t, kMaxDepth + 1> cursor_{};         // next node of each level
+};
+
+Walk::Walk(const Model &model, const Projection &projection, const ReferenceOptions &own,
+           std::span<const std::int8_t> offsets, Framebuffer &target)
+    : projection_(projection), grid_(unit_grid(model.parameters.grid)), level_(own.level),
+      point_normals_(model.levels[static_cast<std::size_t>(own.level)].points.normals.data()),
+      point_radii_(model.levels[static_cast<std::size_t>(own.level)].points.radii.data()), offsets_(offsets),
+      target_(target), table_(grid_, projection), normals_(transform_normals(projection)), radii_(radius_table()),
+      voxel_(static_cast<float>(grid_.voxel_size_at(own.level))), facing_(2 * kNormalCount, Facing::some),
+      shapes_(kNormalCount) {
+    for (std::size_t i = 0; i < radii_.size(); ++i)
+        pixel_splats_[i] = 0.5F / (static_cast<float>(projection.focal) * radii_[i]);
+    if (own.splats == Splats::kernels)
+        kernels_.emplace(make_kernels(grid_, projection, target.width, target.height));
+    for (std::size_t i = 1; i < model.levels.size(); ++i)
+        masks_[i] = model.levels[i].masks.data();
+}
+
+void Walk::draw_octant(std::size_t octant, unsigned place, const std::vector<std::vector<std::uint64_t>> &starts) {
+    const double half = grid_.edge() / 4;
+    const glm::dvec3 middle = glm::dvec3(grid_.origin[0], grid_.origin[1], grid_.origin[2]) + grid_.edge() / 2;
+    lay_splats(middle + glm::dvec3(place & 1 ? half : -half, place & 2 ? half : -half, place & 4 ? half : -half), half);
+    for (std::size_t level = 1; level < starts.size(); ++level)
+        cursor_[level] = static_cast<std::size_t>(starts[level][octant]);
+    const glm::vec4 centre = table_.centre + table_.child[1][place];
+    if (level_ == 1)
+        draw_odd_point(octant, centre);
+    else
+        draw_node(1, centre);
+}
+
+// Lays the splats that all points of an octant grid share: marks which normals face away, and computes the shape of
+// each normal's splats in the middle of the octant, for the radius of dense parts. For points of other radii, and where
+// the octant covers a wide angle, the walk computes the shape point by point.
+void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
+    constexpr double kNarrow = 0.3; // radians, half the angle of the octant
+    mark_facing(projection_.eye, centre, half_edge, facing_);
+    table_radius_ = kNoRadius;
+    const std::size_t radius = radius_index(kDenseRadius * voxel_ / grid_.edge());
+    const double reach = half_edge * std::sqrt(3.0);
+    const glm::dvec3 image = projection_.point(centre);
+    const bool narrow = reach <= kNarrow * glm::length(centre - projection_.eye);
+    if (kernels_ || !offsets_.empty() || !narrow ||
+        image.z - reach <= static_cast<double>(kLeastRadii * radii_[radius] + kLeastVoxels * voxel_))
+        return;
+    table_radius_ = radius;
+    const glm::vec2 pixel(image.x / image.z, image.y / image.z);
+    for (std::size_t i = 0; i < kNormalCount; ++i) {
+        if (facing_[i] == Facing::away)
+            continue;
+        const ScreenNormal &normal = normals_[i];
+        const float facing = glm::dot(normal.plane, glm::vec3(pixel, 1));
+        shapes_[i] = lay_splat(projection_, normal, pixel, facing, {radii_[table_radius_], voxel_, false});
+    }
+}
+
+// Walks depth first. One cursor per level is enough, since nodes are stored in the order of the walk. The recursion is
+// as deep as the grid: at most 16.
+void Walk::draw_node(int level, const glm::vec4 &centre) {
+    const auto below = static_cast<std::size_t>(level) + 1;
+    const auto &offset = table_.child[below];
+    unsigned mask = masks_[below][cursor_[below - 1]++];
+    if (level + 1 == level_)
+        return draw_points(mask, centre);
+    for (; mask != 0; mask &= mask - 1)
+        draw_node(level + 1, centre + offset[static_cast<std::size_t>(std::countr_zero(mask))]);
+}
+
+// Draws the children of a node of the last level but one.
+void Walk::draw_points(unsigned mask, const glm::vec4 &centre) {
+    const auto &offset = table_.child[static_cast<std::size_t>(level_)];
+    const std::uint16_t *const normals = point_normals_;
+    const Facing *const facing = facing_.data();
+    std::size_t point = cursor_[static_cast<std::size_t>(level_)];
+    for (; mask != 0; mask &= mask - 1, ++point)
+        if (const Facing way = facing[normals[point]]; way != Facing::away)
+            draw_point(point, way, centre + offset[static_cast<std::size_t>(std::countr_zero(mask))]);
+    cursor_[static_cast<std::size_t>(level_)] = point;
+}
+
+// `centre` is the voxel's centre in screen space (u, v, w). Marks the splat's visible pixels with the point's index.
+inline void Walk::draw_point(std::size_t index, Facing facing, const glm::vec4 &centre) {
+    const std::size_t normal = point_normals_[index];
+    const std::size_t radius = point_radii_[index];
+    if (radius != table_radius_ || facing == Facing::both)
+        return draw_odd_point(index, centre);
+    const float depth = centre.z;
+    const float inverse_depth = 1 / depth;
+    const glm::vec2 pixel(centre.x * inverse_depth, centre.y * inverse_depth);
+    if (facing == Facing::some) {
+        // Cosine of normal and ray at this point.
+        const glm::vec3 &plane = normals_[normal].plane;
+        if (plane.x * pixel.x + plane.y * pixel.y + plane.z > kFacingSlack)
+            return;
+    }
+    draw(shapes_[normal], {pixel, depth, inverse_depth, static_cast<std::uint32_t>(index)});
+}
+
+// Draws a point that has no shape in the table.
+void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
+    const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0;
+    const float radius = radii_[point_radii_[index]];
+    const float depth = centre.z;
+    if (depth <= kLeastRadii * radius + kLeastVoxels * voxel_) // behind the eye, or around it
+        return;
+    const glm::vec2 pixel(centre.x / depth, centre.y / depth);
+    std::size_t normal = point_normals_[index] & kNormalIndexMask;
+    float facing = glm::dot(normals_[normal].plane, glm::vec3(pixel, 1));
+    if (two_sided && facing > 0) {
+        normal ^= kOppositeNormal;
+        facing = -facing;
+    }
+    if (facing > kFacingSlack)
+        return;
+    const ScreenPoint point{pixel, depth, 1 / depth, static_cast<std::uint32_t>(index)};
+    if (!kernels_ && !offsets_.empty())
+        return draw_placed(normal, point, facing);
+    if (!kernels_)
+        return draw(lay_splat(projection_, normals_[normal], pixel, facing, {radius, voxel_, two_sided}), point);
+    ++drawn_points;
+    const float pixels = kNeighbourReach * radius * static_cast<float>(projection_.focal) / depth;
+    kernels_->draw(normal, pixel, depth, pixels, static_cast<std::uint32_t>(index), target_);
+}
+
+inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
+    ++drawn_points;
+    if (point.inverse_depth < pixel_splats_[point_radii_[point.index]])
+        draw_pixel(shape, point, target_);
+    else
+        draw_splat<false>(shape, point, target_);
+}
+
+// Draws a splat at its surface offset. Not inlined, so that splats without offsets do not pay for it.
+[[gnu::noinline]] void Walk::draw_placed(std::size_t normal, const ScreenPoint &point, float facing) {
+    ++drawn_points;
+    const std::size_t index = point.index;
+    const SplatShape shape = lay_splat(projection_, normals_[normal], point.pixel, facing,
+                                       {.radius = radii_[point_radii_[index]],
+                                        .voxel = voxel_,
+                                        .two_sided = (point_normals_[index] & kTwoSidedBit) != 0,
+                                        .offset = static_cast<float>(offsets_[index]) / kOffsetSteps});
+    if (point.inverse_depth < pixel_splats_[point_radii_[index]])
+        draw_pixel(shape, point, target_);
+    else
+        draw_splat<true>(shape, point, target_, kPlacedCone * voxel_);
+}
+
+// Turns the point indices in `target` into colours: shades visible pixels only.
+class Shading {
+  public:
+    Shading(const Model &model, const PointShader &shader, int level)
+        : set_(model.parameters.attributes), level_(level),
+          points_(model.levels[static_cast<std::size_t>(level)].points), edge_(model.parameters.grid.edge()),
+          shader_(shader),
+          indices_(shader.colour_source() == ColourSource::texture ? points_.values(*palette_stream(set_)).data()
+                                                                   : nullptr) {}
+
+    void resolve(Framebuffer &target) const;
+
+  private:
+    template <bool kSpecial> std::uint32_t shade(std::size_t index, std::size_t at, const Framebuffer &target) const;
+    std::uint32_t colour(std::size_t index) const;
+    float lit_fraction(std::size_t light, std::size_t index) const;
+
+    const AttributeSet &set_;
+    const int level_;
+    const PointAttributes &points_;
+    const double edge_; // of the grid, model units
+    const PointShader &shader_;
+    const std::uint8_t *const indices_; // of the palette; null where colours come from elsewhere
+};
+
+// Whether four pixels are all empty.
+bool are_empty(const float *depths) {
+    Float4 four;
+    std::memcpy(&four, depths, sizeof four);
+    const Long2 drawn = reinterpret_cast<Long2>(four < std::numeric_limits<float>::infinity());
+    return (drawn[0] | drawn[1]) == 0;
+}
+
+void Shading::resolve(Framebuffer &target) const {
+    const std::size_t pixels = target.pixels();
+    float *const depths = target.depth.data();
+    const auto edge = static_cast<float>(edge_);
+    std::uint32_t *const colours = target.colour.data();
+    constexpr auto kEmpty = std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity());
+    std::uint32_t last = 0xFFFFFFFF, shaded = 0; // neighbours often show the same point
+    for (std::size_t at = 0; at < pixels; ++at) {
+        if (std::bit_cast<std::uint32_t>(depths[at]) == kEmpty) { // as an integer: one instruction
+            while (at + 4 < pixels && are_empty(depths + at + 1)) // most of the background, four pixels at once
+                at += 4;
+            continue;
+        }
+        if (shader_.is_positional() || colours[at] != last) {
+            last = colours[at];
+            shaded = shader_.is_special() ? shade<true>(last, at, target) : shade<false>(last, at, target);
+        }
+        colours[at] = shaded;
+        depths[at] *= edge; // from here on in model units
+    }
+}
+
+// The colour of point `index` in pixel `at`. Not inlined, since the scan over empty pixels needs the registers.
+template <bool kSpecial>
+[[gnu::noinline]] std::uint32_t Shading::shade(std::size_t index, std::size_t at, const Framebuffer &target) const {
+    const PointLook look{.colour = colour(index),
+                         .normal = points_.normals[index],
+                         .material = set_.material ? std::uint16_t{points_.materials[index]} : std::uint16_t{0}};
+    return shader_.shade<kSpecial>(look, target.centre(at), target.depth[at],
+                                   [&](std::size_t light) { return lit_fraction(light, index); });
+}
+
+std::uint32_t Shading::colour(std::size_t index) const {
+    if (indices_ != nullptr)
+        return shader_.palette()[indices_[index]];
+    return pack_rgb(point_colour(points_.colours, index, shader_.point_colours()));
+}
+
+float Shading::lit_fraction(std::size_t light, std::size_t index) const {
+    const int bits = set_.shadow_bits[light][static_cast<std::size_t>(level_)];
+    return static_cast<float>(points_.shadows[light][index]) / static_cast<float>((1 << bits) - 1);
+}
+
+void draw_behind(const SurroundingsView &surroundings, float edge, Framebuffer &target) {
+    SurroundingsRow scratch;
+    const auto width = static_cast<std::size_t>(target.width);
+    for (int y = 0; y < target.height && !surroundings.is_plain(); ++y) {
+        const std::size_t row = static_cast<std::size_t>(y) * width;
+        surroundings.draw_row(y, {target.colour.data() + row, target.depth.data() + row, width, edge}, scratch);
+    }
+}
+
+} // namespace
+
+ReferenceRenderer::ReferenceRenderer(const Model &model, std::shared_ptr<const Surroundings> surroundings)
+    : model_(model), surroundings_(std::move(surroundings)), appearance_(model.parameters),
+      offsets_(model.levels.size()) {
+    LevelMasks masks;
+    for (const Level &level : model.levels)
+        masks.push_back(level.masks);
+    if (masks.size() > 1)
+        octant_starts_ = subtree_starts(masks, 1);
+}
+
+void ReferenceRenderer::set_offsets(int level, std::vector<std::int8_t> offsets) {
+    const auto at = static_cast<std::size_t>(level);
+    assert(offsets.empty() || offsets.size() == model_.levels[at].points.size());
+    offsets_[at] = std::move(offsets);
+}
+
+RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOptions &options, Framebuffer &target,
+                                           const ReferenceOptions &own) const {
+    const int level = std::clamp(own.level, 0, static_cast<int>(model_.levels.size()) - 1);
+    target.clear(options.background);
+    const Camera unit_camera = in_unit_grid(camera, model_.parameters.grid);
+    const Projection projection(unit_camera, target.width, target.height);
+    Walk walk(model_, projection, {level, own.splats}, offsets_[static_cast<std::size_t>(level)], target);
+    if (level == 0) {
+        walk.draw_root();
+    } else {
+        const unsigned mask = model_.levels[1].masks[0];
+        unsigned nearest = 0; // octant on the eye's side of all three planes that split the cube
+        for (unsigned axis = 0; axis < 3; ++axis)
+            if (unit_camera.position[static_cast<int>(axis)] > 0.5)
+                nearest |= 1U << axis;
+        // Front to back: an octant can only be hidden by those that differ from it on axes where it is farther.
+        for (const unsigned flip : {0U, 1U, 2U, 4U, 3U, 5U, 6U, 7U}) {
+            const unsigned place = nearest ^ flip;
+            if ((mask >> place & 1U) != 0)
+                walk.draw_octant(static_cast<std::size_t>(std::popcount(mask & ((1U << place) - 1))), place,
+                                 octant_starts_);
+        }
+    }
+    const SurroundingsView surroundings(surroundings_.get(), appearance_, projection, options);
+    const PointShader shader(model_.parameters, appearance_, projection, surroundings, options);
+    Shading(model_, shader, level).resolve(target);
+    draw_behind(surroundings, static_cast<float>(model_.parameters.grid.edge()), target);
+    return {level, model_.levels[static_cast<std::size_t>(level)].points.size(), walk.drawn_points};
+}
+
+} // namespace pbm

@@ -1,0 +1,114 @@
+#include "pbm_render/shading/point_shader.h"
+
+#include "pbm_render/camera/normal_table.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pbm {
+namespace {
+
+// More tables of shaded normals would take longer than what they save.
+constexpr std::size_t kFewMaterials = 2;
+
+// An angle: twice that between neighbouring normals, which a mirror doubles. What is smaller would flash.
+constexpr float kMirroredAngle = 0.08F;
+// Cosines of normal and view above this are of points that face away, whatever the perspective.
+constexpr float kFarAway = 0.7F;
+
+ColourSource choose_source(const AttributeSet &set, const RenderOptions &options) {
+    if (palette_stream(set) && options.texture)
+        return ColourSource::texture;
+    if (!options.point_colours || set.colour == ColourFormat::none)
+        return ColourSource::material;
+    return set.colour == ColourFormat::rgb888 ? ColourSource::rgb888 : ColourSource::rgb565;
+}
+
+int count_shadowed(const AttributeSet &set, const Appearance &appearance, const RenderOptions &options) {
+    return options.shadows ? std::min(set.lights, static_cast<int>(appearance.lights.size())) : 0;
+}
+
+// What the panorama sends to an eye infinitely far away, by normal.
+std::vector<Float4> mirror_panorama(const SurroundingsView &surroundings, glm::vec3 forward) {
+    std::vector<Float4> mirrored(kNormalCount);
+    for (std::size_t i = 0; i < kNormalCount; ++i) {
+        const UnitVector &n = normal_table()[i];
+        const glm::vec3 normal(n[0], n[1], n[2]);
+        if (const float away = glm::dot(normal, forward); away < kFarAway)
+            mirrored[i] = surroundings.reflection(forward - 2 * away * normal, kMirroredAngle);
+    }
+    return mirrored;
+}
+
+} // namespace
+
+PointShader::PointShader(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection,
+                         const SurroundingsView &surroundings, const RenderOptions &options)
+    : parameters_(parameters), appearance_(appearance), projection_(projection),
+      source_(choose_source(parameters.attributes, options)),
+      point_colours_(source_ == ColourSource::material || source_ == ColourSource::texture
+                         ? ColourFormat::none
+                         : parameters.attributes.colour),
+      shadowed_(static_cast<std::size_t>(count_shadowed(parameters.attributes, appearance, options))),
+      normals_(splat_normals()), first_ray_(projection.ray({0, 0})),
+      ray_right_(projection.ray({1, 0}) - projection.ray({0, 0})),
+      ray_down_(projection.ray({0, 1}) - projection.ray({0, 0})),
+      table_(appearance.materials, appearance.lights, static_cast<int>(shadowed_), -projection.axes.forward) {
+    bool mirrors = false;
+    for (std::size_t i = 0; i < appearance.materials.size(); ++i) {
+        material_colours_[i] = colours_.linear(pack_rgb(appearance.materials[i].colour));
+        mirrors |= appearance.materials[i].environment > 0;
+    }
+    for (std::size_t i = 0; i < palette_.size(); ++i)
+        palette_[i] = pack_rgb(appearance.palette[i]);
+    for (const Light &light : appearance.lights)
+        positional_ |= light.kind != LightKind::directional;
+    if (mirrors && surroundings.has_reflections())
+        mirrored_ = mirror_panorama(surroundings, projection.axes.forward);
+    if (source_ != ColourSource::material || shadowed_ > 0 || positional_ ||
+        appearance.materials.size() > kFewMaterials)
+        return;
+    shaded_normals_.reserve(appearance.materials.size() * kNormalCount);
+    for (std::size_t material = 0; material < appearance.materials.size(); ++material)
+        for (std::size_t normal = 0; normal < kNormalCount; ++normal)
+            shaded_normals_.push_back(colours_.pack_srgb(
+                mirror(material_colours_[material] * table_.unshadowed(material, normal), material, normal)));
+}
+
+// The panorama over a colour that is no brighter than white, as the material asks.
+Float4 PointShader::mirror(Float4 colour, std::size_t material, std::size_t normal) const {
+    if (mirrored_.empty())
+        return colour;
+    constexpr Float4 kWhite{1, 1, 1, 1};
+    const Float4 own = colour < kWhite ? colour : kWhite;
+    return own + appearance_.materials[material].environment * (mirrored_[normal] - own);
+}
+
+// The normal of a two-sided point, turned towards the eye.
+std::size_t PointShader::side_seen(std::size_t normal, glm::vec2 pixel) const {
+    const SplatNormal &n = normals_[normal];
+    const glm::vec3 ray = first_ray_ + pixel.x * ray_right_ + pixel.y * ray_down_;
+    const bool away = n.x * ray.x + n.y * ray.y + n.z * ray.z > 0;
+    return away ? normal ^ kOppositeNormal : normal;
+}
+
+// Point and spot lights depend on the place: not in the table. Light does not weaken with distance.
+Float4 PointShader::reflect(const Light &light, std::size_t material, std::size_t normal, glm::vec2 pixel,
+                            float depth) const {
+    const glm::dvec3 from_eye = projection_.ray(pixel) * static_cast<double>(depth);
+    const glm::vec3 to_eye = glm::normalize(-from_eye);
+    const glm::dvec3 position =
+        glm::dvec3(light.position[0], light.position[1], light.position[2]) / parameters_.grid.edge();
+    const glm::vec3 to_light = glm::normalize(position - (projection_.eye + from_eye));
+    const UnitVector &n = normal_table()[normal];
+    glm::vec3 term = phong(appearance_.materials[material], light, glm::vec3(n[0], n[1], n[2]), to_light, to_eye);
+    if (light.kind == LightKind::spot) {
+        const float cosine = -glm::dot(to_light, glm::vec3(light.direction[0], light.direction[1], light.direction[2]));
+        term *= cosine > 0 ? std::pow(cosine, light.exponent) : 0.0F;
+    }
+    return Float4{term.r, term.g, term.b, 0};
+}
+
+} // namespace pbm

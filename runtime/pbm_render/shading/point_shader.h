@@ -1,0 +1,95 @@
+// What a point looks like in a pixel: Phong's reflection times its colour, blended with the panorama that its normal
+// mirrors. One frame's lights, materials and view. Based on: dissertation sections 4.6 and 5.8
+#pragma once
+
+#include "pbm_render/appearance/shade_table.h"
+#include "pbm_render/camera/normal_table.h"
+#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/picture/render_options.h"
+#include "pbm_render/surroundings/surroundings.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <span>
+#include <vector>
+
+namespace pbm {
+
+// Where the colour of a point comes from: its material, its colour stream or its value of the solid texture.
+enum class ColourSource : std::uint8_t { material, rgb565, rgb888, texture };
+
+// What a point says of itself.
+struct PointLook {
+    std::uint32_t colour;   // sRGB, red in the lowest byte; not used if it is that of the material
+    std::uint16_t normal;   // index | kTwoSidedBit
+    std::uint16_t material; // index
+};
+
+class PointShader {
+  public:
+    // `projection` takes the unit grid to the screen, `surroundings` are those of the same frame. All arguments must
+    // outlive the shader.
+    PointShader(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection,
+                const SurroundingsView &surroundings, const RenderOptions &options);
+
+    ColourSource colour_source() const { return source_; }
+    // The format of the colour stream where it is used, else none.
+    ColourFormat point_colours() const { return point_colours_; }
+    // sRGB, red in the lowest byte, by value of the solid texture.
+    const std::array<std::uint32_t, 256> &palette() const { return palette_; }
+    // Whether a light is nearer than infinitely far away: pixels of one point may then differ.
+    bool is_positional() const { return positional_; }
+    // Whether there is what plain models lack: lights at places, mirrors. shade() must be told so.
+    bool is_special() const { return positional_ || !mirrored_.empty(); }
+
+    // sRGB, opaque, as pack_rgba. `pixel` as Projection has them; `depth` in grid edges. `lit(l)`: the lit fraction
+    // 0..1 of light l, asked for lights that have a shadow stream.
+    template <bool kSpecial, class Lit>
+    std::uint32_t shade(PointLook point, glm::vec2 pixel, float depth, Lit &&lit) const {
+        std::size_t normal = point.normal & (kNormalIndexMask | kTwoSidedBit);
+        if ((normal & kTwoSidedBit) != 0)
+            normal = side_seen(normal & kNormalIndexMask, pixel);
+        if (!shaded_normals_.empty())
+            return shaded_normals_[point.material * kNormalCount + normal];
+        Float4 light = table_.unshadowed(point.material, normal);
+        for (std::size_t l = 0; l < shadowed_; ++l)
+            light += table_.shadowed(l, point.material, normal) * lit(l);
+        if constexpr (kSpecial) {
+            if (positional_)
+                for (std::size_t l = 0; l < appearance_.lights.size(); ++l)
+                    if (appearance_.lights[l].kind != LightKind::directional)
+                        light += reflect(appearance_.lights[l], point.material, normal, pixel, depth) *
+                                 (l < shadowed_ ? lit(l) : 1);
+            return colours_.pack_srgb(mirror(own_colour(point) * light, point.material, normal));
+        }
+        return colours_.pack_srgb(own_colour(point) * light);
+    }
+
+  private:
+    Float4 own_colour(PointLook point) const {
+        return source_ == ColourSource::material ? material_colours_[point.material] : colours_.linear(point.colour);
+    }
+    Float4 mirror(Float4 colour, std::size_t material, std::size_t normal) const;
+    std::size_t side_seen(std::size_t normal, glm::vec2 pixel) const;
+    Float4 reflect(const Light &light, std::size_t material, std::size_t normal, glm::vec2 pixel, float depth) const;
+
+    const ModelParameters &parameters_;
+    const Appearance &appearance_;
+    const Projection &projection_;
+    const ColourSource source_;
+    const ColourFormat point_colours_;
+    const std::size_t shadowed_; // lights whose shadow streams count
+    const std::span<const SplatNormal> normals_;
+    const glm::vec3 first_ray_, ray_right_, ray_down_; // through pixel (0, 0), and from pixel to pixel
+    ShadeTable table_;
+    ColourTable colours_;
+    std::array<Float4, kMaxMaterials> material_colours_{}; // linear
+    std::array<std::uint32_t, 256> palette_{};
+    std::vector<Float4> mirrored_; // [kNormalCount], linear; empty where nothing mirrors
+    bool positional_ = false;
+    // [materials][kNormalCount] as pack_rgba, where points differ in nothing else; else empty.
+    std::vector<std::uint32_t> shaded_normals_;
+};
+
+} // namespace pbm

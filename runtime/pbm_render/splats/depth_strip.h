@@ -1,0 +1,59 @@
+// A strip of the picture while points are drawn into it: few enough rows to stay in the cache.
+#pragma once
+
+#include "pbm_render/bricks/brick_culling.h"
+#include "pbm_render/bricks/frame_geometry.h"
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace pbm {
+
+// A pixel holds depth and point in one number: the bits of a positive float in the upper half, the point's id in the
+// lower half. The smallest number is the nearest point, and the lower id wins a tie; so the order of drawing does not
+// matter. The number is stored as a double, since the minimum of doubles is one instruction on every target. Positive
+// floats never make it a NaN.
+struct DepthStrip {
+    static constexpr int kMarginLeft = 1,
+                         kMarginRight = 16; // columns beside the picture: room for blocks and whole SIMD vectors
+
+    static constexpr double pixel(float depth, std::uint32_t id) {
+        return std::bit_cast<double>(std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 | id);
+    }
+
+    // Clears the strip for rows first .. end - 1 of a picture. One more row above and below may be drawn into.
+    void begin(int picture_width, int first, int end) {
+        width = picture_width;
+        top = first;
+        bottom = end;
+        stride = picture_width + kMarginLeft + kMarginRight;
+        constexpr float kNothing = std::numeric_limits<float>::infinity();
+        pixels.assign(static_cast<std::size_t>(stride) * static_cast<std::size_t>(end - first + 2),
+                      pixel(kNothing, 0xFFFFFFFF));
+    }
+    // Offset of a block outside the picture.
+    int unseen() const { return stride - kMarginRight + 2; }
+    std::ptrdiff_t offset(int x, int y) const { return std::ptrdiff_t{y - top + 1} * stride + x + kMarginLeft; }
+
+    float depth(int x, int y) const { return std::bit_cast<float>(static_cast<std::uint32_t>(bits(x, y) >> 32)); }
+    std::uint32_t id(int x, int y) const { return static_cast<std::uint32_t>(bits(x, y)); }
+    std::uint64_t bits(int x, int y) const {
+        return std::bit_cast<std::uint64_t>(pixels[static_cast<std::size_t>(offset(x, y))]);
+    }
+
+    int width = 0, top = 0, bottom = 0;
+    int stride = 0; // pixels
+    std::vector<double> pixels;
+};
+
+// The run whose bricks are drawn, and the strip that they are drawn into.
+struct StripRun {
+    const FrameGeometry &frame;
+    const RunGeometry &run;
+    const DepthStrip &strip;
+};
+
+} // namespace pbm

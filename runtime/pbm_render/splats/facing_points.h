@@ -1,0 +1,209 @@
+// Collects the points of bricks that face the eye, on the screen. For files that Highway compiles for several targets:
+// include it after highway.h, once per target. Results are the same on every target.
+#if defined(PBM_RENDER_FACING_POINTS_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PBM_RENDER_FACING_POINTS_H
+#undef PBM_RENDER_FACING_POINTS_H
+#else
+#define PBM_RENDER_FACING_POINTS_H
+#endif
+
+#include "pbm_render/picture/packing.h"
+#include "pbm_surface/brick_places.h"
+
+#include "pbm_render/bricks/brick_culling.h"
+#include "pbm_render/bricks/frame_geometry.h"
+#include "pbm_render/splats/depth_strip.h"
+#include "pbm_render/splats/splat.h"
+#include "pbm_surface/surface_offsets.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <limits>
+
+#ifndef PBM_RENDER_FACING_POINTS_TABLES
+#define PBM_RENDER_FACING_POINTS_TABLES
+namespace pbm {
+
+// Shifts kTwoSidedBit of a stored normal to kPackedTwoSided.
+inline constexpr int kTwoSidedShift = std::countr_zero(kTwoSidedBit);
+
+} // namespace pbm
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace pbm::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Points of several bricks side by side, so that SIMD vectors are full although bricks differ in size.
+inline constexpr std::size_t kWaiting = 512; // points that are collected before they are drawn
+struct FacingPoints {
+    static constexpr std::size_t kCapacity = kWaiting + kBrickPoints + kMostLanes;
+    std::size_t count = 0;
+    alignas(64) std::array<float, kCapacity> x, y, w;       // pixel and depth
+    alignas(64) std::array<std::int32_t, kCapacity> normal; // packed; bit 0 is set for two-sided points
+    alignas(64) std::array<std::int32_t, kCapacity> id;
+    // Of placed splats only:
+    alignas(64) std::array<float, kCapacity> offset; // voxel edges
+    // Of large splats only:
+    alignas(64) std::array<float, kCapacity> radius; // grid edges
+    alignas(64) std::array<std::int32_t, kCapacity> normal_index;
+};
+
+// A normal in eye space at a point on the screen; a two-sided one is turned towards the eye.
+struct SeenNormal {
+    Vector x, y, z;
+    Vector ray_x, ray_y; // from the eye through the point, depth 1
+    Vector facing;       // cosine between normal and ray, times the ray's length
+    Mask two_sided;
+};
+
+HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, Vector pixel_x, Vector pixel_y) {
+    const Floats d;
+    const Ints di;
+    const Vector scale = hn::Set(d, 1 / kPackedNormalScale), inverse_focal = hn::Set(d, frame.inverse_focal);
+    SeenNormal n;
+    n.x = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<23>(packed)), scale);
+    n.y = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<23>(hn::ShiftLeft<9>(packed))), scale);
+    n.z = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<23>(hn::ShiftLeft<18>(packed))), scale);
+    n.ray_x = hn::Mul(hn::Sub(pixel_x, hn::Set(d, frame.middle_x)), inverse_focal);
+    n.ray_y = hn::Mul(hn::Sub(pixel_y, hn::Set(d, frame.middle_y)), inverse_focal);
+    const Vector facing = hn::Add(hn::Add(hn::Mul(n.x, n.ray_x), hn::Mul(n.y, n.ray_y)), n.z);
+    n.two_sided = hn::RebindMask(d, hn::TestBit(packed, hn::Set(di, kPackedTwoSided)));
+    const Vector turn = hn::IfThenElseZero(n.two_sided, hn::AndNot(facing, hn::SignBit(d)));
+    n.x = hn::Xor(n.x, turn);
+    n.y = hn::Xor(n.y, turn);
+    n.z = hn::Xor(n.z, turn);
+    n.facing = hn::Xor(facing, turn);
+    return n;
+}
+
+// A brick's points as they lie in the chunk. The points begin .. end - 1 are drawn; `available` of them may be read.
+struct BrickPoints {
+    const std::uint16_t *normals;
+    const std::uint8_t *radii;
+    const std::int8_t *offsets; // null: no surface offsets
+    std::size_t available;
+    std::size_t begin, end;
+    std::uint32_t first_id; // of the brick's first point
+};
+
+// Projects points of a brick to the screen and appends to `to` those that face the eye and may touch the strip. Returns
+// how many of these have their centre in the strip. kPlaced: the points have surface offsets.
+template <bool kLarge, bool kPlaced>
+HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &brick, const BrickPlaces &places,
+                                          const BrickPoints &points, FacingPoints &to) {
+    const auto &[frame, run, strip] = at;
+    const Floats d;
+    const Ints di;
+    const hn::Rebind<std::uint16_t, Floats> d16;
+    const hn::Rebind<std::uint8_t, Floats> d8;
+    const hn::Rebind<std::int8_t, Floats> signed8;
+    const std::size_t lanes = hn::Lanes(d);
+    const auto set = [&](float value) { return hn::Set(d, value); };
+    const auto &[step_x, step_y, step_z] = run.steps;
+    // Largest distance of a block from its point, pixels, rounding included: a voxel is at most 1.42 pixels wide.
+    constexpr float kShift = kPlaced ? 3 : 2;
+    const Vector above = set(static_cast<float>(strip.top) - kShift),
+                 below = set(static_cast<float>(strip.bottom) + kShift);
+    constexpr float kNowhere = std::numeric_limits<float>::infinity();
+    const Vector home_top = set(strip.top == 0 ? -kNowhere : static_cast<float>(strip.top));
+    const Vector home_bottom = set(strip.bottom == frame.height ? kNowhere : static_cast<float>(strip.bottom));
+    std::size_t at_home = 0, count = to.count;
+    for (std::size_t i = points.begin; i < points.end; i += lanes) {
+        const auto place = hn::PromoteTo(di, hn::LoadU(d16, places.place.data() + i));
+        const Vector x = hn::ConvertTo(d, hn::And(place, hn::Set(di, 15)));
+        const Vector y = hn::ConvertTo(d, hn::And(hn::ShiftRight<4>(place), hn::Set(di, 15)));
+        const Vector z = hn::ConvertTo(d, hn::ShiftRight<8>(place));
+        const auto project = [&](float base, float from_x, float from_y, float from_z) {
+            return hn::Add(hn::Add(set(base), hn::Mul(x, set(from_x))),
+                           hn::Add(hn::Mul(y, set(from_y)), hn::Mul(z, set(from_z))));
+        };
+        const Vector w = project(brick.w, step_x.z, step_y.z, step_z.z);
+        const Vector inverse = hn::Div(set(1), w);
+        const Vector pixel_x = hn::Mul(project(brick.u, step_x.x, step_y.x, step_z.x), inverse);
+        const Vector pixel_y = hn::Mul(project(brick.v, step_x.y, step_y.y, step_z.y), inverse);
+
+        auto stored = hn::Zero(di), radius_index = hn::Zero(di);
+        [[maybe_unused]] auto offset = hn::Zero(di);
+        if (i + lanes <= points.available) {
+            stored = hn::PromoteTo(di, hn::LoadU(d16, points.normals + i));
+            if constexpr (kLarge)
+                radius_index = hn::PromoteTo(di, hn::LoadU(d8, points.radii + i));
+            if constexpr (kPlaced)
+                offset = hn::PromoteTo(di, hn::LoadU(signed8, points.offsets + i));
+        } else { // the chunk's last points
+            alignas(32) std::array<std::uint16_t, kMostLanes> last{};
+            alignas(32) std::array<std::uint8_t, kMostLanes> last_radii{};
+            std::copy_n(points.normals + i, points.available - i, last.begin());
+            std::copy_n(points.radii + i, points.available - i, last_radii.begin());
+            stored = hn::PromoteTo(di, hn::Load(d16, last.data()));
+            radius_index = hn::PromoteTo(di, hn::Load(d8, last_radii.data()));
+            if constexpr (kPlaced) {
+                alignas(32) std::array<std::int8_t, kMostLanes> last_offsets{};
+                std::copy_n(points.offsets + i, points.available - i, last_offsets.begin());
+                offset = hn::PromoteTo(di, hn::Load(signed8, last_offsets.data()));
+            }
+        }
+        const auto side = hn::And(hn::ShiftRight<kTwoSidedShift>(stored), hn::Set(di, kPackedTwoSided));
+        const IntVector index = hn::And(stored, hn::Set(di, kNormalIndexMask));
+        const IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), side);
+        const Vector facing = see_normal(frame, packed, pixel_x, pixel_y).facing;
+        Mask keep = hn::And(hn::Le(facing, set(kFacingSlack)), hn::FirstN(d, points.end - i));
+        [[maybe_unused]] Vector radius = hn::Zero(d);
+        if constexpr (kLarge) { // drop points around the eye or behind it
+            radius = hn::GatherIndex(d, frame.radii.data(), radius_index);
+            keep = hn::And(keep, hn::Gt(w, hn::Add(hn::Mul(radius, set(kLeastRadii)), set(kLeastVoxels * run.voxel))));
+        } else {
+            keep = hn::And(keep, hn::And(hn::Gt(pixel_y, above), hn::Lt(pixel_y, below)));
+        }
+        const IntVector id = count_from(static_cast<std::int32_t>(points.first_id + i));
+        const Packing pack(keep);
+        hn::StoreU(pack(pixel_x), d, to.x.data() + count);
+        hn::StoreU(pack(pixel_y), d, to.y.data() + count);
+        hn::StoreU(pack(w), d, to.w.data() + count);
+        hn::StoreU(pack(packed), di, to.normal.data() + count);
+        hn::StoreU(pack(id), di, to.id.data() + count);
+        if constexpr (kPlaced)
+            hn::StoreU(pack(hn::Mul(hn::ConvertTo(d, offset), set(1 / kOffsetSteps))), d, to.offset.data() + count);
+        if constexpr (kLarge) {
+            hn::StoreU(pack(radius), d, to.radius.data() + count);
+            hn::StoreU(pack(index), di, to.normal_index.data() + count);
+        }
+        count += hn::CountTrue(d, keep);
+        at_home += hn::CountTrue(d, hn::And(keep, hn::And(hn::Ge(pixel_y, home_top), hn::Lt(pixel_y, home_bottom))));
+    }
+    to.count = count;
+    return at_home;
+}
+
+// Appends the points of a seen brick that find_facing_points keeps, and returns what it returns. The id of point i of
+// the chunk is `first_id` + i. Stays in bounds whatever the bytes of a mapped chunk became.
+template <bool kLarge, bool kPlaced>
+HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std::uint32_t first_id, FacingPoints &to) {
+    const PointRun &run = *at.run.run;
+    const std::span<const std::uint16_t> normals = run.chunk->normals;
+    const BrickRecord brick = run.chunk->bricks[seen.brick];
+    const std::size_t first_point = brick.first_point;
+    if (first_point >= normals.size() || brick.first_node >= run.chunk->masks.size())
+        return 0;
+    BrickPoints points{.normals = normals.data() + first_point,
+                       .radii = run.chunk->radii.data() + first_point,
+                       .offsets = kPlaced ? at.run.offsets + first_point : nullptr,
+                       .available = normals.size() - first_point,
+                       .begin = run.first > first_point ? run.first - first_point : 0,
+                       .end = 0,
+                       .first_id = first_id + static_cast<std::uint32_t>(first_point)};
+    BrickPlaces places;
+    const std::size_t count =
+        std::min(list_places(brick.node_map, run.chunk->masks.subspan(brick.first_node), places), points.available);
+    points.end = run.last > first_point ? std::min<std::size_t>(count, run.last - first_point) : 0;
+    return find_facing_points<kLarge, kPlaced>(at, seen, places, points, to);
+}
+
+} // namespace pbm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,101 @@
+// Bilinear look-ups of ready texels: for files that Highway compiles for several targets; include it after highway.h,
+// and not only once. No multiplication is fused with an addition, so all targets give the same numbers.
+#if defined(PBM_RENDER_TEXEL_FILTER_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PBM_RENDER_TEXEL_FILTER_H
+#undef PBM_RENDER_TEXEL_FILTER_H
+#else
+#define PBM_RENDER_TEXEL_FILTER_H
+#endif
+
+#include "pbm_render/picture/packing.h"
+#include "pbm_render/surroundings/texel_levels.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace pbm::HWY_NAMESPACE {
+
+struct Colours {
+    Vector red, green, blue; // linear
+};
+
+HWY_INLINE Colours mix(const Colours &a, const Colours &b, Vector t) {
+    namespace hn = hwy::HWY_NAMESPACE;
+    const auto between = [&](Vector from, Vector to) { return hn::Add(from, hn::Mul(t, hn::Sub(to, from))); };
+    return {between(a.red, b.red), between(a.green, b.green), between(a.blue, b.blue)};
+}
+
+// 0, 1, 2, ..
+HWY_INLINE Vector lane_numbers() {
+    namespace hn = hwy::HWY_NAMESPACE;
+    return hn::ConvertTo(Floats(), hn::LoadU(Ints(), kLaneNumbers.data()));
+}
+
+// The four texels around a place, and where between them it lies.
+class Corners {
+  public:
+    // `u`, `v` in picture widths and heights. Columns wrap where `wraps`, else they are clamped as rows always are.
+    HWY_INLINE Corners(const TexelLevel &level, Vector u, Vector v, bool wraps) {
+        namespace hn = hwy::HWY_NAMESPACE;
+        const Floats d;
+        const Ints di;
+        const Vector half = hn::Set(d, 0.5F), zero = hn::Zero(d);
+        const auto last_x = level.width() - 1, last_y = level.height() - 1;
+        Vector x = hn::Sub(hn::Mul(u, hn::Set(d, static_cast<float>(level.width()))), half);
+        Vector y = hn::Sub(hn::Mul(v, hn::Set(d, static_cast<float>(level.height()))), half);
+        y = hn::Min(hn::Max(y, zero), hn::Set(d, static_cast<float>(last_y)));
+        if (!wraps)
+            x = hn::Min(hn::Max(x, zero), hn::Set(d, static_cast<float>(last_x)));
+        const Vector left = hn::Floor(x), top = hn::Floor(y);
+        across_ = hn::Sub(x, left);
+        down_ = hn::Sub(y, top);
+        const IntVector one = hn::Set(di, 1), mask = hn::Set(di, last_x);
+        const IntVector x0 = hn::ConvertTo(di, left), y0 = hn::ConvertTo(di, top);
+        const IntVector x1 = hn::Add(x0, one), y1 = hn::Min(hn::Add(y0, one), hn::Set(di, last_y));
+        const IntVector left_column = wraps ? hn::And(x0, mask) : x0;
+        const IntVector right_column = wraps ? hn::And(x1, mask) : hn::Min(x1, mask);
+        const IntVector upper = hn::ShiftLeftSame(y0, level.width_bits),
+                        lower = hn::ShiftLeftSame(y1, level.width_bits);
+        const auto *const texels = reinterpret_cast<const std::int32_t *>(level.texels);
+        texels_ = {hn::GatherIndex(di, texels, hn::Add(upper, left_column)),
+                   hn::GatherIndex(di, texels, hn::Add(upper, right_column)),
+                   hn::GatherIndex(di, texels, hn::Add(lower, left_column)),
+                   hn::GatherIndex(di, texels, hn::Add(lower, right_column))};
+    }
+
+    HWY_INLINE Colours colours() const {
+        namespace hn = hwy::HWY_NAMESPACE;
+        const Vector scale = hn::Set(Floats(), 1 / (kRootSteps * kRootSteps));
+        return {hn::Mul(scale, blend<0, 1023, true>()), hn::Mul(scale, blend<10, 1023, true>()),
+                hn::Mul(scale, blend<20, 1023, true>())};
+    }
+    // Of byte `kByte`, 0..255.
+    template <int kByte> HWY_INLINE Vector values() const { return blend<8 * kByte, 255, false>(); }
+
+  private:
+    template <int kShift, int kMask, bool kSquare> HWY_INLINE Vector unpacked(IntVector texel) const {
+        namespace hn = hwy::HWY_NAMESPACE;
+        const IntVector bits = hn::And(hn::ShiftRight<kShift>(texel), hn::Set(Ints(), kMask));
+        const Vector value = hn::ConvertTo(Floats(), bits);
+        return kSquare ? hn::Mul(value, value) : value;
+    }
+    template <int kShift, int kMask, bool kSquare> HWY_INLINE Vector blend() const {
+        namespace hn = hwy::HWY_NAMESPACE;
+        const Vector a = unpacked<kShift, kMask, kSquare>(texels_.upper_left);
+        const Vector b = unpacked<kShift, kMask, kSquare>(texels_.upper_right);
+        const Vector c = unpacked<kShift, kMask, kSquare>(texels_.lower_left);
+        const Vector e = unpacked<kShift, kMask, kSquare>(texels_.lower_right);
+        const Vector upper = hn::Add(a, hn::Mul(across_, hn::Sub(b, a)));
+        const Vector lower = hn::Add(c, hn::Mul(across_, hn::Sub(e, c)));
+        return hn::Add(upper, hn::Mul(down_, hn::Sub(lower, upper)));
+    }
+
+    struct Texels {
+        IntVector upper_left, upper_right, lower_left, lower_right;
+    };
+    Texels texels_;
+    Vector across_, down_;
+};
+
+} // namespace pbm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,67 @@
+// Mip levels of rasters as rows of ready texels: what SIMD gathers from. Made ready tile by tile, when first needed.
+#pragma once
+
+#include "pbm_format/rasters/tiled_image.h"
+#include "pbm_render/picture/framebuffer.h"
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace pbm {
+
+// A texel is a word. Of a raster of colours: the square roots of linear red, green and blue, 10 bits each, red lowest:
+// finer than sRGB's 8 bits everywhere, and linear light is one multiplication away. Of rasters of values: one byte
+// each.
+inline constexpr float kRootSteps = 1023;
+std::uint32_t pack_roots(Rgb8 srgb);
+Float4 unpack_roots(std::uint32_t texel); // linear
+
+// One mip level, powers of two wide and high.
+struct TexelLevel {
+    const std::uint32_t *texels = nullptr; // [height][width]
+    int width_bits = 0, height_bits = 0;
+    int width() const { return 1 << width_bits; }
+    int height() const { return 1 << height_bits; }
+};
+
+class TexelLevels {
+  public:
+    // A raster of colours, or up to four rasters of values of one size, the first of them in the lowest byte. What is
+    // damaged or not there yet reads as the next coarser level, at all levels as `missing`, in every channel.
+    TexelLevels(std::vector<std::shared_ptr<const TiledImage>> images, std::uint8_t missing);
+
+    int levels() const { return images_.front()->levels(); }
+    int width_bits() const { return width_bits_; }
+    // Makes texels first_x .. last_x, first_y .. last_y of a level ready. Safe to call from several threads; costs next
+    // to nothing where they are.
+    TexelLevel require(int level, int first_x, int first_y, int last_x, int last_y) const;
+    // Lets tiles that read as coarser ones be made ready anew. Not while a picture is drawn.
+    void retry() const;
+
+  private:
+    struct Level {
+        std::once_flag begun;
+        PixelArray<std::uint32_t> texels;
+        std::unique_ptr<std::atomic<bool>[]> is_ready; // [tiles]
+    };
+
+    std::uint32_t *begin(Level &level, int number) const;
+    void make_ready(Level &level, int number, std::uint32_t tx, std::uint32_t ty) const;
+    const std::uint8_t *coarser_texel(const TiledImage &image, int level, std::uint32_t x, std::uint32_t y) const;
+    void convert_row(const TiledImage &image, const std::uint8_t *from, std::size_t count, unsigned shift,
+                     std::uint32_t *to) const;
+
+    const std::vector<std::shared_ptr<const TiledImage>> images_;
+    const std::array<std::uint8_t, 3> missing_;
+    std::array<std::uint32_t, 256> roots_{}; // of linear light, by sRGB value
+    int width_bits_ = 0, height_bits_ = 0;
+    mutable std::vector<Level> levels_;
+    mutable std::array<std::mutex, 16> mutexes_; // of tiles being made ready
+    mutable std::mutex patched_mutex_;
+    mutable std::vector<std::atomic<bool> *> patched_; // is_ready of tiles that read as coarser ones
+};
+
+} // namespace pbm

@@ -1,0 +1,486 @@
+#include "pbm_surface/surface_offsets.h"
+
+#include "pbm_format/model/normal.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <type_traits>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "pbm_surface/surface_offsets.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+#include "pbm_surface/brick_neighbours.h"
+#include "pbm_surface/brick_places.h"
+#include "system/simd/target_gaps.h"
+
+#ifndef PBM_SURFACE_OFFSETS_TABLES
+#define PBM_SURFACE_OFFSETS_TABLES
+namespace pbm {
+
+// A brick with a voxel around it, and room to write whole nodes there. Nodes beside its corners and whole vectors
+// behind its last voxel are in bounds.
+inline constexpr std::size_t kRow = 10, kSlice = 120, kPadded = 12 * kSlice + 32;
+inline constexpr std::size_t kFirstInside = 2 + 2 * kRow + 2 * kSlice;
+inline constexpr PaddedLayout kLayout{.row = kRow, .slice = kSlice, .first = kFirstInside};
+
+// The 27 voxels around one, in 32 lanes: lane x + 3 z + 10 y, each 0 to 2. Three loads from a padded brick and two
+// blends give all of them. Lanes 9, 19 and from 29 on are unused.
+inline constexpr std::size_t kLanes = 32, kFirstAround = 1 + kRow + kSlice;
+inline constexpr std::array<std::array<std::uint8_t, kLanes>, 2> kFromSlice =
+    [] { // all bits are set where the second, the third slice is taken
+        std::array<std::array<std::uint8_t, kLanes>, 2> from{};
+        for (std::size_t lane = 0; lane < kLanes; ++lane)
+            if (const std::size_t slice = lane % 10 / 3; slice == 1 || slice == 2)
+                from[slice - 1][lane] = 255;
+        return from;
+    }();
+
+// Normals with the same signs and the same first three digits of base 4 share the kind of their middle one.
+inline constexpr int kKindShift = 4;
+struct NormalKind {
+    // What each of the 27 voxels adds to the sums.
+    //
+    //   offset in voxels = (sum of moments / sum of weights) x kWeightScale / kMomentScale - kMomentShift
+    alignas(64) std::array<std::uint8_t, kLanes> weights{}; // x kWeightScale
+    std::array<std::uint8_t, kLanes> moments{};             // weight x (way along the normal + shift) x kMomentScale
+};
+inline constexpr double kMomentShift = 1.75; // n.d is at least -1.74
+inline constexpr double kWeightScale = 84, kMomentScale = 24;
+
+// The signed axes +x, -x, +y, -y, +z, -z, as bits, along which a normal has more than `least` of its length. Another
+// normal is of the same side if its axes for kFar include one of the point's for kNear and none of their opposites.
+// Normals up to 26 degrees apart always are, those more than 104 degrees apart never.
+inline std::uint8_t ways_of(const UnitVector &normal, double least) {
+    int ways = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        ways |= std::abs(normal[axis]) > least ? (normal[axis] > 0 ? 1 : 2) << (2 * axis) : 0;
+    return static_cast<std::uint8_t>(ways);
+}
+inline constexpr double kNear = 0.38, kFar = 0.5;
+
+struct NormalKinds {
+    static constexpr std::size_t kCount = kNormalCount >> kKindShift;
+    std::array<NormalKind, kCount> kinds;
+    std::array<std::uint32_t, kCount> near, opposite; // repeated in each byte
+    std::array<std::uint8_t, kCount> far;
+};
+
+inline NormalKind kind_of(const UnitVector &normal) {
+    NormalKind kind;
+    for (std::size_t lane = 0; lane < 29; ++lane) {
+        const auto x = static_cast<double>(lane % 10 % 3) - 1, y = static_cast<double>(lane / 10) - 1,
+                   z = static_cast<double>(lane % 10 / 3) - 1;
+        const double along = (normal[0] * x + normal[1] * y) + normal[2] * z;
+        const double weight = 3 - (x * x + y * y + z * z - along * along);
+        if (lane % 10 == 9)
+            continue;
+        const auto rounded = [](double value) { return static_cast<std::uint8_t>(value + 0.5); };
+        kind.weights[lane] = rounded(weight * kWeightScale);
+        kind.moments[lane] = rounded(weight * (along + kMomentShift) * kMomentScale);
+    }
+    return kind;
+}
+
+inline const NormalKinds &normal_kinds() {
+    static const auto kKinds = [] {
+        NormalKinds all;
+        for (std::size_t i = 0; i < all.kinds.size(); ++i) {
+            const UnitVector &middle = normal_table()[i << kKindShift];
+            all.kinds[i] = kind_of(middle);
+            const std::uint32_t near = ways_of(middle, kNear);
+            all.near[i] = 0x01010101U * near;
+            all.opposite[i] = 0x01010101U * ((near & 21) << 1 | (near & 42) >> 1);
+            all.far[i] = ways_of(middle, kFar);
+        }
+        return all;
+    }();
+    return kKinds;
+}
+
+inline std::size_t kind_number(std::uint16_t normal) { return (normal & kNormalIndexMask) >> kKindShift; }
+
+// Index in a padded brick of the first voxel of each node.
+inline constexpr std::array<std::uint16_t, 64> kPaddedNodes = [] {
+    std::array<std::uint16_t, 64> places{};
+    for (std::size_t node = 0; node < 64; ++node) {
+        const auto [x, y, z] = morton_decode(node);
+        places[node] = static_cast<std::uint16_t>(kLayout.index({2 * x, 2 * y, 2 * z}));
+    }
+    return places;
+}();
+
+// [mask][child]: which of the node's points the child is; 255: none.
+inline constexpr std::array<std::array<std::uint8_t, 16>, 256> kPointOfChild = [] {
+    std::array<std::array<std::uint8_t, 16>, 256> points{};
+    for (std::size_t mask = 0; mask < 256; ++mask) {
+        std::uint8_t count = 0;
+        for (std::size_t child = 0; child < 16; ++child)
+            points[mask][child] = (mask >> child & 1) != 0 ? count++ : std::uint8_t{255};
+    }
+    return points;
+}();
+
+// A way from a brick to another: see kWays.
+struct BrickWay {
+    std::uint64_t touching = 0; // nodes of the brick on that side, as a node map
+    std::uint32_t children = 0; // children of these nodes on that side, as a mask
+    int step = 0;               // to the brick there, in voxels of a padded brick
+    std::uint64_t place = 0;    // to its place
+};
+inline constexpr std::array<BrickWay, kWays> kBrickWays = [] {
+    std::array<BrickWay, kWays> ways{};
+    for (std::size_t way = 0; way < kWays; ++way) {
+        BrickWay &to = ways[way];
+        for (std::uint64_t node = 0; node < 64; ++node)
+            to.touching |= std::uint64_t{touches(morton_decode(node), 3, way)} << node;
+        for (std::uint32_t child = 0; child < 8; ++child)
+            to.children |= std::uint32_t{touches(morton_decode(child), 1, way)} << child;
+        to.step = kLayout.step(way);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            to.place += static_cast<std::uint64_t>(steps_of(way)[axis]) << (16 * axis);
+    }
+    return ways;
+}();
+
+// The ways towards lower x, the same x and higher x, as bits.
+inline constexpr std::array<std::uint32_t, 3> kWaysByX{0x1249249, 0x2492492 & ~(1U << kNoWay), 0x4924924};
+
+// [node]: the ways whose side the node touches; [mask]: those that its children touch, as bits.
+inline constexpr std::array<std::uint32_t, 64> kWaysOfNode = [] {
+    std::array<std::uint32_t, 64> ways{};
+    for (std::size_t way = 0; way < kWays; ++way)
+        for (std::size_t node = 0; node < 64; ++node)
+            ways[node] |= static_cast<std::uint32_t>(kBrickWays[way].touching >> node & 1) << way;
+    return ways;
+}();
+inline constexpr std::array<std::uint32_t, 256> kWaysOfMask = [] {
+    std::array<std::uint32_t, 256> ways{};
+    for (std::size_t mask = 0; mask < 256; ++mask)
+        for (std::size_t way = 0; way < kWays; ++way)
+            ways[mask] |= ((mask & kBrickWays[way].children) != 0 ? 1U : 0U) << way;
+    return ways;
+}();
+
+// The points of a chunk.
+struct ChunkPoints {
+    ByteView masks;             // of nodes
+    const std::uint64_t *sides; // [nodes]: axes for kFar of the eight children, a byte each; 0: no point
+    const std::uint16_t *normals;
+};
+
+struct BrickScratch {
+    alignas(64) std::array<std::uint8_t, kPadded> sides;         // of voxels of a padded brick
+    BrickPlaces places;                                          // of points
+    std::array<std::uint16_t, kBrickPoints + kMostLanes> padded; // indices of points in `sides`
+    std::array<std::uint16_t, kBrickPoints + kMostLanes> normals;
+    std::array<std::uint32_t, 2 * (kBrickPoints + kMostLanes)> sums; // of weights, of moments
+    std::array<std::int8_t, kBrickPoints + kMostLanes> steps;
+};
+
+// The neighbours that have points beside those of a brick, grouped as in kWaysByX.
+struct BrickNeighbours {
+    std::array<const SurfaceOffsets::Brick *, kWays> bricks;
+    std::array<std::uint8_t, kWays> ways; // to them
+    std::array<std::size_t, 3> ends;
+};
+
+} // namespace pbm
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace pbm::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Sorts the sides of points by the children of nodes: [nodes].
+void list_sides(std::span<const SurfaceOffsets::Brick> bricks, ByteView masks, const std::uint8_t *of_points,
+                std::uint64_t *to) {
+    for (const SurfaceOffsets::Brick &brick : bricks) {
+        const std::uint8_t *from = of_points + brick.first_point;
+        const std::size_t end = brick.first_node + static_cast<std::size_t>(std::popcount(brick.node_map));
+        for (std::size_t i = brick.first_node; i < end; ++i) {
+            const std::array<std::uint8_t, 16> &points = kPointOfChild[masks[i]];
+#if HWY_TARGET == HWY_SCALAR
+            to[i] = 0;
+            for (std::size_t child = 0; child < 8; ++child)
+                to[i] |= points[child] == 255 ? 0 : std::uint64_t{from[points[child]]} << (8 * child);
+#else
+            const hn::FixedTag<std::uint8_t, 16> d;
+            const hn::Repartition<std::uint64_t, decltype(d)> word;
+            to[i] = hn::GetLane(hn::BitCast(word, lookup_bytes(hn::LoadU(d, from), hn::LoadU(d, points.data()))));
+#endif
+            from += kChildren[masks[i]];
+        }
+    }
+}
+
+HWY_INLINE void list_padded(std::size_t points, BrickScratch &scratch) {
+    const hn::CappedTag<std::uint16_t, kMostLanes> d;
+    for (std::size_t i = 0; i < points; i += hn::Lanes(d)) {
+        const auto place = hn::LoadU(d, &scratch.places.place[i]);
+        const auto x = hn::And(place, hn::Set(d, 15)), y = hn::And(hn::ShiftRight<4>(place), hn::Set(d, 15)),
+                   z = hn::ShiftRight<8>(place);
+        const auto to = hn::Add(hn::Add(x, hn::Set(d, kFirstInside)),
+                                hn::Add(hn::Mul(y, hn::Set(d, kRow)), hn::Mul(z, hn::Set(d, kSlice))));
+        hn::StoreU(to, d, &scratch.padded[i]);
+    }
+}
+
+// Writes the sides of a node's children into the padded brick. kWayX: the step along x from the brick to the node's
+// brick; only the children that touch the brick are written.
+template <int kWayX> HWY_INLINE void put_node(std::uint64_t children, std::uint8_t *to) {
+    const auto put = [&](std::size_t row, int shift) {
+        if constexpr (kWayX == 0) {
+            const auto both = static_cast<std::uint16_t>(children >> shift);
+            std::memcpy(to + row, &both, sizeof both);
+        } else if constexpr (kWayX < 0) {
+            to[row + 1] = static_cast<std::uint8_t>(children >> (shift + 8));
+        } else {
+            to[row] = static_cast<std::uint8_t>(children >> shift);
+        }
+    };
+    put(0, 0);
+    put(kRow, 16);
+    put(kSlice, 32);
+    put(kRow + kSlice, 48);
+}
+
+// Writes all nodes of the brick itself.
+HWY_INLINE void put_brick(const SurfaceOffsets::Brick &brick, const std::uint64_t *sides, BrickScratch &scratch) {
+    const std::uint64_t *children = sides + brick.first_node;
+    for (std::uint64_t map = brick.node_map; map != 0; map &= map - 1, ++children)
+        put_node<0>(*children, &scratch.sides[kPaddedNodes[static_cast<std::size_t>(std::countr_zero(map))]]);
+}
+
+// Writes those nodes of a neighbour that are in `beside`. `step` leads to the neighbour.
+template <int kWayX>
+HWY_INLINE void put_border(const SurfaceOffsets::Brick &brick, std::uint64_t beside, int step,
+                           const std::uint64_t *sides, BrickScratch &scratch) {
+    for (std::uint64_t map = brick.node_map & beside; map != 0; map &= map - 1) {
+        const int node = std::countr_zero(map);
+        const std::uint64_t before = brick.node_map & ((std::uint64_t{1} << node) - 1);
+        const int to = kPaddedNodes[static_cast<std::size_t>(node)] + step;
+        put_node<kWayX>(sides[brick.first_node + static_cast<std::size_t>(std::popcount(before))],
+                        scratch.sides.data() + to);
+    }
+}
+
+HWY_INLINE void put_neighbours(const BrickNeighbours &around, const std::uint64_t *sides, BrickScratch &scratch) {
+    const auto put = [&](std::size_t first, std::size_t last, auto way_x) {
+        for (std::size_t i = first; i < last; ++i) {
+            const std::size_t way = around.ways[i];
+            put_border<decltype(way_x)::value>(*around.bricks[i], kBrickWays[opposite(way)].touching,
+                                               kBrickWays[way].step, sides, scratch);
+        }
+    };
+    put(0, around.ends[0], std::integral_constant<int, -1>());
+    put(around.ends[0], around.ends[1], std::integral_constant<int, 0>());
+    put(around.ends[1], around.ends[2], std::integral_constant<int, 1>());
+}
+
+// For four points from `first` on, sums weights and moments of the voxels around that are of the same side.
+#if HWY_TARGET == HWY_SCALAR
+HWY_INLINE void sum_four(const NormalKinds &kinds, const BrickScratch &scratch, std::size_t first, std::uint32_t *to) {
+    for (std::size_t i = first; i < first + 4; ++i, to += 2) {
+        const std::size_t kind = kind_number(scratch.normals[i]);
+        to[0] = to[1] = 0;
+        for (std::size_t lane = 0; lane < 29; ++lane) {
+            const std::size_t at =
+                scratch.padded[i] - kFirstAround + lane % 10 % 3 + lane / 10 * kRow + lane % 10 / 3 * kSlice;
+            const std::uint32_t far = scratch.sides[at];
+            if (lane % 10 == 9 || (far & kinds.near[kind]) == 0 || (far & kinds.opposite[kind]) != 0)
+                continue;
+            to[0] += kinds.kinds[kind].weights[lane];
+            to[1] += kinds.kinds[kind].moments[lane];
+        }
+    }
+}
+#else
+HWY_INLINE void sum_four(const NormalKinds &kinds, const BrickScratch &scratch, std::size_t first, std::uint32_t *to) {
+    const hn::CappedTag<std::uint8_t, kLanes> d;
+    const hn::Repartition<std::uint32_t, decltype(d)> words;
+    const hn::Repartition<std::uint64_t, decltype(d)> wide;
+    const auto sums = [&](std::size_t point) { // in each lane: weights, moments x 2^32
+        const std::size_t number = kind_number(scratch.normals[point]);
+        const NormalKind &kind = kinds.kinds[number];
+        const auto near = hn::BitCast(d, hn::Set(words, kinds.near[number])),
+                   opposite = hn::BitCast(d, hn::Set(words, kinds.opposite[number]));
+        auto sum = hn::Zero(wide);
+        for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
+            const std::uint8_t *const from = &scratch.sides[scratch.padded[point] + lane - kFirstAround];
+            const auto slice = [&](std::size_t i) { return hn::MaskFromVec(hn::LoadU(d, &kFromSlice[i][lane])); };
+            const auto two = hn::IfThenElse(slice(0), hn::LoadU(d, from + kSlice - 3), hn::LoadU(d, from));
+            const auto far = hn::IfThenElse(slice(1), hn::LoadU(d, from + 2 * kSlice - 6), two);
+            const auto same_side =
+                hn::And(hn::Ne(hn::And(far, near), hn::Zero(d)), hn::Eq(hn::And(far, opposite), hn::Zero(d)));
+            const auto of = [&](const std::array<std::uint8_t, kLanes> &shares) {
+                return hn::SumsOf8(hn::IfThenElseZero(same_side, hn::LoadU(d, &shares[lane])));
+            };
+            sum = hn::Add(sum, hn::Add(of(kind.weights), hn::ShiftLeft<32>(of(kind.moments))));
+        }
+        return sum;
+    };
+    const auto pair = [&](std::size_t point) {
+        const auto a = sums(point), b = sums(point + 1);
+        return hn::Add(hn::InterleaveLower(wide, a, b), hn::InterleaveUpper(wide, a, b));
+    };
+    const auto one = pair(first), other = pair(first + 2);
+    if constexpr (hn::MaxLanes(wide) == 4) {
+        const auto both = hn::Add(hn::ConcatLowerLower(wide, other, one), hn::ConcatUpperUpper(wide, other, one));
+        hn::StoreU(hn::BitCast(words, both), words, to);
+    } else {
+        hn::StoreU(hn::BitCast(words, one), words, to);
+        hn::StoreU(hn::BitCast(words, other), words, to + 4);
+    }
+}
+#endif
+
+// offset = moments / weights, in steps.
+HWY_INLINE void divide_sums(std::size_t points, BrickScratch &scratch) {
+    const hn::CappedTag<float, kMostLanes> d;
+    const hn::RebindToUnsigned<decltype(d)> words;
+    const hn::RebindToSigned<decltype(d)> integers;
+    const hn::Rebind<std::int8_t, decltype(d)> bytes;
+    constexpr auto kScale = static_cast<float>(kWeightScale / kMomentScale * kOffsetSteps),
+                   kShift = static_cast<float>(kMomentShift * kOffsetSteps);
+    for (std::size_t i = 0; i < points; i += hn::Lanes(d)) {
+        hn::Vec<decltype(words)> weights, moments;
+        hn::LoadInterleaved2(words, &scratch.sums[2 * i], weights, moments);
+        const auto real = [&](auto sum) { return hn::ConvertTo(d, hn::BitCast(integers, sum)); };
+        const auto ratio = hn::Div(real(moments), real(hn::Max(weights, hn::Set(words, 1))));
+        const auto steps = hn::Sub(hn::Mul(ratio, hn::Set(d, kScale)), hn::Set(d, kShift));
+        const auto within = hn::Min(hn::Max(steps, hn::Set(d, -127)), hn::Set(d, 127));
+        const auto rounded = hn::Add(within, hn::CopySign(hn::Set(d, 0.5F), within));
+        hn::StoreU(hn::DemoteTo(bytes, hn::ConvertTo(integers, rounded)), bytes, &scratch.steps[i]);
+    }
+}
+
+// `to` has the offsets of all points of the chunk.
+void estimate_brick(const SurfaceOffsets::Brick &brick, const BrickNeighbours &around, const ChunkPoints &chunk,
+                    BrickScratch &scratch, std::int8_t *to) {
+    const NormalKinds &kinds = normal_kinds();
+    const hn::CappedTag<std::uint8_t, 64> d;
+    for (std::size_t i = 0; i < kPadded; i += hn::Lanes(d))
+        hn::Store(hn::Zero(d), d, &scratch.sides[i]);
+    put_brick(brick, chunk.sides, scratch);
+    put_neighbours(around, chunk.sides, scratch);
+    const std::size_t points = list_places(brick.node_map, chunk.masks.subspan(brick.first_node), scratch.places);
+    list_padded(points, scratch);
+    std::copy_n(chunk.normals + brick.first_point, points, scratch.normals.begin()); // mapped bytes may change
+    std::fill_n(&scratch.padded[points], 3, static_cast<std::uint16_t>(kFirstInside));
+    std::fill_n(&scratch.normals[points], 3, std::uint16_t{0});
+    for (std::size_t i = 0; i < points; i += 4)
+        sum_four(kinds, scratch, i, &scratch.sums[2 * i]);
+    divide_sums(points, scratch);
+    std::int8_t *const offsets = to + brick.first_point; // a local, since a store of bytes may alias any member
+    for (std::size_t i = 0; i < points; ++i)
+        offsets[i] = static_cast<std::int8_t>((scratch.normals[i] & kTwoSidedBit) != 0 ? 0 : scratch.steps[i]);
+}
+
+} // namespace pbm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace pbm {
+
+HWY_EXPORT(estimate_brick);
+HWY_EXPORT(list_sides);
+
+namespace {
+
+constexpr std::size_t kLeastSlots = 4096;
+
+// Different for all bricks of a cube of 16x16x16 bricks, which holds most chunks.
+std::size_t hash(std::uint64_t place) {
+    constexpr std::uint64_t kLow = 0x000F000F000F;
+    return static_cast<std::size_t>((place & 15) + (place >> 12 & 0xF0) + (place >> 24 & 0xF00) +
+                                    ((place & ~kLow) * 0x9E3779B97F4A7C15U >> 40));
+}
+
+} // namespace
+
+void SurfaceOffsets::list_bricks(const ChunkView &chunk) {
+    bricks_.clear();
+    masks_.clear();
+    table_.assign(std::max(kLeastSlots, std::bit_ceil(2 * chunk.bricks.size())), 0);
+    bricks_.push_back({.place = ~std::uint64_t{0}}); // free slots of the table refer to it
+    for (const BrickRecord &record : chunk.bricks) {
+        const BrickRecord brick = record; // bytes of a mapped chunk may change
+        Brick listed{.place = brick.x | std::uint64_t{brick.y} << 16 | std::uint64_t{brick.z} << 32,
+                     .node_map = brick.node_map,
+                     .first_node = static_cast<std::uint32_t>(masks_.size()),
+                     .first_point =
+                         std::min(std::uint32_t{brick.first_point}, static_cast<std::uint32_t>(chunk.normals.size()))};
+        std::size_t point = listed.first_point, node = brick.first_node;
+        for (std::uint64_t map = listed.node_map; map != 0; map &= map - 1, ++node) {
+            std::uint8_t mask = node < chunk.masks.size() ? chunk.masks[node] : 0;
+            if (point + kChildren[mask] > chunk.normals.size())
+                mask = 0;
+            listed.ways |= kWaysOfNode[static_cast<std::size_t>(std::countr_zero(map))] & kWaysOfMask[mask];
+            masks_.push_back(mask);
+            point += kChildren[mask];
+        }
+        std::size_t slot = hash(listed.place) & (table_.size() - 1);
+        while (table_[slot] != 0)
+            slot = (slot + 1) & (table_.size() - 1);
+        table_[slot] = static_cast<std::uint32_t>(bricks_.size());
+        bricks_.push_back(listed);
+    }
+}
+
+const SurfaceOffsets::Brick &SurfaceOffsets::find(std::uint64_t place) const {
+    std::size_t slot = hash(place) & (table_.size() - 1);
+    while (table_[slot] != 0 && bricks_[table_[slot]].place != place)
+        slot = (slot + 1) & (table_.size() - 1);
+    return bricks_[table_[slot]];
+}
+
+void SurfaceOffsets::list_sides(const ChunkView &chunk) {
+    const NormalKinds &kinds = normal_kinds();
+    point_sides_.resize(chunk.normals.size() + 16); // whole vectors are read
+    for (std::size_t i = 0; i < chunk.normals.size(); ++i)
+        point_sides_[i] = kinds.far[kind_number(chunk.normals[i])];
+    sides_.resize(masks_.size());
+    HWY_DYNAMIC_DISPATCH(list_sides)(bricks_, masks_, point_sides_.data(), sides_.data());
+}
+
+void SurfaceOffsets::find_neighbours(const Brick &brick, BrickNeighbours &to) const {
+    std::size_t count = 0;
+    for (std::size_t x = 0; x < kWaysByX.size(); ++x) {
+        for (std::uint32_t ways = brick.ways & kWaysByX[x]; ways != 0; ways &= ways - 1) {
+            const auto way = static_cast<std::size_t>(std::countr_zero(ways));
+            const Brick &found = find(brick.place + kBrickWays[way].place);
+            to.bricks[count] = &found;
+            to.ways[count] = static_cast<std::uint8_t>(way);
+            count += found.ways >> opposite(way) & 1;
+        }
+        to.ends[x] = count;
+    }
+}
+
+void SurfaceOffsets::estimate(const ChunkView &chunk, std::span<const std::uint32_t> bricks,
+                              std::span<std::int8_t> to) {
+    list_bricks(chunk);
+    list_sides(chunk);
+    const ChunkPoints points{masks_, sides_.data(), chunk.normals.data()};
+    BrickScratch scratch;
+    BrickNeighbours around;
+    for (const std::uint32_t i : bricks) {
+        find_neighbours(bricks_[i + 1], around);
+        HWY_DYNAMIC_DISPATCH(estimate_brick)(bricks_[i + 1], around, points, scratch, to.data());
+    }
+}
+
+void SurfaceOffsets::estimate(const ChunkView &chunk, std::span<std::int8_t> to) {
+    std::vector<std::uint32_t> bricks(chunk.bricks.size());
+    std::iota(bricks.begin(), bricks.end(), 0U);
+    estimate(chunk, bricks, to);
+}
+
+} // namespace pbm
+#endif // HWY_ONCE

@@ -1,0 +1,73 @@
+#include "viewer/options/option_values.h"
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace pbm {
+namespace {
+
+// `count` finite numbers with one of `separators` between them.
+std::optional<std::vector<double>> parse_numbers(std::string_view text, std::string_view separators,
+                                                 std::size_t count) {
+    std::vector<double> numbers;
+    const char *at = text.data();
+    const char *const end = at + text.size();
+    while (true) {
+        double number = 0;
+        const auto [after, error] = std::from_chars(at, end, number);
+        if (error != std::errc() || !std::isfinite(number))
+            return std::nullopt;
+        numbers.push_back(number);
+        if (after == end)
+            break;
+        if (separators.find(*after) == std::string_view::npos)
+            return std::nullopt;
+        at = after + 1;
+    }
+    if (numbers.size() != count)
+        return std::nullopt;
+    return numbers;
+}
+
+Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
+
+} // namespace
+
+Result<glm::ivec2> parse_resolution(const std::string &text) {
+    const auto numbers = parse_numbers(text, ",x", 2);
+    const auto is_edge = [](double n) { return n >= 1 && n <= kMaxPictureEdge && n == std::floor(n); };
+    if (!numbers || !is_edge((*numbers)[0]) || !is_edge((*numbers)[1]))
+        return usage("'" + text + "' is no resolution; write 1280,720 or 1280x720, at most " +
+                     std::to_string(kMaxPictureEdge) + " each");
+    return glm::ivec2((*numbers)[0], (*numbers)[1]);
+}
+
+Result<glm::dvec3> parse_vector(const std::string &text) {
+    const auto numbers = parse_numbers(text, ",", 3);
+    if (!numbers)
+        return usage("'" + text + "' is no vector; write three numbers like 0,0.5,-2");
+    return glm::dvec3((*numbers)[0], (*numbers)[1], (*numbers)[2]);
+}
+
+Result<Rgba8> parse_colour(const std::string &text) {
+    const auto numbers = parse_numbers(text, ",", 3);
+    Rgba8 colour{0, 0, 0, 255};
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (!numbers || (*numbers)[i] < 0 || (*numbers)[i] > 1)
+            return usage("'" + text + "' is no colour; write three numbers from 0 to 1 like 0.2,0.2,0.2");
+        colour[i] = static_cast<std::uint8_t>(std::lround((*numbers)[i] * 255));
+    }
+    return colour;
+}
+
+Result<double> parse_frame_rate(const std::string &text) {
+    const auto numbers = parse_numbers(text, "", 1);
+    if (!numbers || !((*numbers)[0] == 0 || ((*numbers)[0] >= 1 && (*numbers)[0] <= 240)))
+        return usage("'" + text + "' is no frame rate; write 1 to 240, or 0 for any");
+    return (*numbers)[0];
+}
+
+} // namespace pbm

@@ -1,0 +1,23 @@
+// Values of options as people write them: resolutions, vectors, colours.
+#pragma once
+
+#include "pbm_render/picture/framebuffer.h"
+#include "system/error.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <string>
+
+namespace pbm {
+
+// "W,H" or "WxH", each 1..kMaxPictureEdge.
+Result<glm::ivec2> parse_resolution(const std::string &text);
+// "x,y,z": finite numbers in the C locale's spelling.
+Result<glm::dvec3> parse_vector(const std::string &text);
+// "r,g,b", each 0..1, sRGB.
+Result<Rgba8> parse_colour(const std::string &text);
+// Frames per second, 1..240, or 0 for any.
+Result<double> parse_frame_rate(const std::string &text);
+
+} // namespace pbm

@@ -1,0 +1,191 @@
+#include "viewer/options/view_options.h"
+
+#include "command_line/common_options.h"
+#include "viewer/options/option_values.h"
+
+#include <glm/trigonometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace pbm {
+namespace {
+
+using command_line::CommandLine;
+using command_line::Integers;
+using command_line::Numbers;
+using command_line::stored;
+
+// Shortest text that reads back as the same number.
+std::string number_text(double number) {
+    std::array<char, 32> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+    return {text.data(), end};
+}
+
+// Reads back as the same bytes: each is the nearest to its four digits.
+std::string colour_text(Rgba8 colour) {
+    const auto part = [&](std::size_t channel) { return number_text(std::round(colour[channel] / 255.0 * 1e4) / 1e4); };
+    return part(0) + "," + part(1) + "," + part(2);
+}
+
+std::string vector_text(const glm::dvec3 &v) {
+    return number_text(v.x) + "," + number_text(v.y) + "," + number_text(v.z);
+}
+
+const std::vector<std::pair<std::string, Quality>> kQualities{{"fast", Quality::fast}, {"fine", Quality::fine}};
+const std::vector<std::pair<std::string, DepthCue>> kDepthCues{
+    {"none", DepthCue::none}, {"eye-dome", DepthCue::eye_dome}, {"ambient-occlusion", DepthCue::ambient_occlusion}};
+
+template <class Value>
+const std::string &word_of(const std::vector<std::pair<std::string, Value>> &choices, Value value) {
+    return std::find_if(choices.begin(), choices.end(), [&](const auto &c) { return c.second == value; })->first;
+}
+
+void add_look_options(CommandLine &line, ViewOptions &options) {
+    line.topic = "Look";
+    command_line::add_choice(line, "--quality", "quality", kQualities, options.look.quality,
+                             "fast (default); fine: points blended, every pixel shaded, several samples, in a window "
+                             "when the view rests");
+    line.add("--samples", "Of a pixel of fine pictures", &options.look.samples,
+             {.check = Integers{1, kMaxSamples}, .shows_default = true});
+    line.add("--level", "Finest detail level to draw; default, and above the depth: the finest there is",
+             &options.load.max_level, {.check = Integers{0, kMaxDepth}});
+    line.add("--max-error", "Largest edge of the voxels drawn, pixels; finer detail is left out", &options.max_error,
+             {.check = Numbers{0.1, 64}, .shows_default = true});
+    line.add("--background-color,--background-colour", "sRGB, each 0..1; default 0.2,0.2,0.2",
+             stored(parse_colour, options.look.render.background), {.type = "R,G,B"});
+}
+
+// Each can be switched on, too, which is the default: the dissertation's switches ask for what they name.
+void add_shading_options(CommandLine &line, LookOptions &look) {
+    RenderOptions &render = look.render;
+    line.topic = "Shading";
+    const auto add_switch = [&](const char *names, bool &target, const char *help) { line.add(names, help, &target); };
+    add_switch("--texture,!--no-texture", render.texture, "Colours of the file's marble or wood; default on");
+    line.add("--ignore-point-colours,--ignore-point-colors", "Draw points in the colour of their material",
+             [&render] { render.point_colours = false; });
+    add_switch("--shadows,!--no-shadows", render.shadows, "Shadows baked into the file; default on");
+    add_switch("--panorama,!--no-panorama", render.panorama, "The file's panorama behind everything; default on");
+    add_switch("--ground,!--no-ground", render.ground, "The file's ground plane; default on");
+    add_switch("--reflections,!--no-reflections", render.reflections,
+               "Of the panorama, where a material asks for it; default on");
+    command_line::add_choice(line, "--depth-cue", "depth cue", kDepthCues, look.depth_cue,
+                             "Shade by depth alone, for scans without colours; default none");
+}
+
+} // namespace
+
+std::vector<command_line::OldSwitch> old_switches(std::initializer_list<command_line::OldSwitch> more) {
+    std::vector<command_line::OldSwitch> switches{{"-IGNORE_POINT_COLOURS", "--ignore-point-colours"},
+                                                  {"-SHADOW", "--shadows"},
+                                                  {"-TEXTURE", "--texture"},
+                                                  {"-BACKGROUND", "--panorama"},
+                                                  {"-ENVIRONMENT_MAP", "--reflections"}};
+    switches.insert(switches.end(), more);
+    return switches;
+}
+
+void add_view_options(CommandLine &line, ViewOptions &options) {
+    const auto add_text = [&](const char *names, const char *type, auto target, const char *help) {
+        line.add(names, help, std::move(target), {.type = type});
+    };
+    add_text("--resolution", "W,H", stored(parse_resolution, options.resolution),
+             "Size of the picture; default 1280,720");
+    line.topic = "Camera";
+    add_text("--camera-position", "X,Y,Z", stored(parse_vector, options.position),
+             "Default: in front of the model, so that all of it is seen");
+    add_text("--camera-focal-point", "X,Y,Z", stored(parse_vector, options.focal_point), "Default: the model's centre");
+    add_text("--camera-view-up", "X,Y,Z", stored(parse_vector, options.view_up), "Default: the model's up axis");
+    line.add("--camera-view-angle", "Vertical angle of view, degrees", &options.view_angle,
+             {.check = Numbers{0.01, 170}, .shows_default = true});
+    add_look_options(line, options);
+    add_shading_options(line, options.look);
+    line.topic = "Options";
+    command_line::add_max_memory(line, options.load.max_memory);
+    command_line::add_threads(line, options.load.threads);
+    command_line::add_quiet(line, options.verbosity);
+    command_line::add_verbose(line, options.verbosity, "Say where the camera stands");
+}
+
+void add_renderer_option(CommandLine &line, ViewOptions &options) {
+    line.topic = "Look";
+    command_line::add_choice<Renderer>(line, "--renderer", "renderer",
+                                       {{"fast", Renderer::fast}, {"reference", Renderer::reference}}, options.renderer,
+                                       "fast (default); reference: slow and plain, draws every point of one level");
+    command_line::add_choice<Splats>(
+        line, "--splats", "kind of splat", {{"ellipses", Splats::ellipses}, {"kernels", Splats::kernels}},
+        options.splats, "Of the reference renderer: ellipses (default); kernels: the dissertation's table");
+    line.topic = "Options";
+}
+
+Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size) {
+    Camera camera = default_camera(bounds, up, size.x, size.y, glm::radians(options.view_angle));
+    camera.position = options.position.value_or(camera.position);
+    camera.focal_point = options.focal_point.value_or(camera.focal_point);
+    camera.up = options.view_up.value_or(camera.up);
+    if (!is_usable(camera))
+        return Error{ErrorCode::usage, 0,
+                     "the camera sees nothing: it stands at its focal point or looks along its view-up, or a number is "
+                     "missing"};
+    return camera;
+}
+
+DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error) {
+    return {.camera = camera,
+            .width = size.x,
+            .height = size.y,
+            .max_error = max_error,
+            .finest = std::max(1, options.load.max_level)};
+}
+
+std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size) {
+    return "--resolution=" + std::to_string(size.x) + "," + std::to_string(size.y) +
+           " --camera-position=" + vector_text(camera.position) +
+           " --camera-focal-point=" + vector_text(camera.focal_point) + " --camera-view-up=" + vector_text(camera.up) +
+           " --camera-view-angle=" + number_text(view_angle);
+}
+
+const std::string &word_of(Quality quality) { return word_of(kQualities, quality); }
+const std::string &word_of(DepthCue cue) { return word_of(kDepthCues, cue); }
+
+std::string look_as_options(const LookOptions &look) {
+    const LookOptions standard;
+    const RenderOptions &render = look.render;
+    std::string text;
+    const auto add_switch = [&](bool on, const char *option) { text += on ? "" : std::string(" ") + option; };
+    add_switch(render.texture, "--no-texture");
+    add_switch(render.point_colours, "--ignore-point-colours");
+    add_switch(render.shadows, "--no-shadows");
+    add_switch(render.panorama, "--no-panorama");
+    add_switch(render.ground, "--no-ground");
+    add_switch(render.reflections, "--no-reflections");
+    if (look.depth_cue != standard.depth_cue)
+        text += " --depth-cue=" + word_of(look.depth_cue);
+    if (look.quality != standard.quality)
+        text += " --quality=" + word_of(look.quality) + " --samples=" + std::to_string(look.samples);
+    if (render.background[3] == 0)
+        text += " --no-background";
+    else if (render.background != standard.render.background)
+        text += " --background-color=" + colour_text(render.background);
+    return text;
+}
+
+Status check_picture_memory(const ViewOptions &options) {
+    const std::uint64_t bytes_per_pixel = 16 // colour, depth, two copies
+                                          + (options.look.quality == Quality::fine ? 20 : 0) // sums of samples
+                                          + (options.look.depth_cue != DepthCue::none ? 8 : 0);
+    const glm::ivec2 size = options.resolution;
+    const auto pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
+    if (pixels * bytes_per_pixel <= options.load.max_memory)
+        return {};
+    return Error{ErrorCode::memory, 0,
+                 "a picture of " + std::to_string(size.x) + "x" + std::to_string(size.y) +
+                     " needs more than --max-memory; choose a smaller --resolution"};
+}
+
+} // namespace pbm

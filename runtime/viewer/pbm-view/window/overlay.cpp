@@ -1,0 +1,194 @@
+#include "window/overlay.h"
+
+#include <imgui.h>
+
+#include <backends/imgui_impl_opengl3.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+namespace pbm {
+namespace {
+
+constexpr float kFontSize = 16;       // pixels at scale 1
+constexpr float kSmallestText = 0.6F; // of the usual size
+constexpr ImU32 kCard = IM_COL32(18, 20, 24, 240);
+constexpr ImU32 kBorder = IM_COL32(255, 255, 255, 40);
+constexpr ImU32 kText = IM_COL32(235, 235, 235, 255);
+constexpr ImU32 kKey = IM_COL32(255, 205, 120, 255);
+constexpr ImU32 kProblem = IM_COL32(255, 140, 120, 255);
+
+// A font that desktops have; without it, the one built into Dear ImGui.
+void add_font(float scale) {
+    constexpr std::array<const char *, 2> kFonts{"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+                                                 "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"};
+    ImFontAtlas &fonts = *ImGui::GetIO().Fonts;
+    std::error_code ignored;
+    for (const char *const path : kFonts)
+        if (std::filesystem::is_regular_file(path, ignored) &&
+            fonts.AddFontFromFileTTF(path, std::round(kFontSize * scale)) != nullptr)
+            return;
+    ImFontConfig config;
+    config.SizePixels = 13 * std::round(scale); // a bitmap font: whole multiples stay sharp
+    fonts.AddFontDefault(&config);
+}
+
+// Lays out text with nothing but the font: windows of Dear ImGui need a second frame to learn their size, and frames
+// are drawn here only when something changes.
+class Page {
+  public:
+    Page(ImDrawList &list, glm::ivec2 size, float scale)
+        : list_(list), size_(static_cast<float>(size.x), static_cast<float>(size.y)), scale_(scale) {}
+
+    // Text on a card, in as many lines as the window's width asks for; the place of its middle as fractions of the free
+    // space.
+    void text(const std::string &text, ImU32 colour, ImVec2 place) {
+        const float width = most().x, font_size = ImGui::GetFontSize();
+        const ImVec2 extent = ImGui::GetFont()->CalcTextSizeA(font_size, width, width, text.c_str());
+        list_.AddText(nullptr, font_size, card(extent, place), colour, text.c_str(), nullptr, width);
+    }
+
+    void table(const std::string &title, const std::vector<OverlayRow> &rows) {
+        const float font_size = ImGui::GetFontSize();
+        const float gap = 20 * scale_, line_height = 1.45F * font_size;
+        float keys = 0, meanings = measure(title).x;
+        for (const OverlayRow &row : rows) {
+            keys = std::max(keys, measure(row.key).x);
+            meanings = std::max(meanings, measure(row.meaning).x);
+        }
+        const ImVec2 extent(keys + gap + meanings, line_height * (static_cast<float>(rows.size()) + 1.5F));
+        // In a window that is too small the text gets smaller, as far as it can be read.
+        const float fit = std::clamp(std::min(most().x / extent.x, most().y / extent.y), kSmallestText, 1.0F);
+        const ImVec2 corner = card({fit * extent.x, fit * extent.y}, {0.5F, 0.5F});
+        const auto add = [&](float x, float y, ImU32 colour, const std::string &text) {
+            list_.AddText(nullptr, fit * font_size, {corner.x + std::round(fit * x), corner.y + std::round(fit * y)},
+                          colour, text.c_str());
+        };
+        add(0, 0, kText, title);
+        float y = 1.5F * line_height;
+        for (const OverlayRow &row : rows) {
+            add(0, y, kKey, row.key);
+            add(keys + gap, y, kText, row.meaning);
+            y += line_height;
+        }
+    }
+
+  private:
+    static ImVec2 measure(const std::string &text) { return ImGui::CalcTextSize(text.c_str()); }
+
+    ImVec2 padding() const { return {14 * scale_, 10 * scale_}; }
+    float margin() const { return 12 * scale_; }
+    // What a card can hold.
+    ImVec2 most() const {
+        return {std::max(1.0F, size_.x - 2 * (margin() + padding().x)),
+                std::max(1.0F, size_.y - 2 * (margin() + padding().y))};
+    }
+
+    // Draws the card around an area of `extent` and returns the area's upper left corner.
+    ImVec2 card(ImVec2 extent, ImVec2 place) {
+        // In a window that is too small the beginning stays readable.
+        const ImVec2 space(std::max(0.0F, most().x - extent.x), std::max(0.0F, most().y - extent.y));
+        const ImVec2 corner(std::round(margin() + place.x * space.x), std::round(margin() + place.y * space.y));
+        const ImVec2 end(corner.x + std::ceil(extent.x) + 2 * padding().x,
+                         corner.y + std::ceil(extent.y) + 2 * padding().y);
+        list_.AddRectFilled(corner, end, kCard, 6 * scale_);
+        list_.AddRect(corner, end, kBorder, 6 * scale_);
+        return {corner.x + padding().x, corner.y + padding().y};
+    }
+
+    ImDrawList &list_;
+    ImVec2 size_;
+    float scale_;
+};
+
+} // namespace
+
+Overlay::Overlay(double scale) : scale_(static_cast<float>(scale)) {
+    ImGui::CreateContext();
+    ImGuiIO &io = ImGui::GetIO();
+    io.IniFilename = nullptr; // nothing is remembered
+    io.ConfigWindowsMoveFromTitleBarOnly = true;
+    constexpr std::array<std::pair<ImGuiKey, EditKey>, 8> kKeys{{{ImGuiKey_Backspace, EditKey::backspace},
+                                                                 {ImGuiKey_Delete, EditKey::erase},
+                                                                 {ImGuiKey_Enter, EditKey::enter},
+                                                                 {ImGuiKey_Escape, EditKey::cancel},
+                                                                 {ImGuiKey_LeftArrow, EditKey::left},
+                                                                 {ImGuiKey_RightArrow, EditKey::right},
+                                                                 {ImGuiKey_Home, EditKey::home},
+                                                                 {ImGuiKey_End, EditKey::end}}};
+    for (const auto &[theirs, ours] : kKeys)
+        io.KeyMap[theirs] = static_cast<int>(ours);
+    ImGui::StyleColorsDark();
+    ImGui::GetStyle().ScaleAllSizes(scale_);
+    add_font(scale_);
+    ImGui_ImplOpenGL3_Init("#version 150");
+}
+
+Overlay::~Overlay() {
+    ImGui_ImplOpenGL3_Shutdown();
+    ImGui::DestroyContext();
+}
+
+void Overlay::begin_frame(glm::ivec2 size) {
+    ImGuiIO &io = ImGui::GetIO();
+    const double now = Window::now();
+    io.DisplaySize = {static_cast<float>(size.x), static_cast<float>(size.y)};
+    io.DeltaTime = static_cast<float>(std::max(1e-4, now - last_frame_)); // its double clicks; 0 is not allowed
+    last_frame_ = now;
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui::NewFrame();
+}
+
+void Overlay::draw(glm::ivec2 size, const OverlayText &text, const Build &panel) {
+    begin_frame(size);
+    if (panel)
+        panel();
+    Page page(*ImGui::GetForegroundDrawList(), size, scale_);
+    if (!text.corner.empty())
+        page.text(text.corner, kText, {0, 0});
+    // There is one middle: what would stand there is the title of the help.
+    if (!text.help.empty())
+        page.table(text.middle.empty() ? text.help_title : text.middle, text.help);
+    else if (!text.middle.empty())
+        page.text(text.middle, kText, {0.5F, 0.5F});
+    if (!text.notice.empty())
+        page.text(text.notice, text.notice_is_problem ? kProblem : kText, {0.5F, 1});
+    ImGui::Render();
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+void Overlay::point(glm::dvec2 pixels) {
+    ImGui::GetIO().MousePos = {static_cast<float>(pixels.x), static_cast<float>(pixels.y)};
+}
+
+void Overlay::handle(const ButtonEvent &event) {
+    ImGuiIO &io = ImGui::GetIO();
+    io.MouseDown[event.button == MouseButton::left ? 0 : event.button == MouseButton::right ? 1 : 2] = event.pressed;
+    // Control makes a slider a text field; held any longer it would keep characters out of it.
+    io.KeyCtrl = event.pressed && event.control;
+    io.KeyShift = event.pressed && event.shift;
+}
+
+void Overlay::handle(const WheelEvent &event) { ImGui::GetIO().MouseWheel += static_cast<float>(event.notches); }
+
+void Overlay::handle(const EditEvent &event) { ImGui::GetIO().KeysDown[static_cast<int>(event.key)] = event.pressed; }
+
+void Overlay::handle(const CharacterEvent &event) { ImGui::GetIO().AddInputCharacter(event.character); }
+
+void Overlay::update(glm::ivec2 size, const Build &panel) {
+    // What the first frame changes, as the size of a window, the second one takes into account.
+    for (int frame = 0; frame < 2; ++frame) {
+        begin_frame(size);
+        panel();
+        ImGui::EndFrame();
+    }
+}
+
+bool Overlay::wants_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
+
+bool Overlay::wants_keys() const { return ImGui::GetIO().WantTextInput; }
+
+} // namespace pbm

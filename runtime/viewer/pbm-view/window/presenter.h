@@ -1,0 +1,32 @@
+// Brings a picture to the window's framebuffer through a texture, pixel for pixel: no filter, no blending, no
+// conversion of colours.
+#pragma once
+
+#include "pbm_render/picture/framebuffer.h"
+
+#include <glm/vec2.hpp>
+
+namespace pbm {
+
+class Presenter {
+  public:
+    // Needs a current OpenGL 3.2 context, here and in every call, the destructor too.
+    Presenter();
+    ~Presenter();
+    Presenter(const Presenter &) = delete;
+    Presenter &operator=(const Presenter &) = delete;
+
+    // Longest edge of a picture that can be shown.
+    int max_edge() const { return max_edge_; }
+    // Replaces the picture.
+    void upload(const Framebuffer &picture);
+    // Draws the picture, if there is one, into the upper left corner of a window of `size`, the rest in `background`.
+    void draw(glm::ivec2 size, Rgba8 background) const;
+
+  private:
+    unsigned texture_ = 0, framebuffer_ = 0; // names in OpenGL
+    int max_edge_ = 0;
+    glm::ivec2 size_{0};
+};
+
+} // namespace pbm

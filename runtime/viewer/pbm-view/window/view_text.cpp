@@ -1,0 +1,84 @@
+#include "window/view_text.h"
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+
+namespace pbm {
+namespace {
+
+// 1234567 as 1,234,567.
+std::string grouped(std::uint64_t number) {
+    const std::string digits = std::to_string(number);
+    std::string text;
+    for (std::size_t i = 0; i < digits.size(); ++i) {
+        if (i > 0 && (digits.size() - i) % 3 == 0)
+            text += ',';
+        text += digits[i];
+    }
+    return text;
+}
+
+std::string size_text(glm::ivec2 size) { return std::to_string(size.x) + "x" + std::to_string(size.y); }
+
+std::string pixels(double error) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.2f pixels", error);
+    return text.data();
+}
+
+std::string levels(const PictureStatistics &picture) {
+    const std::string finest = std::to_string(picture.drawn.level);
+    return picture.coarsest_level == picture.drawn.level
+               ? "level " + finest
+               : "levels " + std::to_string(picture.coarsest_level) + " to " + finest;
+}
+
+} // namespace
+
+std::string file_name(const std::string &path) { return std::filesystem::path(path).filename().string(); }
+
+std::string milliseconds(double seconds) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.1f ms", 1e3 * seconds);
+    return text.data();
+}
+
+std::vector<OverlayRow> help_rows(CameraMode mode) {
+    std::vector<OverlayRow> rows;
+    if (mode == CameraMode::orbit)
+        rows = {{"Drag, Left, Right", "turn the model"}, {"Wheel, right drag, Up, Down", "change the distance"}};
+    else
+        rows = {{"Drag", "turn the camera"},
+                {"Wheel, Up, Down", "fly along the view direction"},
+                {"Left, Right", "fly sideways"}};
+    const std::vector<OverlayRow> common{{"Middle drag, Shift + drag", "move the model in the picture"},
+                                         {"W, A, S, D", "as the arrow keys"},
+                                         {"F, Enter, double click", "back to the first view"},
+                                         {"C", mode == CameraMode::orbit ? "flying camera" : "target camera"},
+                                         {"Space, F12", "save a picture"},
+                                         {"Tab", "lights, materials, shading"},
+                                         {"F1, H", "this help"},
+                                         {"F2", "what a picture costs"},
+                                         {"F11", "full screen"},
+                                         {"Drop a file", "open it"},
+                                         {"Escape", "quit"}};
+    rows.insert(rows.end(), common.begin(), common.end());
+    return rows;
+}
+
+std::string cost_text(const PictureStatistics &picture, int depth, glm::ivec2 size) {
+    return milliseconds(picture.seconds) + "   " + pixels(picture.error) + "   " + levels(picture) + " of " +
+           std::to_string(depth) + "   " + grouped(picture.drawn.drawn_points) + " of " +
+           grouped(picture.drawn.points) + " points   " + size_text(size);
+}
+
+std::string cost_line(const PictureStatistics &picture, int depth, glm::ivec2 size, const StreamingStatistics &loaded) {
+    return "error " + pixels(picture.error) + ", " + levels(picture) + " of " + std::to_string(depth) + ", " +
+           std::to_string(picture.drawn.drawn_points) + " of " + std::to_string(picture.drawn.points) +
+           " points drawn, " + milliseconds(picture.seconds) + ", " + size_text(size) + ", " +
+           std::to_string(loaded.bytes_read) + " bytes read, " + std::to_string(loaded.points_decoded) +
+           " points decoded, ";
+}
+
+} // namespace pbm

@@ -1,0 +1,24 @@
+// What the window and -v say in words.
+#pragma once
+
+#include "window/overlay.h"
+
+#include "viewer/scene/camera_control.h"
+#include "viewer/scene/shown_model.h"
+
+#include <string>
+#include <vector>
+
+namespace pbm {
+
+std::string file_name(const std::string &path);
+// "12.3 ms".
+std::string milliseconds(double seconds);
+// The rows of the help.
+std::vector<OverlayRow> help_rows(CameraMode mode);
+// What a picture of `size` cost, for the window's corner; `depth` of the model.
+std::string cost_text(const PictureStatistics &picture, int depth, glm::ivec2 size);
+// The same and what was loaded so far, for -v.
+std::string cost_line(const PictureStatistics &picture, int depth, glm::ivec2 size, const StreamingStatistics &loaded);
+
+} // namespace pbm

@@ -1,0 +1,232 @@
+#include "window/window.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+
+namespace pbm {
+namespace {
+
+// What GLFW said last; it reports through a plain function.
+std::string &last_complaint() {
+    static std::string text;
+    return text;
+}
+
+// Xlib ends the process by exit(1), after lines of its own, when the server goes away or takes the window.
+bool &window_is_open() {
+    static bool open = false;
+    return open;
+}
+
+void say_that_the_display_is_lost() {
+    if (!window_is_open())
+        return;
+    std::fputs("pbm-view: the display has taken the window away; pictures that were saved are whole\n", stderr);
+    std::_Exit(exit_code(ErrorCode::memory));
+}
+
+Error no_window(const std::string &what) {
+    const std::string &why = last_complaint();
+    return {ErrorCode::memory, 0,
+            what + (why.empty() ? "" : ": " + why) + "; pbm-render draws without display and OpenGL"};
+}
+
+std::optional<Key> key_of(int key) {
+    switch (key) {
+    case GLFW_KEY_LEFT:
+    case GLFW_KEY_A: return Key::left;
+    case GLFW_KEY_RIGHT:
+    case GLFW_KEY_D: return Key::right;
+    case GLFW_KEY_UP:
+    case GLFW_KEY_W: return Key::up;
+    case GLFW_KEY_DOWN:
+    case GLFW_KEY_S: return Key::down;
+    case GLFW_KEY_SPACE:
+    case GLFW_KEY_F12: return Key::save;
+    case GLFW_KEY_F:
+    case GLFW_KEY_ENTER: return Key::reset;
+    case GLFW_KEY_C: return Key::switch_camera;
+    case GLFW_KEY_F1:
+    case GLFW_KEY_H: return Key::help;
+    case GLFW_KEY_F2: return Key::frame_time;
+    case GLFW_KEY_TAB: return Key::panel;
+    case GLFW_KEY_F11: return Key::full_screen;
+    case GLFW_KEY_ESCAPE: return Key::quit;
+    default: return std::nullopt;
+    }
+}
+
+std::optional<EditKey> edit_key_of(int key) {
+    switch (key) {
+    case GLFW_KEY_BACKSPACE: return EditKey::backspace;
+    case GLFW_KEY_DELETE: return EditKey::erase;
+    case GLFW_KEY_ENTER:
+    case GLFW_KEY_KP_ENTER: return EditKey::enter;
+    case GLFW_KEY_ESCAPE: return EditKey::cancel;
+    case GLFW_KEY_LEFT: return EditKey::left;
+    case GLFW_KEY_RIGHT: return EditKey::right;
+    case GLFW_KEY_HOME: return EditKey::home;
+    case GLFW_KEY_END: return EditKey::end;
+    default: return std::nullopt;
+    }
+}
+
+std::optional<MouseButton> button_of(int button) {
+    switch (button) {
+    case GLFW_MOUSE_BUTTON_LEFT: return MouseButton::left;
+    case GLFW_MOUSE_BUTTON_MIDDLE: return MouseButton::middle;
+    case GLFW_MOUSE_BUTTON_RIGHT: return MouseButton::right;
+    default: return std::nullopt;
+    }
+}
+
+std::vector<Event> &events_of(GLFWwindow *window) {
+    return *static_cast<std::vector<Event> *>(glfwGetWindowUserPointer(window));
+}
+
+// The monitor that shows most of the window.
+GLFWmonitor *monitor_of(glm::ivec2 place, glm::ivec2 size) {
+    int count = 0;
+    GLFWmonitor **const monitors = glfwGetMonitors(&count);
+    GLFWmonitor *best = glfwGetPrimaryMonitor();
+    int most = 0;
+    for (int i = 0; i < count; ++i) {
+        glm::ivec2 corner, extent;
+        glfwGetMonitorWorkarea(monitors[i], &corner.x, &corner.y, &extent.x, &extent.y);
+        const int width = std::min(place.x + size.x, corner.x + extent.x) - std::max(place.x, corner.x);
+        const int height = std::min(place.y + size.y, corner.y + extent.y) - std::max(place.y, corner.y);
+        if (width > 0 && height > 0 && width * height > most) {
+            most = width * height;
+            best = monitors[i];
+        }
+    }
+    return best;
+}
+
+} // namespace
+
+Result<std::unique_ptr<Window>> Window::open(const std::string &title, glm::ivec2 size) {
+    glfwSetErrorCallback([](int, const char *description) { last_complaint() = description; });
+    last_complaint().clear();
+    if (glfwInit() == GLFW_FALSE)
+        return no_window("there is no display");
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 2);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+    glfwWindowHint(GLFW_ALPHA_BITS, 0);
+    glfwWindowHint(GLFW_DEPTH_BITS, 0);
+    glfwWindowHint(GLFW_STENCIL_BITS, 0);
+    glfwWindowHintString(GLFW_X11_CLASS_NAME, "pbm-view");
+    glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "pbm-view");
+    GLFWwindow *const window = glfwCreateWindow(size.x, size.y, title.c_str(), nullptr, nullptr);
+    if (window == nullptr) {
+        const Error error = no_window("the display has no OpenGL 3.2");
+        glfwTerminate();
+        return error;
+    }
+    glfwMakeContextCurrent(window);
+    glfwSwapInterval(1);
+    window_is_open() = true;
+    static const int registered = std::atexit(say_that_the_display_is_lost);
+    static_cast<void>(registered);
+    return std::unique_ptr<Window>(new Window(window));
+}
+
+Window::Window(GLFWwindow *window) : window_(window) { receive_events(); }
+
+Window::~Window() {
+    window_is_open() = false;
+    glfwDestroyWindow(window_);
+    glfwTerminate();
+}
+
+void Window::receive_events() {
+    glfwSetWindowUserPointer(window_, &events_);
+    glfwSetKeyCallback(window_, [](GLFWwindow *window, int key, int, int action, int) {
+        if (const auto known = key_of(key); known && action != GLFW_REPEAT)
+            events_of(window).push_back(KeyEvent{*known, action == GLFW_PRESS});
+        if (const auto known = edit_key_of(key))
+            events_of(window).push_back(EditEvent{*known, action != GLFW_RELEASE});
+    });
+    glfwSetCharCallback(window_, [](GLFWwindow *window, unsigned character) {
+        events_of(window).push_back(CharacterEvent{character});
+    });
+    // The place of a press is that of the last movement: asking for it now would tell where the pointer is by now.
+    glfwSetMouseButtonCallback(window_, [](GLFWwindow *window, int button, int action, int modifiers) {
+        if (const auto known = button_of(button))
+            events_of(window).push_back(ButtonEvent{*known, action == GLFW_PRESS, (modifiers & GLFW_MOD_SHIFT) != 0,
+                                                    (modifiers & GLFW_MOD_CONTROL) != 0});
+    });
+    glfwSetCursorPosCallback(window_, [](GLFWwindow *window, double x, double y) {
+        // Screen coordinates, which need not be pixels.
+        glm::ivec2 size;
+        glfwGetWindowSize(window, &size.x, &size.y);
+        events_of(window).push_back(MoveEvent{glm::dvec2(x, y) / static_cast<double>(std::max(1, size.y))});
+    });
+    glfwSetScrollCallback(
+        window_, [](GLFWwindow *window, double, double notches) { events_of(window).push_back(WheelEvent{notches}); });
+    glfwSetDropCallback(window_, [](GLFWwindow *window, int count, const char **paths) {
+        if (count > 0)
+            events_of(window).push_back(DropEvent{paths[0]});
+    });
+    glfwSetWindowRefreshCallback(window_, [](GLFWwindow *window) { events_of(window).push_back(RefreshEvent{}); });
+    glfwSetWindowIconifyCallback(window_, [](GLFWwindow *window, int) { events_of(window).push_back(RefreshEvent{}); });
+    glfwSetFramebufferSizeCallback(window_,
+                                   [](GLFWwindow *window, int, int) { events_of(window).push_back(RefreshEvent{}); });
+}
+
+std::vector<Event> Window::wait(std::optional<double> timeout) {
+    if (!timeout)
+        glfwWaitEvents();
+    else if (*timeout > 0)
+        glfwWaitEventsTimeout(*timeout);
+    else
+        glfwPollEvents();
+    return std::exchange(events_, {});
+}
+
+void Window::wake() { glfwPostEmptyEvent(); }
+
+double Window::now() { return glfwGetTime(); }
+
+bool Window::close_requested() const { return glfwWindowShouldClose(window_) != GLFW_FALSE; }
+
+glm::ivec2 Window::framebuffer_size() const {
+    glm::ivec2 size;
+    glfwGetFramebufferSize(window_, &size.x, &size.y);
+    // X11 knows no window without pixels: a minimised one keeps its size.
+    return glfwGetWindowAttrib(window_, GLFW_ICONIFIED) != GLFW_FALSE ? glm::ivec2(0) : size;
+}
+
+double Window::content_scale() const {
+    float x = 1, y = 1;
+    glfwGetWindowContentScale(window_, &x, &y);
+    return std::max(1.0F, std::max(x, y));
+}
+
+void Window::set_title(const std::string &title) { glfwSetWindowTitle(window_, title.c_str()); }
+
+void Window::toggle_full_screen() {
+    if (glfwGetWindowMonitor(window_) != nullptr) {
+        glfwSetWindowMonitor(window_, nullptr, windowed_place_.x, windowed_place_.y, windowed_size_.x, windowed_size_.y,
+                             GLFW_DONT_CARE);
+        return;
+    }
+    glfwGetWindowPos(window_, &windowed_place_.x, &windowed_place_.y);
+    glfwGetWindowSize(window_, &windowed_size_.x, &windowed_size_.y);
+    GLFWmonitor *const monitor = monitor_of(windowed_place_, windowed_size_);
+    const GLFWvidmode *const mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+    if (mode == nullptr)
+        return;
+    glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
+void Window::swap() { glfwSwapBuffers(window_); }
+
+} // namespace pbm

@@ -1,0 +1,94 @@
+// A window with an OpenGL context, and what the user does to it. The only user of GLFW.
+#pragma once
+
+#include "system/error.h"
+
+#include <glm/vec2.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+struct GLFWwindow;
+
+namespace pbm {
+
+enum class Key { left, right, up, down, save, reset, switch_camera, help, frame_time, panel, full_screen, quit };
+// What keys do to a text that is typed.
+enum class EditKey { backspace, erase, enter, cancel, left, right, home, end };
+enum class MouseButton { left, middle, right };
+
+struct KeyEvent {
+    Key key;
+    bool pressed; // false: released. The keyboard's repetitions are left out.
+};
+struct ButtonEvent {
+    MouseButton button;
+    bool pressed;
+    bool shift, control;
+};
+struct EditEvent {
+    EditKey key;
+    bool pressed; // the keyboard's repetitions are presses
+};
+struct CharacterEvent {
+    std::uint32_t character; // Unicode
+};
+struct MoveEvent {
+    glm::dvec2 position; // picture heights from the upper left corner, down positive
+};
+struct WheelEvent {
+    double notches; // away from the user positive
+};
+struct DropEvent {
+    std::string path; // the first one of several files
+};
+// The window's content is lost, or its size is another.
+struct RefreshEvent {};
+
+using Event =
+    std::variant<KeyEvent, EditEvent, CharacterEvent, ButtonEvent, MoveEvent, WheelEvent, DropEvent, RefreshEvent>;
+
+class Window {
+  public:
+    // Opens a window of `size` pixels with an OpenGL 3.2 core context, current on this thread: software GL has it.
+    // One window at a time.
+    //
+    // errors  memory (exit code 4)  there is no display, or no such OpenGL
+    static Result<std::unique_ptr<Window>> open(const std::string &title, glm::ivec2 size);
+    ~Window();
+    Window(const Window &) = delete;
+    Window &operator=(const Window &) = delete;
+
+    // Sleeps until something happens, `wake` is called or `timeout` seconds have passed; absent: for ever.
+    std::vector<Event> wait(std::optional<double> timeout);
+    // Ends `wait`. Any thread.
+    static void wake();
+    // Seconds of a clock that never goes back.
+    static double now();
+
+    bool close_requested() const;
+    // Pixels; 0 x 0 while minimised.
+    glm::ivec2 framebuffer_size() const;
+    // How much larger than usual the desktop shows text.
+    double content_scale() const;
+
+    void set_title(const std::string &title);
+    void toggle_full_screen();
+    // Shows what was drawn.
+    void swap();
+
+  private:
+    explicit Window(GLFWwindow *window);
+    void receive_events();
+
+    GLFWwindow *window_;
+    std::vector<Event> events_;
+    // Of the window while it is not full screen, screen coordinates.
+    glm::ivec2 windowed_place_{0}, windowed_size_{0};
+};
+
+} // namespace pbm

@@ -1,0 +1,233 @@
+#include "viewer/pictures/image_writer.h"
+
+#include "system/threads/parallel.h"
+
+#include <isa-l/crc.h>
+#include <isa-l/igzip_lib.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+namespace pbm {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "pixels lie in memory as R G B A");
+
+constexpr std::uint8_t kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+constexpr std::uint8_t kEightBits = 8, kRgb = 2, kRgba = 6, kPerceptual = 0;
+constexpr std::uint8_t kUp = 2;                      // filter type: bytes less those of the row above
+constexpr std::uint8_t kZlibHeader[] = {0x78, 0x01}; // deflate, window of 32 KB, fastest level (RFC 1950)
+// How the deflate data of a band start: its first byte, which is the filter of its first row, as a block that is not
+// compressed (RFC 1951, 3.2.4: type, padding, length, complement of the length).
+constexpr std::uint8_t kBandStart[] = {0x00, 0x01, 0x00, 0xFE, 0xFF, kUp};
+constexpr std::size_t kStoredBytes = 1;
+constexpr std::size_t kLengthBytes = 4, kTypeBytes = 4; // at the start of a chunk
+// Rows of about so many bytes are a band: small enough to stay in the cache from filter to compressor and to share
+// the work out evenly, large enough to lose little where no match may reach back into the band above.
+constexpr std::size_t kBandBytes = std::size_t{1} << 17;
+
+std::array<std::uint8_t, 4> big_endian(std::uint32_t value) {
+    return {static_cast<std::uint8_t>(value >> 24), static_cast<std::uint8_t>(value >> 16),
+            static_cast<std::uint8_t>(value >> 8), static_cast<std::uint8_t>(value)};
+}
+
+template <class Range> void append(Bytes &bytes, const Range &more) {
+    bytes.insert(bytes.end(), std::begin(more), std::end(more));
+}
+
+// A chunk starts with room for its length; what is appended then is its data.
+void open_chunk(Bytes &chunk, std::string_view type) {
+    append(chunk, big_endian(0));
+    append(chunk, type);
+}
+
+// Fills in the length of the chunk that starts at `start` and ends with the bytes, and appends its checksum.
+void close_chunk(Bytes &bytes, std::size_t start) {
+    std::uint8_t *const chunk = bytes.data() + start;
+    const std::size_t checked = bytes.size() - start - kLengthBytes; // type and data
+    const auto length = big_endian(static_cast<std::uint32_t>(checked - kTypeBytes));
+    std::copy(length.begin(), length.end(), chunk);
+    append(bytes, big_endian(crc32_gzip_refl(0, chunk + kLengthBytes, checked)));
+}
+
+template <class Range> void append_chunk(Bytes &bytes, std::string_view type, const Range &data) {
+    const std::size_t start = bytes.size();
+    open_chunk(bytes, type);
+    append(bytes, data);
+    close_chunk(bytes, start);
+}
+
+bool is_opaque(const Framebuffer &picture) {
+    const auto columns = static_cast<std::size_t>(picture.width);
+    for (std::size_t at = 0; at < picture.pixels(); at += columns) {
+        std::uint32_t all = 0xFFFFFFFF;
+        for (std::size_t x = 0; x < columns; ++x)
+            all &= picture.colour[at + x];
+        if (all >> 24 != 255)
+            return false;
+    }
+    return true;
+}
+
+// How the rows of a picture are shared out.
+struct Bands {
+    Bands(const Framebuffer &picture, bool opaque)
+        : channels(opaque ? 3 : 4), row_bytes(1 + static_cast<std::size_t>(picture.width) * channels),
+          rows(std::max<std::size_t>(1, kBandBytes / row_bytes)), height(static_cast<std::size_t>(picture.height)),
+          count((height + rows - 1) / rows) {}
+
+    std::size_t channels;
+    std::size_t row_bytes; // filtered, with the filter's type in front
+    std::size_t rows;      // of a band; the last one may have fewer
+    std::size_t height, count;
+};
+
+struct EncodedBand {
+    Bytes chunk;          // a whole IDAT
+    uLong adler32 = 1;    // of the filtered bytes
+    z_off_t filtered = 0; // how many these are
+    bool failed = false;
+};
+
+// Memory for one thread's bands.
+class BandEncoder {
+  public:
+    BandEncoder(const Framebuffer &picture, const Bands &bands)
+        : picture_(picture), bands_(bands), above_first_(static_cast<std::size_t>(picture.width)),
+          difference_(above_first_.size() * sizeof(std::uint32_t)), filtered_(bands.rows * bands.row_bytes + 1),
+          level_memory_(ISAL_DEF_LVL1_MEDIUM) {}
+
+    EncodedBand encode(std::size_t band) {
+        const std::size_t first = band * bands_.rows, end = std::min(first + bands_.rows, bands_.height);
+        for (std::size_t y = first; y < end; ++y)
+            filter(y, filtered_.data() + (y - first) * bands_.row_bytes);
+        const std::size_t size = (end - first) * bands_.row_bytes;
+
+        EncodedBand result;
+        open_chunk(result.chunk, "IDAT");
+        if (band == 0)
+            append(result.chunk, kZlibHeader);
+        append(result.chunk, kBandStart);
+        result.failed = !deflate(size, end == bands_.height, result.chunk);
+        close_chunk(result.chunk, 0);
+        result.adler32 = isal_adler32(1, filtered_.data(), size);
+        result.filtered = static_cast<z_off_t>(size);
+        return result;
+    }
+
+  private:
+    // Writes a row and, where pixels have three bytes, one byte behind it.
+    void filter(std::size_t y, std::uint8_t *filtered) {
+        const std::size_t columns = above_first_.size();
+        const std::uint32_t *const pixels = picture_.colour.data() + y * columns;
+        const auto *const row = reinterpret_cast<const std::uint8_t *>(pixels);
+        const auto *const above =
+            reinterpret_cast<const std::uint8_t *>(y == 0 ? above_first_.data() : pixels - columns);
+        *filtered++ = kUp;
+        std::uint8_t *const difference = bands_.channels == 4 ? filtered : difference_.data();
+        for (std::size_t i = 0; i < columns * 4; ++i)
+            difference[i] = static_cast<std::uint8_t>(row[i] - above[i]);
+        if (bands_.channels == 3) // four bytes at once: the next pixel overwrites the fourth
+            for (std::size_t x = 0; x < columns; ++x)
+                std::memcpy(filtered + 3 * x, difference + 4 * x, 4);
+    }
+
+    // Appends the first `size` filtered bytes less those of kBandStart, compressed; a band that is not the last one
+    // ends with a full flush.
+    //
+    // The stored byte is here for its use as a dictionary. Where a stream starts without one, ISA-L 2.30 files the
+    // third byte's position in its hash table under a hash of bits 16 to 47 of the stream's own address, as the code
+    // for the first byte (igzip_icf_body_h1_gr_bt.asm, .write_first_byte) takes a register for data that still holds
+    // this address: the bytes written, though never their meaning, would change with the layout of memory.
+    bool deflate(std::size_t size, bool last, Bytes &out) {
+        isal_deflate_init(&stream_);
+        stream_.level = 1;
+        stream_.level_buf = level_memory_.data();
+        stream_.level_buf_size = static_cast<std::uint32_t>(level_memory_.size());
+        stream_.flush = last ? NO_FLUSH : FULL_FLUSH;
+        stream_.end_of_stream = last ? 1 : 0;
+        if (isal_deflate_set_dict(&stream_, filtered_.data(), kStoredBytes) != COMP_OK)
+            return false;
+        stream_.next_in = filtered_.data() + kStoredBytes;
+        stream_.avail_in = static_cast<std::uint32_t>(size - kStoredBytes);
+        stream_.avail_out = 0;
+        while (stream_.avail_out == 0) { // room is left: all is written
+            const std::size_t before = out.size();
+            out.resize(before + size / 4 + 1024);
+            stream_.next_out = out.data() + before;
+            stream_.avail_out = static_cast<std::uint32_t>(out.size() - before);
+            if (isal_deflate(&stream_) != COMP_OK)
+                return false;
+        }
+        out.resize(out.size() - stream_.avail_out);
+        return true;
+    }
+
+    const Framebuffer &picture_;
+    const Bands &bands_;
+    std::vector<std::uint32_t> above_first_; // zeros: what the first row is filtered by
+    Bytes difference_, filtered_, level_memory_;
+    isal_zstream stream_;
+};
+
+} // namespace
+
+Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
+    const bool opaque = is_opaque(picture);
+    const Bands bands(picture, opaque);
+    std::vector<EncodedBand> encoded(bands.count);
+    const std::size_t workers = std::min(bands.count, static_cast<std::size_t>(resolve_threads(threads)));
+    std::atomic<std::size_t> next{0};
+    parallel_for(workers, static_cast<int>(workers), [&](std::size_t) {
+        BandEncoder encoder(picture, bands);
+        for (std::size_t band = next++; band < bands.count; band = next++)
+            encoded[band] = encoder.encode(band);
+    });
+
+    uLong adler32 = 1;
+    std::size_t size = 128; // all but the bands takes 91
+    for (const EncodedBand &band : encoded) {
+        if (band.failed)
+            return Error{ErrorCode::memory, 0, "the PNG encoder failed"};
+        adler32 = adler32_combine(adler32, band.adler32, band.filtered);
+        size += band.chunk.size();
+    }
+    Bytes header;
+    append(header, big_endian(static_cast<std::uint32_t>(picture.width)));
+    append(header, big_endian(static_cast<std::uint32_t>(picture.height)));
+    append(header,
+           std::array<std::uint8_t, 5>{kEightBits, opaque ? kRgb : kRgba}); // deflate, filters per row, not interlaced
+
+    Bytes file;
+    file.reserve(size);
+    append(file, kSignature);
+    append_chunk(file, "IHDR", header);
+    append_chunk(file, "sRGB", std::array{kPerceptual});
+    for (const EncodedBand &band : encoded)
+        append(file, band.chunk);
+    append_chunk(file, "IDAT", big_endian(static_cast<std::uint32_t>(adler32)));
+    append_chunk(file, "IEND", Bytes());
+    return file;
+}
+
+Bytes encode_depth_pfm(const Framebuffer &picture) {
+    const std::string header =
+        "Pf\n" + std::to_string(picture.width) + " " + std::to_string(picture.height) + "\n-1.0\n";
+    const auto row_bytes = static_cast<std::size_t>(picture.width) * sizeof(float);
+    Bytes file(header.size() + row_bytes * static_cast<std::size_t>(picture.height));
+    std::copy(header.begin(), header.end(), file.begin());
+    const auto *const depths = reinterpret_cast<const std::uint8_t *>(picture.depth.data());
+    for (std::size_t y = 0; y < static_cast<std::size_t>(picture.height); ++y) {
+        const std::size_t from_bottom = static_cast<std::size_t>(picture.height) - 1 - y;
+        std::copy_n(depths + from_bottom * row_bytes, row_bytes, file.data() + header.size() + y * row_bytes);
+    }
+    return file;
+}
+
+} // namespace pbm

@@ -1,0 +1,61 @@
+#include "viewer/pictures/picture_file.h"
+
+#include "system/files/file_replacement.h"
+#include "viewer/pictures/bmp_writer.h"
+#include "viewer/pictures/image_writer.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+
+namespace pbm {
+namespace {
+
+// Takes the name by making an empty file of it, which fails if there is one already.
+bool take_name(const std::string &path) {
+    std::FILE *const file = std::fopen(path.c_str(), "wx");
+    return file != nullptr && std::fclose(file) == 0;
+}
+
+} // namespace
+
+Result<PictureForm> picture_form(const std::string &name) {
+    std::string extension = std::filesystem::path(name).extension().string();
+    for (char &c : extension)
+        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    if (extension.empty() || extension == ".png")
+        return PictureForm::png;
+    if (extension == ".bmp")
+        return PictureForm::bmp;
+    return Error{ErrorCode::usage, 0,
+                 name + ": pictures are PNG or BMP files; choose a name that ends with .png or .bmp"};
+}
+
+Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads) {
+    return form == PictureForm::bmp ? encode_bmp(picture) : encode_png(picture, threads);
+}
+
+Result<std::string> save_picture(const std::filesystem::path &folder, const std::string &name,
+                                 const Framebuffer &picture) {
+    const auto png = encode_png(picture);
+    if (!png)
+        return png.error();
+    for (int number = 1;; ++number) {
+        const std::string path = (folder / (name + "-" + std::to_string(number) + ".png")).string();
+        errno = 0;
+        if (!take_name(path)) {
+            if (errno == EEXIST)
+                continue;
+            return Error{ErrorCode::io, 0,
+                         "cannot write " + path + ": " + std::error_code(errno, std::generic_category()).message()};
+        }
+        if (const Status written = replace_file(path, *png, Durability::cached); !written) {
+            std::error_code ignored;
+            std::filesystem::remove(path, ignored);
+            return Error{written.error().code, 0, path + ": " + written.error().message};
+        }
+        return path;
+    }
+}
+
+} // namespace pbm

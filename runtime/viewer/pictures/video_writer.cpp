@@ -1,0 +1,213 @@
+#include "viewer/pictures/video_writer.h"
+
+#include "system/files/file_replacement.h"
+#include "system/processes/child_program.h"
+#include "system/threads/parallel.h"
+#include "viewer/pictures/avi_writer.h"
+#include "viewer/pictures/frame_names.h"
+#include "viewer/pictures/jpeg_encoder.h"
+#include "viewer/pictures/picture_file.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+namespace pbm {
+namespace {
+
+enum class Form { avi, mp4, pictures, raw };
+
+Result<Form> form_of(const std::string &output) {
+    if (output == "-")
+        return Form::raw;
+    const std::string extension = std::filesystem::path(output).extension().string();
+    if (extension == ".avi" || extension == ".AVI")
+        return Form::avi;
+    if (extension == ".mp4" || extension == ".MP4")
+        return Form::mp4;
+    if (!extension.empty() && picture_form(output)) {
+        const auto names = parse_frame_names(output);
+        return names ? Result<Form>(Form::pictures) : names.error();
+    }
+    return Error{ErrorCode::usage, 0,
+                 output + ": videos are .avi, .mp4, pictures like name_%04d.png, or - for raw frames"};
+}
+
+Bytes rgb_of(const Framebuffer &picture) {
+    Bytes bytes(3 * picture.pixels());
+    std::uint8_t *to = bytes.data();
+    for (std::size_t i = 0; i < picture.pixels(); ++i, to += 3) {
+        const Rgba8 pixel = unpack_rgba(picture.colour[i]);
+        std::copy_n(pixel.begin(), 3, to);
+    }
+    return bytes;
+}
+
+Result<VideoSink> open_avi(const VideoOptions &options, glm::ivec2 size) {
+    auto opened = AviWriter::begin(options.output, size, frame_rate(options.fps));
+    if (!opened)
+        return opened.error();
+    const auto writer = std::make_shared<AviWriter>(std::move(*opened));
+    return VideoSink{
+        .encode = [quality = options.quality](const Framebuffer &frame) { return encode_jpeg(frame, quality); },
+        .write = [writer](ByteView jpeg) { return writer->write(jpeg); },
+        .finish = [writer] { return writer->finish(); }};
+}
+
+// The same bytes on every computer: one thread, no version of the encoder in the file.
+std::vector<std::string> ffmpeg_command(glm::ivec2 size, FrameRate rate, const std::string &file) {
+    std::string frames_per_second = std::to_string(rate.frames);
+    frames_per_second.append("/").append(std::to_string(rate.seconds));
+    return {"ffmpeg",
+            "-hide_banner",
+            "-loglevel",
+            "error",
+            "-y", // the file is there, and empty
+            "-f",
+            "rawvideo",
+            "-pixel_format",
+            "rgb24",
+            "-video_size",
+            std::to_string(size.x) + "x" + std::to_string(size.y),
+            "-framerate",
+            frames_per_second,
+            "-i",
+            "pipe:0",
+            "-an",
+            "-vf",
+            "pad=ceil(iw/2)*2:ceil(ih/2)*2", // what its pixel format asks for
+            "-c:v",
+            "libx264",
+            "-crf",
+            "18",
+            "-pix_fmt",
+            "yuv420p",
+            "-threads",
+            "1",
+            "-bitexact",
+            "-fflags",
+            "+bitexact",
+            "-flags:v",
+            "+bitexact",
+            "-movflags",
+            "+faststart",
+            "-f",
+            "mp4",
+            "file:" + file};
+}
+
+Result<VideoSink> open_mp4(const VideoOptions &options, glm::ivec2 size) {
+    auto opened = FileReplacement::begin(options.output);
+    if (!opened)
+        return opened.error();
+    const auto file = std::make_shared<FileReplacement>(std::move(*opened));
+    auto started = ChildProgram::start(ffmpeg_command(size, frame_rate(options.fps), file->name_until_finished()));
+    const auto with_advice = [](Error error) {
+        error.message += "; .avi needs no other program";
+        return error;
+    };
+    if (!started)
+        return with_advice(started.error());
+    const auto program = std::make_shared<ChildProgram>(std::move(*started));
+    return VideoSink{.encode = [](const Framebuffer &frame) { return rgb_of(frame); },
+                     .write = [=](ByteView rgb) -> Status {
+                         Status written = program->write(rgb);
+                         return written ? written : with_advice(std::move(written).error());
+                     },
+                     .finish = [=]() -> Status {
+                         if (Status ended = program->finish(); !ended)
+                             return with_advice(std::move(ended).error());
+                         return file->finish(Durability::cached);
+                     }};
+}
+
+Result<VideoSink> open_pictures(const std::string &output) {
+    const auto names = parse_frame_names(output);
+    if (!names)
+        return names.error();
+    return VideoSink{
+        .encode = [form = *picture_form(output)](const Framebuffer &frame) { return encode_picture(frame, form); },
+        .write = [names = *names, frame = 0](
+                     ByteView bytes) mutable { return replace_file(names.of(++frame), bytes, Durability::cached); },
+        .finish = [] { return Status(); }};
+}
+
+Result<VideoSink> open_raw(const std::string &output) {
+    auto opened = FileReplacement::begin(output);
+    if (!opened)
+        return opened.error();
+    const auto file = std::make_shared<FileReplacement>(std::move(*opened));
+    return VideoSink{.encode = [](const Framebuffer &frame) { return rgb_of(frame); },
+                     .write = [file](ByteView rgb) { return file->write(rgb); },
+                     .finish = [file] { return file->finish(Durability::cached); }};
+}
+
+} // namespace
+
+Status check_video_name(const std::string &output) {
+    const auto form = form_of(output);
+    return form ? Status() : Status(form.error());
+}
+
+bool has_transparency(const std::string &output) { return *form_of(output) == Form::pictures; }
+
+std::vector<std::string> video_files(const VideoOptions &options) {
+    if (options.output.empty())
+        return {};
+    if (const auto names = parse_frame_names(options.output); names && *form_of(options.output) == Form::pictures)
+        return options.frames == 1 ? std::vector{names->of(1)} : std::vector{names->of(1), names->of(options.frames)};
+    return {options.output};
+}
+
+Result<VideoSink> open_video(const VideoOptions &options, glm::ivec2 size) {
+    const auto form = form_of(options.output);
+    if (!form)
+        return form.error();
+    switch (*form) {
+    case Form::avi: return open_avi(options, size);
+    case Form::mp4: return open_mp4(options, size);
+    case Form::pictures: return open_pictures(options.output);
+    case Form::raw: break;
+    }
+    return open_raw(options.output);
+}
+
+VideoRecorder::VideoRecorder(VideoSink sink, glm::ivec2 size, bool with_depths, int threads, std::uint64_t max_memory)
+    : sink_(std::move(sink)) {
+    // A frame, its depths, what it is encoded to and a copy of that.
+    const std::uint64_t frame =
+        std::uint64_t{16} * static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
+    const auto wanted = static_cast<std::uint64_t>(resolve_threads(threads)) + 1; // one is drawn
+    const std::uint64_t count = std::clamp<std::uint64_t>(max_memory / frame, 2, wanted);
+    slots_.reserve(count);
+    for (std::uint64_t i = 0; i < count; ++i)
+        slots_.emplace_back(size, with_depths);
+    encoders_.emplace(static_cast<int>(count)); // and the calling thread, which draws
+}
+
+Status VideoRecorder::add() {
+    Slot &slot = slots_[next_];
+    slot.encoded = encoders_->post([this, &slot] { return sink_.encode(slot.picture); });
+    next_ = (next_ + 1) % slots_.size();
+    return drain(slots_[next_]);
+}
+
+Status VideoRecorder::finish() {
+    for (std::size_t i = 0; i < slots_.size(); ++i)
+        if (Status written = drain(slots_[(next_ + i) % slots_.size()]); !written)
+            return written;
+    return sink_.finish();
+}
+
+// Writes the frame of a slot, if it has one: the oldest of those that are not written.
+Status VideoRecorder::drain(Slot &slot) {
+    if (!slot.encoded.valid())
+        return {};
+    const auto encoded = slot.encoded.get();
+    if (!encoded)
+        return encoded.error();
+    bytes_ += encoded->size();
+    return sink_.write(*encoded);
+}
+
+} // namespace pbm

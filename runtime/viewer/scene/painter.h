@@ -1,0 +1,57 @@
+// Draws a model with a look: the one way from switches and edits to pixels, for all programs.
+#pragma once
+
+#include "pbm_render/fast/fast_renderer.h"
+#include "pbm_render/fine/fine_renderer.h"
+#include "pbm_render/surroundings/surroundings.h"
+#include "system/threads/thread_pool.h"
+#include "viewer/scene/look.h"
+
+#include <memory>
+#include <optional>
+#include <span>
+
+namespace pbm {
+
+class Painter {
+  public:
+    // `file` must stay as long as the painter. The rest as for FastRenderer.
+    Painter(const ModelParameters &file, std::shared_ptr<const Surroundings> surroundings, std::uint32_t chunk_points,
+            int threads);
+
+    // Draws a picture of the quality that `look` asks for.
+    RenderStatistics draw(std::span<const PointRun> runs, const Camera &camera, const Look &look, Framebuffer &target);
+    // The same, but fast.
+    RenderStatistics draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
+                               Framebuffer &target);
+
+    // A fine picture sample by sample, see FineRenderer; `target` is that of `begin_fine` in size and depths.
+    void begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width, int height);
+    // Adds a sample and fills `target` with the mean of all so far.
+    RenderStatistics add_sample(Framebuffer &target);
+    int samples() const { return fine_->samples(); }
+
+  private:
+    FastRenderer &fast(const Appearance &appearance);
+    FineRenderer &fine(const Appearance &appearance);
+    // Lets `draw` fill a picture with depths if the depth cue asks for them, and adds it to `target`.
+    template <class Draw>
+    RenderStatistics with_depth_cue(const Camera &camera, DepthCue cue, Framebuffer &target, const Draw &draw);
+
+    const ModelParameters &file_;
+    const std::shared_ptr<const Surroundings> surroundings_;
+    const std::uint32_t chunk_points_;
+    const int threads_;
+    std::optional<FastRenderer> fast_; // both made when first needed
+    std::optional<FineRenderer> fine_;
+    std::optional<Appearance> fast_appearance_, fine_appearance_; // that they draw with
+    std::optional<ThreadPool> pool_;                              // of the depth cue
+    std::optional<Framebuffer> depths_;                           // drawn to where the target has none
+    Camera fine_camera_;
+    DepthCue fine_cue_ = DepthCue::none;
+};
+
+// Darkens by depth a picture that `camera` took of a grid with this edge.
+void add_depth_cue(DepthCue cue, const Camera &camera, double grid_edge, ThreadPool &pool, Framebuffer &target);
+
+} // namespace pbm

@@ -1,0 +1,53 @@
+#include "viewer/scene/picture_saver.h"
+
+#include "viewer/pictures/picture_file.h"
+
+#include <filesystem>
+#include <utility>
+
+namespace pbm {
+
+void PictureSaver::serve() {
+    while (!waiting_.empty()) {
+        Waiting &picture = waiting_.front();
+        StreamedModel &model = picture.model->streamed();
+        const bool is_loading = model.is_loading(); // asked first: what has arrived since is chosen
+        Detail detail = model.choose(picture.view);
+        if (detail.missing.empty() || (picture.requested && !is_loading)) {
+            begin(picture, std::move(detail));
+            waiting_.pop_front();
+            continue;
+        }
+        model.request(std::move(detail.missing));
+        picture.requested = true;
+        return;
+    }
+}
+
+void PictureSaver::begin(const Waiting &picture, Detail detail) {
+    saving_.push_back(background_.post([model = picture.model, view = picture.view, look = picture.look,
+                                        detail = std::move(detail)]() -> Result<std::string> {
+        if (!detail.missing.empty())
+            return Error{ErrorCode::memory, 0, "the picture needs more memory than allowed"};
+        Framebuffer pixels(view.width, view.height, false);
+        model->draw_in_background(detail, view, look, pixels);
+        return save_picture(std::filesystem::path(), std::filesystem::path(model->path()).stem().string(), pixels);
+    }));
+}
+
+std::vector<Result<std::string>> PictureSaver::take_done(bool all) {
+    if (all)
+        for (; !waiting_.empty(); waiting_.pop_front()) {
+            StreamedModel &model = waiting_.front().model->streamed();
+            static_cast<void>(model.load(waiting_.front().view)); // what is damaged shows coarser, as in the window
+            begin(waiting_.front(), model.choose(waiting_.front().view));
+        }
+    std::vector<Result<std::string>> done;
+    while (!saving_.empty() && (all || is_ready(saving_.front()))) {
+        done.push_back(saving_.front().get());
+        saving_.pop_front();
+    }
+    return done;
+}
+
+} // namespace pbm

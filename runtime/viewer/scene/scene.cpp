@@ -1,0 +1,76 @@
+#include "viewer/scene/scene.h"
+
+namespace pbm {
+
+namespace {
+
+struct OpenedFile {
+    MappedFile file;
+    Reader reader; // of the file, wherever this is moved to
+};
+
+Result<OpenedFile> open_file(const std::string &path) {
+    auto file = MappedFile::open(path);
+    if (!file)
+        return file.error();
+    auto reader = Reader::open(file->bytes());
+    if (!reader)
+        return reader.error();
+    return OpenedFile{std::move(*file), std::move(*reader)};
+}
+
+// Levels stand one after the other in the file, after all that is small.
+StreamingStatistics cost_of(const Reader &reader, const Model &model) {
+    StreamingStatistics cost;
+    const bool mapped = reader.header().storage() == Storage::mapped;
+    for (std::uint32_t level = 1; level < model.levels.size(); ++level) {
+        const SectionEntry &chunks = *reader.section(SectionType::level_chunks, level);
+        cost.bytes_read = chunks.offset + chunks.stored_bytes;
+        cost.points_decoded += mapped ? 0 : chunks.count;
+    }
+    return cost;
+}
+
+} // namespace
+
+Status check_scene(const std::string &path) {
+    const auto opened = open_file(path);
+    return opened ? Status() : Status(opened.error());
+}
+
+Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options) {
+    auto opened = open_file(path);
+    if (!opened)
+        return opened.error();
+    auto images = opened->reader.images();
+    if (!images)
+        return images.error();
+    return std::make_unique<StreamedScene>(std::move(opened->file), std::move(opened->reader), std::move(*images),
+                                           std::move(options));
+}
+
+Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options) {
+    auto opened = open_file(path);
+    if (!opened)
+        return opened.error();
+    auto model = load_model(opened->reader, options);
+    if (!model)
+        return model.error();
+    const StreamingStatistics cost = cost_of(opened->reader, *model);
+    return std::make_shared<const Scene>(std::move(*model), cost);
+}
+
+Error with_advice(std::string_view program, Error error) {
+    switch (error.code) {
+    case ErrorCode::memory: error.message += "; allow more with --max-memory or draw a coarser --level"; break;
+    case ErrorCode::unsupported_feature: error.message += "; a newer " + std::string(program) + " is needed"; break;
+    case ErrorCode::unsupported_version:
+    case ErrorCode::usage:
+    case ErrorCode::io:
+    case ErrorCode::not_bvg: break; // the message says it
+    default: error.message += "; pbm-validate names all damage, build the file anew";
+    }
+    return error;
+}
+
+} // namespace pbm

@@ -1,0 +1,112 @@
+#include "viewer/scene/shown_model.h"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+namespace pbm {
+
+double error_of(const Detail &detail, double max_error) {
+    // In the place of a chunk that is missing the level above it is drawn, whose voxels are twice as large.
+    return detail.missing.empty() ? max_error : std::max(max_error, 2 * detail.missing.front().error);
+}
+
+Result<ShownModelPointer> ShownModel::open(const std::string &path, const ViewOptions &options,
+                                           std::function<void()> arrived) {
+    ShownModelPointer shown(new ShownModel(path, options));
+    StreamingOptions streaming{.threads = options.load.threads, .max_memory = options.load.max_memory};
+    // Chunks arrive faster than pictures are drawn: one call is enough for all that nobody has looked at.
+    streaming.arrived = [&has_arrivals = shown->has_arrivals_, arrived = std::move(arrived)] {
+        if (!has_arrivals.exchange(true))
+            arrived();
+    };
+    auto scene = open_scene(path, std::move(streaming));
+    if (!scene)
+        return scene.error();
+    shown->scene_ = std::move(*scene);
+    const auto bounds = shown->streamed().bounds();
+    if (!bounds)
+        return bounds.error();
+    shown->bounds_ = *bounds;
+    static_cast<void>(shown->painter(shown->window_)); // now, while there is no window
+    // An unusable camera is told when there is a window to tell it.
+    if (const auto camera = choose_camera(options, *bounds, shown->grid().up, options.resolution))
+        shown->streamed().request(
+            shown->streamed().choose(shown->view(*camera, options.resolution, options.max_error)).missing);
+    return shown;
+}
+
+std::vector<Error> ShownModel::take_errors() {
+    std::vector<Error> errors = streamed().take_errors();
+    for (Error &error : scene_->surroundings->take_errors())
+        errors.push_back(std::move(error));
+    return errors;
+}
+
+DetailView ShownModel::view(const Camera &camera, glm::ivec2 size, double max_error) const {
+    return detail_view(options_, camera, size, max_error);
+}
+
+PictureStatistics ShownModel::draw_now(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                       Framebuffer &target) {
+    const auto begin = std::chrono::steady_clock::now();
+    return statistics(detail, view, painter(window_).draw_fast(detail.runs, view.camera, *look, target), begin);
+}
+
+PictureStatistics ShownModel::draw_and_wait(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                            Framebuffer &target) {
+    const auto begin = std::chrono::steady_clock::now();
+    return statistics(detail, view, painter(window_).draw(detail.runs, view.camera, *look, target), begin);
+}
+
+PictureStatistics ShownModel::draw_in_background(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                                 Framebuffer &target) {
+    const auto begin = std::chrono::steady_clock::now();
+    return statistics(detail, view, painter(background_).draw(detail.runs, view.camera, *look, target), begin);
+}
+
+void ShownModel::begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look) {
+    painter(refining_).begin_fine(detail.runs, view.camera, *look, view.width, view.height);
+}
+
+PictureStatistics ShownModel::add_sample(const Detail &detail, const DetailView &view, Framebuffer &target) {
+    const auto begin = std::chrono::steady_clock::now();
+    return statistics(detail, view, refining_->add_sample(target), begin);
+}
+
+Painter &ShownModel::painter(std::optional<Painter> &made) const {
+    if (!made)
+        made.emplace(parameters(), scene_->surroundings, streamed().reader().header().chunk_points,
+                     options_.load.threads);
+    return *made;
+}
+
+PictureStatistics ShownModel::statistics(const Detail &detail, const DetailView &view, const RenderStatistics &drawn,
+                                         std::chrono::steady_clock::time_point begin) const {
+    PictureStatistics statistics;
+    statistics.drawn = drawn;
+    statistics.coarsest_level = drawn.level;
+    for (const PointRun &run : detail.runs)
+        statistics.coarsest_level = std::min(statistics.coarsest_level, run.level);
+    statistics.error = error_of(detail, view.max_error);
+    statistics.missing = detail.missing.size();
+    statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return statistics;
+}
+
+Loading begin_loading(ThreadPool &background, const std::string &path, const ViewOptions &options) {
+    return background.post([&background, path, options]() -> Result<ShownModelPointer> {
+        try {
+            return ShownModel::open(path, options, [&background] { background.wake(); });
+        } catch (const std::bad_alloc &) {
+            return Error{ErrorCode::memory, 0, "out of memory"};
+        }
+    });
+}
+
+void let_go(ThreadPool &background, ShownModelPointer model) {
+    if (model)
+        background.post([model = std::move(model)]() mutable { model.reset(); });
+}
+
+} // namespace pbm

@@ -1,0 +1,136 @@
+// Errors as values: what is wrong with the bytes, where, and which rule of BVG.md they break.
+//
+// Broken bytes give an `Error`; broken callers give an `assert`. No exception crosses this library.
+#pragma once
+
+#include <cassert>
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+namespace pbm {
+
+// Kinds of failure. The order is not part of any contract; the names (`to_string`) are.
+enum class ErrorCode : std::uint8_t {
+    usage,               // the caller asked for something that makes no sense
+    io,                  // the operating system refused: open, read, write, rename
+    not_bvg,             // the magic number is another one
+    truncated,           // bytes are missing
+    bad_hash,            // bytes were changed: a stored hash does not match
+    bad_header,          // header fields contradict each other or the limits
+    bad_table,           // section table: order, overlap, sizes, padding
+    bad_section,         // a small section (grid, attributes, materials, lights, texture, metadata)
+    bad_directory,       // chunk directory of a level
+    bad_octree,          // child masks
+    bad_attribute,       // attribute values out of range
+    bad_image,           // a raster: shape, tile directory, tiles, mip levels
+    bad_content,         // content_id, averages or counts disagree with the data
+    bad_input,           // a scan (PLY, OBJ, ...) is damaged or says something impossible
+    too_large,           // over a limit of BVG.md section 10
+    memory,              // an allocation failed or the budget is used up
+    unsupported_version, // another version of the format
+    unsupported_feature, // a required feature, codec or filter this build does not know
+};
+
+std::string_view to_string(ErrorCode code);
+
+// Process exit code of a failure (every program of the project uses it): 1 usage, 2 I/O, 3 invalid or
+// damaged input, 4 memory or another run-time limit, 5 unsupported version or feature.
+int exit_code(ErrorCode code);
+
+// What a check compared: a number, a hash, or text where a number does not say it ("1..8", not a number). May be empty.
+class Value {
+  public:
+    struct Hash {
+        std::uint64_t value;
+    };
+    using Held = std::variant<std::monostate, std::uint64_t, std::int64_t, double, std::string, Hash>;
+
+    Value() = default;
+    template <std::unsigned_integral Number> Value(Number number) : held_(std::uint64_t{number}) {}
+    template <std::signed_integral Number> Value(Number number) : held_(std::int64_t{number}) {}
+    template <std::floating_point Number> Value(Number number) {
+        if (std::isfinite(number))
+            held_ = double{number};
+        else
+            held_ = std::string(std::isnan(number) ? "nan" : number < 0 ? "-inf" : "inf"); // JSON has no such numbers
+    }
+    Value(Hash hash) : held_(hash) {}
+    Value(std::string text) : held_(std::move(text)) {}
+    Value(std::string_view text) : held_(std::string(text)) {}
+    Value(const char *text) : held_(std::string(text)) {}
+
+    bool empty() const { return held_.index() == 0; }
+    const Held &held() const { return held_; }
+
+  private:
+    Held held_;
+};
+std::string to_string(const Value &value);
+// As text 0x and 16 hexadecimal digits.
+inline Value hash_value(std::uint64_t hash) { return Value::Hash{hash}; }
+
+struct Error {
+    ErrorCode code{};
+    std::uint64_t offset = 0; // byte offset in the file; see has_offset
+    std::string message{};    // one line; starts with the paragraph of BVG.md where one applies ("4.2 ...")
+    std::string_view name{};  // stable code of the fault, "octree.empty_mask", or empty; a string that is never freed
+    std::string_view rule{};  // of BVG.md that is broken: "4.2"; empty if none
+    Value expected{}, actual{};
+    std::int64_t tile = -1; // number in its raster, or -1
+};
+
+// Whether `offset` says something: damage in a .pbvg always has a place, which may be its first byte; everything else
+// has one where it is not 0.
+bool has_offset(const Error &error);
+
+// For the seams where std::bad_alloc becomes an error. Takes no memory itself.
+Error out_of_memory();
+
+// A value or an `Error`. Test with `ok()` (or bool) before `value()`.
+template <class T> class [[nodiscard]] Result {
+  public:
+    Result(T value) : held_(std::in_place_index<0>, std::move(value)) {}
+    Result(Error error) : held_(std::in_place_index<1>, std::move(error)) {}
+
+    bool ok() const { return held_.index() == 0; }
+    explicit operator bool() const { return ok(); }
+
+    T &value() & { return assert(ok()), *std::get_if<0>(&held_); }
+    const T &value() const & { return assert(ok()), *std::get_if<0>(&held_); }
+    T &&value() && { return assert(ok()), std::move(*std::get_if<0>(&held_)); }
+    T &operator*() & { return value(); }
+    const T &operator*() const & { return value(); }
+    T *operator->() { return &value(); }
+    const T *operator->() const { return &value(); }
+
+    Error &error() & { return assert(!ok()), *std::get_if<1>(&held_); }
+    const Error &error() const & { return assert(!ok()), *std::get_if<1>(&held_); }
+    Error &&error() && { return assert(!ok()), std::move(*std::get_if<1>(&held_)); }
+
+  private:
+    std::variant<T, Error> held_;
+};
+
+// Success without a value, or an `Error`.
+class [[nodiscard]] Status {
+  public:
+    Status() = default;
+    Status(Error error) : error_(std::move(error)) {}
+
+    bool ok() const { return !error_.has_value(); }
+    explicit operator bool() const { return ok(); }
+    Error &error() & { return assert(!ok()), *error_; }
+    const Error &error() const & { return assert(!ok()), *error_; }
+    Error &&error() && { return assert(!ok()), std::move(*error_); }
+
+  private:
+    std::optional<Error> error_;
+};
+
+} // namespace pbm

@@ -1,0 +1,32 @@
+#include "system/files/descriptor.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <system_error>
+
+#include <unistd.h>
+
+namespace pbm {
+
+int Descriptor::close() { return number_ < 0 ? 0 : ::close(std::exchange(number_, -1)); }
+
+int write_all(int file, ByteView bytes) {
+    constexpr std::size_t kMostAtOnce = std::size_t{1} << 30;
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(file, bytes.data(), std::min(bytes.size(), kMostAtOnce));
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            return written < 0 ? errno : ENOSPC;
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+    return 0;
+}
+
+Error io_error(const std::string &what, int number) {
+    const ErrorCode code = number == ENOMEM ? ErrorCode::memory : ErrorCode::io;
+    return {code, 0, what + ": " + std::generic_category().message(number)};
+}
+
+} // namespace pbm

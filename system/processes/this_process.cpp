@@ -1,0 +1,85 @@
+#include "system/processes/this_process.h"
+
+#include "system/error.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+
+#include <fcntl.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace pbm {
+
+void make_write_errors_returns() {
+    // A standard stream that is closed gets a number whose use fails, or the next file would be taken for it.
+    for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (::fcntl(number, F_GETFD) < 0)
+            static_cast<void>(::open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY));
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
+}
+
+namespace {
+
+// What the handler says; only async-signal-safe calls are allowed in it.
+std::array<char, 160> shrink_message{};
+
+std::atomic_flag has_shrunk;
+
+extern "C" void report_shrunk_file(int) {
+    if (has_shrunk.test_and_set()) // another thread is about to end the program
+        for (;;)
+            ::pause();
+    const ssize_t written = ::write(STDERR_FILENO, shrink_message.data(), ::strlen(shrink_message.data()));
+    ::_exit(written < 0 ? 2 : exit_code(ErrorCode::io));
+}
+
+} // namespace
+
+void end_when_mapped_file_shrinks(std::string_view program) {
+    std::snprintf(shrink_message.data(), shrink_message.size(),
+                  "%.*s: the file became shorter while it was read; wait until it is written and try again\n",
+                  static_cast<int>(std::min<std::size_t>(program.size(), 40)), program.data());
+    struct sigaction action {};
+    action.sa_handler = report_shrunk_file;
+    ::sigemptyset(&action.sa_mask);
+    ::sigaction(SIGBUS, &action, nullptr);
+}
+
+void use_large_pages() {
+#ifdef __GLIBC__
+    constexpr int kMostAtOnce = 32 << 20; // the largest threshold that there is
+    constexpr int kHeap = 256 << 20;      // addresses, not memory
+    ::mallopt(M_ARENA_MAX, 1);
+    ::mallopt(M_MMAP_THRESHOLD, kMostAtOnce);
+    ::mallopt(M_TRIM_THRESHOLD, kHeap);
+    ::mallopt(M_TOP_PAD, kHeap);
+    // The next block that the heap has no room for makes it grow.
+    const std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kMostAtOnce / 2), std::free);
+    const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+    const auto address = reinterpret_cast<std::uintptr_t>(block.get());
+    const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(::sbrk(0)), gap = (page - address % page) % page;
+    // Elsewhere if the heap cannot grow.
+    if (block != nullptr && address < end && end - address <= 2 * std::uintptr_t{kHeap})
+        static_cast<void>(::madvise(static_cast<char *>(block.get()) + gap, end - address - gap, MADV_HUGEPAGE));
+#endif
+}
+
+std::uint64_t peak_memory() {
+    struct rusage usage {};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+} // namespace pbm

@@ -1,0 +1,34 @@
+// Surfaces built into models and files, or refused.
+#pragma once
+
+#include "pbm_build/pipeline.h"
+#include "pbm_format/writing/writer.h"
+
+#include <gtest/gtest.h>
+
+namespace pbm::test {
+
+// Of one surface, or of several that are merged; so in braces too.
+template <class Input = std::vector<build::Surface>>
+Model built(Input input, const build::BuildOptions &options, build::BuildStatistics *said = nullptr) {
+    build::BuildStatistics statistics;
+    Result<Model> model = build::build_model(std::move(input), options, said != nullptr ? *said : statistics);
+    EXPECT_TRUE(model.ok()) << (model.ok() ? "" : model.error().message);
+    return model.ok() ? std::move(*model) : Model{};
+}
+
+template <class Input = std::vector<build::Surface>>
+Error refused(Input input, const build::BuildOptions &options = {}) {
+    build::BuildStatistics statistics;
+    const Result<Model> model = build::build_model(std::move(input), options, statistics);
+    EXPECT_FALSE(model.ok());
+    return model.ok() ? Error{} : model.error();
+}
+
+inline Bytes file_of(const Model &model, const WriteOptions &options = {}) {
+    Result<Bytes> file = encode_model(model, options);
+    EXPECT_TRUE(file.ok()) << (file.ok() ? "" : file.error().message);
+    return file.ok() ? std::move(*file) : Bytes{};
+}
+
+} // namespace pbm::test

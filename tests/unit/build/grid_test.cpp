@@ -1,0 +1,133 @@
+#include "pbm_build/grid/grid_choice.h"
+#include "pbm_build/grid/lattice.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::build;
+
+// A flat square of `cells` x `cells` quads with edges of length 1.
+Surface sheet(unsigned cells) {
+    Surface surface;
+    for (unsigned y = 0; y <= cells; ++y)
+        for (unsigned x = 0; x <= cells; ++x)
+            surface.positions.emplace_back(x, y, 0);
+    for (unsigned y = 0; y < cells; ++y)
+        for (unsigned x = 0; x < cells; ++x) {
+            const unsigned a = y * (cells + 1) + x;
+            surface.triangles.emplace_back(a, a + 1, a + cells + 2);
+            surface.triangles.emplace_back(a, a + cells + 2, a + cells + 1);
+        }
+    return surface;
+}
+
+TEST(GridChoice, TheMedianEdgeIsWithinTwoPercent) {
+    EXPECT_NEAR(median_edge(sheet(50), 2), 1.0, 0.02); // two of three edges
+    EXPECT_EQ(median_edge(sheet(50), 1), median_edge(sheet(50), 2));
+    Surface nothing;
+    nothing.positions.assign(3, {1, 1, 1});
+    nothing.triangles = {{0, 1, 2}};
+    EXPECT_EQ(median_edge(nothing, 1), 0);
+}
+
+TEST(GridChoice, TheVoxelEdgeComesClosestToTheMedianEdge) {
+    const Bounds bounds{{0, 0, 0}, {1000, 10, 10}};
+    EXPECT_EQ(mesh_depth(bounds, 1.0), 10);          // voxels of 0.98, not 1.95
+    EXPECT_EQ(mesh_depth(bounds, 1000.0 / 740), 10); // voxels of 0.98, just closer than 1.95
+    EXPECT_EQ(mesh_depth(bounds, 1000.0 / 720), 9);  // 1.95 is closer
+    EXPECT_EQ(mesh_depth(bounds, 1000), kLeastMeshDepth);
+    EXPECT_EQ(mesh_depth(bounds, 1e-9), kMostMeshDepth);
+    EXPECT_EQ(mesh_depth(bounds, 0), kMostMeshDepth);
+}
+
+TEST(GridChoice, PointsGetTheDepthAtWhichAVoxelHoldsOneOfThem) {
+    Surface points = sheet(255);
+    points.triangles.clear();
+    const auto occupied = occupied_voxels(points, bounds_of(points), 2);
+    EXPECT_EQ(occupied[0], 1U);
+    EXPECT_EQ(occupied[5], 1024U);
+    EXPECT_EQ(occupied[8], 65536U);
+    EXPECT_EQ(occupied[16], 65536U);
+    EXPECT_EQ(point_depth(occupied), 8);
+}
+
+TEST(GridChoice, ACentredGridHoldsItsBoxAtEveryDepth) {
+    const Bounds bounds{{-3, 2, 1e6}, {5, 2.5, 1e6 + 1}};
+    for (int depth = kMinDepth; depth <= kMaxDepth; ++depth) {
+        const Grid grid = centred_grid(bounds, depth);
+        EXPECT_NEAR(grid.edge(), 8, 1e-4);
+        for (int axis = 0; axis < 3; ++axis) {
+            const double origin = grid.origin[static_cast<std::size_t>(axis)];
+            EXPECT_LT(origin, bounds.lowest[axis]);
+            EXPECT_GT(origin + grid.edge(), bounds.highest[axis]);
+            EXPECT_NEAR(origin + grid.edge() / 2, (bounds.lowest[axis] + bounds.highest[axis]) / 2, 1e-6);
+        }
+    }
+}
+
+TEST(GridChoice, ABoxWithoutExtentGetsAGrid) {
+    const Bounds at_origin{{0, 0, 0}, {0, 0, 0}}, far{{1e20, 0, 0}, {1e20, 0, 0}};
+    EXPECT_EQ(centred_grid(at_origin, 8).edge(), 1);
+    EXPECT_GE(centred_grid(far, 8).edge(), 1e10);
+    EXPECT_TRUE(check_bounds(at_origin).ok());
+    EXPECT_TRUE(check_bounds(far).ok());
+}
+
+TEST(GridChoice, AGivenVoxelSizeSnapsTheOriginToMultiplesOfIt) {
+    const Bounds bounds{{500000.13, 4000000.27, 3}, {500090.4, 4000020, 17}};
+    const Result<Grid> grid = snapped_grid(bounds, 0.25);
+    ASSERT_TRUE(grid.ok());
+    EXPECT_EQ(grid.value().voxel_size, 0.25);
+    EXPECT_EQ(grid.value().depth, 9); // 90.27 / 0.25 = 361 voxels
+    for (int axis = 0; axis < 3; ++axis) {
+        const double origin = grid.value().origin[static_cast<std::size_t>(axis)];
+        EXPECT_EQ(origin / 0.25, std::floor(origin / 0.25));
+        EXPECT_LE(origin, bounds.lowest[axis]);
+        EXPECT_GT(origin + grid.value().edge(), bounds.highest[axis]);
+    }
+    EXPECT_EQ(snapped_grid(bounds, 1e-6).error().code, ErrorCode::usage);
+    EXPECT_EQ(snapped_grid(bounds, 1e6).value().depth, kMinBuildDepth);
+}
+
+TEST(GridChoice, AreaIsRelativeToTheEdge) {
+    const Surface surface = sheet(10);
+    EXPECT_NEAR(relative_area(surface, bounds_of(surface), 2), 1.0, 1e-5);
+}
+
+TEST(GridChoice, AreasBeyondAMillionTimesTheBoxAreSummed) {
+    Surface soup; // half the face of the box, three million times
+    soup.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    soup.triangles.assign(3000000, {0, 1, 2});
+    EXPECT_NEAR(relative_area(soup, bounds_of(soup), 2), 1.5e6, 10);
+}
+
+TEST(GridChoice, PointsAtRandomGetAVoxelEdgeWithinSqrtTwoOfTheirDistance) {
+    Surface points;
+    std::mt19937 bits(5);
+    const auto random = [&] { return static_cast<double>(bits()) * 0x1p-32; };
+    for (int i = 0; i < 100000; ++i)
+        points.positions.emplace_back(random(), random(), 0);
+    const double distance = std::sqrt(1e-5);
+    const double voxel = std::ldexp(1, -point_depth(occupied_voxels(points, bounds_of(points), 2)));
+    EXPECT_GT(voxel, distance / 1.45);
+    EXPECT_LT(voxel, distance * 1.45);
+}
+
+TEST(Lattice, CoordinatesAreRoundedAndStayInside) {
+    Grid grid;
+    grid.depth = 4;
+    grid.origin = {10, 20, 30};
+    grid.voxel_size = 0.5;
+    const std::vector<glm::dvec3> places{{10, 20, 30}, {10.5 - 1e-12, 21, 38}, {-100, 1e30, 34}};
+    const auto lattice = to_lattice(places, grid, 2);
+    EXPECT_EQ(lattice[0], LatticePoint(0, 0, 0));
+    EXPECT_EQ(lattice[1], LatticePoint(1 << kLatticeBits, 2 << kLatticeBits, (16 << kLatticeBits) - 1));
+    EXPECT_EQ(voxel_of(lattice[2]), glm::ivec3(0, 15, 8));
+}
+
+} // namespace

@@ -1,0 +1,198 @@
+// Perlin noise against its published definition, and the same bits on every processor.
+#include "pbm_build/texture/noise.h"
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace pbm::build {
+namespace {
+
+// The permutation of Perlin's own program.
+constexpr Permutation kPerlins{
+    151, 160, 137, 91,  90,  15,  131, 13,  201, 95,  96,  53,  194, 233, 7,   225, 140, 36,  103, 30,  69,  142,
+    8,   99,  37,  240, 21,  10,  23,  190, 6,   148, 247, 120, 234, 75,  0,   26,  197, 62,  94,  252, 219, 203,
+    117, 35,  11,  32,  57,  177, 33,  88,  237, 149, 56,  87,  174, 20,  125, 136, 171, 168, 68,  175, 74,  165,
+    71,  134, 139, 48,  27,  166, 77,  146, 158, 231, 83,  111, 229, 122, 60,  211, 133, 230, 220, 105, 92,  41,
+    55,  46,  245, 40,  244, 102, 143, 54,  65,  25,  63,  161, 1,   216, 80,  73,  209, 76,  132, 187, 208, 89,
+    18,  169, 200, 196, 135, 130, 116, 188, 159, 86,  164, 100, 109, 198, 173, 186, 3,   64,  52,  217, 226, 250,
+    124, 123, 5,   202, 38,  147, 118, 126, 255, 82,  85,  212, 207, 206, 59,  227, 47,  16,  58,  17,  182, 189,
+    28,  42,  223, 183, 170, 213, 119, 248, 152, 2,   44,  154, 163, 70,  221, 153, 101, 155, 167, 43,  172, 9,
+    129, 22,  39,  253, 19,  98,  108, 110, 79,  113, 224, 232, 178, 185, 112, 104, 218, 246, 97,  228, 251, 34,
+    242, 193, 238, 210, 144, 12,  191, 179, 162, 241, 81,  51,  145, 235, 249, 14,  239, 107, 49,  192, 214, 31,
+    181, 199, 106, 157, 184, 84,  204, 176, 115, 121, 50,  45,  127, 4,   150, 254, 138, 236, 205, 93,  222, 114,
+    67,  29,  24,  72,  243, 141, 128, 195, 78,  66,  215, 61,  156, 180};
+
+// Places without pattern in -range..range.
+struct Places {
+    Places(std::size_t count, float range) {
+        for (std::vector<float> *const axis : {&x, &y, &z}) {
+            const double step = axis == &x ? 0.8191725134 : axis == &y ? 0.6710436067 : 0.5497004779;
+            for (std::size_t i = 0; i < count; ++i) {
+                const double turns = static_cast<double>(i + 1) * step;
+                axis->push_back(static_cast<float>(2 * (turns - std::floor(turns)) - 1) * range);
+            }
+        }
+    }
+    SamplePlaces view() const { return {x, y, z}; }
+    std::vector<float> x, y, z;
+};
+
+std::vector<float> sums(OctaveSummer *summer, std::uint32_t seed, const Octaves &octaves, OctaveSum sum,
+                        const Places &places) {
+    std::vector<float> result(places.x.size());
+    summer(PerlinNoise(seed), octaves, sum, places.view(), result);
+    return result;
+}
+
+TEST(Noise, IsPerlins) {
+    const PerlinNoise noise(kPerlins);
+    EXPECT_NEAR(noise.at(3.14F, 42, 7), 0.13691995878400012, 1e-6);
+    // One cell by hand: cell (0, 0, 0), in its middle every fade is 1/2 and the noise the mean of eight products.
+    double mean = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
+        const auto p = [](int at) { return static_cast<int>(kPerlins[static_cast<std::size_t>(at & 255)]); };
+        const int hash = p(p(p(i) + j) + k) & 15;
+        constexpr std::array<std::array<int, 3>, 16> kEdges{{{1, 1, 0},
+                                                             {-1, 1, 0},
+                                                             {1, -1, 0},
+                                                             {-1, -1, 0},
+                                                             {1, 0, 1},
+                                                             {-1, 0, 1},
+                                                             {1, 0, -1},
+                                                             {-1, 0, -1},
+                                                             {0, 1, 1},
+                                                             {0, -1, 1},
+                                                             {0, 1, -1},
+                                                             {0, -1, -1},
+                                                             {1, 1, 0},
+                                                             {0, -1, 1},
+                                                             {-1, 1, 0},
+                                                             {0, -1, -1}}};
+        const auto &edge = kEdges[static_cast<std::size_t>(hash)];
+        mean += (edge[0] * (0.5 - i) + edge[1] * (0.5 - j) + edge[2] * (0.5 - k)) / 8;
+    }
+    EXPECT_NEAR(noise.at(0.5F, 0.5F, 0.5F), mean, 1e-6);
+    EXPECT_NEAR(noise.at(256.5F, -255.5F, 512.5F), mean, 1e-6); // repeated, negative cells too
+}
+
+TEST(Noise, IsZeroAtLatticePoints) {
+    const PerlinNoise noise(5);
+    for (int i = -3; i < 300; ++i)
+        EXPECT_EQ(noise.at(static_cast<float>(i), static_cast<float>(7 * i), static_cast<float>(-i)), 0) << i;
+}
+
+TEST(Noise, SeedsArePermutations) {
+    std::set<Permutation> seen;
+    for (std::uint32_t seed = 0; seed < 200; ++seed) {
+        Permutation permutation = shuffled_permutation(seed);
+        seen.insert(permutation);
+        std::sort(permutation.begin(), permutation.end());
+        for (std::size_t i = 0; i < 256; ++i)
+            ASSERT_EQ(permutation[i], i);
+    }
+    EXPECT_EQ(seen.size(), 200U);
+    // splitmix64 of 0 starts with 0xE220A8397B1DCDAF (Vigna's program): 0xE220A839 x 256 >> 32 = 0xE2 goes last.
+    EXPECT_EQ(shuffled_permutation(0)[255], 0xE2);
+}
+
+TEST(Noise, SameBitsFromEveryProcessor) {
+    const Octaves octaves = band_limited_octaves(700, kMaxOctaves, 0.6F);
+    for (const std::size_t count : {1U, 7U, 33U, 5000U})
+        for (const OctaveSum sum : {OctaveSum::signed_noise, OctaveSum::absolute_noise}) {
+            const Places places(count, 40);
+            const std::vector<float> expected = sums(sum_octaves_singly, 3, octaves, sum, places);
+            int tried = 0;
+            for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1, ++tried) {
+                hwy::SetSupportedTargetsForTest(targets & -targets);
+                EXPECT_EQ(sums(sum_octaves, 3, octaves, sum, places), expected) << hwy::TargetName(targets & -targets);
+            }
+            hwy::SetSupportedTargetsForTest(0);
+            EXPECT_GE(tried, 1);
+        }
+}
+
+TEST(Noise, HasTheStatedMeanDeviationAndRange) {
+    const std::vector<float> values =
+        sums(sum_octaves, 1, band_limited_octaves(100, 1), OctaveSum::signed_noise, Places(2000000, 128));
+    double sum = 0, squares = 0;
+    for (const float value : values) {
+        ASSERT_LE(std::abs(value), kNoiseBound);
+        sum += static_cast<double>(value);
+        squares += static_cast<double>(value) * static_cast<double>(value);
+    }
+    const auto count = static_cast<double>(values.size());
+    EXPECT_NEAR(sum / count, 0, 0.002);
+    EXPECT_NEAR(std::sqrt(squares / count), 0.27, 0.01);
+    EXPECT_GT(*std::max_element(values.begin(), values.end()), 0.85F);
+    EXPECT_LT(*std::min_element(values.begin(), values.end()), -0.85F);
+}
+
+// Without turning, the lattice of one octave would show in all: a plane of lattice points has less variance.
+TEST(Noise, SumsOfOctavesDoNotShowTheLattice) {
+    const Octaves octaves = band_limited_octaves(1e6, 6);
+    const auto deviation = [&](float offset) {
+        Places places(200000, 60);
+        for (float &x : places.x)
+            x = std::floor(x) + offset;
+        for (float &y : places.y)
+            y = std::floor(y) + offset;
+        double squares = 0;
+        for (const float value : sums(sum_octaves, 2, octaves, OctaveSum::signed_noise, places))
+            squares += static_cast<double>(value) * static_cast<double>(value);
+        return std::sqrt(squares / 200000);
+    };
+    // One octave alone has 0 and more than 0.2 for places on lattice lines (z = 0, too) and between them.
+    EXPECT_GT(deviation(0) / deviation(0.5F), 0.7);
+}
+
+TEST(Noise, OctavesEndWhereSamplesDo) {
+    EXPECT_EQ(band_limited_octaves(2, 8).count, 0);
+    EXPECT_EQ(band_limited_octaves(3, 8).count, 1);
+    EXPECT_FLOAT_EQ(band_limited_octaves(3, 8).amplitudes[0], 0.5F);
+    const Octaves octaves = band_limited_octaves(12, 8); // cells of 12, 6, 3 samples
+    EXPECT_EQ(octaves.count, 3);
+    EXPECT_FLOAT_EQ(octaves.amplitudes[0], 1);
+    EXPECT_FLOAT_EQ(octaves.amplitudes[1], 0.5F);
+    EXPECT_FLOAT_EQ(octaves.amplitudes[2], 0.125F);
+    EXPECT_EQ(band_limited_octaves(1e9, 5).count, 5);
+    EXPECT_EQ(band_limited_octaves(1e9, 50).count, kMaxOctaves);
+}
+
+// Next samples of a line never differ by more than a smooth curve would: nothing is finer than the samples.
+TEST(Noise, SumsOfOctavesAreSmoothAtTheSamples) {
+    constexpr double kSamplesPerCell = 64;
+    const auto roughness = [&](const Octaves &octaves) { // mean squared second difference over mean squared value
+        Places places(20000, 1);
+        for (std::size_t i = 0; i < places.x.size(); ++i) {
+            places.x[i] = static_cast<float>(static_cast<double>(i) / kSamplesPerCell);
+            places.y[i] = 0.3F;
+            places.z[i] = static_cast<float>(i - i % 512) * 0.0033F;
+        }
+        const auto values = sums(sum_octaves, 4, octaves, OctaveSum::signed_noise, places);
+        double second = 0, all = 0;
+        for (std::size_t i = 1; i + 1 < values.size(); ++i) {
+            if (i / 512 != (i - 1) / 512 || i / 512 != (i + 1) / 512)
+                continue;
+            const auto bend = static_cast<double>(values[i - 1] - 2 * values[i] + values[i + 1]);
+            second += bend * bend;
+            all += static_cast<double>(values[i]) * static_cast<double>(values[i]);
+        }
+        return second / all;
+    };
+    Octaves all;
+    all.count = kMaxOctaves;
+    all.amplitudes.fill(0.5F);
+    Octaves limited = band_limited_octaves(kSamplesPerCell, kMaxOctaves, 1);
+    EXPECT_LT(roughness(limited), 0.5 * roughness(all));
+    EXPECT_LT(roughness(band_limited_octaves(kSamplesPerCell, kMaxOctaves)), 0.02);
+}
+
+} // namespace
+} // namespace pbm::build

@@ -1,0 +1,317 @@
+// Estimated normals against the truth. With PBM_SCANS_DIR in the environment also on the vertices of scanned meshes.
+#include "ammonite.h"
+#include "pbm_build/normals/estimate_normals.h"
+#include "pbm_scan/surface_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <random>
+#include <string_view>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::build;
+
+const double kPi = std::acos(-1.0);
+
+// Points with their true normals.
+struct Truth {
+    Surface points;
+    std::vector<glm::dvec3> normals;
+
+    void add(const glm::dvec3 &p, const glm::dvec3 &n) {
+        points.positions.push_back(p);
+        normals.push_back(n);
+    }
+};
+
+// Uniform in [0, 1).
+struct Random {
+    std::mt19937 bits{7};
+    double operator()() { return static_cast<double>(bits()) * 0x1p-32; }
+    double normal() { return std::sqrt(-2 * std::log(1 - (*this)())) * std::cos(2 * kPi * (*this)()); }
+};
+
+Truth sphere(std::size_t count, double noise = 0) {
+    Truth truth;
+    Random random;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double z = 2 * random() - 1, around = 2 * kPi * random(), r = std::sqrt(1 - z * z);
+        const glm::dvec3 n(r * std::cos(around), r * std::sin(around), z);
+        truth.add((1 + noise * random.normal()) * n, n);
+    }
+    return truth;
+}
+
+Truth torus(std::size_t count) {
+    Truth truth;
+    Random random;
+    while (truth.normals.size() < count) {
+        const double around = 2 * kPi * random(), tube = 2 * kPi * random();
+        if (random() > (1 + 0.3 * std::cos(tube)) / 1.3)
+            continue;
+        const glm::dvec3 out(std::cos(around), std::sin(around), 0);
+        const glm::dvec3 n = std::cos(tube) * out + glm::dvec3(0, 0, std::sin(tube));
+        truth.add(out + 0.3 * n, n);
+    }
+    return truth;
+}
+
+// The sides of a box around the origin, points at random.
+Truth box(std::size_t count, const glm::dvec3 &half) {
+    Truth truth;
+    Random random;
+    const glm::dvec3 areas(half.y * half.z, half.z * half.x, half.x * half.y);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double pick = random() * (areas.x + areas.y + areas.z);
+        const int axis = pick < areas.x ? 0 : pick < areas.x + areas.y ? 1 : 2;
+        glm::dvec3 p(2 * random() - 1, 2 * random() - 1, 2 * random() - 1), n(0);
+        n[axis] = p[axis] < 0 ? -1 : 1;
+        p[axis] = n[axis];
+        truth.add(p * half, n);
+    }
+    return truth;
+}
+
+Truth two_spheres(std::size_t count) {
+    Truth truth = sphere(count);
+    const Truth other = sphere(count);
+    for (std::size_t i = 0; i < count; ++i)
+        truth.add(0.7 * other.points.positions[i] * glm::dvec3(-1, 1, 1), -other.normals[i] * glm::dvec3(-1, 1, 1));
+    return truth; // a hollow ball: the inner wall faces inwards
+}
+
+// A height field, Y up.
+Truth terrain(std::size_t count, double height) {
+    Truth truth;
+    Random random;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double x = 10 * random(), z = 10 * random();
+        truth.add(
+            {x, height * std::sin(x) * std::cos(z), z},
+            glm::dvec3(-height * std::cos(x) * std::cos(z), 1, height * std::sin(x) * std::sin(z)) /
+                std::sqrt(1 + height * height *
+                                  (std::pow(std::cos(x) * std::cos(z), 2) + std::pow(std::sin(x) * std::sin(z), 2))));
+    }
+    return truth;
+}
+
+// Shares of all points.
+struct Score {
+    double bent = 0;      // more than 25 degrees from the truth, whatever the sign
+    double wrong = 0;     // one-sided, and of the wrong sign
+    double two_sided = 0; //
+    double worst = 0;     // degrees, whatever the sign
+};
+
+Score score(const Truth &truth, const PointRequest &request = {}, const char *name = nullptr) {
+    Surface points = truth.points;
+    BuildStatistics statistics;
+    const VertexNormals found = estimate_normals(points, request, 2, statistics);
+    Score score;
+    const double share = 1.0 / static_cast<double>(truth.normals.size());
+    for (std::size_t i = 0; i < truth.normals.size(); ++i) {
+        const ShortNormal &n = found.normals[i];
+        const glm::dvec3 &t = truth.normals[i];
+        const double cosine = (n[0] * t.x + n[1] * t.y + n[2] * t.z) / kNormalScale;
+        const double degrees = std::acos(std::min(1.0, std::fabs(cosine))) * 180 / kPi;
+        score.bent += degrees > 25 ? share : 0;
+        score.worst = std::max(score.worst, degrees);
+        if (points.two_sided[i] != 0)
+            score.two_sided += share;
+        else
+            score.wrong += cosine < 0 ? share : 0;
+    }
+    const std::string shown = name != nullptr ? name : ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::printf("%-36s %8zu points: %6.2f %% off by > 25 degrees, %6.2f %% wrong sign, %6.2f %% two-sided; %s\n",
+                shown.c_str(), truth.normals.size(), 100 * score.bent, 100 * score.wrong, 100 * score.two_sided,
+                statistics.attributes.back().note.c_str());
+    return score;
+}
+
+TEST(EstimateNormals, ASphere) {
+    const Score s = score(sphere(20000));
+    EXPECT_LT(s.worst, 10);
+    EXPECT_EQ(s.wrong, 0);
+    EXPECT_EQ(s.two_sided, 0);
+}
+
+TEST(EstimateNormals, ANoisySphere) {
+    const Score s = score(sphere(20000, 0.01)); // 0.4 of the distance between points
+    EXPECT_LT(s.bent, 0.01);
+    EXPECT_LT(s.wrong, 0.001);
+    EXPECT_LT(s.two_sided, 0.005);
+}
+
+TEST(EstimateNormals, ATorus) {
+    const Score s = score(torus(20000));
+    EXPECT_EQ(s.bent, 0);
+    EXPECT_EQ(s.wrong, 0);
+    EXPECT_EQ(s.two_sided, 0);
+}
+
+TEST(EstimateNormals, ACubeWithSharpEdges) {
+    const Score s = score(box(20000, {1, 1, 1}));
+    EXPECT_LT(s.bent, 0.05); // along the edges
+    EXPECT_EQ(s.wrong, 0);
+    EXPECT_LT(s.two_sided, 0.001);
+}
+
+// Points are 0.014 apart. Below twice that the fit can no longer tell the two sides apart.
+TEST(EstimateNormals, AThinSlab) {
+    for (const double thickness : {0.1, 0.05, 0.03}) {
+        const Score s = score(box(40000, {1, 1, thickness / 2}), {}, ("slab " + std::to_string(thickness)).c_str());
+        EXPECT_LT(s.bent, 0.06);
+        EXPECT_LT(s.wrong, 0.002);
+        EXPECT_LT(s.two_sided, 0.002);
+    }
+}
+
+TEST(EstimateNormals, TwoParallelSheets) {
+    for (const double gap : {0.2, 0.05}) {
+        Truth truth;
+        Random random;
+        for (int i = 0; i < 40000; ++i)
+            truth.add({2 * random(), i % 2 == 0 ? gap : 0.0, 2 * random()}, {0, i % 2 == 0 ? 1 : -1, 0});
+        const Score s = score(truth, {}, ("sheets " + std::to_string(gap)).c_str());
+        EXPECT_LT(s.bent, 0.001);
+        EXPECT_EQ(s.wrong, 0);
+        EXPECT_EQ(s.two_sided, 0);
+    }
+}
+
+// Seen from outside there is only the outer wall; the inner one might face either way.
+TEST(EstimateNormals, AHollowBall) {
+    const Score s = score(two_spheres(20000));
+    EXPECT_EQ(s.bent, 0);
+    EXPECT_EQ(s.wrong, 0);
+    EXPECT_NEAR(s.two_sided, 0.5, 0.001);
+}
+
+// Drums whose corners are all that is there, as in the vertices of a CAD model: through their sides one sees the backs
+// of the others.
+TEST(EstimateNormals, CurvesAreNoSurface) {
+    Truth truth;
+    for (int drum = 0; drum < 27; ++drum)
+        for (int side = -1; side <= 1; side += 2)
+            for (int i = 0; i < 60; ++i) {
+                const double a = 2 * kPi * i / 60, r = 0.3 + 0.02 * (drum % 7);
+                const glm::dvec3 centre(drum % 3, drum / 3 % 3, drum / 9);
+                const glm::dvec3 out(std::cos(a), std::sin(a), side);
+                truth.add(centre + out * glm::dvec3(r, r, 0.4), out / std::sqrt(2.0));
+            }
+    const Score s = score(truth);
+    EXPECT_LT(s.wrong, 0.1);
+    EXPECT_GT(s.two_sided, 0.4);
+}
+
+TEST(EstimateNormals, AnOpenPlaneFacesUp) {
+    const Score s = score(terrain(20000, 0));
+    EXPECT_EQ(s.bent, 0);
+    EXPECT_EQ(s.wrong, 0);
+    EXPECT_EQ(s.two_sided, 0);
+}
+
+TEST(EstimateNormals, ATerrainFacesUp) {
+    const Score s = score(terrain(20000, 1));
+    EXPECT_EQ(s.bent, 0);
+    EXPECT_EQ(s.wrong, 0);
+    EXPECT_LT(s.two_sided, 0.001);
+}
+
+TEST(EstimateNormals, AViewpointTurnsThemAll) {
+    Truth truth = sphere(20000);
+    for (glm::dvec3 &n : truth.normals)
+        n = -n;
+    PointRequest request;
+    request.viewpoint = {0.1, 0, 0};
+    const Score s = score(truth, request);
+    EXPECT_EQ(s.wrong, 0);
+    EXPECT_EQ(s.two_sided, 0);
+}
+
+TEST(EstimateNormals, GivenNormalsAreKeptAndLendTheirSign) {
+    Truth truth = sphere(20000);
+    for (std::size_t i = 0; i < truth.normals.size(); ++i) {
+        truth.normals[i] = -truth.normals[i]; // inwards, against what is seen from outside
+        truth.points.normals.emplace_back(i % 10 == 0 ? glm::vec3(truth.normals[i]) : glm::vec3(0));
+    }
+    const Score s = score(truth);
+    EXPECT_EQ(s.wrong, 0);
+    EXPECT_LT(s.worst, 10);
+}
+
+TEST(EstimateNormals, TheAmmonite) {
+    const sample::TriangleMesh mesh = sample::make_ammonite({.vertices = 50000, .on_stage = {}});
+    Surface surface;
+    for (const auto &p : mesh.position)
+        surface.positions.emplace_back(p[0], p[1], p[2]);
+    for (const auto &t : mesh.triangle)
+        surface.triangles.emplace_back(t[0], t[1], t[2]);
+    Truth truth;
+    const VertexNormals normals = vertex_normals(surface, 2);
+    for (std::size_t i = 0; i < normals.normals.size(); ++i)
+        truth.add(surface.positions[i],
+                  glm::dvec3(normals.normals[i][0], normals.normals[i][1], normals.normals[i][2]) / kNormalScale);
+    const Score s = score(truth);
+    EXPECT_LT(s.bent, 0.04);
+    EXPECT_LT(s.wrong, 0.01);
+    EXPECT_LT(s.two_sided, 0.01);
+}
+
+std::vector<std::string> scans() {
+    std::vector<std::string> found;
+    const char *const folder = std::getenv("PBM_SCANS_DIR");
+    if (folder != nullptr && std::filesystem::is_directory(folder))
+        for (const auto &entry : std::filesystem::directory_iterator(folder))
+            if (entry.is_regular_file())
+                found.push_back(entry.path().string());
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+// Closed and dense: doubt about their signs would be for nothing.
+bool is_clear(const std::string &name) {
+    constexpr std::array<std::string_view, 10> kClear{
+        "ankylosaurus_mesh.ply", "armadillo43k.obj", "bun_zipper.ply", "bunny_draco.stl", "colored_airplane.ply",
+        "dragon_vrip_res2.ply",  "gargo.ply",        "nefertiti.obj",  "pmp_bunny.off",   "vtk_horse.ply",
+    };
+    return std::find(kClear.begin(), kClear.end(), name) != kClear.end();
+}
+
+// Figures of docs/explanation/points.md. The truth: normals from the faces, or those of the file.
+TEST(EstimateNormals, VerticesOfScans) {
+    if (scans().empty())
+        GTEST_SKIP() << "no scans (PBM_SCANS_DIR); normals_of_scans.py finds them";
+    int measured = 0;
+    for (const std::string &path : scans()) {
+        Result<Surface> surface = read_surface(path, {});
+        if (!surface || (surface->triangles.empty() && surface->normals.empty()))
+            continue;
+        if (!surface->triangles.empty())
+            surface->normals.clear();
+        const VertexNormals normals = vertex_normals(*surface, 2);
+        Truth truth;
+        for (std::size_t i = 0; i < normals.normals.size(); ++i)
+            if (!is_zero(normals.normals[i]))
+                truth.add(surface->positions[i],
+                          glm::dvec3(normals.normals[i][0], normals.normals[i][1], normals.normals[i][2]) /
+                              kNormalScale);
+        const std::string name = std::filesystem::path(path).filename().string();
+        const Score s = score(truth, {}, name.c_str());
+        EXPECT_LT(std::min(s.wrong, 1 - s.wrong - s.two_sided), 0.08); // the faces of two scans point inwards
+        if (is_clear(name)) {
+            EXPECT_LT(s.two_sided, 0.006) << name;
+        }
+        ++measured;
+    }
+    EXPECT_GT(measured, 0);
+}
+
+} // namespace

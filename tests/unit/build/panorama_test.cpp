@@ -1,0 +1,215 @@
+// Panoramas from image files: what is read, what is refused, and that nothing cut short passes.
+#include "pbm_build/panorama/image_decoder.h"
+#include "pbm_build/panorama/panorama.h"
+#include "pbm_build/panorama/resample.h"
+#include "pbm_format/model/point_values.h"
+
+#include <gtest/gtest.h>
+
+#include <jpeglib.h>
+#include <png.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+#include <random>
+#include <unistd.h>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::build;
+
+Bytes noise(std::size_t count) {
+    std::mt19937 random(7);
+    Bytes bytes(count);
+    for (std::uint8_t &byte : bytes)
+        byte = static_cast<std::uint8_t>(random());
+    return bytes;
+}
+
+Bytes png_of(std::uint32_t width, std::uint32_t height, std::uint32_t format, const void *pixels) {
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    image.width = width;
+    image.height = height;
+    image.format = format;
+    png_alloc_size_t size = 0;
+    EXPECT_NE(png_image_write_to_memory(&image, nullptr, &size, 0, pixels, 0, nullptr), 0);
+    Bytes bytes(size);
+    EXPECT_NE(png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels, 0, nullptr), 0);
+    return bytes;
+}
+
+Bytes jpeg_of(std::uint32_t width, std::uint32_t height, int channels, bool progressive, Bytes pixels) {
+    jpeg_compress_struct info{};
+    jpeg_error_mgr errors{};
+    info.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&info);
+    unsigned char *memory = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&info, &memory, &size);
+    info.image_width = width;
+    info.image_height = height;
+    info.input_components = channels;
+    info.in_color_space = channels == 1 ? JCS_GRAYSCALE : channels == 3 ? JCS_RGB : JCS_CMYK;
+    jpeg_set_defaults(&info);
+    if (progressive)
+        jpeg_simple_progression(&info);
+    jpeg_start_compress(&info, TRUE);
+    for (std::uint32_t y = 0; y < height; ++y) {
+        JSAMPROW row = pixels.data() + std::size_t{y} * width * static_cast<std::size_t>(channels);
+        jpeg_write_scanlines(&info, &row, 1);
+    }
+    jpeg_finish_compress(&info);
+    Bytes bytes(memory, memory + size);
+    jpeg_destroy_compress(&info);
+    std::free(memory); // NOLINT: libjpeg's own
+    return bytes;
+}
+
+// Runs of one value per channel, as Radiance writes them.
+Bytes hdr_of(std::uint32_t width, std::uint32_t height, std::uint8_t exponent) {
+    const std::string head =
+        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y " + std::to_string(height) + " +X " + std::to_string(width) + "\n";
+    Bytes bytes(head.begin(), head.end());
+    for (std::uint32_t y = 0; y < height; ++y) {
+        bytes.insert(bytes.end(), {2, 2, static_cast<std::uint8_t>(width >> 8), static_cast<std::uint8_t>(width)});
+        for (const std::uint8_t value : {std::uint8_t{128}, std::uint8_t{64}, std::uint8_t{32}, exponent})
+            for (std::uint32_t x = 0; x < width; x += 64)
+                bytes.insert(bytes.end(), {128 + 64, value});
+    }
+    return bytes;
+}
+
+Status decode_all(ByteView bytes, Bytes &pixels) {
+    pixels.clear();
+    const Result<ImageFormat> format = image_format(bytes);
+    if (!format)
+        return format.error();
+    if (*format == ImageFormat::hdr) {
+        const auto decoded = decode_hdr(bytes);
+        return decoded ? Status() : Status(decoded.error());
+    }
+    return decode_rows(bytes, *format,
+                       [&](std::span<const std::uint8_t> row) { pixels.insert(pixels.end(), row.begin(), row.end()); });
+}
+
+std::string file_of(const Bytes &bytes) {
+    const auto path = std::filesystem::temp_directory_path() / ("pbm_panorama_test." + std::to_string(getpid()));
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char *>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    return path.string();
+}
+
+Result<Panorama> read(const Bytes &bytes, const PanoramaOptions &options = {}) {
+    const std::string path = file_of(bytes);
+    Result<Panorama> panorama = read_panorama(path, options);
+    std::filesystem::remove(path);
+    return panorama;
+}
+
+TEST(Panorama, APngOfAPowerOfTwoIsKeptAsItIs) {
+    const Bytes pixels = noise(64 * 32 * 3);
+    const auto panorama = read(png_of(64, 32, PNG_FORMAT_RGB, pixels.data()));
+    ASSERT_TRUE(panorama.ok()) << panorama.error().message;
+    EXPECT_EQ(panorama->image.width, 64U);
+    EXPECT_EQ(panorama->image.height, 32U);
+    EXPECT_EQ(panorama->image.texels, pixels);
+    EXPECT_FALSE(panorama->converted);
+    EXPECT_EQ(panorama->note, "PNG, 64 x 32");
+}
+
+TEST(Panorama, GreyAlphaAndSixteenBitsBecomeRgb) {
+    const Bytes grey = noise(32 * 16);
+    Bytes pixels;
+    ASSERT_TRUE(decode_all(png_of(32, 16, PNG_FORMAT_GRAY, grey.data()), pixels).ok());
+    for (std::size_t i = 0; i < grey.size(); ++i)
+        ASSERT_TRUE(pixels[3 * i] == grey[i] && pixels[3 * i + 1] == grey[i] && pixels[3 * i + 2] == grey[i]);
+    const Bytes rgba = noise(32 * 16 * 4);
+    ASSERT_TRUE(decode_all(png_of(32, 16, PNG_FORMAT_RGBA, rgba.data()), pixels).ok());
+    EXPECT_EQ(pixels.size(), 32U * 16 * 3);
+    EXPECT_TRUE(std::equal(pixels.begin(), pixels.begin() + 3, rgba.begin()));
+    std::vector<std::uint16_t> deep(32 * 16 * 3, 65535);
+    ASSERT_TRUE(decode_all(png_of(32, 16, PNG_FORMAT_LINEAR_RGB, deep.data()), pixels).ok());
+    EXPECT_EQ(pixels, Bytes(32 * 16 * 3, 255));
+}
+
+TEST(Panorama, EveryTruncationOfAnImageIsRefused) {
+    const Bytes pixels = noise(32 * 16 * 3);
+    const std::vector<Bytes> images{png_of(32, 16, PNG_FORMAT_RGB, pixels.data()), jpeg_of(32, 16, 3, false, pixels),
+                                    jpeg_of(32, 16, 3, true, pixels), jpeg_of(32, 16, 1, false, pixels),
+                                    hdr_of(64, 32, 129)};
+    for (const Bytes &image : images) {
+        Bytes decoded;
+        ASSERT_TRUE(decode_all(image, decoded).ok()) << decode_all(image, decoded).error().message;
+        for (std::size_t size = 0; size < image.size(); ++size) {
+            const Status cut = decode_all(ByteView(image).first(size), decoded);
+            ASSERT_FALSE(cut.ok()) << "of " << image.size() << " bytes " << size << " are enough";
+            ASSERT_TRUE(cut.error().code == ErrorCode::bad_input || cut.error().code == ErrorCode::unsupported_feature);
+        }
+    }
+}
+
+TEST(Panorama, WhatIsNoPanoramaIsRefused) {
+    const Bytes pixels = noise(64 * 64 * 3);
+    EXPECT_EQ(read({}).error().code, ErrorCode::bad_input);
+    EXPECT_EQ(read({'p', 'l', 'y', '\n'}).error().code, ErrorCode::bad_input);
+    const auto square = read(png_of(64, 64, PNG_FORMAT_RGB, pixels.data()));
+    ASSERT_FALSE(square.ok());
+    EXPECT_EQ(square.error().code, ErrorCode::bad_input);
+    EXPECT_NE(square.error().message.find("64 x 64"), std::string::npos);
+    EXPECT_EQ(read(jpeg_of(32, 16, 4, false, noise(32 * 16 * 4))).error().code, ErrorCode::unsupported_feature);
+    EXPECT_EQ(read_panorama("/nowhere/x.png", {}).error().code, ErrorCode::io);
+}
+
+TEST(Panorama, AHugeImageIsRefusedByItsHeader) {
+    Bytes huge = hdr_of(32, 16, 129);
+    const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 50000 +X 100000\n";
+    huge.assign(head.begin(), head.end());
+    const auto refused = read(huge);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().message.find("100000 x 50000"), std::string::npos);
+    const std::string negative = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y -16 +X -32\n";
+    EXPECT_EQ(read(Bytes(negative.begin(), negative.end())).error().code, ErrorCode::bad_input);
+}
+
+TEST(Panorama, HdrIsToneMappedAboutItsMeanAndExposureBrightensIt) {
+    const auto middle = read(hdr_of(64, 32, 120)), dark = read(hdr_of(64, 32, 120), {.width = 64, .exposure = 0.25});
+    ASSERT_TRUE(middle.ok() && dark.ok());
+    EXPECT_TRUE(middle->converted);
+    // All of it is its own mean: 0.18 / 1.18 of linear light, times 2 : 1 : 1/2 over its luminance.
+    const auto luminance = [](const Panorama &p) {
+        return 0.2126 * linear_table()[p.image.texels[0]] + 0.7152 * linear_table()[p.image.texels[1]] +
+               0.0722 * linear_table()[p.image.texels[2]];
+    };
+    EXPECT_NEAR(luminance(*middle) / 65535, 0.18 / 1.18, 0.002);
+    EXPECT_NEAR(luminance(*dark) / 65535, 0.045 / 1.045, 0.002);
+    EXPECT_EQ(middle->image.texels, read(hdr_of(64, 32, 140))->image.texels) << "units of radiance do not matter";
+}
+
+TEST(Resample, AConstantStaysWhatItIsInAnySize) {
+    for (const std::uint32_t to : {16U, 64U, 256U}) {
+        PanoramaResampler resampler(100, 50, to, to / 2);
+        const std::vector<std::uint16_t> row(300, linear_table()[77]);
+        for (int y = 0; y < 50; ++y)
+            resampler.add_row(row);
+        const Image image = resampler.finish();
+        EXPECT_EQ(image.texels, Bytes(std::size_t{to} * to / 2 * 3, 77));
+    }
+}
+
+TEST(Resample, ColumnsGoOnAtTheOtherSide) {
+    PanoramaResampler resampler(32, 16, 16, 8);
+    std::vector<std::uint16_t> row(96, 0);
+    row[0] = row[1] = row[2] = 65535; // the first column: a part of the first and, across the seam, of the last texel
+    for (int y = 0; y < 16; ++y)
+        resampler.add_row(row);
+    const Image image = resampler.finish();
+    EXPECT_GT(image.texels[0], image.texels[45]);
+    EXPECT_GT(image.texels[45], 0);
+    EXPECT_EQ(image.texels[24], 0);
+}
+
+} // namespace

@@ -1,0 +1,536 @@
+#include "pbm_build/voxels/hit_store.h"
+#include "unit/build/built_models.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <set>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::build;
+using test::built;
+using test::file_of;
+using test::refused;
+
+// Corners of [low, high]^3, two triangles per face, outside where they run counter-clockwise.
+Surface cube(double low, double high) {
+    Surface surface;
+    for (unsigned i = 0; i < 8; ++i)
+        surface.positions.emplace_back((i & 1) != 0 ? high : low, (i & 2) != 0 ? high : low, (i & 4) != 0 ? high : low);
+    surface.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                         {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+    return surface;
+}
+
+// A bumpy sphere with colours and materials, `rings` x 2 `rings` quads.
+Surface bumpy_sphere(unsigned rings) {
+    Surface surface;
+    const double pi = std::acos(-1.0);
+    for (unsigned i = 0; i <= rings; ++i)
+        for (unsigned j = 0; j < 2 * rings; ++j) {
+            const double polar = pi * i / rings, around = pi * j / rings;
+            const double radius = 1 + 0.1 * std::pow(std::sin(polar), 3) * std::sin(7 * polar) * std::cos(5 * around);
+            surface.positions.emplace_back(radius * std::sin(polar) * std::cos(around), radius * std::cos(polar),
+                                           radius * std::sin(polar) * std::sin(around));
+            surface.colours.push_back({static_cast<std::uint8_t>(i * 7), static_cast<std::uint8_t>(j * 3), 90});
+            surface.material_ids.push_back(static_cast<std::uint8_t>((i + j) % 3));
+        }
+    surface.materials.resize(3);
+    for (unsigned i = 0; i < rings; ++i)
+        for (unsigned j = 0; j < 2 * rings; ++j) {
+            const unsigned a = i * 2 * rings + j, b = i * 2 * rings + (j + 1) % (2 * rings);
+            surface.triangles.emplace_back(a, b, b + 2 * rings);
+            surface.triangles.emplace_back(a, b + 2 * rings, a + 2 * rings);
+        }
+    return surface;
+}
+
+Surface as_points(Surface surface) {
+    surface.triangles.clear();
+    for (const glm::dvec3 &p : surface.positions)
+        surface.normals.emplace_back(p);
+    return surface;
+}
+
+// The same geometry, every array and every triangle in another order.
+Surface shuffled(const Surface &surface, unsigned seed) {
+    std::mt19937 random(seed);
+    std::vector<unsigned> old_index(surface.positions.size()), new_index(surface.positions.size());
+    std::iota(old_index.begin(), old_index.end(), 0U);
+    std::shuffle(old_index.begin(), old_index.end(), random);
+    Surface other = surface;
+    const auto permute = [&](const auto &from, auto &to) {
+        for (std::size_t i = 0; i < from.size(); ++i)
+            to[i] = from[old_index[i]];
+    };
+    permute(surface.positions, other.positions);
+    permute(surface.normals, other.normals);
+    permute(surface.colours, other.colours);
+    permute(surface.material_ids, other.material_ids);
+    for (unsigned i = 0; i < old_index.size(); ++i)
+        new_index[old_index[i]] = i;
+    std::shuffle(other.triangles.begin(), other.triangles.end(), random);
+    for (glm::uvec3 &t : other.triangles) {
+        const auto turn = static_cast<int>(random() % 3);
+        t = {new_index[t[turn]], new_index[t[(turn + 1) % 3]], new_index[t[(turn + 2) % 3]]};
+    }
+    return other;
+}
+
+BuildOptions at_depth(int depth, int threads = 2) {
+    BuildOptions options;
+    options.grid.depth = depth;
+    options.threads = threads;
+    return options;
+}
+
+std::vector<std::array<std::uint32_t, 3>> voxels_of(const Model &model) {
+    std::vector<MortonCode> codes{0};
+    for (std::size_t level = 1; level < model.levels.size(); ++level)
+        codes = *expand_level(codes, model.levels[level].masks, model.levels[level].points.size());
+    std::vector<std::array<std::uint32_t, 3>> voxels;
+    voxels.reserve(codes.size());
+    for (const MortonCode code : codes)
+        voxels.push_back(morton_decode(code));
+    return voxels;
+}
+
+TEST(Pipeline, ACubeOfTwelveTrianglesIsClosed) {
+    constexpr int kSide = 64, kPadded = kSide + 2;
+    const auto voxels = voxels_of(built(cube(-1, 1), at_depth(6)));
+    std::vector<char> state(kPadded * kPadded * kPadded, 0); // 1 wall, 2 reached from outside
+    const auto at = [&](int x, int y, int z) -> char & {
+        return state[(static_cast<std::size_t>(z) * kPadded + static_cast<std::size_t>(y)) * kPadded +
+                     static_cast<std::size_t>(x)];
+    };
+    for (const auto &v : voxels)
+        at(static_cast<int>(v[0]) + 1, static_cast<int>(v[1]) + 1, static_cast<int>(v[2]) + 1) = 1;
+    std::vector<std::array<int, 3>> open{{0, 0, 0}};
+    at(0, 0, 0) = 2;
+    while (!open.empty()) {
+        const auto [x, y, z] = open.back();
+        open.pop_back();
+        for (const auto &[dx, dy, dz] :
+             {std::array{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}) {
+            const int u = x + dx, v = y + dy, w = z + dz;
+            if (std::min({u, v, w}) < 0 || std::max({u, v, w}) >= kPadded || at(u, v, w) != 0)
+                continue;
+            at(u, v, w) = 2;
+            open.push_back({u, v, w});
+        }
+    }
+    EXPECT_EQ(at(33, 33, 33), 0) << "the outside leaks in";
+    EXPECT_EQ(voxels.size(), 6U * 64 * 64 - 12 * 64 + 8) << "the walls are one voxel thick";
+}
+
+TEST(Pipeline, FacesOfACubeAreShadedFlat) {
+    const Model model = built(cube(-1, 1), at_depth(6));
+    const auto voxels = voxels_of(model);
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+        int walls = 0;
+        std::array<double, 3> outward{};
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            if (voxels[i][axis] == 0 || voxels[i][axis] == 63) {
+                ++walls;
+                outward[axis] = voxels[i][axis] == 0 ? -1 : 1;
+            }
+        if (walls == 1) {
+            ASSERT_EQ(model.levels.back().points.normals[i], quantise_normal(outward[0], outward[1], outward[2]));
+        }
+    }
+}
+
+TEST(Pipeline, AFaceAtAVoxelBoundaryMakesOneLayer) {
+    Surface wall; // in the plane z = 0; the triangle far above puts the plane at the middle of the grid
+    wall.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}, {0, 0, 1}, {0, 0, -1}};
+    wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+    const auto voxels = voxels_of(built(wall, at_depth(5)));
+    EXPECT_EQ(voxels.size(), 32U * 32);
+}
+
+TEST(Pipeline, TheOrderOfAMeshDoesNotChangeAByte) {
+    const Surface surface = bumpy_sphere(40);
+    const Bytes file = file_of(built(surface, at_depth(7, 1)));
+    for (unsigned seed = 1; seed <= 3; ++seed)
+        EXPECT_EQ(file_of(built(shuffled(surface, seed), at_depth(7, static_cast<int>(seed)))), file);
+}
+
+TEST(Pipeline, TheOrderOfPointsDoesNotChangeAByte) {
+    const Surface surface = as_points(bumpy_sphere(60));
+    BuildOptions options;
+    const Bytes file = file_of(built(surface, options));
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+        options.threads = static_cast<int>(seed);
+        EXPECT_EQ(file_of(built(shuffled(surface, seed), options)), file);
+    }
+}
+
+TEST(Pipeline, AThinWallInsideOneVoxelIsTwoSided) {
+    Surface wall = cube(0, 1);
+    for (glm::dvec3 &p : wall.positions)
+        p.z = 0.51 + p.z * 1e-4; // a plate far thinner than a voxel
+    BuildOptions options;
+    options.grid.voxel_size = 1.0 / 32;
+    const Model model = built(wall, options);
+    const auto voxels = voxels_of(model);
+    std::size_t two_sided = 0;
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+        const std::uint16_t normal = model.levels.back().points.normals[i];
+        const auto [x, y, z] = voxels[i];
+        const double left = model.parameters.grid.origin[0] * 32 + x, front = model.parameters.grid.origin[1] * 32 + y;
+        if (std::min(left, front) < 1 || std::max(left, front) > 30)
+            continue; // the rim
+        EXPECT_NE(normal & kTwoSidedBit, 0);
+        EXPECT_GT(std::fabs(normal_table()[normal & kNormalIndexMask][2]), 0.99);
+        ++two_sided;
+    }
+    EXPECT_EQ(two_sided, 30U * 30);
+}
+
+TEST(Pipeline, CoordinatesOfUtmSizeKeepTheirPrecision) {
+    const Surface here = cube(-1, 1);
+    Surface far = here;
+    for (glm::dvec3 &p : far.positions)
+        p += glm::dvec3(524288.0, 4194304.0, 64.0);
+    const Model near_model = built(here, at_depth(8)), far_model = built(far, at_depth(8));
+    EXPECT_EQ(voxels_of(near_model), voxels_of(far_model));
+    EXPECT_NEAR(far_model.parameters.grid.origin[1], 4194304.0 - 1, 1e-5);
+}
+
+TEST(Pipeline, HugeAndTinyModelsAreTheSameModel) {
+    const auto expected = voxels_of(built(cube(-1, 1), at_depth(6)));
+    for (const double scale : {1e-25, 1e25})
+        EXPECT_EQ(voxels_of(built(cube(-scale, scale), at_depth(6))), expected);
+    EXPECT_EQ(refused(cube(-1e31, 1e31)).code, ErrorCode::too_large);
+    EXPECT_EQ(refused(cube(-1e-31, 1e-31)).code, ErrorCode::too_large);
+}
+
+TEST(Pipeline, DegenerateSurfacesBuild) {
+    Surface point;
+    point.positions = {{3, 4, 5}};
+    point.normals = {{0, 0, 2}};
+    EXPECT_EQ(built(point, {}).point_count(), 1U);
+
+    Surface same = point;
+    same.positions.assign(5, {3, 4, 5});
+    same.normals.assign(5, {0, 1, 0});
+    EXPECT_EQ(built(same, {}).point_count(), 1U);
+
+    Surface triangle;
+    triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    triangle.triangles = {{0, 1, 2}};
+    EXPECT_GT(built(triangle, at_depth(4)).point_count(), 16U * 16 / 2);
+
+    Surface line = triangle; // no area, no normal
+    line.positions[2] = {2, 0, 0};
+    EXPECT_EQ(built(line, at_depth(4)).point_count(), 16U);
+
+    Surface dot = triangle;
+    dot.positions = {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
+    EXPECT_EQ(built(dot, {}).point_count(), 1U);
+}
+
+Surface without_normals(Surface points) {
+    points.normals.clear();
+    return points;
+}
+
+TEST(Pipeline, TheOrderOfPointsWithoutNormalsDoesNotChangeAByte) {
+    Surface surface = without_normals(as_points(bumpy_sphere(60)));
+    surface.positions.insert(surface.positions.end(), surface.positions.begin(), surface.positions.begin() + 1000);
+    surface.colours.insert(surface.colours.end(), surface.colours.begin(), surface.colours.begin() + 1000);
+    surface.material_ids.resize(surface.positions.size(), 1);
+    surface.positions.back() = {5, 5, 5}; // astray
+    for (const bool remove_outliers : {false, true}) {
+        BuildOptions options;
+        options.remove_outliers = remove_outliers;
+        options.threads = 2;
+        const Bytes file = file_of(built(surface, options));
+        unsigned seed = 1;
+        for (const int threads : {1, 8}) {
+            options.threads = threads;
+            EXPECT_EQ(file_of(built(shuffled(surface, seed++), options)), file);
+        }
+    }
+}
+
+TEST(Pipeline, CopiesOfPointsDoNotChangeTheirNormals) {
+    const Surface once = without_normals(as_points(bumpy_sphere(60)));
+    Surface thrice = once;
+    for (int i = 0; i < 2; ++i) {
+        thrice.positions.insert(thrice.positions.end(), once.positions.begin(), once.positions.end());
+        thrice.colours.insert(thrice.colours.end(), once.colours.begin(), once.colours.end());
+        thrice.material_ids.insert(thrice.material_ids.end(), once.material_ids.begin(), once.material_ids.end());
+    }
+    EXPECT_EQ(file_of(built(thrice, {})), file_of(built(once, {})));
+}
+
+TEST(Pipeline, StrictTakesPointsWithoutNormals) {
+    BuildOptions options;
+    options.strict = true;
+    BuildStatistics statistics;
+    const Result<Model> model = build_model(without_normals(as_points(bumpy_sphere(60))), options, statistics);
+    ASSERT_TRUE(model.ok());
+    ASSERT_EQ(statistics.attributes.size(), 1U);
+    EXPECT_EQ(statistics.attributes[0].name, "normals");
+    EXPECT_EQ(statistics.attributes[0].fate, AttributeReport::Fate::estimated);
+    EXPECT_EQ(statistics.two_sided_points, 0U);
+}
+
+TEST(Pipeline, OutliersAreCountedAndStaySmallOrAreDroppedBeforeTheGridIsChosen) {
+    Surface surface = without_normals(as_points(bumpy_sphere(60)));
+    const double edge = built(surface, {}).parameters.grid.edge();
+    surface.positions.emplace_back(4, 4, 4);
+    surface.colours.push_back({1, 2, 3});
+    surface.material_ids.push_back(0);
+    BuildOptions options;
+    BuildStatistics statistics;
+    const Result<Model> kept = build_model(surface, options, statistics);
+    ASSERT_TRUE(kept.ok());
+    EXPECT_EQ(statistics.attributes.front().name, "outliers");
+    EXPECT_EQ(statistics.attributes.front().note.rfind("1 point far from all others", 0), 0U);
+    EXPECT_EQ(statistics.attributes.front().fate, AttributeReport::Fate::kept);
+    Bytes radii = kept.value().levels.back().points.radii; // the outlier is the last voxel
+    const std::uint8_t of_outlier = radii.back();
+    std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
+    EXPECT_LE(of_outlier, radii[radii.size() / 2] + 12) << "more than twice the median";
+
+    options.remove_outliers = true;
+    BuildStatistics dropped;
+    const Result<Model> model = build_model(surface, options, dropped);
+    ASSERT_TRUE(model.ok());
+    EXPECT_EQ(dropped.attributes.front().fate, AttributeReport::Fate::dropped);
+    EXPECT_EQ(model.value().parameters.grid.edge(), edge);
+    EXPECT_NE(model.value().metadata.find("\"remove_outliers\":true"), std::string::npos);
+}
+
+TEST(Pipeline, PointsOfUtmSizeKeepTheirPrecision) {
+    Surface here = without_normals(as_points(bumpy_sphere(60)));
+    std::mt19937 random(1);
+    for (glm::dvec3 &p : here.positions) // to 2^-20, so that the shift loses nothing
+        for (int axis = 0; axis < 3; ++axis) {
+            const int stir = static_cast<int>(random() % 4096); // else neighbours lie equally far, and rounding chooses
+            p[axis] = (std::nearbyint(p[axis] * 0x1p20) + stir) * 0x1p-20;
+        }
+    Surface far = here;
+    for (glm::dvec3 &p : far.positions)
+        p += glm::dvec3(500000.0, 8.5e6, 1234.0);
+    const Model near_model = built(here, {}), far_model = built(far, {});
+    EXPECT_EQ(voxels_of(near_model), voxels_of(far_model));
+    EXPECT_EQ(near_model.levels.back().points.normals, far_model.levels.back().points.normals);
+}
+
+TEST(Pipeline, AScanTooSmallForItsPlaceIsReported) {
+    Surface far = cube(0, 0.001);
+    for (glm::dvec3 &p : far.positions)
+        p += 8.5e6;
+    BuildStatistics statistics;
+    ASSERT_TRUE(build_model(far, at_depth(8), statistics).ok());
+    ASSERT_EQ(statistics.attributes.size(), 1U);
+    EXPECT_EQ(statistics.attributes[0].name, "precision");
+    BuildStatistics silent;
+    ASSERT_TRUE(build_model(cube(0, 0.001), at_depth(8), silent).ok());
+    EXPECT_TRUE(silent.attributes.empty());
+}
+
+// Every point set that says nothing of a surface still makes a model, whose points are two-sided.
+TEST(Pipeline, DegeneratePointSetsBuild) {
+    const auto points = [](std::vector<glm::dvec3> positions) {
+        Surface surface;
+        surface.positions = std::move(positions);
+        return surface;
+    };
+    std::vector<glm::dvec3> line;
+    line.reserve(100);
+    for (int i = 0; i < 100; ++i)
+        line.push_back(glm::dvec3(1, 2, 3) * 0.1 * static_cast<double>(i));
+    const struct {
+        Surface surface;
+        std::size_t least, most;
+    } cases[] = {
+        {points({{1, 2, 3}}), 1, 1},
+        {points({{0, 0, 0}, {1, 0, 0}}), 2, 2},
+        {points(std::vector<glm::dvec3>(1000000, {7, 8, 9})), 1, 1},
+        {points({{-5e29, 0, 0}, {5e29, 0, 0}}), 2, 2},
+        {points(line), 50, 100},
+    };
+    for (const auto &[surface, least, most] : cases) {
+        const Model model = built(surface, {});
+        EXPECT_GE(model.point_count(), least);
+        EXPECT_LE(model.point_count(), most);
+        for (const std::uint16_t normal : model.levels.back().points.normals)
+            EXPECT_NE(normal & kTwoSidedBit, 0);
+        EXPECT_GT(file_of(model).size(), 0U);
+    }
+}
+
+TEST(Pipeline, PlanesOfPointsHaveTheNormalOfThePlane) {
+    for (const glm::dvec3 &n : {glm::dvec3(0, 0, 1), glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0), glm::dvec3(2, 3, 6)}) {
+        const glm::dvec3 u = n.x == 0 ? glm::dvec3(1, 0, 0) : glm::dvec3(-n.y, n.x, 0) / std::hypot(n.x, n.y);
+        const glm::dvec3 v = glm::dvec3(n.y * u.z - n.z * u.y, n.z * u.x - n.x * u.z, n.x * u.y - n.y * u.x) /
+                             std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+        Surface plane;
+        for (int y = 0; y < 30; ++y)
+            for (int x = 0; x < 30; ++x)
+                plane.positions.push_back(static_cast<double>(x) * u + static_cast<double>(y) * v);
+        const Model model = built(plane, {});
+        EXPECT_GT(model.point_count(), 500U);
+        for (const std::uint16_t normal : model.levels.back().points.normals) {
+            const UnitVector &found = normal_table()[normal & kNormalIndexMask];
+            const double cosine =
+                (found[0] * n.x + found[1] * n.y + found[2] * n.z) / std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+            ASSERT_GT(n == glm::dvec3(1, 0, 0) ? std::fabs(cosine) : cosine, 0.999);
+            ASSERT_EQ((normal & kTwoSidedBit) != 0, n == glm::dvec3(1, 0, 0)) << "nothing says where X planes face";
+        }
+    }
+}
+
+// A search among points that share a lattice point would take the square of their number.
+TEST(Pipeline, AScanThatAStrayPointShrinksToNothingBuildsInTime) {
+    Surface surface;
+    std::mt19937 bits(3);
+    const auto random = [&] { return static_cast<double>(bits()) * 0x1p-32; };
+    for (int i = 0; i < 300000; ++i)
+        surface.positions.emplace_back(random(), random(), random());
+    surface.positions.emplace_back(1e30, 0, 0);
+    EXPECT_EQ(built(surface, {}).point_count(), 2U);
+    BuildOptions options;
+    options.remove_outliers = true;
+    EXPECT_GT(built(surface, options).point_count(), 1000U);
+}
+
+TEST(Pipeline, NormalsOfNoLengthTakeTheirNeighboursMean) {
+    Surface plane;
+    for (int y = 0; y < 20; ++y)
+        for (int x = 0; x < 20; ++x) {
+            plane.positions.emplace_back(x, y, 0);
+            plane.normals.emplace_back(0, 0, x == 10 && y == 10 ? 0 : 5);
+        }
+    const Model model = built(plane, at_depth(6));
+    EXPECT_EQ(model.point_count(), 400U);
+    for (const std::uint16_t normal : model.levels.back().points.normals)
+        EXPECT_EQ(normal, quantise_normal(0, 0, 1));
+}
+
+TEST(Pipeline, GivenNormalsAreKeptWhereTheyDisagreeWithTheWinding) {
+    Surface inverted = bumpy_sphere(40);
+    inverted.normals.clear();
+    for (const glm::dvec3 &p : inverted.positions)
+        inverted.normals.emplace_back(p);
+    for (glm::uvec3 &t : inverted.triangles)
+        std::swap(t.y, t.z);
+    const Model model = built(inverted, at_depth(6));
+    const auto voxels = voxels_of(model);
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+        const UnitVector &n = normal_table()[model.levels.back().points.normals[i] & kNormalIndexMask];
+        double outward = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            outward += n[axis] * (voxels[i][axis] - 31.5);
+        ASSERT_GT(outward, 0);
+    }
+}
+
+TEST(Pipeline, MaxPointsIsTheFinestDepthThatFits) {
+    const Surface surface = bumpy_sphere(30);
+    const std::uint64_t at_6 = built(surface, at_depth(6)).point_count(),
+                        at_7 = built(surface, at_depth(7)).point_count();
+    BuildOptions options;
+    for (const std::uint64_t most : {at_6, at_7 - 1}) {
+        options.grid.max_points = most;
+        const Model model = built(surface, options);
+        EXPECT_EQ(model.parameters.grid.depth, 6);
+        EXPECT_EQ(model.point_count(), at_6);
+    }
+    options.grid.max_points = 3;
+    EXPECT_EQ(refused(surface, options).code, ErrorCode::usage);
+}
+
+TEST(Pipeline, ADepthThatNeedsTooMuchMemoryIsRefusedAtOnce) {
+    BuildOptions options = at_depth(16);
+    EXPECT_EQ(refused(cube(0, 1), options).code, ErrorCode::memory);
+}
+
+TEST(Pipeline, ADepthThatNobodyAskedForFitsIntoMemory) {
+    BuildOptions options;
+    options.threads = 1; // each takes memory of its own
+    const Surface surface = bumpy_sphere(30);
+    BuildStatistics statistics;
+    ASSERT_TRUE(build_model(surface, options, statistics).ok());
+    const int wished = statistics.depth;
+    options.max_hit_bytes = statistics.samples * HitStore::kLeastHitBytes; // less than they need: sources come on top
+    statistics = {};
+    const Result<Model> model = build_model(surface, options, statistics);
+    ASSERT_TRUE(model.ok()) << model.error().message;
+    EXPECT_LT(model->parameters.grid.depth, wished);
+    const auto said = [](const AttributeReport &line) { return line.name == "depth"; };
+    EXPECT_EQ(std::count_if(statistics.attributes.begin(), statistics.attributes.end(), said), 1);
+    options.grid.depth = wished;
+    EXPECT_EQ(refused(surface, options).code, ErrorCode::memory);
+}
+
+TEST(Pipeline, OptionsThatChangeNothingAreNamed) {
+    BuildOptions options = at_depth(5);
+    options.viewpoint = {0, 0, 5};
+    options.remove_outliers = true;
+    BuildStatistics statistics;
+    ASSERT_TRUE(build_model(cube(0, 1), options, statistics).ok());
+    const auto dropped = [&](std::string_view name) {
+        return std::any_of(statistics.attributes.begin(), statistics.attributes.end(), [&](const auto &line) {
+            return line.name == name && line.fate == AttributeReport::Fate::dropped;
+        });
+    };
+    EXPECT_TRUE(dropped("--viewpoint"));
+    EXPECT_TRUE(dropped("--remove-outliers"));
+    EXPECT_FALSE(dropped("--flip-faces"));
+}
+
+TEST(Pipeline, ColoursAndMaterialsArriveInThePoints) {
+    Surface surface = cube(-1, 1);
+    surface.colours.assign(8, {200, 100, 50});
+    surface.material_ids.assign(8, 1);
+    surface.materials.resize(2);
+    BuildOptions options = at_depth(5);
+    options.colour = ColourFormat::rgb565;
+    const Model model = built(surface, options);
+    for (std::size_t i = 0; i < model.point_count(); ++i) {
+        EXPECT_EQ(point_colour(model.levels.back().points.colours, i, ColourFormat::rgb565),
+                  expand_565(pack_565({200, 100, 50})));
+        EXPECT_EQ(model.levels.back().points.materials[i], 1);
+    }
+    surface.materials.resize(kMaxMaterials + 1);
+    EXPECT_EQ(refused(surface, options).code, ErrorCode::unsupported_feature);
+}
+
+TEST(Pipeline, LooseVerticesAreReportedAndRefusedIfStrict) {
+    Surface surface = cube(-1, 1);
+    surface.positions.emplace_back(100, 100, 100);
+    BuildStatistics statistics;
+    const Result<Model> model = build_model(surface, at_depth(5), statistics);
+    ASSERT_TRUE(model.ok());
+    EXPECT_LT(model.value().parameters.grid.edge(), 2.1);
+    ASSERT_EQ(statistics.attributes.size(), 1U);
+    EXPECT_EQ(statistics.attributes[0].fate, AttributeReport::Fate::dropped);
+    BuildOptions strict = at_depth(5);
+    strict.strict = true;
+    EXPECT_EQ(refused(surface, strict).code, ErrorCode::bad_input);
+}
+
+TEST(Pipeline, MetadataSaysWhatWasAskedAndNothingAboutTheMachine) {
+    BuildOptions options = at_depth(5);
+    options.credits = {"A cube", "CC0", "Nobody"};
+    const std::string metadata = built(cube(0, 1), options).metadata;
+    for (const char *part : {"\"generator\":\"pbm-build ", "\"name\":\"A cube\"", "\"licence\":\"CC0\"", "\"depth\":5"})
+        EXPECT_NE(metadata.find(part), std::string::npos) << part;
+    options.credits.name = "\xff";
+    EXPECT_EQ(refused(cube(0, 1), options).code, ErrorCode::usage);
+    options.credits.name = std::string(5000, 'x');
+    EXPECT_EQ(refused(cube(0, 1), options).code, ErrorCode::usage);
+}
+
+} // namespace

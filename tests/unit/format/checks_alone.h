@@ -1,0 +1,117 @@
+// Good files, and what is said of them after an edit: for tests of single checks.
+#pragma once
+
+#include "unit/support/file_damage.h"
+#include "unit/support/file_editor.h"
+#include "unit/support/test_models.h"
+
+#include "pbm_format/container/section_encoder.h"
+#include "pbm_format/writing/writer.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace pbm::test {
+
+using Edit = std::function<void(FileEditor &)>;
+using enum SectionType;
+
+inline const Bytes &rich_file() {
+    static const Bytes file =
+        encode_model(sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.3),
+                     {.compression_level = 19, .filters = false, .chunk_points = 512, .threads = 1})
+            .value();
+    return file;
+}
+
+// Several chunks at levels 4 and 5.
+inline const Bytes &chunks_file(Storage storage = Storage::packed) {
+    static const Bytes packed = encode_model(sphere_model(5, {}), {.chunk_points = 512, .threads = 1}).value();
+    static const Bytes mapped =
+        encode_model(sphere_model(5, {}), {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}).value();
+    return storage == Storage::packed ? packed : mapped;
+}
+
+// A sphere without its last voxel: as many points as fill no byte with their shadow bits.
+inline Model incomplete_sphere() {
+    Model model = sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.3);
+    std::vector<MortonCode> codes{0};
+    for (std::size_t level = 1; level < model.levels.size(); ++level)
+        codes = expand_level(codes, model.levels[level].masks, 512).value();
+    codes.pop_back();
+    const LevelMasks masks = encode_octree(codes, 3);
+    for (std::size_t level = 0; level < masks.size(); ++level)
+        model.levels[level].masks = masks[level];
+    model.levels.back().points.resize(codes.size(), model.parameters.attributes);
+    average_levels(model, 1);
+    return model;
+}
+
+inline const Bytes &mapped_file() {
+    static const Bytes file =
+        encode_model(incomplete_sphere(), {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}).value();
+    return file;
+}
+
+// What `verify` says of an edited and signed file. `validate` and a reader must name the same kind of fault at the same
+// place.
+inline Status verdict(const Bytes &good, const Edit &edit) {
+    FileEditor editor(good);
+    edit(editor);
+    editor.repair();
+    Status status = read_everything(editor.bytes());
+    const ValidationReport report = validate(editor.bytes(), {.threads = 1});
+    EXPECT_EQ(status.ok(), report.valid());
+    if (!status && !report.valid()) {
+        EXPECT_EQ(status.error().code, report.findings[0].code) << status.error().message;
+        EXPECT_EQ(status.error().offset, report.findings[0].offset) << status.error().message;
+    }
+    if (const Status loaded = load_everything(editor.bytes()); !status && !loaded) {
+        EXPECT_EQ(status.error().code, loaded.error().code) << loaded.error().message;
+        EXPECT_EQ(status.error().offset, loaded.error().offset) << loaded.error().message;
+    }
+    return status;
+}
+
+// Refused with that code for the field at that place.
+inline void expect_refusal(const Bytes &good, const Edit &edit, ErrorCode code, std::uint64_t offset) {
+    const Status status = verdict(good, edit);
+    ASSERT_FALSE(status) << to_string(code) << " at " << offset;
+    EXPECT_EQ(status.error().code, code) << status.error().message;
+    EXPECT_EQ(status.error().offset, offset) << status.error().message;
+}
+
+template <class T> Edit set(std::size_t at, T value) {
+    return [=](FileEditor &file) { file.set<T>(at, value); };
+}
+
+inline Edit set_byte(std::size_t at, std::uint8_t value) { return set<std::uint8_t>(at, value); }
+
+struct Directories {
+    Reader reader;
+    AttributeSet set;
+
+    explicit Directories(const Bytes &file) : reader(Reader::open(file).value()), set(reader.parameters().attributes) {}
+    const LevelDirectory &level(int number) { return *reader.directory(number).value(); }
+    // The bytes of a level's directory, with one field of one entry changed, decoded again.
+    template <class T> Result<LevelDirectory> decode(int number, std::size_t chunk, std::size_t field, T value) {
+        Bytes bytes = encode_directory(level(number), set);
+        std::memcpy(bytes.data() + chunk * chunk_entry_bytes(set) + field, &value, sizeof value);
+        return decode_bytes(number, bytes);
+    }
+    Result<LevelDirectory> decode_bytes(int number, ByteView bytes) {
+        return decode_directory(bytes, number, set, reader.header().chunk_points,
+                                number == 1 ? nullptr : &level(number - 1),
+                                *reader.section(level_chunks, static_cast<std::uint32_t>(number)));
+    }
+};
+
+inline void expect_place(const Result<LevelDirectory> &decoded, std::uint64_t offset,
+                         ErrorCode code = ErrorCode::bad_directory) {
+    ASSERT_FALSE(decoded) << offset;
+    EXPECT_EQ(decoded.error().code, code) << decoded.error().message;
+    EXPECT_EQ(decoded.error().offset, offset) << decoded.error().message;
+}
+
+} // namespace pbm::test

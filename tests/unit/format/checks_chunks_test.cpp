@@ -1,0 +1,451 @@
+// The same for chunks, frames, planes, bricks and rasters: format_checks_test.cpp has header, sections and directories.
+#include "unit/format/checks_alone.h"
+
+#include "pbm_format/chunks/chunk.h"
+#include "pbm_format/chunks/mapped_chunk.h"
+#include "pbm_format/chunks/normal_cone.h"
+#include "pbm_format/chunks/stream_rules.h"
+#include "pbm_format/container/section_encoder.h"
+#include "pbm_format/rasters/image_section.h"
+#include "pbm_format/rasters/tiled_image.h"
+#include "pbm_format/streams/frame.h"
+#include "pbm_format/writing/frame_encoder.h"
+#include "pbm_format/writing/raster_encoder.h"
+#include "system/files/mapped_file.h"
+
+#include <gtest/gtest.h>
+
+namespace pbm {
+namespace {
+
+using namespace test;
+using enum SectionType;
+
+const Bytes kEven(1000, 7);
+
+TEST(CheckAlone, FramesAreWholeAndOfOneSegment) {
+    Bytes frame;
+    ASSERT_TRUE(append_frame(kEven, 1, frame).zstd);
+    Bytes raw(kEven.size());
+    EXPECT_TRUE(decode_frame(frame, true, raw, 0));
+    EXPECT_EQ(raw, kEven);
+    const auto refuses = [&](const Bytes &bytes, std::size_t size = 1000) {
+        Bytes to(size);
+        const Status status = decode_frame(bytes, true, to, 77);
+        EXPECT_TRUE(status || status.error().offset == 77);
+        return !status;
+    };
+    for (std::size_t size = 0; size < frame.size(); ++size)
+        EXPECT_TRUE(refuses(Bytes(frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size)))) << size;
+    Bytes longer = frame;
+    longer.push_back(0);
+    EXPECT_TRUE(refuses(longer));
+    Bytes two = frame;
+    two.insert(two.end(), frame.begin(), frame.end());
+    EXPECT_TRUE(refuses(two));
+    EXPECT_TRUE(refuses(frame, 999));
+    EXPECT_TRUE(refuses(frame, 1001));
+    for (const unsigned bit : {0U, 1U, 3U, 5U}) { // dictionary, reserved, single segment
+        Bytes other = frame;
+        other[4] ^= static_cast<std::uint8_t>(1U << bit);
+        EXPECT_TRUE(refuses(other)) << bit;
+    }
+    // A skippable frame of four bytes, of which zstd makes nothing.
+    EXPECT_TRUE(refuses({0x50, 0x2A, 0x4D, 0x18, 4, 0, 0, 0, 1, 2, 3, 4}, 0));
+    // One whose size looks like the flag of a single segment, alone and behind the frame.
+    Bytes skipped{0x50, 0x2A, 0x4D, 0x18, 0x20, 0, 0, 0};
+    skipped.resize(skipped.size() + 0x20);
+    EXPECT_TRUE(refuses(skipped, 0));
+    skipped.insert(skipped.begin(), frame.begin(), frame.end());
+    EXPECT_TRUE(refuses(skipped));
+    // A block of a type that does not exist.
+    Bytes broken = frame;
+    broken[7] |= 6;
+    EXPECT_TRUE(refuses(broken));
+}
+
+TEST(CheckAlone, SizesOfPlanes) {
+    Bytes stored;
+    const std::vector<Bytes> planes{kEven, Bytes(5, 1)};
+    append_planes(planes, 1, stored);
+    const auto cut = [&](std::size_t at, std::uint8_t bits, std::size_t first = 1000) {
+        Bytes bytes = stored;
+        bytes[at] ^= bits;
+        PlaneCursor cursor(bytes, 2);
+        ByteView plane;
+        bool zstd = false;
+        return cursor.next(first, plane, zstd) && cursor.next(5, plane, zstd) && cursor.finished();
+    };
+    EXPECT_TRUE(cut(0, 0));
+    EXPECT_FALSE(cut(3, 1));    // a bit between size and zstd
+    EXPECT_FALSE(cut(2, 1));    // 65,536 bytes more than there are
+    EXPECT_FALSE(cut(0, 0, 5)); // a frame larger than what it holds
+    EXPECT_FALSE(cut(4, 1));    // raw, and a byte less
+    EXPECT_FALSE(cut(0, 1));    // the second plane starts elsewhere and does not end with the bytes
+    const Bytes short_of_one{5, 0, 0, 0, 1, 2, 3, 4};
+    ByteView plane;
+    bool zstd = false;
+    EXPECT_FALSE(PlaneCursor(short_of_one, 1).next(5, plane, zstd));
+}
+
+// Decodes the first chunk of the test vectors that has a stream with that filter, whose stored bytes `damage` changes.
+Status decode_damaged(Filter filter, const std::function<void(Bytes &)> &damage) {
+    for (const char *name : {"filtered.pbvg", "filtered-565.pbvg", "filtered-regions.pbvg"}) {
+        const MappedFile file =
+            MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name).value();
+        Reader reader = Reader::open(file.bytes()).value();
+        const Model model = load_model(reader, {.threads = 1}).value();
+        for (int level = 1; level <= reader.depth(); ++level)
+            for (ChunkEntry entry : reader.directory(level).value()->chunks) {
+                Bytes stored;
+                bool found = false;
+                std::size_t at = entry.offset;
+                for (StreamEntry &stream : entry.streams) {
+                    const ByteView view = file.bytes().subspan(at, stream.stored_bytes);
+                    Bytes bytes(view.begin(), view.end());
+                    at += stream.stored_bytes;
+                    if (stream.filter == filter && !found) {
+                        found = true;
+                        damage(bytes);
+                        stream.stored_bytes = static_cast<std::uint32_t>(bytes.size());
+                    }
+                    stored.insert(stored.end(), bytes.begin(), bytes.end());
+                }
+                if (!found)
+                    continue;
+                entry.stored_bytes = stored.size();
+                entry.hash = hash64(stored);
+                const Level &above = model.levels[static_cast<std::size_t>(level) - 1];
+                Chunk chunk;
+                return decode_chunk(entry, stored, reader.chunk_rules(level),
+                                    parent_nodes(entry, above.masks, 0, above.points, 0, model.parameters.attributes),
+                                    chunk);
+            }
+    }
+    ADD_FAILURE() << "no stream with filter " << static_cast<int>(filter);
+    return {};
+}
+
+TEST(CheckAlone, PlanesOfEveryFilter) {
+    for (const Filter filter : {Filter::mask_rank, Filter::normal, Filter::radius, Filter::colour565, Filter::colour888,
+                                Filter::material, Filter::texture, Filter::shadow}) {
+        EXPECT_TRUE(decode_damaged(filter, [](Bytes &) {})) << static_cast<int>(filter);
+        // A byte behind the last plane; each plane's size off by one; a bit that is none of a size.
+        EXPECT_FALSE(decode_damaged(filter, [](Bytes &bytes) { bytes.push_back(0); })) << static_cast<int>(filter);
+        for (std::size_t plane = 0; plane < plane_count(filter); ++plane) {
+            EXPECT_FALSE(decode_damaged(filter, [&](Bytes &bytes) { bytes[4 * plane] ^= 1; })) << plane;
+            EXPECT_FALSE(decode_damaged(filter, [&](Bytes &bytes) { bytes[4 * plane + 3] ^= 1; })) << plane;
+        }
+        // No plane at all, and no byte left over.
+        const Status none = decode_damaged(filter, [&](Bytes &bytes) { bytes.assign(4 * plane_count(filter), 0); });
+        ASSERT_FALSE(none) << static_cast<int>(filter);
+        EXPECT_EQ(none.error().rule, "5.8.1") << none.error().message;
+    }
+}
+
+TEST(CheckAlone, AConeHoldsNoTwoSidedPoint) {
+    Directories packed(chunks_file());
+    const Model model = load_model(packed.reader).value();
+    for (const int level : {4, 5})
+        for (const ChunkEntry &entry : packed.level(level).chunks) {
+            const std::span<const std::uint16_t> stored =
+                std::span(model.levels[static_cast<std::size_t>(level)].points.normals)
+                    .subspan(entry.first_point, entry.shape.points);
+            std::vector<std::uint16_t> normals(stored.begin(), stored.end());
+            OutsideCone memory;
+            ASSERT_TRUE(check_normals(normals, 0));
+            ASSERT_TRUE(check_cone(normals, entry.cone, memory, 0));
+            if (entry.cone.cosine == kNoCone)
+                continue;
+            normals.back() |= kTwoSidedBit;
+            EXPECT_FALSE(check_cone(normals, entry.cone, memory, 0));
+            normals.resize(kManyNormals, normals.front()); // compared in another way
+            EXPECT_FALSE(check_cone(normals, entry.cone, memory, 0));
+        }
+}
+
+TEST(CheckAlone, StreamsOfMappedChunks) {
+    const FileEditor file(mapped_file());
+    const AttributeSet set = every_attribute(ColourFormat::rgb888, 3);
+    const StreamList streams = streams_of(set);
+    std::uint64_t at = file.section(level_chunks, 3);
+    const ChunkEntry chunk = Directories(mapped_file()).level(3).chunks[0];
+    ASSERT_NE(chunk.shape.points % 8, 0U);
+    for (std::size_t s = 0; s < streams.size(); ++s) {
+        const std::uint64_t place = at;
+        at += align_stream(chunk.streams[s].stored_bytes);
+        const auto value = [&](std::uint8_t byte) { return set_byte(place, byte); };
+        switch (streams[s].kind) {
+        case StreamKind::masks: // its children are counted
+            expect_refusal(mapped_file(), value(0), ErrorCode::bad_octree, chunk.offset);
+            break;
+        case StreamKind::normal:
+            expect_refusal(mapped_file(), set_byte(place + 1, 0xC0), ErrorCode::bad_attribute, place);
+            // A cone of which few normals are.
+            expect_refusal(mapped_file(), test::set<std::int16_t>(file.chunk(3) + 38, 32767), ErrorCode::bad_attribute,
+                           place);
+            break;
+        case StreamKind::radius: expect_refusal(mapped_file(), value(204), ErrorCode::bad_attribute, place); break;
+        case StreamKind::material: expect_refusal(mapped_file(), value(3), ErrorCode::bad_attribute, place); break;
+        case StreamKind::shadow:
+            if (streams[s].light == 0) // a bit each, and the last byte is not full
+                expect_refusal(mapped_file(), set_byte(place + chunk.streams[s].stored_bytes - 1, 0xFF),
+                               ErrorCode::bad_attribute, place);
+            break;
+        case StreamKind::colour:
+        case StreamKind::texture: break;
+        }
+    }
+}
+
+TEST(CheckAlone, EveryFieldOfABrick) {
+    const FileEditor file(chunks_file(Storage::mapped));
+    const std::size_t at = file.section(level_bricks, 5) + kBrickRecordBytes;
+    const std::array<std::pair<std::size_t, std::size_t>, 12> fields{
+        {{0, 0}, {2, 0}, {4, 0}, {6, 6}, {8, 6}, {10, 10}, {12, 10}, {14, 14}, {15, 14}, {16, 16}, {20, 16}, {23, 16}}};
+    for (const auto &[field, named] : fields)
+        expect_refusal(
+            chunks_file(Storage::mapped), [&, flipped = at + field](FileEditor &editor) { editor.flip(8 * flipped); },
+            ErrorCode::bad_content, at + named);
+}
+
+// Decodes the directory of a raster of 4 x 4 texels after an edit; its hash is right.
+Result<ImageDirectory> raster(std::uint32_t channels, Storage storage, const std::function<void(Bytes &)> &edit) {
+    static Bytes section;
+    section = encode_image(test::test_image(4, 4, channels), storage, 1, 1);
+    edit(section);
+    const std::uint64_t hash = hash64(ByteView(section).subspan(8, 24 + 16 * 3));
+    std::memcpy(section.data(), &hash, sizeof hash);
+    return decode_image_directory(section, 0);
+}
+
+template <class T> auto put(std::size_t at, T value) {
+    return [=](Bytes &bytes) { std::memcpy(bytes.data() + at, &value, sizeof value); };
+}
+
+TEST(CheckAlone, TilesOfARaster) {
+    constexpr std::uint32_t kZstd = 1U << 31, kFilter = static_cast<std::uint32_t>(Filter::texels) << 24;
+    const std::size_t last = 32 + 2 * 16 + 8; // stored size, filter and zstd of the 4 x 4 texels
+    EXPECT_TRUE(raster(3, Storage::packed, [](Bytes &) {}).ok());
+    const auto refused = [&](std::uint32_t entry, std::uint32_t channels = 3, Storage storage = Storage::packed) {
+        const Result<ImageDirectory> directory = raster(channels, storage, put(last, entry));
+        EXPECT_EQ(directory ? 0 : directory.error().offset, last);
+        return !directory && directory.error().code == ErrorCode::bad_image;
+    };
+    EXPECT_TRUE(refused(47));                   // raw, not of its size
+    EXPECT_TRUE(refused(kZstd));                // an empty frame
+    EXPECT_TRUE(refused(kZstd | 48));           // a frame as large as what it holds
+    EXPECT_TRUE(refused(kFilter | 11));         // no room for the planes' entries
+    EXPECT_TRUE(refused(kFilter | 48));         // as large as without
+    EXPECT_TRUE(refused(kFilter | kZstd | 20)); // planes say for themselves whether they are frames
+    EXPECT_TRUE(refused(kFilter | 5, 1, Storage::mapped));
+    EXPECT_TRUE(refused(kZstd | 5, 1, Storage::mapped));
+}
+
+TEST(CheckAlone, ShapesOfRasters) {
+    EXPECT_TRUE(is_storable(4, 2, 3));
+    EXPECT_TRUE(is_storable(kMaxPanoramaWidth, kMaxPanoramaWidth / 2, 3));
+    EXPECT_FALSE(is_storable(4, 3, 3));
+    EXPECT_FALSE(is_storable(2 * kMaxPanoramaWidth, kMaxPanoramaWidth, 3));
+    EXPECT_FALSE(is_storable(8, 2, 3));
+    EXPECT_FALSE(is_storable(2, 4, 1));
+    EXPECT_FALSE(is_storable(4, 2, 2));
+    EXPECT_FALSE(is_storable(0, 0, 1));
+    // As a section of a file: what its type may be, stored as the file is, and as the table says.
+    const auto read = [](std::uint32_t width, std::uint32_t height, std::uint32_t channels, SectionType type,
+                         std::uint64_t more_raw = 0, Storage file = Storage::packed) {
+        const Bytes section = encode_image(test::test_image(width, height, channels), Storage::packed, 1, 1);
+        const TileGrid tiles(width, height, channels);
+        const SectionEntry entry{.type = type,
+                                 .offset = 0,
+                                 .stored_bytes = section.size(),
+                                 .raw_bytes = image_directory_bytes(tiles) + tiles.texel_bytes() + more_raw,
+                                 .count = tiles.tiles()};
+        return read_image_directory(section, entry, file).ok();
+    };
+    EXPECT_TRUE(read(4, 2, 3, panorama));
+    EXPECT_FALSE(read(4, 2, 1, panorama));
+    EXPECT_FALSE(read(4, 4, 3, panorama));
+    EXPECT_TRUE(read(4, 4, 1, ground_texture));
+    EXPECT_FALSE(read(4, 4, 3, ground_texture));
+    EXPECT_FALSE(read(4, 2, 1, ground_lit));
+    EXPECT_FALSE(read(4, 2, 3, panorama, 1));
+    EXPECT_FALSE(read(4, 2, 3, panorama, 0, Storage::mapped));
+}
+
+// What a brick counts must be there, also where the memory behind it happens to hold more.
+TEST(CheckAlone, BricksEndWithTheirChunk) {
+    const std::vector<std::uint16_t> normals(64, 0);
+    const Bytes radii(64, 9), masks(8, 0x81);
+    const ChunkShape shape{.points = 4, .nodes = 2, .parents = 1, .bricks = 1};
+    const std::array<BrickRecord, 1> above{BrickRecord{.node_map = 1}};
+    const Bytes masks_above(8, 0x03); // two nodes below the only one
+    std::array<BrickRecord, 1> bricks;
+    const auto index = [&](std::size_t mask_count, std::size_t points, std::size_t masks_there = 1,
+                           ChunkShape changed = {}) {
+        if (changed.bricks == 0)
+            changed = shape;
+        return index_bricks({.bricks = above, .masks = ByteView(masks_above).first(masks_there), .first = 0}, changed,
+                            2, ByteView(masks).first(mask_count), std::span(normals).first(points),
+                            ByteView(radii).first(points), bricks);
+    };
+    EXPECT_TRUE(index(2, 4));
+    EXPECT_FALSE(index(1, 2));
+    EXPECT_FALSE(index(2, 3));
+    EXPECT_FALSE(index(3, 4)); // a mask that belongs to no brick
+    EXPECT_FALSE(index(2, 5));
+    EXPECT_FALSE(index(2, 4, 0));
+}
+
+// Without its neighbours' help: what later checks would refuse as well is refused here, by its own rule.
+TEST(CheckAlone, PlacesInTheGridAndKindsInOrder) {
+    Grid grid{.depth = 3, .origin = {std::numeric_limits<double>::quiet_NaN(), 0, 0}};
+    EXPECT_EQ(decode_grid(encode_grid(grid), 3).error().offset, 0U);
+    // Texture values twice.
+    Bytes records = encode_attributes({.texture = true}, 3);
+    const Bytes last(records.end() - 24, records.end());
+    records.insert(records.end(), last.begin(), last.end());
+    EXPECT_EQ(decode_attributes(records, 3).error().offset, 72U);
+}
+
+TEST(CheckAlone, ARasterOfTheGroundIsAtMost4096TexelsWide) {
+    const std::uint32_t edge = 2 * kMaxGroundRaster;
+    const TileGrid tiles(edge, edge, 1);
+    ByteWriter directory; // of tiles that are all one frame of nothing
+    for (const std::uint32_t field : {edge, edge, static_cast<std::uint32_t>(tiles.tiles())})
+        directory.u32(field);
+    directory.u16(1);
+    directory.u8(1);
+    directory.zeros(9);
+    std::uint64_t end = 0;
+    for (std::size_t tile = 0; tile < tiles.tiles(); ++tile) {
+        const std::size_t raw = tiles.tile_bytes(tiles.level_of(tile));
+        const std::uint32_t stored = raw == 1 ? 1 : 1U << 31 | 1U;
+        directory.u64(0);
+        directory.u32(stored);
+        directory.u32(0);
+        ++end;
+    }
+    ByteWriter section;
+    section.u64(hash64(directory.bytes()));
+    section.append(directory.bytes());
+    section.zeros(end);
+    SectionEntry entry{.type = ground_lit,
+                       .offset = 0,
+                       .stored_bytes = section.size(),
+                       .raw_bytes = image_directory_bytes(tiles) + tiles.texel_bytes(),
+                       .count = tiles.tiles()};
+    ASSERT_TRUE(decode_image_directory(section.bytes(), 0).ok());
+    EXPECT_FALSE(read_image_directory(section.bytes(), entry, Storage::packed));
+}
+
+// Places of the first bytes of all frames of a stream in its chunk, or of a tile.
+std::vector<std::size_t> frames_of(const StreamEntry &stream, std::size_t planes, ByteView stored) {
+    std::vector<std::size_t> frames;
+    if (stream.filter == Filter::none) {
+        if (stream.zstd)
+            frames.push_back(0);
+        return frames;
+    }
+    std::size_t at = kPlaneEntryBytes * planes;
+    for (std::size_t plane = 0; plane < planes; ++plane) {
+        std::uint32_t entry = 0;
+        std::memcpy(&entry, stored.data() + kPlaneEntryBytes * plane, kPlaneEntryBytes);
+        if (entry >> 31 != 0)
+            frames.push_back(at);
+        at += entry & 0xFFFFFF;
+    }
+    return frames;
+}
+
+// Every frame of every stream loses its magic number in turn.
+void refuse_broken_frames(const Bytes &file) {
+    Reader reader = Reader::open(file).value();
+    const Model model = load_model(reader, {.threads = 1}).value();
+    std::size_t frames = 0;
+    for (int level = 1; level <= reader.depth(); ++level)
+        for (ChunkEntry entry : reader.directory(level).value()->chunks) {
+            const ByteView view = slice(file, entry.offset, entry.stored_bytes);
+            Bytes stored(view.begin(), view.end());
+            std::size_t start = 0;
+            for (const StreamEntry &stream : entry.streams) {
+                for (const std::size_t frame :
+                     frames_of(stream, plane_count(stream.filter), ByteView(stored).subspan(start))) {
+                    stored[start + frame] ^= 0xFF;
+                    entry.hash = hash64(stored);
+                    const Level &above = model.levels[static_cast<std::size_t>(level) - 1];
+                    Chunk chunk;
+                    const Status status = decode_chunk(
+                        entry, stored, reader.chunk_rules(level),
+                        parent_nodes(entry, above.masks, 0, above.points, 0, model.parameters.attributes), chunk);
+                    EXPECT_FALSE(status) << "level " << level;
+                    EXPECT_TRUE(status || status.error().offset == entry.offset + start) << "level " << level;
+                    EXPECT_TRUE(status || status.error().rule == "5.6.1") << status.error().message;
+                    stored[start + frame] ^= 0xFF;
+                    ++frames;
+                }
+                start += stream.stored_bytes;
+            }
+        }
+    EXPECT_GT(frames, 0U);
+}
+
+TEST(CheckAlone, EveryFrameIsProven) {
+    const Model model = sphere_model(5, every_attribute(ColourFormat::rgb888, 5));
+    for (const bool filters : {false, true})
+        refuse_broken_frames(encode_model(model, {.compression_level = 3, .filters = filters, .threads = 1}).value());
+    for (const char *name : {"filtered-565.pbvg", "filtered-regions.pbvg"}) {
+        const MappedFile file =
+            MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name).value();
+        refuse_broken_frames({file.bytes().begin(), file.bytes().end()});
+    }
+}
+
+TEST(CheckAlone, EveryPlaneOfATileIsProven) {
+    for (const std::uint32_t channels : {1U, 3U}) {
+        Image image{.width = 64, .height = 64, .channels = channels, .texels = {}};
+        for (std::size_t i = 0; i < std::size_t{64} * 64 * channels; ++i)
+            image.texels.push_back(static_cast<std::uint8_t>(i / 64));
+        const Bytes section = encode_image(image, Storage::packed, 3, 1);
+        ImageDirectory directory = decode_image_directory(section, 0).value();
+        const std::size_t last = directory.tiles.size() - 1;
+        TileEntry &tile = directory.tiles[last];
+        ASSERT_EQ(tile.stream.filter, Filter::texels);
+        Bytes texels(directory.grid.tile_bytes(0));
+        const auto decode = [&](std::size_t at, std::uint8_t bits) {
+            Bytes damaged = section;
+            damaged[tile.offset + at] ^= bits;
+            tile.hash = hash64(ByteView(damaged).subspan(tile.offset, tile.stream.stored_bytes));
+            return decode_tile(slice(damaged, tile.offset, tile.stream.stored_bytes), 0, directory, last, texels).ok();
+        };
+        EXPECT_TRUE(decode(0, 0));
+        for (std::size_t plane = 0; plane < channels; ++plane) {
+            EXPECT_FALSE(decode(4 * plane, 1));     // its size
+            EXPECT_FALSE(decode(4 * plane + 3, 1)); // a bit that is none of a size
+        }
+        for (const std::size_t frame : frames_of(tile.stream, channels, ByteView(section).subspan(tile.offset)))
+            EXPECT_FALSE(decode(frame, 0xFF));
+        const auto decode_stored = [&](const Bytes &stored) {
+            Bytes changed(section.begin(), section.begin() + static_cast<std::ptrdiff_t>(tile.offset));
+            changed.insert(changed.end(), stored.begin(), stored.end());
+            TileEntry &entry = directory.tiles[last];
+            const StreamEntry before = entry.stream;
+            entry.stream.stored_bytes = static_cast<std::uint32_t>(stored.size());
+            entry.hash = hash64(stored);
+            const bool decoded =
+                decode_tile(slice(changed, entry.offset, stored.size()), 0, directory, last, texels).ok();
+            entry.stream = before;
+            return decoded;
+        };
+        Bytes stored(section.begin() + static_cast<std::ptrdiff_t>(tile.offset), section.end());
+        EXPECT_TRUE(decode_stored(stored));
+        stored.push_back(0); // behind the last plane
+        EXPECT_FALSE(decode_stored(stored));
+        EXPECT_FALSE(decode_stored(Bytes(4 * channels))); // no plane at all, and no byte left over
+        tile.stream.stored_bytes -= 1;                    // the last plane's last byte lies behind its end
+        EXPECT_FALSE(decode(0, 0));
+    }
+}
+
+} // namespace
+} // namespace pbm

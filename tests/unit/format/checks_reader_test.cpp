@@ -1,0 +1,246 @@
+// The same for what each call of the reader proves before another would, for parents in directories, and for what keeps
+// reads in bounds: bytes that end where the memory does show a read behind them in any build.
+#include "unit/format/checks_alone.h"
+
+#include "pbm_format/container/section_encoder.h"
+#include "pbm_format/rasters/image_section.h"
+#include "pbm_format/rasters/tiled_image.h"
+#include "pbm_format/writing/raster_encoder.h"
+
+#include <gtest/gtest.h>
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+namespace pbm {
+namespace {
+
+using namespace test;
+using enum SectionType;
+
+// A copy of bytes, fewer than a page, right in front of a page that cannot be read.
+class BytesAtTheEnd {
+  public:
+    explicit BytesAtTheEnd(const Bytes &bytes) : size_(bytes.size()) {
+        EXPECT_LE(size_, page_);
+        void *pages = ::mmap(nullptr, 2 * page_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (pages == MAP_FAILED)
+            throw std::bad_alloc();
+        pages_ = static_cast<std::uint8_t *>(pages);
+        EXPECT_EQ(::mprotect(pages_ + page_, page_, PROT_NONE), 0);
+        std::copy(bytes.begin(), bytes.end(), pages_ + page_ - size_);
+    }
+    ~BytesAtTheEnd() { ::munmap(pages_, 2 * page_); }
+    BytesAtTheEnd(const BytesAtTheEnd &) = delete;
+    BytesAtTheEnd &operator=(const BytesAtTheEnd &) = delete;
+
+    ByteView bytes() const { return {pages_ + page_ - size_, size_}; }
+    std::span<const std::uint16_t> normals() const {
+        return {reinterpret_cast<const std::uint16_t *>(bytes().data()), size_ / 2};
+    }
+
+  private:
+    std::size_t page_ = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)), size_;
+    std::uint8_t *pages_ = nullptr;
+};
+
+TEST(CheckAlone, ABrickReadsNothingBehindItsStreams) {
+    const std::array<BrickRecord, 1> above{BrickRecord{.node_map = 0xFF}};
+    const Bytes masks_above(8, 0xFF); // 64 nodes in the only brick
+    const auto index = [&](std::size_t mask_count, std::size_t points) {
+        const BytesAtTheEnd masks(Bytes(mask_count, 0xFF)), normals(Bytes(2 * points, 0)), radii(Bytes(points, 9));
+        std::array<BrickRecord, 1> bricks;
+        return index_bricks({.bricks = above, .masks = masks_above, .first = 0},
+                            {.points = 512, .nodes = 64, .parents = 8, .bricks = 1}, 2, masks.bytes(),
+                            normals.normals(), radii.bytes(), bricks);
+    };
+    EXPECT_TRUE(index(64, 512));
+    for (const std::size_t masks : {0U, 8U, 63U})
+        EXPECT_FALSE(index(masks, 512)) << masks;
+    for (const std::size_t points : {0U, 8U, 511U})
+        EXPECT_FALSE(index(64, points)) << points;
+}
+
+TEST(CheckAlone, BricksStandInTheOctantsOfTheirParents) {
+    struct Case {
+        std::uint64_t node_map; // above
+        std::size_t first;      // parent
+        std::uint32_t parents, bricks;
+        std::size_t masks;
+        std::uint8_t root_depth = 0;
+        MortonCode root_prefix = 0;
+    };
+    const auto index = [](const Case &of) {
+        const std::array<BrickRecord, 1> above{BrickRecord{.node_map = of.node_map}};
+        const Bytes masks_above(8, 0x03); // two nodes in each
+        const Bytes masks(of.masks, 0x81), radii(2 * of.masks, 9);
+        const std::vector<std::uint16_t> normals(2 * of.masks, 0);
+        std::vector<BrickRecord> bricks(of.bricks);
+        ChunkShape shape{.root_depth = of.root_depth, .root_prefix = of.root_prefix};
+        shape.parents = of.parents;
+        shape.bricks = of.bricks;
+        return index_bricks({.bricks = above, .masks = masks_above, .first = of.first}, shape, 4, masks, normals, radii,
+                            bricks);
+    };
+    // Two octants: one of two parents, then one of one.
+    EXPECT_TRUE(index({.node_map = 0x0103, .first = 2, .parents = 1, .bricks = 1, .masks = 2}));
+    EXPECT_FALSE(index({.node_map = 0x0103, .first = 1, .parents = 2, .bricks = 1, .masks = 2})); // within the first
+    EXPECT_FALSE(index({.node_map = 0x0103, .first = 9, .parents = 1, .bricks = 1, .masks = 2})); // behind both
+    EXPECT_FALSE(
+        index({.node_map = 0x01, .first = 0, .parents = 1, .bricks = 2, .masks = 2})); // more bricks than octants
+    // Two bricks below the root of the grid, but not below either of its octants.
+    EXPECT_TRUE(index({.node_map = 0x0101, .first = 0, .parents = 2, .bricks = 2, .masks = 4}));
+    for (const MortonCode octant : {0U, 1U})
+        EXPECT_FALSE(index({.node_map = 0x0101,
+                            .first = 0,
+                            .parents = 2,
+                            .bricks = 2,
+                            .masks = 4,
+                            .root_depth = 1,
+                            .root_prefix = octant}));
+}
+
+TEST(CheckAlone, NoChunkBehindTheLastParentChunk) {
+    Directories packed(chunks_file());
+    const LevelDirectory &finest = packed.level(5);
+    LevelDirectory above = packed.level(4);
+    above.chunks.pop_back();
+    const auto first = std::find_if(finest.chunks.begin(), finest.chunks.end(), [&](const ChunkEntry &chunk) {
+        return chunk.shape.parent_chunk == above.chunks.size();
+    });
+    ASSERT_NE(first, finest.chunks.end());
+    ASSERT_NE(first, finest.chunks.begin());
+    const auto index = static_cast<std::size_t>(first - finest.chunks.begin());
+    expect_place(decode_directory(encode_directory(finest, packed.set), 5, packed.set,
+                                  packed.reader.header().chunk_points, &above, *packed.reader.section(level_chunks, 5)),
+                 chunk_entry_bytes(packed.set) * index + 32);
+}
+
+// The last chunk of a parent chunk with a node more or less than that has points left, and a parent less or more than
+// it has nodes: each sum alone is refused where it is passed.
+TEST(CheckAlone, SumsOverTheChunksOfAParentChunk) {
+    Directories packed(chunks_file());
+    const LevelDirectory &finest = packed.level(5);
+    const std::size_t entry = chunk_entry_bytes(packed.set), last = finest.chunks.size() - 1;
+    const ChunkShape &shape = finest.chunks[last].shape;
+    for (const std::uint32_t more : {1U, ~0U}) {
+        Bytes bytes = encode_directory(finest, packed.set);
+        const std::uint32_t nodes = shape.nodes + more, parents = shape.parents - more;
+        std::memcpy(bytes.data() + entry * last + 20, &nodes, 4);
+        std::memcpy(bytes.data() + entry * last + 24, &parents, 4);
+        expect_place(packed.decode_bytes(5, bytes), entry * last + 20);
+    }
+}
+
+void expect_rule(const Status &status, std::string_view rule, std::uint64_t offset) {
+    ASSERT_FALSE(status) << rule;
+    EXPECT_EQ(status.error().rule, rule) << status.error().message;
+    EXPECT_EQ(status.error().offset, offset) << status.error().message;
+}
+
+template <class T> Status status_of(const Result<T> &result) { return result ? Status{} : Status(result.error()); }
+
+TEST(CheckAlone, BricksOfALevelAreCounted) {
+    Directories mapped(chunks_file(Storage::mapped));
+    const SectionEntry bricks = *mapped.reader.section(level_bricks, 5);
+    EXPECT_TRUE(check_brick_count(mapped.level(5), bricks));
+    SectionEntry other = bricks;
+    ++other.count;
+    EXPECT_FALSE(check_brick_count(mapped.level(5), other));
+    other = bricks;
+    other.element_bytes = 16;
+    EXPECT_FALSE(check_brick_count(mapped.level(5), other));
+}
+
+TEST(CheckAlone, TheHashOfAMappedChunk) {
+    FileEditor file(mapped_file());
+    file.flip(8 * (file.chunk(3) + 8));
+    file.repair(false);
+    const std::uint64_t chunk = file.section(level_chunks, 3);
+    expect_rule(read_everything(file.bytes()), "5.6.4", chunk);
+    const ValidationReport report = validate(file.bytes(), {.threads = 1});
+    EXPECT_EQ(report.findings.at(0).rule, "5.6.4");
+    EXPECT_EQ(report.findings.at(0).offset, chunk);
+}
+
+TEST(CheckAlone, ATileThatWouldStartBehindItsSection) {
+    Bytes section = encode_image(test_image(4, 4, 1), Storage::mapped, 1, 1); // tiles at 128, 192 and 256
+    ASSERT_TRUE(decode_image_directory(section, 0));
+    section.resize(200);
+    expect_rule(status_of(decode_image_directory(section, 0)), "3.10.11", 32 + 2 * 16 + 8);
+    EXPECT_FALSE(TiledImage::open(section, 0).ok());
+}
+
+const Bytes &shaded_file() {
+    static const Bytes file = [] {
+        Model model = sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.3);
+        add_surroundings(model, 8, 8);
+        return encode_model(model, {.threads = 1}).value();
+    }();
+    return file;
+}
+
+// None of these files has a hash repaired: whoever reads a part asks for its hash.
+TEST(CheckAlone, OpenProvesTheHashesOfTheSmallSections) {
+    for (const SectionType type : {grid, metadata, attributes, materials, lights, texture, ground_plane}) {
+        FileEditor file(shaded_file());
+        const std::size_t at = file.section(type);
+        file.flip(8 * (at + (type == metadata ? 2 : 0))); // a letter of a key
+        expect_rule(status_of(Reader::open(file.bytes())), "3.2.14", at);
+    }
+}
+
+TEST(CheckAlone, TheLevelHashesChecksWhatOpenDoesNotRead) {
+    for (const SectionType type : {level_directory, level_chunks}) {
+        FileEditor file(shaded_file());
+        const std::size_t at = file.section(type, 2);
+        file.flip(8 * at);
+        ASSERT_TRUE(Reader::open(file.bytes()));
+        expect_rule(verify(file.bytes(), {.level = ValidationLevel::hashes}), "3.2.14", at);
+    }
+}
+
+TEST(CheckAlone, ALoadedModelHasWholeRasters) {
+    const std::size_t at = FileEditor(shaded_file()).section(panorama);
+    const std::uint64_t size =
+        FileEditor(shaded_file()).get<std::uint64_t>(FileEditor(shaded_file()).entry(panorama) + 32);
+    // Level 0 is the last; levels above it are not part of a model.
+    const std::size_t finest =
+        at + decode_image_directory(ByteView(shaded_file()).subspan(at, size), at).value().tiles.back().offset;
+    const auto load = [&](std::size_t byte) {
+        FileEditor file(shaded_file());
+        file.flip(8 * byte);
+        Reader reader = Reader::open(file.bytes()).value();
+        return status_of(load_model(reader, {.threads = 1}));
+    };
+    expect_rule(load(at), "3.10.3", at);
+    expect_rule(load(finest), "3.10.12", finest);
+}
+
+TEST(CheckAlone, NoRasterIsDecodedThatIsLargerThanTheMemory) {
+    FileEditor file(shaded_file());
+    const std::size_t at = file.section(panorama);
+    const std::size_t first_tile = at + 32 + 16 * file.get<std::uint32_t>(at + 16);
+    file.flip(8 * first_tile);
+    file.repair(false);
+    expect_rule(verify(file.bytes(), {.threads = 1}), "3.10.12", first_tile);
+    // And not what decoding would have found.
+    EXPECT_EQ(verify(file.bytes(), {.threads = 1, .max_memory = 100}).error().code, ErrorCode::memory);
+    Reader whole = Reader::open(shaded_file()).value();
+    EXPECT_EQ(load_model(whole, {.threads = 1, .max_memory = 100}).error().code, ErrorCode::memory);
+    EXPECT_EQ(validate(shaded_file(), {.threads = 1, .max_memory = 100}).findings.at(0).code, ErrorCode::memory);
+}
+
+// Its chunk limit is not the one that writers use.
+TEST(CheckAlone, AdviceIsForTheDeepLevel) {
+    const auto advice = [](ValidationLevel level) {
+        const ValidationReport report = validate(rich_file(), {.threads = 1, .level = level, .least = Severity::info});
+        EXPECT_TRUE(report.valid());
+        return report.warnings + report.infos;
+    };
+    EXPECT_GT(advice(ValidationLevel::deep), 0U);
+    EXPECT_EQ(advice(ValidationLevel::standard), 0U);
+}
+
+} // namespace
+} // namespace pbm

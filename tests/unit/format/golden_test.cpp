@@ -1,0 +1,96 @@
+// Golden files: whatever was frozen once reads for ever, with the same content. format_spec/golden/README.md
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/container/hash.h"
+#include "pbm_format/reading/reader.h"
+#include "system/files/mapped_file.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+
+namespace pbm {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string hex(const Hash128 &hash) {
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    std::string text;
+    for (const std::uint64_t half : hash)
+        for (int byte = 0; byte < 8; ++byte)
+            for (const int shift : {4, 0})
+                text += kDigits[half >> (8 * byte + shift) & 15];
+    return text;
+}
+
+// All that was decoded, in the order that the README gives.
+std::string decoded_hash(const Model &model) {
+    StreamingHash hash;
+    for (const Level &level : model.levels) {
+        const PointAttributes &points = level.points;
+        hash.add(level.masks);
+        hash.add({reinterpret_cast<const std::uint8_t *>(points.normals.data()), 2 * points.normals.size()});
+        for (const Bytes *stream : {&points.radii, &points.colours, &points.materials, &points.textures})
+            hash.add(*stream);
+        for (const Bytes &shadow : points.shadows)
+            hash.add(shadow);
+    }
+    hash.add(model.images.ground_texture.texels);
+    for (const Image &image : model.images.ground_lit)
+        hash.add(image.texels);
+    hash.add(model.images.panorama.texels);
+    hash.add({reinterpret_cast<const std::uint8_t *>(model.metadata.data()), model.metadata.size()});
+    return hex(hash.finish());
+}
+
+void expect_contents(const std::filesystem::path &path, const Json &expected) {
+    const MappedFile file = MappedFile::open(path.string()).value();
+    EXPECT_TRUE(validate(file.bytes(), {.threads = 1}).valid()) << path;
+    Result<Reader> reader = Reader::open(file.bytes());
+    ASSERT_TRUE(reader) << path << ": " << reader.error().message;
+    const Status status = verify(file.bytes(), {.threads = 1});
+    EXPECT_TRUE(status) << path << ": " << status.error().message;
+    EXPECT_EQ(reader->header().point_count, expected.at("points").get<std::uint64_t>()) << path;
+    EXPECT_EQ(hex(reader->header().content_id), expected.at("content_id").get<std::string>()) << path;
+    EXPECT_EQ(reader->header().storage() == Storage::mapped, expected.at("mapped").get<bool>()) << path;
+    EXPECT_EQ(reader->parameters().materials.size(), expected.at("materials").get<std::size_t>()) << path;
+    EXPECT_EQ(reader->parameters().lights.size(), expected.at("lights").get<std::size_t>()) << path;
+    EXPECT_EQ(reader->rasters().size(), expected.at("rasters").size()) << path;
+    const Json &chunks = expected.at("chunks");
+    ASSERT_EQ(static_cast<std::size_t>(reader->depth()), chunks.size()) << path;
+    for (int level = 1; level <= reader->depth(); ++level)
+        EXPECT_EQ(reader->directory(level).value()->chunks.size(), chunks[static_cast<std::size_t>(level) - 1]) << path;
+    const Model model = load_model(*reader, {.threads = 1}).value();
+    std::vector<std::size_t> points;
+    for (const Level &level : model.levels)
+        points.push_back(level.points.size());
+    EXPECT_EQ(points, expected.at("levels").get<std::vector<std::size_t>>()) << path;
+    EXPECT_EQ(decoded_hash(model), expected.at("decoded").get<std::string>()) << path;
+}
+
+TEST(Golden, EveryFileOfEveryFrozenVersionHoldsWhatItHeld) {
+    int versions = 0;
+    for (const auto &folder : std::filesystem::directory_iterator(PBM_SOURCE_DIR "/format_spec/golden")) {
+        if (!folder.is_directory())
+            continue;
+        ++versions;
+        std::ifstream in(folder.path() / "contents.json");
+        const Json contents = Json::parse(in);
+        std::set<std::string> listed;
+        for (const Json &expected : contents.at("files")) {
+            listed.insert(expected.at("file"));
+            expect_contents(folder.path() / expected.at("file").get<std::string>(), expected);
+        }
+        for (const auto &file : std::filesystem::directory_iterator(folder))
+            EXPECT_TRUE(file.path().extension() != ".pbvg" || listed.contains(file.path().filename().string()))
+                << file.path();
+    }
+    EXPECT_GE(versions, 1);
+}
+
+} // namespace
+} // namespace pbm

@@ -1,0 +1,80 @@
+// Every way to hash64 against libxxhash, which is linked here and not in the library.
+#include "pbm_format/container/hash.h"
+#include "pbm_format/container/hash_ways.h"
+
+#include "unit/support/test_models.h"
+
+#include <gtest/gtest.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <string>
+
+namespace pbm {
+namespace {
+
+Bytes random_bytes(std::size_t size) {
+    test::Random random(7);
+    Bytes bytes(size);
+    std::generate(bytes.begin(), bytes.end(), [&] { return static_cast<std::uint8_t>(random.next()); });
+    return bytes;
+}
+
+void expect_xxh3(const HashWay &way, ByteView bytes) {
+    ASSERT_EQ(way.hash(bytes.data(), bytes.size()), XXH3_64bits(bytes.data(), bytes.size()))
+        << way.name << ", " << bytes.size() << " bytes from " << reinterpret_cast<std::uintptr_t>(bytes.data()) % 64;
+}
+
+// Beyond any alignment that vectors could ask for.
+constexpr std::size_t kStarts = 64;
+
+TEST(Hash, TheLastWayIsForEveryProcessor) {
+    ASSERT_FALSE(hash_ways().empty());
+    EXPECT_TRUE(hash_ways().back().supported);
+}
+
+TEST(Hash, EveryWayIsXxh3AtAllLengthsUpTo5000) {
+    constexpr std::size_t kLongest = 5000;
+    const Bytes bytes = random_bytes(kLongest + kStarts);
+    for (const HashWay &way : hash_ways())
+        for (std::size_t size = 0; way.supported && size <= kLongest; ++size)
+            ASSERT_NO_FATAL_FAILURE(expect_xxh3(way, ByteView(bytes).subspan(size % kStarts, size)));
+}
+
+// About the lengths where XXH3 changes its manner, and where a stripe, a block and several blocks end.
+TEST(Hash, EveryWayIsXxh3FromAllStarts) {
+    const Bytes bytes = random_bytes(4096 + kStarts);
+    for (const HashWay &way : hash_ways())
+        for (const std::size_t about : {1U, 4U, 9U, 17U, 64U, 129U, 241U, 256U, 1024U, 2048U, 4095U})
+            for (std::size_t start = 0; way.supported && start < kStarts; ++start)
+                for (std::size_t size = about - 1; size <= about + 1; ++size)
+                    ASSERT_NO_FATAL_FAILURE(expect_xxh3(way, ByteView(bytes).subspan(start, size)));
+}
+
+TEST(Hash, EveryWayIsXxh3AtSomeLengthsUpTo300000) {
+    constexpr std::size_t kLongest = 300000;
+    const Bytes bytes = random_bytes(kLongest + kStarts);
+    for (const HashWay &way : hash_ways())
+        for (std::size_t size = 5001, step = 1; way.supported && size <= kLongest; size += step, step += 97)
+            ASSERT_NO_FATAL_FAILURE(expect_xxh3(way, ByteView(bytes).subspan(size % kStarts, size)));
+}
+
+TEST(Hash, TheOneThatIsTakenIsXxh3) {
+    const Bytes bytes = random_bytes(70000);
+    for (const std::size_t size : {0U, 1U, 100U, 240U, 241U, 1000U, 70000U})
+        EXPECT_EQ(hash64(ByteView(bytes).first(size)), XXH3_64bits(bytes.data(), size)) << size;
+}
+
+TEST(Hash, PiecesHashLikeTheWhole) {
+    const Bytes bytes = random_bytes(20000);
+    const XXH128_hash_t expected = XXH3_128bits(bytes.data(), bytes.size());
+    for (const std::size_t piece : {1U, 7U, 255U, 256U, 257U, 1023U, 1024U, 20000U}) {
+        StreamingHash hash;
+        for (std::size_t at = 0; at < bytes.size(); at += piece)
+            hash.add(ByteView(bytes).subspan(at, std::min(piece, bytes.size() - at)));
+        EXPECT_EQ(hash.finish(), (Hash128{expected.low64, expected.high64})) << piece;
+    }
+}
+
+} // namespace
+} // namespace pbm

@@ -1,0 +1,285 @@
+// Mirrors, solid texture, switches; both renderers, any number of threads.
+#include "unit/render/surroundings_test_model.h"
+
+#include <gtest/gtest.h>
+
+#include <hwy/targets.h>
+
+namespace pbm {
+namespace {
+
+using namespace test;
+
+const glm::dvec3 kMiddle(0, -1, -2); // of the ball
+
+AttributeSet rich() {
+    AttributeSet set{.colour = ColourFormat::rgb888, .material = true, .texture = true, .lights = 1, .shadow_bits = {}};
+    set.shadow_bits[0].fill(8);
+    return set;
+}
+
+// With everything that a switch can switch off.
+const Model &rich_model() {
+    static const Model kModel = [] {
+        Model model = ball_on_ground(rich());
+        for (std::size_t i = 0; i < 256; ++i)
+            model.parameters.texture[0].palette[i] = {200, static_cast<std::uint8_t>(i), 40};
+        model.parameters.materials[1].environment = 0.5F;
+        model.parameters.materials.back().environment = 0.3F;
+        model.parameters.ground->texture = model.parameters.texture[0];
+        model.images.ground_texture = raster(64, 90);
+        model.images.ground_lit = {raster(64, 128)};
+        return model;
+    }();
+    return kModel;
+}
+
+const Camera kCamera = look_from({1.5, 0.7, 2.5}, {0, -1.4, -2});
+
+Framebuffer fast_picture(const Model &model, const RenderOptions &options, int threads = 1, int width = 160,
+                         int height = 120) {
+    const Bytes file = encode_model(model, {.storage = Storage::mapped, .chunk_points = 4096, .threads = 1}).value();
+    const WholeLevel level(file, model.parameters.grid.depth);
+    Framebuffer target(width, height);
+    FastRenderer(model.parameters, 4096, threads, surroundings_of(model)).render(level.runs, kCamera, options, target);
+    return target;
+}
+
+// What every pixel shows: by the depths of the object alone and of object and ground.
+enum class Shown { object, ground, behind };
+std::vector<Shown> shown(const Model &model) {
+    RenderOptions bare;
+    bare.ground = false;
+    const Framebuffer object = reference_picture(model, kCamera, bare), all = reference_picture(model, kCamera, {});
+    std::vector<Shown> result;
+    for (std::size_t i = 0; i < all.pixels(); ++i)
+        result.push_back(all.depth[i] == kEmpty            ? Shown::behind
+                         : all.depth[i] == object.depth[i] ? Shown::object
+                                                           : Shown::ground);
+    return result;
+}
+
+// Where a switch changes the picture: object, ground, behind; hidden borders of the ground count as ground.
+std::array<std::size_t, 3> changes(const Model &model, const RenderOptions &options) {
+    const Framebuffer with = reference_picture(model, kCamera, {}),
+                      without = reference_picture(model, kCamera, options);
+    const std::vector<Shown> what = shown(model);
+    std::array<std::size_t, 3> counts{};
+    for (std::size_t i = 0; i < with.pixels(); ++i)
+        counts[static_cast<std::size_t>(what[i])] += static_cast<std::size_t>(with.colour[i] != without.colour[i]);
+    return counts;
+}
+
+TEST(Switches, EachChangesWhatItShouldAndNothingElse) {
+    std::array<std::size_t, 3> all{};
+    for (const Shown one : shown(rich_model()))
+        ++all[static_cast<std::size_t>(one)];
+    ASSERT_GT(std::min({all[0], all[1], all[2]}), 1000U);
+
+    RenderOptions options;
+    options.panorama = false; // seen through the border of the ground, too
+    auto [object, ground, behind] = changes(rich_model(), options);
+    EXPECT_EQ(object, 0U);
+    EXPECT_LT(ground, 200U);
+    EXPECT_EQ(behind, all[2]);
+
+    options = {};
+    options.ground = false;
+    std::tie(object, ground, behind) = std::tuple_cat(changes(rich_model(), options));
+    EXPECT_EQ(object, 0U);
+    EXPECT_GT(ground, all[1] * 9 / 10);
+    EXPECT_LT(behind, 200U); // its border
+
+    options = {};
+    options.reflections = false;
+    std::tie(object, ground, behind) = std::tuple_cat(changes(rich_model(), options));
+    EXPECT_GT(object, all[0] / 10); // one material of three
+    EXPECT_LT(object, all[0] * 9 / 10);
+    EXPECT_GT(ground, all[1] * 9 / 10);
+    EXPECT_LT(behind, 200U);
+
+    options = {};
+    options.shadows = false;
+    std::tie(object, ground, behind) = std::tuple_cat(changes(rich_model(), options));
+    EXPECT_GT(object, 100U);
+    EXPECT_GT(ground, all[1] * 9 / 10);
+    EXPECT_LT(behind, 200U);
+
+    options = {};
+    options.texture = false;
+    std::tie(object, ground, behind) = std::tuple_cat(changes(rich_model(), options));
+    EXPECT_GT(object, all[0] * 9 / 10);
+    EXPECT_GT(ground, all[1] * 9 / 10);
+    EXPECT_LT(behind, 200U);
+
+    options = {};
+    options.point_colours = false; // the texture hides them
+    EXPECT_EQ(changes(rich_model(), options), (std::array<std::size_t, 3>{}));
+    Model coloured = rich_model();
+    coloured.parameters.attributes.texture = false;
+    coloured.parameters.texture.clear();
+    std::tie(object, ground, behind) = std::tuple_cat(changes(coloured, options));
+    EXPECT_GT(object, all[0] * 9 / 10);
+    EXPECT_EQ(ground + behind, 0U);
+}
+
+TEST(Switches, DoNothingWhereTheFileHasNothing) {
+    Model model = ball_on_ground({});
+    model.images = {};
+    model.parameters.ground.reset();
+    RenderOptions options;
+    options.panorama = options.ground = options.reflections = options.shadows = options.texture =
+        options.point_colours = false;
+    EXPECT_EQ(count_changes(reference_picture(model, kCamera, {}), reference_picture(model, kCamera, options)), 0U);
+}
+
+TEST(Mirror, ABallShowsThePanoramaThatItsNormalsMirror) {
+    Model model = ball_on_ground({});
+    model.parameters.ground.reset();
+    model.parameters.materials.front().environment = 1;
+    const Camera camera = look_from({3, 0, 8}, kMiddle, 0.3);
+    const Framebuffer picture = reference_picture(model, camera, {}, 200, 200);
+    const Projection projection(camera, 200, 200);
+    double sum = 0, worst = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < picture.pixels(); ++i) {
+        const glm::dvec3 ray = glm::normalize(projection.ray(glm::dvec2(picture.centre(i))));
+        const glm::dvec3 from = camera.position - kMiddle;
+        const double b = glm::dot(ray, from), hit = b * b - glm::dot(from, from) + 0.9 * 0.9;
+        if (hit < 0.2) // near the outline a voxel's normals differ much
+            continue;
+        const glm::dvec3 normal = glm::normalize(from + (-b - std::sqrt(hit)) * ray);
+        // The eye counts as infinitely far away.
+        const glm::dvec3 view = projection.axes.forward;
+        const glm::dvec3 mirrored = view - 2 * glm::dot(normal, view) * normal;
+        const glm::dvec3 expected = colour_towards(panorama_axes(UpAxis::y) * mirrored);
+        for (int c = 0; c < 3; ++c) {
+            const double error = std::abs(unpack_rgba(picture.colour[i])[static_cast<std::size_t>(c)] - expected[c]);
+            sum += error;
+            worst = std::max(worst, error);
+            ++count;
+        }
+    }
+    ASSERT_GT(count, 20000U);
+    EXPECT_LT(sum / static_cast<double>(count), 4);
+    EXPECT_LT(worst, 20);
+}
+
+TEST(Mirror, BlendsByTheMaterialsFactor) {
+    std::array<int, 3> red{};
+    for (const int step : {0, 1, 2}) {
+        Model model = make_wall(4, 8);
+        model.parameters.materials[0] = {.ka = 1, .kd = 0, .ks = 0, .power = 1, .colour = {0, 0, 0}};
+        model.parameters.materials[0].environment = static_cast<float>(step) / 2;
+        model.images.panorama = {.width = 4, .height = 2, .channels = 3, .texels = Bytes(24, 255)};
+        const Framebuffer picture = reference_picture(model, camera_in_front({8, 8, 8}, 20), {}, 40, 40);
+        red[static_cast<std::size_t>(step)] = static_cast<int>(picture.colour[20 * 40 + 20] & 255);
+    }
+    EXPECT_EQ(red, (std::array<int, 3>{0, linear_to_srgb(32768), 255}));
+}
+
+TEST(Surroundings, AreTheSameInBothRenderers) {
+    const Framebuffer reference = reference_picture(rich_model(), kCamera, {}), fast = fast_picture(rich_model(), {});
+    const std::vector<Shown> what = shown(rich_model());
+    // Outlines of the object may differ by a pixel.
+    const auto is_near_object = [&](int x, int y) {
+        for (int v = std::max(y - 1, 0); v <= std::min(y + 1, fast.height - 1); ++v)
+            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, fast.width - 1); ++u)
+                if (what[static_cast<std::size_t>(std::ptrdiff_t{v} * fast.width + u)] == Shown::object)
+                    return true;
+        return false;
+    };
+    std::size_t beside = 0, object = 0;
+    double difference = 0;
+    for (int y = 0; y < fast.height; ++y)
+        for (int x = 0; x < fast.width; ++x) {
+            const auto i = static_cast<std::size_t>(std::ptrdiff_t{y} * fast.width + x);
+            if (!is_near_object(x, y)) {
+                ++beside;
+                EXPECT_EQ(reference.depth[i], fast.depth[i]) << x << ", " << y;
+                EXPECT_EQ(reference.colour[i], fast.colour[i]) << x << ", " << y;
+                continue;
+            }
+            ++object;
+            for (std::size_t c = 0; c < 3; ++c)
+                difference += std::abs(unpack_rgba(fast.colour[i])[c] - unpack_rgba(reference.colour[i])[c]);
+        }
+    EXPECT_GT(beside, fast.pixels() / 2);
+    EXPECT_LT(difference / static_cast<double>(3 * object), 20);
+}
+
+TEST(Surroundings, AreTheSameForAnyThreadsAndSimdTargets) {
+    Model model = rich_model();
+    model.parameters.lights.push_back(
+        {.kind = LightKind::spot, .position = {1.8F, 1.9F, 1.7F}, .direction = {-0.36F, -0.8F, -0.48F}, .exponent = 9});
+    model.parameters.materials.back().ks = 0.3F;
+    const Framebuffer one = fast_picture(model, {}, 1, 301, 203);
+    for (const int threads : {2, 8}) {
+        const Framebuffer picture = fast_picture(model, {}, threads, 301, 203);
+        EXPECT_EQ(count_changes(one, picture), 0U) << threads;
+        EXPECT_EQ(one.depth, picture.depth) << threads;
+    }
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+        hwy::SetSupportedTargetsForTest(target);
+        EXPECT_EQ(count_changes(one, fast_picture(model, {}, 1, 301, 203)), 0U) << hwy::TargetName(target);
+        hwy::SetSupportedTargetsForTest(0);
+    }
+}
+
+TEST(Surroundings, PicturesWithoutDepthsShowThemToo) {
+    const Bytes file = encode_model(rich_model(), {.storage = Storage::mapped, .threads = 1}).value();
+    const WholeLevel level(file, rich_model().parameters.grid.depth);
+    FastRenderer renderer(rich_model().parameters, 65536, 1, surroundings_of(rich_model()));
+    Framebuffer with(160, 120), without(160, 120, false);
+    renderer.render(level.runs, kCamera, {}, with);
+    renderer.render(level.runs, kCamera, {}, without);
+    EXPECT_EQ(count_changes(with, without), 0U);
+}
+
+TEST(Appearance, ChangesBetweenFrames) {
+    const Model &model = rich_model();
+    ReferenceRenderer renderer(model, surroundings_of(model));
+    Framebuffer before(160, 120), after(160, 120), back(160, 120);
+    renderer.render(kCamera, {}, before);
+    Appearance appearance(model.parameters);
+    appearance.palette.fill({0, 0, 255});
+    appearance.ground_palette.fill({0, 0, 255});
+    for (Material &material : appearance.materials)
+        material.environment = 0;
+    renderer.set_appearance(appearance);
+    renderer.render(kCamera, {}, after);
+    const std::vector<Shown> what = shown(model);
+    for (std::size_t i = 0; i < after.pixels(); ++i)
+        if (what[i] == Shown::object) {
+            EXPECT_EQ(after.colour[i] & 0xFFFF, 0U) << i;
+        }
+    renderer.set_appearance(Appearance(model.parameters));
+    renderer.render(kCamera, {}, back);
+    EXPECT_EQ(count_changes(before, back), 0U);
+}
+
+TEST(Surroundings, ADamagedTileIsNamedAndShownFromACoarserLevel) {
+    const Model &model = rich_model();
+    Bytes file = encode_model(model, {.threads = 1}).value();
+    const Reader whole = Reader::open(file).value();
+    const SectionEntry &section = *whole.section(SectionType::panorama);
+    file[section.offset + section.stored_bytes - 100] ^= 1; // in the last tile of the finest level: lower right
+    const Reader reader = Reader::open(file).value();
+    const auto surroundings = std::make_shared<const Surroundings>(reader.parameters(), reader.images().value());
+    ReferenceRenderer renderer(model, surroundings);
+    const Camera camera = look_from({3, -5, 5}, {3.5, -8, 8}, 1.2); // behind and down
+    Framebuffer damaged(200, 150);
+    RenderOptions options;
+    options.ground = options.reflections = false;
+    renderer.render(camera, options, damaged);
+    const Framebuffer good = reference_picture(model, camera, options, 200, 150);
+    EXPECT_EQ(surroundings->take_errors().size(), 1U);
+    EXPECT_TRUE(surroundings->take_errors().empty());
+    EXPECT_GT(count_changes(good, damaged), 100U);
+    for (std::size_t i = 0; i < good.pixels(); ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(unpack_rgba(damaged.colour[i])[c], unpack_rgba(good.colour[i])[c], 6);
+}
+
+} // namespace
+} // namespace pbm

@@ -1,0 +1,128 @@
+#include "pbm_render/camera/camera.h"
+#include "pbm_render/camera/transform_table.h"
+#include "unit/render/test_model.h"
+
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+#include <gtest/gtest.h>
+
+namespace pbm {
+namespace {
+
+TEST(BoundingSphere, OfOneVoxelReachesItsCorners) {
+    const Sphere sphere = bounding_sphere(make_test_model(3, {{{5, 2, 7}}}));
+    EXPECT_NEAR(glm::length(sphere.centre - glm::dvec3(5.5, 2.5, 7.5)), 0, 1e-9);
+    EXPECT_NEAR(sphere.radius, std::sqrt(0.75), 1e-9);
+}
+
+TEST(BoundingSphere, OfAWallIsItsDiagonal) {
+    const Sphere sphere = bounding_sphere(make_wall(6, 10));
+    const double exact = std::sqrt(32.0 * 32 * 2 + 0.25);
+    EXPECT_NEAR(glm::length(sphere.centre - glm::dvec3(32, 32, 10.5)), 0, 0.7);
+    EXPECT_GE(sphere.radius, exact - 1e-9);
+    EXPECT_LE(sphere.radius, exact * 1.03);
+}
+
+TEST(BoundingSphere, IsTightForALopsidedModel) {
+    // Three voxels of an obtuse triangle: the smallest sphere stands on its longest side.
+    const Sphere sphere = bounding_sphere(make_test_model(6, {{{0, 0, 0}}, {{63, 0, 0}}, {{20, 5, 0}}}));
+    EXPECT_NEAR(glm::length(sphere.centre - glm::dvec3(32, 0.5, 0.5)), 0, 1.0);
+    EXPECT_LE(sphere.radius, 31.5 + std::sqrt(0.75) + 1.0);
+}
+
+TEST(DefaultCamera, SeesEveryVoxelAndWastesLittle) {
+    const Model model = make_wall(5, 3);
+    for (const glm::ivec2 size : {glm::ivec2(640, 360), glm::ivec2(360, 640), glm::ivec2(100, 100)}) {
+        const Camera camera = default_camera(model, size.x, size.y);
+        const Projection projection(camera, size.x, size.y);
+        double farthest = 0; // from the middle, in half edges of the shorter side
+        for (const double x : {0.0, 32.0}) {
+            for (const double y : {0.0, 32.0}) {
+                const glm::dvec3 p = projection.point({x, y, 3.5});
+                const glm::dvec2 pixel(p.x / p.z, p.y / p.z);
+                EXPECT_TRUE(pixel.x >= 0 && pixel.x <= size.x && pixel.y >= 0 && pixel.y <= size.y);
+                farthest =
+                    std::max(farthest, glm::length(pixel - glm::dvec2(size) / 2.0) * 2 / std::min(size.x, size.y));
+            }
+        }
+        EXPECT_GT(farthest, 0.9);
+        EXPECT_LE(farthest, 1.0);
+    }
+}
+
+TEST(DefaultCamera, StandsInFrontOfEveryUpAxis) {
+    Model model = make_wall(4, 3);
+    const auto sight = [&](UpAxis up) {
+        model.parameters.grid.up = up;
+        const Camera camera = default_camera(model, 100, 100);
+        EXPECT_TRUE(is_usable(camera));
+        return glm::normalize(camera.position - camera.focal_point);
+    };
+    EXPECT_NEAR(sight(UpAxis::y).z, 1, 1e-12);
+    EXPECT_NEAR(sight(UpAxis::z).y, -1, 1e-12);
+    EXPECT_NEAR(sight(UpAxis::x).z, 1, 1e-12);
+}
+
+TEST(Camera, WithoutALineOfSightIsNotUsable) {
+    Camera camera;
+    EXPECT_TRUE(is_usable(camera));
+    camera.focal_point = camera.position;
+    EXPECT_FALSE(is_usable(camera));
+    camera = Camera{};
+    camera.up = {0, 0, -3};
+    EXPECT_FALSE(is_usable(camera));
+    camera = Camera{};
+    camera.view_angle = 0;
+    EXPECT_FALSE(is_usable(camera));
+    camera = Camera{};
+    camera.position.x = std::nan("");
+    EXPECT_FALSE(is_usable(camera));
+}
+
+// 100 x 50 pixels, 90 degrees: focal length 25 pixels. The eye is at (0, 0, 10) and looks along -Z.
+TEST(Projection, PutsKnownPointsWhereTheyBelong) {
+    Camera camera = camera_in_front({0, 0, 0}, 10);
+    camera.view_angle = glm::radians(90.0);
+    const Projection projection(camera, 100, 50);
+    const auto pixel = [&](glm::dvec3 model) {
+        const glm::dvec3 p = projection.point(model);
+        return glm::dvec3(p.x / p.z, p.y / p.z, p.z);
+    };
+    EXPECT_NEAR(glm::length(pixel({0, 0, 0}) - glm::dvec3(50, 25, 10)), 0, 1e-9);
+    EXPECT_NEAR(glm::length(pixel({4, 0, 5}) - glm::dvec3(70, 25, 5)), 0, 1e-9);
+    EXPECT_NEAR(glm::length(pixel({0, 4, 5}) - glm::dvec3(50, 5, 5)), 0, 1e-9); // up is towards row 0
+    EXPECT_NEAR(pixel({1, 1, 12}).z, -2, 1e-9);                                 // behind the eye
+    EXPECT_NEAR(glm::length(projection.ray({70, 5}) - glm::dvec3(0.8, 0.8, -1)), 0, 1e-12);
+}
+
+TEST(Projection, KeepsGeoreferencedModelsSharp) {
+    const glm::dvec3 far(4.3e6, 5.6e6, 300);
+    const Camera camera = camera_in_front(far, 10);
+    const Projection projection(camera, 1000, 1000);
+    const glm::dvec3 p = projection.point(far + glm::dvec3(0.001, 0, 0));
+    EXPECT_NEAR(p.x / p.z - 500, 0.001 * projection.focal / 10, 1e-6);
+}
+
+TEST(TransformTable, LeadsFromTheCubeToEveryVoxelByAdditions) {
+    Grid grid;
+    grid.depth = 5;
+    grid.origin = {-3, 7, 11};
+    grid.voxel_size = 0.25;
+    const Projection projection(camera_in_front({1, 11, 15}, 20), 640, 480);
+    const TransformTable table(grid, projection);
+    const std::array<std::uint32_t, 3> place{19, 4, 30};
+    glm::vec4 p = table.centre;
+    for (std::size_t level = 1; level <= 5; ++level) {
+        std::size_t child = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            child |= (place[axis] >> (5 - level) & 1) << axis;
+        p += table.child[level][child];
+    }
+    const glm::dvec3 exact = projection.point({-3 + 0.25 * 19.5, 7 + 0.25 * 4.5, 11 + 0.25 * 30.5});
+    EXPECT_NEAR(p.x / p.z, exact.x / exact.z, 1e-3);
+    EXPECT_NEAR(p.y / p.z, exact.y / exact.z, 1e-3);
+    EXPECT_NEAR(p.z, exact.z, 1e-5);
+}
+
+} // namespace
+} // namespace pbm

@@ -1,0 +1,99 @@
+#include "pbm_render/shading/depth_cue.h"
+#include "unit/render/test_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+namespace pbm {
+namespace {
+
+constexpr int kWidth = 160, kHeight = 120;
+constexpr double kFocal = 200, kEdge = 100;
+constexpr std::uint32_t kGrey = 0xFFC0C0C0;
+
+// A grey picture with these depths.
+Framebuffer picture(const std::function<double(int, int)> &depth) {
+    Framebuffer target(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const auto at = static_cast<std::size_t>(std::ptrdiff_t{y} * kWidth + x);
+            target.depth[at] = static_cast<float>(depth(x, y));
+            target.colour[at] = kGrey;
+        }
+    return target;
+}
+
+Framebuffer darkened(DepthCue cue, const std::function<double(int, int)> &depth, int threads = 1) {
+    Framebuffer target = picture(depth);
+    ThreadPool pool(threads);
+    apply_depth_cue(cue, {kFocal, kEdge}, pool, target);
+    return target;
+}
+
+int grey(const Framebuffer &target, int x, int y) {
+    return static_cast<int>(target.colour[static_cast<std::size_t>(std::ptrdiff_t{y} * kWidth + x)] & 255);
+}
+
+// A wall at depth 104 and a box in front of it, 4 deep.
+double box(int x, int y) { return x >= 60 && x < 100 && y >= 40 && y < 80 ? 100 : 104; }
+
+class DepthCues : public testing::TestWithParam<DepthCue> {};
+
+TEST_P(DepthCues, AWallStaysAsItIs) {
+    const Framebuffer wall = darkened(GetParam(), [](int, int) { return 100.0; });
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            EXPECT_NEAR(grey(wall, x, y), 0xC0, 1);
+}
+
+TEST_P(DepthCues, TheFootOfABoxIsDarkItsTopIsNot) {
+    const Framebuffer target = darkened(GetParam(), box);
+    EXPECT_LT(grey(target, 58, 60), 0xC0 - 25);
+    EXPECT_LT(grey(target, 80, 38), 0xC0 - 25);
+    EXPECT_NEAR(grey(target, 80, 60), 0xC0, 1); // the middle of the top
+    EXPECT_GT(grey(target, 61, 60), 0xC0 - 6);  // its border
+    EXPECT_NEAR(grey(target, 10, 10), 0xC0, 1); // far away
+}
+
+TEST_P(DepthCues, WhatIsEmptyStaysAndCastsNothing) {
+    const Framebuffer target = darkened(GetParam(), [](int x, int) { return x < 80 ? 100.0 : kEmpty; });
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            EXPECT_NEAR(grey(target, x, y), 0xC0, x < 80 ? 1 : 0);
+}
+
+TEST_P(DepthCues, TransparencyAndDepthsStay) {
+    Framebuffer target = picture(box);
+    target.colour[40 * kWidth + 58] = 0x40C0C0C0;
+    const auto depths = target.depth;
+    ThreadPool pool(1);
+    apply_depth_cue(GetParam(), {kFocal, kEdge}, pool, target);
+    EXPECT_EQ(target.colour[40 * kWidth + 58] >> 24, 0x40U);
+    EXPECT_TRUE(std::equal(depths.begin(), depths.end(), target.depth.begin()));
+}
+
+TEST_P(DepthCues, ThreadsDoNotMatter) {
+    const auto waves = [](int x, int y) { return 100 + 3 * std::sin(x * 0.2) * std::cos(y * 0.3); };
+    const Framebuffer one = darkened(GetParam(), waves), four = darkened(GetParam(), waves, 4);
+    EXPECT_TRUE(std::equal(one.colour.begin(), one.colour.begin() + static_cast<std::ptrdiff_t>(one.pixels()),
+                           four.colour.begin()));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, DepthCues, testing::Values(DepthCue::eye_dome, DepthCue::ambient_occlusion));
+
+TEST(DepthCue, NoneChangesNothing) {
+    const Framebuffer target = darkened(DepthCue::none, box);
+    EXPECT_EQ(grey(target, 58, 60), 0xC0);
+}
+
+// A plane that leads away from the eye has no corner to be dark in.
+TEST(DepthCue, OcclusionLeavesSlopesAlone) {
+    const Framebuffer slope = darkened(DepthCue::ambient_occlusion, [](int, int y) { return 100 / (1 + 0.004 * y); });
+    for (int y = 8; y < kHeight - 8; ++y)
+        EXPECT_GT(grey(slope, 80, y), 0xC0 - 8) << y;
+}
+
+} // namespace
+} // namespace pbm

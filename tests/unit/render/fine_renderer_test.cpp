@@ -1,0 +1,262 @@
+// Fine pictures against what they stand for: smooth surfaces, soft edges, nothing from behind.
+#include "pbm_render/fine/fine_renderer.h"
+
+#include "unit/render/fast_test_model.h"
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <hwy/targets.h>
+
+namespace pbm {
+namespace {
+
+using test::camera_at_ball;
+using test::every_attribute;
+using test::smooth_ball;
+
+struct FileOfModel {
+    explicit FileOfModel(Model m)
+        : model(std::move(m)),
+          bytes(encode_model(model, {.storage = Storage::mapped, .chunk_points = 4096, .threads = 1}).value()) {}
+
+    Framebuffer draw(const Camera &camera, int width, int height, const RenderOptions &options,
+                     int samples = kDefaultSamples, int threads = 1) const {
+        Framebuffer target(width, height);
+        const test::WholeLevel level(bytes, model.parameters.grid.depth);
+        FineRenderer(model.parameters, 4096, threads).render(level.runs, camera, options, target, samples);
+        return target;
+    }
+
+    Model model;
+    Bytes bytes;
+};
+
+double linear(std::uint32_t pixel, std::size_t channel) {
+    return linear_table()[unpack_rgba(pixel)[channel]] / 65535.0;
+}
+
+// White where `is_white`, else black; shown as it is, whatever the light.
+template <class IsWhite> Model paint(Model model, IsWhite &&is_white) {
+    ModelParameters &parameters = model.parameters;
+    model.metadata = "{}";
+    parameters.attributes.colour = ColourFormat::rgb888;
+    parameters.materials[0] = {.ka = 1, .kd = 0, .ks = 0};
+    std::vector<Bytes> masks;
+    for (const Level &level : model.levels)
+        masks.push_back(level.masks);
+    PointAttributes &points = model.levels.back().points;
+    points.colours.resize(3 * points.size());
+    std::size_t i = 0;
+    const auto paint_below = [&](auto &&self, MortonCode code, int level, std::vector<std::size_t> &next) -> void {
+        if (level == parameters.grid.depth) {
+            const std::uint8_t value = is_white(morton_decode(code)) ? 255 : 0;
+            set_point_colour(points, i++, ColourFormat::rgb888, {value, value, value});
+            return;
+        }
+        const std::uint8_t mask = masks[static_cast<std::size_t>(level) + 1][next[static_cast<std::size_t>(level)]++];
+        for (MortonCode child = 0; child < 8; ++child)
+            if ((mask >> child & 1) != 0)
+                self(self, code << 3 | child, level + 1, next);
+    };
+    std::vector<std::size_t> next(masks.size());
+    paint_below(paint_below, 0, 0, next);
+    average_levels(model, 1);
+    return model;
+}
+
+// The picture of a ball shows its normals: each colour is what a light along one axis gives.
+TEST(FineRenderer, ShowsNormalsOfABallWithinADegree) {
+    Model model = smooth_ball(7, {});
+    model.parameters.materials[0] = {.ka = 0, .kd = 1, .ks = 0, .colour = {255, 255, 255}};
+    model.parameters.lights = {{.intensity = {1, 0, 0}, .direction = {-1, 0, 0}},
+                               {.intensity = {0, 1, 0}, .direction = {0, -1, 0}},
+                               {.intensity = {0, 0, 1}, .direction = {0, 0, -1}}};
+    const FileOfModel ball(std::move(model));
+    for (const double pixels : {0.8, 2.0, 6.0}) {
+        const Camera camera = camera_at_ball(7, pixels, 150, {1, 1, 1});
+        const Framebuffer picture = ball.draw(camera, 200, 150, {}, 4);
+        const Projection projection(camera, 200, 150);
+        const glm::dvec3 to_middle = glm::dvec3(0, -1, -2) - projection.eye;
+        std::size_t compared = 0;
+        double worst = 0, sum = 0;
+        for (std::size_t i = 0; i < picture.pixels(); ++i) {
+            const glm::dvec3 ray = glm::normalize(projection.ray(glm::dvec2(picture.centre(i))));
+            const double along = glm::dot(to_middle, ray);
+            const double inside = 0.81 - (glm::dot(to_middle, to_middle) - along * along);
+            if (inside < 0.3)
+                continue;
+            const glm::dvec3 normal = glm::normalize(ray * (along - std::sqrt(inside)) - to_middle);
+            if (std::min({normal.x, normal.y, normal.z}) < 0.1)
+                continue;
+            const glm::dvec3 seen(linear(picture.colour[i], 0), linear(picture.colour[i], 1),
+                                  linear(picture.colour[i], 2));
+            const double degrees =
+                std::acos(std::min(1.0, glm::dot(normal, glm::normalize(seen)))) / std::acos(-1.0) * 180;
+            worst = std::max(worst, degrees);
+            sum += degrees;
+            ++compared;
+        }
+        ASSERT_GT(compared, 1000U) << pixels;
+        EXPECT_LT(worst, 1.6) << pixels << " pixels per voxel";
+        EXPECT_LT(sum / static_cast<double>(compared), 0.6) << pixels << " pixels per voxel";
+    }
+}
+
+TEST(FineRenderer, BlendsColoursWithinTwoVoxels) {
+    const FileOfModel wall(paint(make_wall(6, 20), [](auto place) { return place[0] >= 32; }));
+    constexpr int kWidth = 160, kHeight = 40;
+    constexpr double kPixels = 8; // per voxel
+    Camera camera = camera_in_front({32, 32, 20.5}, 400);
+    camera.view_angle = 2 * std::atan(kHeight / kPixels / 2 / 400);
+    const Framebuffer picture = wall.draw(camera, kWidth, kHeight, {}, 4);
+    for (std::size_t y = 0; y < kHeight; ++y) {
+        double before = 0;
+        for (std::size_t x = 0; x < kWidth; ++x) {
+            const double value = linear(picture.colour[y * kWidth + x], 0);
+            const double voxels = (static_cast<double>(x) + 0.5 - kWidth / 2.0) / kPixels; // from the border
+            if (std::abs(voxels) > 2) {
+                ASSERT_DOUBLE_EQ(value, voxels > 0 ? 1 : 0) << x << " " << y;
+            }
+            ASSERT_GE(value, before - 0.02) << x << " " << y;
+            if (std::abs(voxels) < 0.1) {
+                ASSERT_NEAR(value, 0.5, 0.15) << x << " " << y;
+            }
+            before = value;
+        }
+    }
+}
+
+TEST(FineRenderer, ShowsNothingOfWhatIsBehind) {
+    const auto wall = [](bool with_back) {
+        std::vector<TestVoxel> voxels;
+        for (std::uint32_t y = 0; y < 32; ++y)
+            for (std::uint32_t x = 0; x < 32; ++x) {
+                voxels.push_back({{x, y, 16}});
+                if (with_back)
+                    voxels.push_back({{x, y, 13}});
+            }
+        return FileOfModel(paint(make_test_model(5, std::move(voxels)), [](auto place) { return place[2] < 16; }));
+    };
+    const FileOfModel alone = wall(false), before_another = wall(true);
+    for (const double pixels : {0.7, 3.0, 9.0}) {
+        Camera camera = camera_in_front({16, 16, 16.5}, 200);
+        camera.view_angle = 2 * std::atan(60 / pixels / 2 / 200);
+        const Framebuffer expected = alone.draw(camera, 80, 60, {}, 3);
+        const Framebuffer picture = before_another.draw(camera, 80, 60, {}, 3);
+        for (std::size_t i = 0; i < picture.pixels(); ++i) {
+            const glm::vec2 from_middle = glm::abs(picture.centre(i) - glm::vec2(40, 30));
+            if (std::max(from_middle.x, from_middle.y) < 14 * static_cast<float>(pixels)) {
+                ASSERT_EQ(picture.colour[i], expected.colour[i]) << i << ", " << pixels << " pixels per voxel";
+            }
+        }
+    }
+}
+
+// Without a background: the wall's own colour up to the last pixel, and less and less of it.
+TEST(FineRenderer, MakesSoftEdgesOfStraightAlpha) {
+    const FileOfModel wall(paint(make_wall(5, 16), [](auto) { return true; }));
+    Camera camera = camera_in_front({16, 16, 16.5}, 200);
+    camera.view_angle = 2 * std::atan(40 / 2.0 / 200); // one pixel per voxel
+    const Framebuffer picture = wall.draw(camera, 61, 40, {.background = {0, 0, 0, 0}}, 16);
+    std::size_t partly = 0;
+    for (std::size_t y = 10; y < 30; ++y) {
+        unsigned before = 255;
+        for (std::size_t x = 30; x < 61; ++x) {
+            const Rgba8 pixel = unpack_rgba(picture.colour[y * 61 + x]);
+            EXPECT_LE(pixel[3], before) << x << " " << y;
+            before = pixel[3];
+            partly += before > 0 && before < 255;
+            if (before > 0) {
+                EXPECT_EQ(pixel[0], 255) << x << " " << y;
+            } else {
+                EXPECT_EQ(picture.colour[y * 61 + x], 0U);
+            }
+        }
+        EXPECT_EQ(before, 0U);
+    }
+    EXPECT_GE(partly, 20U);
+}
+
+TEST(FineRenderer, GivesTheSamePictureForAnyThreadsAndSimdTargets) {
+    Model model = smooth_ball(6, every_attribute(ColourFormat::rgb565, 6), 5);
+    model.parameters.lights[1].kind = LightKind::spot;
+    model.parameters.lights[1].position = {2, 3, 1};
+    model.parameters.lights[1].exponent = 3;
+    const FileOfModel ball(std::move(model));
+    const auto pictures = [&](int threads) {
+        std::vector<std::uint32_t> all;
+        for (const double pixels : {0.9, 3.0, 12.0}) { // blocks, ellipses around them, large ellipses
+            const Framebuffer picture = ball.draw(camera_at_ball(6, pixels, 150), 1501, 150, {}, 2, threads);
+            all.insert(all.end(), picture.colour.begin(), picture.colour.end());
+        }
+        return all;
+    };
+    const std::vector<std::uint32_t> expected = pictures(1);
+    for (const int threads : {2, 5})
+        EXPECT_EQ(pictures(threads), expected) << threads << " threads";
+    for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
+        hwy::SetSupportedTargetsForTest(targets & -targets);
+        EXPECT_EQ(pictures(1), expected) << hwy::TargetName(targets & -targets);
+    }
+    hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST(FineRenderer, ComesSampleBySample) {
+    const FileOfModel ball(smooth_ball(6, {}));
+    const Camera camera = camera_at_ball(6, 2, 60);
+    const test::WholeLevel level(ball.bytes, 6);
+    FineRenderer renderer(ball.model.parameters, 4096, 1);
+    Framebuffer target(80, 60);
+    for (int round = 0; round < 2; ++round) { // a new picture forgets the last one
+        renderer.begin(level.runs, camera, {}, target);
+        EXPECT_EQ(renderer.samples(), 0);
+        for (int samples = 1; samples <= 4; ++samples) {
+            EXPECT_GT(renderer.add_sample().drawn_points, 0U);
+            EXPECT_EQ(renderer.samples(), samples);
+            renderer.resolve(target);
+            const Framebuffer whole = ball.draw(camera, 80, 60, {}, samples);
+            ASSERT_EQ(target.colour, whole.colour) << samples;
+            ASSERT_EQ(target.depth, whole.depth) << samples;
+        }
+    }
+}
+
+TEST(FineRenderer, ShadesAsTheFastRendererOnAverage) {
+    const Model model = smooth_ball(7, every_attribute(ColourFormat::rgb888, 7));
+    const test::DrawnModel drawn(model);
+    const FileOfModel ball(model);
+    const Camera camera = camera_at_ball(7, 1, 90);
+    for (const RenderOptions &options :
+         {RenderOptions{}, RenderOptions{.texture = false}, RenderOptions{.texture = false, .point_colours = false},
+          RenderOptions{.shadows = false}}) {
+        const Framebuffer fine = ball.draw(camera, 120, 90, options);
+        const Framebuffer fast = drawn.fast(camera, 120, 90, options);
+        std::array<double, 3> difference{};
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < fine.pixels(); ++i) {
+            if (std::isinf(fine.depth[i]) || std::isinf(fast.depth[i]))
+                continue;
+            for (std::size_t k = 0; k < 3; ++k)
+                difference[k] += linear(fine.colour[i], k) - linear(fast.colour[i], k);
+            ++count;
+        }
+        ASSERT_GT(count, 3000U);
+        for (const double sum : difference)
+            EXPECT_NEAR(sum / static_cast<double>(count), 0, 0.01);
+    }
+}
+
+TEST(FineRenderer, DrawsNothingButTheBackgroundWithoutPoints) {
+    const FileOfModel ball(smooth_ball(5, {}));
+    Framebuffer target(5, 3, false);
+    FineRenderer renderer(ball.model.parameters, 4096, 1);
+    const RenderStatistics drawn = renderer.render({}, {}, {.background = {10, 20, 30, 40}}, target);
+    EXPECT_EQ(drawn.points, 0U);
+    for (const std::uint32_t pixel : target.colour)
+        EXPECT_EQ(pixel, pack_rgba({10, 20, 30, 40}));
+}
+
+} // namespace
+} // namespace pbm

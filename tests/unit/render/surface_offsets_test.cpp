@@ -1,0 +1,254 @@
+// Where surfaces lie in their voxels: against the definition, against a ball, and in the outlines of pictures.
+#include "pbm_surface/surface_offsets.h"
+
+#include "pbm_render/fine/fine_renderer.h"
+#include "unit/render/fast_test_model.h"
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+#include <thread>
+
+namespace pbm {
+namespace {
+
+using test::smooth_ball;
+
+constexpr int kDepth = 7;
+
+using Voxel = std::array<int, 3>;
+
+// Places of a chunk's points, in their order.
+std::vector<Voxel> voxels_of(const ChunkView &chunk) {
+    std::vector<Voxel> voxels;
+    for (const BrickRecord &brick : chunk.bricks) {
+        std::size_t node = brick.first_node;
+        for (std::uint64_t map = brick.node_map; map != 0; map &= map - 1, ++node)
+            for (unsigned mask = chunk.masks[node]; mask != 0; mask &= mask - 1) {
+                const auto place = morton_decode(8 * static_cast<MortonCode>(std::countr_zero(map)) +
+                                                 static_cast<MortonCode>(std::countr_zero(mask)));
+                voxels.push_back({8 * brick.x + static_cast<int>(place[0]), 8 * brick.y + static_cast<int>(place[1]),
+                                  8 * brick.z + static_cast<int>(place[2])});
+            }
+    }
+    return voxels;
+}
+
+double dot(const UnitVector &a, const UnitVector &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// The middle one of those whose index begins with the same digits.
+UnitVector middle_normal(std::uint16_t stored) { return normal_table()[stored & kNormalIndexMask & ~15U]; }
+
+bool is_of_same_side(const UnitVector &normal, const UnitVector &other) {
+    bool same = false, opposite = false;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        if (std::abs(normal[axis]) > 0.38 && std::abs(other[axis]) > 0.5)
+            ((normal[axis] > 0) == (other[axis] > 0) ? same : opposite) = true;
+    return same && !opposite;
+}
+
+// Of the voxels around that are of the same side.
+double mean_along(const Voxel &at, const UnitVector &normal, const std::map<Voxel, UnitVector> &normals) {
+    double sum = 0, weights = 0;
+    for (int z = -1; z <= 1; ++z)
+        for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x) {
+                const auto found = normals.find({at[0] + x, at[1] + y, at[2] + z});
+                const double along = normal[0] * x + normal[1] * y + normal[2] * z;
+                const double weight = 3 - (x * x + y * y + z * z - along * along);
+                if (found == normals.end() || !is_of_same_side(normal, found->second))
+                    continue;
+                sum += weight * along;
+                weights += weight;
+            }
+    return sum / weights;
+}
+
+TEST(SurfaceOffsets, AreTheMeanOfVoxelsOfTheSameSideAlongTheNormal) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}, 50));
+    SurfaceOffsets estimate;
+    std::vector<std::int8_t> offsets;
+    for (int level = 1; level <= kDepth; ++level) {
+        const test::WholeLevel whole(model.file, level);
+        for (const PointRun &run : whole.runs) {
+            offsets.assign(run.chunk->normals.size(), 0);
+            estimate.estimate(*run.chunk, offsets);
+            const std::vector<Voxel> voxels = voxels_of(*run.chunk);
+            ASSERT_EQ(offsets.size(), voxels.size());
+            std::map<Voxel, UnitVector> normals;
+            for (std::size_t i = 0; i < voxels.size(); ++i)
+                normals[voxels[i]] = middle_normal(run.chunk->normals[i]);
+            for (std::size_t i = 0; i < voxels.size(); ++i) {
+                const std::uint16_t stored = run.chunk->normals[i];
+                if ((stored & kTwoSidedBit) != 0) {
+                    EXPECT_EQ(offsets[i], 0);
+                    continue;
+                }
+                const double expected =
+                    std::clamp(mean_along(voxels[i], middle_normal(stored), normals), -0.875, 0.875);
+                EXPECT_NEAR(offsets[i] * 0.875 / 127, expected, 0.012) << "level " << level << ", point " << i;
+            }
+        }
+    }
+}
+
+TEST(SurfaceOffsets, AreTheSameForAnySimdTarget) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}, 50));
+    for (const int level : {2, 5, kDepth}) {
+        const test::WholeLevel whole(model.file, level);
+        const std::vector<std::int8_t> expected = whole.offsets();
+        EXPECT_NE(std::ranges::count(expected, 0), std::ssize(expected));
+        int tried = 0;
+        for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1, ++tried) {
+            hwy::SetSupportedTargetsForTest(targets & -targets);
+            EXPECT_EQ(whole.offsets(), expected) << hwy::TargetName(targets & -targets);
+        }
+        hwy::SetSupportedTargetsForTest(0);
+        EXPECT_GE(tried, 2);
+    }
+}
+
+// What a file that is changed while it is mapped may show: sanitizers see what is out of bounds.
+TEST(SurfaceOffsets, OfBytesThatChangedAreOffsetsAsWell) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
+    const test::WholeLevel whole(model.file, kDepth);
+    const ChunkView &chunk = *whole.runs.front().chunk;
+    std::mt19937 random(1);
+    SurfaceOffsets estimate;
+    std::vector<std::int8_t> offsets;
+    for (int round = 0; round < 20; ++round) {
+        Bytes masks(chunk.masks.begin(), chunk.masks.end());
+        std::vector<std::uint16_t> normals(chunk.normals.begin(), chunk.normals.end());
+        std::vector<BrickRecord> bricks(chunk.bricks.begin(), chunk.bricks.end());
+        const auto damage = [&](void *bytes, std::size_t size) {
+            for (std::size_t i = 0; i < size / 50; ++i)
+                static_cast<std::uint8_t *>(bytes)[random() % size] = static_cast<std::uint8_t>(random());
+        };
+        damage(masks.data(), masks.size());
+        damage(normals.data(), 2 * normals.size());
+        damage(bricks.data(), sizeof(BrickRecord) * bricks.size());
+        normals.resize(normals.size() * static_cast<std::size_t>(round % 2)); // fewer than bricks and masks name
+        ChunkView changed;
+        changed.masks = masks;
+        changed.normals = normals;
+        changed.bricks = bricks;
+        offsets.assign(changed.normals.size(), 0);
+        estimate.estimate(changed, offsets);
+        EXPECT_EQ(offsets.size(), normals.size());
+    }
+}
+
+std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std::size_t end) {
+    std::vector<SeenBrick> seen;
+    for (std::uint32_t i = first; i < end; i += step)
+        seen.push_back({.u = 0, .v = 0, .w = 1, .brick = i, .top = 0, .bottom = 1, .large = false});
+    return seen;
+}
+
+// A first picture asks for some bricks, others for more of them.
+TEST(ChunkOffsets, AreThoseOfTheWholeChunkWhateverIsAskedFor) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
+    const test::WholeLevel whole(model.file, kDepth);
+    const ChunkView &chunk = *whole.runs.front().chunk;
+    SurfaceOffsets workplace;
+    std::vector<std::int8_t> expected(chunk.normals.size());
+    workplace.estimate(chunk, expected);
+    const std::size_t bricks = chunk.bricks.size();
+    ASSERT_GT(bricks, 20U);
+    for (const std::uint32_t step : {2U, 3U, 5U}) {
+        const ChunkOffsets offsets;
+        for (std::uint32_t first = 0; first < step; ++first) {
+            const std::vector<SeenBrick> seen = seen_bricks(first, step, bricks);
+            const std::int8_t *const some = offsets.of(chunk, seen, workplace);
+            for (const SeenBrick &brick : seen) {
+                const std::size_t begin = chunk.bricks[brick.brick].first_point;
+                const std::size_t end =
+                    brick.brick + 1 < bricks ? std::size_t{chunk.bricks[brick.brick + 1].first_point} : expected.size();
+                EXPECT_TRUE(std::equal(some + begin, some + end, &expected[begin])) << brick.brick;
+            }
+        }
+    }
+}
+
+TEST(ChunkOffsets, MayBeAskedForBySeveralThreadsAtOnce) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
+    const test::WholeLevel whole(model.file, kDepth);
+    const ChunkView &chunk = *whole.runs.front().chunk;
+    const ChunkOffsets offsets;
+    std::vector<std::vector<std::int8_t>> seen(4);
+    {
+        std::vector<std::jthread> threads;
+        for (std::uint32_t i = 0; i < seen.size(); ++i)
+            threads.emplace_back([&, i] {
+                SurfaceOffsets workplace;
+                const std::size_t end = chunk.bricks.size() - i;
+                const std::int8_t *const some = offsets.of(chunk, seen_bricks(0, 1, end), workplace);
+                seen[i].assign(some, some + std::size_t{chunk.bricks[end - 1].first_point});
+            });
+    }
+    const std::vector<std::int8_t> expected = whole.offsets();
+    for (const std::vector<std::int8_t> &some : seen)
+        EXPECT_TRUE(std::equal(some.begin(), some.end(), expected.begin()));
+}
+
+TEST(SurfaceOffsets, FindTheSurfaceOfABall) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
+    const test::WholeLevel whole(model.file, kDepth);
+    SurfaceOffsets estimate;
+    std::vector<std::int8_t> offsets;
+    double before = 0, after = 0;
+    std::size_t points = 0;
+    for (const PointRun &run : whole.runs) {
+        offsets.assign(run.chunk->normals.size(), 0);
+        estimate.estimate(*run.chunk, offsets);
+        const std::vector<Voxel> voxels = voxels_of(*run.chunk);
+        for (std::size_t i = 0; i < voxels.size(); ++i, ++points) {
+            UnitVector from_middle{};
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                from_middle[axis] = voxels[i][axis] + 0.5 - 0.5 * (1 << kDepth);
+            const double out = 0.45 * (1 << kDepth) - std::sqrt(dot(from_middle, from_middle));
+            before += out * out;
+            const double error = out - static_cast<double>(offsets[i]) / static_cast<double>(kOffsetSteps);
+            after += error * error;
+        }
+    }
+    EXPECT_GT(std::sqrt(before / static_cast<double>(points)), 0.4);
+    EXPECT_LT(std::sqrt(after / static_cast<double>(points)), 0.13);
+}
+
+// Pixels by how far the ray passes outside of the ball.
+TEST(SurfaceOffsets, FinePicturesHaveSmoothOutlines) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
+    const test::WholeLevel whole(model.file, kDepth);
+    for (const double pixels : {1.0, 3.0, 6.0}) {
+        constexpr int kWidth = 820, kHeight = 800;
+        const Camera camera = test::camera_at_ball(kDepth, pixels, kHeight);
+        Framebuffer picture(kWidth, kHeight);
+        FineRenderer(model.model.parameters, kDefaultChunkPoints, 2).render(whole.runs, camera, {}, picture, 1);
+        const Projection projection(camera, kWidth, kHeight);
+        const glm::dvec3 to_middle = glm::dvec3(0, -1, -2) - projection.eye;
+        const double limit = std::max(1.25, 0.3 * pixels);
+        std::size_t beyond = 0, missing = 0, along = 0;
+        for (std::size_t i = 0; i < picture.pixels(); ++i) {
+            const glm::dvec3 ray = glm::normalize(projection.ray(glm::dvec2(picture.centre(i))));
+            const double outside = (glm::length(glm::cross(ray, to_middle)) - 0.9) * (1 << kDepth) / 2 * pixels;
+            const bool drawn = picture.depth[i] != std::numeric_limits<float>::infinity();
+            along += std::abs(outside) < 1 ? 1 : 0;
+            beyond += drawn && outside > limit ? 1 : 0;
+            missing += !drawn && outside < -limit ? 1 : 0;
+        }
+        ASSERT_GT(along, 700U);
+        EXPECT_LE(beyond, pixels > 4 ? along / 10 : pixels > 2 ? 3 : 0) << pixels << " pixels per voxel";
+        EXPECT_EQ(missing, 0U) << pixels << " pixels per voxel";
+    }
+}
+
+} // namespace
+} // namespace pbm

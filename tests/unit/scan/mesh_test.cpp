@@ -1,0 +1,326 @@
+#include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/surface_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <clocale>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+using pbm::Error;
+using pbm::ErrorCode;
+using pbm::Result;
+using pbm::build::AttributeReport;
+using pbm::build::MeshFormat;
+using pbm::build::ReadOptions;
+using pbm::build::Surface;
+using Fate = AttributeReport::Fate;
+using Colour = std::array<std::uint8_t, 3>;
+
+std::span<const std::uint8_t> bytes(const std::string &text) {
+    return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()};
+}
+
+Surface surface(const std::string &text, MeshFormat format) {
+    Result<Surface> result = pbm::build::read_mesh(bytes(text), format, {});
+    EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
+    return result.ok() ? std::move(*result) : Surface{};
+}
+
+Error error(const std::string &text, MeshFormat format) {
+    const Result<Surface> result = pbm::build::read_mesh(bytes(text), format, {});
+    EXPECT_FALSE(result.ok()) << text;
+    return result.ok() ? Error{} : result.error();
+}
+
+Error surface_error(const std::string &text, std::string_view path) {
+    const Result<Surface> result = pbm::build::read_surface(bytes(text), path, {});
+    EXPECT_FALSE(result.ok()) << path;
+    return result.ok() ? Error{} : result.error();
+}
+
+bool has(const std::string &text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+bool reports(const Surface &s, std::string_view name, Fate fate) {
+    for (const AttributeReport &line : s.report)
+        if (has(line.name, name) && line.fate == fate)
+            return true;
+    return false;
+}
+
+const std::string kObj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+const std::string kOff = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n";
+
+// A facet of binary STL per three corners.
+std::string binary_stl(const std::vector<std::array<float, 9>> &facets, std::string header = "binary") {
+    header.resize(80, ' ');
+    const auto count = static_cast<std::uint32_t>(facets.size());
+    std::string out = header + std::string(reinterpret_cast<const char *>(&count), 4);
+    for (const std::array<float, 9> &corners : facets)
+        out += std::string(12, '\0') + std::string(reinterpret_cast<const char *>(corners.data()), sizeof corners) +
+               std::string(2, '\0');
+    return out;
+}
+
+const std::vector<std::array<float, 9>> kTwoFacets = {{0, 0, 0, 1, 0, 0, 1, 1, 0}, {0, 0, 0, 1, 1, 0, 0, 1, 0}};
+
+const std::string kAsciiStl = "solid outer space\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n"
+                              "  vertex 1 1 0\n endloop\nendfacet\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n"
+                              "  vertex 1 1 0\n  vertex 0 1 0\n endloop\nendfacet\nendsolid\n";
+
+TEST(ObjReader, PolygonsAreFanned) {
+    const Surface s = surface(kObj, MeshFormat::obj);
+    ASSERT_EQ(s.positions.size(), 4U);
+    ASSERT_EQ(s.triangles.size(), 2U);
+    EXPECT_EQ(s.triangles[1], glm::uvec3(0, 2, 3));
+}
+
+TEST(ObjReader, PositionsKeepDoublePrecision) {
+    const Surface s = surface("v 8500000.123456 1e-300 -3\nv 1 0 0\nv 1e300 1 0\nf 1 2 3\n", MeshFormat::obj);
+    EXPECT_EQ(s.positions[0], glm::dvec3(8500000.123456, 1e-300, -3));
+    EXPECT_EQ(s.positions[2].x, 1e300);
+    EXPECT_EQ(s.triangles.size(), 1U);
+}
+
+TEST(ObjReader, ColoursOfVerticesAreKept) {
+    const Surface unit = surface("v 0 0 0 1 0.502 0\nv 1 0 0 0 0 0\nv 1 1 0 0 0 1\nf 1 2 3\n", MeshFormat::obj);
+    EXPECT_EQ(unit.colours[0], (Colour{255, 128, 0}));
+    const Surface points = surface("v 0 0 0 255 128 0\nv 1 0 0 0 0 0\n", MeshFormat::obj);
+    EXPECT_EQ(points.colours[0], (Colour{255, 128, 0}));
+    const Surface some = surface("v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 0 0 1\nf 1 2 3\n", MeshFormat::obj);
+    EXPECT_TRUE(some.colours.empty());
+    EXPECT_TRUE(reports(some, "vertex colours", Fate::dropped));
+}
+
+TEST(ObjReader, NormalsOfCornersBecomeNormalsOfVertices) {
+    const std::string head = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 2\nvn 0 1 0\n";
+    const Surface same = surface(head + "f 1//1 2//1 3//1\n", MeshFormat::obj);
+    ASSERT_EQ(same.normals.size(), 3U);
+    EXPECT_EQ(same.normals[2], glm::vec3(0, 0, 1));
+    EXPECT_TRUE(reports(same, "normals", Fate::kept));
+    const Surface mean = surface(head + "f 1//1 2//1 3//1\nf 3//2 2//1 1//1\n", MeshFormat::obj);
+    EXPECT_EQ(mean.normals[2], glm::vec3(0, 1, 1));
+    EXPECT_TRUE(reports(mean, "normals", Fate::converted));
+}
+
+TEST(ObjReader, IndicesMayBeNegativeOrRunAhead) {
+    EXPECT_EQ(surface("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\n", MeshFormat::obj).triangles[0], glm::uvec3(0, 1, 2));
+    EXPECT_EQ(surface("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 1 1 0\n", MeshFormat::obj).triangles[0], glm::uvec3(0, 1, 2));
+}
+
+TEST(ObjReader, MaterialsTexturesAndLinesAreReportedAndNoFileIsOpened) {
+    const Surface s =
+        surface("mtllib no_such_file.mtl\nusemtl x\nvt 0\nl 1 2\n" + kObj + "f 1/1 2/1 3/1\n", MeshFormat::obj);
+    EXPECT_EQ(s.triangles.size(), 3U);
+    EXPECT_TRUE(reports(s, "'no_such_file.mtl'", Fate::dropped));
+    EXPECT_TRUE(reports(s, "texture coordinates", Fate::dropped));
+    EXPECT_TRUE(reports(s, "lines", Fate::dropped));
+    EXPECT_TRUE(reports(surface("mtllib  a.mtl b.mtl \r\n" + kObj, MeshFormat::obj), "'a.mtl b.mtl'", Fate::dropped));
+}
+
+TEST(ObjReader, LineEndsCommentsAndContinuedLinesAreUnderstood) {
+    std::string cr = kObj;
+    for (char &c : cr)
+        c = c == '\n' ? '\r' : c;
+    EXPECT_EQ(surface(cr, MeshFormat::obj).triangles.size(), 2U);
+    EXPECT_EQ(surface("v 0 0 0\r\nv 1 0 0 # x\r\nv 1 \\\r\n 1 0\r\n# f\r\nf 1 2 \\\r\n3 # 4\r\n", MeshFormat::obj)
+                  .triangles.size(),
+              1U);
+    EXPECT_EQ(surface("\fv 0 0 0\n\vv 1 0 0\nv\f1 1 0\nf 1 2 3\n", MeshFormat::obj).triangles.size(), 1U);
+    EXPECT_EQ(surface("v 0 0 0\nv 1 0 0\nv 1 1 0\nfo 1 2 3\n", MeshFormat::obj).triangles.size(), 1U);
+}
+
+TEST(ObjReader, VerticesThatAreNotFiniteGoWithTheirFaces) {
+    const Surface s = surface("v nan 0 0\n" + kObj.substr(0, kObj.size() - 10) + "f 2 3 4\nf 1 2 3\n", MeshFormat::obj);
+    EXPECT_EQ(s.dropped_vertices, 1U);
+    EXPECT_EQ(s.positions.size(), 4U);
+    ASSERT_EQ(s.triangles.size(), 1U);
+    EXPECT_EQ(s.triangles[0], glm::uvec3(0, 1, 2));
+}
+
+TEST(ObjReader, AHoleReachedByASlitStaysOpen) {
+    const Surface s = surface("v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\nv 3 3 0\nv 3 1 0\n"
+                              "f 1 2 3\nf 1 2 3 4 1 5 6 7 8 5\nf 1 2 4\n",
+                              MeshFormat::obj);
+    ASSERT_EQ(s.triangles.size(), 1U + 8U + 1U);
+    double area = 0;
+    for (std::size_t i = 1; i < 9; ++i) {
+        const glm::uvec3 t = s.triangles[i];
+        const glm::dvec3 u = s.positions[t.y] - s.positions[t.x], v = s.positions[t.z] - s.positions[t.x];
+        EXPECT_GT(u.x * v.y - u.y * v.x, 0.0);
+        area += 0.5 * (u.x * v.y - u.y * v.x);
+    }
+    EXPECT_DOUBLE_EQ(area, 16.0 - 4.0);
+}
+
+TEST(ObjReader, DegenerateFacesAreCounted) {
+    const Surface s = surface(kObj + "f 1 1 2\nf 1 2\nf 1 2 2 3\n", MeshFormat::obj);
+    EXPECT_EQ(s.triangles.size(), 3U);
+    EXPECT_EQ(s.dropped_triangles, 3U);
+}
+
+TEST(ObjReader, DamagedTextIsRefusedWithItsLine) {
+    for (const char *bad :
+         {"v 1 2\n", "v 1 x 2\n", "v 1 0,5 2\n", "f 1 2 5\n", "f 0 1 2\n", "f -9 1 2\n", "f a b c\n",
+          "f 1//9 2//9 3//9\n", "vn 0 1\n", "f 1/x 2 3\n", "f 1.5 2 3\n", "f 1 2 99999999999999999999\n"}) {
+        const Error e = error(kObj + bad, MeshFormat::obj);
+        EXPECT_EQ(e.code, ErrorCode::bad_input);
+        EXPECT_TRUE(has(e.message, "line 6: ")) << e.message;
+        EXPECT_EQ(e.offset, kObj.size());
+    }
+    EXPECT_EQ(error(kObj + std::string(1, '\0'), MeshFormat::obj).offset, kObj.size());
+    EXPECT_EQ(error("# nothing\n", MeshFormat::obj).code, ErrorCode::bad_input);
+    std::string huge = "f";
+    for (int i = 0; i < 5000; ++i)
+        huge += " 1";
+    EXPECT_EQ(error(kObj + huge + "\n", MeshFormat::obj).code, ErrorCode::too_large);
+}
+
+TEST(ObjReader, ALastLineCutInsideIsRefused) {
+    const std::string vertices = kObj.substr(0, kObj.find('f'));
+    for (const char *cut : {"v 1", "v 1 2", "v 1 2 -", "f", "f 1", "f 1 2", "vn 0 0"})
+        EXPECT_EQ(error(vertices + cut, MeshFormat::obj).code, ErrorCode::bad_input) << cut;
+}
+
+TEST(OffReader, AWholeFileIsReadAndEveryCutRefused) {
+    const Surface s = surface(kOff, MeshFormat::off);
+    EXPECT_EQ(s.positions.size(), 4U);
+    ASSERT_EQ(s.triangles.size(), 2U);
+    EXPECT_EQ(s.triangles[1], glm::uvec3(0, 2, 3));
+    for (std::size_t size = 0; size + 2 <= kOff.size(); ++size)
+        EXPECT_EQ(error(kOff.substr(0, size), MeshFormat::off).code, ErrorCode::bad_input) << size;
+}
+
+TEST(OffReader, HeadersCommentsAndColoursAreUnderstood) {
+    const Surface s =
+        surface("# made by hand\nCNOFF 3 1 0 # counts\n\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0 255 0 255\n"
+                "# between\n1 1 0 0 0 1 0 0 255 255\n3 0 1 2 128 0 0\n",
+                MeshFormat::off);
+    EXPECT_EQ(s.triangles.size(), 1U);
+    EXPECT_EQ(s.colours[1], (Colour{0, 255, 0}));
+    EXPECT_EQ(s.normals[2], glm::vec3(0, 0, 1));
+    EXPECT_TRUE(reports(s, "face colours", Fate::dropped));
+}
+
+TEST(OffReader, CountsThatLieAndBadRowsAreRefused) {
+    const auto with_counts = [](const std::string &counts) { return "OFF\n" + counts + kOff.substr(9); };
+    EXPECT_EQ(surface(with_counts("4 2 0"), MeshFormat::off).triangles.size(), 2U);
+    EXPECT_EQ(surface(with_counts("4 2 0 1 1"), MeshFormat::off).positions[0], glm::dvec3(0));
+    for (const char *counts :
+         {"5 2 0", "4 3 0", "4294967295 2 0", "4 4294967295 0", "3 2 0", "-4 2 0", "4 2", "x 2 0", "1e9 2 0"})
+        EXPECT_EQ(error(with_counts(counts), MeshFormat::off).code, ErrorCode::bad_input) << counts;
+    const std::string head = kOff.substr(0, kOff.rfind("3 0 2 3"));
+    for (const char *row : {"3 0 1 4\n", "3 0 -1 2\n", "4 0 1 2\n", "3 0 1\n", "x\n"})
+        EXPECT_TRUE(has(error(head + row, MeshFormat::off).message, "line 8: ")) << row;
+    EXPECT_EQ(error(head + "4294967295 0 1 2\n", MeshFormat::off).code, ErrorCode::too_large);
+    EXPECT_EQ(error("OFF BINARY\n" + std::string(40, '\0'), MeshFormat::off).code, ErrorCode::unsupported_feature);
+    EXPECT_EQ(error("4OFF\n1 0 0\n1 2 3 4\n", MeshFormat::off).code, ErrorCode::unsupported_feature);
+}
+
+TEST(StlReader, FacetsAreWelded) {
+    for (const std::string &file : {binary_stl(kTwoFacets), binary_stl(kTwoFacets, "solid though binary"), kAsciiStl}) {
+        const Surface s = surface(file, MeshFormat::stl);
+        EXPECT_EQ(s.positions.size(), 4U);
+        ASSERT_EQ(s.triangles.size(), 2U);
+        EXPECT_EQ(s.triangles[1], glm::uvec3(0, 2, 3));
+    }
+}
+
+TEST(StlReader, FacetsThatAreNotFiniteOrDegenerateAreCounted) {
+    std::vector<std::array<float, 9>> facets = kTwoFacets;
+    facets.push_back({std::numeric_limits<float>::quiet_NaN(), 0, 0, 1, 0, 0, 1, 1, 0});
+    facets.push_back({0, 0, 0, 0, 0, 0, 1, 1, 0});
+    const Surface s = surface(binary_stl(facets), MeshFormat::stl);
+    EXPECT_EQ(s.positions.size(), 4U);
+    EXPECT_EQ(s.triangles.size(), 2U);
+    EXPECT_EQ(s.dropped_triangles, 2U);
+}
+
+TEST(StlReader, EveryTruncationIsRefused) {
+    const std::string binary = binary_stl(kTwoFacets);
+    for (std::size_t size = 0; size < binary.size(); ++size)
+        EXPECT_EQ(error(binary.substr(0, size), MeshFormat::stl).code, ErrorCode::bad_input) << size;
+    EXPECT_EQ(error(binary + "x", MeshFormat::stl).code, ErrorCode::bad_input);
+    for (std::size_t size = 0; size + 1 < kAsciiStl.size(); ++size)
+        EXPECT_EQ(error(kAsciiStl.substr(0, size), MeshFormat::stl).code, ErrorCode::bad_input) << size;
+}
+
+TEST(StlReader, DamagedTextIsRefusedWithItsLine) {
+    std::string file = kAsciiStl;
+    file.replace(file.find("vertex 1 0 0"), 12, "vertex 1 z 0");
+    EXPECT_TRUE(has(error(file, MeshFormat::stl).message, "line 5: 'z' is not a number"));
+    file = kAsciiStl;
+    file.replace(file.find(" endloop"), 8, "vertex 4");
+    EXPECT_TRUE(has(error(file, MeshFormat::stl).message, "triangles only"));
+}
+
+TEST(MeshReader, TheLocaleIsLeftAlone) {
+    const std::string before = std::setlocale(LC_ALL, nullptr);
+    surface(kObj, MeshFormat::obj);
+    EXPECT_EQ(before, std::setlocale(LC_ALL, nullptr));
+}
+
+TEST(SurfaceReader, TheContentDecidesBeforeTheExtension) {
+    EXPECT_TRUE(pbm::build::read_surface(bytes(kOff), "scan.stl", {}).ok());
+    EXPECT_TRUE(pbm::build::read_surface(bytes(kOff), "scan", {}).ok());
+    EXPECT_TRUE(pbm::build::read_surface(bytes(kAsciiStl), "scan", {}).ok());
+    EXPECT_TRUE(pbm::build::read_surface(bytes(binary_stl(kTwoFacets)), "scan", {}).ok());
+    EXPECT_TRUE(pbm::build::read_surface(bytes(kObj), "scan.OBJ", {}).ok());
+    const std::string ply =
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float "
+        "z\nend_header\n1 2 3\n";
+    EXPECT_TRUE(pbm::build::read_surface(bytes(ply), "scan.obj", {}).ok());
+}
+
+TEST(SurfaceReader, OtherFormatsAreNamed) {
+    EXPECT_TRUE(has(surface_error("P4\n8 8\n", "x.pbm").message, "Netpbm bitmap"));
+    EXPECT_TRUE(has(surface_error("glTF\2", "x.glb").message, "glTF; convert it to PLY"));
+    EXPECT_TRUE(has(surface_error("{}", "x.gltf").message, "glTF"));
+    EXPECT_TRUE(has(surface_error("LASF", "x.las").message, "LAS"));
+    EXPECT_TRUE(has(surface_error("\x1f\x8b\x08", "x.ply.gz").message, "gzip"));
+    EXPECT_TRUE(has(surface_error("\x89"
+                                  "BVG\r\n\x1a\n",
+                                  "x.pbvg")
+                        .message,
+                    "pbm-render"));
+    EXPECT_EQ(surface_error("LASF", "x.las").code, ErrorCode::unsupported_feature);
+    EXPECT_EQ(surface_error("", "x.ply").message, "the file is empty");
+    EXPECT_EQ(surface_error("hello", "x").code, ErrorCode::bad_input);
+    EXPECT_TRUE(has(surface_error("hello", "x.ply").message, "not a PLY file"));
+}
+
+TEST(SurfaceReader, TheSystemsErrorsAreNamed) {
+    const Result<Surface> missing = pbm::build::read_surface("/no/such/file.ply", {});
+    ASSERT_FALSE(missing.ok());
+    EXPECT_EQ(missing.error().code, ErrorCode::io);
+    EXPECT_TRUE(has(missing.error().message, "No such file"));
+    EXPECT_FALSE(has(missing.error().message, "/no/such"));
+    const Result<Surface> folder = pbm::build::read_surface("/", {});
+    ASSERT_FALSE(folder.ok());
+    EXPECT_EQ(folder.error().message, "cannot open: this is a folder");
+}
+
+TEST(SurfaceReader, AMaterialFileOfManySpellingsIsNotReadForEach) {
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "pbm_many_spellings";
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "skin.mtl") << "map_Kd skin.png\n";
+    std::ofstream obj(folder / "scan.obj");
+    constexpr int kSpellings = 1000;
+    for (int i = 1; i <= kSpellings; ++i)
+        obj << "mtllib " << std::string(static_cast<std::size_t>(i), '/') << "skin.mtl\n";
+    obj.close();
+    const std::vector<std::string> files = pbm::build::material_files((folder / "scan.obj").string());
+    EXPECT_EQ(files.size(), pbm::build::kMaxMaterialFiles);
+    std::filesystem::remove_all(folder);
+}
+
+} // namespace

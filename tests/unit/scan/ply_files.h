@@ -1,0 +1,94 @@
+// PLY files as strings, and what read_ply makes of them.
+#pragma once
+
+#include "pbm_scan/ply/ply_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+namespace pbm::test {
+
+using build::AttributeReport;
+using Fate = AttributeReport::Fate;
+
+inline Result<build::Surface> read(const std::string &text, const build::ReadOptions &options = {}) {
+    return build::read_ply({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}, options);
+}
+
+inline build::Surface surface(const std::string &text) {
+    Result<build::Surface> result = read(text);
+    EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
+    return result.ok() ? std::move(*result) : build::Surface{};
+}
+
+inline Error error(const std::string &text, const build::ReadOptions &options = {}) {
+    const Result<build::Surface> result = read(text, options);
+    EXPECT_FALSE(result.ok());
+    return result.ok() ? Error{} : result.error();
+}
+
+// The line of the report whose name begins with `name`; an empty one where there is none.
+inline AttributeReport report(const build::Surface &s, std::string_view name) {
+    for (const AttributeReport &line : s.report)
+        if (line.name.substr(0, name.size()) == name)
+            return line;
+    return {};
+}
+
+inline bool has(const std::string &text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+inline std::string replaced(std::string text, std::string_view from, std::string_view to) {
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+        text.replace(at, from.size(), to);
+    return text;
+}
+
+// Appends `value` as a binary file holds it.
+template <class T> void put(std::string &out, T value, bool big_endian) {
+    std::array<char, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), &value, sizeof value);
+    const bool swap = big_endian == (std::endian::native == std::endian::little);
+    for (std::size_t i = 0; i < bytes.size(); ++i)
+        out += bytes[swap ? bytes.size() - 1 - i : i];
+}
+
+inline const std::string kXyz = "property float x\nproperty float y\nproperty float z\n";
+
+inline const std::string kTriangle = "ply\nformat ascii 1.0\nelement vertex 3\n" + kXyz +
+                                     "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                                     "0 0 0\n1 0 0\n0 1.5 -2e-1\n3 0 1 2\n";
+
+// Two triangles over four vertices, normals and colours.
+inline std::string binary_square(bool big_endian) {
+    std::string out =
+        std::string("ply\nformat ") + (big_endian ? "binary_big_endian" : "binary_little_endian") +
+        " 1.0\nelement vertex 4\n" + kXyz +
+        "property float nx\nproperty float ny\nproperty float nz\nproperty uchar red\nproperty uchar "
+        "green\nproperty uchar blue\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
+    for (const auto &[x, y] : {std::array{0.F, 0.F}, {1.F, 0.F}, {1.F, 2.5F}, {0.F, 2.5F}}) {
+        for (const float value : {x, y, 0.25F, 0.F, 0.F, 1.F})
+            put(out, value, big_endian);
+        out += "\x0a\xc8\x0d"; // colours that look like line ends
+    }
+    for (const std::array<std::int32_t, 3> &face : {std::array{0, 1, 2}, {0, 2, 3}}) {
+        out += '\3';
+        for (const std::int32_t corner : face)
+            put(out, corner, big_endian);
+    }
+    return out;
+}
+
+// Two points with the materials of the dissertation; the rows are left to append.
+inline const std::string kMaterials =
+    "ply\nformat ascii 1.0\nelement vertex 2\n" + kXyz +
+    "property uchar material_index\nelement material 2\nproperty float ka\nproperty float "
+    "kd\nproperty float ks\nproperty float power\nproperty float clr_r\nproperty float "
+    "clr_g\nproperty float clr_b\nproperty float envmapfactor\nend_header\n";
+
+} // namespace pbm::test

@@ -1,0 +1,60 @@
+// What is wrong with files, and what damage does to them.
+#pragma once
+
+#include "unit/support/file_editor.h"
+#include "unit/support/test_models.h"
+
+#include "pbm_format/checking/validate.h"
+#include "pbm_format/reading/reader.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace pbm::test {
+
+// Whether load_model may accept the file: a rule that BVG.md 8.3 marks as one for validators only, or a tile of a mip
+// level that is not loaded.
+inline bool is_unread(const Error &error) {
+    const std::set<std::string_view> rules{"3.2.12", "3.2.14", "3.10.13", "3.10.14", "5.2", "7.1", "8.1"};
+    return rules.contains(error.rule) || error.tile >= 0;
+}
+
+// Reader and load_model alone, without what only a verdict needs.
+inline Status load_everything(ByteView file) {
+    Result<Reader> reader = Reader::open(file);
+    const Result<Model> model = reader ? load_model(*reader, {.threads = 1}) : reader.error();
+    return model ? Status() : Status(model.error());
+}
+
+// The error of `verify`. What `verify` refuses, Reader and load_model must refuse too, unless they need not read it;
+// what it accepts they must read.
+inline Status read_everything(ByteView file) {
+    Status status = verify(file, {.threads = 1});
+    const Status loaded = load_everything(file);
+    EXPECT_TRUE(loaded ? status.ok() || is_unread(status.error()) : !status.ok())
+        << (loaded ? status : loaded).error().message;
+    return status;
+}
+
+// Flips one to three bits of a copy of `good`, from byte first_byte(round) on, and repairs all hashes, again and again;
+// `verify` and `validate` must agree on each. Returns how many copies they refused.
+template <class FirstByte> int count_refused(const Bytes &good, int rounds, FirstByte &&first_byte) {
+    Random random(17);
+    int refused = 0;
+    for (int round = 0; round < rounds; ++round) {
+        FileEditor editor(good);
+        const std::size_t start = first_byte(round);
+        for (std::uint64_t flips = 1 + random.below(3); flips > 0; --flips)
+            editor.flip(8 * start + random.below(8 * (good.size() - start)));
+        editor.repair();
+        const Bytes &file = editor.bytes();
+        const Status status = read_everything(file);
+        EXPECT_EQ(status.ok(), validate(file, {.threads = 1}).valid())
+            << "round " << round << ": " << (status ? "valid" : status.error().message);
+        refused += status ? 0 : 1;
+    }
+    return refused;
+}
+
+} // namespace pbm::test

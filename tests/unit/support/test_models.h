@@ -1,0 +1,121 @@
+// Small models made of analytic shapes, for tests of the format and of what reads it.
+#pragma once
+
+#include "pbm_format/model/model.h"
+#include "pbm_format/model/octree.h"
+
+#include <cmath>
+#include <cstdint>
+
+namespace pbm::test {
+
+// Splitmix64: numbers that are the same everywhere.
+class Random {
+  public:
+    explicit Random(std::uint64_t seed) : state_(seed) {}
+    std::uint64_t next() {
+        std::uint64_t z = state_ += 0x9E3779B97F4A7C15;
+        z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9;
+        z = (z ^ z >> 27) * 0x94D049BB133111EB;
+        return z ^ z >> 31;
+    }
+    std::uint64_t below(std::uint64_t limit) { return next() % limit; }
+    double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }
+
+  private:
+    std::uint64_t state_;
+};
+
+// A sphere of the given radius (in cubes of edge 1) around the centre, every attribute that `set` asks for filled with
+// values that vary. All levels are averaged: the model can be written.
+inline Model sphere_model(int depth, AttributeSet set, double radius = 0.45, std::uint64_t seed = 1) {
+    const std::uint32_t edge = 1U << depth;
+    std::vector<MortonCode> codes;
+    for (MortonCode code = 0; code < MortonCode{1} << 3 * depth; ++code) {
+        const auto [x, y, z] = morton_decode(code);
+        double nearest = 0, farthest = 0;
+        for (const std::uint32_t c : {x, y, z}) {
+            const double low = static_cast<double>(c) / edge - 0.5, high = static_cast<double>(c + 1) / edge - 0.5;
+            const double inner = low > 0    ? low
+                                 : high < 0 ? -high
+                                            : 0,
+                         outer = std::max(std::fabs(low), std::fabs(high));
+            nearest += inner * inner;
+            farthest += outer * outer;
+        }
+        if (nearest <= radius * radius && farthest >= radius * radius)
+            codes.push_back(code);
+    }
+    Model model;
+    model.metadata = R"({"generator":"test"})";
+    ModelParameters &parameters = model.parameters;
+    parameters.grid = {.depth = depth, .origin = {-1, -2, -3}, .voxel_size = 2.0 / edge};
+    parameters.attributes = set;
+    parameters.materials.resize(set.material ? 3 : 1);
+    parameters.lights.resize(static_cast<std::size_t>(set.lights));
+    if (set.texture)
+        parameters.texture.emplace_back();
+    const LevelMasks masks = encode_octree(codes, depth);
+    model.levels.resize(masks.size());
+    for (std::size_t level = 0; level < masks.size(); ++level)
+        model.levels[level].masks = masks[level];
+    Random random(seed);
+    PointAttributes &points = model.levels.back().points;
+    points.resize(codes.size(), set);
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+        const auto [x, y, z] = morton_decode(codes[i]);
+        points.normals[i] = quantise_normal(x + 0.5 - edge / 2.0, y + 0.5 - edge / 2.0, z + 0.5 - edge / 2.0);
+        points.radii[i] = static_cast<std::uint8_t>(
+            std::min<int>(kMaxFinestRadius, 255 - 12 * depth - 2 + static_cast<int>(random.below(2)) * 3));
+        if (set.colour != ColourFormat::none)
+            set_point_colour(points, i, set.colour,
+                             {static_cast<std::uint8_t>(255 * x / edge), static_cast<std::uint8_t>(255 * y / edge),
+                              static_cast<std::uint8_t>(random.below(256))});
+        if (set.material)
+            points.materials[i] = static_cast<std::uint8_t>(random.below(3));
+        if (set.texture)
+            points.textures[i] = static_cast<std::uint8_t>(random.below(256));
+        for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
+            points.shadows[light][i] = static_cast<std::uint8_t>(
+                random.below(std::uint64_t{1} << set.shadow_bits[light][static_cast<std::size_t>(depth)]));
+    }
+    average_levels(model, 1);
+    return model;
+}
+
+// Every attribute there is; light 0 has 1-bit flags at the finest level and 4-bit fractions above, light 1 8 bits.
+inline AttributeSet every_attribute(ColourFormat colour, int depth) {
+    AttributeSet set{.colour = colour, .material = true, .texture = true, .lights = 2, .shadow_bits = {}};
+    for (std::size_t level = 0; level <= static_cast<std::size_t>(depth); ++level) {
+        set.shadow_bits[0][level] = level == static_cast<std::size_t>(depth) ? 1 : 4;
+        set.shadow_bits[1][level] = 8;
+    }
+    return set;
+}
+
+// Smooth, with noise in its right half, so that filtered, zstd and raw tiles all occur.
+inline Image test_image(std::uint32_t width, std::uint32_t height, std::uint32_t channels) {
+    Image image{.width = width, .height = height, .channels = channels, .texels = {}};
+    Random random(width + height + channels);
+    for (std::uint32_t y = 0; y < height; ++y)
+        for (std::uint32_t x = 0; x < width; ++x)
+            for (std::uint32_t c = 0; c < channels; ++c)
+                image.texels.push_back(static_cast<std::uint8_t>(x * 100 / width + y * 50 / height + c * 30 +
+                                                                 random.below(x < width / 2 ? 4 : 256)));
+    return image;
+}
+
+// Gives a model all that a file can hold beside its points: a panorama of that height, a ground plane with a texture,
+// and its lit fractions for each light with a shadow stream.
+inline void add_surroundings(Model &model, std::uint32_t panorama_height, std::uint32_t ground_edge) {
+    ModelParameters &parameters = model.parameters;
+    parameters.ground = {.centre = {1, 0, 1}, .half_edge = 3, .material = 0, .texture = SolidTexture{}};
+    for (std::size_t i = 0; i < 256; ++i)
+        parameters.ground->texture->palette[i] = {static_cast<std::uint8_t>(i), 100, 50};
+    model.images.panorama = test_image(2 * panorama_height, panorama_height, 3);
+    model.images.ground_texture = test_image(ground_edge, ground_edge, 1);
+    for (int light = 0; light < parameters.attributes.lights; ++light)
+        model.images.ground_lit.push_back(test_image(ground_edge / 2, ground_edge / 2, 1));
+}
+
+} // namespace pbm::test

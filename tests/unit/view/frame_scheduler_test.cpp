@@ -1,0 +1,180 @@
+#include "viewer/scene/frame_scheduler.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace pbm {
+namespace {
+
+constexpr double kExact = 1.5; // pixels
+constexpr double kSecondsPerPoint = 25e-9;
+
+// 4 M points at the exact error, on a computer that draws them in 100 ms; a surface has as many as the error's square
+// allows.
+std::uint64_t points_at(double max_error) { return static_cast<std::uint64_t>(4e6 * std::pow(kExact / max_error, 2)); }
+double seconds(double max_error) { return kSecondsPerPoint * static_cast<double>(points_at(max_error)); }
+
+FrameScheduler::Picture picture(double max_error, bool complete = true) {
+    return {
+        .max_error = max_error, .points = points_at(max_error), .complete = complete, .seconds = seconds(max_error)};
+}
+
+// That has drawn the exact picture and knows what points cost.
+FrameScheduler rested(double min_fps) {
+    FrameScheduler scheduler(kExact, min_fps);
+    scheduler.drawn(picture(kExact), 0);
+    return scheduler;
+}
+
+// The error that a moving view is drawn with next.
+double moving_error(FrameScheduler &scheduler, double now) {
+    scheduler.view_changed(now);
+    const auto step = scheduler.next(now, points_at);
+    EXPECT_TRUE(step && step->at_once);
+    return step ? step->max_error : 0;
+}
+
+TEST(FrameScheduler, DrawsTheFirstPictureAtOnceAndRefinesItWithoutRest) {
+    FrameScheduler scheduler(kExact, 30);
+    EXPECT_LE(*scheduler.due(), 0);
+    const auto first = scheduler.next(5, points_at);
+    ASSERT_TRUE(first);
+    EXPECT_TRUE(first->at_once);
+    EXPECT_GT(first->max_error, kExact); // by a guess of what points cost
+    scheduler.drawn(picture(first->max_error), 5.01);
+    EXPECT_FALSE(scheduler.complete());
+    const auto exact = scheduler.next(5.01, points_at);
+    ASSERT_TRUE(exact);
+    EXPECT_EQ(exact->max_error, kExact);
+    EXPECT_FALSE(exact->at_once); // 100 ms
+    scheduler.drawn(picture(kExact), 5.2);
+    EXPECT_TRUE(scheduler.complete());
+    EXPECT_FALSE(scheduler.due());
+    EXPECT_FALSE(scheduler.next(1e9, points_at));
+}
+
+TEST(FrameScheduler, AMovingViewKeepsItsRateByALargerError) {
+    for (const double fps : {10.0, 30.0, 60.0, 240.0}) {
+        FrameScheduler scheduler = rested(fps);
+        const double error = moving_error(scheduler, 1);
+        EXPECT_LE(seconds(error), 1 / fps) << fps;
+        EXPECT_EQ(error > kExact, seconds(kExact) > FrameScheduler::kDrawingShare / fps) << fps;
+        const double finer = error / FrameScheduler::kErrorStep;
+        EXPECT_TRUE(error == kExact || seconds(finer) > FrameScheduler::kDrawingShare / fps)
+            << fps; // no more than that
+    }
+}
+
+TEST(FrameScheduler, IsNeverCoarserWhereNoRateIsAskedFor) {
+    FrameScheduler scheduler = rested(0);
+    EXPECT_EQ(moving_error(scheduler, 1), kExact);
+    scheduler.drawn({.max_error = kExact, .points = 1'000'000, .complete = true, .seconds = 10}, 11);
+    EXPECT_EQ(moving_error(scheduler, 12), kExact);
+}
+
+TEST(FrameScheduler, ReturnsToTheExactErrorWhenTheViewRests) {
+    FrameScheduler scheduler = rested(30);
+    const double error = moving_error(scheduler, 10);
+    scheduler.drawn(picture(error), 10.02);
+    EXPECT_FALSE(scheduler.complete());
+    EXPECT_NEAR(*scheduler.due(), 10 + FrameScheduler::kRest, 1e-9);
+    EXPECT_FALSE(scheduler.next(10.05, points_at));
+    const auto step = scheduler.next(10.11, points_at);
+    ASSERT_TRUE(step);
+    EXPECT_EQ(step->max_error, kExact);
+    EXPECT_FALSE(step->at_once);
+}
+
+TEST(FrameScheduler, DrawsAtOnceWhatTakesNoLongerThanTheBudget) {
+    FrameScheduler scheduler(kExact, 60);
+    scheduler.drawn({.max_error = kExact, .points = points_at(kExact), .complete = true, .seconds = 0.03}, 0);
+    const double error = moving_error(scheduler, 1);
+    EXPECT_GT(error, kExact);
+    scheduler.drawn({.max_error = error, .points = points_at(error), .complete = true, .seconds = 0.01}, 1.01);
+    EXPECT_TRUE(scheduler.next(1.2, points_at)->at_once);
+}
+
+TEST(FrameScheduler, ASlowPictureMakesTheNextOneCoarserAFastOneFiner) {
+    FrameScheduler scheduler = rested(30);
+    const double error = moving_error(scheduler, 1);
+    scheduler.drawn({.max_error = error, .points = points_at(error), .complete = true, .seconds = 0.1}, 1.1);
+    const double coarser = moving_error(scheduler, 1.1);
+    EXPECT_GE(coarser, 1.5 * error);
+    scheduler.drawn({.max_error = coarser, .points = points_at(coarser), .complete = true, .seconds = 1e-4}, 1.2);
+    EXPECT_EQ(moving_error(scheduler, 1.2), kExact);
+}
+
+TEST(FrameScheduler, DoesNotWaverBetweenTwoErrors) {
+    FrameScheduler scheduler = rested(30);
+    const double error = moving_error(scheduler, 1);
+    // One step finer would just fit, one that costs twice as much would not: neither is worth the flicker.
+    const double finer = error / FrameScheduler::kErrorStep;
+    const double just = 0.9 * FrameScheduler::kDrawingShare / 30 * static_cast<double>(points_at(error)) /
+                        static_cast<double>(points_at(finer));
+    scheduler.drawn({.max_error = error, .points = points_at(error), .complete = true, .seconds = just}, 1.1);
+    EXPECT_EQ(moving_error(scheduler, 1.1), error);
+    scheduler.drawn({.max_error = error, .points = points_at(error), .complete = true, .seconds = just / 2}, 1.2);
+    EXPECT_LT(moving_error(scheduler, 1.2), error);
+}
+
+TEST(FrameScheduler, NeverGetsCoarserThanHelps) {
+    FrameScheduler scheduler = rested(30);
+    // A huge window: pixels cost more than points.
+    for (int i = 1; i < 10; ++i) {
+        const double error = moving_error(scheduler, i);
+        scheduler.drawn({.max_error = error, .points = points_at(error), .complete = true, .seconds = 5}, i);
+    }
+    const double error = scheduler.shown()->max_error;
+    EXPECT_LE(points_at(error), FrameScheduler::kFewPoints);
+    EXPECT_GT(points_at(error / FrameScheduler::kErrorStep), FrameScheduler::kFewPoints);
+    // However many there are.
+    FrameScheduler hopeless = rested(30);
+    hopeless.view_changed(1);
+    const auto step = hopeless.next(1, [](double) { return std::uint64_t{1'000'000'000}; });
+    EXPECT_LT(step->max_error, FrameScheduler::kLargestError * FrameScheduler::kErrorStep);
+}
+
+TEST(FrameScheduler, EverySmallModelIsDrawnExactAtOnce) {
+    FrameScheduler scheduler(kExact, 240);
+    const auto few = [](double) { return FrameScheduler::kFewPoints; };
+    EXPECT_EQ(scheduler.next(0, few)->max_error, kExact);
+    scheduler.drawn({.max_error = kExact, .points = 50'000, .complete = true, .seconds = 0.3}, 0.3);
+    scheduler.view_changed(1);
+    EXPECT_EQ(scheduler.next(1, few)->max_error, kExact);
+}
+
+TEST(FrameScheduler, DrawsAgainWhenChunksArriveButNotAllTheTime) {
+    FrameScheduler scheduler(kExact, 30);
+    scheduler.drawn(picture(kExact, false), 10); // took 0.1 s
+    EXPECT_FALSE(scheduler.complete());
+    EXPECT_FALSE(scheduler.due()); // nothing new
+    EXPECT_FALSE(scheduler.next(1e9, points_at));
+    scheduler.arrived(false);
+    EXPECT_NEAR(*scheduler.due(), 10 + FrameScheduler::kPause * 0.1, 1e-9);
+    EXPECT_FALSE(scheduler.next(10.1, points_at));
+    EXPECT_EQ(scheduler.next(10.3, points_at)->max_error, kExact);
+    scheduler.arrived(true); // nothing to wait for
+    scheduler.arrived(false);
+    EXPECT_LE(*scheduler.due(), 10);
+    EXPECT_TRUE(scheduler.next(10.1, points_at));
+    scheduler.drawn(picture(kExact, false), 10.2); // as far as the memory goes
+    EXPECT_FALSE(scheduler.due());
+    scheduler.arrived(true);
+    scheduler.drawn(picture(kExact), 10.3);
+    EXPECT_TRUE(scheduler.complete());
+    scheduler.arrived(true); // of a former view
+    EXPECT_FALSE(scheduler.due());
+}
+
+TEST(FrameScheduler, ChunksThatArriveDoNotEndAMotion) {
+    FrameScheduler scheduler = rested(30);
+    const double error = moving_error(scheduler, 10);
+    scheduler.drawn(picture(error, false), 10.02);
+    scheduler.arrived(true);
+    EXPECT_FALSE(scheduler.next(10.05, points_at));
+    EXPECT_EQ(scheduler.next(10.2, points_at)->max_error, kExact);
+}
+
+} // namespace
+} // namespace pbm

@@ -1,0 +1,143 @@
+#include "unit/render/test_model.h"
+#include "viewer/options/option_values.h"
+#include "viewer/options/view_options.h"
+#include "viewer/pictures/picture_file.h"
+
+#include <glm/trigonometric.hpp>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+namespace pbm {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The value of --NAME=VALUE in a line of options.
+std::string option(const std::string &line, const std::string &name) {
+    std::istringstream words(line);
+    for (std::string word; words >> word;)
+        if (word.starts_with("--" + name + "="))
+            return word.substr(name.size() + 3);
+    return "absent";
+}
+
+TEST(ViewAsOptions, EveryNumberReadsBackAsItWas) {
+    Camera camera;
+    camera.position = {1.0 / 3, -4.3e6 + 0.1, 5e-324};
+    camera.focal_point = {-0.0, 1e300, 0.1};
+    camera.up = {0.1 + 0.2, 1, -7};
+    const std::string line = view_as_options(camera, 30.1, {1280, 720});
+    EXPECT_EQ(*parse_vector(option(line, "camera-position")), camera.position);
+    EXPECT_EQ(*parse_vector(option(line, "camera-focal-point")), camera.focal_point);
+    EXPECT_EQ(*parse_vector(option(line, "camera-view-up")), camera.up);
+    EXPECT_EQ(*parse_resolution(option(line, "resolution")), glm::ivec2(1280, 720));
+    EXPECT_EQ(option(line, "camera-view-angle"), "30.1");
+}
+
+TEST(LookAsOptions, SaysWhatIsNotAsUsual) {
+    LookOptions look;
+    RenderOptions &render = look.render;
+    EXPECT_EQ(look_as_options(look), "");
+    render.shadows = render.ground = false;
+    look.quality = Quality::fine;
+    look.samples = 3;
+    look.depth_cue = DepthCue::ambient_occlusion;
+    EXPECT_EQ(look_as_options(look),
+              " --no-shadows --no-ground --depth-cue=ambient-occlusion --quality=fine --samples=3");
+    for (int value = 0; value < 256; ++value) {
+        const auto byte = static_cast<std::uint8_t>(value);
+        render.background = {byte, 7, static_cast<std::uint8_t>(255 - byte), 255};
+        EXPECT_EQ(*parse_colour(option(look_as_options(look), "background-color")), render.background);
+    }
+}
+
+TEST(ParseFrameRate, IsOneTo240OrNone) {
+    EXPECT_EQ(*parse_frame_rate("0"), 0);
+    EXPECT_EQ(*parse_frame_rate("1"), 1);
+    EXPECT_EQ(*parse_frame_rate("23.976"), 23.976);
+    EXPECT_EQ(*parse_frame_rate("240"), 240);
+    for (const char *const wrong : {"", "0.5", "-1", "241", "nan", "30fps", "30,60", "1e9"}) {
+        const auto refused = parse_frame_rate(wrong);
+        ASSERT_FALSE(refused) << wrong;
+        EXPECT_EQ(refused.error().code, ErrorCode::usage);
+    }
+}
+
+TEST(ChooseCamera, TakesFromTheCommandLineWhatItSays) {
+    const Sphere bounds{{1, 2, 3}, 5};
+    ViewOptions options;
+    const Camera given = *choose_camera(options, bounds, UpAxis::z, {100, 100});
+    const Camera expected = default_camera(bounds, UpAxis::z, 100, 100, glm::radians(30.0));
+    EXPECT_EQ(given.position, expected.position);
+    EXPECT_EQ(given.up, glm::dvec3(0, 0, 1));
+    options.position = glm::dvec3(7, 8, 9);
+    const Camera moved = *choose_camera(options, bounds, UpAxis::z, {100, 100});
+    EXPECT_EQ(moved.position, glm::dvec3(7, 8, 9));
+    EXPECT_EQ(moved.focal_point, expected.focal_point);
+    options.focal_point = options.position;
+    const auto blind = choose_camera(options, bounds, UpAxis::z, {100, 100});
+    ASSERT_FALSE(blind);
+    EXPECT_EQ(blind.error().code, ErrorCode::usage);
+}
+
+TEST(DefaultCamera, IsTheSameForAModelAndItsBounds) {
+    const Model model = make_wall(4, 3);
+    const Camera a = default_camera(model, 320, 200);
+    const Camera b = default_camera(bounding_sphere(model), model.parameters.grid.up, 320, 200);
+    EXPECT_EQ(a.position, b.position);
+    EXPECT_EQ(a.focal_point, b.focal_point);
+}
+
+TEST(CheckPictureMemory, RefusesPicturesThatTakeMoreThanGranted) {
+    ViewOptions options;
+    EXPECT_TRUE(check_picture_memory(options));
+    options.load.max_memory = 1280 * 720 * 16;
+    EXPECT_TRUE(check_picture_memory(options));
+    options.look.quality = Quality::fine; // sums of samples
+    EXPECT_FALSE(check_picture_memory(options));
+    options.look.quality = Quality::fast;
+    options.load.max_memory = 1280 * 720 * 16 - 1;
+    const Status refused = check_picture_memory(options);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(exit_code(refused.error().code), 4);
+}
+
+class SavePicture : public testing::Test {
+  protected:
+    void SetUp() override {
+        const testing::TestInfo *const test = testing::UnitTest::GetInstance()->current_test_info();
+        folder_ = fs::path(testing::TempDir()) / (std::string("pbm_save_picture_") + test->name());
+        fs::remove_all(folder_);
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+    static std::string text_of(const fs::path &path) {
+        std::ifstream file(path, std::ios::binary);
+        return {std::istreambuf_iterator<char>(file), {}};
+    }
+    fs::path folder_;
+    Framebuffer picture_{4, 3};
+};
+
+TEST_F(SavePicture, TakesTheFirstNumberThatIsFree) {
+    std::ofstream(folder_ / "lion-2.png") << "precious";
+    EXPECT_EQ(*save_picture(folder_, "lion", picture_), (folder_ / "lion-1.png").string());
+    EXPECT_EQ(*save_picture(folder_, "lion", picture_), (folder_ / "lion-3.png").string());
+    EXPECT_EQ(text_of(folder_ / "lion-2.png"), "precious");
+    EXPECT_EQ(text_of(folder_ / "lion-1.png").substr(1, 3), "PNG");
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 3);
+}
+
+TEST_F(SavePicture, SaysWhichFileCannotBeWritten) {
+    const auto refused = save_picture(folder_ / "nowhere", "lion", picture_);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::io);
+    EXPECT_NE(refused.error().message.find("lion-1.png: No such file"), std::string::npos) << refused.error().message;
+}
+
+} // namespace
+} // namespace pbm

@@ -1,0 +1,153 @@
+// Files of few points, each with something that the larger ones have not: the deepest grid, a frame with a checksum,
+// what a later minor version may add, and the worked example of BVG.md (appendix D).
+#include "collection.h"
+#include "unit/support/test_models.h"
+
+#include "pbm_format/writing/writer.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <span>
+
+namespace pbm::test {
+
+namespace {
+
+constexpr std::uint32_t kUnknownType = 9;
+
+// A model with one material whose finest points are `codes`, ascending. Their attributes are still to be set.
+Model model_of(int depth, std::span<const MortonCode> codes, AttributeSet set) {
+    Model model;
+    model.metadata = R"({"generator":"test"})";
+    model.parameters.grid = {.depth = depth, .origin = {-1, -2, -3}, .voxel_size = 2.0 / (1U << depth)};
+    model.parameters.attributes = set;
+    model.parameters.materials.resize(1);
+    const LevelMasks masks = encode_octree(codes, depth);
+    model.levels.resize(masks.size());
+    for (std::size_t level = 0; level < masks.size(); ++level)
+        model.levels[level].masks = masks[level];
+    model.levels.back().points.resize(codes.size(), set);
+    return model;
+}
+
+// Depth 16: two opposite corners of the grid, each with a neighbour, and two voxels that meet in the grid's centre.
+Bytes deepest_file() {
+    constexpr std::uint32_t kLast = 65535, kMiddle = 32768;
+    const std::array codes{morton_encode(0, 0, 0),
+                           morton_encode(1, 0, 0),
+                           morton_encode(kMiddle - 1, kMiddle - 1, kMiddle - 1),
+                           morton_encode(kMiddle, kMiddle, kMiddle),
+                           morton_encode(kLast, kLast, kLast - 1),
+                           morton_encode(kLast, kLast, kLast)};
+    Model model = model_of(kMaxDepth, codes, {});
+    PointAttributes &points = model.levels.back().points;
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+        const auto [x, y, z] = morton_decode(codes[i]);
+        points.normals[i] = quantise_normal(x + 0.5 - kMiddle, y + 0.5 - kMiddle, z + 0.5 - kMiddle);
+        points.radii[i] = 255 - 12 * kMaxDepth; // the edge of a voxel
+    }
+    average_levels(model, 1);
+    return encode_model(model, {.threads = 1}).value();
+}
+
+// The last stream of the file is one frame of the same byte 32 times, which then gets the checksum that RFC 8878
+// allows: the low half of the XXH64 of its content.
+const Bytes &checksum_file() {
+    static const Bytes file = [] {
+        constexpr std::array<std::uint8_t, 4> kChecksum{0x6B, 0xC2, 0x3C, 0x6D};
+        constexpr std::uint32_t kLevel = 2, kStreams = 3;
+        FileEditor editor(encode_model(sphere_model(kLevel, {}, 0.3), {.filters = false, .threads = 1}).value());
+        const std::size_t stream = editor.chunk(kLevel) + kChunkEntryFixedBytes + 4 * (kStreams - 1);
+        const std::uint32_t frame_bytes = editor.get<std::uint32_t>(stream) & 0xFFFFFF;
+        const std::size_t frame = editor.bytes().size() - frame_bytes;
+        assert(editor.get<std::uint32_t>(stream) >> 31 == 1 && editor.get<std::uint8_t>(frame + 4) == 0x20);
+        editor.set<std::uint8_t>(frame + 4, 0x24);
+        editor.bytes().insert(editor.bytes().end(), kChecksum.begin(), kChecksum.end());
+        const std::size_t section = editor.entry(SectionType::level_chunks, kLevel);
+        editor.set<std::uint32_t>(stream, editor.get<std::uint32_t>(stream) + 4);
+        editor.set<std::uint64_t>(section + 32, editor.get<std::uint64_t>(section + 32) + 4);
+        editor.set<std::uint64_t>(16, editor.bytes().size());
+        editor.repair();
+        return editor.bytes();
+    }();
+    return file;
+}
+
+// A later minor version may add an optional feature and a section that a reader may ignore.
+const Bytes &unknown_extras_file() {
+    static const Bytes file = [] {
+        const WriteOptions options{
+            .compression_level = 19, .filters = false, .chunk_points = kMinChunkPoints, .threads = 1};
+        Model model = sphere_model(3, {}, 0.2);
+        const Bytes without = encode_model(model, options).value();
+        model.parameters.lights.resize(1); // its section gets an unknown type
+        FileEditor editor(encode_model(model, options).value());
+        const std::size_t entry = editor.entry(SectionType::lights);
+        editor.set<std::uint32_t>(entry, kUnknownType);
+        editor.set<std::uint16_t>(entry + 6, 0);
+        editor.set<std::uint64_t>(48, 1);
+        editor.set<std::uint16_t>(10, 7);
+        for (std::size_t i = 72; i < 88; ++i) // content_id does not cover the section
+            editor.set<std::uint8_t>(i, without[i]);
+        editor.repair();
+        return editor.bytes();
+    }();
+    return file;
+}
+
+// Octant 0 has 320 voxels, each alone in its node. Octant 7 has 512 voxels in pairs and, in its last octant, a sheet of
+// 23 voxels, which is a chunk of its own with N = 512.
+Bytes worked_example_file() {
+    constexpr int kDepth = 5;
+    constexpr std::uint32_t kSheet = 24; // smallest x, y and z of the sheet
+    std::vector<MortonCode> codes;
+    for (std::uint32_t x = 0; x < 16; x += 2)
+        for (std::uint32_t y = 0; y < 16; y += 2) {
+            for (std::uint32_t z = 0; z < 10; z += 2)
+                codes.push_back(morton_encode(x, y, z));
+            for (std::uint32_t z = 16; z < 24; ++z)
+                codes.push_back(morton_encode(16 + x, 16 + y, z));
+        }
+    for (std::uint32_t x = 0; x < 8; ++x)
+        for (std::uint32_t y = 0; y < (x < 7 ? 3U : 2U); ++y)
+            codes.push_back(morton_encode(kSheet + x, kSheet + y, kSheet + 2));
+    std::sort(codes.begin(), codes.end());
+    Model model = model_of(kDepth, codes, {.colour = ColourFormat::rgb888});
+    PointAttributes &points = model.levels.back().points;
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+        const auto [x, y, z] = morton_decode(codes[i]);
+        points.radii[i] = kMaxFinestRadius;
+        const bool of_sheet = std::min({x, y, z}) >= kSheet;
+        const int u = static_cast<int>(x) - 28, v = static_cast<int>(y) - 25;
+        points.normals[i] = of_sheet ? quantise_normal(2 * u + 1, 3 * v - u, 30) : quantise_normal(0, 0, 1);
+        set_point_colour(points, i, ColourFormat::rgb888,
+                         of_sheet ? Rgb8{static_cast<std::uint8_t>(180 + 3 * u), static_cast<std::uint8_t>(120 + 4 * v),
+                                         static_cast<std::uint8_t>(90 + 2 * u - v)}
+                                  : Rgb8{128, 128, 128});
+        if (of_sheet && u == 2 && v == 0) { // a scratch
+            points.normals[i] = quantise_normal(30, -2, 6);
+            set_point_colour(points, i, ColourFormat::rgb888, {250, 60, 40});
+        }
+    }
+    average_levels(model, 1);
+    return encode_model(model, {.compression_level = 19, .chunk_points = kMinChunkPoints, .threads = 1}).value();
+}
+
+} // namespace
+
+std::vector<ValidFile> valid_small_files() {
+    return {{"depth-16.pbvg", deepest_file()},
+            {"frame-checksum.pbvg", checksum_file()},
+            {"unknown-extras.pbvg", unknown_extras_file()},
+            {"worked-example.pbvg", worked_example_file()}};
+}
+
+void add_small_files(Collection &files) {
+    FileEditor damaged(unknown_extras_file()); // no hash is repaired, and no other hash covers the section
+    damaged.flip(std::uint64_t{8} * damaged.section(SectionType{kUnknownType}));
+    files.add_as_is("3.2.14-unknown-section", damaged.bytes());
+    files.add("5.6.3-checksum", checksum_file(), [](FileEditor &file) { file.flip(8 * file.bytes().size() - 1); });
+}
+
+} // namespace pbm::test

@@ -1,0 +1,308 @@
+#include "pbm_build/grid/grid_choice.h"
+
+#include "pbm_build/grid/lattice.h"
+#include "pbm_build/grid/radix_sort.h"
+#include "pbm_build/surface/face_normal.h"
+#include "pbm_format/reading/reader.h"
+#include "system/files/mapped_file.h"
+#include "system/threads/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+
+namespace pbm::build {
+namespace {
+
+constexpr double kMargin = 0x1p-20; // of the extent, on both sides together
+constexpr std::size_t kBlock = 65536;
+
+void widen(Bounds &bounds, const glm::dvec3 &p) {
+    bounds.lowest =
+        glm::dvec3(std::min(bounds.lowest.x, p.x), std::min(bounds.lowest.y, p.y), std::min(bounds.lowest.z, p.z));
+    bounds.highest =
+        glm::dvec3(std::max(bounds.highest.x, p.x), std::max(bounds.highest.y, p.y), std::max(bounds.highest.z, p.z));
+}
+
+std::string number(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.3g", value);
+    return text.data();
+}
+
+std::string precise(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.12g", value);
+    return text.data();
+}
+
+// Of the farthest coordinate, at depth kMaxDepth: 64 doubles lie side by side in such a voxel.
+constexpr double kLeastVoxel = 0x1p-46;
+
+// Squared lengths fall into classes by sign, exponent and six bits of the fraction of the double.
+constexpr int kLengthShift = 46;
+constexpr std::size_t kLengthClasses = std::size_t{1} << (63 - kLengthShift);
+
+std::size_t length_class(double squared) {
+    return static_cast<std::size_t>(std::bit_cast<std::uint64_t>(squared) >> kLengthShift);
+}
+
+double middle_of_class(std::size_t index) {
+    return std::bit_cast<double>(static_cast<std::uint64_t>(index) << kLengthShift | std::uint64_t{1}
+                                                                                         << (kLengthShift - 1));
+}
+
+double squared_length(const glm::dvec3 &v) { return (v.x * v.x + v.y * v.y) + v.z * v.z; }
+
+} // namespace
+
+double Bounds::extent() const { return std::max({highest.x - lowest.x, highest.y - lowest.y, highest.z - lowest.z}); }
+
+double farthest_coordinate(const Bounds &bounds) {
+    return std::max({std::fabs(bounds.lowest.x), std::fabs(bounds.lowest.y), std::fabs(bounds.lowest.z),
+                     std::fabs(bounds.highest.x), std::fabs(bounds.highest.y), std::fabs(bounds.highest.z)});
+}
+
+Bounds bounds_of(std::span<const glm::dvec3> positions) {
+    Bounds bounds{positions.front(), positions.front()};
+    for (const glm::dvec3 &p : positions)
+        widen(bounds, p);
+    return bounds;
+}
+
+Bounds bounds_of(const Surface &surface) {
+    const glm::dvec3 first =
+        surface.triangles.empty() ? surface.positions.front() : surface.positions[surface.triangles.front().x];
+    Bounds bounds{first, first};
+    for (const glm::uvec3 &t : surface.triangles)
+        for (int corner = 0; corner < 3; ++corner)
+            widen(bounds, surface.positions[t[corner]]);
+    for (std::size_t i = surface.first_point(); i < surface.positions.size(); ++i)
+        widen(bounds, surface.positions[i]);
+    return bounds;
+}
+
+Status check_bounds(const Bounds &bounds) {
+    const double extent = bounds.extent();
+    const double farthest = farthest_coordinate(bounds);
+    if (!(farthest <= 1e30))
+        return Error{ErrorCode::too_large, 0,
+                     "coordinates reach " + number(farthest) + ", the limit is 1e30: scale the scan down"};
+    if (extent > 0 && extent < 1e-30)
+        return Error{ErrorCode::too_large, 0,
+                     "the scan is only " + number(extent) + " units long, the limit is 1e-30: scale the scan up"};
+    return {};
+}
+
+Grid centred_grid(const Bounds &bounds, int depth) {
+    const glm::dvec3 centre(bounds.lowest.x / 2 + bounds.highest.x / 2, bounds.lowest.y / 2 + bounds.highest.y / 2,
+                            bounds.lowest.z / 2 + bounds.highest.z / 2);
+    const double farthest = std::max({std::fabs(centre.x), std::fabs(centre.y), std::fabs(centre.z)});
+    double edge = bounds.extent() * (1 + kMargin);
+    if (!(edge > 0))
+        edge = 1;
+    edge = std::max(edge, std::ldexp(farthest * kLeastVoxel, kMaxDepth));
+    Grid grid;
+    grid.depth = depth;
+    grid.voxel_size = std::ldexp(edge, -depth);
+    for (int axis = 0; axis < 3; ++axis)
+        grid.origin[static_cast<std::size_t>(axis)] = centre[axis] - edge / 2;
+    return grid;
+}
+
+Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size) {
+    if (!std::isnormal(voxel_size) || !std::isfinite(std::ldexp(voxel_size, kMaxDepth)))
+        return Error{ErrorCode::usage, 0, "a voxel size of " + number(voxel_size) + " is out of range"};
+    const double farthest = farthest_coordinate(bounds);
+    if (voxel_size < farthest * kLeastVoxel)
+        return Error{ErrorCode::usage, 0,
+                     "a voxel size of " + number(voxel_size) + " is finer than coordinates of " + number(farthest) +
+                         " can be; use at least " + number(farthest * kLeastVoxel)};
+    for (int depth = kMinBuildDepth; depth <= kMaxDepth; ++depth) {
+        Grid grid;
+        grid.depth = depth;
+        grid.voxel_size = voxel_size;
+        bool holds = true;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double low = bounds.lowest[axis], high = bounds.highest[axis];
+            const double corner = std::floor(((low / 2 + high / 2) - grid.edge() / 2) / voxel_size) * voxel_size;
+            grid.origin[static_cast<std::size_t>(axis)] = corner;
+            holds = holds && low >= corner && high < corner + grid.edge();
+        }
+        if (holds)
+            return grid;
+    }
+    const double least = bounds.extent() / static_cast<double>((1 << kMaxDepth) - 2);
+    return Error{ErrorCode::usage, 0,
+                 "a voxel size of " + number(voxel_size) + " needs more than " + std::to_string(kMaxDepth) +
+                     " levels; use at least " + number(least)};
+}
+
+Result<Grid> read_grid(const std::string &path) {
+    const Result<MappedFile> file = MappedFile::open(path);
+    if (!file)
+        return file.error();
+    const Result<Reader> reader = Reader::open(file->bytes());
+    if (!reader)
+        return reader.error();
+    return reader->parameters().grid;
+}
+
+Status check_fits(const Bounds &bounds, const Grid &grid) {
+    if (grid.depth < kMinBuildDepth)
+        return Error{ErrorCode::usage, 0,
+                     "the grid of --grid-like has depth " + std::to_string(grid.depth) + ", the least is " +
+                         std::to_string(kMinBuildDepth)};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double corner = grid.origin[static_cast<std::size_t>(axis)];
+        const double low = bounds.lowest[axis], high = bounds.highest[axis];
+        if (low < corner || high - corner > grid.edge())
+            return Error{ErrorCode::usage, 0,
+                         "the scan reaches from " + precise(low) + " to " + precise(high) + " along " + "xyz"[axis] +
+                             ", the grid of --grid-like from " + precise(corner) + " to " +
+                             precise(corner + grid.edge()) + "; choose a larger grid, or --scale and --origin"};
+    }
+    return {};
+}
+
+double median_edge(const Surface &surface, int threads) {
+    const auto workers = static_cast<std::size_t>(resolve_threads(threads));
+    std::vector<std::vector<std::uint32_t>> counts(workers);
+    std::atomic<std::size_t> next{0};
+    parallel_for(workers, threads, [&](std::size_t worker) {
+        counts[worker].resize(kLengthClasses);
+        for (std::size_t begin = next.fetch_add(kBlock); begin < surface.triangles.size();
+             begin = next.fetch_add(kBlock))
+            for (std::size_t i = begin; i < std::min(begin + kBlock, surface.triangles.size()); ++i) {
+                const glm::uvec3 &t = surface.triangles[i];
+                for (int corner = 0; corner < 3; ++corner) {
+                    const glm::dvec3 edge = surface.positions[t[corner]] - surface.positions[t[(corner + 1) % 3]];
+                    ++counts[worker][length_class(squared_length(edge))];
+                }
+            }
+    });
+    std::uint64_t edges = 0;
+    for (std::size_t length = 1; length < kLengthClasses; ++length) // class 0: zero length
+        for (const auto &count : counts)
+            edges += count[length];
+    std::uint64_t seen = 0;
+    for (std::size_t length = 1; length < kLengthClasses; ++length) {
+        for (const auto &count : counts)
+            seen += count[length];
+        if (2 * seen >= edges && seen > 0)
+            return std::sqrt(middle_of_class(length));
+    }
+    return 0;
+}
+
+int mesh_depth(const Bounds &bounds, double median_edge) {
+    int depth = kLeastMeshDepth;
+    // Voxel edges halve: the closest one is the first that is at most sqrt(2) times the median.
+    while (depth < kMostMeshDepth && std::ldexp(bounds.extent(), -depth) > median_edge * 1.4142135623730951)
+        ++depth;
+    return depth;
+}
+
+std::vector<std::uint64_t> occupied_voxels(const Surface &surface, const Bounds &bounds, int threads) {
+    std::vector<MortonCode> codes;
+    const std::span<const glm::dvec3> points = std::span(surface.positions).subspan(surface.first_point());
+    codes.reserve(points.size());
+    for (const LatticePoint &p : to_lattice(points, centred_grid(bounds, kMaxDepth), threads))
+        codes.push_back(code_of(voxel_of(p)));
+    std::vector<MortonCode> spare;
+    radix_sort(codes, spare, 0, 3 * kMaxDepth);
+
+    std::vector<std::uint64_t> occupied(kMaxDepth + 1, 0);
+    occupied[0] = 1;
+    for (std::size_t i = 1; i < codes.size(); ++i) {
+        const MortonCode difference = codes[i] ^ codes[i - 1];
+        if (difference != 0) // the first level whose prefixes differ, and all below it, have one voxel more
+            ++occupied[static_cast<std::size_t>(kMaxDepth - (std::bit_width(difference) - 1) / 3)];
+    }
+    for (std::size_t level = 1; level < occupied.size(); ++level)
+        occupied[level] += occupied[level - 1];
+    return occupied;
+}
+
+int point_depth(const std::vector<std::uint64_t> &occupied) {
+    int depth = kMostPointDepth;
+    while (depth > kLeastPointDepth &&
+           6 * occupied[static_cast<std::size_t>(depth)] < 11 * occupied[static_cast<std::size_t>(depth) - 1])
+        --depth;
+    return depth;
+}
+
+double relative_area(const Surface &surface, const Bounds &bounds, int threads) {
+    // Sums of integers do not depend on the order of the triangles. A triangle's area is below 1, or 2^44 units; their
+    // sum may need 75 bits, so the low 32 bits of each are summed apart.
+    constexpr double kAreaScale = 0x1p44;
+    const double edge = centred_grid(bounds, kMinDepth).edge();
+    std::atomic<std::uint64_t> high{0}, low{0};
+    parallel_blocks(surface.triangles.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+        std::uint64_t high_sum = 0, low_sum = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const glm::uvec3 &t = surface.triangles[i];
+            const glm::dvec3 n = face_normal(surface.positions[t.x], surface.positions[t.y], surface.positions[t.z]);
+            const auto area = static_cast<std::uint64_t>(length_of(n) / 2 / edge / edge * kAreaScale + 0.5);
+            high_sum += area >> 32;
+            low_sum += area & 0xFFFFFFFF;
+        }
+        high += high_sum;
+        low += low_sum;
+    });
+    return (static_cast<double>(high.load()) * 0x1p32 + static_cast<double>(low.load())) / kAreaScale;
+}
+
+namespace {
+
+// Depths to try, finest first, until the voxels are few enough: a surface of area A has at least about A / voxel^2 of
+// them.
+int finest_depth(const Surface &surface, const Bounds &bounds, std::uint64_t max_points, int threads) {
+    int depth = kMaxDepth;
+    const double area = relative_area(surface, bounds, threads);
+    const auto occupied = occupied_voxels(surface, bounds, threads);
+    const auto least = [&] {
+        return std::max(std::ldexp(area, 2 * depth), static_cast<double>(occupied[static_cast<std::size_t>(depth)]));
+    };
+    while (depth > kMinBuildDepth && least() > static_cast<double>(max_points))
+        --depth;
+    return depth;
+}
+
+// The finest of what the triangles and the points ask for.
+int chosen_depth(const Surface &surface, const Bounds &bounds, int threads) {
+    int depth = kMinBuildDepth;
+    if (!surface.triangles.empty())
+        depth = std::max(depth, mesh_depth(bounds, median_edge(surface, threads)));
+    if (surface.point_count() > 0)
+        depth = std::max(depth, point_depth(occupied_voxels(surface, bounds, threads)));
+    return depth;
+}
+
+} // namespace
+
+Result<Grid> choose_grid(const Surface &surface, const Bounds &bounds, const GridRequest &request, int threads) {
+    Grid grid;
+    if (request.voxel_size) {
+        auto snapped = snapped_grid(bounds, *request.voxel_size);
+        if (!snapped)
+            return snapped;
+        grid = *snapped;
+    } else if (request.depth) {
+        grid = centred_grid(bounds, *request.depth);
+    } else if (request.max_points) {
+        grid = centred_grid(bounds, finest_depth(surface, bounds, *request.max_points, threads));
+    } else if (request.like) {
+        if (Status fits = check_fits(bounds, *request.like); !fits)
+            return fits.error();
+        return *request.like;
+    } else {
+        grid = centred_grid(bounds, chosen_depth(surface, bounds, threads));
+    }
+    grid.unit = request.unit;
+    grid.up = request.up;
+    return grid;
+}
+
+} // namespace pbm::build

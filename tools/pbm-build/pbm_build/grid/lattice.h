@@ -1,0 +1,34 @@
+// Fixed-point coordinates inside a grid: the builder decides which voxel holds what in integers, so that no rounding
+// depends on the order of a triangle's corners, and a face within a rounding error of a voxel boundary makes one layer.
+#pragma once
+
+#include "pbm_format/model/model.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace pbm::build {
+
+// A lattice step is 2^-14 of the finest voxel: 30 bits at depth 16, so that differences multiply within 64 bits.
+inline constexpr int kLatticeBits = 14;
+inline constexpr double kLatticeSteps = 1 << kLatticeBits; // per voxel
+
+// Units of 2^-kLatticeBits voxels from the grid's origin; 0 <= each < 2^(depth + kLatticeBits).
+using LatticePoint = glm::ivec3;
+
+// Nearest lattice points, clamped into the grid. Positions are finite, in model units.
+std::vector<LatticePoint> to_lattice(std::span<const glm::dvec3> positions, const Grid &grid, int threads);
+
+// Voxel of the finest level that holds a lattice point (half open: its lower faces belong to it).
+inline glm::ivec3 voxel_of(const LatticePoint &p) {
+    return {p.x >> kLatticeBits, p.y >> kLatticeBits, p.z >> kLatticeBits};
+}
+inline MortonCode code_of(const glm::ivec3 &voxel) {
+    return morton_encode(static_cast<std::uint32_t>(voxel.x), static_cast<std::uint32_t>(voxel.y),
+                         static_cast<std::uint32_t>(voxel.z));
+}
+
+} // namespace pbm::build

@@ -1,0 +1,32 @@
+// Triangles on the lattice: what is decided of them in integers, whichever corner the file names first.
+#pragma once
+
+#include "pbm_build/grid/lattice.h"
+
+#include <array>
+#include <utility>
+
+namespace pbm::build {
+
+// Normal of a triangle from exact integers, outside where the corners run counter-clockwise; zero if it has no area.
+inline glm::dvec3 lattice_normal(const LatticePoint &a, const LatticePoint &b, const LatticePoint &c) {
+    const glm::i64vec3 u = glm::i64vec3(b) - glm::i64vec3(a), v = glm::i64vec3(c) - glm::i64vec3(a);
+    return glm::dvec3(u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x);
+}
+
+inline bool before(const LatticePoint &a, const LatticePoint &b) {
+    return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+}
+
+inline glm::dvec3 in_voxels(const LatticePoint &p) { return glm::dvec3(p) * (1 / kLatticeSteps); }
+
+template <class T, class Less> void sort_three(std::array<T, 3> &items, Less less) {
+    if (less(items[1], items[0]))
+        std::swap(items[0], items[1]);
+    if (less(items[2], items[1]))
+        std::swap(items[1], items[2]);
+    if (less(items[1], items[0]))
+        std::swap(items[0], items[1]);
+}
+
+} // namespace pbm::build

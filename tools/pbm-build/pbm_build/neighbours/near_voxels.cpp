@@ -1,0 +1,156 @@
+#include "pbm_build/neighbours/near_voxels.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace pbm::build {
+namespace {
+
+constexpr int kNodeBits = 3; // nodes of 8x8x8 voxels
+constexpr int kNodeEdge = 1 << kNodeBits;
+constexpr int kReach = 4; // a grid holds all voxels so near to those of its node
+constexpr int kGridEdge = kNodeEdge + 2 * kReach;
+constexpr int kTableLevel = 6;
+
+constexpr int place_in_grid(int x, int y, int z) { return (z * kGridEdge + y) * kGridEdge + x; }
+
+// Where a voxel of a node lies in a grid, from the corner of the node, by the last bits of its code.
+constexpr auto kPlaces = [] {
+    std::array<std::int16_t, std::size_t{1} << 3 * kNodeBits> places{};
+    for (std::size_t code = 0; code < places.size(); ++code) {
+        const auto v = morton_decode(code);
+        places[code] = static_cast<std::int16_t>(
+            place_in_grid(static_cast<int>(v[0]), static_cast<int>(v[1]), static_cast<int>(v[2])));
+    }
+    return places;
+}();
+
+// Offsets to all voxels within reach, by distance.
+struct Shells {
+    struct Offset {
+        std::int8_t x, y, z;
+        std::uint8_t squared;
+    };
+    static constexpr std::size_t kOffsets = 256; // lattice points within 4, without the origin
+    std::array<Offset, kOffsets> offsets;
+    std::array<std::int16_t, kOffsets> places;                // the same in a grid
+    std::array<std::uint16_t, kReach * kReach + 1> ends_with; // [squared distance] offsets up to there
+};
+
+constexpr Shells kShells = [] {
+    Shells shells{};
+    std::size_t count = 0;
+    for (int squared = 1; squared <= kReach * kReach; ++squared) {
+        for (int z = -kReach; z <= kReach; ++z)
+            for (int y = -kReach; y <= kReach; ++y)
+                for (int x = -kReach; x <= kReach; ++x)
+                    if (x * x + y * y + z * z == squared) {
+                        shells.offsets[count] = {static_cast<std::int8_t>(x), static_cast<std::int8_t>(y),
+                                                 static_cast<std::int8_t>(z), static_cast<std::uint8_t>(squared)};
+                        shells.places[count++] = static_cast<std::int16_t>(place_in_grid(x, y, z));
+                    }
+        shells.ends_with[static_cast<std::size_t>(squared)] = static_cast<std::uint16_t>(count);
+    }
+    return shells;
+}();
+static_assert(kShells.ends_with.back() == Shells::kOffsets);
+
+} // namespace
+
+NearVoxels::NearVoxels(std::span<const MortonCode> codes, int depth)
+    : codes_(codes), depth_(depth), shift_(3 * std::max(0, depth - kTableLevel)),
+      starts_((std::size_t{1} << (3 * depth - shift_)) + 1, 0) {
+    for (const MortonCode code : codes)
+        ++starts_[(code >> shift_) + 1];
+    for (std::size_t i = 1; i < starts_.size(); ++i)
+        starts_[i] += starts_[i - 1];
+}
+
+std::size_t NearVoxels::first_not_below(MortonCode code) const {
+    const std::size_t node = code >> shift_;
+    if (node + 1 >= starts_.size())
+        return codes_.size();
+    const auto begin = codes_.begin() + starts_[node], end = codes_.begin() + starts_[node + 1];
+    return static_cast<std::size_t>(std::lower_bound(begin, end, code) - codes_.begin());
+}
+
+const VoxelNeighbours &NearVoxels::tree() const {
+    std::call_once(tree_made_, [&] { tree_ = std::make_unique<VoxelNeighbours>(codes_); });
+    return *tree_;
+}
+
+NearVoxelCursor::NearVoxelCursor(const NearVoxels &voxels)
+    : voxels_(voxels), grid_(static_cast<std::size_t>(kGridEdge * kGridEdge * kGridEdge)) {}
+
+void NearVoxelCursor::gather(MortonCode node) {
+    node_ = node;
+    for (const std::size_t place : filled_)
+        grid_[place] = 0;
+    filled_.clear();
+    const auto centre = morton_decode(node);
+    const int nodes = 1 << (voxels_.depth_ - kNodeBits);
+    const std::span<const MortonCode> codes = voxels_.codes_;
+    for (int z = -1; z <= 1; ++z)
+        for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x) {
+                const std::array<int, 3> step{x, y, z};
+                std::array<std::uint32_t, 3> at{};
+                MortonCode halves = 0, near_half = 0; // of each axis: the bit that says in which half of its node
+                bool inside = true;                   // a voxel lies, and how it is in the half within reach
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const int c = static_cast<int>(centre[axis]) + step[axis];
+                    inside = inside && c >= 0 && c < nodes;
+                    at[axis] = static_cast<std::uint32_t>(c);
+                    const MortonCode half = MortonCode{1} << (3 * (kNodeBits - 1) + axis);
+                    halves |= step[axis] != 0 ? half : 0;
+                    near_half |= step[axis] < 0 ? half : 0;
+                }
+                if (!inside)
+                    continue;
+                const MortonCode other = morton_encode(at[0], at[1], at[2]);
+                const int corner =
+                    place_in_grid(kReach + kNodeEdge * x, kReach + kNodeEdge * y, kReach + kNodeEdge * z);
+                for (std::size_t i = voxels_.first_not_below(other << 3 * kNodeBits);
+                     i < codes.size() && codes[i] >> 3 * kNodeBits == other; ++i) {
+                    if ((codes[i] & halves) != near_half)
+                        continue;
+                    const int in_grid = corner + kPlaces[codes[i] & (kPlaces.size() - 1)];
+                    const auto place = static_cast<std::size_t>(in_grid);
+                    grid_[place] = static_cast<std::uint32_t>(i) + 1;
+                    filled_.push_back(place);
+                }
+            }
+}
+
+std::size_t NearVoxelCursor::nearest(std::size_t voxel, std::span<Neighbour> found) {
+    assert(found.size() <= VoxelNeighbours::kMost);
+    const MortonCode code = voxels_.codes_[voxel];
+    if (voxels_.depth_ < kNodeBits)
+        return voxels_.tree().nearest(voxel, found);
+    if (code >> 3 * kNodeBits != node_)
+        gather(code >> 3 * kNodeBits);
+    const int place = place_in_grid(kReach, kReach, kReach) + kPlaces[code & (kPlaces.size() - 1)];
+    const std::uint32_t *const centre = grid_.data() + place;
+    struct Near {
+        std::uint32_t voxel; // and 1
+        std::uint32_t offset;
+    };
+    std::array<Near, Shells::kOffsets> near;
+    std::size_t count = 0;
+    std::uint32_t offset = 0;
+    for (std::size_t squared = 1; squared < kShells.ends_with.size() && count < found.size(); ++squared)
+        for (; offset < kShells.ends_with[squared]; ++offset) {
+            const std::uint32_t other = centre[kShells.places[offset]];
+            near[count] = {other, offset};
+            count += other != 0 ? 1 : 0;
+        }
+    if (count < found.size())
+        return voxels_.tree().nearest(voxel, found);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const Shells::Offset &o = kShells.offsets[near[i].offset];
+        found[i] = {near[i].voxel - 1, static_cast<float>(o.squared), {o.x, o.y, o.z}};
+    }
+    return found.size();
+}
+
+} // namespace pbm::build

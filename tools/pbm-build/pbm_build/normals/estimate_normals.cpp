@@ -1,0 +1,203 @@
+#include "pbm_build/normals/estimate_normals.h"
+
+#include "pbm_build/grid/grid_choice.h"
+#include "pbm_build/neighbours/distinct_points.h"
+#include "pbm_build/neighbours/outliers.h"
+#include "pbm_build/normals/orient_normals.h"
+
+#include <glm/gtc/type_precision.hpp>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace pbm::build {
+namespace {
+
+using Fate = AttributeReport::Fate;
+
+std::string ratio(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.3g", value);
+    return text.data();
+}
+
+glm::dvec3 on_lattice(const std::array<double, 3> &position, const Grid &grid) {
+    glm::dvec3 p;
+    for (int axis = 0; axis < 3; ++axis)
+        p[axis] = (position[static_cast<std::size_t>(axis)] - grid.origin[static_cast<std::size_t>(axis)]) /
+                  grid.voxel_size * kLatticeSteps;
+    return p;
+}
+
+std::span<const glm::dvec3> places_of(const Surface &surface) {
+    return std::span(surface.positions).subspan(surface.first_point());
+}
+
+// The lattice does not depend on the depth that is asked for: neither do the normals.
+Grid finest_grid(const Surface &surface) { return centred_grid(bounds_of(places_of(surface)), kMaxDepth); }
+
+// Of the values from `first` on, those of the points that are not dropped.
+template <class T>
+void keep_only(std::vector<T> &values, std::size_t first, const DistinctPoints &points, const Bytes &drop) {
+    if (values.empty())
+        return;
+    std::size_t kept = first;
+    for (std::size_t i = 0; i < points.place_of.size(); ++i)
+        if (drop[points.place_of[i]] == 0)
+            values[kept++] = values[first + i];
+    values.resize(kept);
+}
+
+void drop_points(Surface &surface, const DistinctPoints &points, const Bytes &drop) {
+    const std::size_t first = surface.first_point();
+    for_vertex_attributes([&](auto &values) { keep_only(values, first, points, drop); }, surface);
+    keep_only(surface.positions, first, points, drop);
+    if (!surface.triangles.empty())
+        surface.points_beside_triangles = surface.positions.size() - first;
+}
+
+std::string counted(std::uint64_t count, const char *of) {
+    return std::to_string(count) + " " + of + (count == 1 ? "" : "s");
+}
+
+std::string percent(std::uint64_t part, std::uint64_t whole) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.1f %%",
+                  whole == 0 ? 0.0 : 100 * static_cast<double>(part) / static_cast<double>(whole));
+    return text.data();
+}
+
+// The direction of the sum of the given normals in each place.
+std::vector<ShortNormal> given_normals(std::span<const ShortNormal> normals, const DistinctPoints &points,
+                                       std::size_t places) {
+    std::vector<glm::i64vec3> sums(places, glm::i64vec3(0));
+    for (std::size_t i = 0; i < normals.size(); ++i)
+        sums[points.place_of[i]] += glm::i64vec3(normals[i][0], normals[i][1], normals[i][2]);
+    std::vector<ShortNormal> given(places);
+    for (std::size_t i = 0; i < places; ++i)
+        given[i] = to_short_normal(glm::dvec3(sums[i]));
+    return given;
+}
+
+double extent_without(const Surface &surface, const DistinctPoints &points, const Bytes &drop) {
+    const std::span<const glm::dvec3> places = places_of(surface);
+    std::vector<glm::dvec3> kept;
+    for (std::size_t i = 0; i < places.size(); ++i)
+        if (drop[points.place_of[i]] == 0)
+            kept.push_back(places[i]);
+    return kept.empty() ? 0 : bounds_of(kept).extent();
+}
+
+void report_outliers(const Surface &surface, const DistinctPoints &points, const Bytes &outliers, bool removed,
+                     BuildStatistics &statistics) {
+    std::uint64_t count = 0;
+    for (const std::uint32_t place : points.place_of)
+        count += outliers[place];
+    if (count == 0)
+        return;
+    std::string note = counted(count, "point") + " far from all others";
+    if (!removed)
+        note += "; --remove-outliers drops them";
+    const double with = bounds_of(places_of(surface)).extent(), without = extent_without(surface, points, outliers);
+    if (surface.triangles.empty() && without > 0 && with > 1.5 * without)
+        note += (removed ? ", which makes the grid " : ", which would make the grid ") + ratio(with / without) +
+                " times smaller";
+    statistics.attributes.push_back({"outliers", removed ? Fate::dropped : Fate::kept, note});
+}
+
+void report_repeated_points(const DistinctPoints &points, BuildStatistics &statistics) {
+    const std::uint64_t all = points.place_of.size();
+    if (2 * points.repeated >= all)
+        statistics.attributes.push_back(
+            {"repeated points", Fate::converted,
+             std::to_string(all) + " points lie in " + counted(all - points.repeated, "place") + ", averaged"});
+}
+
+void remove_outliers(Surface &surface, int threads, BuildStatistics &statistics) {
+    DistinctPoints points = distinct_points(places_of(surface), finest_grid(surface), threads);
+    const PointNeighbours neighbours(std::move(points.at));
+    const Bytes outliers = find_outliers(neighbours, threads);
+    report_outliers(surface, points, outliers, true, statistics);
+    drop_points(surface, points, outliers);
+}
+
+void report_normals(const PointRequest &request, const Orientation &orientation, std::uint64_t given,
+                    std::uint64_t estimated, std::uint64_t two_sided, BuildStatistics &statistics) {
+    std::string note = std::to_string(kLeastNeighbours) + " to " + std::to_string(kMostNeighbours) + " neighbours, ";
+    if (given > 0)
+        note = counted(estimated, "point") + " of " + std::to_string(given + estimated) + ", " + note;
+    if (request.viewpoint)
+        note += "turned to the viewpoint";
+    else
+        note += "orientation by spanning tree, " + counted(orientation.pieces, "piece") + ", " +
+                percent(two_sided, estimated) + " two-sided";
+    statistics.attributes.push_back({"normals", Fate::estimated, note});
+}
+
+// Options that have nothing to act on.
+void report_unused(const PointRequest &request, bool has_points, BuildStatistics &statistics) {
+    if (request.remove_outliers && !has_points)
+        statistics.attributes.push_back({"--remove-outliers", Fate::dropped, "there are no points without faces"});
+    if (request.viewpoint)
+        statistics.attributes.push_back({"--viewpoint", Fate::dropped, "no normal had to be estimated from points"});
+}
+
+} // namespace
+
+VertexNormals estimate_normals(Surface &surface, const PointRequest &request, int threads,
+                               BuildStatistics &statistics) {
+    if (surface.point_count() == 0) {
+        report_unused(request, false, statistics);
+        return vertex_normals(surface, threads);
+    }
+    if (request.remove_outliers)
+        remove_outliers(surface, threads, statistics);
+    const Grid grid = finest_grid(surface);
+    DistinctPoints points = distinct_points(places_of(surface), grid, threads);
+    const PointNeighbours neighbours(std::move(points.at));
+    const std::size_t places = neighbours.points().size(), first = surface.first_point();
+
+    report_repeated_points(points, statistics);
+    if (!request.remove_outliers)
+        report_outliers(surface, points, find_outliers(neighbours, threads), false, statistics);
+    VertexNormals result = vertex_normals(surface, threads);
+    const std::span<ShortNormal> normals = std::span(result.normals).subspan(first);
+    const auto missing = static_cast<std::uint64_t>(std::count_if(normals.begin(), normals.end(), is_zero));
+    if (missing == 0) {
+        report_unused(request, true, statistics);
+        return result;
+    }
+    PlaneFits fits = fit_planes(neighbours, threads);
+    Bytes is_given;
+    const std::uint64_t given = normals.size() - missing;
+    if (given > 0) {
+        const std::vector<ShortNormal> kept = given_normals(normals, points, places);
+        is_given.resize(places);
+        for (std::size_t i = 0; i < places; ++i)
+            if (!is_zero(kept[i])) {
+                fits.normals[i] = kept[i];
+                is_given[i] = 1;
+            }
+    }
+    Orientation orientation;
+    if (request.viewpoint) {
+        orientation.two_sided.resize(places);
+        face_viewpoint(neighbours.points(), fits.normals, is_given, on_lattice(*request.viewpoint, grid));
+    } else {
+        orientation = orient_normals(neighbours.points(), fits, is_given, request.up, threads);
+    }
+
+    std::uint64_t two_sided = 0;
+    surface.two_sided.resize(surface.positions.size());
+    for (std::size_t i = 0; i < normals.size(); ++i)
+        if (is_zero(normals[i])) {
+            const std::uint32_t place = points.place_of[i];
+            normals[i] = fits.normals[place];
+            surface.two_sided[first + i] |= orientation.two_sided[place];
+            two_sided += orientation.two_sided[place];
+        }
+    report_normals(request, orientation, given, missing, two_sided, statistics);
+    return result;
+}
+
+} // namespace pbm::build

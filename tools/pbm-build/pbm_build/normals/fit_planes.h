@@ -1,0 +1,33 @@
+// Planes through the points around each point: the normals of a cloud that has none, of either sign. orient_normals.h
+// turns them.
+// Based on: Hoppe, DeRose, Duchamp, McDonald, Stuetzle. Surface Reconstruction from Unorganized Points. 1992
+#pragma once
+
+#include "pbm_build/neighbours/neighbours.h"
+#include "pbm_build/surface/short_normal.h"
+#include "system/bytes.h"
+
+namespace pbm::build {
+
+inline constexpr std::size_t kLeastNeighbours = 10, kMostNeighbours = 30; // that a plane is fitted to
+inline constexpr std::size_t kLinks = 8;                                  // nearest neighbours that are kept
+
+struct PointLinks {
+    std::vector<std::uint32_t> nearest; // [points][kLinks] nearest first; the point itself where there are fewer
+    std::vector<float> spacing;         // [points] mean distance to them in lattice steps; 0 where there is none
+};
+
+struct PlaneFits {
+    PointLinks links;
+    std::vector<ShortNormal> normals; // [points] of either sign; zero: no plane, the points around lie on a line
+    Bytes at_border;                  // [points] 1: no neighbour in 150 degrees around, as at borders and along curves
+};
+
+// The plane of least squares through the points around each, near ones counting more. Where the nearest few do not lie
+// on a plane, more are taken if they do so better: noise needs many points, edges and thin walls few. A border is a gap
+// between the directions of the nearest few in that plane.
+// Based on: Demantké, Mallet, David, Vallet. Dimensionality Based Scale Selection in 3D Lidar Point Clouds. 2011
+//           Bendels, Schnabel, Klein. Detecting Holes in Point Set Surfaces. 2006 (the angle criterion)
+PlaneFits fit_planes(const PointNeighbours &neighbours, int threads);
+
+} // namespace pbm::build

@@ -1,0 +1,147 @@
+#include "pbm_build/normals/reconsider_signs.h"
+
+#include "pbm_build/normals/parity_sets.h"
+#include "system/threads/parallel.h"
+
+#include <algorithm>
+
+namespace pbm::build {
+namespace {
+
+constexpr std::size_t kBlock = 4096;
+constexpr int kSweeps = 20;           // doubt spreads over about as many points
+constexpr double kViewWeight = 0.06;  // of a view, against a sure link
+constexpr float kBorderWeight = 1.1F; // of not knowing at a border, against a sure link
+constexpr float kFixed = 1e6F;        // weight of what is given
+constexpr float kDoubt = 0.1F;        // margin below which a sign is not known
+constexpr int kFirm = 200;            // of the links that hold a part together
+constexpr std::int64_t kFew = 20;     // points: a smaller part is as sure as its neighbours say
+constexpr double kHidden = 1.5;       // views of a point, on average: below, most of a part is hidden
+constexpr double kOneSide = 0.25;     // net share of what is seen of a part
+constexpr double kGlimpse = 0.5;      // views of a point: fewer are chance
+constexpr double kBehind = 0.5;       // net share of what is seen of a point
+
+// What speaks for the sign of a point besides its neighbours. What is seen from both sides says nothing.
+struct Anchor {
+    float sign = 0, weight = 0; // |sign| <= weight
+};
+
+Anchor anchor_of(const PlaneFits &fits, const SignEvidence &evidence, std::size_t point) {
+    if (!evidence.is_given.empty() && evidence.is_given[point] != 0)
+        return {kFixed, kFixed};
+    if (evidence.has_outside[point] == 0)
+        return {};
+    const auto sign = static_cast<float>(kViewWeight / kNormalScale * evidence.view.towards[point]);
+    return {sign, std::fabs(sign) + (fits.at_border[point] != 0 ? kBorderWeight : 0.0F)};
+}
+
+// The margin of a point is `alone` plus `share` times the margins of its neighbours, each times the vote of the link.
+struct Mean {
+    float alone = 0, share = 0;
+};
+
+std::vector<Mean> means_of(const PlaneFits &fits, const SignEvidence &evidence) {
+    std::vector<Mean> means(fits.normals.size());
+    for (std::size_t i = 0; i < means.size(); ++i) {
+        int votes = 0;
+        for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link)
+            votes += std::abs(evidence.votes[link]);
+        const Anchor anchor = anchor_of(fits, evidence, i);
+        if (const float weight = static_cast<float>(votes) + anchor.weight * kSure; weight > 0)
+            means[i] = {anchor.sign * kSure / weight, 1 / weight};
+    }
+    return means;
+}
+
+// 1: the sign is right beyond doubt, -1: wrong beyond doubt. Sweeps of Gauss-Seidel within blocks, of Jacobi between
+// them, from the signs as they are: so only what contradicts decays, whatever the distance to what is seen.
+std::vector<float> margins_of_signs(const PlaneFits &fits, const SignEvidence &evidence, int threads) {
+    const std::vector<Mean> means = means_of(fits, evidence);
+    const std::size_t count = means.size();
+    std::vector<float> margins(count, 1.0F), next(count);
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+        parallel_blocks(count, kBlock, threads, [&](std::size_t first, std::size_t end) {
+            for (std::size_t i = first; i < end; ++i) {
+                float sum = 0;
+                for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link) {
+                    const std::size_t j = fits.links.nearest[link];
+                    const std::vector<float> &known = j - first < i - first ? next : margins; // of this block: the new
+                    sum += static_cast<float>(evidence.votes[link]) * known[j];
+                }
+                next[i] = means[i].alone + means[i].share * sum;
+            }
+        });
+        std::swap(margins, next);
+    }
+    return margins;
+}
+
+std::vector<Verdict> verdicts_of(const std::vector<float> &margins) {
+    std::vector<Verdict> verdicts(margins.size());
+    for (std::size_t i = 0; i < margins.size(); ++i)
+        verdicts[i] = margins[i] > kDoubt ? Verdict::keep : margins[i] < -kDoubt ? Verdict::turn : Verdict::unknown;
+    return verdicts;
+}
+
+// Points whose signs are known and that firm links join.
+ParitySets parts_of(const PointLinks &links, const std::vector<Vote> &votes, const std::vector<Verdict> &verdicts) {
+    ParitySets parts(verdicts.size());
+    for (std::size_t link = 0; link < votes.size(); ++link) {
+        const std::size_t i = link / kLinks, j = links.nearest[link];
+        if (votes[link] * static_cast<int>(verdicts[i]) * static_cast<int>(verdicts[j]) >= kFirm)
+            parts.join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j), false);
+    }
+    return parts;
+}
+
+struct Seen {
+    std::int64_t points = 0, towards = 0, all = 0; // the latter two as in OutsideView, summed
+};
+
+Verdict judge(const Seen &part) {
+    if (part.points < kFew)
+        return Verdict::keep;
+    const auto seen = static_cast<double>(part.all), towards = static_cast<double>(part.towards);
+    if (seen < kHidden * kNormalScale * static_cast<double>(part.points) || std::fabs(towards) < kOneSide * seen)
+        return Verdict::unknown;
+    return towards > 0 ? Verdict::keep : Verdict::turn;
+}
+
+void judge_parts(const PointLinks &links, const SignEvidence &evidence, std::vector<Verdict> &verdicts) {
+    ParitySets parts = parts_of(links, evidence.votes, verdicts);
+    const auto part_of = [&](std::size_t i) { return parts.find(static_cast<std::uint32_t>(i)).root; };
+    std::vector<Seen> seen(verdicts.size());
+    for (std::size_t i = 0; i < verdicts.size(); ++i)
+        if (evidence.has_outside[i] != 0) {
+            Seen &part = seen[part_of(i)];
+            part.points += 1;
+            part.towards += static_cast<std::int64_t>(verdicts[i]) * evidence.view.towards[i];
+            part.all += evidence.view.seen[i];
+        }
+    for (std::size_t i = 0; i < verdicts.size(); ++i)
+        if (evidence.has_outside[i] != 0)
+            verdicts[i] =
+                static_cast<Verdict>(static_cast<int>(verdicts[i]) * static_cast<int>(judge(seen[part_of(i)])));
+}
+
+// With their sign there would be a hole.
+void doubt_points_seen_from_behind(const SignEvidence &evidence, std::vector<Verdict> &verdicts) {
+    for (std::size_t i = 0; i < verdicts.size(); ++i)
+        if (evidence.has_outside[i] != 0) {
+            const auto seen = static_cast<double>(evidence.view.seen[i]);
+            const double towards = static_cast<double>(verdicts[i]) * evidence.view.towards[i];
+            if (seen > kGlimpse * kNormalScale && towards < -kBehind * seen)
+                verdicts[i] = Verdict::unknown;
+        }
+}
+
+} // namespace
+
+std::vector<Verdict> reconsider_signs(const PlaneFits &fits, const SignEvidence &evidence, int threads) {
+    std::vector<Verdict> verdicts = verdicts_of(margins_of_signs(fits, evidence, threads));
+    judge_parts(fits.links, evidence, verdicts);
+    doubt_points_seen_from_behind(evidence, verdicts);
+    return verdicts;
+}
+
+} // namespace pbm::build

@@ -1,0 +1,204 @@
+#include "pbm_build/radii/splat_radius.h"
+
+#include "pbm_build/neighbours/near_voxels.h"
+#include "pbm_build/neighbours/outliers.h"
+#include "pbm_build/radii/tangent_cell.h"
+#include "system/threads/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pbm::build {
+namespace {
+
+constexpr std::size_t kBlock = 4096;
+constexpr int kMostShared = 7;              // steps of the radius table: a factor of 1.5
+constexpr std::size_t kRing = 8;            // neighbours that a splat reaches
+constexpr double kStray = 3;                // times the median radius
+constexpr std::size_t kNormalVotes = 16;    // neighbours that lend a normal
+constexpr double kMostVoxels = 2;           // radius of dense samples
+constexpr std::size_t kCellNeighbours = 12; // that bound a cell
+constexpr std::size_t kBorder = 5;          // neighbours that a splat reaches at a border
+constexpr double kOverlap = 1.1;            // of splats, since neighbours lie a little above or below the plane
+
+float distance_of(std::span<const Neighbour> near, std::size_t neighbour) {
+    return near.empty() ? 0 : std::sqrt(near[std::min(neighbour, near.size()) - 1].squared_distance);
+}
+
+double median_of(std::vector<float> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return static_cast<double>(*middle);
+}
+
+// Radius in voxels that covers the Voronoi cell of a voxel's centre in its tangent plane. Neighbours count that belong
+// to the same sheet: normals within 60 degrees, on a slope of less than 45 degrees or a step of a voxel.
+float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Neighbour> near) {
+    if (near.empty())
+        return 0;
+    const std::vector<std::uint16_t> &normals = voxels.points.normals;
+    const auto table = normal_table();
+    const auto normal_of = [&](std::size_t i) {
+        const UnitVector &n = table[normals[i] & kNormalIndexMask];
+        return glm::dvec3(n[0], n[1], n[2]);
+    };
+    const auto dot = [](const glm::dvec3 &a, const glm::dvec3 &b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; };
+    const glm::dvec3 n = normal_of(voxel);
+    // Based on: Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin. Building an Orthonormal Basis, Revisited.
+    // 2017
+    const double sign = n.z < 0 ? -1 : 1, a = -1 / (sign + n.z), b = n.x * n.y * a;
+    const glm::dvec3 right(1 + sign * n.x * n.x * a, sign * b, -sign * n.x), up(b, sign + n.y * n.y * a, -n.y);
+
+    TangentCell cell(static_cast<double>(distance_of(near, near.size())));
+    for (const Neighbour &neighbour : near) {
+        const glm::dvec3 offset(neighbour.offset), m = normal_of(neighbour.voxel);
+        const bool either = ((normals[voxel] | normals[neighbour.voxel]) & kTwoSidedBit) != 0;
+        const double cosine = either ? std::fabs(dot(n, m)) : dot(n, m);
+        const glm::dvec2 flat(dot(offset, right), dot(offset, up));
+        const double height = std::fabs(dot(offset, n)), squared = flat.x * flat.x + flat.y * flat.y;
+        if (cosine > 0.5 && squared > 0.25 && (height <= 1 || height * height < squared))
+            cell.cut(flat);
+    }
+    const TangentCell::Reach reach = cell.reach();
+    const double closed = std::min(kOverlap * reach.closed, static_cast<double>(distance_of(near, kRing)));
+    return static_cast<float>(reach.open ? std::max(closed, static_cast<double>(distance_of(near, kBorder))) : closed);
+}
+
+// The class of a radius, as classes[radius_index(fraction)] gives it: most are among the first few.
+class ClassFinder {
+  public:
+    explicit ClassFinder(const RadiusClasses &classes) {
+        for (std::size_t index = 0; index < classes.size(); ++index)
+            if (classes_.empty() || classes[index] != classes_.back()) {
+                classes_.push_back(classes[index]);
+                most_.push_back(radius_fraction(classes[index]));
+            }
+    }
+    std::uint8_t operator()(double fraction) const {
+        std::size_t at = 0;
+        while (at + 1 < most_.size() && !(fraction <= most_[at]))
+            ++at;
+        return classes_[at];
+    }
+
+  private:
+    Bytes classes_;
+    std::vector<double> most_; // that each covers, of the grid's edge
+};
+
+// Of some voxels, those below one node take the largest radius among them, unless it is much larger than theirs.
+void share_below_nodes(const Voxels &voxels, std::span<const std::size_t> some, Bytes &radii) {
+    for (std::size_t begin = 0, end = 0; begin < some.size(); begin = end) {
+        const MortonCode node = voxels.codes[some[begin]] >> 3;
+        std::uint8_t largest = 0;
+        for (; end < some.size() && voxels.codes[some[end]] >> 3 == node; ++end)
+            largest = std::max(largest, radii[some[end]]);
+        for (std::size_t i = begin; i < end; ++i)
+            if (largest - radii[some[i]] <= kMostShared)
+                radii[some[i]] = largest;
+    }
+}
+
+} // namespace
+
+std::uint8_t dense_radius(int depth) {
+    return static_cast<std::uint8_t>(std::min<int>(kMaxFinestRadius, 255 - 12 * depth - 2));
+}
+
+RadiusClasses radius_classes(int depth) {
+    // What stands two levels up of children with this radius.
+    const auto above = [&](int radius) {
+        return covering_radius(covering_radius(static_cast<std::uint8_t>(radius), depth - 1), depth - 2);
+    };
+    RadiusClasses classes{};
+    std::size_t index = 0;
+    for (int radius = dense_radius(depth);;) {
+        for (; static_cast<int>(index) <= radius; ++index)
+            classes[index] = static_cast<std::uint8_t>(radius);
+        if (radius == kMaxFinestRadius)
+            break;
+        do
+            ++radius;
+        while (radius < kMaxFinestRadius && above(radius + 1) == above(radius));
+    }
+    std::fill(classes.begin() + static_cast<std::ptrdiff_t>(index), classes.end(), kMaxFinestRadius);
+    return classes;
+}
+
+Bytes given_radii(const Surface &surface, const Grid &grid) {
+    const std::size_t first_point = surface.first_point();
+    const bool mixed = first_point > 0 && first_point < surface.positions.size();
+    if (surface.radii.empty() && !mixed)
+        return {};
+    const RadiusClasses classes = radius_classes(grid.depth);
+    Bytes radii;
+    radii.reserve(surface.positions.size());
+    const double most_of_triangle = kMostVoxels / static_cast<double>(std::uint64_t{1} << grid.depth);
+    for (std::size_t i = 0; i < surface.positions.size(); ++i) {
+        const double given = surface.radii.empty() ? 0 : static_cast<double>(surface.radii[i]);
+        const bool point = i >= first_point;
+        radii.push_back(point && !(given > 0)
+                            ? std::uint8_t{0}
+                            : classes[radius_index(std::min(given / grid.edge(), point ? 1 : most_of_triangle))]);
+    }
+    return radii;
+}
+
+void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
+    std::vector<std::size_t> missing;
+    for (std::size_t i = 0; i < voxels.points.radii.size(); ++i)
+        if (voxels.points.radii[i] == 0)
+            missing.push_back(i);
+    if (missing.empty())
+        return;
+    const std::size_t count = missing.size();
+    const double edge = static_cast<double>(std::uint64_t{1} << depth); // in voxels
+    const NearVoxels near_voxels(voxels.codes, depth);
+    std::vector<float> reach(count, 0), ring(count, 0); // in voxels
+    parallel_blocks(count, kBlock, threads, [&](std::size_t begin, std::size_t end) {
+        NearVoxelCursor cursor(near_voxels);
+        std::array<Neighbour, kCellNeighbours> found;
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto near = std::span(found).first(cursor.nearest(missing[i], found));
+            ring[i] = distance_of(near, kRing);
+            reach[i] = reach_of_cell(voxels, missing[i], near);
+        }
+    });
+    const double median = median_of(ring);
+    const ClassFinder class_of(radius_classes(depth));
+    for (std::size_t i = 0; i < count; ++i) {
+        const double most = ring[i] > kOutlierFactor * median ? median : kStray * median;
+        voxels.points.radii[missing[i]] = class_of(std::min(static_cast<double>(reach[i]), most) / edge);
+    }
+    share_below_nodes(voxels, missing, voxels.points.radii);
+}
+
+void fill_normals(Voxels &voxels, int threads) {
+    std::vector<std::uint16_t> &normals = voxels.points.normals;
+    std::vector<std::size_t> missing;
+    for (std::size_t i = 0; i < normals.size(); ++i)
+        if (normals[i] == kNoNormal)
+            missing.push_back(i);
+    if (missing.empty())
+        return;
+    const VoxelNeighbours neighbours(voxels.codes);
+    const auto table = integer_normal_table();
+    std::vector<std::uint16_t> filled(missing.size());
+    parallel_for(missing.size(), threads, [&](std::size_t m) {
+        std::array<Neighbour, kNormalVotes> found;
+        const std::size_t near = neighbours.nearest(missing[m], found);
+        std::array<std::int64_t, 3> sum{};
+        for (std::size_t k = 0; k < near; ++k)
+            if (const std::uint16_t normal = normals[found[k].voxel]; normal != kNoNormal)
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    sum[axis] += table[normal & kNormalIndexMask][axis];
+        filled[m] = sum == std::array<std::int64_t, 3>{}
+                        ? static_cast<std::uint16_t>(quantise_normal(0, 0, 1) | kTwoSidedBit)
+                        : quantise_normal(static_cast<double>(sum[0]), static_cast<double>(sum[1]),
+                                          static_cast<double>(sum[2]));
+    });
+    for (std::size_t m = 0; m < missing.size(); ++m)
+        normals[missing[m]] = filled[m];
+}
+
+} // namespace pbm::build

@@ -1,0 +1,99 @@
+#include "pbm_build/report/build_statistics.h"
+
+#include "system/processes/this_process.h"
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+namespace pbm::build {
+
+double BuildStatistics::seconds() const {
+    double sum = 0;
+    for (const StepStatistics &step : steps)
+        sum += step.seconds;
+    return sum;
+}
+
+double BuildStatistics::bits_per_point() const {
+    return points == 0 ? 0 : 8 * static_cast<double>(file_bytes - panorama_bytes) / static_cast<double>(points);
+}
+
+double BuildStatistics::ratio() const {
+    return input_bytes == 0 ? 0 : static_cast<double>(file_bytes) / static_cast<double>(input_bytes);
+}
+
+StepClock::Step::Step(StepClock &of, std::string_view step) : clock(of), name(step) {
+    if (clock.progress_)
+        clock.progress_(name, 0);
+}
+
+StepClock::Step::~Step() {
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    auto &steps = clock.statistics_.steps;
+    auto step = std::find_if(steps.begin(), steps.end(), [&](const StepStatistics &s) { return s.name == name; });
+    if (step == steps.end())
+        step = steps.insert(step, {name, 0, 0});
+    step->seconds += seconds.count();
+    step->peak_memory = peak_memory();
+    if (clock.progress_)
+        clock.progress_(name, 1);
+}
+
+std::function<void(double)> StepClock::Step::progress() const {
+    if (!clock.progress_)
+        return {};
+    return [this](double done) { clock.progress_(name, done); };
+}
+
+std::string_view to_string(AttributeReport::Fate fate) {
+    switch (fate) {
+    case AttributeReport::Fate::kept: return "kept";
+    case AttributeReport::Fate::converted: return "converted";
+    case AttributeReport::Fate::dropped: return "dropped";
+    case AttributeReport::Fate::estimated: return "estimated";
+    }
+    return "unknown";
+}
+
+std::string_view to_string(Outcome outcome) {
+    switch (outcome) {
+    case Outcome::written: return "written";
+    case Outcome::unchanged: return "unchanged";
+    case Outcome::up_to_date: return "up to date";
+    }
+    return "unknown";
+}
+
+std::string to_json(const BuildStatistics &statistics, std::span<const std::string> inputs, const std::string &output) {
+    nlohmann::ordered_json json;
+    json["inputs"] = inputs;
+    json["output"] = output;
+    json["outcome"] = to_string(statistics.outcome);
+    json["input_bytes"] = statistics.input_bytes;
+    json["vertices"] = statistics.vertices;
+    json["triangles"] = statistics.triangles;
+    json["samples"] = statistics.samples;
+    json["points"] = statistics.points;
+    json["two_sided_points"] = statistics.two_sided_points;
+    json["depth"] = statistics.depth;
+    json["voxel_size"] = statistics.voxel_size;
+    json["file_bytes"] = statistics.file_bytes;
+    json["bits_per_point"] = statistics.bits_per_point();
+    json["ratio"] = statistics.ratio();
+    json["seconds"] = statistics.seconds();
+    json["peak_memory"] = peak_memory();
+    json["attributes"] = nlohmann::ordered_json::array();
+    for (const AttributeReport &line : statistics.attributes) {
+        nlohmann::ordered_json entry{{"name", line.name}, {"fate", to_string(line.fate)}, {"note", line.note}};
+        if (!line.input.empty())
+            entry["input"] = line.input;
+        json["attributes"].push_back(std::move(entry));
+    }
+    json["steps"] = nlohmann::ordered_json::array();
+    for (const StepStatistics &step : statistics.steps)
+        json["steps"].push_back({{"name", step.name}, {"seconds", step.seconds}, {"peak_memory", step.peak_memory}});
+    return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+} // namespace pbm::build

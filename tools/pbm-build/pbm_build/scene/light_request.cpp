@@ -1,0 +1,223 @@
+#include "pbm_build/scene/light_request.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pbm::build {
+namespace {
+
+constexpr double kMostIntensity = 1e6, kMostExponent = 1024; // BVG.md section 3.7
+constexpr std::array<std::string_view, 3> kKinds{"directional", "point", "spot"};
+constexpr std::array<std::string_view, 4> kSets{"two", "studio", "sun", "stage"};
+
+Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
+
+double dot(const Vector &a, const Vector &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vector minus(const Vector &a, const Vector &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+// Scaled by the longest coordinate first, so that nothing overflows; zero stays zero.
+Vector unit(Vector v) {
+    const double longest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+    if (longest == 0)
+        return v;
+    for (double &x : v)
+        x /= longest;
+    const double length = std::sqrt(dot(v, v));
+    for (double &x : v)
+        x /= length;
+    return v;
+}
+
+std::array<float, 3> as_floats(const Vector &v) {
+    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+Result<double> read_between(std::string_view text, double least, double most) {
+    Result<double> number = read_number(text);
+    if (number && (*number < least || *number > most))
+        return usage(in_quotes(text) + " is not within " + std::to_string(static_cast<int>(least)) + ".." +
+                     std::to_string(static_cast<int>(most)));
+    return number;
+}
+
+Status set_vector(std::string_view text, bool may_be_zero, std::optional<Vector> &to) {
+    const Result<Vector> vector = read_vector(text);
+    if (!vector)
+        return vector.error();
+    if (!may_be_zero && *vector == Vector{})
+        return usage(in_quotes(text) + " has the length zero");
+    constexpr double kFarthest = 1e30; // of coordinates that can be built at all (grid_choice.h)
+    for (const double x : *vector)
+        if (std::abs(x) > kFarthest)
+            return usage(in_quotes(text) + " is too far away");
+    to = *vector;
+    return {};
+}
+
+Status set_intensity(std::string_view text, Vector &to) {
+    if (text.find(',') == std::string_view::npos) {
+        const Result<double> number = read_between(text, 0, kMostIntensity);
+        if (!number)
+            return number.error();
+        to = {*number, *number, *number};
+        return {};
+    }
+    const Result<Vector> vector = read_vector(text);
+    if (!vector)
+        return vector.error();
+    for (const double value : *vector)
+        if (value < 0 || value > kMostIntensity)
+            return usage(in_quotes(text) + " is not within 0..1000000");
+    to = *vector;
+    return {};
+}
+
+template <class T> Status take(Result<T> value, T &to) {
+    if (!value)
+        return value.error();
+    to = std::move(*value);
+    return {};
+}
+
+Status set_field(const OptionFields::Field &field, LightRequest &light, Rgb8 &colour) {
+    const auto &[key, value] = field;
+    const bool directional = light.kind == LightKind::directional, spot = light.kind == LightKind::spot;
+    if (key == "from")
+        return set_vector(value, !directional, light.from);
+    if (key == "position" && !directional)
+        return set_vector(value, true, light.position);
+    if (key == "direction" && light.kind != LightKind::point)
+        return set_vector(value, false, light.direction);
+    if (key == "target" && spot)
+        return set_vector(value, true, light.target);
+    if (key == "exponent" && spot)
+        return take(read_between(value, 0, kMostExponent), light.exponent);
+    if (key == "intensity")
+        return set_intensity(value, light.intensity);
+    if (key == "colour" || key == "color")
+        return take(read_colour(value), colour);
+    if (key == "size")
+        return take(read_between(value, 0, 2), light.size);
+    if (key == "shadows" && (value == "on" || value == "off")) {
+        light.shadows = value == "on";
+        return {};
+    }
+    if (key == "shadows")
+        return usage(in_quotes(value) + " is neither on nor off");
+    std::string keys = directional ? "direction, from" : "position, from";
+    keys += spot ? ", direction, target, exponent" : "";
+    const std::string kind(kKinds[static_cast<std::size_t>(light.kind)]);
+    return usage(kind + " lights have no " + in_quotes(key) + ", but " + keys + ", intensity, colour, shadows, size");
+}
+
+// What is there twice, or not at all.
+Status check_whole(const LightRequest &light) {
+    const bool directional = light.kind == LightKind::directional;
+    const std::string place = directional ? "direction" : "position";
+    if (light.from.has_value() == (directional ? light.direction : light.position).has_value())
+        return usage(light.from ? in_quotes(place) + " and 'from' say the same; keep one of them"
+                                : "it needs " + place + "=X,Y,Z, or from=RIGHT,UP,FRONT in radii of the model");
+    if (light.direction && light.target)
+        return usage("'direction' and 'target' say the same; keep one of them");
+    if (light.target && light.position == light.target)
+        return usage("'position' and 'target' are the same place");
+    if (light.kind == LightKind::spot && light.from == Vector{} && !light.direction && !light.target)
+        return usage("it stands in the centre of the model and aims there; give direction=X,Y,Z");
+    return {};
+}
+
+LightRequest from(LightKind kind, Vector place, double intensity) {
+    LightRequest light;
+    light.kind = kind;
+    light.from = place;
+    light.intensity = {intensity, intensity, intensity};
+    return light;
+}
+
+} // namespace
+
+Result<LightRequest> read_light(std::string_view text) {
+    const Result<OptionFields> fields = split_fields(text);
+    if (!fields)
+        return fields.error();
+    const auto kind = std::find(kKinds.begin(), kKinds.end(), fields->word);
+    if (kind == kKinds.end())
+        return usage(in_quotes(fields->word) + " is no kind of light" + suggestion(kKinds));
+    LightRequest light;
+    light.kind = static_cast<LightKind>(kind - kKinds.begin());
+    Rgb8 colour{255, 255, 255};
+    for (const OptionFields::Field &field : fields->fields)
+        if (Status set = set_field(field, light, colour); !set)
+            return usage(field.key + ": " + set.error().message);
+    if (Status whole = check_whole(light); !whole)
+        return whole.error();
+    for (std::size_t i = 0; i < 3; ++i)
+        light.intensity[i] *= static_cast<double>(linear_table()[colour[i]]) / 65535;
+    return light;
+}
+
+std::span<const std::string_view> light_set_names() { return kSets; }
+
+std::vector<LightRequest> light_set(std::string_view name) {
+    using enum LightKind;
+    if (name == "studio") {
+        LightRequest key = from(spot, {-2.4, 2.6, 2.6}, 1.0), fill = from(directional, {0.9, 0.25, 0.5}, 0.22),
+                     rim = from(spot, {1.6, 2.2, -2.6}, 0.7);
+        key.exponent = 2;
+        key.size = 0.12;
+        rim.exponent = 2;
+        fill.shadows = false;
+        return {key, rim, fill};
+    }
+    if (name == "sun")
+        return {from(directional, {-0.55, 0.75, 0.45}, 1.15)};
+    if (name == "stage") {
+        LightRequest left = from(spot, {-2, 3, 2}, 0.9), right = from(spot, {2.2, 2.6, 1.6}, 0.6);
+        left.exponent = right.exponent = 12;
+        right.intensity = {0.62, 0.55, 0.45};
+        return {left, right};
+    }
+    return {from(directional, {-0.62, 0.6, 0.52}, 1.1), from(directional, {0.85, 0.05, 0.4}, 0.18)};
+}
+
+Light place(const LightRequest &request, const ModelFrame &frame) {
+    const auto in_model = [&](const Vector &seen, double scale) {
+        Vector v{};
+        for (std::size_t i = 0; i < 3; ++i)
+            v[i] = (frame.right[i] * seen[0] + frame.up[i] * seen[1] + frame.front[i] * seen[2]) * scale;
+        return v;
+    };
+    Light light{.kind = request.kind, .intensity = as_floats(request.intensity), .position = {}, .direction = {}};
+    if (request.kind == LightKind::directional) {
+        light.direction = as_floats(unit(request.from ? in_model(*request.from, -1) : *request.direction));
+        return light;
+    }
+    Vector position{};
+    for (std::size_t i = 0; i < 3; ++i)
+        position[i] = request.from ? frame.centre[i] + in_model(*request.from, frame.radius)[i]
+                                   : (*request.position)[i] - frame.origin[i];
+    light.position = as_floats(position);
+    if (request.kind == LightKind::spot) {
+        const Vector target = request.target ? minus(*request.target, frame.origin) : frame.centre;
+        const Vector aim = unit(request.direction ? *request.direction : minus(target, position));
+        light.direction = as_floats(aim == Vector{} ? Vector{0, 0, -1} : aim); // it stands exactly at its target
+        light.exponent = static_cast<float>(request.exponent);
+    } else {
+        light.direction = {0, 0, -1}; // of no meaning, but it has to have a length
+    }
+    return light;
+}
+
+std::string lights_nothing(const Light &light, const ModelFrame &frame) {
+    if (light.intensity == std::array<float, 3>{})
+        return "its intensity is 0: it lights nothing";
+    if (light.kind != LightKind::spot)
+        return {};
+    const Vector aim{light.direction[0], light.direction[1], light.direction[2]};
+    const Vector position{light.position[0], light.position[1], light.position[2]};
+    if (dot(minus(frame.centre, position), aim) <= -frame.radius)
+        return "it points away from the model: it lights nothing of it";
+    return {};
+}
+
+} // namespace pbm::build

@@ -1,0 +1,300 @@
+#include "pbm_build/scene/scene.h"
+
+#include "pbm_bake/shadow_baker.h"
+#include "pbm_build/panorama/default_panorama.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pbm::build {
+namespace {
+
+using Fate = AttributeReport::Fate;
+
+constexpr SurfaceMaterial kGroundMaterial{
+    .ka = 0.22F, .kd = 0.72F, .ks = 0.06F, .power = 8, .colour = {196, 196, 192}, .environment = 0};
+constexpr std::string_view kDefaultLights = "two";
+constexpr int kHardMaps = 4, kSoftMaps = 24, kGroundMaps = 16;
+// A penumbra on the ground steps by one map each; steps wider than so many texels show as bands.
+constexpr double kPenumbraStep = 1.5; // texels
+constexpr int kMostGroundMaps = 96;
+constexpr int kSoftBits = 4;
+
+Material material_of(const SurfaceMaterial &m) { return {m.ka, m.kd, m.ks, m.power, m.colour, m.environment}; }
+
+std::string count_of(std::size_t count, const std::string &what) {
+    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+void drop_colours(Surface &surface, BuildStatistics &statistics) {
+    constexpr const char *kWhy = "--ignore-point-colours";
+    if (!surface.colours.empty())
+        statistics.attributes.push_back({"point colours", Fate::dropped, kWhy, surface.name});
+    if (!surface.materials.empty())
+        statistics.attributes.push_back({"materials", Fate::dropped, kWhy, surface.name});
+    surface.colours.clear();
+    surface.materials.clear();
+    surface.material_ids.clear();
+}
+
+// One material for all, or the first for the first...
+void replace_materials(Surface &surface, const std::vector<SurfaceMaterial> &given, BuildStatistics &statistics) {
+    const std::size_t own = std::max<std::size_t>(surface.materials.size(), 1);
+    if (given.size() == 1) {
+        if (own > 1)
+            statistics.attributes.push_back(
+                {"materials", Fate::converted, count_of(own, "material") + " to one: --material", surface.name});
+        surface.materials = given;
+        surface.material_ids.clear();
+        return;
+    }
+    surface.materials.resize(own);
+    std::copy_n(given.begin(), std::min(own, given.size()), surface.materials.begin());
+    if (given.size() > own)
+        statistics.attributes.push_back(
+            {"materials", Fate::dropped,
+             "--material gives " + std::to_string(given.size()) + ", the input has " + count_of(own, "material"),
+             surface.name});
+}
+
+bool replaces_default(const SceneRequest &request) {
+    return request.default_material || !request.materials.empty() || request.environment || request.reflects;
+}
+
+void set_reflections(std::vector<Surface> &surfaces, const SceneRequest &request) {
+    const auto asks = [](const SurfaceMaterial &material) { return material.environment > 0; };
+    const bool none_asks = std::none_of(surfaces.begin(), surfaces.end(), [&](const Surface &surface) {
+        return std::any_of(surface.materials.begin(), surface.materials.end(), asks);
+    });
+    constexpr float kHalf = 0.5F; // as the dissertation measured it (its section 6.2)
+    if (!request.environment && !(request.reflects && none_asks))
+        return;
+    for (Surface &surface : surfaces)
+        for (SurfaceMaterial &material : surface.materials)
+            material.environment = request.environment.value_or(kHalf);
+}
+
+double distance(const std::array<float, 3> &a, const std::array<double, 3> &b) {
+    double squared = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+        squared += (static_cast<double>(a[i]) - b[i]) * (static_cast<double>(a[i]) - b[i]);
+    return std::sqrt(squared);
+}
+
+std::vector<LightRequest> lights_of(const SceneRequest &request, BuildStatistics &statistics) {
+    if (!request.lights.empty() || (!request.shadows && !request.ground))
+        return request.lights;
+    statistics.attributes.push_back({"lights", Fate::estimated, "none are given: the two of viewers"});
+    return light_set(kDefaultLights);
+}
+
+bool casts(const LightRequest &light, const SceneRequest &request) {
+    return request.shadows.has_value() && light.shadows.value_or(true);
+}
+
+void place_lights(const SceneRequest &request, Scene &scene, BuildStatistics &statistics) {
+    constexpr std::array<const char *, 3> kKinds{"directional", "point", "spot"};
+    const std::vector<LightRequest> lights = lights_of(request, statistics);
+    for (const bool with_shadows : {true, false}) // streams are those of the first lights
+        for (std::size_t i = 0; i < lights.size(); ++i) {
+            if (casts(lights[i], request) != with_shadows)
+                continue;
+            const Light light = place(lights[i], scene.frame);
+            const double far =
+                lights[i].kind == LightKind::directional ? 1 : distance(light.position, scene.frame.centre);
+            scene.lights.push_back(light);
+            scene.light_sizes.push_back(lights[i].size * far);
+            scene.shadowed_lights += with_shadows ? 1 : 0;
+        }
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        std::string note = kKinds[static_cast<std::size_t>(lights[i].kind)];
+        if (casts(lights[i], request))
+            note += lights[i].size > 0 ? ", soft shadows" : ", shadows";
+        if (const std::string why = lights_nothing(place(lights[i], scene.frame), scene.frame); !why.empty())
+            note += "; " + why;
+        statistics.attributes.push_back({"light " + std::to_string(i + 1), Fate::kept, note});
+    }
+}
+
+GroundPlane ground_under(const ModelFrame &frame, const GroundRequest &request) {
+    GroundPlane ground;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        ground.centre[axis] = static_cast<float>(frame.centre[axis]);
+    const double height = request.height ? *request.height - frame.origin[frame.up_axis] : frame.lowest;
+    ground.centre[frame.up_axis] = static_cast<float>(height);
+    ground.half_edge = static_cast<float>(request.size * frame.radius);
+    return ground;
+}
+
+// The index of the ground's material among those of the model, where it joins them if it is new.
+Result<std::uint8_t> ground_material(const GroundRequest &request, std::vector<Material> &materials) {
+    const Material wanted = material_of(request.material.value_or(kGroundMaterial));
+    const auto found = std::find(materials.begin(), materials.end(), wanted);
+    const auto index = static_cast<std::size_t>(found - materials.begin());
+    if (index == kMaxMaterials)
+        return Error{ErrorCode::unsupported_feature, 0,
+                     "the ground plane's material would be one more than the " + std::to_string(kMaxMaterials) +
+                         " of a .pbvg file; merge some of the scan's, or give --ground-material one of them"};
+    if (found == materials.end())
+        materials.push_back(wanted);
+    return static_cast<std::uint8_t>(index);
+}
+
+ShadowOptions shadow_options(const SceneRequest &request, const Scene &scene, std::size_t light, int threads) {
+    const bool soft = scene.light_sizes[light] > 0;
+    return {.maps = request.shadows->maps.value_or(soft ? kSoftMaps : kHardMaps),
+            .light_size = scene.light_sizes[light],
+            .threads = threads};
+}
+
+// As many maps as a penumbra of the model's height has steps.
+int ground_maps(const SceneRequest &request, const Scene &scene, std::size_t light, int maps) {
+    if (request.shadows->maps || !(scene.light_sizes[light] > 0))
+        return std::max(maps, kGroundMaps);
+    double distance = 1;
+    if (const Light &from = scene.lights[light]; from.kind != LightKind::directional) {
+        double squared = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double way = static_cast<double>(from.position[axis]) - scene.frame.centre[axis];
+            squared += way * way;
+        }
+        distance = std::sqrt(squared);
+    }
+    const double texel = 2 * static_cast<double>(scene.ground->half_edge) / request.ground->texels;
+    const double penumbra = scene.light_sizes[light] / std::max(distance, 1e-30) * 2 * scene.frame.radius;
+    return static_cast<int>(std::clamp<double>(std::ceil(penumbra / texel / kPenumbraStep), maps, kMostGroundMaps));
+}
+
+// Absent where rays have nobody to ask, or would pass through points of the model's own.
+std::optional<TriangleTree> triangles_for_rays(const SceneRequest &request, const Scene &scene, const Surface &surface,
+                                               const Grid &grid, int threads) {
+    if (surface.point_count() > 0 || scene.shadowed_lights == 0 || request.shadows->maps)
+        return std::nullopt;
+    const auto corner = [&](std::uint32_t position) {
+        Place place{};
+        for (int axis = 0; axis < 3; ++axis)
+            place[static_cast<std::size_t>(axis)] = static_cast<float>(
+                (surface.positions[position][axis] - grid.origin[static_cast<std::size_t>(axis)]) / grid.voxel_size);
+        return place;
+    };
+    const auto triangle = [&](std::size_t i) {
+        const glm::uvec3 &corners = surface.triangles[i];
+        return TriangleTree::Triangle{corner(corners.x), corner(corners.y), corner(corners.z)};
+    };
+    return std::optional<TriangleTree>(std::in_place, surface.triangles.size(), triangle, threads);
+}
+
+} // namespace
+
+void dress(std::vector<Surface> &surfaces, const SceneRequest &request, BuildStatistics &statistics) {
+    for (Surface &surface : surfaces) {
+        if (request.ignore_point_colours)
+            drop_colours(surface, statistics);
+        if (surface.materials.empty() && replaces_default(request))
+            surface.materials = {request.default_material.value_or(SurfaceMaterial{})};
+        if (!request.materials.empty())
+            replace_materials(surface, request.materials, statistics);
+    }
+    set_reflections(surfaces, request);
+}
+
+Result<Scene> place_scene(const SceneRequest &request, const Grid &grid, std::span<const MortonCode> codes,
+                          std::vector<Material> &materials, BuildStatistics &statistics) {
+    Scene scene;
+    scene.frame = frame_of(grid, codes);
+    place_lights(request, scene, statistics);
+    if (request.texture) {
+        const Result<SolidTexture> texture = make_texture(*request.texture);
+        if (!texture)
+            return texture.error();
+        scene.texture.push_back(*texture);
+    }
+    if (!request.ground)
+        return scene;
+    scene.ground = ground_under(scene.frame, *request.ground);
+    const Result<std::uint8_t> material = ground_material(*request.ground, materials);
+    if (!material)
+        return material.error();
+    scene.ground->material = *material;
+    if (request.ground->texture) {
+        const Result<SolidTexture> texture = make_texture(
+            {.kind = *request.ground->texture, .colours = request.ground->colours, .scale = request.ground->scale});
+        if (!texture)
+            return texture.error();
+        scene.ground->texture = *texture;
+    }
+    return scene;
+}
+
+void choose_shadow_bits(const SceneRequest &request, const Scene &scene, int depth, AttributeSet &set) {
+    set.lights = scene.shadowed_lights;
+    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light) {
+        const int finest = request.shadows->bits.value_or(scene.light_sizes[light] > 0 ? kSoftBits : 1);
+        for (int level = 0; level <= depth; ++level) {
+            const int steps = depth - level;
+            const int fractions = steps == 0 ? 1 : steps == 1 ? 2 : 4;
+            set.shadow_bits[light][static_cast<std::size_t>(level)] =
+                static_cast<std::uint8_t>(std::max(finest, fractions));
+        }
+    }
+}
+
+void bake_shadows(const SceneRequest &request, const Scene &scene, Surface surface, Voxels &voxels, Model &model,
+                  int threads, const std::function<void(double)> &progress) {
+    const Grid &grid = model.parameters.grid;
+    const AttributeSet &set = model.parameters.attributes;
+    const std::optional<TriangleTree> triangles = triangles_for_rays(request, scene, surface, grid, threads);
+    surface = {};
+    const ShadowCasters casters(
+        grid,
+        {.level = grid.depth, .codes = voxels.codes, .normals = voxels.points.normals, .radii = voxels.points.radii},
+        threads);
+    std::optional<ShadowRays> rays;
+    if (triangles)
+        rays.emplace(casters, *triangles, threads);
+    for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light) {
+        ShadowOptions options = shadow_options(request, scene, light, threads);
+        options.rays = rays ? &*rays : nullptr;
+        options.bits = set.shadow_bits[light][static_cast<std::size_t>(grid.depth)];
+        const auto part = [&](double done) {
+            if (progress)
+                progress((static_cast<double>(light) + done) / set.lights);
+        };
+        options.progress = [&](double done) { part(scene.ground ? done / 2 : done); };
+        voxels.points.shadows[light] = bake_light(casters, scene.lights[light], options);
+        if (!scene.ground)
+            continue;
+        options.maps = ground_maps(request, scene, light, options.maps);
+        options.progress = [&](double done) { part((1 + done) / 2); };
+        model.images.ground_lit.push_back(
+            bake_ground(casters, scene.lights[light], *scene.ground, request.ground->texels, options));
+    }
+}
+
+void evaluate_solid_texture(const SceneRequest &request, const Scene &scene, Voxels &voxels, Model &model,
+                            int threads) {
+    const Grid &grid = model.parameters.grid;
+    if (!scene.texture.empty()) {
+        voxels.points.textures.resize(voxels.codes.size());
+        evaluate_texture(scene.texture.front(), grid, voxels.codes, voxels.points.textures, threads);
+    }
+    if (scene.ground && scene.ground->texture)
+        model.images.ground_texture =
+            evaluate_ground_texture(*scene.ground->texture, grid, *scene.ground, request.ground->texels, threads);
+}
+
+Result<Image> make_panorama(const PanoramaRequest &request, int threads, BuildStatistics &statistics) {
+    const auto &[file, options] = request;
+    if (file.empty()) {
+        const std::uint32_t width = options.width != 0 ? options.width : kDefaultPanoramaWidth;
+        statistics.attributes.push_back({"panorama", Fate::kept, "the default one"});
+        return default_panorama(width, threads);
+    }
+    Result<Panorama> panorama = read_panorama(file, options);
+    if (!panorama)
+        return panorama.error();
+    statistics.attributes.push_back({"panorama", panorama->converted ? Fate::converted : Fate::kept, panorama->note});
+    return std::move(panorama->image);
+}
+
+} // namespace pbm::build

@@ -1,0 +1,141 @@
+#include "pbm_build/surface/merge_surfaces.h"
+
+#include "pbm_build/surface/vertex_normals.h"
+#include "pbm_format/model/streams.h"
+
+#include <algorithm>
+#include <limits>
+#include <tuple>
+
+namespace pbm::build {
+namespace {
+
+auto key(const SurfaceMaterial &m) { return std::tie(m.ka, m.kd, m.ks, m.power, m.colour, m.environment); }
+bool operator<(const SurfaceMaterial &a, const SurfaceMaterial &b) { return key(a) < key(b); }
+bool operator==(const SurfaceMaterial &a, const SurfaceMaterial &b) { return key(a) == key(b); }
+
+// What the merged surface has: one entry in each array that is not empty in all of `surfaces`.
+Surface attributes_of(const std::vector<Surface> &surfaces) {
+    Surface has;
+    const auto note = [](auto &to, const auto &values) {
+        if (!values.empty())
+            to.resize(1);
+    };
+    for (const Surface &surface : surfaces) {
+        for_vertex_attributes(note, has, surface);
+        note(has.materials, surface.materials);
+    }
+    has.material_ids.resize(1); // `adapt` gives them to all
+    return has;
+}
+
+std::vector<SurfaceMaterial> materials_of(const Surface &surface) {
+    return surface.materials.empty() ? std::vector<SurfaceMaterial>(1) : surface.materials;
+}
+
+std::vector<SurfaceMaterial> all_materials(const std::vector<Surface> &surfaces) {
+    std::vector<SurfaceMaterial> all;
+    for (const Surface &surface : surfaces)
+        for (const SurfaceMaterial &material : materials_of(surface))
+            all.push_back(material);
+    std::sort(all.begin(), all.end(), [](const auto &a, const auto &b) { return a < b; });
+    all.erase(std::unique(all.begin(), all.end(), [](const auto &a, const auto &b) { return a == b; }), all.end());
+    return all;
+}
+
+void turn_faces(Surface &surface) {
+    for (glm::uvec3 &t : surface.triangles)
+        std::swap(t.y, t.z);
+}
+
+// Gives `surface` what the others have: arrays of the same kinds, and materials numbered as in `materials`.
+void adapt(Surface &surface, const Surface &has, const std::vector<SurfaceMaterial> &materials) {
+    using Fate = AttributeReport::Fate;
+    const std::size_t count = surface.positions.size();
+    const std::vector<SurfaceMaterial> own = materials_of(surface);
+    if (surface.material_ids.empty())
+        surface.material_ids.assign(count, 0);
+    if (!has.colours.empty() && surface.colours.empty()) {
+        surface.colours.reserve(count);
+        for (const std::uint8_t id : surface.material_ids)
+            surface.colours.push_back(own[id].colour);
+        surface.report.push_back({"colours", Fate::converted, "it has none: those of its materials", surface.name});
+    }
+    if (!has.materials.empty() && surface.materials.empty())
+        surface.report.push_back({"materials", Fate::converted, "it has none: the default one", surface.name});
+    std::vector<std::uint8_t> new_id;
+    new_id.reserve(own.size());
+    for (const SurfaceMaterial &material : own)
+        new_id.push_back(static_cast<std::uint8_t>(
+            std::find_if(materials.begin(), materials.end(), [&](const auto &m) { return m == material; }) -
+            materials.begin()));
+    for (std::uint8_t &id : surface.material_ids)
+        id = new_id[id];
+    for_vertex_attributes([&](auto &values, const auto &any) { values.resize(any.empty() ? 0 : count, {}); }, surface,
+                          has);
+}
+
+template <class T> void append(std::vector<T> &to, std::vector<T> &from) {
+    to.insert(to.end(), from.begin(), from.end());
+    std::vector<T>().swap(from);
+}
+
+void append(Surface &to, Surface &from) {
+    const auto first = static_cast<std::uint32_t>(to.positions.size());
+    for (const glm::uvec3 &t : from.triangles)
+        to.triangles.push_back(t + first);
+    std::vector<glm::uvec3>().swap(from.triangles);
+    append(to.positions, from.positions);
+    for_vertex_attributes([](auto &all, auto &part) { append(all, part); }, to, from);
+}
+
+// Memory is touched only as it is filled, while the parts give theirs back.
+void reserve(Surface &surface, std::size_t vertices, std::size_t triangles, const Surface &has) {
+    surface.triangles.reserve(triangles);
+    surface.positions.reserve(vertices);
+    for_vertex_attributes([&](auto &values, const auto &any) { values.reserve(any.empty() ? 0 : vertices); }, surface,
+                          has);
+}
+
+} // namespace
+
+Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
+    if (surfaces.size() == 1)
+        return std::move(surfaces.front());
+    std::size_t vertices = 0, triangles = 0;
+    for (const Surface &surface : surfaces) {
+        vertices += surface.positions.size();
+        triangles += surface.triangles.size();
+    }
+    if (vertices >= std::numeric_limits<std::uint32_t>::max())
+        return Error{ErrorCode::too_large, 0,
+                     std::to_string(vertices) + " vertices in all, the limit is 2^32 - 2: merge fewer scans"};
+    const Surface has = attributes_of(surfaces);
+    Surface merged;
+    merged.materials = all_materials(surfaces);
+    if (merged.materials.size() > kMaxMaterials)
+        return Error{ErrorCode::unsupported_feature, 0,
+                     std::to_string(merged.materials.size()) + " different materials in all, a .pbvg file holds " +
+                         std::to_string(kMaxMaterials) + "; merge some of them"};
+    reserve(merged, vertices, triangles, has);
+    for (Surface &surface : surfaces) {
+        adapt(surface, has, merged.materials);
+        merged.report.insert(merged.report.end(), surface.report.begin(), surface.report.end());
+        if (surface.triangles.empty())
+            continue;
+        if (!surface.normals.empty() && vertex_normals(surface, threads).faces_point_inward)
+            turn_faces(surface);
+        append(merged, surface);
+    }
+    if (!merged.triangles.empty())
+        merged.points_beside_triangles = vertices - merged.positions.size();
+    for (Surface &surface : surfaces)
+        append(merged, surface); // what is left are points
+    if (has.materials.empty())
+        merged.materials.clear();
+    if (merged.materials.size() <= 1)
+        merged.material_ids = {};
+    return merged;
+}
+
+} // namespace pbm::build

@@ -1,0 +1,110 @@
+#include "pbm_build/voxels/hit_store.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace pbm::build {
+namespace {
+
+constexpr int kMostBucketLevel = 5; // a surface touches a few thousand of the 32,768 nodes
+static_assert(3 * (kMaxDepth - kMostBucketLevel) + kSourceBits <= 64);
+constexpr std::size_t kFirstChunk = 128, kLargestChunk = 8192; // words
+
+} // namespace
+
+HitStore::HitStore(int depth, int writers, std::uint64_t max_bytes)
+    : bucket_level_(std::clamp(depth - kBlockBits / 3, 1, kMostBucketLevel)), local_bits_(3 * (depth - bucket_level_)),
+      local_mask_((MortonCode{1} << local_bits_) - 1),
+      block_mask_((MortonCode{1} << std::min(local_bits_, kBlockBits)) - 1), max_bytes_(max_bytes),
+      writers_(static_cast<std::size_t>(writers)) {
+    for (Writer &writer : writers_)
+        writer.resize(bucket_count());
+}
+
+// The last record has all its hits.
+void HitStore::finish(List &list) {
+    if (list.head == nullptr)
+        return;
+    const auto hits = static_cast<std::uint64_t>(list.next - list.head) - kHeadWords;
+    const std::uint64_t head = list.record | hits << kCountShift;
+    std::memcpy(list.head, &head, sizeof head);
+    list.hits += hits;
+    list.head = nullptr;
+}
+
+void HitStore::grow(List &list) {
+    std::size_t capacity = kFirstChunk;
+    if (!list.chunks.empty()) {
+        Chunk &last = list.chunks.back();
+        last.used = last.capacity - static_cast<std::size_t>(list.end - list.next);
+        capacity = std::min(2 * last.capacity, kLargestChunk);
+    }
+    list.chunks.push_back({std::unique_ptr<Word[]>(new Word[capacity]), capacity, 0});
+    list.next = list.chunks.back().words.get();
+    list.end = list.next + capacity;
+    bytes_.fetch_add(capacity * sizeof(Word), std::memory_order_relaxed);
+}
+
+// With room for so many hits, few enough for a chunk.
+void HitStore::start(List &list, std::uint64_t record, std::size_t hits) {
+    finish(list);
+    while (static_cast<std::size_t>(list.end - list.next) < kHeadWords + hits)
+        grow(list);
+    list.head = std::exchange(list.next, list.next + kHeadWords);
+    list.record = record;
+}
+
+void HitStore::add(int writer, std::span<const MortonCode> codes, std::uint32_t source) {
+    MortonCode differ = 0;
+    for (const MortonCode code : codes)
+        differ |= code ^ codes.front();
+    if (differ > block_mask_ || codes.size() > kLargestChunk - kHeadWords) {
+        for (const MortonCode code : codes)
+            add(writer, code, source);
+        return;
+    }
+    List &list = list_of(writer, codes.front());
+    start(list, record_of(codes.front(), source), codes.size());
+    std::transform(codes.begin(), codes.end(), std::exchange(list.next, list.next + codes.size()),
+                   [this](MortonCode code) { return in_block(code); });
+}
+
+std::uint64_t HitStore::size() const {
+    std::uint64_t hits = 0;
+    for (const Writer &writer : writers_)
+        for (const List &list : writer) {
+            hits += list.hits;
+            if (list.head != nullptr)
+                hits += static_cast<std::uint64_t>(list.next - list.head) - kHeadWords;
+        }
+    return hits;
+}
+
+void HitStore::take(std::size_t bucket, std::vector<Hit> &out) {
+    for (Writer &writer : writers_) {
+        List &list = writer[bucket];
+        if (list.chunks.empty())
+            continue;
+        finish(list);
+        list.chunks.back().used = list.chunks.back().capacity - static_cast<std::size_t>(list.end - list.next);
+        const std::size_t before = out.size();
+        out.resize(before + list.hits);
+        Hit *to = out.data() + before;
+        for (const Chunk &chunk : list.chunks) {
+            const Word *const end = chunk.words.get() + chunk.used;
+            for (const Word *from = chunk.words.get(); from < end;) {
+                std::uint64_t head = 0;
+                std::memcpy(&head, from, sizeof head);
+                from += kHeadWords;
+                const std::uint64_t source = head & (kMaxSources - 1);
+                const MortonCode block = (head & ((std::uint64_t{1} << kCountShift) - 1)) >> kSourceBits << kBlockBits;
+                for (std::uint64_t left = head >> kCountShift; left > 0; --left)
+                    *to++ = (block | *from++) << kSourceBits | source;
+            }
+        }
+        list = List();
+    }
+}
+
+} // namespace pbm::build

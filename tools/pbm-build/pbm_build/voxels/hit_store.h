@@ -1,0 +1,98 @@
+// Which triangle passes through which voxel (or which point lies in it), sorted coarsely as it is found: one bucket per
+// node of a coarse octree level, so that voxelize can take one bucket after the other, sort it in cache, and free it.
+#pragma once
+
+#include "pbm_format/model/octree.h"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace pbm::build {
+
+// One triangle or point in one voxel, 64 bits: [63..31] Morton code of the voxel within its bucket, [30..0] source.
+using Hit = std::uint64_t;
+inline constexpr int kSourceBits = 31;
+inline constexpr std::uint64_t kMaxSources = std::uint64_t{1} << kSourceBits; // triangles or points of one surface
+
+inline std::uint32_t source_of(Hit hit) { return static_cast<std::uint32_t>(hit & (kMaxSources - 1)); }
+inline MortonCode local_code_of(Hit hit) { return hit >> kSourceBits; }
+
+// Several writers fill it side by side, each from one thread. The order of hits within a bucket depends on the threads;
+// everything that is made of them must not.
+//
+// Hits that follow each other in one bucket mostly are of one triangle in one block: they are kept as a record of 8
+// bytes for the source and 2 for each voxel.
+class HitStore {
+  public:
+    // Bits of a Morton code within a block of 32x32x32 voxels, as voxelize takes them: a bucket is one where the depth
+    // allows, else several.
+    static constexpr int kBlockBits = 15;
+    static constexpr std::uint64_t kLeastHitBytes = 2; // that a hit takes
+
+    // `full()` once the hits need more than `max_bytes`: the caller stops and reports it.
+    HitStore(int depth, int writers, std::uint64_t max_bytes);
+
+    std::size_t bucket_count() const { return std::size_t{1} << (3 * bucket_level_); }
+    int local_bits() const { return local_bits_; } // of a Morton code within its bucket, at most 33
+    int writers() const { return static_cast<int>(writers_.size()); }
+    std::uint64_t bytes() const { return bytes_.load(std::memory_order_relaxed); }
+    std::uint64_t max_bytes() const { return max_bytes_; }
+    bool full() const { return bytes() > max_bytes_; }
+    std::uint64_t size() const; // hits
+
+    void add(int writer, MortonCode code, std::uint32_t source) {
+        List &list = list_of(writer, code);
+        const std::uint64_t record = record_of(code, source);
+        if (record != list.record || list.next == list.end)
+            start(list, record, 1);
+        *list.next++ = in_block(code);
+    }
+
+    // One source in several voxels, at least one; fastest where they are in one block.
+    void add(int writer, std::span<const MortonCode> codes, std::uint32_t source);
+
+    // Moves the hits of one bucket to the end of `out`, those of one writer in the order in which it found them, and
+    // frees their memory. Several threads may take different buckets.
+    void take(std::size_t bucket, std::vector<Hit> &out);
+
+  private:
+    // Records one after the other. Each: 64 bits, [63..49] hits, [48..31] block within the bucket, [30..0] source;
+    // then the voxel of each hit within the block.
+    using Word = std::uint16_t;
+    static constexpr std::size_t kHeadWords = 4;
+    static constexpr int kCountShift = 49;
+    struct Chunk {
+        std::unique_ptr<Word[]> words;
+        std::size_t capacity, used;
+    };
+    struct List {
+        Word *next = nullptr, *end = nullptr;               // room that is left
+        Word *head = nullptr;                               // of the last record, whose hits are not yet counted
+        std::uint64_t record = ~std::uint64_t{0}, hits = 0; // the last record without its hits; those of all others
+        std::vector<Chunk> chunks;
+    };
+    using Writer = std::vector<List>; // [bucket_count()]
+
+    Word in_block(MortonCode code) const { return static_cast<Word>(code & block_mask_); }
+    std::uint64_t record_of(MortonCode code, std::uint32_t source) const {
+        return (code & local_mask_) >> kBlockBits << kSourceBits | source;
+    }
+    List &list_of(int writer, MortonCode code) {
+        return writers_[static_cast<std::size_t>(writer)][code >> local_bits_];
+    }
+    void start(List &list, std::uint64_t record, std::size_t hits);
+    void grow(List &list);
+    static void finish(List &list);
+
+    int bucket_level_;
+    int local_bits_;
+    MortonCode local_mask_, block_mask_; // bits within a bucket, within a block of it
+    std::uint64_t max_bytes_;
+    std::atomic<std::uint64_t> bytes_{0};
+    std::vector<Writer> writers_;
+};
+
+} // namespace pbm::build

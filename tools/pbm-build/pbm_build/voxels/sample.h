@@ -1,0 +1,33 @@
+// One vote for the attributes of one voxel.
+#pragma once
+
+#include "pbm_build/surface/short_normal.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace pbm::build {
+
+using LinearColour = std::array<std::uint16_t, 3>; // linear light, as in linear_table()
+
+struct Sample {
+    ShortNormal normal{}; // zero: no vote
+    LinearColour colour{};
+
+    // What all samples of a triangle share, but for the material.
+    struct Rest {
+        std::uint8_t material = 0;
+        std::uint8_t radius = 0; // index of the radius table; 0: none given
+        bool two_sided = false;
+
+        // Of a triangle with this corner too.
+        void add_corner(const Rest &corner) {
+            radius = std::max(radius, corner.radius);
+            two_sided |= corner.two_sided;
+        }
+    };
+    Rest rest{};
+};
+
+} // namespace pbm::build

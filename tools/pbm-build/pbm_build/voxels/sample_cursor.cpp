@@ -1,0 +1,125 @@
+#include "pbm_build/voxels/sample_cursor.h"
+
+#include "pbm_build/grid/lattice_triangle.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace pbm::build {
+namespace {
+
+// So thin that rounding to the lattice may turn its normal by more than a degree or two: under 64 steps high.
+bool is_sliver(const glm::dvec3 &normal, const LatticePoint &a, const LatticePoint &b, const LatticePoint &c) {
+    const auto squared = [](const glm::dvec3 &v) { return (v.x * v.x + v.y * v.y) + v.z * v.z; };
+    const double longest =
+        std::max({squared(glm::dvec3(b - a)), squared(glm::dvec3(c - b)), squared(glm::dvec3(a - c))});
+    return squared(normal) <= 64.0 * 64.0 * longest;
+}
+
+// From 45 degrees on: the normal of a vertex on a right-angled edge is exactly that far from both faces, and rounding
+// must not decide which of them keep their own. cosine^2 < 0.52 is 43.9 degrees.
+bool across_crease(const ShortNormal &a, const ShortNormal &b) {
+    const std::int64_t cosine = dot(a, b);
+    return cosine <= 0 || static_cast<double>(cosine) * static_cast<double>(cosine) <
+                              0.52 * static_cast<double>(dot(a, a)) * static_cast<double>(dot(b, b));
+}
+
+// Not in the order of the file. Without branches where x and y tell all corners apart: each goes to where it belongs.
+template <class Corner> std::array<const Corner *, 3> in_order(const std::array<Corner, 3> &corners) {
+    const auto key = [](const LatticePoint &p) { return std::int64_t{p.x} << 32 | std::int64_t{p.y}; };
+    const std::int64_t a = key(corners[0].at), b = key(corners[1].at), c = key(corners[2].at);
+    std::array<const Corner *, 3> order{&corners[0], &corners[1], &corners[2]};
+    if (a != b && b != c && a != c) {
+        const auto place = [](bool one, bool two) {
+            return static_cast<std::size_t>(one) + static_cast<std::size_t>(two);
+        };
+        order[place(b < a, c < a)] = &corners[0];
+        order[place(a < b, c < b)] = &corners[1];
+        order[place(a < c, b < c)] = &corners[2];
+        return order;
+    }
+    sort_three(order, [](const Corner *one, const Corner *two) {
+        if (one->at != two->at)
+            return before(one->at, two->at);
+        const auto rest = [](const Sample &s) { return std::tie(s.normal, s.colour, s.rest.material); };
+        return rest(one->attributes) < rest(two->attributes);
+    });
+    return order;
+}
+
+} // namespace
+
+void SampleCursor::load(std::uint32_t source) {
+    using Corner = SurfaceSampler::Corner;
+    const glm::uvec3 &vertices = sampler_.surface_.triangles[source];
+    const std::array<Corner, 3> corners{sampler_.corner(vertices.x), sampler_.corner(vertices.y),
+                                        sampler_.corner(vertices.z)};
+    const glm::dvec3 facing = lattice_normal(corners[0].at, corners[1].at, corners[2].at);
+    const bool sliver = is_sliver(facing, corners[0].at, corners[1].at, corners[2].at);
+    const std::array<const Corner *, 3> order = in_order(corners);
+    triangle_.set_corners({in_voxels(order[0]->at), in_voxels(order[1]->at), in_voxels(order[2]->at)});
+    const ShortNormal flat = to_short_normal(sampler_.normals_.faces_point_inward ? -facing : facing);
+    triangle_.flat = {static_cast<double>(flat[0]), static_cast<double>(flat[1]), static_cast<double>(flat[2])};
+    triangle_.is_flat = false;
+    triangle_.has_colour = !sampler_.surface_.colours.empty();
+    rest_ = order[0]->attributes.rest;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const Sample &attributes = order[c]->attributes;
+        // Across a crease samples keep the triangle's own.
+        triangle_.is_flat |= is_zero(attributes.normal) || (!sliver && across_crease(flat, attributes.normal));
+        rest_.add_corner(attributes.rest);
+        materials_[c] = attributes.rest.material;
+        for (std::size_t k = 0; k < 3; ++k) {
+            triangle_.normals[k][c] = attributes.normal[k];
+            triangle_.colours[k][c] = attributes.colour[k];
+        }
+    }
+    mixed_materials_ = materials_[1] != materials_[0] || materials_[2] != materials_[0];
+    const glm::ivec3 voxel = voxel_of(corners[0].at);
+    triangle_.in_one_voxel = voxel == voxel_of(corners[1].at) && voxel == voxel_of(corners[2].at);
+}
+
+void SampleCursor::take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const {
+    const Sample sample = sampler_.corner(sampler_.vertex_of_point(source)).attributes;
+    for (std::size_t k = 0; k < 3; ++k) {
+        rows.mixed.normals.from[k][row] = sample.normal[k];
+        rows.mixed.colours[k][row] = sample.colour[k];
+    }
+    rows.mixed.normals.is_rounded[row] = 1;
+    rows.rest[row] = sample.rest;
+}
+
+void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end,
+                                 SampleRows &rows) const {
+    triangle_.mix(block_centre, first, end, rows.mixed);
+    for (std::size_t row = first; row < end; ++row)
+        rows.rest[row] = rest_;
+    for (std::size_t row = first; row < end && mixed_materials_; ++row) {
+        const auto &weights = rows.mixed.weights;
+        const std::array<double, 3> of_corners{weights[0][row], weights[1][row], weights[2][row]};
+        const auto nearest = std::max_element(of_corners.begin(), of_corners.end()) - of_corners.begin();
+        rows.rest[row].material = materials_[static_cast<std::size_t>(nearest)];
+    }
+}
+
+void SampleCursor::take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows) {
+    const glm::dvec3 block_centre = glm::dvec3(block) + 0.5;
+    for (std::size_t first = 0, end; first < hits.size(); first = end) {
+        const std::uint32_t source = source_of(hits[first]);
+        end = first + 1;
+        if (source >= triangle_count_) {
+            take_point(source, first, rows);
+            continue;
+        }
+        while (end < hits.size() && source_of(hits[end]) == source)
+            ++end;
+        if (source != source_) {
+            load(source);
+            source_ = source;
+        }
+        take_triangle(block_centre, first, end, rows);
+    }
+    rows.mixed.normals.round(hits.size());
+}
+
+} // namespace pbm::build

@@ -1,0 +1,41 @@
+// The attributes that a triangle or point lends to a voxel.
+#pragma once
+
+#include "pbm_build/voxels/sample_points.h"
+#include "pbm_build/voxels/triangle_mix.h"
+
+#include <span>
+
+namespace pbm::build {
+
+// Samples of some hits, and what is the same for all of a source.
+struct SampleRows {
+    MixedRows mixed;
+    std::array<Sample::Rest, MixedRows::kRows> rest{};
+};
+
+// Samples of hits, one after the other, fastest where hits of one source are neighbours. For one thread.
+class SampleCursor {
+  public:
+    explicit SampleCursor(const SurfaceSampler &sampler)
+        : sampler_(sampler), triangle_count_(sampler.surface_.triangles.size()) {}
+
+    // The samples of at most MixedRows::kRows hits, all in one block, whose first voxel is `block`. The places of
+    // `rows` say where in it, on return its normals are rounded.
+    void take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows);
+
+  private:
+    void load(std::uint32_t source);
+    void take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const;
+    void take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end, SampleRows &rows) const;
+
+    const SurfaceSampler &sampler_;
+    std::size_t triangle_count_;
+    std::uint64_t source_ = kMaxSources; // of the triangle; none
+    TriangleMix triangle_;
+    std::array<std::uint8_t, 3> materials_{}; // of its corners
+    Sample::Rest rest_;
+    bool mixed_materials_ = false;
+};
+
+} // namespace pbm::build

@@ -1,0 +1,62 @@
+// From a surface to samples: one per pair of triangle and voxel it passes through, or one per point. First all such
+// pairs are found (2 to 10 bytes each); attributes are worked out when the voxel is averaged.
+#pragma once
+
+#include "pbm_build/grid/lattice.h"
+#include "pbm_build/surface/vertex_normals.h"
+#include "pbm_build/voxels/hit_store.h"
+#include "pbm_build/voxels/sample.h"
+#include "pbm_build/voxels/triangle_columns.h"
+#include "pbm_format/model/model.h"
+#include "pbm_scan/surface/surface.h"
+
+#include <functional>
+
+namespace pbm::build {
+
+// A surface on the lattice of a grid. Its sources are its triangles, then its points. Refers to its arguments; all
+// members may be called from several threads.
+class SurfaceSampler {
+  public:
+    // `radii`: radius index per position, or empty.
+    SurfaceSampler(const Surface &surface, const VertexNormals &normals, const Bytes &radii, const Grid &grid,
+                   int threads);
+
+    std::size_t source_count() const { return surface_.triangles.size() + surface_.point_count(); }
+
+    // Adds every voxel that source `i` passes through. `codes` are room for some.
+    void find_hits(std::size_t i, int writer, HitStore &store, SmallTriangleCodes &codes) const;
+
+  private:
+    friend class SampleCursor;
+    // Everything a corner of a triangle brings along.
+    struct Corner {
+        LatticePoint at;
+        Sample attributes;
+    };
+    bool is_triangle(std::size_t source) const { return source < surface_.triangles.size(); }
+    std::size_t vertex_of_point(std::size_t source) const {
+        return surface_.first_point() + (source - surface_.triangles.size());
+    }
+    Corner corner(std::size_t vertex) const;
+
+    const Surface &surface_;
+    const VertexNormals &normals_;
+    const Bytes &radii_;
+    std::vector<LatticePoint> lattice_;
+};
+
+// Triangles: every voxel that a triangle passes through gets a sample, so that no hole can open however coarse the mesh
+// is, and every point of the surface lies in an occupied voxel or on its border. It carries the attributes of the
+// triangle's point nearest to the voxel's centre; a triangle inside one voxel gives one sample from its centroid.
+// Across creases, where a corner's normal is more than 45 degrees from the triangle's, samples take the triangle's
+// normal. Vertices that no triangle uses are left out.
+//
+// Points: one sample each.
+//
+// progress  is called with 0..1, from any thread, one at a time; may be empty
+// errors    memory     more hits than `store` holds
+//           too_large  more than kMaxSources triangles or points
+Status sample_points(const SurfaceSampler &sampler, HitStore &store, const std::function<void(double)> &progress = {});
+
+} // namespace pbm::build

@@ -1,0 +1,75 @@
+// The attributes of one voxel from all its samples: integer sums, one vote each, so that their order does not matter.
+#pragma once
+
+#include "pbm_build/voxels/sample.h"
+#include "pbm_format/model/streams.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace pbm::build {
+
+// Normal of a voxel none of whose samples has one. `fill_normals` (splat_radius.h) replaces it.
+inline constexpr std::uint16_t kNoNormal = 0xFFFF;
+
+// One cache line: every sample of a surface is added to one of them.
+struct VoxelSums {
+    std::array<std::int64_t, 3> normal{};
+    std::array<std::uint64_t, 3> colour{};
+    std::uint32_t samples = 0;   // of colour
+    std::uint32_t votes = 0;     // for the normal
+    std::uint32_t two_sided = 0; // of those
+    std::uint8_t radius = 0;     // the largest
+
+    void add(const Sample &sample) {
+        add_normal({sample.normal[0], sample.normal[1], sample.normal[2]}, sample.rest.two_sided);
+        add_colour({sample.colour[0], sample.colour[1], sample.colour[2]});
+        add_rest(sample.rest);
+    }
+    void add_normal(const std::array<std::int32_t, 3> &n, bool is_two_sided) {
+        const std::uint32_t vote = (n[0] | n[1] | n[2]) == 0 ? 0 : 1;
+        votes += vote;
+        two_sided += is_two_sided ? vote : 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            normal[axis] += n[axis];
+    }
+    void add_colour(const std::array<std::int32_t, 3> &linear) {
+        ++samples;
+        for (std::size_t channel = 0; channel < 3; ++channel)
+            colour[channel] += static_cast<std::uint64_t>(linear[channel]);
+    }
+    void add_rest(const Sample::Rest &rest) { radius = std::max(radius, rest.radius); }
+
+    // Normals cancel to less than half the votes: a thin wall, whose normal is that of its plane.
+    bool is_thin() const;
+
+    Rgb8 mean_colour() const; // taken in linear light
+    // What the voxel has of the attributes that are neither normal, colour nor material.
+    void store_rest(PointAttributes &points, std::size_t point) const { points.radii[point] = radius; }
+};
+
+// The plane that opposite normals share, of thin voxels only: all are turned to one side of the axis along which they
+// are longest.
+struct PlaneSums {
+    std::array<std::array<std::int64_t, 3>, 3> columns{};
+
+    void add(const std::array<std::int32_t, 3> &n) {
+        for (std::size_t k = 0; k < 3; ++k)
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                columns[k][axis] += std::int64_t{n[k]} * n[axis];
+    }
+};
+
+// Index | kTwoSidedBit, or kNoNormal. A thin voxel is two-sided. So is one half of whose votes are two-sided
+// themselves, with the direction of their sum where they do not cancel.
+std::uint16_t mean_normal(const VoxelSums &sums);   // of a voxel that is not thin
+std::uint16_t plane_normal(const PlaneSums &plane); // of one that is
+
+// Votes per material; the majority wins, ties go to the lowest index.
+using MaterialVotes = std::array<std::uint32_t, kMaxMaterials>;
+inline std::uint8_t majority(const MaterialVotes &votes) {
+    return static_cast<std::uint8_t>(std::max_element(votes.begin(), votes.end()) - votes.begin());
+}
+
+} // namespace pbm::build

@@ -1,0 +1,218 @@
+#include "pbm_build/voxels/voxelize.h"
+
+#include "pbm_build/grid/radix_sort.h"
+#include "pbm_build/voxels/sample_cursor.h"
+#include "system/threads/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <functional>
+#include <memory>
+#include <numeric>
+#include <utility>
+
+namespace pbm::build {
+namespace {
+
+// Hits are averaged block by block of 32x32x32 voxels: few enough that a table of them stays in the cache.
+constexpr int kBlockBits = HitStore::kBlockBits;
+constexpr std::uint32_t kBlockVoxels = 1U << kBlockBits;
+
+std::uint32_t voxel_in_block(Hit hit) { return static_cast<std::uint32_t>(local_code_of(hit)) & (kBlockVoxels - 1); }
+
+// Averages the hits of one bucket, one block after the other, without sorting them: a bit per voxel says which are
+// occupied, their order is that of the bits.
+class BucketAverager {
+  public:
+    BucketAverager(const SurfaceSampler &sampler, const AttributeSet &set)
+        : cursor_(sampler), set_(set), point_in_block_(new std::uint16_t[kBlockVoxels]) {}
+
+    // `hits`, not empty, all lie in the block whose first voxel is `first_code`.
+    void add_block(std::span<const Hit> hits, MortonCode first_code) {
+        const std::size_t first = voxels_.codes.size();
+        number_voxels(hits, first_code);
+        const std::size_t count = voxels_.codes.size() - first;
+        sums_.assign(count, {});
+        votes_.assign(set_.material ? count : 0, {});
+        normals_.resize(hits.size());
+        const auto corner = morton_decode(first_code);
+        const glm::ivec3 block(corner[0], corner[1], corner[2]);
+        for (std::size_t begin = 0; begin < hits.size(); begin += MixedRows::kRows)
+            add_rows(hits.subspan(begin, std::min(hits.size() - begin, MixedRows::kRows)), block, &normals_[begin]);
+        voxels_.points.resize(first + count, set_);
+        bool thin = false;
+        for (std::size_t i = 0; i < count; ++i) {
+            store(sums_[i], first + i);
+            if (set_.material)
+                voxels_.points.materials[first + i] = majority(votes_[i]);
+            thin |= sums_[i].is_thin();
+        }
+        if (thin)
+            average_thin(hits, first);
+    }
+
+    // Without the room that blocks after blocks left: buckets wait for all others.
+    Voxels take() {
+        voxels_.codes.shrink_to_fit();
+        for_columns(
+            set_, [](const StreamInfo &, std::size_t, auto &column) { column.shrink_to_fit(); }, voxels_.points);
+        return std::exchange(voxels_, {});
+    }
+
+  private:
+    // Points of the occupied voxels in Morton order.
+    void number_voxels(std::span<const Hit> hits, MortonCode first_code) {
+        for (const Hit hit : hits)
+            occupied_[voxel_in_block(hit) / 64] |= std::uint64_t{1} << voxel_in_block(hit) % 64;
+        if (voxels_.codes.empty()) // most buckets are one block
+            voxels_.codes.reserve(std::transform_reduce(
+                occupied_.begin(), occupied_.end(), std::size_t{0}, std::plus<>(),
+                [](std::uint64_t word) { return static_cast<std::size_t>(std::popcount(word)); }));
+        std::uint16_t point = 0;
+        for (std::size_t word = 0; word < occupied_.size(); ++word)
+            for (std::uint64_t left = std::exchange(occupied_[word], 0); left != 0; left &= left - 1) {
+                const std::size_t voxel = 64 * word + static_cast<std::size_t>(std::countr_zero(left));
+                point_in_block_[voxel] = point++;
+                voxels_.codes.push_back(first_code | voxel);
+            }
+    }
+
+    static PlaceInBlock place_in_block(std::uint32_t voxel) {
+        // Three bits per axis from nine.
+        static constexpr std::array<PlaceInBlock, 512> kPlaces = [] {
+            std::array<PlaceInBlock, 512> places{};
+            for (unsigned code = 0; code < places.size(); ++code)
+                for (unsigned bit = 0; bit < 9; ++bit)
+                    places[code] |= static_cast<PlaceInBlock>((code >> bit & 1) << (8 * (bit % 3) + bit / 3));
+            return places;
+        }();
+        return kPlaces[voxel % 512] + 8 * kPlaces[voxel / 512];
+    }
+
+    // At most MixedRows::kRows of them, whose normals are also written to `to`.
+    void add_rows(std::span<const Hit> hits, const glm::ivec3 &block, ShortNormal *to) {
+        for (std::size_t row = 0; row < hits.size(); ++row)
+            rows_.mixed.places[row] = place_in_block(voxel_in_block(hits[row]));
+        cursor_.take(hits, block, rows_);
+        const auto &normals = rows_.mixed.normals.rounded;
+        const auto &colours = rows_.mixed.colours;
+        for (std::size_t row = 0; row < hits.size(); ++row) {
+            const std::size_t point = point_in_block_[voxel_in_block(hits[row])];
+            const Sample::Rest &rest = rows_.rest[row];
+            const std::array<std::int32_t, 3> normal{normals[0][row], normals[1][row], normals[2][row]};
+            VoxelSums &sums = sums_[point];
+            sums.add_normal(normal, rest.two_sided);
+            sums.add_rest(rest);
+            if (set_.colour != ColourFormat::none)
+                sums.add_colour({colours[0][row], colours[1][row], colours[2][row]});
+            if (set_.material)
+                ++votes_[point][rest.material];
+            to[row] = {static_cast<std::int16_t>(normal[0]), static_cast<std::int16_t>(normal[1]),
+                       static_cast<std::int16_t>(normal[2])};
+        }
+    }
+
+    void store(const VoxelSums &sums, std::size_t point) {
+        voxels_.points.normals[point] = mean_normal(sums);
+        sums.store_rest(voxels_.points, point);
+        if (set_.colour != ColourFormat::none)
+            set_point_colour(voxels_.points, point, set_.colour, sums.mean_colour());
+    }
+
+    void average_thin(std::span<const Hit> hits, std::size_t first) {
+        std::vector<std::uint32_t> planes_of(sums_.size(), 0);
+        std::vector<PlaneSums> planes(1); // the first belongs to nothing
+        for (std::size_t i = 0; i < sums_.size(); ++i)
+            if (sums_[i].is_thin()) {
+                planes_of[i] = static_cast<std::uint32_t>(planes.size());
+                planes.emplace_back();
+            }
+        for (std::size_t i = 0; i < hits.size(); ++i)
+            if (const std::uint32_t plane = planes_of[point_in_block_[voxel_in_block(hits[i])]]; plane != 0)
+                planes[plane].add({normals_[i][0], normals_[i][1], normals_[i][2]});
+        for (std::size_t i = 0; i < sums_.size(); ++i)
+            if (planes_of[i] != 0)
+                voxels_.points.normals[first + i] = plane_normal(planes[planes_of[i]]);
+    }
+
+    SampleCursor cursor_;
+    const AttributeSet &set_;
+    std::unique_ptr<std::uint16_t[]> point_in_block_; // of occupied voxels; the rest is not set
+    std::array<std::uint64_t, kBlockVoxels / 64> occupied_{};
+    std::vector<VoxelSums> sums_;
+    std::vector<MaterialVotes> votes_;
+    SampleRows rows_;
+    std::vector<ShortNormal> normals_; // of the block's hits
+    Voxels voxels_;
+};
+
+// What one thread needs for one bucket after the other.
+class BucketVoxelizer {
+  public:
+    BucketVoxelizer(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set)
+        : store_(store), averager_(sampler, set) {}
+
+    // Null where the surface is not.
+    std::unique_ptr<Voxels> voxelize(std::size_t bucket) {
+        hits_.clear();
+        store_.take(bucket, hits_);
+        if (hits_.empty())
+            return nullptr;
+        if (store_.local_bits() > kBlockBits)
+            radix_sort(hits_, spare_, kSourceBits + kBlockBits, store_.local_bits() - kBlockBits);
+        const MortonCode first_code = static_cast<MortonCode>(bucket) << store_.local_bits();
+        for (auto begin = hits_.begin(); begin != hits_.end();) {
+            const MortonCode block = local_code_of(*begin) >> kBlockBits;
+            const auto end =
+                std::find_if(begin, hits_.end(), [&](Hit hit) { return local_code_of(hit) >> kBlockBits != block; });
+            averager_.add_block({begin, end}, first_code | block << kBlockBits);
+            begin = end;
+        }
+        return std::make_unique<Voxels>(averager_.take());
+    }
+
+  private:
+    HitStore &store_;
+    BucketAverager averager_;
+    std::vector<Hit> hits_, spare_;
+};
+
+template <class T> void copy_to(const std::vector<T> &from, std::vector<T> &to, std::size_t at) {
+    std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
+}
+
+} // namespace
+
+Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, int threads) {
+    std::vector<std::unique_ptr<Voxels>> buckets(store.bucket_count()); // null where the surface is not
+    std::atomic<std::size_t> next{0};
+    const int workers = resolve_threads(threads);
+    parallel_for(static_cast<std::size_t>(workers), workers, [&](std::size_t) {
+        BucketVoxelizer voxelizer(sampler, store, set);
+        for (std::size_t bucket = next++; bucket < buckets.size(); bucket = next++)
+            buckets[bucket] = voxelizer.voxelize(bucket);
+    });
+
+    std::vector<std::size_t> starts(buckets.size() + 1, 0);
+    for (std::size_t b = 0; b < buckets.size(); ++b)
+        starts[b + 1] = starts[b] + (buckets[b] ? buckets[b]->codes.size() : 0);
+    Voxels all;
+    all.codes.resize(starts.back());
+    all.points.resize(starts.back(), set);
+    parallel_for(buckets.size(), threads, [&](std::size_t b) {
+        const std::unique_ptr<Voxels> part = std::move(buckets[b]);
+        if (!part)
+            return;
+        copy_to(part->codes, all.codes, starts[b]);
+        for_columns(
+            set,
+            [&](const StreamInfo &, std::size_t width, const auto &from, auto &to) {
+                copy_to(from, to, width * starts[b]);
+            },
+            part->points, all.points);
+    });
+    return all;
+}
+
+} // namespace pbm::build

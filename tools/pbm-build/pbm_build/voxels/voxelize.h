@@ -1,0 +1,22 @@
+// From samples to points: sorted, unique Morton codes with averaged, quantised attributes.
+// Based on: Campbell. Point Based Modelling and Rendering. 2006, section 4.1 (points in one voxel are averaged)
+#pragma once
+
+#include "pbm_build/voxels/sample_points.h"
+#include "pbm_build/voxels/voxel_sums.h"
+#include "pbm_format/model/streams.h"
+
+#include <vector>
+
+namespace pbm::build {
+
+struct Voxels {
+    std::vector<MortonCode> codes; // ascending, unique
+    PointAttributes points;        // radii: the largest of the samples
+};
+
+// Takes all hits out of `store`, bucket by bucket, samples `sampler` at them and averages. `store` was filled from
+// `sampler`.
+Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, int threads);
+
+} // namespace pbm::build

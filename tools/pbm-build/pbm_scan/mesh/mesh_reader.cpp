@@ -1,0 +1,452 @@
+#include "pbm_scan/mesh/mesh_reader.h"
+
+#include "pbm_scan/mesh/mesh_text.h"
+#include "pbm_scan/surface/polygon.h"
+#include "pbm_scan/text/text_lines.h"
+#include "system/processes/child_process.h"
+
+#include <OpenMesh/Core/IO/importer/BaseImporter.hh>
+#include <OpenMesh/Core/IO/reader/OBJReader.hh>
+#include <OpenMesh/Core/IO/reader/OFFReader.hh>
+#include <OpenMesh/Core/IO/reader/STLReader.hh>
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <istream>
+#include <streambuf>
+#include <type_traits>
+#include <utility>
+
+namespace pbm::build {
+namespace {
+
+using OpenMesh::EdgeHandle;
+using OpenMesh::FaceHandle;
+using OpenMesh::HalfedgeHandle;
+using OpenMesh::VertexHandle;
+using Fate = AttributeReport::Fate;
+
+// What the child process sends: blocks of one part each, told apart by their heads.
+enum class Part : std::uint32_t { positions, triangles, normals, summary };
+
+struct BlockHead {
+    Part part{};
+    std::uint32_t size = 0; // bytes, at most kMostBlock
+};
+constexpr std::size_t kMostBlock = std::size_t{1} << 16;
+
+// What OpenMesh found. Lives in the child while it reads, and comes to the caller at the end.
+struct Summary {
+    std::uint64_t vertices = 0;
+    std::uint64_t faces = 0;                // of three or more different corners
+    std::uint64_t degenerate_triangles = 0; // of faces that are not degenerate as a whole
+    std::uint32_t normals_differ = 0;       // at corners of the same vertex
+    std::uint32_t out_of_range = 0;
+};
+
+// Takes what OpenMesh reads into plain arrays: half the time of a half-edge mesh, and no face is lost at non-manifold
+// edges. Triangles leave as soon as there is a block of them.
+class ArrayImporter final : public OpenMesh::IO::BaseImporter {
+  public:
+    // Of `text` it takes the positions, where it has them: they are better than OpenMesh's floats.
+    ArrayImporter(const ByteSink &send, const MeshText &text)
+        : send_(send), exact_(text.positions), outlines_(text.outlines) {}
+    // Sends what is left.
+    void send_rest(bool with_positions);
+
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::uvec3> triangles;  // that were not sent yet
+    std::vector<glm::vec3> normal_sums; // of the unit normals of a vertex's corners
+    std::vector<glm::vec3> first_normals;
+    Summary summary;
+
+    VertexHandle add_vertex(const OpenMesh::Vec3f &p) override { return add(glm::dvec3(p[0], p[1], p[2])); }
+    VertexHandle add_vertex(const OpenMesh::Vec3d &p) override { return add(glm::dvec3(p[0], p[1], p[2])); }
+    VertexHandle add_vertex() override { return add(glm::dvec3(0.0)); }
+    FaceHandle add_face(const VHandles &corners) override;
+    void set_normal(VertexHandle vertex, const OpenMesh::Vec3f &n) override;
+    void set_normal(VertexHandle vertex, const OpenMesh::Vec3d &n) override { set_normal(vertex, OpenMesh::Vec3f(n)); }
+    size_t n_vertices() const override { return positions.size(); }
+    size_t n_faces() const override { return summary.faces; }
+    size_t n_edges() const override { return 0; }
+
+    // Nothing else is asked of OpenMesh.
+    HalfedgeHandle add_edge(VertexHandle, VertexHandle) override { return HalfedgeHandle(); }
+    FaceHandle add_face(HalfedgeHandle) override { return FaceHandle(); }
+    void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<OpenMesh::Vec2f> &) override {}
+    void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<OpenMesh::Vec3f> &) override {}
+    void set_face_texindex(FaceHandle, int) override {}
+    void set_point(VertexHandle, const OpenMesh::Vec3f &) override {}
+    void set_halfedge(VertexHandle, HalfedgeHandle) override {}
+    void set_color(VertexHandle, const OpenMesh::Vec3uc &) override {}
+    void set_color(VertexHandle, const OpenMesh::Vec4uc &) override {}
+    void set_color(VertexHandle, const OpenMesh::Vec3f &) override {}
+    void set_color(VertexHandle, const OpenMesh::Vec4f &) override {}
+    void set_texcoord(VertexHandle, const OpenMesh::Vec2f &) override {}
+    void set_texcoord(VertexHandle, const OpenMesh::Vec3f &) override {}
+    void set_texcoord(HalfedgeHandle, const OpenMesh::Vec2f &) override {}
+    void set_texcoord(HalfedgeHandle, const OpenMesh::Vec3f &) override {}
+    void set_status(VertexHandle, const OpenMesh::Attributes::StatusInfo &) override {}
+    void set_status(HalfedgeHandle, const OpenMesh::Attributes::StatusInfo &) override {}
+    void set_status(EdgeHandle, const OpenMesh::Attributes::StatusInfo &) override {}
+    void set_status(FaceHandle, const OpenMesh::Attributes::StatusInfo &) override {}
+    void set_next(HalfedgeHandle, HalfedgeHandle) override {}
+    void set_face(HalfedgeHandle, FaceHandle) override {}
+    void request_face_texcoords2D() override {}
+    void set_color(EdgeHandle, const OpenMesh::Vec3uc &) override {}
+    void set_color(EdgeHandle, const OpenMesh::Vec4uc &) override {}
+    void set_color(EdgeHandle, const OpenMesh::Vec3f &) override {}
+    void set_color(EdgeHandle, const OpenMesh::Vec4f &) override {}
+    void set_normal(FaceHandle, const OpenMesh::Vec3f &) override {}
+    void set_normal(FaceHandle, const OpenMesh::Vec3d &) override {}
+    void set_color(FaceHandle, const OpenMesh::Vec3uc &) override {}
+    void set_color(FaceHandle, const OpenMesh::Vec4uc &) override {}
+    void set_color(FaceHandle, const OpenMesh::Vec3f &) override {}
+    void set_color(FaceHandle, const OpenMesh::Vec4f &) override {}
+    void add_texture_information(int, std::string) override {}
+
+  private:
+    VertexHandle add(const glm::dvec3 &position) {
+        const std::size_t index = positions.size();
+        positions.push_back(index < exact_.size() ? exact_[index] : position);
+        return VertexHandle(static_cast<int>(positions.size()) - 1);
+    }
+    template <class T> void send(Part part, const std::vector<T> &values);
+
+    const ByteSink &send_;
+    std::span<const glm::dvec3> exact_;
+    std::span<const FaceOutline> outlines_; // instead of what OpenMesh makes of these faces
+    std::size_t next_outline_ = 0;
+    PolygonTriangulator triangulator_;
+    std::vector<std::uint32_t> corners_; // of the face in hand
+};
+
+template <class T> void ArrayImporter::send(Part part, const std::vector<T> &values) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    constexpr std::size_t kAtOnce = kMostBlock / sizeof(T);
+    for (std::size_t i = 0; i < values.size(); i += kAtOnce) {
+        const std::size_t size = std::min(kAtOnce, values.size() - i) * sizeof(T);
+        const BlockHead head{part, static_cast<std::uint32_t>(size)};
+        send_({reinterpret_cast<const std::uint8_t *>(&head), sizeof head});
+        send_({reinterpret_cast<const std::uint8_t *>(values.data() + i), size});
+    }
+}
+
+void ArrayImporter::send_rest(bool with_positions) {
+    send(Part::triangles, triangles);
+    if (with_positions)
+        send(Part::positions, positions);
+    send(Part::normals, normal_sums);
+    summary.vertices = positions.size();
+    send(Part::summary, std::vector<Summary>{summary});
+}
+
+FaceHandle ArrayImporter::add_face(const VHandles &corners) {
+    const auto bad = [this](VertexHandle v) {
+        return v.idx() < 0 || static_cast<std::size_t>(v.idx()) >= positions.size();
+    };
+    if (std::any_of(corners.begin(), corners.end(), bad)) {
+        summary.out_of_range = 1;
+        return FaceHandle();
+    }
+    corners_.clear();
+    for (const VertexHandle v : corners)
+        corners_.push_back(static_cast<std::uint32_t>(v.idx()));
+    if (next_outline_ < outlines_.size() && outlines_[next_outline_].face == summary.faces) {
+        corners_ = outlines_[next_outline_++].corners;
+        if (std::any_of(corners_.begin(), corners_.end(), [this](std::uint32_t v) { return v >= positions.size(); })) {
+            summary.out_of_range = 1;
+            return FaceHandle();
+        }
+    }
+    const std::size_t before = triangles.size();
+    const std::size_t degenerate = triangulator_.triangulate(corners_, positions, triangles);
+    // A polygon of three or more different corners counts, even if all its triangles are degenerate.
+    if (triangles.size() == before && different(corners_) < 3)
+        return FaceHandle();
+    summary.degenerate_triangles += degenerate;
+    ++summary.faces;
+    if (triangles.size() * sizeof(glm::uvec3) >= kMostBlock - kMaxCorners * sizeof(glm::uvec3)) {
+        send(Part::triangles, triangles);
+        triangles.clear();
+    }
+    return FaceHandle(static_cast<int>(summary.faces) - 1);
+}
+
+void ArrayImporter::set_normal(VertexHandle vertex, const OpenMesh::Vec3f &n) {
+    if (vertex.idx() < 0 || static_cast<std::size_t>(vertex.idx()) >= positions.size()) {
+        summary.out_of_range = 1;
+        return;
+    }
+    if (normal_sums.size() != positions.size()) {
+        normal_sums.resize(positions.size(), glm::vec3(0.0F));
+        first_normals.resize(positions.size(), glm::vec3(0.0F));
+    }
+    const glm::vec3 normal(n[0], n[1], n[2]);
+    const float length = glm::length(normal);
+    if (!(length > 0.0F) || !std::isfinite(length))
+        return;
+    glm::vec3 &first = first_normals[static_cast<std::size_t>(vertex.idx())];
+    if (first == glm::vec3(0.0F))
+        first = normal;
+    if (first != normal)
+        summary.normals_differ = 1;
+    normal_sums[static_cast<std::size_t>(vertex.idx())] += normal / length;
+}
+
+// A text as a stream that can be rewound, without another copy of it.
+class TextBuffer final : public std::streambuf {
+  public:
+    explicit TextBuffer(std::string &text) { setg(text.data(), text.data(), text.data() + text.size()); }
+
+  protected:
+    pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
+        char *base = from == std::ios_base::beg ? eback() : from == std::ios_base::cur ? gptr() : egptr();
+        if (offset < eback() - base || offset > egptr() - base)
+            return pos_type(off_type(-1));
+        setg(eback(), base + offset, egptr());
+        return pos_type(gptr() - eback());
+    }
+    pos_type seekpos(pos_type position, std::ios_base::openmode mode) override {
+        return seekoff(off_type(position), std::ios_base::beg, mode);
+    }
+};
+
+// The blocks of the child as arrays again. What comes is not trusted: a child that has written where it must not may
+// send anything.
+class BlockReader {
+  public:
+    // `may_weld`: facets may lose corners to each other, and with them their area. `with_positions`: they come too.
+    BlockReader(const MeshText &text, bool may_weld, bool with_positions, const std::function<void(double)> &progress)
+        : text_(text), may_weld_(may_weld), with_positions_(with_positions), progress_(progress) {}
+
+    Status take(ByteView bytes); // cut anywhere
+    Status check() const;        // when all has come
+
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::uvec3> triangles;
+    std::vector<glm::vec3> normals;
+    Summary summary;
+
+  private:
+    Status block();
+    template <class T> Status append(std::vector<T> &values, std::uint64_t most) const;
+    static Error broken() {
+        return Error{ErrorCode::bad_input, 0, "OpenMesh went astray in this file; convert the scan to PLY"};
+    }
+
+    const MeshText &text_;
+    bool may_weld_, with_positions_;
+    const std::function<void(double)> &progress_;
+    BlockHead head_;
+    std::vector<std::uint8_t> gathered_; // a head, or a block
+    bool in_block_ = false, complete_ = false;
+};
+
+Status BlockReader::take(ByteView bytes) {
+    while (!bytes.empty()) {
+        const std::size_t wanted = in_block_ ? head_.size : sizeof head_;
+        const std::size_t count = std::min(bytes.size(), wanted - gathered_.size());
+        gathered_.insert(gathered_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
+        bytes = bytes.subspan(count);
+        if (gathered_.size() != wanted)
+            continue;
+        if (in_block_) {
+            if (Status status = block(); !status)
+                return status;
+        } else {
+            std::memcpy(&head_, gathered_.data(), sizeof head_);
+            if (head_.size == 0 || head_.size > kMostBlock || complete_)
+                return broken();
+        }
+        in_block_ = !in_block_;
+        gathered_.clear();
+    }
+    return {};
+}
+
+template <class T> Status BlockReader::append(std::vector<T> &values, std::uint64_t most) const {
+    const std::size_t count = gathered_.size() / sizeof(T), before = values.size();
+    if (gathered_.size() % sizeof(T) != 0 || count > most - before)
+        return broken();
+    if (before == 0)
+        values.reserve(most);
+    values.resize(before + count);
+    std::memcpy(values.data() + before, gathered_.data(), gathered_.size());
+    return {};
+}
+
+Status BlockReader::block() {
+    const std::uint64_t vertices = with_positions_ ? 3 * text_.faces : text_.vertices;
+    switch (head_.part) {
+    case Part::positions: return with_positions_ ? append(positions, vertices) : broken();
+    case Part::normals: return append(normals, vertices);
+    case Part::triangles:
+        if (progress_ && text_.triangles != 0)
+            progress_(0.3 + 0.7 * static_cast<double>(triangles.size()) / static_cast<double>(text_.triangles));
+        return append(triangles, text_.triangles);
+    case Part::summary:
+        if (gathered_.size() != sizeof summary)
+            return broken();
+        std::memcpy(&summary, gathered_.data(), sizeof summary);
+        complete_ = true;
+        return {};
+    }
+    return broken();
+}
+
+Status BlockReader::check() const {
+    if (!complete_ || summary.out_of_range != 0)
+        return broken();
+    const bool vertices_agree = summary.vertices == (with_positions_ ? positions.size() : text_.vertices);
+    const bool faces_agree = may_weld_ ? summary.faces <= text_.faces : summary.faces == text_.faces;
+    if (!vertices_agree || !faces_agree || triangles.size() + summary.degenerate_triangles > text_.triangles)
+        return Error{ErrorCode::bad_input, 0,
+                     "OpenMesh found " + std::to_string(summary.vertices) + " vertices and " +
+                         std::to_string(summary.faces) + " faces where the file says " +
+                         std::to_string(text_.vertices) + " and " + std::to_string(text_.faces) +
+                         "; convert the scan to PLY"};
+    const auto valid = [this](const glm::uvec3 &t) {
+        return t.x < summary.vertices && t.y < summary.vertices && t.z < summary.vertices;
+    };
+    if (!std::all_of(triangles.begin(), triangles.end(), valid) ||
+        (!normals.empty() && normals.size() > summary.vertices))
+        return broken();
+    return {};
+}
+
+// In the child: nothing of it reaches the caller but what is sent.
+Status import(MeshText &text, MeshFormat format, const ByteSink &send) {
+    ArrayImporter importer(send, text);
+    TextBuffer buffer(text.for_openmesh);
+    std::istream in(&buffer);
+    OpenMesh::IO::Options wanted(OpenMesh::IO::Options::VertexNormal);
+    if (text.binary)
+        wanted += OpenMesh::IO::Options::Binary;
+    bool ok = false;
+    switch (format) {
+    case MeshFormat::obj: ok = OpenMesh::IO::OBJReader().read(in, importer, wanted); break;
+    case MeshFormat::off: ok = OpenMesh::IO::OFFReader().read(in, importer, wanted); break;
+    case MeshFormat::stl: ok = OpenMesh::IO::STLReader().read(in, importer, wanted); break;
+    }
+    if (!ok)
+        return Error{ErrorCode::bad_input, 0, "OpenMesh cannot read the file; convert the scan to PLY"};
+    importer.send_rest(text.binary);
+    return {};
+}
+
+// Generous: OpenMesh reads 20 MB/s and more, and keeps less than ten bytes per byte of text.
+ChildLimits limits(std::size_t file_size) {
+    const ChildLimits least;
+    constexpr std::size_t kBytesPerSecond = 500'000, kMemoryPerByte = 24;
+    const auto seconds = static_cast<unsigned>(std::min<std::size_t>(file_size / kBytesPerSecond, 1'000'000));
+    return {.cpu_seconds = least.cpu_seconds + seconds,
+            .wall_seconds = least.wall_seconds + 4 * seconds,
+            .memory = least.memory + kMemoryPerByte * file_size};
+}
+
+Status import_in_child(MeshText &text, MeshFormat format, BlockReader &reader) {
+    const char *name = format == MeshFormat::obj ? "OBJ" : format == MeshFormat::off ? "OFF" : "STL";
+    const ChildTask task{.name = std::string("OpenMesh's ") + name + " reader",
+                         .advice = "convert the scan to PLY",
+                         .limits = limits(text.for_openmesh.size()),
+                         .work = [&](const ByteSink &send) { return import(text, format, send); },
+                         .receive = [&](ByteView bytes) { return reader.take(bytes); }};
+    if (Status status = run_in_child(task); !status)
+        return status;
+    return reader.check();
+}
+
+void take_normals(BlockReader &found, MeshText &text, Surface &surface) {
+    std::vector<glm::vec3> &normals = text.normals.empty() ? found.normals : text.normals;
+    if (normals.empty())
+        return;
+    normals.resize(surface.positions.size(), glm::vec3(0.0F));
+    std::size_t absent = 0;
+    for (glm::vec3 &n : normals) {
+        const float length = glm::length(n);
+        if (!std::isfinite(length) || length < 1e-6F)
+            n = glm::vec3(0.0F);
+        absent += n == glm::vec3(0.0F) ? 1U : 0U;
+    }
+    if (absent == normals.size()) {
+        surface.report.push_back({"normals", Fate::converted, "all are zero: estimated anew"});
+        return;
+    }
+    const bool differ = found.summary.normals_differ != 0;
+    std::string note = differ ? "each vertex has the mean of its corners" : "normals";
+    if (absent != 0)
+        note += "; " + std::to_string(absent) + " vertices have none: taken from their neighbours";
+    surface.report.push_back({"normals", differ ? Fate::converted : Fate::kept, std::move(note)});
+    surface.normals = std::move(normals);
+}
+
+// OBJ and OFF: 0..1 or 0..255.
+void take_colours(const MeshText &text, Surface &surface) {
+    float highest = 0;
+    for (const glm::vec3 &c : text.colours)
+        highest = std::max(highest, std::max(c.x, std::max(c.y, c.z)));
+    if (text.colours.empty())
+        return;
+    const bool of_faces = !text.colour_note.empty();
+    const char *name = of_faces ? "face colours" : "vertex colours";
+    if (!(highest <= 255.0F)) {
+        surface.report.push_back({name, Fate::dropped, "values above 255 are no colours"});
+        return;
+    }
+    const float factor = highest <= 1.0F ? 255.0F : 1.0F;
+    surface.colours.reserve(text.colours.size());
+    for (const glm::vec3 &c : text.colours) {
+        std::array<std::uint8_t, 3> bytes{};
+        for (std::size_t i = 0; i < 3; ++i) {
+            const float value = c[static_cast<int>(i)] * factor + 0.5F;
+            bytes[i] = value >= 0.0F ? static_cast<std::uint8_t>(std::min(value, 255.0F)) : 0; // NaN: 0
+        }
+        surface.colours.push_back(bytes);
+    }
+    surface.report.push_back(of_faces ? AttributeReport{name, Fate::converted, text.colour_note}
+                                      : AttributeReport{name, Fate::kept, "sRGB, 8 bits"});
+}
+
+Result<MeshText> check(std::span<const std::uint8_t> bytes, MeshFormat format) {
+    switch (format) {
+    case MeshFormat::obj: return check_obj(bytes);
+    case MeshFormat::off: return check_off(bytes);
+    case MeshFormat::stl: break;
+    }
+    return check_stl(bytes);
+}
+
+} // namespace
+
+Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format, const ReadOptions &options) {
+    Result<MeshText> text = check(bytes, format);
+    if (!text)
+        return text.error();
+    if (options.progress)
+        options.progress(0.3);
+    const bool stl = format == MeshFormat::stl;
+    BlockReader found(*text, stl, text->binary, options.progress);
+    if (const Status status = import_in_child(*text, format, found); !status)
+        return status.error();
+    if (options.progress)
+        options.progress(1.0);
+
+    Surface surface;
+    surface.positions = std::move(text->binary ? found.positions : text->positions);
+    surface.triangles = std::move(found.triangles);
+    surface.dropped_triangles =
+        text->dropped_triangles + found.summary.degenerate_triangles + (stl ? text->faces - found.summary.faces : 0);
+    surface.report.push_back({"positions", Fate::kept, stl ? "equal corners welded" : ""});
+    if (text->faces != 0 || text->dropped_triangles != 0)
+        surface.report.push_back({"faces", Fate::kept, "polygons as triangles"});
+    surface.report.insert(surface.report.end(), text->report.begin(), text->report.end());
+    take_normals(found, *text, surface);
+    take_colours(*text, surface);
+    return finished(std::move(surface), options);
+}
+
+} // namespace pbm::build

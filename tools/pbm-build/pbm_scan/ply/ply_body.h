@@ -1,0 +1,49 @@
+// The body of a PLY file as columns: the numbers of every property that has a role, before they are interpreted.
+#pragma once
+
+#include "pbm_scan/ply/ply_roles.h"
+#include "pbm_scan/surface/surface.h"
+
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace pbm::build {
+
+// Every array has one entry per vertex (not per finite vertex), or is empty where no property has the role.
+struct PlyBody {
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::vec3> normals;
+    std::vector<std::array<std::uint8_t, 3>> colours; // where all three are uchar
+    std::vector<glm::vec3> wide_colours;              // where they are not: as in the file
+    std::vector<float> radii;
+    std::vector<float> material_ids; // as in the file, unchecked
+    std::array<std::vector<std::uint8_t>, kByteAttributes.size()> bytes;
+    std::vector<glm::vec4> face_colours;          // sums over the faces at a vertex, as in the file; w: their number
+    std::vector<glm::uvec3> triangles;            // indices in range, three different ones
+    std::vector<std::uint32_t> grid_cells;        // of a range image, row by row: an index in range or kEmptyCell
+    std::vector<std::array<double, 8>> materials; // ka kd ks power clr_r clr_g clr_b envmapfactor; NaN where absent
+    std::uint64_t degenerate_triangles = 0;       // faces and fan triangles with fewer than three different corners
+    std::size_t end_offset = 0;                   // first byte after the last element
+};
+
+constexpr std::uint64_t kMaxPlyVertices = 0xfffffffe; // so that an index fits 32 bits
+constexpr std::uint64_t kMaxPlyMaterials = 8;
+
+// Reads everything after the header. `bytes` is the whole file, `roles` are those of the header.
+// Counts are compared with what the rest of the file can hold before anything is allocated; the result takes at
+// most a small multiple of the file's size (24 bytes a vertex, 12 a triangle).
+// In ASCII a row may go on in the next line, but must end with its line.
+//
+// errors  bad_input  a count the file cannot hold, a body that ends early, text that is no number, a value its type
+//                    cannot hold, a row with too many values, a vertex index out of range, more than one vertex in a
+//                    cell of a range grid, coordinates that make sense only in the other byte order (ply_damage.h)
+//         too_large  more vertices or materials than the limits above
+Result<PlyBody> read_ply_body(std::span<const std::uint8_t> bytes, const PlyHeader &header, const PlyRoles &roles,
+                              const ReadOptions &options);
+
+} // namespace pbm::build

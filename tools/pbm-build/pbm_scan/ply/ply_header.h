@@ -1,0 +1,108 @@
+// The header of a PLY file: which elements and properties follow, in which encoding. Nothing is trusted:
+// the counts are only what the file claims; ply_body.h compares them with the file's size.
+// Based on: Turk. The PLY polygon file format. 1994
+#pragma once
+
+#include "system/error.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pbm::build {
+
+enum class PlyEncoding : std::uint8_t { ascii, little_endian, big_endian };
+
+enum class PlyScalar : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+std::size_t size_of(PlyScalar type); // bytes in a binary file
+std::string_view to_string(PlyScalar type);
+inline bool is_float(PlyScalar type) { return type >= PlyScalar::float32; }
+
+// What a property means to PBM; `resolve_roles` (ply_roles.h) decides. The groups of three stay in order.
+enum class PlyRole : std::uint8_t {
+    none, // skipped by its size
+    x,
+    y,
+    z,
+    nx,
+    ny,
+    nz,
+    red, // of a vertex or of a face
+    green,
+    blue,
+    radius,
+    material_index,
+    byte,    // one of kByteAttributes (surface.h)
+    corners, // list of vertex indices: a polygon of `face`, strips of `tristrips`, a cell of `range_grid`
+    ka,
+    kd,
+    ks,
+    power,
+    clr_r,
+    clr_g,
+    clr_b,
+    envmapfactor,
+};
+
+enum class PlyKind : std::uint8_t { skipped, vertex, face, tristrips, range_grid, material };
+
+struct PlyProperty {
+    std::string name;
+    PlyScalar type = PlyScalar::float32; // of the value, or of one list entry
+    bool is_list = false;
+    PlyScalar count_type = PlyScalar::uint8; // of a list
+    PlyRole role = PlyRole::none;
+};
+
+struct PlyElement {
+    std::string name;
+    std::uint64_t count = 0; // untrusted
+    std::vector<PlyProperty> properties;
+    PlyKind kind = PlyKind::skipped;
+    std::uint64_t line = 0; // of the header, from 1
+    std::size_t offset = 0; // of that line
+};
+
+bool has_lists(const PlyElement &element);
+std::size_t least_row_size(const PlyElement &element, bool text); // bytes; a row without lists takes just that (binary)
+
+struct PlyHeader {
+    PlyEncoding encoding = PlyEncoding::ascii;
+    std::vector<PlyElement> elements;       // in the order of the file; names are unique, also those of properties
+    std::vector<std::string> texture_files; // "comment TextureFile NAME", as MeshLab writes it; at most kMaxPlyTextures
+    std::size_t further_textures = 0;       // such comments beyond these
+    std::uint64_t grid_columns = 0;         // "obj_info num_cols N" of a range image; 0: not given
+    std::uint64_t grid_rows = 0;            // "obj_info num_rows N"
+    std::size_t unknown_lines = 0;          // of an ASCII file, with a keyword that means nothing
+    std::string first_unknown;              // such a keyword
+    std::size_t body_offset = 0;            // first byte after the line of end_header
+    std::uint64_t body_line = 0;            // its line number, from 1
+};
+
+constexpr std::size_t kMaxPlyHeaderBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxPlyTextures = 16; // that are named
+constexpr std::size_t kMaxPlyElements = 256;
+constexpr std::size_t kMaxPlyProperties = 256; // per element
+
+// True where the bytes begin like a PLY file: the word "ply" and a line end.
+bool is_ply(std::span<const std::uint8_t> bytes);
+
+// Reads the header. Lines may end in LF, CR LF or CR; `comment` and `obj_info` may stand anywhere in it (a body has
+// none: Turk's reader and writer know them only here, and a row that begins with such a word is refused). Lines of
+// other keywords are skipped in an ASCII file, as Turk's reader does (scans of the Stanford repository have some),
+// because its rows show whether a property got lost; a binary body would be misread without a word.
+//
+// errors  bad_input            not a PLY file, no end_header, an unknown keyword or type, a bad or duplicate name, a
+// bad count
+//         too_large            over one of the limits above
+//         unsupported_version  a format version other than 1.0
+Result<PlyHeader> read_ply_header(std::span<const std::uint8_t> bytes);
+
+// "line 4: ", for messages about the element as it is announced.
+std::string in_line(const PlyElement &element);
+
+} // namespace pbm::build

@@ -1,0 +1,151 @@
+// Lines and words of a text that is edited in place: what mesh_text.h's checks walk over.
+#pragma once
+
+#include "pbm_scan/surface/surface.h"
+#include "pbm_scan/text/text_number.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace pbm::build {
+
+// The lines of a text that is edited in place.
+class Lines {
+  public:
+    explicit Lines(std::string &text) : text_(text) {}
+
+    // The next line, without its end. LF and CR LF; `unify_white_space` has turned a lone CR into LF.
+    bool next() {
+        if (at_ >= text_.size())
+            return false;
+        begin_ = at_;
+        const std::size_t end = text_.find('\n', at_);
+        terminated_ = end != std::string::npos;
+        end_ = terminated_ ? end : text_.size();
+        at_ = end_ + 1;
+        ++number_;
+        word_ = begin_;
+        return true;
+    }
+    // The next word of the line; empty at its end.
+    std::string_view word() {
+        while (word_ < end_ && ends_word(text_[word_]))
+            ++word_;
+        const std::size_t first = word_;
+        while (word_ < end_ && !ends_word(text_[word_]))
+            ++word_;
+        return std::string_view(text_).substr(first, word_ - first);
+    }
+    std::string_view rest() const { return std::string_view(text_).substr(word_, end_ - word_); }
+    // The same without white space around it.
+    std::string_view trimmed_rest() const {
+        std::string_view text = rest();
+        while (!text.empty() && ends_word(text.front()))
+            text.remove_prefix(1);
+        while (!text.empty() && ends_word(text.back()))
+            text.remove_suffix(1);
+        return text;
+    }
+    void rewind() { word_ = begin_; }
+    void blank() { std::fill(text_.begin() + as_offset(begin_), text_.begin() + as_offset(end_), ' '); }
+    void blank_rest() { std::fill(text_.begin() + as_offset(word_), text_.begin() + as_offset(end_), ' '); }
+    void strip_comment() {
+        const std::size_t hash = std::string_view(text_).substr(begin_, end_ - begin_).find('#');
+        if (hash != std::string_view::npos)
+            std::fill(text_.begin() + as_offset(begin_ + hash), text_.begin() + as_offset(end_), ' ');
+    }
+    // Ends the line after the word in hand: the character that follows it becomes the line's end.
+    void break_line() {
+        if (word_ < end_)
+            text_[word_] = '\n';
+    }
+    void replace(std::string_view by) { // where the line is long enough for `by`
+        blank();
+        text_.replace(begin_, by.size(), by);
+    }
+    bool terminated() const { return terminated_; }
+    std::uint64_t number() const { return number_; }
+    std::size_t offset() const { return begin_; }
+    Error refuse(const std::string &what, ErrorCode code = ErrorCode::bad_input) const {
+        return Error{code, begin_, "line " + std::to_string(number_) + ": " + what};
+    }
+
+  private:
+    static std::ptrdiff_t as_offset(std::size_t at) { return static_cast<std::ptrdiff_t>(at); }
+
+    std::string &text_;
+    std::size_t at_ = 0, begin_ = 0, end_ = 0, word_ = 0;
+    std::uint64_t number_ = 0;
+    bool terminated_ = true;
+};
+
+inline bool is_number(std::string_view word, double &value) {
+    return parse_number(word.data(), word.data() + word.size(), value) == word.data() + word.size();
+}
+
+// What a float holds as well, so that OpenMesh reads it.
+inline bool fits_float(double value) {
+    return std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max());
+}
+
+inline std::string as_text(std::span<const std::uint8_t> bytes) {
+    return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
+}
+
+// The same without a byte order mark; the length stays.
+inline std::string as_unmarked_text(std::span<const std::uint8_t> bytes) {
+    std::string text = as_text(bytes);
+    if (text.starts_with("\xEF\xBB\xBF"))
+        text.replace(0, 3, 3, ' ');
+    return text;
+}
+
+inline Status refuse_nul(const std::string &text) {
+    const std::size_t nul = text.find('\0');
+    if (nul != std::string::npos)
+        return Error{ErrorCode::bad_input, nul, "a NUL byte in a text file: it is damaged; export the scan again"};
+    return {};
+}
+
+// CR LF and CR become LF, other white space a space; the length stays. OpenMesh skips lines that begin with a form
+// feed.
+inline void unify_white_space(std::string &text) {
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '\r')
+            text[i] = i + 1 < text.size() && text[i + 1] == '\n' ? ' ' : '\n';
+        if (text[i] == '\v' || text[i] == '\f')
+            text[i] = ' ';
+    }
+}
+
+inline bool same_word(std::string_view word, std::string_view lower_case) {
+    return std::equal(word.begin(), word.end(), lower_case.begin(), lower_case.end(),
+                      [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
+}
+
+inline std::size_t different(std::vector<std::uint32_t> corners) {
+    std::sort(corners.begin(), corners.end());
+    return static_cast<std::size_t>(std::unique(corners.begin(), corners.end()) - corners.begin());
+}
+
+inline void drop_once(std::vector<AttributeReport> &report, const std::string &name, std::string note) {
+    const auto same = [&name](const AttributeReport &line) { return line.name == name; };
+    if (std::none_of(report.begin(), report.end(), same))
+        report.push_back({name, AttributeReport::Fate::dropped, std::move(note)});
+}
+
+// A text that ends inside a line may have lost a part of it, and many whole files end so.
+inline void report_open_end(std::vector<AttributeReport> &report) {
+    report.push_back({"end of file", AttributeReport::Fate::kept,
+                      "the last line has no line end: if the file was cut, its last number may be wrong"});
+}
+
+} // namespace pbm::build
