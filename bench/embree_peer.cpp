@@ -2,7 +2,7 @@
 
 #include "embree_scene.h"
 #include "pbm_format/model/point_values.h"
-#include "system/threads/worker_pool.h"
+#include "system/threads/thread_pool.h"
 
 #include <glm/geometric.hpp>
 
@@ -53,7 +53,7 @@ struct EmbreePeer::Scene {
 
     EmbreeScene triangles;
     glm::dvec3 centre;
-    WorkerPool pool;
+    ThreadPool pool;
     std::array<std::uint32_t, kShades> shades = grey_shades();
 };
 

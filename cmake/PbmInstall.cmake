@@ -5,6 +5,9 @@ set(PBM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pbm)
 set(libraries base system reading checking writing format surface bake render)
 foreach(name ${libraries})
     set(library pbm_${name})
+    if(NOT TARGET ${library})
+        continue()
+    endif()
     set_target_properties(${library} PROPERTIES EXPORT_NAME ${name})
     list(APPEND installed_libraries ${library})
     if(name STREQUAL "format") # is the three before it
@@ -21,7 +24,12 @@ install(TARGETS ${installed_libraries} EXPORT pbmTargets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 
 # The doors, and of all other headers those that they include.
-set(doors pbm/format.h pbm/render.h pbm/bake.h)
+set(doors)
+foreach(name format render bake)
+    if(TARGET pbm_${name})
+        list(APPEND doors pbm/${name}.h)
+    endif()
+endforeach()
 set(header_roots ${PROJECT_SOURCE_DIR}/format_spec ${PROJECT_SOURCE_DIR}/runtime ${PROJECT_SOURCE_DIR})
 set(waiting ${doors})
 set(installed_headers)
@@ -49,7 +57,6 @@ install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)
 install(EXPORT pbmTargets NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR})
 configure_package_config_file(cmake/pbmConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/pbmConfig.cmake
     INSTALL_DESTINATION ${PBM_CMAKE_DIR})
-# Before 1.0 a minor version may change everything.
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/pbmConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/pbmConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/pbmConfigVersion.cmake
     cmake/PbmAddAsset.cmake

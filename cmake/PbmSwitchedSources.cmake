@@ -36,11 +36,9 @@ endfunction()
 
 # pbm_like_the_library(TARGET FOLDER): headers and libraries as pbm_format has them, but the copies in FOLDER first.
 function(pbm_like_the_library target folder)
-    find_package(hwy REQUIRED)
     find_package(nlohmann_json REQUIRED)
-    find_package(zstd REQUIRED)
     target_include_directories(${target} BEFORE PRIVATE ${folder})
     target_include_directories(${target} SYSTEM PRIVATE $<TARGET_PROPERTY:pbm_reading,INCLUDE_DIRECTORIES>)
-    target_link_libraries(${target} PRIVATE pbm_system zstd::libzstd_shared nlohmann_json::nlohmann_json)
+    target_link_libraries(${target} PRIVATE pbm_system ${PBM_ZSTD_TARGET} nlohmann_json::nlohmann_json)
     add_dependencies(${target} pbm_reading) # makes the headers that are generated
 endfunction()

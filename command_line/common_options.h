@@ -13,7 +13,7 @@
 namespace pbm::command_line {
 
 // `threads`: 0 for one per processor.
-template <class Count> void add_threads(CommandLine &line, Count &threads) {
+inline void add_threads(CommandLine &line, int &threads) {
     line.add("-j,--threads", "Threads; default 0: as many as processors", &threads, {.check = Integers{0, 1024}});
 }
 

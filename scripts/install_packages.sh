@@ -12,7 +12,7 @@ runtime=(libhwy-dev libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libc
 viewer=(libglfw3-dev libepoxy-dev libimgui-dev)
 tools=(libopenmesh-dev libtomlplusplus-dev libjpeg62-turbo-dev libpng-dev libstb-dev)
 tests=(ccache libgtest-dev libembree-dev libpng-dev python3 python3-jsonschema python3-zstandard python3-xxhash
-    valgrind zstd make mandoc groff-base draco libdraco-dev)
+    valgrind zstd make mandoc groff-base draco libdraco-dev lib32stdc++-12-dev libc6-dev-i386)
 window_tests=(xvfb xdotool imagemagick libgl1-mesa-dri)
 peers=(f3d)
 clang=(clang libclang-rt-14-dev clang-tidy clang-format)

@@ -1,9 +1,12 @@
 // Little-endian records: reading untrusted bytes, writing exact ones. BVG.md section 1.
 #pragma once
 
+#include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -14,6 +17,19 @@ static_assert(std::endian::native == std::endian::little, "records are copied as
 
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
+
+// What of a budget of memory (bytes) this machine can address: half of its address space, or all of the budget.
+constexpr std::uint64_t addressable(std::uint64_t budget) {
+    return std::min<std::uint64_t>(budget, std::numeric_limits<std::size_t>::max() / 2);
+}
+
+// Bytes `offset` to `offset + count - 1`. Files have 64 bits for a place, memory has 32 on some machines: this is the
+// one narrowing of the two. A range that `bytes` does not hold is a mistake of the caller, and empty.
+inline ByteView slice(ByteView bytes, std::uint64_t offset, std::uint64_t count) {
+    const bool is_inside = offset <= bytes.size() && count <= bytes.size() - offset;
+    assert(is_inside);
+    return is_inside ? bytes.subspan(static_cast<std::size_t>(offset), static_cast<std::size_t>(count)) : ByteView();
+}
 
 // Reads fixed-width little-endian values one after the other. After the first read past the end every
 // read returns zero and `ok()` is false: read a whole record, then test once.

@@ -3,8 +3,8 @@
 #include "isosurface.h"
 #include "largest_piece.h"
 #include "noise.h"
-#include "parallel.h"
 #include "shell.h"
+#include "system/threads/parallel.h"
 #include "weathering.h"
 
 #include <cassert>
@@ -19,7 +19,7 @@ constexpr double kMetresPerUnit = 0.095; // radius of the shell at the aperture
 
 // The area of the surface over the area of a cell, per vertex, of a first coarse lattice predicts the cell that gives
 // the wanted number; the finer lattice sees a little more area, hence the second correction.
-Isosurface extract_with_vertices(const DistanceField &field, const Box &box, std::size_t wanted, unsigned threads) {
+Isosurface extract_with_vertices(const DistanceField &field, const Box &box, std::size_t wanted, int threads) {
     const auto cell_for = [](double cell, std::size_t have, std::size_t want) {
         return cell * std::sqrt(static_cast<double>(have) / static_cast<double>(want));
     };
@@ -58,7 +58,7 @@ Vec3 pose(const Vec3 &p) {
 } // namespace
 
 TriangleMesh make_ammonite(const AmmoniteOptions &options) {
-    assert(options.vertices >= kMinVertices && options.vertices <= kMaxVertices && options.threads >= 1);
+    assert(options.vertices >= kMinVertices && options.vertices <= kMaxVertices);
     const auto seed = static_cast<std::uint32_t>(hash_bits(options.seed));
     const Shell shell(seed);
     const auto begin_stage = [&options](const char *stage) {
@@ -77,17 +77,15 @@ TriangleMesh make_ammonite(const AmmoniteOptions &options) {
     mesh.color.resize(mesh.position.size());
     constexpr double kShellArea = 7.5; // shell units squared
     const double spacing = std::sqrt(kShellArea / static_cast<double>(mesh.position.size()));
-    parallel_for(mesh.position.size(), 4096, options.threads, [&](std::size_t begin, std::size_t end) {
-        const auto to_vec = [](const std::array<float, 3> &a) {
-            return Vec3{static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])};
-        };
-        for (std::size_t i = begin; i < end; ++i) {
-            const FinishedVertex v =
-                finish_vertex(shell, to_vec(mesh.position[i]), to_vec(surface.normal[i]), spacing, seed, i);
-            const Vec3 p = pose(v.position);
-            mesh.position[i] = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
-            mesh.color[i] = v.color;
-        }
+    const auto to_vec = [](const std::array<float, 3> &a) {
+        return Vec3{static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])};
+    };
+    parallel_for(mesh.position.size(), 4096, options.threads, [&](std::size_t i) {
+        const FinishedVertex v =
+            finish_vertex(shell, to_vec(mesh.position[i]), to_vec(surface.normal[i]), spacing, seed, i);
+        const Vec3 p = pose(v.position);
+        mesh.position[i] = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+        mesh.color[i] = v.color;
     });
     return mesh;
 }

@@ -19,7 +19,7 @@ struct TriangleMesh {
 struct AmmoniteOptions {
     std::size_t vertices = 1'000'000; // wanted; kMinVertices..kMaxVertices
     std::uint32_t seed = 1;
-    unsigned threads = 1;                            // at least 1; does not change the result
+    int threads = 0;                                 // 0: one per processor; does not change the result
     std::function<void(const char *stage)> on_stage; // if set, called from the calling thread as each stage begins
 };
 

@@ -1,6 +1,6 @@
 #include "isosurface.h"
 
-#include "parallel.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <bit>
@@ -43,7 +43,7 @@ using SignCube = std::array<std::array<std::array<bool, 5>, 5>, 5>;
 
 class Lattice {
   public:
-    Lattice(const DistanceField &field, const Box &box, double cell, unsigned threads)
+    Lattice(const DistanceField &field, const Box &box, double cell, int threads)
         : field_(field), origin_(box.low), cell_(cell), threads_(threads) {
         const Vec3 size = box.high - box.low;
         const auto regions = [cell](double edge) {
@@ -103,7 +103,7 @@ class Lattice {
     const DistanceField &field_;
     Vec3 origin_;
     double cell_;
-    unsigned threads_;
+    int threads_;
     int nx_ = 0; // blocks
     int ny_ = 0;
     int nz_ = 0;
@@ -139,11 +139,9 @@ void Lattice::find_blocks() {
     const int ry = ny_ / kRegion;
     const int rz = nz_ / kRegion;
     const auto regions = static_cast<std::size_t>(rx) * static_cast<std::size_t>(ry) * static_cast<std::size_t>(rz);
-    parallel_for(regions, 4, threads_, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const int r = static_cast<int>(i);
-            classify(r % rx * kRegion, r / rx % ry * kRegion, r / (rx * ry) * kRegion, kRegion);
-        }
+    parallel_for(regions, 4, threads_, [&](std::size_t i) {
+        const int r = static_cast<int>(i);
+        classify(r % rx * kRegion, r / rx % ry * kRegion, r / (rx * ry) * kRegion, kRegion);
     });
     for (int z = 0; z < nz_; ++z)
         for (int y = 0; y < ny_; ++y)
@@ -197,10 +195,8 @@ void Lattice::evaluate_block(Block &block) {
 }
 
 void Lattice::evaluate(std::size_t first_block) {
-    parallel_for(blocks_.size() - first_block, 64, threads_, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            evaluate_block(blocks_[first_block + i]);
-    });
+    parallel_for(blocks_.size() - first_block, 64, threads_,
+                 [&](std::size_t i) { evaluate_block(blocks_[first_block + i]); });
 }
 
 bool Lattice::is_inside(int x, int y, int z) {
@@ -451,15 +447,13 @@ void Lattice::place_triangles(const Block &block, Isosurface &out) {
 }
 
 Isosurface Lattice::mesh() {
-    parallel_for(blocks_.size(), 256, threads_, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            if (is_uniform(blocks_[i]))
-                continue;
-            blocks_[i].crossed = crossed_cells(signs(blocks_[i]));
-            std::size_t quads = 0;
-            for_each_quad(blocks_[i], [&quads](auto &&...) { ++quads; });
-            blocks_[i].first_triangle = 2 * quads; // a count, until summed below
-        }
+    parallel_for(blocks_.size(), 256, threads_, [&](std::size_t i) {
+        if (is_uniform(blocks_[i]))
+            return;
+        blocks_[i].crossed = crossed_cells(signs(blocks_[i]));
+        std::size_t quads = 0;
+        for_each_quad(blocks_[i], [&quads](auto &&...) { ++quads; });
+        blocks_[i].first_triangle = 2 * quads; // a count, until summed below
     });
     std::uint32_t vertices = 0;
     std::size_t triangles = 0;
@@ -474,21 +468,17 @@ Isosurface Lattice::mesh() {
     out.position.resize(vertices);
     out.normal.resize(vertices);
     out.triangle.resize(triangles);
-    parallel_for(blocks_.size(), 256, threads_, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            place_vertices(blocks_[i], out);
-    });
-    parallel_for(blocks_.size(), 256, threads_, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            if (blocks_[i].crossed != 0)
-                place_triangles(blocks_[i], out);
+    parallel_for(blocks_.size(), 256, threads_, [&](std::size_t i) { place_vertices(blocks_[i], out); });
+    parallel_for(blocks_.size(), 256, threads_, [&](std::size_t i) {
+        if (blocks_[i].crossed != 0)
+            place_triangles(blocks_[i], out);
     });
     return out;
 }
 
 } // namespace
 
-Isosurface extract_isosurface(const DistanceField &field, const Box &box, double cell, unsigned threads) {
+Isosurface extract_isosurface(const DistanceField &field, const Box &box, double cell, int threads) {
     Lattice lattice(field, box, cell, threads);
     lattice.find_blocks();
     lattice.evaluate_and_close();

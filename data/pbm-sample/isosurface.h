@@ -32,7 +32,7 @@ struct Isosurface {
 
 // Extracts the surface on a lattice of edge `cell` > 0 that covers `box`, and cuts off what sticks out of the lattice.
 // The result is closed and 2-manifold, in an order that depends on nothing but the arguments;
-// `threads` >= 1 does not change it. At most 2^31 lattice blocks and 2^32 - 1 vertices.
-Isosurface extract_isosurface(const DistanceField &field, const Box &box, double cell, unsigned threads);
+// `threads` (0: one per processor) do not change it. At most 2^31 lattice blocks and 2^32 - 1 vertices.
+Isosurface extract_isosurface(const DistanceField &field, const Box &box, double cell, int threads);
 
 } // namespace pbm::sample

@@ -5,18 +5,15 @@
 
 #include "command_line/common_options.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <string>
-#include <thread>
 
 namespace {
 
 struct Arguments {
     pbm::sample::AmmoniteOptions ammonite;
     std::string output;
-    unsigned threads = 0;
     bool ascii = false;
     bool quiet = false;
 };
@@ -26,7 +23,6 @@ int generate(const Arguments &arguments) {
         return *refused;
     const auto start = std::chrono::steady_clock::now();
     pbm::sample::AmmoniteOptions options = arguments.ammonite;
-    options.threads = arguments.threads > 0 ? arguments.threads : std::max(1u, std::thread::hardware_concurrency());
     const auto seconds = [start] {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     };
@@ -61,7 +57,7 @@ int run(int argc, char **argv) {
              {.check = pbm::command_line::Integers{pbm::sample::kMinVertices, pbm::sample::kMaxVertices},
               .shows_default = true});
     line.add("--seed", "Another number, another ammonite", &arguments.ammonite.seed, {.shows_default = true});
-    pbm::command_line::add_threads(line, arguments.threads);
+    pbm::command_line::add_threads(line, arguments.ammonite.threads);
     line.add("--ascii", "Text instead of binary little-endian PLY", &arguments.ascii);
     line.add("-q,--quiet", "Say nothing but errors", &arguments.quiet);
     line.add("-o,--output", "PLY file to write, - for standard output", &arguments.output,

@@ -37,6 +37,8 @@ class ProgressCount {
     std::size_t done_ = 0;
 };
 
+bool is_stopped(const ShadowOptions &options) { return options.stop != nullptr && *options.stop; }
+
 int rows_of_strip(const ShadowView &view) {
     return std::max(kLeastStripRows, static_cast<int>(kStripTexels / static_cast<std::size_t>(view.width())));
 }
@@ -57,7 +59,7 @@ void vote_by_strips(const ShadowView &view, const ShadowOptions &options, std::s
     const int rows = rows_of_strip(view);
     const std::size_t strips = static_cast<std::size_t>((view.height() + rows - 1) / rows);
     parallel_for(strips, options.threads, [&](std::size_t strip) {
-        if (options.stop.stop_requested())
+        if (is_stopped(options))
             return;
         const int first = static_cast<int>(strip) * rows, here = std::min(rows, view.height() - first);
         std::vector<float> map(static_cast<std::size_t>(here) * static_cast<std::size_t>(view.width()));
@@ -81,7 +83,7 @@ void vote_by_rays(const ShadowRays &rays, std::span<const LightPlace> parts, con
                   std::span<std::uint8_t> votes) {
     ProgressCount progress(options, rays.blocks());
     parallel_for(rays.blocks(), options.threads, [&](std::size_t block) {
-        if (options.stop.stop_requested())
+        if (is_stopped(options))
             return;
         rays.vote(block, parts, votes);
         progress.add();
@@ -91,10 +93,10 @@ void vote_by_rays(const ShadowRays &rays, std::span<const LightPlace> parts, con
 void vote_by_maps(const LightPlace &light, const ShadowCasters &casters, const ShadowOptions &options, double size,
                   std::span<std::uint8_t> votes) {
     ProgressCount progress(options, static_cast<std::size_t>(options.maps));
-    for (int map = 0; map < options.maps && !options.stop.stop_requested(); ++map) {
+    for (int map = 0; map < options.maps && !is_stopped(options); ++map) {
         for (const LightView &view : views_of_map(light, casters, map, size))
             vote_by_strips(ShadowView(view, casters), options, votes);
-        if (!options.stop.stop_requested())
+        if (!is_stopped(options))
             progress.add();
     }
 }
@@ -142,7 +144,7 @@ void look_from_ground(const ShadowView &view, const GroundRaster &ground, int ma
         const int rows = std::min(part_rows, view.height() - first), strip = rows_of_strip(view);
         parallel_for(static_cast<std::size_t>((rows + strip - 1) / strip), options.threads, [&](std::size_t i) {
             const int top = static_cast<int>(i) * strip, here = std::min(strip, rows - top);
-            if (!options.stop.stop_requested())
+            if (!is_stopped(options))
                 view.draw(first + top, here,
                           std::span(map).subspan(static_cast<std::size_t>(top) * width,
                                                  static_cast<std::size_t>(here) * width));
@@ -178,7 +180,7 @@ Bytes bake_light(const ShadowCasters &casters, const Light &light, const ShadowO
     } else {
         vote_by_maps(place, casters, options, size, votes);
     }
-    if (options.stop.stop_requested())
+    if (is_stopped(options))
         return {};
     votes_to_fractions(votes, asked, options.bits);
     fill_unlit(casters, place, options.threads, votes);
@@ -201,7 +203,7 @@ Image bake_ground(const ShadowCasters &casters, const Light &light, const Ground
     for (int map = 0; map < options.maps; ++map) {
         for (const LightView &view : views_of_map(place, casters, map, light_size))
             look_from_ground(ShadowView(view, casters), raster, map, options, blocked);
-        if (options.stop.stop_requested())
+        if (is_stopped(options))
             return {};
         progress.add();
     }

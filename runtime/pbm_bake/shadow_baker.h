@@ -11,8 +11,8 @@
 #include "pbm_bake/shadow_casters.h"
 #include "pbm_bake/shadow_rays.h"
 
+#include <atomic>
 #include <functional>
-#include <stop_token>
 
 namespace pbm {
 
@@ -27,7 +27,7 @@ struct ShadowOptions {
     const ShadowRays *rays = nullptr;
     int threads = 0;                           // 0: one per processor
     std::function<void(double)> progress = {}; // called with 0..1, one call at a time; may be empty
-    std::stop_token stop = {};                 // where another thread asks to stop the result is empty
+    const std::atomic<bool> *stop = nullptr;   // becomes true where another thread asks to stop: the result is empty
 };
 
 // One byte per point of `casters`, 0 (in shadow) .. 2^bits - 1 (lit). Points that face away from the light, which no

@@ -129,26 +129,22 @@ TriangleTree::TriangleTree(std::size_t count, const std::function<Triangle(std::
     if (count == 0)
         return;
     std::vector<Centre> centres(count);
-    parallel_for((count + kAtOnce - 1) / kAtOnce, threads, [&](std::size_t block) {
-        for (std::size_t i = block * kAtOnce; i < std::min(count, (block + 1) * kAtOnce); ++i) {
-            const auto [a, b, c] = triangle(i);
-            centres[i] = {{a[0] + b[0] + c[0], a[1] + b[1] + c[1], a[2] + b[2] + c[2]}, static_cast<std::uint32_t>(i)};
-        }
+    parallel_for(count, kAtOnce, threads, [&](std::size_t i) {
+        const auto [a, b, c] = triangle(i);
+        centres[i] = {{a[0] + b[0] + c[0], a[1] + b[1] + c[1], a[2] + b[2] + c[2]}, static_cast<std::uint32_t>(i)};
     });
     sort_into_blocks(centres, threads);
     leaves_.resize((count + kFour - 1) / kFour);
     std::vector<Node> boxes((leaves_.size() + kFour - 1) / kFour);
-    parallel_for((boxes.size() + kAtOnce - 1) / kAtOnce, threads, [&](std::size_t block) {
-        for (std::size_t n = block * kAtOnce; n < std::min(boxes.size(), (block + 1) * kAtOnce); ++n) {
-            const std::size_t first = n * kFour, end = std::min(leaves_.size(), first + kFour);
-            for (std::size_t l = first; l < end; ++l)
-                for (std::size_t lane = 0; lane < kFour; ++lane) {
-                    const std::size_t at = l * kFour + lane;
-                    set_lane(leaves_[l], lane,
-                             at < count ? triangle(centres[at].triangle) : Triangle{kNoPlace, kNoPlace, kNoPlace});
-                }
-            boxes[n] = boxes_of(&leaves_[first], end - first);
-        }
+    parallel_for(boxes.size(), kAtOnce, threads, [&](std::size_t n) {
+        const std::size_t first = n * kFour, end = std::min(leaves_.size(), first + kFour);
+        for (std::size_t l = first; l < end; ++l)
+            for (std::size_t lane = 0; lane < kFour; ++lane) {
+                const std::size_t at = l * kFour + lane;
+                set_lane(leaves_[l], lane,
+                         at < count ? triangle(centres[at].triangle) : Triangle{kNoPlace, kNoPlace, kNoPlace});
+            }
+        boxes[n] = boxes_of(&leaves_[first], end - first);
     });
     add_layers(std::move(boxes));
 }

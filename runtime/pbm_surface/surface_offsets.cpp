@@ -17,6 +17,7 @@
 
 #include "pbm_surface/brick_neighbours.h"
 #include "pbm_surface/brick_places.h"
+#include "system/simd/target_gaps.h"
 
 #ifndef PBM_SURFACE_OFFSETS_TABLES
 #define PBM_SURFACE_OFFSETS_TABLES
@@ -211,8 +212,7 @@ void list_sides(std::span<const SurfaceOffsets::Brick> bricks, ByteView masks, c
 #else
             const hn::FixedTag<std::uint8_t, 16> d;
             const hn::Repartition<std::uint64_t, decltype(d)> word;
-            to[i] = hn::GetLane(
-                hn::BitCast(word, hn::TableLookupBytesOr0(hn::LoadU(d, from), hn::LoadU(d, points.data()))));
+            to[i] = hn::GetLane(hn::BitCast(word, lookup_bytes(hn::LoadU(d, from), hn::LoadU(d, points.data()))));
 #endif
             from += kChildren[masks[i]];
         }
@@ -398,7 +398,8 @@ constexpr std::size_t kLeastSlots = 4096;
 // Different for all bricks of a cube of 16x16x16 bricks, which holds most chunks.
 std::size_t hash(std::uint64_t place) {
     constexpr std::uint64_t kLow = 0x000F000F000F;
-    return (place & 15) + (place >> 12 & 0xF0) + (place >> 24 & 0xF00) + ((place & ~kLow) * 0x9E3779B97F4A7C15U >> 40);
+    return static_cast<std::size_t>((place & 15) + (place >> 12 & 0xF0) + (place >> 24 & 0xF00) +
+                                    ((place & ~kLow) * 0x9E3779B97F4A7C15U >> 40));
 }
 
 } // namespace

@@ -7,6 +7,8 @@
 #define PBM_FORMAT_BYTE_LANES_H
 #endif
 
+#include "system/simd/target_gaps.h"
+
 #include <algorithm>
 #include <bit>
 #include <cstddef>
@@ -149,7 +151,7 @@ HWY_INLINE Lanes load_tables(const std::uint8_t *const from[]) {
 #endif
 }
 // table[index] within each block; 0 where an index has bit 7 set
-HWY_INLINE Lanes lookup(Lanes table, Lanes index) { return {hn::TableLookupBytesOr0(table.v, index.v)}; }
+HWY_INLINE Lanes lookup(Lanes table, Lanes index) { return {lookup_bytes(table.v, index.v)}; }
 // Bit i set: lanes i are equal.
 HWY_INLINE unsigned equal_lanes(Lanes a, Lanes b) {
     std::uint8_t bits[8] = {};

@@ -1,61 +1,30 @@
-// Fixed work on a few threads: item i is done once, by whichever thread comes first, and writes only its own slot,
-// so results never depend on the number of threads.
+// Loops on a few threads: each item is done once, by whichever thread comes first, and writes only its own slot, so
+// results never depend on the number of threads.
 #pragma once
 
-#include <algorithm>
-#include <atomic>
 #include <cstddef>
-#include <exception>
-#include <mutex>
-#include <system_error>
-#include <thread>
-#include <vector>
+#include <functional>
 
 namespace pbm {
 
 inline constexpr int kMaxThreads = 64;
 
 // At most kMaxThreads; 0 asks for one thread per processor.
-inline int resolve_threads(int threads) {
-    return std::min(kMaxThreads,
-                    threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
-}
+int resolve_threads(int threads);
 
-// Calls `work(i)` for 0 <= i < count. The first exception of any item is thrown again here, after all threads ended.
-template <class Work> void parallel_for(std::size_t count, int threads, Work &&work) {
-    const std::size_t workers = std::min(count, static_cast<std::size_t>(resolve_threads(threads)));
-    if (workers <= 1) {
-        for (std::size_t i = 0; i < count; ++i)
+// Calls `work(i)` for 0 <= i < count, on a ThreadPool of its own, and rethrows the first exception of any item.
+void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)> &work);
+
+// Shares `block` items out at a time: calls `work(begin, end)` for each block.
+void parallel_blocks(std::size_t count, std::size_t block, int threads,
+                     const std::function<void(std::size_t, std::size_t)> &work);
+
+// Shares `block` items out at a time, and calls `work(i)` for each of them.
+template <class Work> void parallel_for(std::size_t count, std::size_t block, int threads, const Work &work) {
+    parallel_blocks(count, block, threads, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
             work(i);
-        return;
-    }
-    std::atomic<std::size_t> next{0};
-    std::exception_ptr failure;
-    std::mutex failure_mutex;
-    const auto run = [&] {
-        try {
-            for (std::size_t i = next++; i < count; i = next++)
-                work(i);
-        } catch (...) {
-            const std::lock_guard lock(failure_mutex);
-            if (!failure)
-                failure = std::current_exception();
-            next = count;
-        }
-    };
-    {
-        std::vector<std::jthread> pool;
-        pool.reserve(workers - 1);
-        for (std::size_t i = 1; i < workers; ++i)
-            try {
-                pool.emplace_back(run);
-            } catch (const std::system_error &) { // no more threads to be had: fewer do the same work
-                break;
-            }
-        run();
-    }
-    if (failure)
-        std::rethrow_exception(failure);
+    });
 }
 
 } // namespace pbm

@@ -223,7 +223,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
         return 0;
     test::ByteSource input({data, size});
     Place place = choose_place(input);
-    ByteView kept = place.original.reader.stored(place.entry);
+    ByteView kept = place.original.reader.source().view(chunk_range(place.entry))->bytes;
     if (input.next() % 4 != 0)
         place.entry.cone = {};
     Bytes stored;

@@ -82,6 +82,10 @@ check(drawn > 640 * 480 // 10, f"only {drawn} pixels are drawn")
 frames = run(outside / "build" / "moving_camera", model).splitlines()
 check(len(frames) == 8 and all(int(frame.split()[2]) > 0 for frame in frames), "moving_camera drew no points")
 lit = work / "lit.pbvg"
+passes = run(outside / "build" / "draw_by_ranges", model).splitlines()
+fetched, size = (int(number) for number in passes[-1].split()[2:5:2])
+check(len(passes) > 1 and fetched < size, f"draw_by_ranges fetched {fetched} of {size} bytes in {len(passes)} passes")
+
 run(outside / "build" / "bake_sun", model, lit)
 run(prefix / "bin" / "pbm-validate", lit)
 check(json.loads(run(prefix / "bin" / "pbm-info", "--json", lit))["points"] == info["points"], "bake_sun lost points")

@@ -14,7 +14,7 @@ std::string text_of(const ContentId &id) { return to_string(hash_value(id[0])) +
 } // namespace
 
 Status check_padding(ByteView file, std::uint64_t from, std::uint64_t to) {
-    const ByteView padding = file.subspan(from, to - from);
+    const ByteView padding = slice(file, from, to - from);
     const auto bad = std::find_if(padding.begin(), padding.end(), [](std::uint8_t byte) { return byte != 0; });
     if (bad == padding.end())
         return {};

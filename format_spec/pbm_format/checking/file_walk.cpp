@@ -106,7 +106,8 @@ class FileWalk {
         return find_section(sections_, type, instance);
     }
 
-    ByteView stored(const SectionEntry &entry) const { return file_.subspan(entry.offset, entry.stored_bytes); }
+    ByteView stored(FileRange range) const { return slice(file_, range.offset, range.bytes); }
+    ByteView stored(const SectionEntry &entry) const { return stored({entry.offset, entry.stored_bytes}); }
 
     // Padding and hashes.
     void check_stored() {
@@ -117,7 +118,7 @@ class FileWalk {
             end = entry.offset + entry.stored_bytes;
         }
         for (const SectionEntry &entry : sections_)
-            if (const Status status = prove_hash(file_, entry); !status) {
+            if (const Status status = prove_hash(stored(entry), entry); !status) {
                 fault(status.error(), name(entry));
                 changed_.push_back(&entry);
             }
@@ -195,7 +196,7 @@ class FileWalk {
         const std::vector<Raster> rasters = read_raster_directories();
         for (const Raster &raster : rasters)
             memory += raster.directory.grid.texel_bytes();
-        if (memory > options_.max_memory)
+        if (memory > addressable(options_.max_memory))
             return fault(broken("system.memory", 0,
                                 "the model needs " + std::to_string(memory >> 20) +
                                     " MiB of memory: more than the validator may use",
@@ -270,8 +271,8 @@ class FileWalk {
             refused.assign(directory.chunks.size(), true);
             return;
         }
-        level.masks.resize(directory.nodes);
-        level.points.resize(directory.points, set);
+        level.masks.resize(static_cast<std::size_t>(directory.nodes));
+        level.points.resize(static_cast<std::size_t>(directory.points), set);
         const auto load = [&](const ChunkEntry &entry, Wording wording, Chunk &chunk) {
             const ChunkRules rules{.set = set,
                                    .material_count = parameters_.materials.size(),
@@ -280,7 +281,7 @@ class FileWalk {
                                    .wording = wording};
             return header_.storage() == Storage::mapped
                        ? load_mapped(entry, directory_above, rules, chunk)
-                       : decode_chunk(entry, file_.subspan(entry.offset, entry.stored_bytes), rules,
+                       : decode_chunk(entry, stored(chunk_range(entry)), rules,
                                       parent_nodes(entry, above.masks, 0, above.points, 0, set), chunk);
         };
         // Only codes at first: to word an error takes longer than to refuse a chunk.
@@ -322,14 +323,20 @@ class FileWalk {
         BrickParents parents;
         if (level > 1) {
             const ChunkEntry &above = directory_above.chunks[entry.shape.parent_chunk];
-            const ChunkView view =
-                view_chunk(above, file_, *find(SectionType::level_bricks, level - 1), rules.set, rules.level - 1);
+            const ChunkBytes bytes = bytes_of(above, *find(SectionType::level_bricks, level - 1));
+            const ChunkView view = view_chunk(above, bytes, rules.set, rules.level - 1);
             parents = brick_parents(entry, above, view.bricks, view.masks);
         }
-        if (Status status = prove_chunk(entry, file_, bricks, rules, parents); !status)
+        const ChunkBytes bytes = bytes_of(entry, bricks);
+        if (Status status = prove_chunk(entry, bytes, bricks, rules, parents); !status)
             return status;
-        copy_chunk(view_chunk(entry, file_, bricks, rules.set, rules.level), rules.set, rules.level, to);
+        copy_chunk(view_chunk(entry, bytes, rules.set, rules.level), rules.set, rules.level, to);
         return {};
+    }
+
+    ChunkBytes bytes_of(const ChunkEntry &entry, const SectionEntry &bricks) const {
+        return {.streams = {stored(chunk_range(entry)), nullptr},
+                .bricks = {stored(brick_range(entry, bricks)), nullptr}};
     }
 
     // Rules that need the whole model: split into chunks, content_id, averages.

@@ -11,7 +11,7 @@ void check_padding(const StoredRaster &raster, FaultSink &faults) {
     std::uint64_t end = image_directory_bytes(raster.directory.grid);
     const auto check_until = [&](std::uint64_t next) {
         for (; end < next; ++end)
-            if (const std::uint8_t byte = raster.section[end]; byte != 0)
+            if (const std::uint8_t byte = slice(raster.section, end, 1)[0]; byte != 0)
                 return faults.add(broken("3.10.13", raster.offset + end, "padding of a raster is not zero", 0, byte));
     };
     for (const TileEntry &tile : raster.directory.tiles) {

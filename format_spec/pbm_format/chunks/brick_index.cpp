@@ -193,7 +193,7 @@ HWY_EXPORT(fill_bricks);
 BrickParents brick_parents(const ChunkEntry &entry, const ChunkEntry &above, std::span<const BrickRecord> bricks,
                            ByteView masks) {
     assert(entry.first_parent >= above.first_node);
-    return {.bricks = bricks, .masks = masks, .first = entry.first_parent - above.first_node};
+    return {.bricks = bricks, .masks = masks, .first = static_cast<std::size_t>(entry.first_parent - above.first_node)};
 }
 
 namespace {

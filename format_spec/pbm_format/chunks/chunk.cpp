@@ -16,8 +16,9 @@ namespace pbm {
 ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t first_mask,
                          const PointAttributes &points, std::uint64_t first_point, const AttributeSet &set) {
     assert(entry.first_node >= first_point && entry.first_parent >= first_mask);
-    return {.masks = masks.subspan(entry.first_parent - first_mask, entry.shape.parents),
-            .nodes = view_points(points, entry.first_node - first_point, entry.shape.nodes, set)};
+    return {.masks = slice(masks, entry.first_parent - first_mask, entry.shape.parents),
+            .nodes =
+                view_points(points, static_cast<std::size_t>(entry.first_node - first_point), entry.shape.nodes, set)};
 }
 
 namespace {
@@ -37,7 +38,7 @@ class Decoder {
         for (std::size_t s = 0; s < streams.size(); ++s) {
             const StreamEntry &stream = entry_.streams[s];
             offset_ = entry_.offset + at_;
-            const ByteView bytes = stored_.subspan(at_, stream.stored_bytes);
+            const ByteView bytes = slice(stored_, at_, stream.stored_bytes);
             at_ += stream.stored_bytes;
             Status status = stream.filter == Filter::none ? read_plain(bytes, streams[s], stream.zstd)
                                                           : read_filtered(bytes, streams[s], stream.filter);
@@ -73,7 +74,7 @@ class Decoder {
 
     unsigned bits(const StreamInfo &stream, int level) const { return bits_per_point(stream, rules_.set, level); }
     std::size_t packed_bytes(const StreamInfo &stream) const {
-        return raw_stream_bytes(stream, rules_.set, rules_.level, 0, entry_.shape.points);
+        return static_cast<std::size_t>(raw_stream_bytes(stream, rules_.set, rules_.level, 0, entry_.shape.points));
     }
     // Of lit fractions; `values` may be empty.
     Status unpack(ByteView packed, const StreamInfo &stream, std::span<std::uint8_t> values) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_format/chunks/stream_rules.h"
+#include "system/byte_source.h"
 
 namespace pbm {
 
@@ -14,6 +15,9 @@ struct Chunk {
     std::array<Bytes, kMaxLights> packed_shadows{};
     bool packs_shadows = false;
 };
+
+// Where the streams of a chunk lie in the file.
+inline FileRange chunk_range(const ChunkEntry &entry) { return {entry.offset, entry.stored_bytes}; }
 
 // The parent nodes of the chunk `entry` among masks and points of the level above, of which `first_mask` and
 // `first_point` are the numbers of the first that there are: 0 for a whole level, else those of the parent chunk.

@@ -28,11 +28,15 @@ template <class T> std::span<const T> view_as(ByteView bytes, std::size_t count)
 
 } // namespace
 
-ChunkView view_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const AttributeSet &set,
-                     int level) {
+FileRange brick_range(const ChunkEntry &entry, const SectionEntry &bricks) {
+    return {bricks.offset + entry.first_brick * kBrickRecordBytes, entry.shape.bricks * kBrickRecordBytes};
+}
+
+ChunkView view_chunk(const ChunkEntry &entry, const ChunkBytes &stored, const AttributeSet &set, int level) {
     ChunkView view;
+    view.owners = {stored.streams.owner, stored.bricks.owner};
     for_streams(entry, set, [&](const StreamInfo &stream, std::uint64_t at, std::uint64_t size) {
-        const ByteView bytes = file.subspan(entry.offset + at, size);
+        const ByteView bytes = slice(stored.streams.bytes, at, size);
         assert(size == raw_stream_bytes(stream, set, level, entry.shape.nodes, entry.shape.points));
         if (stream.kind == StreamKind::masks)
             view.masks = bytes;
@@ -41,9 +45,7 @@ ChunkView view_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry 
         else
             view.values(stream) = bytes;
     });
-    const std::uint64_t records = bricks.offset + entry.first_brick * kBrickRecordBytes;
-    view.bricks =
-        view_as<BrickRecord>(file.subspan(records, entry.shape.bricks * kBrickRecordBytes), entry.shape.bricks);
+    view.bricks = view_as<BrickRecord>(stored.bricks.bytes, entry.shape.bricks);
     static_cast<void>(level);
     return view;
 }
@@ -56,13 +58,12 @@ struct ProofScratch {
     std::vector<BrickRecord> bricks;
 };
 
-Status check_padding(const ChunkEntry &entry, ByteView file, const AttributeSet &set) {
+Status check_padding(const ChunkEntry &entry, ByteView stored, const AttributeSet &set) {
     Status status;
     for_streams(entry, set, [&](const StreamInfo &, std::uint64_t at, std::uint64_t size) {
         for (std::uint64_t byte = at + size; byte < align_stream(at + size); ++byte)
-            if (status && file[entry.offset + byte] != 0)
-                status = broken("5.10.1", entry.offset + byte, "padding of a mapped chunk is not zero", 0,
-                                file[entry.offset + byte]);
+            if (const ByteView padding = slice(stored, byte, 1); status && padding[0] != 0)
+                status = broken("5.10.1", entry.offset + byte, "padding of a mapped chunk is not zero", 0, padding[0]);
     });
     return status;
 }
@@ -133,14 +134,14 @@ Status check_bricks(const ChunkEntry &entry, const ChunkView &view, const Sectio
 
 } // namespace
 
-Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const ChunkRules &rules,
-                   const BrickParents &parents) {
+Status prove_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const SectionEntry &bricks,
+                   const ChunkRules &rules, const BrickParents &parents) {
     auto &scratch = per_thread<ProofScratch>();
-    if (const std::uint64_t hash = hash64(file.subspan(entry.offset, entry.stored_bytes)); hash != entry.hash)
+    if (const std::uint64_t hash = hash64(bytes.streams.bytes); hash != entry.hash)
         return broken(rules.wording, "5.6.4", entry.offset, "the chunk was changed: its hash does not match",
                       hash_value(entry.hash), hash_value(hash));
-    const ChunkView view = view_chunk(entry, file, bricks, rules.set, rules.level);
-    Status status = check_padding(entry, file, rules.set);
+    const ChunkView view = view_chunk(entry, bytes, rules.set, rules.level);
+    Status status = check_padding(entry, bytes.streams.bytes, rules.set);
     if (status)
         status = check_streams(entry, view, rules, scratch.outside);
     if (status)

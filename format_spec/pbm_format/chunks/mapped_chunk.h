@@ -4,26 +4,36 @@
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/chunks/chunk.h"
 
+#include <memory>
+
 namespace pbm {
 
 // Where the streams and bricks of a chunk lie in the file. Lit fractions are packed, lowest bits first: BVG.md 6.6
 struct ChunkView : PointView {
     ByteView masks;
     std::span<const BrickRecord> bricks;
+    std::array<std::shared_ptr<const void>, 2> owners; // keep all that readable; null where the file does
 };
 
-// The chunk `entry` of a mapped file, whose directory was proven; `bricks` is its level's section of them. Proves
-// nothing. The first byte of `file` must lie at a multiple of 8 in memory, as in any mapping or vector.
-ChunkView view_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const AttributeSet &set,
-                     int level);
+// The bytes of a chunk; the bricks are those of a mapped file.
+struct ChunkBytes {
+    HeldBytes streams, bricks;
+};
+
+// Where the brick records of a chunk of a mapped file lie; `bricks` is its level's section of them.
+FileRange brick_range(const ChunkEntry &entry, const SectionEntry &bricks);
+
+// The chunk `entry` of a mapped file, whose directory was proven. Proves nothing.
+ChunkView view_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const AttributeSet &set, int level);
 
 // Proves all of a chunk: hash, padding, masks, counts, ranges of every attribute, normal cone, bricks. `parents` were
-// proven before. In bounds even if the bytes change meanwhile. Error offsets are file offsets.
+// proven before; `bricks` is the level's section of bricks. In bounds even if the bytes change meanwhile. Error offsets
+// are file offsets.
 //
 // errors  bad_hash (5.6.4), bad_octree (4.2, 4.4), bad_directory (5.11.1), bad_content (5.11.2 to 5.11.4),
 //         bad_attribute (5.7 cone, 5.10.1 padding, section 6 values)
-Status prove_chunk(const ChunkEntry &entry, ByteView file, const SectionEntry &bricks, const ChunkRules &rules,
-                   const BrickParents &parents);
+Status prove_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const SectionEntry &bricks,
+                   const ChunkRules &rules, const BrickParents &parents);
 
 // A chunk as load_chunk gives it.
 void copy_chunk(const ChunkView &view, const AttributeSet &set, int level, Chunk &to);

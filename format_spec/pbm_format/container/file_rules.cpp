@@ -4,8 +4,8 @@
 
 namespace pbm {
 
-Status prove_hash(ByteView file, const SectionEntry &section) {
-    const std::uint64_t hash = hash64(file.subspan(section.offset, section.stored_bytes));
+Status prove_hash(ByteView stored, const SectionEntry &section) {
+    const std::uint64_t hash = hash64(stored);
     if (hash == section.hash)
         return {};
     return broken("3.2.14", section.offset,

@@ -80,15 +80,15 @@ std::string describe_version(unsigned major, const std::string &version) {
 
 } // namespace
 
-Result<FileHeader> decode_header(ByteView file) {
-    const std::size_t magic_bytes = std::min(file.size(), kMagic.size());
-    if (file.empty() ||
-        !std::equal(kMagic.begin(), kMagic.begin() + static_cast<std::ptrdiff_t>(magic_bytes), file.begin()))
-        return broken("2.1", 0, describe_magic(file), hex(kMagic),
-                      file.empty() ? Value() : Value(hex(file.first(magic_bytes))));
-    if (file.size() < kHeaderBytes)
-        return broken("2.2", file.size(), "the file ends inside its header", kHeaderBytes, file.size());
-    ByteReader in(file.first(kHeaderBytes));
+Result<FileHeader> decode_header(ByteView start, std::uint64_t file_size) {
+    const std::size_t magic_bytes = std::min(start.size(), kMagic.size());
+    if (start.empty() ||
+        !std::equal(kMagic.begin(), kMagic.begin() + static_cast<std::ptrdiff_t>(magic_bytes), start.begin()))
+        return broken("2.1", 0, describe_magic(start), hex(kMagic),
+                      start.empty() ? Value() : Value(hex(start.first(magic_bytes))));
+    if (start.size() < kHeaderBytes)
+        return broken("2.2", start.size(), "the file ends inside its header", kHeaderBytes, start.size());
+    ByteReader in(start.first(kHeaderBytes));
     in.u64(); // magic
     FileHeader header;
     header.major = in.u16();
@@ -113,7 +113,7 @@ Result<FileHeader> decode_header(ByteView file) {
     const std::uint64_t stored_hash = in.u64();
 
     // The hash comes before everything else: a flipped bit in the version is damage, not a new version.
-    if (const std::uint64_t hash = hash64(file.first(kHeaderBytes - 8)); stored_hash != hash)
+    if (const std::uint64_t hash = hash64(start.first(kHeaderBytes - 8)); stored_hash != hash)
         return broken("2.3", 0, "the header was changed: its hash does not match", hash_value(stored_hash),
                       hash_value(hash));
     if (header.endian != kEndianTag)
@@ -126,12 +126,12 @@ Result<FileHeader> decode_header(ByteView file) {
     if ((header.required_features & ~kMappedFeature) != 0)
         return broken("2.6", 40, "the file requires a feature this program does not know", kMappedFeature,
                       header.required_features);
-    if (header.file_size > file.size())
-        return broken("2.7", file.size(),
-                      "the file ends " + std::to_string(header.file_size - file.size()) + " bytes early",
-                      header.file_size, file.size());
-    if (header.file_size < file.size()) {
-        Error error = broken("2.7", header.file_size, "bytes after the end of the file", header.file_size, file.size());
+    if (header.file_size > file_size)
+        return broken("2.7", file_size,
+                      "the file ends " + std::to_string(header.file_size - file_size) + " bytes early",
+                      header.file_size, file_size);
+    if (header.file_size < file_size) {
+        Error error = broken("2.7", header.file_size, "bytes after the end of the file", header.file_size, file_size);
         error.code = ErrorCode::bad_header; // nothing is missing
         return error;
     }
@@ -229,13 +229,14 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
 
 } // namespace
 
-Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const FileHeader &header) {
+Result<std::vector<SectionEntry>> decode_section_table(ByteView start, const FileHeader &header) {
     if (header.table_count == 0 || header.table_count > kMaxSections)
         return broken("3.1.1", 32, "section count is not 1..256", "1..256", header.table_count);
     const std::uint64_t table_bytes = header.table_count * kSectionEntryBytes;
-    if (table_bytes > file.size() - kHeaderBytes)
-        return broken("3.1.2", file.size(), "the section table is cut short", kHeaderBytes + table_bytes, file.size());
-    const ByteView table = file.subspan(kHeaderBytes, table_bytes);
+    if (table_bytes > header.file_size - kHeaderBytes)
+        return broken("3.1.2", header.file_size, "the section table is cut short", kHeaderBytes + table_bytes,
+                      header.file_size);
+    const ByteView table = slice(start, kHeaderBytes, table_bytes);
     if (const std::uint64_t hash = hash64(table); hash != header.table_hash)
         return broken("3.1.3", kHeaderBytes, "the section table was changed: its hash does not match",
                       hash_value(header.table_hash), hash_value(hash));
@@ -271,10 +272,9 @@ Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const File
         if (entry.offset != expected)
             return broken("3.2.3", at + 24, "a section does not follow the one before at its alignment", expected,
                           entry.offset);
-        if (entry.offset > file.size() || entry.stored_bytes > file.size() - entry.offset)
-            return broken("3.2.11", file.size(), "a section lies outside the file",
-                          "at most " +
-                              std::to_string(file.size() - std::min<std::uint64_t>(entry.offset, file.size())) +
+        if (entry.offset > header.file_size || entry.stored_bytes > header.file_size - entry.offset)
+            return broken("3.2.11", header.file_size, "a section lies outside the file",
+                          "at most " + std::to_string(header.file_size - std::min(entry.offset, header.file_size)) +
                               " bytes",
                           entry.stored_bytes);
         end = entry.offset + entry.stored_bytes;
@@ -283,8 +283,8 @@ Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const File
         raw_bytes += entry.raw_bytes;
         entries.push_back(entry);
     }
-    if (end != file.size())
-        return broken("3.1.5", end, "bytes after the last section", file.size(), end);
+    if (end != header.file_size)
+        return broken("3.1.5", end, "bytes after the last section", header.file_size, end);
     if (raw_bytes != header.raw_bytes)
         return broken("3.1.6", 64, "the header's raw size is not the sum of the sections'", raw_bytes,
                       header.raw_bytes);

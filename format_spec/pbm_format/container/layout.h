@@ -64,8 +64,10 @@ struct FileHeader {
     Storage storage() const { return (required_features & kMappedFeature) != 0 ? Storage::mapped : Storage::packed; }
 };
 
-// Proves rules 2.1 to 2.12: length, magic, hash, version, features, limits. Needs only the first 128 bytes.
-Result<FileHeader> decode_header(ByteView file);
+// Proves rules 2.1 to 2.12: length, magic, hash, version, features, limits. `start` holds the first 128 bytes of the
+// file, or all of one that is shorter.
+Result<FileHeader> decode_header(ByteView start, std::uint64_t file_size);
+inline Result<FileHeader> decode_header(ByteView file) { return decode_header(file, file.size()); }
 
 enum class SectionType : std::uint32_t {
     metadata = 1,
@@ -111,8 +113,9 @@ struct SectionEntry {
 };
 
 // Proves rules 3.1 and 3.2 (but for padding) for the table that `header` points at: hash, order, places, sizes, known
-// codecs, and that every section the model needs is there exactly once. Does not touch the sections themselves.
-Result<std::vector<SectionEntry>> decode_section_table(ByteView file, const FileHeader &header);
+// codecs, and that every section the model needs is there exactly once. `start` holds the file up to the end of the
+// table, as far as the file goes.
+Result<std::vector<SectionEntry>> decode_section_table(ByteView start, const FileHeader &header);
 
 // The one section of this type and instance, or null.
 const SectionEntry *find_section(std::span<const SectionEntry> sections, SectionType type, std::uint32_t instance = 0);

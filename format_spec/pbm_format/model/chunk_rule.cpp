@@ -52,7 +52,7 @@ std::vector<ChunkShape> find_roots(const LevelMasks &masks, int level, std::uint
                     {.root_depth = static_cast<std::uint8_t>(r), .root_prefix = node.code, .points = here[node.index]});
                 continue;
             }
-            first_child += count_children(ByteView(below).subspan(cursor, node.index - cursor));
+            first_child += static_cast<std::size_t>(count_children(slice(below, cursor, node.index - cursor)));
             cursor = node.index;
             std::size_t child = first_child;
             for (unsigned mask = below[node.index]; mask != 0; mask &= mask - 1)

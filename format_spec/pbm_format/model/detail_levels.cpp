@@ -3,13 +3,14 @@
 #include "system/threads/parallel.h"
 
 #include <algorithm>
+#include <compare>
+#include <cstdlib>
+#include <initializer_list>
 #include <type_traits>
 
 namespace pbm {
 
 namespace {
-
-__extension__ using Uint128 = unsigned __int128;
 
 // Sums over the finest points below one node, of what nearly every model has. 2^32 votes of 2^30 fit into 63 bits.
 struct CommonSums {
@@ -33,15 +34,28 @@ std::uint32_t scale_to_byte(unsigned bits) { return 255U / ((1U << bits) - 1U); 
 // Mean, halves up.
 std::uint64_t mean(std::uint64_t sum, std::uint64_t votes) { return (2 * sum + votes) / (2 * votes); }
 
+// More than 64 bits, as two digits to the base of 2^48: 32-bit machines have no wider integers.
+struct Wide {
+    std::uint64_t high = 0, low = 0;
+    auto operator<=>(const Wide &) const = default;
+};
+
+// The sum of the squares of up to three numbers below 2^48.
+Wide sum_squares(std::initializer_list<std::uint64_t> numbers) {
+    Wide sum;
+    for (const std::uint64_t number : numbers) {
+        const std::uint64_t high = number >> 24, low = number & 0xFFFFFF, mixed = 2 * high * low;
+        sum.high += high * high + (mixed >> 24);
+        sum.low += ((mixed & 0xFFFFFF) << 24) + low * low;
+    }
+    return {sum.high + (sum.low >> 48), sum.low & 0xFFFFFFFFFFFF};
+}
+
 // BVG.md 7.3: thin walls, whose normals cancel, become two-sided points with the normal of their plane.
 std::uint16_t average_normal(const CommonSums &sums) {
-    Uint128 length_squared = 0;
-    for (const std::int64_t component : sums.normal) {
-        const auto magnitude = static_cast<std::uint64_t>(component < 0 ? -component : component);
-        length_squared += static_cast<Uint128>(magnitude) * magnitude;
-    }
-    const Uint128 full = static_cast<Uint128>(sums.votes) * 32767;
-    if (!sums.two_sided && 4 * length_squared >= full * full)
+    // 2 x a component, which no sum of 2^32 normals makes larger than 2^48.
+    const auto twice = [&](std::size_t c) { return 2 * static_cast<std::uint64_t>(std::abs(sums.normal[c])); };
+    if (!sums.two_sided && sum_squares({twice(0), twice(1), twice(2)}) >= sum_squares({32767 * sums.votes}))
         return quantise_normal(sums.normal);
     const auto &m = sums.moment;
     const std::array<std::array<std::int64_t, 3>, 3> columns{
@@ -80,7 +94,7 @@ template <class Sums> class Averager {
     // Averages the next node of `level` and everything below it, down to the finest level, or to `last_level`, whose
     // sums by node index are in `finished`.
     void node(int level, const std::vector<Sums> *finished, int last_level, Sums &parent) {
-        const std::size_t index = cursors_[static_cast<std::size_t>(level)]++;
+        const auto index = static_cast<std::size_t>(cursors_[static_cast<std::size_t>(level)]++);
         Sums sums;
         if (level == last_level && finished != nullptr)
             sums = (*finished)[index];
@@ -92,7 +106,8 @@ template <class Sums> class Averager {
     // The sums of one node without storing them: its children are done.
     Sums below(int level) {
         Sums sums;
-        add_children(level, cursors_[static_cast<std::size_t>(level)]++, nullptr, depth_, sums);
+        add_children(level, static_cast<std::size_t>(cursors_[static_cast<std::size_t>(level)]++), nullptr, depth_,
+                     sums);
         return sums;
     }
 
@@ -103,7 +118,7 @@ template <class Sums> class Averager {
             std::uint64_t &cursor = cursors_[static_cast<std::size_t>(depth_)];
             sums.votes = static_cast<std::uint64_t>(count);
             for (const std::uint64_t end = cursor + sums.votes; cursor < end; ++cursor)
-                add_point(cursor, sums);
+                add_point(static_cast<std::size_t>(cursor), sums);
         } else {
             for (int left = count; left > 0; --left)
                 node(level + 1, finished, last_level, sums);
@@ -226,7 +241,8 @@ void average_levels(Model &model, int threads) {
         masks[level] = model.levels[level].masks;
     for (int level = 0; level < depth; ++level)
         model.levels[static_cast<std::size_t>(level)].points.resize(
-            level == 0 ? 1 : count_children(masks[static_cast<std::size_t>(level)]), model.parameters.attributes);
+            level == 0 ? 1 : static_cast<std::size_t>(count_children(masks[static_cast<std::size_t>(level)])),
+            model.parameters.attributes);
 
     const AttributeSet &set = model.parameters.attributes;
     const StreamList streams = streams_of(set);

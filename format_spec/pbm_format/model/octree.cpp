@@ -62,7 +62,7 @@ Result<std::vector<MortonCode>> expand_level(std::span<const MortonCode> parents
     if (count > max_codes)
         return broken("4.5", masks.size(), "more nodes than allowed", "at most " + std::to_string(max_codes), count);
     std::vector<MortonCode> codes;
-    codes.reserve(count);
+    codes.reserve(static_cast<std::size_t>(count));
     for (std::size_t i = 0; i < masks.size(); ++i)
         for (unsigned mask = masks[i]; mask != 0; mask &= mask - 1)
             codes.push_back(parents[i] << 3 | static_cast<unsigned>(std::countr_zero(mask)));
@@ -73,16 +73,17 @@ std::vector<std::vector<std::uint64_t>> subtree_starts(const LevelMasks &masks, 
     const int depth = static_cast<int>(masks.size()) - 1;
     assert(root_level >= 0 && root_level <= depth);
     std::vector<std::vector<std::uint64_t>> starts(masks.size());
-    const std::uint64_t roots = root_level == 0 ? 1 : count_children(masks[static_cast<std::size_t>(root_level)]);
+    const auto roots =
+        static_cast<std::size_t>(root_level == 0 ? 1 : count_children(masks[static_cast<std::size_t>(root_level)]));
     std::vector<std::uint64_t> here(roots + 1);
-    for (std::uint64_t i = 0; i <= roots; ++i)
+    for (std::size_t i = 0; i <= roots; ++i)
         here[i] = i;
     starts[static_cast<std::size_t>(root_level)] = here;
     for (int level = root_level + 1; level <= depth; ++level) {
         const ByteView level_masks = masks[static_cast<std::size_t>(level)];
         std::vector<std::uint64_t> below(roots + 1, 0);
-        for (std::uint64_t i = 0; i < roots; ++i)
-            below[i + 1] = below[i] + count_children(level_masks.subspan(here[i], here[i + 1] - here[i]));
+        for (std::size_t i = 0; i < roots; ++i)
+            below[i + 1] = below[i] + count_children(slice(level_masks, here[i], here[i + 1] - here[i]));
         starts[static_cast<std::size_t>(level)] = below;
         here = std::move(below);
     }

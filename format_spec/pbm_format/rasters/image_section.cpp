@@ -104,10 +104,15 @@ Result<ImageDirectory> shape_of(const Head &head, std::uint8_t reserved, std::ui
 
 } // namespace
 
-Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t offset) {
-    if (section.size() < kHeadBytes)
-        return broken("3.10.1", offset, "the header of a raster is cut short", kHeadBytes, section.size());
-    ByteReader in(section);
+FileRange image_directory_range(const SectionEntry &entry) {
+    const std::uint64_t tiles = std::min(entry.count, entry.stored_bytes / kTileEntryBytes);
+    return {entry.offset, std::min(entry.stored_bytes, kHeadBytes + kTileEntryBytes * tiles)};
+}
+
+Result<ImageDirectory> decode_image_directory(ByteView start, std::uint64_t section_bytes, std::uint64_t offset) {
+    if (start.size() < kHeadBytes)
+        return broken("3.10.1", offset, "the header of a raster is cut short", kHeadBytes, start.size());
+    ByteReader in(start);
     Head head;
     head.hash = in.u64();
     head.width = in.u32();
@@ -116,12 +121,12 @@ Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t of
     head.alignment = in.u16();
     head.channels = in.u8();
     in.zeros(9);
-    if (head.tiles > (section.size() - kHeadBytes) / kTileEntryBytes)
+    if (head.tiles > (start.size() - kHeadBytes) / kTileEntryBytes)
         return broken("3.10.2", offset + 16, "the tile directory is cut short",
-                      "at most " + std::to_string((section.size() - kHeadBytes) / kTileEntryBytes) + " tiles",
+                      "at most " + std::to_string((start.size() - kHeadBytes) / kTileEntryBytes) + " tiles",
                       head.tiles);
     std::uint64_t end = kHeadBytes + kTileEntryBytes * head.tiles;
-    if (const std::uint64_t hash = hash64(section.subspan(kHashBytes, end - kHashBytes)); hash != head.hash)
+    if (const std::uint64_t hash = hash64(slice(start, kHashBytes, end - kHashBytes)); hash != head.hash)
         return broken("3.10.3", offset, "the tile directory was changed: its hash does not match",
                       hash_value(head.hash), hash_value(hash));
     Result<ImageDirectory> directory = shape_of(head, in.reserved(), offset);
@@ -143,23 +148,28 @@ Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t of
             !status)
             return of_tile(number, std::move(status).error());
         tile.offset = align_tile(end, directory->storage);
-        if (tile.offset > section.size() || tile.stream.stored_bytes > section.size() - tile.offset)
+        if (tile.offset > section_bytes || tile.stream.stored_bytes > section_bytes - tile.offset)
             return of_tile(
                 number, broken("3.10.11", at + 8, "a tile lies outside its section",
-                               "ends within " + std::to_string(section.size()) + " bytes",
+                               "ends within " + std::to_string(section_bytes) + " bytes",
                                std::to_string(tile.stream.stored_bytes) + " bytes at " + std::to_string(tile.offset)));
         end = tile.offset + tile.stream.stored_bytes;
         directory->tiles.push_back(tile);
     }
-    if (align_tile(end, directory->storage) != section.size())
+    if (align_tile(end, directory->storage) != section_bytes)
         return broken("3.10.11", offset + end, "bytes after the last tile", align_tile(end, directory->storage),
-                      section.size());
+                      section_bytes);
     return directory;
 }
 
-Result<ImageDirectory> read_image_directory(ByteView file, const SectionEntry &entry, Storage storage) {
-    Result<ImageDirectory> directory =
-        decode_image_directory(file.subspan(entry.offset, entry.stored_bytes), entry.offset);
+Result<ImageDirectory> read_image_directory(const ByteSource &file, const SectionEntry &entry, Storage storage) {
+    // Of a whole file all of the section, so that a wrong number of tiles in the table is found as such.
+    const FileRange range =
+        file.is_whole() ? FileRange{entry.offset, entry.stored_bytes} : image_directory_range(entry);
+    const std::optional<HeldBytes> start = file.view(range);
+    if (!start)
+        return not_there_yet(range);
+    Result<ImageDirectory> directory = decode_image_directory(start->bytes, entry.stored_bytes, entry.offset);
     if (!directory)
         return directory;
     if (directory->storage != storage)
@@ -187,10 +197,10 @@ Result<ImageDirectory> read_image_directory(ByteView file, const SectionEntry &e
     return directory;
 }
 
-Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
+Status prove_tile_hash(ByteView stored, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
                        Wording wording) {
     const TileEntry &tile = directory.tiles[number];
-    const std::uint64_t hash = hash64(section.subspan(tile.offset, tile.stream.stored_bytes));
+    const std::uint64_t hash = hash64(stored);
     if (hash == tile.hash)
         return {};
     const std::string text =
@@ -226,13 +236,12 @@ Status decode_filtered(ByteView stored, const TileGrid &grid, std::size_t number
 
 } // namespace
 
-Status decode_tile(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
+Status decode_tile(ByteView stored, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
                    std::span<std::uint8_t> texels, Wording wording) {
     assert(texels.size() == directory.grid.tile_bytes(directory.grid.level_of(number)));
-    if (Status status = prove_tile_hash(section, offset, directory, number, wording); !status)
+    if (Status status = prove_tile_hash(stored, offset, directory, number, wording); !status)
         return status;
     const TileEntry &tile = directory.tiles[number];
-    const ByteView stored = section.subspan(tile.offset, tile.stream.stored_bytes);
     Status status = tile.stream.filter == Filter::none
                         ? decode_frame(stored, tile.stream.zstd, texels, offset + tile.offset, wording)
                         : decode_filtered(stored, directory.grid, number, texels, offset + tile.offset, wording);
@@ -264,7 +273,9 @@ Status decode_tile(const StoredRaster &raster, std::size_t number, Wording wordi
     const TileGrid &grid = raster.directory.grid;
     const auto tile = std::span(memory).first(grid.tile_bytes(grid.level_of(number)));
     texels = tile;
-    return decode_tile(raster.section, raster.offset, raster.directory, number, tile, wording);
+    const TileEntry &entry = raster.directory.tiles[number];
+    return decode_tile(slice(raster.section, entry.offset, entry.stream.stored_bytes), raster.offset, raster.directory,
+                       number, tile, wording);
 }
 
 } // namespace

@@ -10,7 +10,7 @@
 #include "pbm_format/container/layout.h"
 #include "pbm_format/law/catalogue.h"
 #include "pbm_format/model/image.h"
-#include "system/bytes.h"
+#include "system/byte_source.h"
 #include "system/error.h"
 
 #include <algorithm>
@@ -76,20 +76,29 @@ constexpr std::uint64_t align_tile(std::uint64_t end, Storage storage) {
 
 std::uint64_t image_directory_bytes(const TileGrid &grid); // header included
 
-// Proves rules 3.10.1 to 3.10.11: header and directory, which are all that is read. Offsets of errors are those in the
-// file, where the section starts at `offset`.
-Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t offset);
+// Proves rules 3.10.1 to 3.10.11: header and directory, which are all that is read of the section's `start`. Offsets of
+// errors are those in the file, where the section starts at `offset`.
+Result<ImageDirectory> decode_image_directory(ByteView start, std::uint64_t section_bytes, std::uint64_t offset);
+inline Result<ImageDirectory> decode_image_directory(ByteView section, std::uint64_t offset) {
+    return decode_image_directory(section, section.size(), offset);
+}
+
+// Header and tile directory of a raster in the file: as many bytes as the section table says that there are.
+FileRange image_directory_range(const SectionEntry &entry);
 
 // The same for the raster of a file's section, and rules 3.10.5, 3.10.15 and 3.10.16: it is of a shape that its type
-// may have, stored as the file is, and what the table says of it.
-Result<ImageDirectory> read_image_directory(ByteView file, const SectionEntry &entry, Storage storage);
+// may have, stored as the file is, and what the table says of it. `image_directory_range` is there.
+Result<ImageDirectory> read_image_directory(const ByteSource &file, const SectionEntry &entry, Storage storage);
+inline Result<ImageDirectory> read_image_directory(ByteView file, const SectionEntry &entry, Storage storage) {
+    return read_image_directory(ByteSource(file), entry, storage);
+}
 
-// Proves tile `number` of a section whose directory was decoded, and decodes it to `texels` of tile_bytes:
-// 3.10.12, 5.6 and 5.8.
-Status decode_tile(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
+// Proves tile `number`, whose bytes are `stored`, of a section whose directory was decoded and that starts at `offset`
+// of the file. Decodes it to `texels` of tile_bytes: 3.10.12, 5.6 and 5.8.
+Status decode_tile(ByteView stored, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
                    std::span<std::uint8_t> texels, Wording wording = Wording::full);
 // The first half of it: that the stored bytes are those that were written.
-Status prove_tile_hash(ByteView section, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
+Status prove_tile_hash(ByteView stored, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
                        Wording wording = Wording::full);
 
 // A raster in a file.

@@ -3,6 +3,8 @@
 #include <atomic>
 #include <mutex>
 #include <new>
+#include <optional>
+#include <set>
 #include <utility>
 
 namespace pbm {
@@ -29,17 +31,22 @@ struct TiledImage::State {
     const std::uint8_t *read_tile(std::size_t number);
     const std::uint8_t *keep(std::size_t number, const std::uint8_t *texels);
     const std::uint8_t *refuse(std::size_t number, Error error);
+    FileRange range_of(std::size_t number) const {
+        return {section.offset + directory.tiles[number].offset, directory.tiles[number].stream.stored_bytes};
+    }
 
     TileGrid grid;
     std::unique_ptr<Slot[]> tiles;
-    bool owns_tiles = false; // each is an allocation of its own
-    Bytes memory;            // else: texels of a raster in memory
-    ByteView section;        // of a file
-    std::uint64_t offset = 0;
+    bool owns_tiles = false;        // each is an allocation of its own
+    Bytes memory;                   // else: texels of a raster in memory
+    std::optional<ByteSource> file; // or of a file
+    FileRange section;
+    std::uint64_t offset = 0; // of the section, for errors
     ImageDirectory directory;
     std::atomic<std::uint64_t> tiles_read{0}, stored_bytes{0}, memory_bytes{0};
-    std::mutex errors_mutex;
+    std::mutex mutex; // of both:
     std::vector<Error> errors;
+    std::set<std::size_t> wanted; // tiles
 };
 
 // The first of several threads that read the same tile wins; what the others read is the same.
@@ -61,21 +68,34 @@ const std::uint8_t *TiledImage::State::refuse(std::size_t number, Error error) {
     const std::uint8_t *expected = nullptr;
     if (!tiles[number].compare_exchange_strong(expected, &kDamaged, std::memory_order_acq_rel))
         return expected;
-    const std::lock_guard lock(errors_mutex);
+    const std::lock_guard lock(mutex);
     errors.push_back(std::move(error));
     return &kDamaged;
 }
 
+// Null if it is not there yet.
 const std::uint8_t *TiledImage::State::read_tile(std::size_t number) try {
-    if (directory.storage == Storage::mapped) {
-        Status status = prove_tile_hash(section, offset, directory, number);
-        return status ? keep(number, section.data() + directory.tiles[number].offset)
-                      : refuse(number, std::move(status).error());
+    const FileRange range = range_of(number);
+    const std::optional<HeldBytes> stored = file->view(range);
+    if (!stored) {
+        if (const std::uint8_t *const kept =
+                tiles[number].load(std::memory_order_acquire)) // by another thread meanwhile
+            return kept;
+        const std::lock_guard lock(mutex);
+        wanted.insert(number);
+        return nullptr;
+    }
+    if (!owns_tiles) {
+        Status status = prove_tile_hash(stored->bytes, offset, directory, number);
+        return status ? keep(number, stored->bytes.data()) : refuse(number, std::move(status).error());
     }
     const std::size_t bytes = grid.tile_bytes(grid.level_of(number));
     auto texels = std::make_unique_for_overwrite<std::uint8_t[]>(bytes);
-    Status status = decode_tile(section, offset, directory, number, {texels.get(), bytes});
-    return status ? keep(number, texels.release()) : refuse(number, std::move(status).error());
+    Status status = decode_tile(stored->bytes, offset, directory, number, {texels.get(), bytes});
+    const std::uint8_t *const kept =
+        status ? keep(number, texels.release()) : refuse(number, std::move(status).error());
+    file->drop(range);
+    return kept;
 } catch (const std::bad_alloc &) {
     return refuse(number, out_of_memory());
 }
@@ -88,7 +108,7 @@ TiledImage::~TiledImage() = default;
 TiledImage TiledImage::of(const Image &image) {
     auto state = std::make_unique<State>(TileGrid(image.width, image.height, image.channels));
     const TileGrid &grid = state->grid;
-    state->memory.reserve(grid.texel_bytes());
+    state->memory.reserve(static_cast<std::size_t>(grid.texel_bytes()));
     Image coarser;
     for (int level = 0; level < grid.levels(); ++level) {
         if (level > 0)
@@ -108,14 +128,17 @@ Result<TiledImage> TiledImage::open(ByteView section, std::uint64_t offset_in_fi
     Result<ImageDirectory> directory = decode_image_directory(section, offset_in_file);
     if (!directory)
         return std::move(directory).error();
-    return open(section, offset_in_file, std::move(directory).value());
+    TiledImage image = open(ByteSource(section), {0, section.size()}, std::move(directory).value());
+    image.state_->offset = offset_in_file;
+    return image;
 }
 
-TiledImage TiledImage::open(ByteView section, std::uint64_t offset_in_file, ImageDirectory directory) {
+TiledImage TiledImage::open(ByteSource file, FileRange section, ImageDirectory directory) {
     auto state = std::make_unique<State>(directory.grid);
-    state->owns_tiles = directory.storage == Storage::packed;
+    state->owns_tiles = directory.storage == Storage::packed || !file.is_whole();
+    state->file = std::move(file);
     state->section = section;
-    state->offset = offset_in_file;
+    state->offset = section.offset;
     state->stored_bytes = image_directory_bytes(directory.grid);
     state->memory_bytes = directory.tiles.size() * (sizeof(TileEntry) + sizeof(State::Slot));
     state->directory = std::move(directory);
@@ -140,8 +163,12 @@ const std::uint8_t *TiledImage::texel(int level, std::uint32_t x, std::uint32_t 
 }
 
 Result<Image> TiledImage::level_image(int level, int threads) const {
-    if (!state_->section.empty()) // past the tiles that are kept: whoever copies a level wants no second copy of it
-        return decode_level(state_->section, state_->offset, state_->directory, level, threads);
+    if (state_->file) { // past the tiles that are kept: whoever copies a level wants no second copy of it
+        const std::optional<HeldBytes> section = state_->file->view(state_->section);
+        if (!section)
+            return not_there_yet(state_->section);
+        return decode_level(section->bytes, state_->offset, state_->directory, level, threads);
+    }
     Image image{.width = width(level), .height = height(level), .channels = channels(), .texels = {}};
     image.texels.resize(std::size_t{image.width} * image.height * image.channels);
     const std::size_t first = grid().first_tile(level);
@@ -151,8 +178,17 @@ Result<Image> TiledImage::level_image(int level, int threads) const {
 }
 
 std::vector<Error> TiledImage::take_errors() const {
-    const std::lock_guard lock(state_->errors_mutex);
+    const std::lock_guard lock(state_->mutex);
     return std::exchange(state_->errors, {});
+}
+
+std::vector<FileRange> TiledImage::take_wanted() const {
+    const std::lock_guard lock(state_->mutex);
+    std::vector<FileRange> ranges;
+    for (const std::size_t number : std::exchange(state_->wanted, {}))
+        if (const FileRange range = state_->range_of(number); !state_->file->has(range))
+            ranges.push_back(range);
+    return ranges;
 }
 
 TiledImage::Statistics TiledImage::statistics() const {

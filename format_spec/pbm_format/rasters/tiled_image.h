@@ -3,6 +3,9 @@
 // From memory, or from a file where a tile is proven and decoded when it is first asked for. Immutable to look at; safe
 // to use from several threads. Texel (x, y) of a level lies in tile (x / kTileEdge, y / kTileEdge) at row
 // y % kTileEdge, column x % kTileEdge; a row of a tile has tile_width(level) texels.
+//
+// Tiles of a source that is not whole may not be there yet: they are asked for, and looked for again when they are next
+// needed.
 #pragma once
 
 #include "pbm_format/model/model.h"
@@ -28,8 +31,9 @@ class TiledImage {
     // this lives; raw tiles are used where they lie.
     static Result<TiledImage> open(ByteView section, std::uint64_t offset_in_file);
 
-    // The same with a directory that was proven before.
-    static TiledImage open(ByteView section, std::uint64_t offset_in_file, ImageDirectory directory);
+    // A section of a file, with its directory, which was proven. Drops tiles from a source that is not whole as soon as
+    // they are decoded.
+    static TiledImage open(ByteSource file, FileRange section, ImageDirectory directory);
 
     TiledImage(TiledImage &&) noexcept;
     TiledImage &operator=(TiledImage &&) noexcept;
@@ -42,16 +46,19 @@ class TiledImage {
     int levels() const { return grid().levels(); }
 
     // Texels [tile_height(level)][tile_width(level)][channels] of a tile, valid as long as this lives. Null if the tile
-    // is damaged, which is found out once; the others stay usable.
+    // is damaged, which is found out once, or not there yet; the others stay usable.
     const std::uint8_t *tile(int level, std::uint32_t tx, std::uint32_t ty) const;
-    // One texel, [channels]; null if its tile is damaged. For few texels: a loop asks for a tile once.
+    // One texel, [channels]; null as its tile. For few texels: a loop asks for a tile once.
     const std::uint8_t *texel(int level, std::uint32_t x, std::uint32_t y) const;
 
-    // A level as a whole, or the first error of its tiles.
+    // A level as a whole, or the first error of its tiles. All of the section is there.
     Result<Image> level_image(int level, int threads = 1) const;
 
     // Errors since the last call, each tile's once. Also from several threads.
     std::vector<Error> take_errors() const;
+    // Where the tiles lie in the file that were asked for since the last call and are not there yet, coarse to fine.
+    // Also from several threads.
+    std::vector<FileRange> take_wanted() const;
     Statistics statistics() const;
 
   private:

@@ -19,24 +19,52 @@ Error at_section(Error error, const SectionEntry &section) {
     return error;
 }
 
+FileRange range_of(const SectionEntry &section) { return {section.offset, section.stored_bytes}; }
+
+Result<HeldBytes> require(const ByteSource &file, FileRange range) {
+    std::optional<HeldBytes> bytes = file.view(range);
+    if (!bytes)
+        return not_there_yet(range);
+    return std::move(*bytes);
+}
+
+// The bytes of a section, whose hash is right.
+Result<HeldBytes> prove_section(const ByteSource &file, const SectionEntry &section) {
+    Result<HeldBytes> stored = require(file, range_of(section));
+    if (!stored)
+        return stored;
+    if (Status status = prove_hash(stored->bytes, section); !status)
+        return std::move(status).error();
+    return stored;
+}
+
 // Decodes a small section into `to` after proving its hash.
 template <class T, class Decode>
-Status read_section(ByteView file, const SectionEntry &section, T &to, Decode &&decode) {
-    if (Status status = prove_hash(file, section); !status)
-        return status;
-    const ByteView bytes = file.subspan(section.offset, section.stored_bytes);
-    auto decoded = decode(bytes);
+Status read_section(const ByteSource &file, const SectionEntry &section, T &to, Decode &&decode) {
+    const Result<HeldBytes> stored = prove_section(file, section);
+    if (!stored)
+        return stored.error();
+    auto decoded = decode(stored->bytes);
     if (!decoded)
         return at_section(std::move(decoded).error(), section);
     to = std::move(decoded).value();
     return {};
 }
 
-Status prove_metadata(ByteView file, const SectionEntry &section) {
-    if (Status status = prove_hash(file, section); !status)
-        return status;
-    Status status = check_metadata(file.subspan(section.offset, section.stored_bytes));
+Status read_metadata(const ByteSource &file, const SectionEntry &section, HeldBytes &to) {
+    Result<HeldBytes> stored = prove_section(file, section);
+    if (!stored)
+        return std::move(stored).error();
+    to = std::move(stored).value();
+    Status status = check_metadata(to.bytes);
     return status ? status : Status(at_section(std::move(status).error(), section));
+}
+
+FileRange header_range(const ByteSource &file) { return {0, std::min<std::uint64_t>(file.size(), kHeaderBytes)}; }
+
+// Header and section table, as far as the file goes.
+FileRange table_range(const FileHeader &header) {
+    return {0, std::min(header.file_size, kHeaderBytes + header.table_count * std::uint64_t{kSectionEntryBytes})};
 }
 
 } // namespace
@@ -45,19 +73,46 @@ const SectionEntry *Reader::section(SectionType type, std::uint32_t instance) co
     return find_section(sections_, type, instance);
 }
 
-Result<Reader> Reader::open(ByteView file) try {
-    Reader reader(file);
-    Result<FileHeader> header = decode_header(file);
+FileRange Reader::opening_range(const ByteSource &file) {
+    const std::optional<HeldBytes> start = file.view(header_range(file));
+    if (!start)
+        return header_range(file);
+    const Result<FileHeader> header = decode_header(start->bytes, file.size());
+    if (!header)
+        return {};
+    const std::optional<HeldBytes> table = file.view(table_range(*header));
+    if (!table)
+        return table_range(*header);
+    const Result<std::vector<SectionEntry>> sections = decode_section_table(table->bytes, *header);
+    if (!sections)
+        return {};
+    FileRange small{table->bytes.size(), 0};
+    for (const SectionEntry &entry : *sections)
+        if (is_known(entry.type) && entry.type < SectionType::level_directory)
+            small.bytes = entry.offset + entry.stored_bytes - small.offset;
+    return file.has(small) ? FileRange{} : small;
+}
+
+Result<Reader> Reader::open(ByteSource source) try {
+    Reader reader(std::move(source));
+    const ByteSource &file = reader.source_;
+    const Result<HeldBytes> start = require(file, header_range(file));
+    if (!start)
+        return start.error();
+    Result<FileHeader> header = decode_header(start->bytes, file.size());
     if (!header)
         return std::move(header).error();
     reader.header_ = *header;
-    Result<std::vector<SectionEntry>> sections = decode_section_table(file, reader.header_);
+    const Result<HeldBytes> table = require(file, table_range(*header));
+    if (!table)
+        return table.error();
+    Result<std::vector<SectionEntry>> sections = decode_section_table(table->bytes, reader.header_);
     if (!sections)
         return std::move(sections).error();
     reader.sections_ = std::move(sections).value();
 
     ModelParameters &parameters = reader.parameters_;
-    Status status = prove_metadata(file, *reader.section(SectionType::metadata));
+    Status status = read_metadata(file, *reader.section(SectionType::metadata), reader.metadata_);
     read_small_sections(reader.header_, reader.sections_, parameters,
                         [&](const SectionEntry &entry, auto &to, const auto &decode) {
                             if (status)
@@ -80,13 +135,10 @@ Result<Reader> Reader::open(ByteView file) try {
     return out_of_memory();
 }
 
-std::string_view Reader::metadata() const {
-    const SectionEntry &entry = *section(SectionType::metadata);
-    return {reinterpret_cast<const char *>(file_.data()) + entry.offset, entry.stored_bytes};
-}
-
 Result<const LevelDirectory *> Reader::directory(int level) try {
-    assert(level >= 1 && level <= depth());
+    if (level < 1 || level > depth())
+        return Error{ErrorCode::usage, 0,
+                     "the file has no level " + std::to_string(level) + " but 1 to " + std::to_string(depth())};
     for (int next = 1; next <= level; ++next) {
         const auto at = static_cast<std::size_t>(next);
         if (is_read(next))
@@ -94,7 +146,7 @@ Result<const LevelDirectory *> Reader::directory(int level) try {
         const SectionEntry &entry = *section(SectionType::level_directory, static_cast<std::uint32_t>(next));
         const LevelDirectory *above = next == 1 ? nullptr : &directories_[at - 1];
         LevelDirectory read;
-        const Status status = read_section(file_, entry, read, [&](ByteView bytes) {
+        const Status status = read_section(source_, entry, read, [&](ByteView bytes) {
             return decode_directory(bytes, next, parameters_.attributes, header_.chunk_points, above,
                                     *section(SectionType::level_chunks, static_cast<std::uint32_t>(next)));
         });
@@ -107,10 +159,12 @@ Result<const LevelDirectory *> Reader::directory(int level) try {
             const SectionEntry &bricks = *section(SectionType::level_bricks, static_cast<std::uint32_t>(next));
             if (const Status counted = check_brick_count(read, bricks); !counted)
                 return counted.error();
-            proven = std::make_unique<std::atomic<bool>[]>(read.chunks.size());
+            if (source_.is_whole())
+                proven = std::make_unique<std::atomic<bool>[]>(read.chunks.size());
         }
         directories_[at] = std::move(read);
         proven_[at] = std::move(proven);
+        source_.drop(range_of(entry));
     }
     return &directories_[static_cast<std::size_t>(level)];
 } catch (const std::bad_alloc &) {
@@ -119,11 +173,43 @@ Result<const LevelDirectory *> Reader::directory(int level) try {
 
 Chunk Reader::root_chunk() const { return {.masks = {}, .points = root_points(header_.root, parameters_.attributes)}; }
 
+FileRange Reader::directory_range(int level) const {
+    return range_of(*section(SectionType::level_directory, static_cast<std::uint32_t>(level)));
+}
+
+Status Reader::check_chunk(int level, std::size_t index, std::optional<Storage> storage) const {
+    const auto refuse = [](std::string text) { return Error{ErrorCode::usage, 0, std::move(text)}; };
+    if (!is_read(level))
+        return refuse("the directory of level " + std::to_string(level) + " was not read before its chunks");
+    if (index >= directories_[static_cast<std::size_t>(level)].chunks.size())
+        return refuse("level " + std::to_string(level) + " has no chunk " + std::to_string(index));
+    if (storage && *storage != header_.storage())
+        return refuse("chunks of packed files are loaded from their bytes, those of mapped files are viewed");
+    return {};
+}
+
+FileRange Reader::chunk_range(int level, std::size_t index) const {
+    return check_chunk(level, index) ? pbm::chunk_range(entry_of(level, index)) : FileRange{};
+}
+
+FileRange Reader::brick_range(int level, std::size_t index) const {
+    if (!check_chunk(level, index, Storage::mapped))
+        return {};
+    return pbm::brick_range(entry_of(level, index),
+                            *section(SectionType::level_bricks, static_cast<std::uint32_t>(level)));
+}
+
+std::optional<ChunkBytes> Reader::chunk_bytes(int level, std::size_t index) const {
+    std::optional<HeldBytes> streams = source_.view(chunk_range(level, index));
+    std::optional<HeldBytes> bricks = source_.view(brick_range(level, index));
+    if (!streams || !bricks)
+        return std::nullopt;
+    return ChunkBytes{.streams = std::move(*streams), .bricks = std::move(*bricks)};
+}
+
 Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chunk &to) const try {
-    assert(is_read(level) && &parent != &to);
-    const LevelDirectory &directory = directories_[static_cast<std::size_t>(level)];
-    assert(index < directory.chunks.size());
-    const ChunkEntry &entry = directory.chunks[index];
+    if (Status status = check_chunk(level, index); !status)
+        return status;
     if (header_.storage() == Storage::mapped) {
         const Result<ChunkView> view = view_chunk(level, index);
         if (!view)
@@ -131,57 +217,79 @@ Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chu
         copy_chunk(*view, parameters_.attributes, level, to);
         return {};
     }
+    const std::optional<ChunkBytes> bytes = chunk_bytes(level, index);
+    return bytes ? load_chunk(level, index, *bytes, parent, to) : Status(not_there_yet(chunk_range(level, index)));
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
+}
+
+Status Reader::load_chunk(int level, std::size_t index, const ChunkBytes &bytes, const Chunk &parent, Chunk &to) const
+    try {
+    if (Status status = check_chunk(level, index, Storage::packed); !status)
+        return status;
+    assert(&parent != &to);
+    const ChunkEntry &entry = entry_of(level, index);
     std::uint64_t first_mask = 0, first_point = 0;
     if (level > 1) {
-        const ChunkEntry &above = directories_[static_cast<std::size_t>(level) - 1].chunks[entry.shape.parent_chunk];
+        const ChunkEntry &above = entry_of(level - 1, entry.shape.parent_chunk);
         first_mask = above.first_node;
         first_point = above.first_point;
     }
     const ParentNodes parents =
         parent_nodes(entry, parent.masks, first_mask, parent.points, first_point, parameters_.attributes);
-    return decode_chunk(entry, stored(entry), chunk_rules(level), parents, to);
+    return decode_chunk(entry, bytes.streams.bytes, chunk_rules(level), parents, to);
 } catch (const std::bad_alloc &) {
     return out_of_memory();
 }
 
 Result<ChunkView> Reader::view_chunk(int level, std::size_t index) const try {
-    assert(header_.storage() == Storage::mapped);
-    assert(is_read(level));
+    if (Status status = check_chunk(level, index, Storage::mapped); !status)
+        return std::move(status).error();
     // Up to the first ancestor that is proven, and down again.
     std::array<std::size_t, kMaxDepth + 1> path{};
     int proven = level;
     path[static_cast<std::size_t>(level)] = index;
-    for (; proven > 0; --proven) {
+    for (; proven > 1; --proven) {
         const auto at = static_cast<std::size_t>(proven);
-        if (proven_[at][path[at]].load(std::memory_order_acquire))
+        if (proven_[at] && proven_[at][path[at]].load(std::memory_order_acquire))
             break;
-        path[at - 1] = directories_[at].chunks[path[at]].shape.parent_chunk;
+        path[at - 1] = entry_of(proven, path[at]).shape.parent_chunk;
     }
-    for (int next = proven + 1; next <= level; ++next)
-        if (Status status = prove_chunk_at(next, path[static_cast<std::size_t>(next)]); !status)
-            return std::move(status).error();
-    const ChunkEntry &entry = directories_[static_cast<std::size_t>(level)].chunks[index];
-    return pbm::view_chunk(entry, file_, *section(SectionType::level_bricks, static_cast<std::uint32_t>(level)),
-                           parameters_.attributes, level);
+    ChunkView parent;
+    for (int next = proven;; ++next) {
+        const std::size_t at = path[static_cast<std::size_t>(next)];
+        const std::optional<ChunkBytes> bytes = chunk_bytes(next, at);
+        if (!bytes)
+            return not_there_yet(chunk_range(next, at));
+        Result<ChunkView> view = view_chunk(next, at, *bytes, next == 1 ? nullptr : &parent);
+        if (!view || next == level)
+            return view;
+        parent = std::move(view).value();
+    }
 } catch (const std::bad_alloc &) {
     return out_of_memory();
 }
 
-// Its parent chunk is proven.
-Status Reader::prove_chunk_at(int level, std::size_t index) const {
-    const auto at = static_cast<std::size_t>(level);
-    const auto bricks = [&](int of) { return section(SectionType::level_bricks, static_cast<std::uint32_t>(of)); };
-    const ChunkEntry &entry = directories_[at].chunks[index];
-    BrickParents parents;
-    if (level > 1) {
-        const ChunkEntry &above = directories_[at - 1].chunks[entry.shape.parent_chunk];
-        const ChunkView view = pbm::view_chunk(above, file_, *bricks(level - 1), parameters_.attributes, level - 1);
-        parents = brick_parents(entry, above, view.bricks, view.masks);
+Result<ChunkView> Reader::view_chunk(int level, std::size_t index, const ChunkBytes &bytes,
+                                     const ChunkView *parent) const try {
+    if (Status status = check_chunk(level, index, Storage::mapped); !status)
+        return std::move(status).error();
+    const ProvenChunks &proven = proven_[static_cast<std::size_t>(level)];
+    const ChunkEntry &entry = entry_of(level, index);
+    if (!proven || !proven[index].load(std::memory_order_acquire)) {
+        BrickParents parents;
+        if (parent != nullptr)
+            parents =
+                brick_parents(entry, entry_of(level - 1, entry.shape.parent_chunk), parent->bricks, parent->masks);
+        const SectionEntry &bricks = *section(SectionType::level_bricks, static_cast<std::uint32_t>(level));
+        if (Status status = prove_chunk(entry, bytes, bricks, chunk_rules(level), parents); !status)
+            return std::move(status).error();
+        if (proven)
+            proven[index].store(true, std::memory_order_release);
     }
-    Status status = prove_chunk(entry, file_, *bricks(level), chunk_rules(level), parents);
-    if (status)
-        proven_[at][index].store(true, std::memory_order_release);
-    return status;
+    return pbm::view_chunk(entry, bytes, parameters_.attributes, level);
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
 }
 
 std::vector<const SectionEntry *> Reader::rasters() const {
@@ -192,14 +300,21 @@ std::vector<const SectionEntry *> Reader::rasters() const {
     return rasters;
 }
 
+std::vector<FileRange> Reader::raster_ranges() const {
+    std::vector<FileRange> ranges;
+    for (const SectionEntry *entry : rasters())
+        ranges.push_back(image_directory_range(*entry));
+    return ranges;
+}
+
 Result<TiledImages> Reader::images() const try {
     TiledImages images;
     for (const SectionEntry *entry : rasters()) {
-        Result<ImageDirectory> directory = read_image_directory(file_, *entry, header_.storage());
+        Result<ImageDirectory> directory = read_image_directory(source_, *entry, header_.storage());
         if (!directory)
             return std::move(directory).error();
-        auto image = std::make_shared<const TiledImage>(
-            TiledImage::open(file_.subspan(entry->offset, entry->stored_bytes), entry->offset, std::move(*directory)));
+        auto image =
+            std::make_shared<const TiledImage>(TiledImage::open(source_, range_of(*entry), std::move(*directory)));
         if (entry->type == SectionType::panorama)
             images.panorama = std::move(image);
         else if (entry->type == SectionType::ground_texture)
@@ -229,14 +344,18 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
     const AttributeSet &set = model.parameters.attributes;
     const Level &above = model.levels[static_cast<std::size_t>(directory.level) - 1];
     Level &level = model.levels[static_cast<std::size_t>(directory.level)];
-    level.masks.resize(directory.nodes);
-    level.points.resize(directory.points, set);
+    // Fits: load_levels has compared it with the memory allowed.
+    level.masks.resize(static_cast<std::size_t>(directory.nodes));
+    level.points.resize(static_cast<std::size_t>(directory.points), set);
     const bool mapped = reader.header().storage() == Storage::mapped;
     const auto load = [&](const ChunkEntry &entry, std::size_t index, Chunk &to) -> Status {
         if (mapped) // lies in the file as a whole
             return reader.load_chunk(directory.level, index, {}, to);
+        const Result<HeldBytes> stored = require(reader.source(), chunk_range(entry));
+        if (!stored)
+            return stored.error();
         const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
-        return decode_chunk(entry, reader.stored(entry), reader.chunk_rules(directory.level), parents, to);
+        return decode_chunk(entry, stored->bytes, reader.chunk_rules(directory.level), parents, to);
     };
     std::vector<std::optional<Error>> failures(directory.chunks.size());
     std::atomic<bool> failed{false};
@@ -308,7 +427,7 @@ Result<Model> load_model(Reader &reader, const LoadOptions &options) try {
         directories.push_back(*directory);
         memory += decoded_bytes(**directory, set);
     }
-    if (memory > options.max_memory)
+    if (memory > addressable(options.max_memory))
         return broken("system.memory", 0,
                       "the model needs " + std::to_string(memory >> 20) + " MiB of memory, more than allowed (" +
                           std::to_string(options.max_memory >> 20) + " MiB): draw a coarser level or allow more",

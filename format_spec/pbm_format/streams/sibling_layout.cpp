@@ -91,8 +91,8 @@ MaskSummary summarise_masks(ByteView masks) { return HWY_DYNAMIC_DISPATCH(summar
 void SiblingLayout::build(ByteView masks, const MaskSummary &summary) {
     assert(!summary.zero);
     nodes_ = masks.size();
-    points_ = summary.children;
-    codes_ = points_ - summary.only_children;
+    points_ = static_cast<std::size_t>(summary.children);
+    codes_ = points_ - static_cast<std::size_t>(summary.only_children);
     const std::size_t room = points_ + kSlack;
     numbers_.resize(std::max(numbers_.size(), 1 + room));
     parents_.resize(std::max(parents_.size(), room));

@@ -14,7 +14,12 @@ bool ChunkCache::is_settled(ChunkPlace place) const {
 }
 
 std::optional<ChunkTask> ChunkCache::begin_loading(ChunkPlace place, const ChunkLoader &loader) {
-    ChunkTask task{.place = place, .entry = &entry_of(place), .parent_entry = nullptr, .parent = nullptr, .memory = {}};
+    ChunkTask task{.place = place,
+                   .entry = &entry_of(place),
+                   .parent_entry = nullptr,
+                   .parent = nullptr,
+                   .memory = {},
+                   .bytes = {}};
     if (place.level > 1) {
         task.parent_entry = &entry_of(parent_of(place));
         task.parent = chunk(parent_of(place)); // the task's copy keeps make_room from evicting it

@@ -14,7 +14,7 @@ namespace pbm {
 
 class ChunkCache {
   public:
-    explicit ChunkCache(std::uint64_t max_memory) : max_memory_(max_memory) {}
+    explicit ChunkCache(std::uint64_t max_memory) : max_memory_(addressable(max_memory)) {}
 
     // Adds the level below those that the cache knows.
     void add_level(const LevelDirectory &directory);

@@ -24,7 +24,8 @@ Status ChunkLoader::decode(const ChunkTask &task, ResidentChunk &to) const {
     const auto [level, index] = task.place;
     const ChunkShape &shape = task.entry->shape;
     to.decoded.packs_shadows = true;
-    if (Status status = reader_.load_chunk(level, index, level == 1 ? root_ : task.parent->decoded, to.decoded);
+    if (Status status =
+            reader_.load_chunk(level, index, task.bytes, level == 1 ? root_ : task.parent->decoded, to.decoded);
         !status)
         return status;
     const auto &[masks, points, packed_shadows, packs] = to.decoded;
@@ -50,7 +51,8 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     auto chunk = std::make_shared<ResidentChunk>();
     chunk->memory = std::move(task.memory);
     if (is_mapped()) {
-        Result<ChunkView> view = reader_.view_chunk(task.place.level, task.place.index);
+        Result<ChunkView> view = reader_.view_chunk(task.place.level, task.place.index, task.bytes,
+                                                    task.parent == nullptr ? nullptr : &task.parent->view);
         if (!view)
             return std::move(view).error();
         chunk->view = *view;
@@ -68,8 +70,8 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
 std::uint64_t ChunkLoader::memory_of(int level, const ChunkEntry &entry) const {
     const ChunkShape &shape = entry.shape;
     const std::uint64_t offsets = shape.points + shape.bricks;
-    if (is_mapped())
-        return offsets;
+    if (is_mapped()) // the bytes of a whole file take no memory
+        return offsets + (reader_.source().is_whole() ? 0 : bytes_read_by(entry));
     const AttributeSet &set = reader_.parameters().attributes;
     LevelDirectory alone{.level = level, .chunks = {}, .points = shape.points, .nodes = shape.nodes};
     std::uint64_t bytes = offsets + decoded_bytes(alone, set) + shape.bricks * kBrickRecordBytes;
@@ -79,6 +81,22 @@ std::uint64_t ChunkLoader::memory_of(int level, const ChunkEntry &entry) const {
             bytes -= level == reader_.depth() ? shape.points : 0; // Chunk::packs_shadows
         }
     return bytes;
+}
+
+bool ChunkLoader::has_bytes(ChunkPlace place) const {
+    const auto has = [&](FileRange range) { return reader_.source().has(range); };
+    return reader_.source().is_whole() || (has(ranges_of(place)[0]) && has(ranges_of(place)[1]));
+}
+
+void ChunkLoader::list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const {
+    for (const FileRange range : ranges_of(place))
+        if (!reader_.source().has(range))
+            wanted.push_back(range);
+}
+
+void ChunkLoader::drop_bytes(ChunkPlace place) const {
+    for (const FileRange range : ranges_of(place))
+        reader_.source().drop(range);
 }
 
 std::uint64_t ChunkLoader::bytes_read_by(const ChunkEntry &entry) const {

@@ -14,6 +14,7 @@ struct ChunkTask {
     const ChunkEntry *parent_entry = nullptr; // null for level 1
     ResidentPointer parent;                   // null for level 1
     MemoryClaim memory;                       // memory_of(place.level, *entry); the chunk takes it over
+    ChunkBytes bytes;                         // bytes_of(place)
 };
 
 // All functions may be called by several threads at once.
@@ -27,6 +28,14 @@ class ChunkLoader {
 
     // Bytes that a chunk takes while it is resident, with surface offsets for all of its points.
     std::uint64_t memory_of(int level, const ChunkEntry &entry) const;
+    // The stored bytes of a chunk; none if some of them are not there yet.
+    std::optional<ChunkBytes> bytes_of(ChunkPlace place) const { return reader_.chunk_bytes(place.level, place.index); }
+    bool has_bytes(ChunkPlace place) const;
+    // Those of their ranges in the file that are not there yet.
+    void list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const;
+    // Drops them from the source: a task has them.
+    void drop_bytes(ChunkPlace place) const;
+
     // Bytes of the file that `load` reads.
     std::uint64_t bytes_read_by(const ChunkEntry &entry) const;
     // Points that `load` decodes: 0 in a mapped file.
@@ -35,6 +44,9 @@ class ChunkLoader {
   private:
     bool is_mapped() const { return reader_.header().storage() == Storage::mapped; }
     Status decode(const ChunkTask &task, ResidentChunk &to) const;
+    std::array<FileRange, 2> ranges_of(ChunkPlace place) const {
+        return {reader_.chunk_range(place.level, place.index), reader_.brick_range(place.level, place.index)};
+    }
 
     const Reader &reader_;
     const Chunk root_; // the parent of level 1

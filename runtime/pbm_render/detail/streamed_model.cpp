@@ -29,7 +29,11 @@ struct StreamedModel::Parts {
           scheduler(loader, cache, mutex, options.threads, std::move(options.arrived)) {}
 
     Status read_directory(int level);
-    DetailSelection select(const DetailView &view) const; // the caller holds the mutex
+    // The caller holds the mutex:
+    DetailSelection select(const DetailView &view) const;
+    // The ranges that are not there yet of a chunk that is neither resident nor being loaded; of a level's chunks.
+    void list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const;
+    void list_wanted(int level, std::vector<FileRange> &wanted) const;
 
     Reader reader;
     const ChunkLoader loader;
@@ -50,7 +54,8 @@ Status StreamedModel::Parts::read_directory(int level) {
     const Result<const LevelDirectory *> read = reader.directory(level);
     const std::lock_guard lock(mutex);
     if (!read) {
-        finest = level - 1;
+        if (read.error().code != ErrorCode::usage) // dropped by another thread meanwhile: no damage
+            finest = level - 1;
         return read.error();
     }
     bytes_read += reader.section(SectionType::level_directory, static_cast<std::uint32_t>(level))->stored_bytes;
@@ -63,6 +68,16 @@ DetailSelection StreamedModel::Parts::select(const DetailView &view) const {
     possible.finest = std::min(view.finest, finest);
     return select_detail(reader.parameters().grid, reader.header().root.value({StreamKind::radius}), cache.levels(),
                          possible);
+}
+
+void StreamedModel::Parts::list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const {
+    if (!cache.is_settled(place))
+        loader.list_wanted(place, wanted);
+}
+
+void StreamedModel::Parts::list_wanted(int level, std::vector<FileRange> &wanted) const {
+    for (std::uint32_t i = 0; i < cache.levels()[static_cast<std::size_t>(level)].chunks.size(); ++i)
+        list_wanted({level, i}, wanted);
 }
 
 Result<Sphere> StreamedModel::bounds() try {
@@ -97,19 +112,47 @@ Result<Sphere> StreamedModel::bounds() try {
     return out_of_memory();
 }
 
+std::vector<FileRange> StreamedModel::bounds_wanted() const {
+    std::vector<FileRange> wanted;
+    const std::lock_guard lock(parts_->mutex);
+    const Reader &reader = parts_->reader;
+    for (int level = 1; level <= std::min(kBoundsLevel, reader.depth()); ++level) {
+        if (level <= parts_->cache.known_levels()) {
+            parts_->list_wanted(level, wanted);
+            continue;
+        }
+        for (const SectionType type :
+             {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks})
+            if (const SectionEntry *entry = reader.section(type, static_cast<std::uint32_t>(level));
+                entry != nullptr && !reader.source().has({entry->offset, entry->stored_bytes}))
+                wanted.push_back({entry->offset, entry->stored_bytes});
+    }
+    return wanted;
+}
+
 Detail StreamedModel::choose(const DetailView &view) {
     std::unique_lock lock(parts_->mutex);
     DetailSelection selection = parts_->select(view);
-    while (selection.needs_directory && parts_->cache.known_levels() < parts_->finest) {
+    const Reader &reader = parts_->reader;
+    const auto next_level = [&] { return parts_->cache.known_levels() + 1; };
+    const auto needs_directory = [&] { return selection.needs_directory && next_level() <= parts_->finest; };
+    while (needs_directory() && reader.source().has(reader.directory_range(next_level()))) {
         lock.unlock();
-        Status status = parts_->read_directory(parts_->cache.known_levels() + 1);
+        Status status = parts_->read_directory(next_level());
         lock.lock();
-        if (!status)
+        if (!status && status.error().code != ErrorCode::usage)
             parts_->scheduler.add_error(std::move(status).error());
         selection = parts_->select(view);
     }
     parts_->cache.begin_view();
-    Detail detail{.runs = std::move(selection.runs), .missing = std::move(selection.missing), .chunks = {}};
+    Detail detail{
+        .wanted = {}, .runs = std::move(selection.runs), .missing = std::move(selection.missing), .chunks = {}};
+    if (!reader.source().is_whole()) {
+        for (const MissingChunk &chunk : detail.missing)
+            parts_->list_wanted(chunk.place, detail.wanted);
+        if (needs_directory())
+            detail.wanted.push_back(reader.directory_range(next_level()));
+    }
     detail.chunks.reserve(selection.present.size());
     for (const ChunkPlace place : selection.present) {
         parts_->cache.use(place);
@@ -125,8 +168,9 @@ Result<Detail> StreamedModel::load(const DetailView &view) try {
         Detail detail = choose(view);
         {
             const std::lock_guard lock(parts_->mutex);
-            std::erase_if(detail.missing,
-                          [&](const MissingChunk &chunk) { return !parts_->cache.has_parent(chunk.place); });
+            std::erase_if(detail.missing, [&](const MissingChunk &chunk) {
+                return !parts_->cache.has_parent(chunk.place) || !parts_->loader.has_bytes(chunk.place);
+            });
         }
         const bool complete = detail.missing.empty();
         // The errors include that of a damaged directory.

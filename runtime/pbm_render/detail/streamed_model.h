@@ -11,6 +11,14 @@
 // chunk does; it draws a chunk of a mapped file where it lies. It names a damaged chunk once, and never asks again for
 // that chunk nor for those below it.
 //
+// Of a source that is not whole (system/byte_source.h), what is not there yet is told as ranges of the file:
+//
+//   model.bounds_wanted()          until it is empty, fetch that
+//   model.choose(view).wanted      what the picture lacks: fill the source with it and choose anew
+//
+// A chunk's bytes are dropped from that source when the chunk is loaded. If the chunk is evicted and needed again, they
+// are wanted again.
+//
 //   ChunkLoader      assembles a resident chunk from the file
 //   ChunkCache       holds the resident chunks and evicts what no view needs
 //   ChunkScheduler   decides which thread loads which chunk when
@@ -40,6 +48,7 @@ struct StreamingStatistics {
 
 // What a picture can show now. Keeps its chunks in memory; the model must outlive it.
 struct Detail {
+    std::vector<FileRange> wanted; // what the picture lacks and is not there yet, most urgent first
     std::vector<PointRun> runs;
     std::vector<MissingChunk> missing; // for `request`
     std::vector<std::shared_ptr<const void>> chunks;
@@ -59,13 +68,16 @@ class StreamedModel {
 
     // As bounding_sphere of the whole model. Loads its levels up to kBoundsLevel.
     //
-    // errors  as Reader::directory and ChunkLoader::load; memory
+    // errors  as Reader::directory and ChunkLoader::load; memory; usage if bounds_wanted() is not empty
     Result<Sphere> bounds();
+    // What `bounds` reads of the file and is not there yet.
+    std::vector<FileRange> bounds_wanted() const;
 
     // What a picture can show now. Reads directories where needed, and no chunk.
     Detail choose(const DetailView &view);
 
-    // The whole picture: nothing is missing. After an error of a chunk the model still tries all others.
+    // The whole picture: nothing is missing but what is `wanted`. After an error of a chunk the model still tries all
+    // others.
     //
     // errors  as Reader::directory and ChunkLoader::load, the one with the lowest offset; memory
     Result<Detail> load(const DetailView &view);

@@ -52,7 +52,9 @@ HWY_INLINE void draw_block(const float *depths, std::uint32_t id, double *upper,
     const auto second = hn::BitCast(d64, hn::InterleaveUpper(du32, ids, z));
     // Load and store one pixel at a time: the previous block often stored one of them, and a load is fast only if it
     // has the size of that store.
-    const auto draw = [&](auto value, double *to) { hn::StoreU(hn::Min(value, hn::LoadU(pixel, to)), pixel, to); };
+    const auto draw = [&](auto value, double *to) {
+        hn::StoreU(lesser_doubles(value, hn::LoadU(pixel, to)), pixel, to);
+    };
     draw(hn::LowerHalf(first), upper);
     draw(hn::UpperHalf(pixel, first), upper + 1);
     draw(hn::LowerHalf(second), lower);

@@ -6,7 +6,7 @@
 #include "pbm_render/fast/strip_pixels.h"
 #include "pbm_render/shading/point_shader.h"
 #include "system/threads/parallel.h"
-#include "system/threads/worker_pool.h"
+#include "system/threads/thread_pool.h"
 
 #include <algorithm>
 #include <optional>
@@ -62,7 +62,7 @@ struct FastRenderer::Frame {
     const std::shared_ptr<const Surroundings> surroundings;
     Appearance appearance;
     DrawnRuns runs;
-    WorkerPool pool;
+    ThreadPool pool;
 
     std::vector<StreamPointers> streams; // [runs]
     std::vector<Workplace> workplaces;   // [thread]

@@ -9,7 +9,7 @@
 #include "pbm_render/surroundings/surroundings.h"
 #include "pbm_surface/surface_offsets.h"
 #include "system/threads/parallel.h"
-#include "system/threads/worker_pool.h"
+#include "system/threads/thread_pool.h"
 
 #include <glm/geometric.hpp>
 
@@ -89,7 +89,7 @@ struct FineRenderer::Frame {
     const std::shared_ptr<const Surroundings> surroundings;
     Appearance appearance;
     DrawnRuns runs;
-    WorkerPool pool;
+    ThreadPool pool;
 
     std::optional<Picture> picture;
     std::vector<Workplace> workplaces; // [thread]

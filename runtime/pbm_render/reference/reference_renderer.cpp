@@ -101,7 +101,7 @@ void Walk::draw_octant(std::size_t octant, unsigned place, const std::vector<std
     const glm::dvec3 middle = glm::dvec3(grid_.origin[0], grid_.origin[1], grid_.origin[2]) + grid_.edge() / 2;
     lay_splats(middle + glm::dvec3(place & 1 ? half : -half, place & 2 ? half : -half, place & 4 ? half : -half), half);
     for (std::size_t level = 1; level < starts.size(); ++level)
-        cursor_[level] = starts[level][octant];
+        cursor_[level] = static_cast<std::size_t>(starts[level][octant]);
     const glm::vec4 centre = table_.centre + table_.child[1][place];
     if (level_ == 1)
         draw_odd_point(octant, centre);

@@ -36,7 +36,7 @@ class Depths {
     const float *depth_;
 };
 
-template <class Work> void for_each_row(const Framebuffer &target, WorkerPool &pool, const Work &work) {
+template <class Work> void for_each_row(const Framebuffer &target, ThreadPool &pool, const Work &work) {
     const auto bands = static_cast<std::size_t>((target.height + kBandRows - 1) / kBandRows);
     pool.run(bands, [&](std::size_t band, std::size_t) {
         const int first = static_cast<int>(band) * kBandRows;
@@ -176,7 +176,7 @@ float smooth(const std::vector<float> &values, const Framebuffer &target, int x,
 }
 
 // Calls `factor(x, y)` for all pixels where something was drawn.
-template <class Factor> void darken_all(Framebuffer &target, WorkerPool &pool, const Factor &factor) {
+template <class Factor> void darken_all(Framebuffer &target, ThreadPool &pool, const Factor &factor) {
     const ColourTable colours;
     for_each_row(target, pool, [&](int y) {
         const auto row = static_cast<std::size_t>(std::ptrdiff_t{y} * target.width);
@@ -188,7 +188,7 @@ template <class Factor> void darken_all(Framebuffer &target, WorkerPool &pool, c
 
 } // namespace
 
-void apply_depth_cue(DepthCue cue, const DepthCueView &view, WorkerPool &pool, Framebuffer &target) {
+void apply_depth_cue(DepthCue cue, const DepthCueView &view, ThreadPool &pool, Framebuffer &target) {
     if (cue == DepthCue::eye_dome) {
         const EyeDome dome(target);
         darken_all(target, pool, [&](int x, int y) { return dome.factor(x, y); });

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"
-#include "system/threads/worker_pool.h"
+#include "system/threads/thread_pool.h"
 
 #include <cstdint>
 
@@ -20,6 +20,6 @@ struct DepthCueView {
 
 // Darkens the colours of `target`, which has depths, where something was drawn. Leaves alpha, depths and what is empty
 // as they are. Same picture for any number of threads.
-void apply_depth_cue(DepthCue cue, const DepthCueView &view, WorkerPool &pool, Framebuffer &target);
+void apply_depth_cue(DepthCue cue, const DepthCueView &view, ThreadPool &pool, Framebuffer &target);
 
 } // namespace pbm

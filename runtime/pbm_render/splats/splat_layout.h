@@ -8,6 +8,7 @@
 #endif
 
 #include "pbm_render/splats/facing_points.h"
+#include "system/simd/target_gaps.h"
 
 #include <array>
 #include <cstdint>
@@ -78,7 +79,6 @@ struct Enlargement {
 
 // As SplatShape, for the depth where the point is: a vector of splats of any size.
 struct Ellipses {
-    Enlargement enlarged;                                                      // of all of them
     alignas(64) std::array<float, kMostLanes> x, y, depth;                     // middle
     alignas(64) std::array<float, kMostLanes> xx, xy, yy;                      // 1 on the outline
     alignas(64) std::array<float, kMostLanes> slope_x, slope_y;                // of the depth, per pixel
@@ -90,11 +90,10 @@ struct Ellipses {
 // the last point get empty ellipses.
 template <bool kPlaced>
 HWY_INLINE LaidSplats lay_ellipses(const StripRun &at, const FacingPoints &points, std::size_t first, Ellipses &to,
-                                   std::size_t lane = 0) {
+                                   std::size_t lane = 0, const Enlargement &enlarged = {}) {
     const FrameGeometry &frame = at.frame;
     const DepthStrip &strip = at.strip;
     const float voxel_edge = at.run.voxel;
-    const Enlargement enlarged = to.enlarged;
     const std::size_t end = points.count;
     const Floats d;
     const Ints di;
@@ -196,7 +195,7 @@ HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::ui
             const auto z =
                 hn::BitCast(du32, hn::IfThenElse(inside, depth, hn::Set(d32, std::numeric_limits<float>::infinity())));
             const auto draw = [&](auto value, double *to) {
-                hn::StoreU(hn::Min(hn::BitCast(d64, value), hn::LoadU(d64, to)), d64, to);
+                hn::StoreU(lesser_doubles(hn::BitCast(d64, value), hn::LoadU(d64, to)), d64, to);
             };
             draw(hn::InterleaveLower(du32, ids, z), pixels + i);
             draw(hn::InterleaveUpper(du32, ids, z), pixels + i + 2);

@@ -50,6 +50,13 @@ GroundSampler::GroundSampler(const ModelParameters &parameters, const TiledImage
         lit_.push_back(std::make_unique<TexelLevels>(word, kMissingValue));
 }
 
+void GroundSampler::retry() const {
+    if (texture_)
+        texture_->retry();
+    for (const auto &word : lit_)
+        word->retry();
+}
+
 GroundFrame GroundSampler::frame(const Appearance &appearance, const Projection &projection, bool shadows,
                                  bool texture) const {
     GroundFrame frame;

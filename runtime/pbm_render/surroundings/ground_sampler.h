@@ -75,6 +75,7 @@ class GroundSampler {
                const GroundPixels &pixels) const;
 
     UpAxis up() const { return parameters_.grid.up; }
+    void retry() const;
 
   private:
     const ModelParameters &parameters_;

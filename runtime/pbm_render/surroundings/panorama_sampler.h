@@ -40,6 +40,8 @@ class PanoramaSampler {
     // at i * kRayBlock; sample_row leaves the colours of other blocks as they are.
     void sample_row(const RayRow &rays, const std::uint8_t *wanted, const LinearRow &to) const;
 
+    void retry() const { texels_.retry(); }
+
   private:
     TexelLevels texels_;
     glm::mat3 axes_; // from model axes to right, up, forward of a view at the middle

@@ -118,19 +118,34 @@ Surroundings::Surroundings(const ModelParameters &parameters, TiledImages images
         ground_.emplace(parameters_, images_);
 }
 
+template <class Use> void Surroundings::for_images(Use &&use) const {
+    for (const auto &image : {images_.panorama, images_.ground_texture})
+        if (image)
+            use(*image);
+    for (const auto &lit : images_.ground_lit)
+        use(*lit);
+}
+
 std::vector<Error> Surroundings::take_errors() const {
     std::vector<Error> errors;
-    const auto take = [&](const std::shared_ptr<const TiledImage> &image) {
-        if (!image)
-            return;
-        for (Error &error : image->take_errors())
+    for_images([&](const TiledImage &image) {
+        for (Error &error : image.take_errors())
             errors.push_back(std::move(error));
-    };
-    take(images_.panorama);
-    take(images_.ground_texture);
-    for (const auto &lit : images_.ground_lit)
-        take(lit);
+    });
     return errors;
+}
+
+std::vector<FileRange> Surroundings::take_wanted() const {
+    std::vector<FileRange> wanted;
+    for_images([&](const TiledImage &image) {
+        for (const FileRange &range : image.take_wanted())
+            wanted.push_back(range);
+    });
+    if (panorama_)
+        panorama_->retry();
+    if (ground_)
+        ground_->retry();
+    return wanted;
 }
 
 void SurroundingsRow::resize(std::size_t pixels) {

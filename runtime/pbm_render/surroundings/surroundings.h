@@ -37,14 +37,19 @@ class Surroundings {
     Surroundings &operator=(const Surroundings &) = delete;
 
     bool has_panorama() const { return panorama_.has_value(); }
-    bool has_ground() const { return ground_.has_value(); }
 
     // The damaged tiles that were found since the last call, each once. Pictures show coarser mip levels in their
     // place.
     std::vector<Error> take_errors() const;
+    // Where the tiles lie in the file that pictures since the last call lacked, since they are not there yet: coarse to
+    // fine. Coarser mip levels were shown in their place; the next picture looks for them again. Not while a picture is
+    // drawn.
+    std::vector<FileRange> take_wanted() const;
 
   private:
     friend class SurroundingsView;
+    template <class Use> void for_images(Use &&use) const;
+
     const ModelParameters &parameters_;
     const TiledImages images_;
     std::optional<PanoramaSampler> panorama_;

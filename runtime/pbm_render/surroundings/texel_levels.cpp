@@ -4,6 +4,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace pbm {
 namespace {
@@ -70,11 +71,13 @@ void TexelLevels::make_ready(Level &level, int number, std::uint32_t tx, std::ui
     if (level.is_ready[tile].load(std::memory_order_relaxed))
         return;
     const std::uint32_t width = grid.tile_width(number), height = grid.tile_height(number);
+    bool is_patched = false;
     for (std::size_t channel = 0; channel < images_.size(); ++channel) {
         const TiledImage &image = *images_[channel];
         const std::uint8_t *texels = image.tile(number, tx, ty);
         Bytes patched;
         if (texels == nullptr) {
+            is_patched = true;
             for (std::uint32_t y = 0; y < height; ++y)
                 for (std::uint32_t x = 0; x < width; ++x) {
                     const std::uint8_t *const texel = coarser_texel(image, number, tx * width + x, ty * height + y);
@@ -88,9 +91,19 @@ void TexelLevels::make_ready(Level &level, int number, std::uint32_t tx, std::ui
                 level.texels.data() + (std::size_t{ty} * height + y) * grid.width(number) + std::size_t{tx} * width);
     }
     level.is_ready[tile].store(true, std::memory_order_release);
+    if (is_patched) {
+        const std::lock_guard patched_lock(patched_mutex_);
+        patched_.push_back(&level.is_ready[tile]);
+    }
 }
 
-// In the place of a texel whose tile is damaged: what the next coarser level has there.
+void TexelLevels::retry() const {
+    const std::lock_guard lock(patched_mutex_);
+    for (std::atomic<bool> *const is_ready : std::exchange(patched_, {}))
+        is_ready->store(false, std::memory_order_release);
+}
+
+// In the place of a texel whose tile is damaged or not there yet: what the next coarser level has there.
 const std::uint8_t *TexelLevels::coarser_texel(const TiledImage &image, int level, std::uint32_t x,
                                                std::uint32_t y) const {
     for (int coarser = level + 1; coarser < image.levels(); ++coarser) {

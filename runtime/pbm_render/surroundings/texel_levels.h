@@ -30,7 +30,7 @@ struct TexelLevel {
 class TexelLevels {
   public:
     // A raster of colours, or up to four rasters of values of one size, the first of them in the lowest byte. What is
-    // damaged at all levels reads as `missing`, in every channel.
+    // damaged or not there yet reads as the next coarser level, at all levels as `missing`, in every channel.
     TexelLevels(std::vector<std::shared_ptr<const TiledImage>> images, std::uint8_t missing);
 
     int levels() const { return images_.front()->levels(); }
@@ -38,6 +38,8 @@ class TexelLevels {
     // Makes texels first_x .. last_x, first_y .. last_y of a level ready. Safe to call from several threads; costs next
     // to nothing where they are.
     TexelLevel require(int level, int first_x, int first_y, int last_x, int last_y) const;
+    // Lets tiles that read as coarser ones be made ready anew. Not while a picture is drawn.
+    void retry() const;
 
   private:
     struct Level {
@@ -58,6 +60,8 @@ class TexelLevels {
     int width_bits_ = 0, height_bits_ = 0;
     mutable std::vector<Level> levels_;
     mutable std::array<std::mutex, 16> mutexes_; // of tiles being made ready
+    mutable std::mutex patched_mutex_;
+    mutable std::vector<std::atomic<bool> *> patched_; // is_ready of tiles that read as coarser ones
 };
 
 } // namespace pbm

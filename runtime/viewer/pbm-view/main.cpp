@@ -16,7 +16,7 @@ using namespace pbm;
 
 constexpr std::string_view kProgram = "pbm-view";
 
-int run(int argc, char **argv, std::unique_ptr<BackgroundThread> &background) {
+int run(int argc, char **argv, std::unique_ptr<ThreadPool> &background) {
     const auto start = Viewer::Clock::now();
     Arguments arguments;
     if (const auto done = parse(kProgram, argc, argv, arguments))
@@ -44,7 +44,7 @@ int run(int argc, char **argv, std::unique_ptr<BackgroundThread> &background) {
         video = std::move(*opened);
     }
 
-    background = std::make_unique<BackgroundThread>();
+    background = std::make_unique<ThreadPool>(2);
     Loading loading = begin_loading(*background, path, arguments.view);
     const auto window = Window::open(std::filesystem::path(path).filename().string() + " - " + std::string(kProgram),
                                      arguments.view.resolution);
@@ -57,7 +57,7 @@ int run(int argc, char **argv, std::unique_ptr<BackgroundThread> &background) {
 } // namespace
 
 int main(int argc, char **argv) {
-    std::unique_ptr<BackgroundThread> background;
+    std::unique_ptr<ThreadPool> background;
     const int code = command_line::run_program(kProgram, [&] { return run(argc, argv, background); });
     // Who quits while a model is loading or drawn need not wait for it: all that was to be written has been.
     if (background && background->busy())

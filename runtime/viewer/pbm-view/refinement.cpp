@@ -4,7 +4,7 @@
 
 namespace pbm {
 
-Refinement::Refinement(BackgroundThread &background, ShownModelPointer model, Detail detail, const DetailView &view,
+Refinement::Refinement(ThreadPool &background, ShownModelPointer model, Detail detail, const DetailView &view,
                        LookPointer look)
     : background_(background),
       work_(std::make_shared<Work>(Work{std::move(model), std::move(detail), view, std::move(look)})) {

@@ -2,7 +2,7 @@
 // it can be given up.
 #pragma once
 
-#include "system/threads/background_thread.h"
+#include "system/threads/thread_pool.h"
 #include "viewer/scene/shown_model.h"
 
 #include <future>
@@ -21,7 +21,7 @@ class Refinement {
 
     // Works on `background`, which must outlive it, and begins at once. `detail` was chosen for `view`, nothing
     // missing.
-    Refinement(BackgroundThread &background, ShownModelPointer model, Detail detail, const DetailView &view,
+    Refinement(ThreadPool &background, ShownModelPointer model, Detail detail, const DetailView &view,
                LookPointer look);
     // The sample under way is not waited for.
     ~Refinement() = default;
@@ -43,7 +43,7 @@ class Refinement {
     };
     void add_sample(int samples);
 
-    BackgroundThread &background_;
+    ThreadPool &background_;
     const std::shared_ptr<Work> work_;
     std::future<Picture> next_;
 };

@@ -24,7 +24,7 @@ void forget_camera(ViewOptions &options) { options.position = options.focal_poin
 
 } // namespace
 
-Viewer::Viewer(const Arguments &arguments, Window &window, BackgroundThread &background, Start start)
+Viewer::Viewer(const Arguments &arguments, Window &window, ThreadPool &background, Start start)
     : program_(start.program), options_(arguments.view), min_fps_(arguments.min_fps), window_(window),
       background_(background), start_(start.time), context_(Window::now()), overlay_(window.content_scale()),
       loading_(std::move(start.loading)), loading_path_(std::move(start.path)), mode_(arguments.camera_mode),
@@ -113,7 +113,7 @@ Status Viewer::show(ShownModelPointer loaded) {
     const auto camera = first_camera(*loaded);
     if (!camera)
         return camera.error();
-    std::optional<RenderOptions> shown_options;
+    std::optional<LookOptions> shown_options;
     if (look_)
         shown_options = look_->options;
     let_go(background_, std::exchange(model_, std::move(loaded)));

@@ -13,7 +13,7 @@
 #include "window/presenter.h"
 #include "window/window.h"
 
-#include "system/threads/background_thread.h"
+#include "system/threads/thread_pool.h"
 #include "viewer/scene/frame_scheduler.h"
 #include "viewer/scene/picture_saver.h"
 #include "viewer/scene/shown_model.h"
@@ -39,7 +39,7 @@ class Viewer {
         Loading loading;                // of `path`
         std::optional<VideoSink> video; // the viewer records it and then ends
     };
-    Viewer(const Arguments &arguments, Window &window, BackgroundThread &background, Start start);
+    Viewer(const Arguments &arguments, Window &window, ThreadPool &background, Start start);
     ~Viewer();
     Viewer(const Viewer &) = delete;
     Viewer &operator=(const Viewer &) = delete;
@@ -113,7 +113,7 @@ class Viewer {
     ViewOptions options_;
     const double min_fps_;
     Window &window_;
-    BackgroundThread &background_;
+    ThreadPool &background_;
     const Clock::time_point start_;
     const double context_; // when the OpenGL context was there, window's clock
     Presenter presenter_;

@@ -179,20 +179,22 @@ VideoRecorder::VideoRecorder(VideoSink sink, glm::ivec2 size, bool with_depths, 
         std::uint64_t{16} * static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
     const auto wanted = static_cast<std::uint64_t>(resolve_threads(threads)) + 1; // one is drawn
     const std::uint64_t count = std::clamp<std::uint64_t>(max_memory / frame, 2, wanted);
+    slots_.reserve(count);
     for (std::uint64_t i = 0; i < count; ++i)
-        slots_.push_back(std::make_unique<Slot>(size, with_depths));
+        slots_.emplace_back(size, with_depths);
+    encoders_.emplace(static_cast<int>(count)); // and the calling thread, which draws
 }
 
 Status VideoRecorder::add() {
-    Slot &slot = *slots_[next_];
-    slot.encoded = slot.thread.post([this, &slot] { return sink_.encode(slot.picture); });
+    Slot &slot = slots_[next_];
+    slot.encoded = encoders_->post([this, &slot] { return sink_.encode(slot.picture); });
     next_ = (next_ + 1) % slots_.size();
-    return drain(*slots_[next_]);
+    return drain(slots_[next_]);
 }
 
 Status VideoRecorder::finish() {
     for (std::size_t i = 0; i < slots_.size(); ++i)
-        if (Status written = drain(*slots_[(next_ + i) % slots_.size()]); !written)
+        if (Status written = drain(slots_[(next_ + i) % slots_.size()]); !written)
             return written;
     return sink_.finish();
 }

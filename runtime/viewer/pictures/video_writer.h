@@ -6,7 +6,7 @@
 //   -               raw frames on standard output: R G B of every pixel, nothing between
 #pragma once
 
-#include "system/threads/background_thread.h"
+#include "system/threads/thread_pool.h"
 
 #include "pbm_render/picture/framebuffer.h"
 #include "system/bytes.h"
@@ -59,7 +59,7 @@ class VideoRecorder {
     VideoRecorder(VideoSink sink, glm::ivec2 size, bool with_depths, int threads, std::uint64_t max_memory);
 
     // Where to draw the next frame.
-    Framebuffer &canvas() { return slots_[next_]->picture; }
+    Framebuffer &canvas() { return slots_[next_].picture; }
     // The canvas is a frame. What came before it may be written now, and its errors told.
     Status add();
     // Waits until all is written. The last call.
@@ -72,14 +72,14 @@ class VideoRecorder {
         Slot(glm::ivec2 size, bool with_depths) : picture(size.x, size.y, with_depths) {}
         Framebuffer picture;
         std::future<Result<Bytes>> encoded;
-        BackgroundThread thread; // last: its work uses the picture
     };
     Status drain(Slot &slot);
 
     const VideoSink sink_;
-    std::vector<std::unique_ptr<Slot>> slots_; // used in turn
+    std::vector<Slot> slots_; // used in turn
     std::size_t next_ = 0;
     std::uint64_t bytes_ = 0;
+    std::optional<ThreadPool> encoders_; // last: their work uses the slots
 };
 
 } // namespace pbm

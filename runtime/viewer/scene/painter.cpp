@@ -82,7 +82,7 @@ RenderStatistics Painter::with_depth_cue(const Camera &camera, DepthCue cue, Fra
     return drawn;
 }
 
-void add_depth_cue(DepthCue cue, const Camera &camera, double grid_edge, WorkerPool &pool, Framebuffer &target) {
+void add_depth_cue(DepthCue cue, const Camera &camera, double grid_edge, ThreadPool &pool, Framebuffer &target) {
     const double focal = target.height / 2.0 / std::tan(camera.view_angle / 2);
     apply_depth_cue(cue, {.focal = focal, .grid_edge = grid_edge}, pool, target);
 }

@@ -4,7 +4,7 @@
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/surroundings/surroundings.h"
-#include "system/threads/worker_pool.h"
+#include "system/threads/thread_pool.h"
 #include "viewer/scene/look.h"
 
 #include <memory>
@@ -45,13 +45,13 @@ class Painter {
     std::optional<FastRenderer> fast_; // both made when first needed
     std::optional<FineRenderer> fine_;
     std::optional<Appearance> fast_appearance_, fine_appearance_; // that they draw with
-    std::optional<WorkerPool> pool_;                              // of the depth cue
+    std::optional<ThreadPool> pool_;                              // of the depth cue
     std::optional<Framebuffer> depths_;                           // drawn to where the target has none
     Camera fine_camera_;
     DepthCue fine_cue_ = DepthCue::none;
 };
 
 // Darkens by depth a picture that `camera` took of a grid with this edge.
-void add_depth_cue(DepthCue cue, const Camera &camera, double grid_edge, WorkerPool &pool, Framebuffer &target);
+void add_depth_cue(DepthCue cue, const Camera &camera, double grid_edge, ThreadPool &pool, Framebuffer &target);
 
 } // namespace pbm

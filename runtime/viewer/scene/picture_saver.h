@@ -1,7 +1,7 @@
 // Pictures that a window saves on request: exact ones, so each waits until all that it needs is loaded.
 #pragma once
 
-#include "system/threads/background_thread.h"
+#include "system/threads/thread_pool.h"
 #include "viewer/scene/shown_model.h"
 
 #include <deque>
@@ -14,7 +14,7 @@ namespace pbm {
 class PictureSaver {
   public:
     // Draws and writes on `background`, which must outlive it, into the folder of the process.
-    explicit PictureSaver(BackgroundThread &background) : background_(background) {}
+    explicit PictureSaver(ThreadPool &background) : background_(background) {}
 
     // The picture of `view`, drawn as `look` says, is to be saved under the model's name, in the order of these calls.
     void add(ShownModelPointer model, const DetailView &view, LookPointer look) {
@@ -40,7 +40,7 @@ class PictureSaver {
     };
     void begin(const Waiting &picture, Detail detail);
 
-    BackgroundThread &background_;
+    ThreadPool &background_;
     std::deque<Waiting> waiting_;
     std::deque<std::future<Result<std::string>>> saving_;
 };

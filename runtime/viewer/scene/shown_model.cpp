@@ -94,7 +94,7 @@ PictureStatistics ShownModel::statistics(const Detail &detail, const DetailView 
     return statistics;
 }
 
-Loading begin_loading(BackgroundThread &background, const std::string &path, const ViewOptions &options) {
+Loading begin_loading(ThreadPool &background, const std::string &path, const ViewOptions &options) {
     return background.post([&background, path, options]() -> Result<ShownModelPointer> {
         try {
             return ShownModel::open(path, options, [&background] { background.wake(); });
@@ -104,7 +104,7 @@ Loading begin_loading(BackgroundThread &background, const std::string &path, con
     });
 }
 
-void let_go(BackgroundThread &background, ShownModelPointer model) {
+void let_go(ThreadPool &background, ShownModelPointer model) {
     if (model)
         background.post([model = std::move(model)]() mutable { model.reset(); });
 }

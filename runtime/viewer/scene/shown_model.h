@@ -1,7 +1,7 @@
 // A model that a window shows: opened and drawn with what there is of it, while the rest is loaded.
 #pragma once
 
-#include "system/threads/background_thread.h"
+#include "system/threads/thread_pool.h"
 #include "viewer/options/view_options.h"
 #include "viewer/scene/look.h"
 #include "viewer/scene/painter.h"
@@ -89,9 +89,9 @@ using ShownModelPointer = std::shared_ptr<ShownModel>;
 using Loading = std::future<Result<ShownModelPointer>>;
 
 // Opens a model in the background; what arrives of it wakes who waits for that thread, which must outlive it.
-Loading begin_loading(BackgroundThread &background, const std::string &path, const ViewOptions &options);
+Loading begin_loading(ThreadPool &background, const std::string &path, const ViewOptions &options);
 
 // Lets go of a model, in the background if this was the last to know it: that waits for the chunks being decoded.
-void let_go(BackgroundThread &background, ShownModelPointer model);
+void let_go(ThreadPool &background, ShownModelPointer model);
 
 } // namespace pbm

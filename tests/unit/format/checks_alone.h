@@ -54,7 +54,7 @@ inline const Bytes &mapped_file() {
     return file;
 }
 
-// What `verify` and `validate` say of an edited and signed file; they must name the same kind of fault at the same
+// What `verify` says of an edited and signed file. `validate` and a reader must name the same kind of fault at the same
 // place.
 inline Status verdict(const Bytes &good, const Edit &edit) {
     FileEditor editor(good);
@@ -66,6 +66,10 @@ inline Status verdict(const Bytes &good, const Edit &edit) {
     if (!status && !report.valid()) {
         EXPECT_EQ(status.error().code, report.findings[0].code) << status.error().message;
         EXPECT_EQ(status.error().offset, report.findings[0].offset) << status.error().message;
+    }
+    if (const Status loaded = load_everything(editor.bytes()); !status && !loaded) {
+        EXPECT_EQ(status.error().code, loaded.error().code) << loaded.error().message;
+        EXPECT_EQ(status.error().offset, loaded.error().offset) << loaded.error().message;
     }
     return status;
 }

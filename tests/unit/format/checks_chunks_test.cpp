@@ -365,7 +365,7 @@ void refuse_broken_frames(const Bytes &file) {
     std::size_t frames = 0;
     for (int level = 1; level <= reader.depth(); ++level)
         for (ChunkEntry entry : reader.directory(level).value()->chunks) {
-            const ByteView view = reader.stored(entry);
+            const ByteView view = slice(file, entry.offset, entry.stored_bytes);
             Bytes stored(view.begin(), view.end());
             std::size_t start = 0;
             for (const StreamEntry &stream : entry.streams) {
@@ -416,7 +416,7 @@ TEST(CheckAlone, EveryPlaneOfATileIsProven) {
             Bytes damaged = section;
             damaged[tile.offset + at] ^= bits;
             tile.hash = hash64(ByteView(damaged).subspan(tile.offset, tile.stream.stored_bytes));
-            return decode_tile(damaged, 0, directory, last, texels).ok();
+            return decode_tile(slice(damaged, tile.offset, tile.stream.stored_bytes), 0, directory, last, texels).ok();
         };
         EXPECT_TRUE(decode(0, 0));
         for (std::size_t plane = 0; plane < channels; ++plane) {
@@ -432,7 +432,8 @@ TEST(CheckAlone, EveryPlaneOfATileIsProven) {
             const StreamEntry before = entry.stream;
             entry.stream.stored_bytes = static_cast<std::uint32_t>(stored.size());
             entry.hash = hash64(stored);
-            const bool decoded = decode_tile(changed, 0, directory, last, texels).ok();
+            const bool decoded =
+                decode_tile(slice(changed, entry.offset, stored.size()), 0, directory, last, texels).ok();
             entry.stream = before;
             return decoded;
         };

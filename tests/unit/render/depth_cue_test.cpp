@@ -27,7 +27,7 @@ Framebuffer picture(const std::function<double(int, int)> &depth) {
 
 Framebuffer darkened(DepthCue cue, const std::function<double(int, int)> &depth, int threads = 1) {
     Framebuffer target = picture(depth);
-    WorkerPool pool(threads);
+    ThreadPool pool(threads);
     apply_depth_cue(cue, {kFocal, kEdge}, pool, target);
     return target;
 }
@@ -68,7 +68,7 @@ TEST_P(DepthCues, TransparencyAndDepthsStay) {
     Framebuffer target = picture(box);
     target.colour[40 * kWidth + 58] = 0x40C0C0C0;
     const auto depths = target.depth;
-    WorkerPool pool(1);
+    ThreadPool pool(1);
     apply_depth_cue(GetParam(), {kFocal, kEdge}, pool, target);
     EXPECT_EQ(target.colour[40 * kWidth + 58] >> 24, 0x40U);
     EXPECT_TRUE(std::equal(depths.begin(), depths.end(), target.depth.begin()));

@@ -10,7 +10,7 @@
 namespace pbm::sample {
 namespace {
 
-TriangleMesh make(std::uint64_t vertices, unsigned threads) {
+TriangleMesh make(std::uint64_t vertices, int threads) {
     AmmoniteOptions options;
     options.vertices = vertices;
     options.threads = threads;

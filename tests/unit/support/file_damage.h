@@ -20,14 +20,20 @@ inline bool is_unread(const Error &error) {
     return rules.contains(error.rule) || error.tile >= 0;
 }
 
+// Reader and load_model alone, without what only a verdict needs.
+inline Status load_everything(ByteView file) {
+    Result<Reader> reader = Reader::open(file);
+    const Result<Model> model = reader ? load_model(*reader, {.threads = 1}) : reader.error();
+    return model ? Status() : Status(model.error());
+}
+
 // The error of `verify`. What `verify` refuses, Reader and load_model must refuse too, unless they need not read it;
 // what it accepts they must read.
 inline Status read_everything(ByteView file) {
     Status status = verify(file, {.threads = 1});
-    Result<Reader> reader = Reader::open(file);
-    const Result<Model> model = reader ? load_model(*reader, {.threads = 1}) : reader.error();
-    EXPECT_TRUE(model.ok() ? status.ok() || is_unread(status.error()) : !status.ok())
-        << (model.ok() ? status.error() : model.error()).message;
+    const Status loaded = load_everything(file);
+    EXPECT_TRUE(loaded ? status.ok() || is_unread(status.error()) : !status.ok())
+        << (loaded ? status : loaded).error().message;
     return status;
 }
 

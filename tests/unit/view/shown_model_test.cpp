@@ -210,7 +210,7 @@ TEST_F(ShownModelTest, RefusesWhatIsNoModel) {
 
 TEST_F(ShownModelTest, IsOpenedAndLetGoInTheBackground) {
     write(file());
-    BackgroundThread background;
+    ThreadPool background(2);
     Loading loading = begin_loading(background, "ball.pbvg", options_);
     auto model = loading.get();
     ASSERT_TRUE(model.ok());
@@ -226,7 +226,7 @@ TEST_F(ShownModelTest, IsOpenedAndLetGoInTheBackground) {
 
 TEST_F(ShownModelTest, SavesTheExactPictureHoweverLittleIsLoaded) {
     write(file());
-    BackgroundThread background;
+    ThreadPool background(2);
     const ShownModelPointer model = open();
     PictureSaver saver(background);
     saver.add(model, view(*model), model->first_look());
@@ -248,7 +248,7 @@ TEST_F(ShownModelTest, SavesTheExactPictureHoweverLittleIsLoaded) {
 
 TEST_F(ShownModelTest, SavesAllWhenItIsOver) {
     write(file());
-    BackgroundThread background;
+    ThreadPool background(2);
     const ShownModelPointer model = open();
     PictureSaver saver(background);
     for (int i = 0; i < 3; ++i)
@@ -266,7 +266,7 @@ TEST_F(ShownModelTest, SavesWithinItsMemory) {
     const ShownModelPointer probe = open();
     EXPECT_TRUE(wait_for([&] { return !probe->streamed().is_loading(); }));
     options_.load.max_memory = probe->streamed().statistics().memory + 1000;
-    BackgroundThread background;
+    ThreadPool background(2);
     const ShownModelPointer model = open();
     DetailView finer = view(*model);
     finer.max_error = 0.5;

@@ -239,9 +239,9 @@ double relative_area(const Surface &surface, const Bounds &bounds, int threads) 
     constexpr double kAreaScale = 0x1p44;
     const double edge = centred_grid(bounds, kMinDepth).edge();
     std::atomic<std::uint64_t> high{0}, low{0};
-    parallel_for((surface.triangles.size() + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
+    parallel_blocks(surface.triangles.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
         std::uint64_t high_sum = 0, low_sum = 0;
-        for (std::size_t i = block * kBlock; i < std::min((block + 1) * kBlock, surface.triangles.size()); ++i) {
+        for (std::size_t i = begin; i < end; ++i) {
             const glm::uvec3 &t = surface.triangles[i];
             const glm::dvec3 n = face_normal(surface.positions[t.x], surface.positions[t.y], surface.positions[t.z]);
             const auto area = static_cast<std::uint64_t>(length_of(n) / 2 / edge / edge * kAreaScale + 0.5);

@@ -11,14 +11,12 @@ std::vector<LatticePoint> to_lattice(std::span<const glm::dvec3> positions, cons
     const double last = static_cast<double>((std::int64_t{1} << (grid.depth + kLatticeBits)) - 1);
     const glm::dvec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);
     std::vector<LatticePoint> lattice(positions.size());
-    parallel_for((positions.size() + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
-        const std::size_t end = std::min(positions.size(), (block + 1) * kBlock);
-        for (std::size_t i = block * kBlock; i < end; ++i)
-            for (int axis = 0; axis < 3; ++axis) {
-                const double voxels = (positions[i][axis] - origin[axis]) / grid.voxel_size;
-                // Rounds down, since nothing is negative.
-                lattice[i][axis] = static_cast<std::int32_t>(std::clamp(voxels * kLatticeSteps + 0.5, 0.0, last));
-            }
+    parallel_for(positions.size(), kBlock, threads, [&](std::size_t i) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const double voxels = (positions[i][axis] - origin[axis]) / grid.voxel_size;
+            // Rounds down, since nothing is negative.
+            lattice[i][axis] = static_cast<std::int32_t>(std::clamp(voxels * kLatticeSteps + 0.5, 0.0, last));
+        }
     });
     return lattice;
 }

@@ -9,6 +9,8 @@
 namespace pbm::build {
 namespace {
 
+constexpr std::size_t kBlock = 1024;
+
 using Nearest = std::array<NearPoint, kSpacingNeighbours>;
 
 float mean_distance(const Nearest &nearest) {
@@ -24,16 +26,10 @@ float median_of(std::span<float> values) {
     return *middle;
 }
 
-template <class Work> void for_blocks(std::size_t count, int threads, Work &&work) {
-    constexpr std::size_t kBlock = 1024;
-    parallel_for((count + kBlock - 1) / kBlock, threads,
-                 [&](std::size_t block) { work(block * kBlock, std::min(count, (block + 1) * kBlock)); });
-}
-
 // Of the points that are listed, in their order.
 std::vector<float> spacings_of(const PointNeighbours &neighbours, std::span<const std::uint32_t> points, int threads) {
     std::vector<float> spacings(points.size());
-    for_blocks(points.size(), threads, [&](std::size_t begin, std::size_t end) {
+    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
         Nearest nearest;
         for (std::size_t i = begin; i < end; ++i) {
             neighbours.nearest(points[i], nearest);
@@ -67,7 +63,7 @@ std::vector<std::uint32_t> suspects(const PointNeighbours &neighbours, double le
         return sum <= most;
     };
     Bytes suspected(points.size());
-    for_blocks(points.size(), threads, [&](std::size_t begin, std::size_t end) {
+    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
         Nearest nearest;
         for (std::size_t i = begin; i < end; ++i) {
             if (near_those_from(i - std::min(i, kSpacingNeighbours / 2), i) ||
@@ -88,7 +84,7 @@ std::vector<std::uint32_t> suspects(const PointNeighbours &neighbours, double le
 std::vector<float> median_spacings_around(const PointNeighbours &neighbours, std::span<const std::uint32_t> points,
                                           int threads) {
     std::vector<std::array<std::uint32_t, kSpacingNeighbours>> around(points.size());
-    for_blocks(points.size(), threads, [&](std::size_t begin, std::size_t end) {
+    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
         Nearest nearest;
         for (std::size_t i = begin; i < end; ++i) {
             neighbours.nearest(points[i], nearest);

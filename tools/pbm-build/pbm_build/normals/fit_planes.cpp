@@ -147,19 +147,12 @@ void keep_links(PointLinks &links, std::size_t point, std::span<const NearPoint>
     links.spacing[point] = count > 0 ? static_cast<float>(sum / static_cast<double>(count)) : 0;
 }
 
-template <class Work> void for_each_point(std::size_t count, int threads, Work &&work) {
-    parallel_for((count + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
-        for (std::size_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i)
-            work(i);
-    });
-}
-
 } // namespace
 
 PlaneFits fit_planes(const PointNeighbours &neighbours, int threads) {
     const std::vector<LatticePoint> &points = neighbours.points();
     PlaneFits fits{room_for_links(points.size()), std::vector<ShortNormal>(points.size()), Bytes(points.size())};
-    for_each_point(points.size(), threads, [&](std::size_t i) {
+    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
         std::array<NearPoint, kMostNeighbours> found;
         const std::size_t few = neighbours.nearest(i, std::span(found).first(kScales.front()));
         auto near = std::span(found).first(few);

@@ -41,14 +41,13 @@ Vote vote_between(const LatticePoint &p, const ShortNormal &at_p, const LatticeP
 
 std::vector<Vote> votes_of_links(const std::vector<LatticePoint> &points, const PlaneFits &fits, int threads) {
     std::vector<Vote> votes(points.size() * kLinks);
-    parallel_for((points.size() + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
-        for (std::size_t i = block * kBlock; i < std::min(points.size(), (block + 1) * kBlock); ++i)
-            for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link) {
-                const std::size_t j = fits.links.nearest[link];
-                if (i != j)
-                    votes[link] = vote_between(points[std::min(i, j)], fits.normals[std::min(i, j)],
-                                               points[std::max(i, j)], fits.normals[std::max(i, j)]);
-            }
+    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
+        for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link) {
+            const std::size_t j = fits.links.nearest[link];
+            if (i != j)
+                votes[link] = vote_between(points[std::min(i, j)], fits.normals[std::min(i, j)], points[std::max(i, j)],
+                                           fits.normals[std::max(i, j)]);
+        }
     });
     return votes;
 }

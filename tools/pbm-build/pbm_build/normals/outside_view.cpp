@@ -86,13 +86,6 @@ class DepthMap {
     std::vector<std::atomic<std::uint32_t>> nearest_; // [edge][edge]
 };
 
-template <class Work> void for_each_point(std::size_t count, int threads, Work &&work) {
-    parallel_for((count + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
-        for (std::size_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i)
-            work(i);
-    });
-}
-
 } // namespace
 
 OutsideView view_from_outside(const std::vector<LatticePoint> &points, const std::vector<ShortNormal> &normals,
@@ -111,9 +104,9 @@ OutsideView view_from_outside(const std::vector<LatticePoint> &points, const std
     DepthMap map(glm::dvec3(lowest) + half, radius, std::max(kCell * spacing, 2 * radius / kMostCells));
     for (const View &view : all_views()) {
         map.clear(view);
-        for_each_point(points.size(), threads, [&](std::size_t i) { map.add(points[i]); });
+        parallel_for(points.size(), kBlock, threads, [&](std::size_t i) { map.add(points[i]); });
         const ShortNormal sight = to_short_normal(view.forward);
-        for_each_point(points.size(), threads, [&](std::size_t i) {
+        parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
             if (!map.sees(points[i]))
                 return;
             const auto away = static_cast<std::int32_t>(build::dot(sight, normals[i]) >> 15);

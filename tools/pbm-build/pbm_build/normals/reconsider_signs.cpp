@@ -60,9 +60,8 @@ std::vector<float> margins_of_signs(const PlaneFits &fits, const SignEvidence &e
     const std::size_t count = means.size();
     std::vector<float> margins(count, 1.0F), next(count);
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
-        parallel_for((count + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
-            const std::size_t first = block * kBlock;
-            for (std::size_t i = first; i < std::min(count, first + kBlock); ++i) {
+        parallel_blocks(count, kBlock, threads, [&](std::size_t first, std::size_t end) {
+            for (std::size_t i = first; i < end; ++i) {
                 float sum = 0;
                 for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link) {
                     const std::size_t j = fits.links.nearest[link];

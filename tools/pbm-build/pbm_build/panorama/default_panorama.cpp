@@ -4,6 +4,9 @@
 #include "pbm_format/model/point_values.h"
 #include "system/threads/parallel.h"
 
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -36,13 +39,7 @@ SineCosine sine_cosine(double angle) {
     }
 }
 
-struct Vec3 {
-    float x, y, z;
-};
-Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Vec3 operator*(float s, Vec3 v) { return {s * v.x, s * v.y, s * v.z}; }
-Vec3 mix(float t, Vec3 a, Vec3 b) { return a + t * (b + -1.0F * a); }
-float dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+glm::vec3 blend(float t, const glm::vec3 &a, const glm::vec3 &b) { return a + t * (b - a); }
 
 float smooth_step(float low, float high, float value) {
     const float t = std::clamp((value - low) / (high - low), 0.0F, 1.0F);
@@ -55,19 +52,19 @@ float power_of_two_power(float base, int doublings) { // base^(2^doublings)
 }
 
 // Linear colours.
-constexpr Vec3 kZenith{0.22F, 0.32F, 0.48F};
-constexpr Vec3 kSkyMiddle{0.42F, 0.54F, 0.70F};
-constexpr Vec3 kHorizon{0.83F, 0.83F, 0.81F};
-constexpr Vec3 kSunlight{1.0F, 0.93F, 0.80F};
-constexpr Vec3 kCloudShade{0.50F, 0.53F, 0.58F};
-constexpr Vec3 kCloudLight{0.98F, 0.96F, 0.93F};
-constexpr Vec3 kFarHill{0.44F, 0.49F, 0.54F};
-constexpr Vec3 kNearHill{0.19F, 0.22F, 0.20F};
-constexpr Vec3 kHaze{0.62F, 0.64F, 0.66F};
-constexpr Vec3 kGround{0.40F, 0.37F, 0.33F};
+constexpr glm::vec3 kZenith{0.22F, 0.32F, 0.48F};
+constexpr glm::vec3 kSkyMiddle{0.42F, 0.54F, 0.70F};
+constexpr glm::vec3 kHorizon{0.83F, 0.83F, 0.81F};
+constexpr glm::vec3 kSunlight{1.0F, 0.93F, 0.80F};
+constexpr glm::vec3 kCloudShade{0.50F, 0.53F, 0.58F};
+constexpr glm::vec3 kCloudLight{0.98F, 0.96F, 0.93F};
+constexpr glm::vec3 kFarHill{0.44F, 0.49F, 0.54F};
+constexpr glm::vec3 kNearHill{0.19F, 0.22F, 0.20F};
+constexpr glm::vec3 kHaze{0.62F, 0.64F, 0.66F};
+constexpr glm::vec3 kGround{0.40F, 0.37F, 0.33F};
 
 // Towards the sun: x right, y up, z behind the default camera.
-constexpr Vec3 kSun{-0.5121F, 0.5487F, 0.6609F};
+constexpr glm::vec3 kSun{-0.5121F, 0.5487F, 0.6609F};
 
 // The noises of one row of texels.
 struct Row {
@@ -80,14 +77,14 @@ class Painter {
     explicit Painter(std::uint32_t width) : width_(width), columns_(width) {
         for (std::uint32_t column = 0; column < width; ++column) {
             const auto [sine, cosine] = sine_cosine((column + 0.5) / width * 2 * kPi - kPi);
-            columns_[column] = {.x = static_cast<float>(sine), .y = 0, .z = static_cast<float>(-cosine)};
+            columns_[column] = {static_cast<float>(sine), 0, static_cast<float>(-cosine)};
         }
     }
 
     void paint(std::uint32_t y, std::uint8_t *texels) const {
         const auto [sine, cosine] = sine_cosine(kPi / 2 - (y + 0.5) / width_ * 2 * kPi);
         const auto height = static_cast<float>(sine), reach = static_cast<float>(cosine);
-        std::vector<Vec3> colours(width_);
+        std::vector<glm::vec3> colours(width_);
         if (height > 0)
             paint_sky(height, reach, colours);
         else
@@ -96,8 +93,7 @@ class Painter {
             paint_hills(height, colours);
         for (std::uint32_t column = 0; column < width_; ++column)
             for (int channel = 0; channel < 3; ++channel) {
-                const Vec3 &c = colours[column];
-                const float linear = std::clamp(channel == 0 ? c.x : channel == 1 ? c.y : c.z, 0.0F, 1.0F);
+                const float linear = std::clamp(colours[column][channel], 0.0F, 1.0F);
                 *texels++ = linear_to_srgb(static_cast<std::uint32_t>(linear * 65535 + 0.5F));
             }
     }
@@ -118,7 +114,7 @@ class Painter {
     }
 
     // Clouds lie on a shell around the plain, so they close up towards the horizon.
-    void paint_sky(float height, float reach, std::vector<Vec3> &colours) const {
+    void paint_sky(float height, float reach, std::vector<glm::vec3> &colours) const {
         const float distance = 1 / (height + 0.14F);
         const double texel = 2 * kPi / width_;
         const auto cells = [&](double frequency) { return 1 / (texel * frequency * static_cast<double>(distance)); };
@@ -137,27 +133,27 @@ class Painter {
         const auto veil = sums(reach * far * 0.4F, height * far * 1.6F, 47.9F, cells(0.65), 8);
 
         const float low = smooth_step(0, 0.28F, height), high = smooth_step(0.15F, 1.0F, height);
-        const Vec3 clear = mix(high, mix(low, kHorizon, kSkyMiddle), kZenith);
+        const glm::vec3 clear = blend(high, blend(low, kHorizon, kSkyMiddle), kZenith);
         const float fades = smooth_step(0.0F, 0.16F, height); // into the haze of the horizon
         for (std::size_t i = 0; i < width_; ++i) {
-            const Vec3 towards{columns_[i].x * reach, height, columns_[i].z * reach};
-            const float sun = std::max(0.0F, dot(towards, kSun));
+            const glm::vec3 towards{columns_[i].x * reach, height, columns_[i].z * reach};
+            const float sun = std::max(0.0F, glm::dot(towards, kSun));
             const float glow = 0.35F * power_of_two_power(sun, 3) + 0.5F * power_of_two_power(sun, 6) +
                                0.5F * power_of_two_power(sun, 9);
-            Vec3 colour = clear + 0.5F * glow * kSunlight;
+            glm::vec3 colour = clear + 0.5F * glow * kSunlight;
             const float thin = 0.35F * smooth_step(-0.2F, 0.7F, veil[i]) * fades;
-            colour = mix(thin, colour, kCloudLight);
+            colour = blend(thin, colour, kCloudLight);
             const float thick = smooth_step(0.02F, 0.48F, shape[i] + 0.05F) * fades;
             const float light =
                 std::clamp(0.62F + 0.9F * (shape[i] - lit.sums[i]) - 0.25F * shape[i] + 0.6F * glow, 0.0F, 1.0F);
-            colour = mix(0.9F * thick, colour, mix(light, kCloudShade, kCloudLight));
+            colour = blend(0.9F * thick, colour, blend(light, kCloudShade, kCloudLight));
             const float disc = power_of_two_power(sun, 12) * (1 - 0.5F * thick);
             colours[i] = colour + (2.5F * disc) * kSunlight;
         }
     }
 
     // A terrace of stone slabs, seen from the height of the eye, which is the unit here.
-    void paint_ground(float height, float reach, std::vector<Vec3> &colours) const {
+    void paint_ground(float height, float reach, std::vector<glm::vec3> &colours) const {
         constexpr float kSlab = 0.6F, kJoint = 0.03F;
         const float distance = 1 / std::max(0.004F, -height);
         // Seen at a low angle a texel is long.
@@ -174,8 +170,8 @@ class Painter {
             const float joint = std::max(joint_cover(x - cell_x, kJoint, texel / kSlab),
                                          joint_cover(z - cell_z, kJoint, texel / kSlab));
             const float stone = 1 + 0.10F * grain[i] + 0.20F * patches[i] + 0.30F * distinct * tone;
-            const float sunny = 0.90F + 0.10F * dot(columns_[i], kSun);
-            colours[i] = mix(0.8F * haze, (1 - 0.55F * joint) * stone * sunny * kGround, kHaze);
+            const float sunny = 0.90F + 0.10F * glm::dot(columns_[i], kSun);
+            colours[i] = blend(0.8F * haze, (1 - 0.55F * joint) * stone * sunny * kGround, kHaze);
         }
     }
 
@@ -187,16 +183,16 @@ class Painter {
     }
 
     // Two ranges of hills whose outlines are noise on a circle, so that they close.
-    void paint_hills(float height, std::vector<Vec3> &colours) const {
+    void paint_hills(float height, std::vector<glm::vec3> &colours) const {
         const float texel = static_cast<float>(2 * kPi / width_);
-        const auto range = [&](float frequency, float shift, float base, float relief, Vec3 tint, float haze) {
+        const auto range = [&](float frequency, float shift, float base, float relief, glm::vec3 tint, float haze) {
             const auto outline = sums(frequency, 0, shift, 1 / (2 * kPi / width_ * static_cast<double>(frequency)), 9);
             for (std::size_t i = 0; i < width_; ++i) {
                 const float top = base + relief * (outline[i] + 0.3F);
                 const float inside = std::clamp((top - height) / texel + 0.5F, 0.0F, 1.0F) *
                                      std::clamp(height / texel + 0.5F, 0.0F, 1.0F);
                 const float foot = haze * smooth_step(top, 0, height);
-                colours[i] = mix(inside, colours[i], mix(foot, tint, kHorizon));
+                colours[i] = blend(inside, colours[i], blend(foot, tint, kHorizon));
             }
         };
         range(1.7F, 61.1F, 0.045F, 0.055F, kFarHill, 0.5F);
@@ -204,7 +200,7 @@ class Painter {
     }
 
     std::uint32_t width_;
-    std::vector<Vec3> columns_; // horizontal unit vectors
+    std::vector<glm::vec3> columns_; // horizontal unit vectors
     PerlinNoise noise_{18};
 };
 

@@ -155,10 +155,10 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
     const double edge = static_cast<double>(std::uint64_t{1} << depth); // in voxels
     const NearVoxels near_voxels(voxels.codes, depth);
     std::vector<float> reach(count, 0), ring(count, 0); // in voxels
-    parallel_for((count + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
+    parallel_blocks(count, kBlock, threads, [&](std::size_t begin, std::size_t end) {
         NearVoxelCursor cursor(near_voxels);
         std::array<Neighbour, kCellNeighbours> found;
-        for (std::size_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i) {
+        for (std::size_t i = begin; i < end; ++i) {
             const auto near = std::span(found).first(cursor.nearest(missing[i], found));
             ring[i] = distance_of(near, kRing);
             reach[i] = reach_of_cell(voxels, missing[i], near);

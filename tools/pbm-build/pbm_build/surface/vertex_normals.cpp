@@ -32,9 +32,9 @@ std::vector<NormalSum> sum_face_normals(const Surface &surface) {
 
 bool given_normals_disagree(const Surface &surface, const std::vector<ShortNormal> &given, int threads) {
     std::atomic<std::int64_t> balance{0};
-    parallel_for((surface.triangles.size() + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
+    parallel_blocks(surface.triangles.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
         std::int64_t agree = 0;
-        for (std::size_t i = block * kBlock; i < std::min((block + 1) * kBlock, surface.triangles.size()); ++i) {
+        for (std::size_t i = begin; i < end; ++i) {
             const glm::uvec3 &t = surface.triangles[i];
             const glm::dvec3 n = face_normal(surface.positions[t.x], surface.positions[t.y], surface.positions[t.z]);
             double along = 0;

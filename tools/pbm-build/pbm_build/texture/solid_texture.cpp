@@ -297,10 +297,9 @@ void evaluate_texture(const SolidTexture &texture, const Grid &grid, std::span<c
     const Recipe recipe = make_recipe(texture, voxels, sum_by);
     const auto voxel = static_cast<float>(static_cast<double>(recipe.scale) / voxels);
     const auto axes = axes_of(grid.up);
-    parallel_for((codes.size() + kTogether - 1) / kTogether, threads, [&](std::size_t item) {
+    parallel_blocks(codes.size(), kTogether, threads, [&](std::size_t begin, std::size_t end) {
         Block block;
-        const std::size_t end = std::min(codes.size(), (item + 1) * kTogether);
-        for (std::size_t first = item * kTogether; first < end; first += kBlock) {
+        for (std::size_t first = begin; first < end; first += kBlock) {
             block.size = std::min(kBlock, end - first);
             for (std::size_t i = 0; i < block.size; ++i) {
                 const auto place = morton_decode(codes[first + i]);
