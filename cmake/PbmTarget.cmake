@@ -15,24 +15,24 @@ if(PBM_SANITIZE)
     add_compile_definitions("HWY_DISABLED_TARGETS=(HWY_AVX3|HWY_SSE4)")
 endif()
 
-# pbm_sanitized(TARGET [SIMD SOURCES...] [UNOPTIMISED] [APART SOURCES...]): what makes TARGET compile in a third of the time
-# when sanitizers are on.
-#   SIMD         files of Highway, where two of UBSan's checks, at every use of a reference, take two thirds of the time: null,
-#                which address reports as well, and alignment, which vector instructions trap on (scalars are no longer seen)
-#   UNOPTIMISED  nothing in it takes time: command lines, reports
-#   APART        files whose names are other files' too: the rest of the target is compiled several files at a time
+# pbm_sanitized(TARGET [SIMD SOURCES...] [UNOPTIMISED] [APART SOURCES...]): what makes TARGET compile faster.
+#   SIMD         files of Highway, which are compiled one by one. With sanitizers two of UBSan's checks, at every use of a
+#                reference, take two thirds of the time: null, which address reports as well, and alignment, which vector
+#                instructions trap on (scalars are no longer seen). They are left out.
+#   UNOPTIMISED  nothing in it takes time: command lines, reports. It is optimised little, with sanitizers not at all.
+#   APART        files whose names are other files' too. The rest of the target is compiled several files at a time where
+#                PBM_UNITY is on.
 function(pbm_sanitized target)
     cmake_parse_arguments(ARG "UNOPTIMISED" "" "SIMD;APART" ${ARGN})
-    if(NOT PBM_SANITIZE)
-        return()
-    endif()
-    if(ARG_UNOPTIMISED)
+    if(ARG_UNOPTIMISED AND PBM_SANITIZE)
         target_compile_options(${target} PRIVATE -O0)
+    elseif(ARG_UNOPTIMISED)
+        target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
     endif()
-    if(ARG_SIMD)
+    if(PBM_SANITIZE AND ARG_SIMD)
         set_property(SOURCE ${ARG_SIMD} APPEND PROPERTY COMPILE_OPTIONS -fno-sanitize=null,alignment)
     endif()
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ${PBM_UNITY})
     set_source_files_properties(${ARG_SIMD} ${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 

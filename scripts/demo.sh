@@ -1,14 +1,23 @@
 #!/usr/bin/env bash
-# Sets everything up and walks from a scan to a picture: demo.sh [VERTICES [FOLDER]]
-# Makes the sample scan, builds a .pbvg from it, validates it, draws it; ends with the numbers and how to see it in a window.
+# Sets up what it needs and walks from a scan to a picture: demo.sh [VERTICES [FOLDER]]
+# Makes the sample scan, builds a .pbvg from it, validates it, draws it; ends with the numbers. Where there is a display it
+# builds pbm-view too. All else (tests, pbm-export, man pages) is left to scripts/test.sh and `cmake --preset release`.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 vertices=${1:-1000000}
 out=${2:-out}
 
-scripts/install_packages.sh all
-cmake --preset release >/dev/null
-cmake --build --preset release -j "$(nproc)" --target man sample_model # all that is installed
+scripts/install_packages.sh demo
+programs=(pbm-{sample,build,validate,render,info})
+# What scripts/test.sh has configured stays as it is.
+[ -f build/release/CMakeCache.txt ] || cmake --preset release -DPBM_UNITY=ON -DPBM_BUILD_TESTS=OFF \
+    -DPBM_BUILD_VIEWER=OFF -DCMAKE_PREFIX_PATH="$PWD/build/packages/usr" >/dev/null
+if [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ]; then
+    scripts/install_packages.sh viewer
+    cmake build/release -DPBM_BUILD_VIEWER=ON >/dev/null
+    programs+=(pbm-view)
+fi
+cmake --build --preset release -j "$(nproc)" --target "${programs[@]}"
 bin=build/release/bin
 mkdir -p "$out"
 scan=$out/ammonite_$vertices.ply
@@ -16,33 +25,27 @@ model=$out/ammonite_$vertices.pbvg
 picture=$out/ammonite_$vertices.png
 
 [ -f "$scan" ] || { "$bin/pbm-sample" --vertices "$vertices" -o "$scan.part" && mv "$scan.part" "$scan"; }
-seconds() { date +%s.%N; }
-start=$(seconds)
+start=$EPOCHREALTIME
 "$bin/pbm-build" "$scan" -o "$model"
-built=$(seconds)
+built=$EPOCHREALTIME
 "$bin/pbm-validate" "$model"
-validated=$(seconds)
+validated=$EPOCHREALTIME
 "$bin/pbm-render" "$model" -o "$picture" --resolution 1280,720
-drawn=$(seconds)
+drawn=$EPOCHREALTIME
 
-"$bin/pbm-info" --json="$out/info.json" "$model"
-python3 - "$scan" "$out/info.json" "$start" "$built" "$validated" "$drawn" "$picture" "$model" <<'PY'
-import json, os, sys
-
-scan, info, start, built, validated, drawn, picture, model = sys.argv[1:]
-info = json.load(open(info))
-bytes_in, bytes_out = os.path.getsize(scan), info["file_bytes"]
-rows = [
-    ("points", f"{info['points']:,} (depth {info['depth']})"),
-    ("file", f"{bytes_out:,} bytes: {model}"),
-    ("bits per point", f"{8 * bytes_out / info['points']:.2f}"),
-    ("ratio to the PLY", f"{bytes_out / bytes_in:.3f} ({bytes_in:,} bytes)"),
-    ("time to build", f"{float(built) - float(start):.2f} s"),
-    ("time to picture", f"{float(drawn) - float(validated):.3f} s"),
-    ("picture", picture),
-]
-print()
-for name, value in rows:
-    print(f"{name:18}{value}")
-PY
-echo "to look at it from all sides: $bin/pbm-view $model"
+info=$("$bin/pbm-info" --json "$model")
+info() { sed -n "s/^  \"$1\": \([0-9]*\),\?$/\1/p" <<<"$info"; }
+echo
+awk -v points="$(info points)" -v depth="$(info depth)" -v bytes="$(info file_bytes)" \
+    -v input="$(stat -c %s "$scan")" -v build="${built/,/.} ${start/,/.}" -v draw="${drawn/,/.} ${validated/,/.}" \
+    -v model="$model" -v picture="$picture" 'BEGIN {
+    split(build, b); split(draw, d)
+    printf "%-18s%.0f (depth %d)\n", "points", points, depth
+    printf "%-18s%.0f bytes: %s\n", "file", bytes, model
+    printf "%-18s%.2f\n", "bits per point", 8 * bytes / points
+    printf "%-18s%.3f (%.0f bytes)\n", "ratio to the PLY", bytes / input, input
+    printf "%-18s%.2f s\n", "time to build", b[1] - b[2]
+    printf "%-18s%.3f s\n", "time to picture", d[1] - d[2]
+    printf "%-18s%s\n", "picture", picture
+}'
+[ -z "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] || echo "to look at it from all sides: $bin/pbm-view $model"

@@ -1,0 +1,18 @@
+# Read by ctest before it runs anything: every suite of the GoogleTest program `program` becomes a test NAME.SUITE, one
+# process each. The program itself says which suites it has. `slow`: suites that are no part of the label `quick`.
+cmake_policy(VERSION 3.25)
+if(NOT EXISTS "${program}")
+    add_test("${name}.not_built" "${program}")
+    return()
+endif()
+execute_process(COMMAND "${program}" --gtest_list_tests OUTPUT_VARIABLE listed COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX MATCHALL "\n[^ \n]+\\." suites "\n${listed}")
+foreach(suite IN LISTS suites)
+    string(REGEX REPLACE "\n(.*)\\." "\\1" suite "${suite}")
+    set(labels full quick)
+    if(suite IN_LIST slow)
+        set(labels full)
+    endif()
+    add_test("${name}.${suite}" "${program}" "--gtest_filter=${suite}.*")
+    set_tests_properties("${name}.${suite}" PROPERTIES TIMEOUT 600 LABELS "${labels}")
+endforeach()
