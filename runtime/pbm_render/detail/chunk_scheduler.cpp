@@ -51,8 +51,11 @@ void ChunkScheduler::request(std::vector<MissingChunk> missing) {
         threads_.emplace(thread_count_ + 1); // the calling thread goes on
     for (; loops_ < threads_->threads() - 1; ++loops_)
         threads_->post([this] { work(false); });
-    if (threads_->threads() == 1)
+    if (threads_->threads() == 1) {
         work(true);
+        if (arrived_)
+            arrived_();
+    }
 }
 
 bool ChunkScheduler::is_loading() const {
