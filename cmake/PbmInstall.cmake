@@ -57,7 +57,6 @@ install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)
 install(EXPORT pbmTargets NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR})
 configure_package_config_file(cmake/pbmConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/pbmConfig.cmake
     INSTALL_DESTINATION ${PBM_CMAKE_DIR})
-# Before 1.0 a minor version may change everything.
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/pbmConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/pbmConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/pbmConfigVersion.cmake
     cmake/PbmAddAsset.cmake

@@ -21,7 +21,10 @@ int main(int argc, char **argv) {
     pbm::ModelParameters &parameters = model->parameters;
     parameters.lights = {{.kind = pbm::LightKind::directional, .direction = {0.48F, -0.8F, -0.36F}}};
     parameters.attributes.lights = 1;
+    parameters.attributes.shadow_bits = {};
     parameters.attributes.shadow_bits[0].fill(1); // lit or not
+    model->levels.back().points.shadows = {};     // of the lights before
+    model->images.ground_lit.clear();
     const pbm::ShadowCasters casters(*model, 0);
     model->levels.back().points.shadows[0] = pbm::bake_light(casters, parameters.lights[0], {.maps = 1});
     pbm::average_levels(*model, 0); // the coarser levels hold the means of the finest one

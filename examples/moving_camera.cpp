@@ -4,28 +4,35 @@
 #include <cstdio>
 
 int main(int argc, char **argv) {
+    const auto fail = [](const pbm::Error &error) {
+        return std::fprintf(stderr, "%s\n", error.message.c_str()), pbm::exit_code(error.code);
+    };
     if (argc != 2)
         return 1;
     const auto file = pbm::MappedFile::open(argv[1]); // owns the bytes; everything below only views them
     if (!file)
-        return std::fprintf(stderr, "%s\n", file.error().message.c_str()), pbm::exit_code(file.error().code);
+        return fail(file.error());
     auto reader = pbm::Reader::open(file->bytes());
     if (!reader)
-        return std::fprintf(stderr, "%s\n", reader.error().message.c_str()), pbm::exit_code(reader.error().code);
+        return fail(reader.error());
     pbm::StreamedModel model(std::move(*reader));
-    pbm::FastRenderer renderer(model.reader().parameters(), model.reader().header().chunk_points, 0);
+    const pbm::ModelParameters &parameters = model.reader().parameters();
+    pbm::FastRenderer renderer(parameters, model.reader().header().chunk_points, 0);
     const auto bounds = model.bounds();
     if (!bounds)
-        return std::fprintf(stderr, "%s\n", bounds.error().message.c_str()), pbm::exit_code(bounds.error().code);
+        return fail(bounds.error());
     pbm::Framebuffer picture(640, 480);
+    const pbm::UpAxis axis = parameters.grid.up;
+    const glm::dvec3 up = pbm::up_direction(axis), front = pbm::front_direction(axis);
     for (int frame = 0; frame < 8; ++frame) {
         const double angle = 2 * 3.14159265358979 * frame / 8;
-        pbm::Camera camera = pbm::default_camera(*bounds, model.reader().parameters().grid.up, 640, 480);
+        pbm::Camera camera = pbm::default_camera(*bounds, axis, 640, 480);
         const double distance = glm::length(camera.position - camera.focal_point);
-        camera.position = camera.focal_point + distance * glm::dvec3(std::sin(angle), 0.3, std::cos(angle));
-        const auto detail = model.load({.camera = camera, .width = 640, .height = 480}); // or choose() and request()
+        const glm::dvec3 around = std::cos(angle) * front + std::sin(angle) * glm::cross(up, front);
+        camera.position = camera.focal_point + distance * (around + 0.3 * up);
+        const auto detail = model.load({.camera = camera, .width = 640, .height = 480});
         if (!detail)
-            return std::fprintf(stderr, "%s\n", detail.error().message.c_str()), pbm::exit_code(detail.error().code);
+            return fail(detail.error());
         const auto drawn = renderer.render(detail->runs, camera, {}, picture);
         std::printf("frame %d: %llu points\n", frame, static_cast<unsigned long long>(drawn.drawn_points));
     }

@@ -5,8 +5,7 @@
 
 int main(int argc, char **argv) {
     const auto fail = [](const pbm::Error &error) {
-        std::fprintf(stderr, "byte %llu: %s\n", static_cast<unsigned long long>(error.offset), error.message.c_str());
-        return pbm::exit_code(error.code);
+        return std::fprintf(stderr, "%s\n", error.message.c_str()), pbm::exit_code(error.code);
     };
     if (argc < 2)
         return 1;

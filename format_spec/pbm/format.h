@@ -1,6 +1,7 @@
 // The door of pbm::format: reading, checking and writing binary voxel grids. BVG.md is the law of the format.
 //
 // A complete program. It prints the points of a detail level, one "x y z" per line: read_points FILE.pbvg [LEVEL]
+// It links pbm::format.
 //
 //   #include <pbm/format.h>
 //
@@ -9,8 +10,7 @@
 //
 //   int main(int argc, char **argv) {
 //       const auto fail = [](const pbm::Error &error) {
-//           std::fprintf(stderr, "byte %llu: %s\n", static_cast<unsigned long long>(error.offset), error.message.c_str());
-//           return pbm::exit_code(error.code);
+//           return std::fprintf(stderr, "%s\n", error.message.c_str()), pbm::exit_code(error.code);
 //       };
 //       if (argc < 2)
 //           return 1;
@@ -36,13 +36,18 @@
 //   }
 //
 // What it offers
-//   files     MappedFile, replace_file                   system/files/
-//   reading   Reader, load_model, Model, TiledImage      pbm_format/reading/, model/, rasters/
-//   checking  verify, validate                           pbm_format/checking/
-//   writing   average_levels, encode_model, write_model  pbm_format/model/, writing/
+//   files     MappedFile, replace_file; SparseFile for ranges   system/files/, system/byte_source.h
+//   reading   Reader (chunk by chunk), load_model               pbm_format/reading/
+//   models    Model, morton_encode, encode_octree,              pbm_format/model/
+//             normals, colours, radii, average_levels
+//   rasters   TiledImage                                        pbm_format/rasters/
+//   checking  verify (the first error), validate (all)          pbm_format/checking/
+//   writing   encode_model, write_model                         pbm_format/writing/
 //
-// Errors are values: Result<T> and Status (system/error.h) say what is wrong, at which byte, and which rule of BVG.md is
-// broken. Functions that return one throw nothing; all others throw std::bad_alloc at most.
+// Bytes that are handed in begin at a multiple of 8 in memory, as those of a mapping or a vector do.
+//
+// Errors are values: Result<T> and Status (system/error.h) say what is wrong, at which byte, and which rule of BVG.md
+// is broken. Functions that return one throw nothing; all others throw std::bad_alloc at most.
 #pragma once
 
 #include "pbm_format/checking/validate.h"

@@ -1,6 +1,7 @@
 // The door of pbm::bake: shadows of lights, computed once and stored with the points of a model.
 //
 // A complete program. It bakes the shadow of a sun into a copy of a model: bake_sun FILE.pbvg OUTPUT.pbvg
+// It links pbm::bake and pbm::format.
 //
 //   #include <pbm/bake.h>
 //   #include <pbm/format.h>
@@ -25,7 +26,10 @@
 //       pbm::ModelParameters &parameters = model->parameters;
 //       parameters.lights = {{.kind = pbm::LightKind::directional, .direction = {0.48F, -0.8F, -0.36F}}};
 //       parameters.attributes.lights = 1;
+//       parameters.attributes.shadow_bits = {};
 //       parameters.attributes.shadow_bits[0].fill(1); // lit or not
+//       model->levels.back().points.shadows = {};     // of the lights before
+//       model->images.ground_lit.clear();
 //       const pbm::ShadowCasters casters(*model, 0);
 //       model->levels.back().points.shadows[0] = pbm::bake_light(casters, parameters.lights[0], {.maps = 1});
 //       pbm::average_levels(*model, 0); // the coarser levels hold the means of the finest one
@@ -33,7 +37,8 @@
 //       return bytes ? 0 : fail(bytes.error());
 //   }
 //
-// Functions throw std::bad_alloc at most.
+// What it offers: bake_light (points) and bake_ground (a ground plane), of shadow maps or of rays against the faces of
+// a scan (ShadowRays). Functions throw std::bad_alloc at most.
 #pragma once
 
 #include "pbm_bake/shadow_baker.h"

@@ -25,7 +25,7 @@ const std::vector<std::array<std::int16_t, 512>> &padded_places() {
     static const auto table = [] {
         std::vector<std::array<std::int16_t, 512>> all(kWays);
         for (std::size_t way = 0; way < kWays; ++way)
-            for (MortonCode place = 0; place < 512; ++place) {
+            for (std::size_t place = 0; place < 512; ++place) {
                 const auto voxel = morton_decode(place);
                 all[way][place] = static_cast<std::int16_t>(
                     touches(voxel, kBrickEdge - 1, opposite(way)) ? kLayout.index(voxel) + kLayout.step(way) : -1);
@@ -162,7 +162,8 @@ std::vector<std::int8_t> carried_offsets(const LevelPoints &points, int threads)
                     const std::size_t other = way == kNoWay ? b : find(b, way);
                     if (other == brick_count)
                         continue;
-                    for (std::uint64_t i = bricks[other].first_point; i < bricks[other + 1].first_point; ++i)
+                    for (auto i = static_cast<std::size_t>(bricks[other].first_point);
+                         i < bricks[other + 1].first_point; ++i)
                         if (const std::int16_t at = table[way][points.places[i]]; at >= 0) {
                             const Normal &n = normals[points.normals[i] & kNormalIndexMask];
                             const float distance =
@@ -170,7 +171,7 @@ std::vector<std::int8_t> carried_offsets(const LevelPoints &points, int threads)
                             padded.add(at, {n.x, n.y, n.z, distance, n.limit});
                         }
                 }
-                for (std::uint64_t i = bricks[b].first_point; i < bricks[b + 1].first_point; ++i) {
+                for (auto i = static_cast<std::size_t>(bricks[b].first_point); i < bricks[b + 1].first_point; ++i) {
                     const auto at = static_cast<std::size_t>(table[kNoWay][points.places[i]]);
                     to[i] = quantise(from.empty() ? padded.mean_distance(at) : padded.carried_distance(at));
                 }

@@ -4,7 +4,9 @@
 // occupied voxels around a point lies near the surface; that is the first pass. Tangent planes then carry the
 // estimates of the points around to each point, and the second pass takes their mean. It leaves 0.08 to 0.14 voxels.
 //
-// SurfaceOffsets, the estimate of the renderers, is another one: see there.
+// SurfaceOffsets, the estimate of the renderers, is another one: see there. On two scans (0.2 and 3.3 million points)
+// the two differ by 0.12 voxel edges (root mean square), and by more than 0.25 at 4 % of the points. On one core this
+// one takes 0.6 to 0.9 microseconds per point, SurfaceOffsets 0.02 to 0.06.
 #pragma once
 
 #include "pbm_format/model/octree.h"

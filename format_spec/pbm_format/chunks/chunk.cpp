@@ -74,7 +74,7 @@ class Decoder {
 
     unsigned bits(const StreamInfo &stream, int level) const { return bits_per_point(stream, rules_.set, level); }
     std::size_t packed_bytes(const StreamInfo &stream) const {
-        return raw_stream_bytes(stream, rules_.set, rules_.level, 0, entry_.shape.points);
+        return static_cast<std::size_t>(raw_stream_bytes(stream, rules_.set, rules_.level, 0, entry_.shape.points));
     }
     // Of lit fractions; `values` may be empty.
     Status unpack(ByteView packed, const StreamInfo &stream, std::span<std::uint8_t> values) const {

@@ -51,11 +51,18 @@ Wide sum_squares(std::initializer_list<std::uint64_t> numbers) {
     return {sum.high + (sum.low >> 48), sum.low & 0xFFFFFFFFFFFF};
 }
 
+// The sum of the normals is at least half as long as it can be: 4 |normal|^2 >= (32767 votes)^2.
+bool is_half_as_long(const CommonSums &sums) {
+    const auto twice = [&](std::size_t c) { return 2 * static_cast<std::uint64_t>(std::abs(sums.normal[c])); };
+    const std::uint64_t x = twice(0), y = twice(1), z = twice(2), full = 32767 * sums.votes;
+    if (sums.votes < 32768) // no number is above 2^31: both sides fit into 64 bits
+        return x * x + y * y + z * z >= full * full;
+    return sum_squares({x, y, z}) >= sum_squares({full}); // none is above 2^48
+}
+
 // BVG.md 7.3: thin walls, whose normals cancel, become two-sided points with the normal of their plane.
 std::uint16_t average_normal(const CommonSums &sums) {
-    // 2 x a component, which no sum of 2^32 normals makes larger than 2^48.
-    const auto twice = [&](std::size_t c) { return 2 * static_cast<std::uint64_t>(std::abs(sums.normal[c])); };
-    if (!sums.two_sided && sum_squares({twice(0), twice(1), twice(2)}) >= sum_squares({32767 * sums.votes}))
+    if (!sums.two_sided && is_half_as_long(sums))
         return quantise_normal(sums.normal);
     const auto &m = sums.moment;
     const std::array<std::array<std::int64_t, 3>, 3> columns{

@@ -103,7 +103,7 @@ template <class Normals, class Values> struct PointColumns {
     Values textures;
     std::array<Values, kMaxLights> shadows; // lit fraction x (2^bits - 1), 0 = in shadow; a byte per point
 
-    // The column of a stream other than normals, and of one that is no shadow stream either as a member.
+    // The column of a stream, which is not that of normals. `column` knows none of the shadow streams either.
     Values &values(const StreamInfo &stream) {
         return stream.kind == StreamKind::shadow ? shadows[stream.light] : this->*column(stream.kind);
     }
@@ -219,7 +219,7 @@ struct RootRecord {
     std::uint8_t value(const StreamInfo &stream) const { return bytes[traits_of(stream.kind).root_at + stream.light]; }
     bool operator==(const RootRecord &) const = default;
 };
-// It as a level of one point, and back.
+// The root record as a level of one point, and back.
 PointAttributes root_points(const RootRecord &root, const AttributeSet &set);
 RootRecord root_record(const PointAttributes &points, const AttributeSet &set);
 

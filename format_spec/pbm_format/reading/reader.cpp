@@ -136,7 +136,9 @@ Result<Reader> Reader::open(ByteSource source) try {
 }
 
 Result<const LevelDirectory *> Reader::directory(int level) try {
-    assert(level >= 1 && level <= depth());
+    if (level < 1 || level > depth())
+        return Error{ErrorCode::usage, 0,
+                     "the file has no level " + std::to_string(level) + " but 1 to " + std::to_string(depth())};
     for (int next = 1; next <= level; ++next) {
         const auto at = static_cast<std::size_t>(next);
         if (is_read(next))
@@ -175,10 +177,23 @@ FileRange Reader::directory_range(int level) const {
     return range_of(*section(SectionType::level_directory, static_cast<std::uint32_t>(level)));
 }
 
-FileRange Reader::chunk_range(int level, std::size_t index) const { return pbm::chunk_range(entry_of(level, index)); }
+Status Reader::check_chunk(int level, std::size_t index, std::optional<Storage> storage) const {
+    const auto refuse = [](std::string text) { return Error{ErrorCode::usage, 0, std::move(text)}; };
+    if (!is_read(level))
+        return refuse("the directory of level " + std::to_string(level) + " was not read before its chunks");
+    if (index >= directories_[static_cast<std::size_t>(level)].chunks.size())
+        return refuse("level " + std::to_string(level) + " has no chunk " + std::to_string(index));
+    if (storage && *storage != header_.storage())
+        return refuse("chunks of packed files are loaded from their bytes, those of mapped files are viewed");
+    return {};
+}
+
+FileRange Reader::chunk_range(int level, std::size_t index) const {
+    return check_chunk(level, index) ? pbm::chunk_range(entry_of(level, index)) : FileRange{};
+}
 
 FileRange Reader::brick_range(int level, std::size_t index) const {
-    if (header_.storage() != Storage::mapped)
+    if (!check_chunk(level, index, Storage::mapped))
         return {};
     return pbm::brick_range(entry_of(level, index),
                             *section(SectionType::level_bricks, static_cast<std::uint32_t>(level)));
@@ -193,6 +208,8 @@ std::optional<ChunkBytes> Reader::chunk_bytes(int level, std::size_t index) cons
 }
 
 Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chunk &to) const try {
+    if (Status status = check_chunk(level, index); !status)
+        return status;
     if (header_.storage() == Storage::mapped) {
         const Result<ChunkView> view = view_chunk(level, index);
         if (!view)
@@ -208,7 +225,9 @@ Status Reader::load_chunk(int level, std::size_t index, const Chunk &parent, Chu
 
 Status Reader::load_chunk(int level, std::size_t index, const ChunkBytes &bytes, const Chunk &parent, Chunk &to) const
     try {
-    assert(is_read(level) && &parent != &to && header_.storage() == Storage::packed);
+    if (Status status = check_chunk(level, index, Storage::packed); !status)
+        return status;
+    assert(&parent != &to);
     const ChunkEntry &entry = entry_of(level, index);
     std::uint64_t first_mask = 0, first_point = 0;
     if (level > 1) {
@@ -224,8 +243,8 @@ Status Reader::load_chunk(int level, std::size_t index, const ChunkBytes &bytes,
 }
 
 Result<ChunkView> Reader::view_chunk(int level, std::size_t index) const try {
-    assert(header_.storage() == Storage::mapped);
-    assert(is_read(level));
+    if (Status status = check_chunk(level, index, Storage::mapped); !status)
+        return std::move(status).error();
     // Up to the first ancestor that is proven, and down again.
     std::array<std::size_t, kMaxDepth + 1> path{};
     int proven = level;
@@ -253,7 +272,8 @@ Result<ChunkView> Reader::view_chunk(int level, std::size_t index) const try {
 
 Result<ChunkView> Reader::view_chunk(int level, std::size_t index, const ChunkBytes &bytes,
                                      const ChunkView *parent) const try {
-    assert(is_read(level) && header_.storage() == Storage::mapped);
+    if (Status status = check_chunk(level, index, Storage::mapped); !status)
+        return std::move(status).error();
     const ProvenChunks &proven = proven_[static_cast<std::size_t>(level)];
     const ChunkEntry &entry = entry_of(level, index);
     if (!proven || !proven[index].load(std::memory_order_acquire)) {

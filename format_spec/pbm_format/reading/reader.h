@@ -11,7 +11,8 @@
 //   opening_range, directory_range, chunk_range, brick_range, raster_ranges     what each of these calls reads
 //   chunk_bytes                                                                 a chunk's bytes, or none
 //
-// A call whose bytes are not there is refused with ErrorCode::usage (not_there_yet) and may be made again.
+// A call whose bytes are not there is refused with ErrorCode::usage (not_there_yet) and may be made again. A call that
+// may not be made, such as a chunk before its directory, is refused with ErrorCode::usage too; ranges are then empty.
 //
 // Each proves what it hands out. Whether the whole file is valid is asked of `verify` in checking/validate.h.
 #pragma once
@@ -108,6 +109,8 @@ class Reader {
     // One for each chunk of a level: it was proven by view_chunk.
     using ProvenChunks = std::unique_ptr<std::atomic<bool>[]>;
 
+    // Whether a caller may ask for this chunk, and in the way of this storage profile; else ErrorCode::usage.
+    Status check_chunk(int level, std::size_t index, std::optional<Storage> storage = {}) const;
     bool is_read(int level) const {
         return level >= 1 && level <= depth() && !directories_[static_cast<std::size_t>(level)].chunks.empty();
     }

@@ -1,5 +1,5 @@
 // The rank filter of child masks: a mask becomes its rank among the masks seen in like surroundings, so that frequent
-// codes are small numbers everywhere and one Huffman table fits them all. BVG.md section 5.
+// codes are small numbers everywhere and one Huffman table fits them all. BVG.md section 5.9.
 // Based on: Fenwick. Symbol Ranking Text Compression with Shannon Recodings. 1997. Here the order is fixed and trained,
 // the context is the surface's normal and the parent's mask, folded by the 48 symmetries of the cube.
 //

@@ -11,7 +11,7 @@ Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &
 
 struct ChunkCoding {
     Storage storage = Storage::packed; // mapped streams are raw and aligned (5.10); the rest is for packed ones
-    int compression_level = 1;         // 1..19, see frame.h
+    int compression_level = 1;         // 1..19, see frame_encoder.h
     bool filters = true;               // try them
 };
 

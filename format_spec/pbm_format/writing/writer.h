@@ -9,7 +9,7 @@
 
 namespace pbm {
 
-inline constexpr int kDefaultCompressionLevel = 3; // of 1..19, see frame.h
+inline constexpr int kDefaultCompressionLevel = 3; // of 1..19, see frame_encoder.h
 
 struct WriteOptions {
     Storage storage = Storage::packed; // mapped: compression_level and filters do not matter

@@ -5,33 +5,30 @@
 #include <algorithm>
 #include <new>
 #include <string>
-#include <system_error>
 #include <utility>
 
 namespace pbm {
 
 ChunkScheduler::ChunkScheduler(const ChunkLoader &loader, ChunkCache &cache, std::mutex &mutex, int threads,
                                std::function<void()> arrived)
-    : loader_(loader), cache_(cache), thread_count_(static_cast<std::size_t>(resolve_threads(threads))),
-      arrived_(std::move(arrived)), mutex_(mutex) {}
+    : loader_(loader), cache_(cache), thread_count_(resolve_threads(threads)), arrived_(std::move(arrived)),
+      mutex_(mutex) {}
+
+ChunkScheduler::~ChunkScheduler() {
+    {
+        const std::lock_guard lock(mutex_);
+        stopped_ = true;
+    }
+    changed_.notify_all();
+}
 
 Status ChunkScheduler::load_all(std::vector<MissingChunk> missing) {
-    const std::size_t threads = std::min(missing.size(), thread_count_);
+    const auto threads = std::clamp<std::size_t>(missing.size(), 1, static_cast<std::size_t>(thread_count_));
     {
         const std::lock_guard lock(mutex_);
         enqueue(std::move(missing));
     }
-    {
-        std::vector<std::jthread> helpers;
-        try {
-            for (std::size_t i = 1; i < threads; ++i)
-                helpers.emplace_back([this](const std::stop_token &stop) { work(stop, true); });
-        } catch (const std::system_error &) { // fewer threads do the same work
-        }
-        work({}, true);
-        for (std::jthread &helper : helpers)
-            helper.join();
-    }
+    parallel_for(threads, thread_count_, [this](std::size_t) { work(true); });
     const std::lock_guard lock(mutex_);
     const std::vector<Error> errors = take_errors();
     if (!errors.empty())
@@ -50,12 +47,14 @@ void ChunkScheduler::request(std::vector<MissingChunk> missing) {
         enqueue(std::move(missing));
     }
     changed_.notify_all();
-    try {
-        while (threads_.size() < thread_count_)
-            threads_.emplace_back([this](const std::stop_token &stop) { work(stop, false); });
-    } catch (const std::system_error &) {
-        if (threads_.empty())
-            throw;
+    if (!threads_)
+        threads_.emplace(thread_count_ + 1); // the calling thread goes on
+    for (; loops_ < threads_->threads() - 1; ++loops_)
+        threads_->post([this] { work(false); });
+    if (threads_->threads() == 1) {
+        work(true);
+        if (arrived_)
+            arrived_();
     }
 }
 
@@ -65,9 +64,9 @@ bool ChunkScheduler::is_loading() const {
 }
 
 // Loads what is queued. Returns when all of that is done, or, if not `until_done`, when it is stopped.
-void ChunkScheduler::work(const std::stop_token &stop, bool until_done) {
+void ChunkScheduler::work(bool until_done) {
     std::unique_lock lock(mutex_);
-    while (!stop.stop_requested()) {
+    while (!stopped_) {
         if (std::optional<ChunkTask> task = take_task()) {
             lock.unlock();
             Result<ResidentPointer> loaded = loader_.load(*task);
@@ -81,7 +80,8 @@ void ChunkScheduler::work(const std::stop_token &stop, bool until_done) {
         } else if (until_done && loading_ == 0) {
             return;
         } else {
-            changed_.wait(lock, stop, [&] { return find_next() < queue_.size() || (until_done && loading_ == 0); });
+            changed_.wait(lock,
+                          [&] { return stopped_ || find_next() < queue_.size() || (until_done && loading_ == 0); });
         }
     }
 }
@@ -138,7 +138,7 @@ void ChunkScheduler::finish(const ChunkTask &task, Result<ResidentPointer> loade
     changed_.notify_all();
 }
 
-// Background threads call it, and nothing catches what they throw.
+// Background threads call it, and nobody learns what they throw.
 void ChunkScheduler::add_error(Error error) try {
     errors_.push_back(std::move(error));
 } catch (const std::bad_alloc &) {

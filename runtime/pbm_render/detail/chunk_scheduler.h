@@ -2,12 +2,12 @@
 #pragma once
 
 #include "pbm_render/detail/chunk_cache.h"
+#include "system/threads/thread_pool.h"
 
 #include <condition_variable>
 #include <functional>
 #include <mutex>
-#include <stop_token>
-#include <thread>
+#include <optional>
 #include <vector>
 
 namespace pbm {
@@ -19,7 +19,7 @@ class ChunkScheduler {
     ChunkScheduler(const ChunkLoader &loader, ChunkCache &cache, std::mutex &mutex, int threads,
                    std::function<void()> arrived);
     // Waits for the chunks that are being loaded.
-    ~ChunkScheduler() = default;
+    ~ChunkScheduler();
 
     // Loads all of these chunks and returns when that is done. After an error of a chunk it still tries all others.
     //
@@ -27,7 +27,7 @@ class ChunkScheduler {
     Status load_all(std::vector<MissingChunk> missing);
 
     // Loads these chunks in the background, instead of those of former calls that no thread has begun to load, until
-    // all are resident or no more fit.
+    // all are resident or no more fit. If the system gives no thread, it loads them before it returns.
     void request(std::vector<MissingChunk> missing);
     // Whether something that was requested is still to come.
     bool is_loading() const;
@@ -39,7 +39,7 @@ class ChunkScheduler {
     std::uint64_t points_decoded() const { return points_decoded_; }
 
   private:
-    void work(const std::stop_token &stop, bool until_done);
+    void work(bool until_done);
     // The caller holds the mutex:
     void enqueue(std::vector<MissingChunk> missing);
     std::size_t find_next() const;
@@ -48,19 +48,21 @@ class ChunkScheduler {
 
     const ChunkLoader &loader_;
     ChunkCache &cache_;
-    const std::size_t thread_count_;
+    const int thread_count_;
     const std::function<void()> arrived_;
 
     std::mutex &mutex_; // of all below but the threads
-    std::condition_variable_any changed_;
+    std::condition_variable changed_;
     std::vector<MissingChunk> queue_;
     std::size_t queue_start_ = 0; // the chunks before it are settled
     int loading_ = 0;             // chunks
     bool full_ = false;           // what is queued does not fit
+    bool stopped_ = false;
     std::vector<Error> errors_;
     std::uint64_t bytes_read_ = 0, points_decoded_ = 0;
 
-    std::vector<std::jthread> threads_; // last: they end before all else does
+    int loops_ = 0;                     // of `work` that were posted
+    std::optional<ThreadPool> threads_; // last: its work uses the above
 };
 
 } // namespace pbm

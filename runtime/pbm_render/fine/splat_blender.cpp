@@ -211,9 +211,9 @@ HWY_INLINE void blend_small_splats(const Blending &blending, const SplatGroup &g
 
 HWY_INLINE void lay_soft_splats(const StripRun &at, const FacingPoints &facing, std::size_t first, SplatGroup &to) {
     const Floats d;
-    to.ellipses.enlarged = {.radius = kKernelRadius, .low_pass = kLowPass};
     for (std::size_t i = 0; i < kGroupSplats; i += hn::Lanes(d)) {
-        const LaidSplats laid = lay_ellipses<true>(at, facing, first + i, to.ellipses, i);
+        const LaidSplats laid =
+            lay_ellipses<true>(at, facing, first + i, to.ellipses, i, {.radius = kKernelRadius, .low_pass = kLowPass});
         const Vector band = hn::Mul(hn::Set(d, kBlendBand / 2), hn::LoadU(d, facing.radius.data() + first + i));
         hn::Store(hn::Div(hn::Max(laid.cosine, hn::Set(d, kBandCosine)), band), d, to.across.data() + i);
     }

@@ -79,7 +79,6 @@ struct Enlargement {
 
 // As SplatShape, for the depth where the point is: a vector of splats of any size.
 struct Ellipses {
-    Enlargement enlarged;                                                      // of all of them
     alignas(64) std::array<float, kMostLanes> x, y, depth;                     // middle
     alignas(64) std::array<float, kMostLanes> xx, xy, yy;                      // 1 on the outline
     alignas(64) std::array<float, kMostLanes> slope_x, slope_y;                // of the depth, per pixel
@@ -91,11 +90,10 @@ struct Ellipses {
 // the last point get empty ellipses.
 template <bool kPlaced>
 HWY_INLINE LaidSplats lay_ellipses(const StripRun &at, const FacingPoints &points, std::size_t first, Ellipses &to,
-                                   std::size_t lane = 0) {
+                                   std::size_t lane = 0, const Enlargement &enlarged = {}) {
     const FrameGeometry &frame = at.frame;
     const DepthStrip &strip = at.strip;
     const float voxel_edge = at.run.voxel;
-    const Enlargement enlarged = to.enlarged;
     const std::size_t end = points.count;
     const Floats d;
     const Ints di;

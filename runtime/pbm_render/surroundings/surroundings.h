@@ -37,7 +37,6 @@ class Surroundings {
     Surroundings &operator=(const Surroundings &) = delete;
 
     bool has_panorama() const { return panorama_.has_value(); }
-    bool has_ground() const { return ground_.has_value(); }
 
     // The damaged tiles that were found since the last call, each once. Pictures show coarser mip levels in their
     // place.

@@ -113,7 +113,7 @@ Status Viewer::show(ShownModelPointer loaded) {
     const auto camera = first_camera(*loaded);
     if (!camera)
         return camera.error();
-    std::optional<RenderOptions> shown_options;
+    std::optional<LookOptions> shown_options;
     if (look_)
         shown_options = look_->options;
     let_go(background_, std::exchange(model_, std::move(loaded)));

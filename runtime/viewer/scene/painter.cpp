@@ -33,7 +33,8 @@ void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, c
                          int height) {
     fine_camera_ = camera;
     fine_cue_ = look.options.depth_cue;
-    fine(look.appearance).begin(runs, camera, look.options.render, Framebuffer(width, height, fine_cue_ != DepthCue::none));
+    fine(look.appearance)
+        .begin(runs, camera, look.options.render, Framebuffer(width, height, fine_cue_ != DepthCue::none));
 }
 
 RenderStatistics Painter::add_sample(Framebuffer &target) {

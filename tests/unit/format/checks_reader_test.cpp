@@ -231,6 +231,29 @@ TEST(CheckAlone, NoRasterIsDecodedThatIsLargerThanTheMemory) {
     EXPECT_EQ(validate(shaded_file(), {.threads = 1, .max_memory = 100}).findings.at(0).code, ErrorCode::memory);
 }
 
+TEST(CheckAlone, CallsThatMayNotBeMadeAreRefusedInAnyBuild) {
+    const Bytes &packed = shaded_file();
+    Reader reader = Reader::open(packed).value();
+    Chunk to;
+    const auto refused = [](const auto &result) { return !result && result.error().code == ErrorCode::usage; };
+    EXPECT_TRUE(refused(reader.directory(0)));
+    EXPECT_TRUE(refused(reader.directory(reader.depth() + 1)));
+    EXPECT_TRUE(refused(reader.load_chunk(1, 0, reader.root_chunk(), to))) << "before its directory";
+    EXPECT_EQ(reader.chunk_range(1, 0), FileRange{});
+    ASSERT_TRUE(reader.directory(1));
+    EXPECT_TRUE(refused(reader.load_chunk(1, 1, reader.root_chunk(), to))) << "level 1 is one chunk";
+    EXPECT_TRUE(refused(reader.view_chunk(1, 0))) << "packed";
+    EXPECT_TRUE(refused(reader.view_chunk(1, 0, {}, nullptr))) << "packed";
+    EXPECT_TRUE(reader.load_chunk(1, 0, reader.root_chunk(), to));
+
+    const Bytes mapped = encode_model(sphere_model(3, {}), {.storage = Storage::mapped, .threads = 1}).value();
+    Reader viewed = Reader::open(mapped).value();
+    EXPECT_TRUE(refused(viewed.view_chunk(1, 0))) << "before its directory";
+    ASSERT_TRUE(viewed.directory(1));
+    EXPECT_TRUE(refused(viewed.load_chunk(1, 0, {}, viewed.root_chunk(), to))) << "mapped";
+    EXPECT_TRUE(viewed.view_chunk(1, 0));
+}
+
 // Its chunk limit is not the one that writers use.
 TEST(CheckAlone, AdviceIsForTheDeepLevel) {
     const auto advice = [](ValidationLevel level) {

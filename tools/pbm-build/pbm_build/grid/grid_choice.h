@@ -49,7 +49,7 @@ Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size);
 
 // The grid of a .pbvg file.
 //
-// errors  io, and those of Reader::open (pbm_format/reader.h)
+// errors  io, and those of Reader::open (pbm_format/reading/reader.h)
 Result<Grid> read_grid(const std::string &path);
 
 // Nothing that is sampled may lie outside, so that no point is moved.
