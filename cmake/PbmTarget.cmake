@@ -19,15 +19,13 @@ endif()
 #   SIMD         files of Highway, which are compiled one by one. With sanitizers two of UBSan's checks, at every use of a
 #                reference, take two thirds of the time: null, which address reports as well, and alignment, which vector
 #                instructions trap on (scalars are no longer seen). They are left out.
-#   UNOPTIMISED  nothing in it takes time: command lines, reports. It is optimised little, with sanitizers not at all.
+#   UNOPTIMISED  nothing in it takes time: command lines, reports. With sanitizers it is not optimised.
 #   APART        files whose names are other files' too. The rest of the target is compiled several files at a time where
 #                PBM_UNITY is on.
 function(pbm_sanitized target)
     cmake_parse_arguments(ARG "UNOPTIMISED" "" "SIMD;APART" ${ARGN})
-    if(ARG_UNOPTIMISED AND PBM_SANITIZE)
+    if(PBM_SANITIZE AND ARG_UNOPTIMISED)
         target_compile_options(${target} PRIVATE -O0)
-    elseif(ARG_UNOPTIMISED)
-        target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
     endif()
     if(PBM_SANITIZE AND ARG_SIMD)
         set_property(SOURCE ${ARG_SIMD} APPEND PROPERTY COMPILE_OPTIONS -fno-sanitize=null,alignment)

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """clang-tidy of our own sources: tidy.py BUILD_FOLDER [FILE...]. Exit code 1: it found something.
 
-Nine tenths of what clang-tidy does to a file it does to the headers of others. Files that are compiled alike are
-therefore looked at together, a dozen at a time, as if they were one; where that finds anything, or where they do not go
-together, they are looked at in halves and in the end alone, and only that counts. Files that no compiler sees alone are
-seen so by clang here. Files whose text and flags passed before are skipped: BUILD_FOLDER/tidy has stamps.
+Nine tenths of what clang-tidy does to a file it does to the headers of others. Files are therefore looked at together,
+a dozen at a time, as if they were one, with the folders and macros of all of them; where that finds anything, or where
+they do not go together, they are looked at in halves and in the end alone, with their own flags, and only that counts.
+Files that no compiler sees alone are seen so by clang here. Files whose text and flags passed before are skipped:
+BUILD_FOLDER/tidy has stamps.
 """
 import concurrent.futures
 import hashlib
@@ -60,23 +61,49 @@ def names_of(text):
     return names - {None}, set(re.findall(r"(?<![.>:\w])(\w+)\(", text))
 
 
+def flags_together(some):
+    """Flags for files with `some` flags: the folders and macros of all; None if a macro has two values, or if they are
+    compiled for different machines."""
+    folders, macros, others = [], {}, set()
+    for flags in some:
+        words, own = iter(flags), []
+        for word in words:
+            if word == "-isystem":
+                folders.append((word, next(words)))
+            elif word.startswith("-I"):
+                folders.append((word,))
+            elif word.startswith("-D"):
+                name, _, value = word[2:].partition("=")
+                if macros.setdefault(name, value) != value:
+                    return None
+            elif not re.match(r"-(O|f|g|MD|Werror)", word):  # says nothing about the language
+                own.append(word)
+        others.add(tuple(own))
+    if len(others) != 1:
+        return None
+    together = [*others.pop(), *(f"-D{name}={value}" if value else f"-D{name}" for name, value in macros.items())]
+    return tuple(together + [word for folder in dict.fromkeys(folders) for word in folder])
+
+
 def groups_of(files, flags):
-    """Lists of files to be looked at together; files of Highway, which include themselves, alone."""
+    """Lists of files to be looked at together, with flags; files of Highway, which include themselves, alone."""
     groups = []  # files, flags, names, calls
     for file in files:
         text = (ROOT / file).read_text(encoding="utf-8")
         names, calls = names_of(text)
         alone = "foreach_target.h" in text
-        fits = (group for group in groups if not alone and group[1] == flags[file] and len(group[0]) < TOGETHER
-                and not group[2] & (names | calls) and not group[3] & names)
-        group = next(fits, None)
-        if group is None:
-            group = ([], () if alone else flags[file], set(), set())
+        for group in groups if not alone else ():
+            if len(group[0]) < TOGETHER and not group[2] & (names | calls) and not group[3] & names:
+                if both := flags_together([group[1], flags[file]]) if group[1] else None:
+                    group[1] = both
+                    break
+        else:
+            group = [[], () if alone else flags[file], set(), set()]
             groups.append(group)
         group[0].append(file)
         group[2].update(names)
         group[3].update(calls)
-    return sorted((group[0] for group in groups), key=len, reverse=True)
+    return sorted(((group[0], group[1]) for group in groups), key=lambda group: len(group[0]), reverse=True)
 
 
 def tidy(path, flags):
@@ -110,8 +137,9 @@ def main():
         stamp, digest = stamp_of(file)
         return stamp.exists() and stamp.read_text() == digest
 
-    def look_at(members):
+    def look_at(group):
         """What is wrong with them; whoever passes gets a stamp."""
+        members, together_flags = group
         if len(members) == 1:
             said = tidy(ROOT / members[0], flags[members[0]])
         else:
@@ -119,9 +147,9 @@ def main():
             together = stamps / f"{digest}.cpp"
             together.write_text("".join(f'#include "{ROOT / file}" // NOLINT\n' for file in members))
             # What one file declares may hide what the next one does; compilers see each of them alone.
-            if tidy(together, (*flags[members[0]], "-Wno-shadow")):
+            if tidy(together, (*together_flags, "-Wno-shadow")):
                 half = len(members) // 2
-                return look_at(members[:half]) + look_at(members[half:])
+                return look_at((members[:half], together_flags)) + look_at((members[half:], together_flags))
             said = "".join(compile_alone(file, flags[file]) for file in members if file in never_alone)
         for file in members if not said else ():
             stamp, digest = stamp_of(file)

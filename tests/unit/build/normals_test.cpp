@@ -1,7 +1,7 @@
-// Estimated normals against the truth. With PBM_SCANS_DIR in the environment also on the vertices of scanned meshes.
+// Estimated normals against the truth; normals_of_scans.cpp has the vertices of scanned meshes.
 #include "ammonite.h"
-#include "pbm_build/normals/estimate_normals.h"
 #include "pbm_scan/surface_reader.h"
+#include "unit/build/normal_truth.h"
 
 #include <gtest/gtest.h>
 
@@ -17,19 +17,9 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
+using namespace pbm::build::test;
 
 const double kPi = std::acos(-1.0);
-
-// Points with their true normals.
-struct Truth {
-    Surface points;
-    std::vector<glm::dvec3> normals;
-
-    void add(const glm::dvec3 &p, const glm::dvec3 &n) {
-        points.positions.push_back(p);
-        normals.push_back(n);
-    }
-};
 
 // Uniform in [0, 1).
 struct Random {
@@ -102,37 +92,8 @@ Truth terrain(std::size_t count, double height) {
     return truth;
 }
 
-// Shares of all points.
-struct Score {
-    double bent = 0;      // more than 25 degrees from the truth, whatever the sign
-    double wrong = 0;     // one-sided, and of the wrong sign
-    double two_sided = 0; //
-    double worst = 0;     // degrees, whatever the sign
-};
-
-Score score(const Truth &truth, const PointRequest &request = {}, const char *name = nullptr) {
-    Surface points = truth.points;
-    BuildStatistics statistics;
-    const VertexNormals found = estimate_normals(points, request, 2, statistics);
-    Score score;
-    const double share = 1.0 / static_cast<double>(truth.normals.size());
-    for (std::size_t i = 0; i < truth.normals.size(); ++i) {
-        const ShortNormal &n = found.normals[i];
-        const glm::dvec3 &t = truth.normals[i];
-        const double cosine = (n[0] * t.x + n[1] * t.y + n[2] * t.z) / kNormalScale;
-        const double degrees = std::acos(std::min(1.0, std::fabs(cosine))) * 180 / kPi;
-        score.bent += degrees > 25 ? share : 0;
-        score.worst = std::max(score.worst, degrees);
-        if (points.two_sided[i] != 0)
-            score.two_sided += share;
-        else
-            score.wrong += cosine < 0 ? share : 0;
-    }
-    const std::string shown = name != nullptr ? name : ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::printf("%-36s %8zu points: %6.2f %% off by > 25 degrees, %6.2f %% wrong sign, %6.2f %% two-sided; %s\n",
-                shown.c_str(), truth.normals.size(), 100 * score.bent, 100 * score.wrong, 100 * score.two_sided,
-                statistics.attributes.back().note.c_str());
-    return score;
+Score score(const Truth &truth, const PointRequest &request = {}) {
+    return score(::testing::UnitTest::GetInstance()->current_test_info()->name(), truth, request);
 }
 
 TEST(EstimateNormals, ASphere) {
@@ -263,55 +224,6 @@ TEST(EstimateNormals, TheAmmonite) {
     EXPECT_LT(s.bent, 0.04);
     EXPECT_LT(s.wrong, 0.01);
     EXPECT_LT(s.two_sided, 0.01);
-}
-
-std::vector<std::string> scans() {
-    std::vector<std::string> found;
-    const char *const folder = std::getenv("PBM_SCANS_DIR");
-    if (folder != nullptr && std::filesystem::is_directory(folder))
-        for (const auto &entry : std::filesystem::directory_iterator(folder))
-            if (entry.is_regular_file())
-                found.push_back(entry.path().string());
-    std::sort(found.begin(), found.end());
-    return found;
-}
-
-// Closed and dense: doubt about their signs would be for nothing.
-bool is_clear(const std::string &name) {
-    constexpr std::array<std::string_view, 10> kClear{
-        "ankylosaurus_mesh.ply", "armadillo43k.obj", "bun_zipper.ply", "bunny_draco.stl", "colored_airplane.ply",
-        "dragon_vrip_res2.ply",  "gargo.ply",        "nefertiti.obj",  "pmp_bunny.off",   "vtk_horse.ply",
-    };
-    return std::find(kClear.begin(), kClear.end(), name) != kClear.end();
-}
-
-// Figures of docs/explanation/points.md. The truth: normals from the faces, or those of the file.
-TEST(EstimateNormals, VerticesOfScans) {
-    if (scans().empty())
-        GTEST_SKIP() << "no scans (PBM_SCANS_DIR); normals_of_scans.py finds them";
-    int measured = 0;
-    for (const std::string &path : scans()) {
-        Result<Surface> surface = read_surface(path, {});
-        if (!surface || (surface->triangles.empty() && surface->normals.empty()))
-            continue;
-        if (!surface->triangles.empty())
-            surface->normals.clear();
-        const VertexNormals normals = vertex_normals(*surface, 2);
-        Truth truth;
-        for (std::size_t i = 0; i < normals.normals.size(); ++i)
-            if (!is_zero(normals.normals[i]))
-                truth.add(surface->positions[i],
-                          glm::dvec3(normals.normals[i][0], normals.normals[i][1], normals.normals[i][2]) /
-                              kNormalScale);
-        const std::string name = std::filesystem::path(path).filename().string();
-        const Score s = score(truth, {}, name.c_str());
-        EXPECT_LT(std::min(s.wrong, 1 - s.wrong - s.two_sided), 0.08); // the faces of two scans point inwards
-        if (is_clear(name)) {
-            EXPECT_LT(s.two_sided, 0.006) << name;
-        }
-        ++measured;
-    }
-    EXPECT_GT(measured, 0);
 }
 
 } // namespace

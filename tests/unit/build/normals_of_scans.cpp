@@ -1,0 +1,60 @@
+// normals_of_scans SCAN...: normals estimated for the vertices of scanned meshes, against those of their faces or of
+// the file. Prints a row for each; exit code 1 if one is worse than docs/explanation/points.md says.
+#include "pbm_build/surface/vertex_normals.h"
+#include "pbm_scan/surface_reader.h"
+#include "unit/build/normal_truth.h"
+
+#include <array>
+#include <exception>
+#include <filesystem>
+#include <string_view>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::build;
+using namespace pbm::build::test;
+
+// Closed and dense: doubt about their signs would be for nothing.
+bool is_clear(const std::string &name) {
+    constexpr std::array<std::string_view, 10> kClear{
+        "ankylosaurus_mesh.ply", "armadillo43k.obj", "bun_zipper.ply", "bunny_draco.stl", "colored_airplane.ply",
+        "dragon_vrip_res2.ply",  "gargo.ply",        "nefertiti.obj",  "pmp_bunny.off",   "vtk_horse.ply",
+    };
+    return std::find(kClear.begin(), kClear.end(), name) != kClear.end();
+}
+
+bool is_good(const std::string &path) {
+    Result<Surface> surface = read_surface(path, {});
+    if (!surface || (surface->triangles.empty() && surface->normals.empty()))
+        return true; // nothing to compare with
+    if (!surface->triangles.empty())
+        surface->normals.clear();
+    const VertexNormals normals = vertex_normals(*surface, 2);
+    Truth truth;
+    for (std::size_t i = 0; i < normals.normals.size(); ++i)
+        if (!is_zero(normals.normals[i]))
+            truth.add(surface->positions[i],
+                      glm::dvec3(normals.normals[i][0], normals.normals[i][1], normals.normals[i][2]) / kNormalScale);
+    const std::string name = std::filesystem::path(path).filename().string();
+    const Score s = score(name, truth);
+    return std::min(s.wrong, 1 - s.wrong - s.two_sided) < 0.08 && // the faces of two scans point inwards
+           (!is_clear(name) || s.two_sided < 0.006);
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    try {
+        bool good = argc > 1;
+        for (int i = 1; i < argc; ++i)
+            if (!is_good(argv[i])) {
+                std::printf("%s: worse than expected\n", argv[i]);
+                good = false;
+            }
+        return good ? 0 : 1;
+    } catch (const std::exception &error) {
+        std::fprintf(stderr, "normals_of_scans: %s\n", error.what());
+        return 4;
+    }
+}
