@@ -127,7 +127,7 @@ TEST(EstimateNormals, ACubeWithSharpEdges) {
 // Points are 0.014 apart. Below twice that the fit can no longer tell the two sides apart.
 TEST(EstimateNormals, AThinSlab) {
     for (const double thickness : {0.1, 0.05, 0.03}) {
-        const Score s = score(box(40000, {1, 1, thickness / 2}), {}, ("slab " + std::to_string(thickness)).c_str());
+        const Score s = score("slab " + std::to_string(thickness), box(40000, {1, 1, thickness / 2}));
         EXPECT_LT(s.bent, 0.06);
         EXPECT_LT(s.wrong, 0.002);
         EXPECT_LT(s.two_sided, 0.002);
@@ -140,7 +140,7 @@ TEST(EstimateNormals, TwoParallelSheets) {
         Random random;
         for (int i = 0; i < 40000; ++i)
             truth.add({2 * random(), i % 2 == 0 ? gap : 0.0, 2 * random()}, {0, i % 2 == 0 ? 1 : -1, 0});
-        const Score s = score(truth, {}, ("sheets " + std::to_string(gap)).c_str());
+        const Score s = score("sheets " + std::to_string(gap), truth);
         EXPECT_LT(s.bent, 0.001);
         EXPECT_EQ(s.wrong, 0);
         EXPECT_EQ(s.two_sided, 0);
