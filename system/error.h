@@ -1,7 +1,7 @@
 // Errors as values: what is wrong with the bytes, where, and which rule of BVG.md they break.
 //
-// Broken bytes give an `Error`; broken callers give an `assert`. Functions that return a Result or a Status throw nothing;
-// all others throw std::bad_alloc at most.
+// Broken bytes give an `Error`; broken callers give an `assert`. Functions that return a Result or a Status throw
+// nothing; all others throw std::bad_alloc at most.
 #pragma once
 
 #include <cassert>

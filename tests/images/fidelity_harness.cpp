@@ -1,5 +1,5 @@
-// fidelity_harness MESH FILE.pbvg [OPTIONS]: how true the pictures of a model are to its mesh, drawn as pbm-render draws
-// them or by the reference renderer. --help tells the options.
+// fidelity_harness MESH FILE.pbvg [OPTIONS]: how true the pictures of a model are to its mesh, drawn as pbm-render
+// draws them or by the reference renderer. --help tells the options.
 #include "close_ups.h"
 #include "command_line/common_options.h"
 #include "depth_by_angle.h"

@@ -226,7 +226,8 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
                       "dropped."},
                      {"pbm-build scan.ply --lights studio --shadows --ground wood --panorama default -o scan.pbvg",
                       "With shadows on a wooden floor, under a sky."},
-                     {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.pbvg", "As build systems call it."}},
+                     {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.pbvg",
+                      "As build systems call it."}},
         .logs_steps = true};
     std::vector<command_line::OldSwitch> switches(kCompilerSwitches.begin(), kCompilerSwitches.end());
     switches.insert(switches.end(), scene_switches().begin(), scene_switches().end());

@@ -297,7 +297,8 @@ TEST(GridLike, IsTakenBitForBitWithUnitAndUpAxis) {
 
 TEST(GridLike, IsReadFromAFile) {
     const Model model = built({cube({0.1, 0.2, 0.3})}, at_depth(6));
-    const auto path = std::filesystem::temp_directory_path() / ("pbm_grid_like_" + std::to_string(::getpid()) + ".pbvg");
+    const auto path =
+        std::filesystem::temp_directory_path() / ("pbm_grid_like_" + std::to_string(::getpid()) + ".pbvg");
     ASSERT_TRUE(write_model(path.string(), model).ok());
     const Result<Grid> grid = read_grid(path.string());
     std::filesystem::remove(path);

@@ -140,7 +140,8 @@ TEST(SplatKernels, TheReferenceRendererFillsWallsWithThem) {
     const Model model = make_wall(6, 20);
     for (const double distance : {15.0, 30.0, 60.0, 110.0}) {
         Framebuffer target(50, 50);
-        ReferenceRenderer(model).render(camera_in_front({32, 32, 20.5}, distance), {}, target, {.splats = Splats::kernels});
+        ReferenceRenderer(model).render(camera_in_front({32, 32, 20.5}, distance), {}, target,
+                                        {.splats = Splats::kernels});
         for (std::size_t i = 0; i < target.pixels(); ++i)
             EXPECT_NEAR(target.depth[i], distance, 0.01) << distance;
     }
