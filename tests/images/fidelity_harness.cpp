@@ -248,8 +248,8 @@ int parse_and_run(int argc, char **argv) {
     Options options;
     command_line::CommandLine line{"fidelity_harness",
                                    "How true the pictures of a model are to the mesh it was made from"};
-    const auto add = [&](const char *names, auto &target, const char *help, command_line::Check check = {}) {
-        line.add(names, help, &target, {.check = std::move(check)});
+    const auto add = [&](const char *names, auto &target, const char *help, const command_line::Check &check = {}) {
+        line.add(names, help, &target, {.check = check});
     };
     line.add("MESH", "PLY", &options.mesh, {.required = true});
     line.add("MODEL", "Made of it", &options.model, {.required = true});

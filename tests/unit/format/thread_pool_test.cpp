@@ -36,7 +36,7 @@ TEST(ThreadPool, RunsEachItemOnceInEveryRound) {
     for (const int threads : {1, 2, 5}) {
         ThreadPool pool(threads);
         EXPECT_EQ(pool.threads(), threads);
-        for (const std::size_t count : {0, 1, 2, 3, 100, 1000}) {
+        for (const std::size_t count : {0U, 1U, 2U, 3U, 100U, 1000U}) {
             std::vector<int> times(count);
             std::vector<std::atomic<int>> inside(static_cast<std::size_t>(threads));
             std::atomic<bool> shared = false;
@@ -114,6 +114,7 @@ TEST(ThreadPool, DoesPostedWorkInItsOrderWithOneWorker) {
     ThreadPool pool(2);
     std::vector<int> order; // only that worker writes to it
     std::vector<std::future<int>> results;
+    results.reserve(100);
     for (int i = 0; i < 100; ++i)
         results.push_back(pool.post([i, &order] {
             order.push_back(i);
@@ -130,6 +131,7 @@ TEST(ThreadPool, DoesPostedWorkOnAllItsWorkers) {
     ThreadPool pool(4);
     Meeting meeting(3);
     std::vector<std::future<void>> results;
+    results.reserve(3);
     for (int i = 0; i < 3; ++i)
         results.push_back(pool.post([&] { meeting.arrive(); }));
     for (std::future<void> &result : results)
@@ -211,11 +213,11 @@ TEST(ThreadPool, FreesWhatPostedWorkHeld) {
 
 TEST(ParallelFor, CallsEachItemOnceWhateverTheBlocks) {
     for (const int threads : {0, 1, 3, 1000})
-        for (const std::size_t count : {0, 1, 2, 7, 1000}) {
+        for (const std::size_t count : {0U, 1U, 2U, 7U, 1000U}) {
             std::vector<int> times(count);
             parallel_for(count, threads, [&](std::size_t i) { ++times[i]; });
             EXPECT_EQ(times, std::vector<int>(count, 1));
-            for (const std::size_t block : {1, 3, 1000, 5000}) {
+            for (const std::size_t block : {1U, 3U, 1000U, 5000U}) {
                 parallel_for(count, block, threads, [&](std::size_t i) { ++times[i]; });
                 EXPECT_EQ(times, std::vector<int>(count, 2));
                 std::atomic<std::size_t> blocks = 0;
