@@ -64,12 +64,12 @@ void add_number(CommandLine &line, const char *name, T &value, double least, dou
 
 // Powers of two.
 template <class T>
-void add_power(CommandLine &line, const char *name, T &value, int least, int most, std::string help,
+void add_power(CommandLine &line, const char *name, T &value, int least, int most, const std::string &help,
                const char *needs) {
     command_line::Words words;
     for (int power = least; power <= most; power *= 2)
         words.push_back(std::to_string(power));
-    line.add(name, std::move(help),
+    line.add(name, help,
              [&value](const std::string &word) -> Status { return assign(value, std::stoi(word)), Status(); },
              {.check = std::move(words), .needs = needs});
 }

@@ -24,8 +24,8 @@ using test::NetworkFile;
 constexpr int kWidth = 160, kHeight = 120; // pixels
 
 // A model as a program has it that draws what there is.
-struct Shown {
-    explicit Shown(Reader reader, StreamingOptions options = {.threads = 2})
+struct ShownModel {
+    explicit ShownModel(Reader reader, StreamingOptions options = {.threads = 2})
         : images(reader.images().value()), model(std::move(reader), std::move(options)),
           surroundings(std::make_shared<const Surroundings>(model.reader().parameters(), images)),
           renderer(model.reader().parameters(), model.reader().header().chunk_points, 1, surroundings) {}
@@ -44,7 +44,7 @@ struct Shown {
 };
 
 // The picture once all has arrived that it asks for, a few ranges at a time.
-Framebuffer draw_from(NetworkFile &network, Shown &shown, const DetailView &view) {
+Framebuffer draw_from(NetworkFile &network, ShownModel &shown, const DetailView &view) {
     Detail detail = shown.model.load(view).value();
     for (; !detail.wanted.empty(); detail = shown.model.load(view).value())
         network.fetch(std::vector(detail.wanted.begin(),
@@ -59,7 +59,7 @@ Framebuffer draw_from(NetworkFile &network, Shown &shown, const DetailView &view
     return picture;
 }
 
-Sphere bounds_from(NetworkFile &network, Shown &shown) {
+Sphere bounds_from(NetworkFile &network, ShownModel &shown) {
     EXPECT_EQ(shown.model.bounds().error().code, ErrorCode::usage);
     network.fetch(shown.model.bounds_wanted());
     EXPECT_TRUE(shown.model.bounds_wanted().empty());
@@ -91,7 +91,7 @@ TEST(SparseSource, DrawsGoldenFilesAsAWholeFileDoes) {
         const std::string name = path.path().filename().string();
         const MappedFile file = MappedFile::open(path.path().string()).value();
         NetworkFile network(file.bytes());
-        Shown whole(Reader::open(file.bytes()).value()), sparse(network.open());
+        ShownModel whole(Reader::open(file.bytes()).value()), sparse(network.open());
         const Sphere bounds = bounds_from(network, sparse);
         EXPECT_EQ(bounds.radius, whole.model.bounds().value().radius);
         for (int level = 1; level <= whole.model.reader().depth(); ++level) {
@@ -167,7 +167,7 @@ TEST(SparseSource, FetchesWhatAPictureNeedsAndKeepsNoPackedBytes) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         const Bytes &file = sphere_file(storage);
         NetworkFile network(file);
-        Shown sparse(network.open()), whole(Reader::open(file).value());
+        ShownModel sparse(network.open()), whole(Reader::open(file).value());
         const DetailView view = view_from(0);
         const Framebuffer picture = draw_from(network, sparse, view);
         expect_same_picture(whole.draw(whole.model.load(view).value(), view.camera), picture, "");
@@ -181,7 +181,7 @@ TEST(SparseSource, ShowsWhatIsThereMeanwhile) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         const Bytes &file = sphere_file(storage);
         NetworkFile network(file);
-        Shown sparse(network.open()), whole(Reader::open(file).value());
+        ShownModel sparse(network.open()), whole(Reader::open(file).value());
         const DetailView view = view_from(0);
         double coarser = -1;
         for (int round = 0; round < 1000; ++round) {
@@ -213,16 +213,16 @@ TEST(SparseSource, ShowsWhatIsThereMeanwhile) {
 TEST(SparseSource, WantsEvictedChunksAgain) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         const Bytes &file = sphere_file(storage);
-        Shown whole(Reader::open(file).value());
+        ShownModel whole(Reader::open(file).value());
         std::uint64_t largest = 0; // that one view needs
         for (int i = 0; i < 8; ++i) {
             NetworkFile network(file);
-            Shown alone(network.open());
+            ShownModel alone(network.open());
             draw_from(network, alone, view_from(i * 0.785));
             largest = std::max(largest, alone.model.statistics().memory);
         }
         NetworkFile network(file);
-        Shown sparse(network.open(), {.threads = 2, .max_memory = largest + largest / 4});
+        ShownModel sparse(network.open(), {.threads = 2, .max_memory = largest + largest / 4});
         std::uint64_t first_round = 0;
         for (int i = 0; i < 16; ++i) {
             const DetailView view = view_from(i * 0.785);
@@ -242,7 +242,7 @@ TEST(SparseSource, WantsEvictedChunksAgain) {
 TEST(SparseSource, WantsDroppedBytesAgain) {
     const Bytes &file = sphere_file(Storage::packed);
     NetworkFile network(file);
-    Shown sparse(network.open()), whole(Reader::open(file).value());
+    ShownModel sparse(network.open()), whole(Reader::open(file).value());
     const DetailView view = view_from(0);
     for (int round = 0; round < 3; ++round) {
         const Detail detail = sparse.model.choose(view);
@@ -262,7 +262,7 @@ TEST(SparseSource, NamesDamage) {
         const ChunkEntry damaged = directories.directory(3).value()->chunks[0];
         file[damaged.offset + damaged.stored_bytes / 2] ^= 1;
         NetworkFile network(file);
-        Shown sparse(network.open());
+        ShownModel sparse(network.open());
         Result<Detail> detail = sparse.model.load(view_from(0));
         for (; detail && !detail->wanted.empty(); detail = sparse.model.load(view_from(0)))
             network.fetch(detail->wanted);
