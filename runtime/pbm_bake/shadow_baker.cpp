@@ -13,7 +13,7 @@ namespace {
 
 // Texels of a map that one thread draws at a time: they stay in its cache.
 constexpr std::size_t kStripTexels = 1 << 17;
-constexpr int kLeastStripRows = 32;
+constexpr int kMinStripRows = 32;
 // Texels of a map that all rows of the ground plane look into at a time.
 constexpr std::size_t kGroundMapTexels = 1 << 24;
 // Rays per ground texel and map, spread over the texel and half of its neighbours.
@@ -40,7 +40,7 @@ class ProgressCount {
 bool is_stopped(const ShadowOptions &options) { return options.stop != nullptr && *options.stop; }
 
 int rows_of_strip(const ShadowView &view) {
-    return std::max(kLeastStripRows, static_cast<int>(kStripTexels / static_cast<std::size_t>(view.width())));
+    return std::max(kMinStripRows, static_cast<int>(kStripTexels / static_cast<std::size_t>(view.width())));
 }
 
 double size_in_view(const LightPlace &light, const ShadowCasters &casters, const ShadowOptions &options) {
@@ -137,7 +137,7 @@ struct GroundRaster {
 void look_from_ground(const ShadowView &view, const GroundRaster &ground, int map_number, const ShadowOptions &options,
                       std::span<std::uint16_t> blocked) {
     const int part_rows =
-        std::max(kLeastStripRows, static_cast<int>(kGroundMapTexels / static_cast<std::size_t>(view.width())));
+        std::max(kMinStripRows, static_cast<int>(kGroundMapTexels / static_cast<std::size_t>(view.width())));
     const auto width = static_cast<std::size_t>(view.width());
     std::vector<float> map(static_cast<std::size_t>(std::min(part_rows, view.height())) * width);
     for (int first = 0; first < view.height(); first += part_rows) {

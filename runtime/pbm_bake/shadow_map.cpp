@@ -15,7 +15,7 @@ constexpr float kBias = 0.35F;
 // just what closes a sheet of voxels: 0.71, half the diagonal of a square.
 constexpr float kDenseRadius = 1, kDenseScale = 0.83F; // voxels
 // Surfaces nearer to edge-on than this cosine are taken to have it.
-constexpr float kLeastCosine = 0.02F;
+constexpr float kMinCosine = 0.02F;
 // Nothing nearer to the light than this casts a shadow, and it is lit: the light is in its voxel. Voxels.
 constexpr float kNearest = 1;
 // A brick's corner to corner, and the reach of its splats.
@@ -23,9 +23,7 @@ constexpr double kBrickReach = 8 * 0.8660254 + 1;
 
 double dot(const Vector3 &a, const Vector3 &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-float away_from_zero(float cosine) {
-    return cosine < 0 ? std::min(cosine, -kLeastCosine) : std::max(cosine, kLeastCosine);
-}
+float away_from_zero(float cosine) { return cosine < 0 ? std::min(cosine, -kMinCosine) : std::max(cosine, kMinCosine); }
 
 } // namespace
 
@@ -288,7 +286,7 @@ template <bool kPerspective> void ShadowView::vote_bricks(const Rows &rows, std:
                 continue;
             // Raised towards the light.
             const float raised =
-                cosine < 0 ? std::min(cosine + kBias * e, -kLeastCosine) : std::max(cosine - kBias * e, kLeastCosine);
+                cosine < 0 ? std::min(cosine + kBias * e, -kMinCosine) : std::max(cosine - kBias * e, kMinCosine);
             const float inverse = -1 / raised;
             const float there = p.z * q - kBias * q * std::abs(inverse) +
                                 n.x * inverse * (static_cast<float>(at_column) - column) +
@@ -320,7 +318,7 @@ ShadowView::Seen ShadowView::see(const Vector3 &place, const Vector3 &normal) co
     if (!(column >= 0 && column < width_ - 1 && row >= 0 && row < height_ - 1))
         return {};
     const Vector3 n{dot(normal, view_.axes[0]), dot(normal, view_.axes[1]), dot(normal, view_.axes[2])};
-    const double cosine = std::min(n[2] + e * (n[0] * x + n[1] * y + n[2] * z), -static_cast<double>(kLeastCosine));
+    const double cosine = std::min(n[2] + e * (n[0] * x + n[1] * y + n[2] * z), -static_cast<double>(kMinCosine));
     const double texel_column = std::floor(column + 0.5), texel_row = std::floor(row + 0.5);
     const double depth = z / along - (n[0] * (texel_column - column) + n[1] * (texel_row - row)) / cosine;
     return {true, static_cast<int>(texel_row), static_cast<int>(texel_column), static_cast<float>(depth)};

@@ -18,7 +18,7 @@ constexpr float kBelow = 0.05F;        // a ray that starts so far below a place
 constexpr float kFarthestPlace = 0.9F; // half of a voxel's diagonal, and what rounding adds
 constexpr float kSlack = 1e-3F;        // voxels
 // Of a light across a surface rounding does not say whether it faces it: whoever asks does.
-constexpr float kLeastCosine = 1e-4F;
+constexpr float kMinCosine = 1e-4F;
 // Points on which so many parts of a light agree are outside of the penumbra.
 constexpr std::size_t kFirstParts = 8;
 constexpr std::size_t kBricksAtOnce = 16;
@@ -105,7 +105,7 @@ std::size_t ShadowRays::blocks() const { return (casters_.bricks().size() - 1 + 
 
 bool ShadowRays::reached(const Start &from, const LightPlace &light) const {
     const Way way = way_to(light, from.place);
-    const bool away = dot(from.normal, way.direction) < -kLeastCosine;
+    const bool away = dot(from.normal, way.direction) < -kMinCosine;
     if (away && !from.two_sided)
         return false;
     const Place start = raised(from.place, from.normal, away ? -kLift : kLift);

@@ -49,12 +49,12 @@ inline constexpr std::array<VoxelPlace, 64> kNodePlaces = [] {
     return places;
 }();
 
-inline constexpr std::size_t kMostLanes = 16;
+inline constexpr std::size_t kMaxLanes = 16;
 inline constexpr std::size_t kBrickPoints = 512;
 
 // The places of a brick's points, in their order, with room for whole SIMD vectors.
 struct BrickPlaces {
-    alignas(64) std::array<VoxelPlace, kBrickPoints + kMostLanes> place;
+    alignas(64) std::array<VoxelPlace, kBrickPoints + kMaxLanes> place;
 };
 
 } // namespace pbm

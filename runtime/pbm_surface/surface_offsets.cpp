@@ -175,12 +175,12 @@ struct ChunkPoints {
 };
 
 struct BrickScratch {
-    alignas(64) std::array<std::uint8_t, kPadded> sides;         // of voxels of a padded brick
-    BrickPlaces places;                                          // of points
-    std::array<std::uint16_t, kBrickPoints + kMostLanes> padded; // indices of points in `sides`
-    std::array<std::uint16_t, kBrickPoints + kMostLanes> normals;
-    std::array<std::uint32_t, 2 * (kBrickPoints + kMostLanes)> sums; // of weights, of moments
-    std::array<std::int8_t, kBrickPoints + kMostLanes> steps;
+    alignas(64) std::array<std::uint8_t, kPadded> sides;        // of voxels of a padded brick
+    BrickPlaces places;                                         // of points
+    std::array<std::uint16_t, kBrickPoints + kMaxLanes> padded; // indices of points in `sides`
+    std::array<std::uint16_t, kBrickPoints + kMaxLanes> normals;
+    std::array<std::uint32_t, 2 * (kBrickPoints + kMaxLanes)> sums; // of weights, of moments
+    std::array<std::int8_t, kBrickPoints + kMaxLanes> steps;
 };
 
 // The neighbours that have points beside those of a brick, grouped as in kWaysByX.
@@ -220,7 +220,7 @@ void list_sides(std::span<const SurfaceOffsets::Brick> bricks, ByteView masks, c
 }
 
 HWY_INLINE void list_padded(std::size_t points, BrickScratch &scratch) {
-    const hn::CappedTag<std::uint16_t, kMostLanes> d;
+    const hn::CappedTag<std::uint16_t, kMaxLanes> d;
     for (std::size_t i = 0; i < points; i += hn::Lanes(d)) {
         const auto place = hn::LoadU(d, &scratch.places.place[i]);
         const auto x = hn::And(place, hn::Set(d, 15)), y = hn::And(hn::ShiftRight<4>(place), hn::Set(d, 15)),
@@ -342,7 +342,7 @@ HWY_INLINE void sum_four(const NormalKinds &kinds, const BrickScratch &scratch, 
 
 // offset = moments / weights, in steps.
 HWY_INLINE void divide_sums(std::size_t points, BrickScratch &scratch) {
-    const hn::CappedTag<float, kMostLanes> d;
+    const hn::CappedTag<float, kMaxLanes> d;
     const hn::RebindToUnsigned<decltype(d)> words;
     const hn::RebindToSigned<decltype(d)> integers;
     const hn::Rebind<std::int8_t, decltype(d)> bytes;
@@ -393,7 +393,7 @@ HWY_EXPORT(list_sides);
 
 namespace {
 
-constexpr std::size_t kLeastSlots = 4096;
+constexpr std::size_t kMinSlots = 4096;
 
 // Different for all bricks of a cube of 16x16x16 bricks, which holds most chunks.
 std::size_t hash(std::uint64_t place) {
@@ -407,7 +407,7 @@ std::size_t hash(std::uint64_t place) {
 void SurfaceOffsets::list_bricks(const ChunkView &chunk) {
     bricks_.clear();
     masks_.clear();
-    table_.assign(std::max(kLeastSlots, std::bit_ceil(2 * chunk.bricks.size())), 0);
+    table_.assign(std::max(kMinSlots, std::bit_ceil(2 * chunk.bricks.size())), 0);
     bricks_.push_back({.place = ~std::uint64_t{0}}); // free slots of the table refer to it
     for (const BrickRecord &record : chunk.bricks) {
         const BrickRecord brick = record; // bytes of a mapped chunk may change

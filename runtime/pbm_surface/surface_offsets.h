@@ -20,9 +20,9 @@
 
 namespace pbm {
 
-// Steps of a stored offset per voxel edge. The largest offset is kMostOffset voxel edges.
-inline constexpr float kMostOffset = 0.875F;
-inline constexpr float kOffsetSteps = 127 / kMostOffset;
+// Steps of a stored offset per voxel edge. The largest offset is kMaxOffset voxel edges.
+inline constexpr float kMaxOffset = 0.875F;
+inline constexpr float kOffsetSteps = 127 / kMaxOffset;
 
 struct BrickNeighbours;
 

@@ -12,9 +12,9 @@ namespace pbm {
 int Descriptor::close() { return number_ < 0 ? 0 : ::close(std::exchange(number_, -1)); }
 
 int write_all(int file, ByteView bytes) {
-    constexpr std::size_t kMostAtOnce = std::size_t{1} << 30;
+    constexpr std::size_t kMaxAtOnce = std::size_t{1} << 30;
     while (!bytes.empty()) {
-        const ssize_t written = ::write(file, bytes.data(), std::min(bytes.size(), kMostAtOnce));
+        const ssize_t written = ::write(file, bytes.data(), std::min(bytes.size(), kMaxAtOnce));
         if (written < 0 && errno == EINTR)
             continue;
         if (written <= 0)

@@ -47,9 +47,9 @@ std::optional<int> open_file_of(const std::string &path) {
 
 // Where a chain of links ends, whether or not there is something: the file that is replaced while the links stay.
 Result<std::string> follow_links(std::string path) {
-    constexpr int kMostLinks = 40;
+    constexpr int kMaxLinks = 40;
     std::array<char, PATH_MAX> text{};
-    for (int i = 0; i < kMostLinks; ++i) {
+    for (int i = 0; i < kMaxLinks; ++i) {
         const ssize_t length = ::readlink(path.c_str(), text.data(), text.size());
         if (length < 0)
             return path; // no link, or not there
@@ -115,9 +115,9 @@ Descriptor take_stale(int folder, const std::string &name) {
 // A file that only this process writes, empty, and its name. The lock tells others, as long as this process lives; a
 // file system without locks has none to tell.
 Result<std::pair<Descriptor, std::string>> open_sibling(int folder, const std::string &base) {
-    constexpr int kMostWriters = 99; // of one file at once
+    constexpr int kMaxWriters = 99; // of one file at once
     const auto numbered = [&](int i) { return base + ".pbm-" + std::to_string(i); };
-    for (int i = 1; i <= kMostWriters; ++i) {
+    for (int i = 1; i <= kMaxWriters; ++i) {
         std::string name = numbered(i);
         Descriptor file(::openat(folder, name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
         if (!file.ok() && errno != EEXIST)
@@ -129,7 +129,7 @@ Result<std::pair<Descriptor, std::string>> open_sibling(int folder, const std::s
             if (!file.ok() || ::ftruncate(file.number(), 0) != 0)
                 continue;
         }
-        for (int next = i + 1; next <= kMostWriters; ++next) {
+        for (int next = i + 1; next <= kMaxWriters; ++next) {
             const Descriptor stale = take_stale(folder, numbered(next));
             if (!stale.ok() && errno == ENOENT)
                 break;

@@ -57,7 +57,7 @@ bool is_stream(const std::string &path) {
 
 Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_t max_bytes,
                                            const std::function<std::uint64_t(ByteView)> &wanted) {
-    constexpr std::size_t kFirst = std::size_t{1} << 20, kMostAtOnce = std::size_t{1} << 30;
+    constexpr std::size_t kFirst = std::size_t{1} << 20, kMaxAtOnce = std::size_t{1} << 30;
     const Descriptor file(path == "-" ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
     if (!file.ok())
         return cannot_open(errno);
@@ -84,7 +84,7 @@ Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_
             room *= 2;
         }
         const ssize_t got =
-            ::read(file.number(), static_cast<std::uint8_t *>(data) + size, std::min(room - size, kMostAtOnce));
+            ::read(file.number(), static_cast<std::uint8_t *>(data) + size, std::min(room - size, kMaxAtOnce));
         if (got < 0 && errno == EINTR)
             continue;
         const bool started = size >= kStreamStart;

@@ -212,8 +212,8 @@ class Conversation {
 
   private:
     // Reads what is there, but at most so many times: the deadline waits. False at the end of the pipe.
-    template <class Use> bool drain(const Descriptor &from, int most_reads, Use &&use);
-    Status read_some(int most_reads);
+    template <class Use> bool drain(const Descriptor &from, int max_reads, Use &&use);
+    Status read_some(int max_reads);
 
     const ChildTask &task_;
     Descriptor data_, messages_;
@@ -221,8 +221,8 @@ class Conversation {
     Status received_;
 };
 
-template <class Use> bool Conversation::drain(const Descriptor &from, int most_reads, Use &&use) {
-    for (int i = 0; from.ok() && i < most_reads; ++i) {
+template <class Use> bool Conversation::drain(const Descriptor &from, int max_reads, Use &&use) {
+    for (int i = 0; from.ok() && i < max_reads; ++i) {
         const ssize_t count = ::read(from.number(), buffer_.data(), buffer_.size());
         if (count > 0)
             use(ByteView(buffer_.data(), static_cast<std::size_t>(count)));
@@ -232,19 +232,19 @@ template <class Use> bool Conversation::drain(const Descriptor &from, int most_r
     return from.ok();
 }
 
-Status Conversation::read_some(int most_reads) {
+Status Conversation::read_some(int max_reads) {
     const auto receive = [this](ByteView bytes) {
         if (received_)
             received_ = task_.receive(bytes);
     };
-    constexpr std::size_t kMostPrinted = 4096;
+    constexpr std::size_t kMaxPrinted = 4096;
     const auto note = [this](ByteView bytes) {
-        const std::size_t count = std::min(bytes.size(), kMostPrinted - printed.size());
+        const std::size_t count = std::min(bytes.size(), kMaxPrinted - printed.size());
         printed.append(reinterpret_cast<const char *>(bytes.data()), count);
     };
-    if (!drain(data_, most_reads, receive))
+    if (!drain(data_, max_reads, receive))
         static_cast<void>(data_.close());
-    if (!drain(messages_, most_reads, note))
+    if (!drain(messages_, max_reads, note))
         static_cast<void>(messages_.close());
     return received_;
 }
@@ -264,12 +264,12 @@ Status Conversation::follow(Child &child, int child_descriptor) {
             child.end();
             continue;
         }
-        constexpr int kTick = 10, kMostWaited = 60'000;
+        constexpr int kTick = 10, kMaxWaited = 60'000;
         std::array<struct pollfd, 3> events{};
         events[0] = {data_.number(), POLLIN, 0}; // negative numbers are passed over
         events[1] = {messages_.number(), POLLIN, 0};
         events[2] = {child_descriptor, POLLIN, 0};
-        const auto wait = static_cast<int>(std::min<decltype(left)>(left, child_descriptor >= 0 ? kMostWaited : kTick));
+        const auto wait = static_cast<int>(std::min<decltype(left)>(left, child_descriptor >= 0 ? kMaxWaited : kTick));
         static_cast<void>(::poll(events.data(), events.size(), wait));
     }
 }

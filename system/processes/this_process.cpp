@@ -59,14 +59,14 @@ void end_when_mapped_file_shrinks(std::string_view program) {
 
 void use_large_pages() {
 #ifdef __GLIBC__
-    constexpr int kMostAtOnce = 32 << 20; // the largest threshold that there is
-    constexpr int kHeap = 256 << 20;      // addresses, not memory
+    constexpr int kMaxAtOnce = 32 << 20; // the largest threshold that there is
+    constexpr int kHeap = 256 << 20;     // addresses, not memory
     ::mallopt(M_ARENA_MAX, 1);
-    ::mallopt(M_MMAP_THRESHOLD, kMostAtOnce);
+    ::mallopt(M_MMAP_THRESHOLD, kMaxAtOnce);
     ::mallopt(M_TRIM_THRESHOLD, kHeap);
     ::mallopt(M_TOP_PAD, kHeap);
     // The next block that the heap has no room for makes it grow.
-    const std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kMostAtOnce / 2), std::free);
+    const std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kMaxAtOnce / 2), std::free);
     const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
     const auto address = reinterpret_cast<std::uintptr_t>(block.get());
     const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(::sbrk(0)), gap = (page - address % page) % page;

@@ -19,8 +19,8 @@
 namespace pbm::faults {
 namespace {
 
-constexpr std::uint64_t kMostMemory = std::uint64_t{32} << 20;
-constexpr double kMostMilliseconds = 10; // of the processor
+constexpr std::uint64_t kMaxMemory = std::uint64_t{32} << 20;
+constexpr double kMaxMilliseconds = 10; // of the processor
 #ifdef NDEBUG
 const bool kTimed = reuses_memory(); // not with sanitizers
 #else
@@ -39,13 +39,13 @@ void append(Bytes &to, std::uint64_t value, std::size_t bytes) {
 
 // A zstd frame of blocks that repeat one byte. RFC 8878
 Bytes frame(std::uint64_t announced, std::uint64_t produced, bool single_segment = true, std::uint8_t byte = 0xFF) {
-    constexpr std::uint64_t kMostOfBlock = std::uint64_t{128} << 10;
+    constexpr std::uint64_t kMaxOfBlock = std::uint64_t{128} << 10;
     Bytes bytes{0x28, 0xB5, 0x2F, 0xFD, static_cast<std::uint8_t>(single_segment ? 0xE0 : 0xC0)};
     if (!single_segment)
         bytes.push_back(0xF8); // a window of 2 TB
     append(bytes, announced, 8);
     do {
-        const std::uint64_t size = std::min(produced, kMostOfBlock);
+        const std::uint64_t size = std::min(produced, kMaxOfBlock);
         produced -= size;
         append(bytes, (produced == 0 ? 1U : 0U) | 1U << 1 | size << 3, 3);
         bytes.push_back(byte);
@@ -77,7 +77,7 @@ std::vector<Frame> bad_frames(std::uint64_t raw, std::uint64_t most) {
             {"becomes less than it announces", frame(raw, raw / 2)},
             {"has a window of 2 TB", frame(raw, raw, false)}};
 }
-constexpr std::uint64_t kLeastRaw = 120; // for planes of the longest of these frames
+constexpr std::uint64_t kMinRaw = 120; // for planes of the longest of these frames
 
 void add_streams(const Golden &golden, std::vector<Bomb> &bombs) {
     Reader reader = Reader::open(golden.bytes).value();
@@ -89,7 +89,7 @@ void add_streams(const Golden &golden, std::vector<Bomb> &bombs) {
         const std::uint64_t raw = raw_stream_bytes(streams[s], set, level, shape.nodes, shape.points);
         const Filter filter = filter_of(streams[s], set);
         const std::string name = golden.name + ", " + std::string(to_string(streams[s].kind)) + ": ";
-        if (raw < kLeastRaw)
+        if (raw < kMinRaw)
             continue;
         for (const Frame &bad : bad_frames(raw, raw - 1)) {
             FileParts file(golden.bytes);
@@ -276,8 +276,8 @@ template <class Work> void refuse(const std::string &story, Tally &tally, bool m
         tally.add_detected();
     tally.require(status.ok() || !memory_wanted || status.error().code == ErrorCode::memory,
                   story + ": " + (status ? "" : status.error().message));
-    tally.require(most < kMostMemory, story + ": took " + std::to_string(most >> 20) + " MiB");
-    tally.require(ms < kMostMilliseconds || !kTimed, story + ": took " + std::to_string(ms) + " ms");
+    tally.require(most < kMaxMemory, story + ": took " + std::to_string(most >> 20) + " MiB");
+    tally.require(ms < kMaxMilliseconds || !kTimed, story + ": took " + std::to_string(ms) + " ms");
     tally.note_largest("ms", ms);
     tally.note_largest("MiB", static_cast<double>(most) / (1 << 20));
 }

@@ -7,8 +7,8 @@
 namespace pbm::faults {
 
 bool Tally::require(bool law, const std::string &what) {
-    constexpr std::uint64_t kMostShown = 20;
-    if (!law && ++broken_ <= kMostShown) {
+    constexpr std::uint64_t kMaxShown = 20;
+    if (!law && ++broken_ <= kMaxShown) {
         std::printf("BROKEN: %s\n", what.c_str());
         std::fflush(stdout);
     }

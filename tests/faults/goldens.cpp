@@ -14,10 +14,10 @@ void sort(std::vector<Golden> &files) {
     });
 }
 
-std::vector<Golden> files_in(const std::string &folder, std::size_t most_bytes) {
+std::vector<Golden> files_in(const std::string &folder, std::size_t max_bytes) {
     std::vector<Golden> files;
     for (const auto &entry : std::filesystem::directory_iterator(PBM_SOURCE_DIR "/format_spec/" + folder)) {
-        if (entry.path().extension() != ".pbvg" || entry.file_size() > most_bytes)
+        if (entry.path().extension() != ".pbvg" || entry.file_size() > max_bytes)
             continue;
         std::ifstream in(entry.path(), std::ios::binary);
         files.push_back({entry.path().stem().string(), Bytes(std::istreambuf_iterator<char>(in), {})});
@@ -64,13 +64,13 @@ void add_raster(Reader &reader, const SectionEntry &section, ByteView file, std:
 
 } // namespace
 
-std::vector<Golden> goldens(std::size_t most_bytes) { return files_in("vectors/valid", most_bytes); }
+std::vector<Golden> goldens(std::size_t max_bytes) { return files_in("vectors/valid", max_bytes); }
 
-std::vector<Golden> goldens_and_scans(std::size_t most_bytes) {
-    std::vector<Golden> files = goldens(most_bytes);
+std::vector<Golden> goldens_and_scans(std::size_t max_bytes) {
+    std::vector<Golden> files = goldens(max_bytes);
     for (const auto &version : std::filesystem::directory_iterator(PBM_SOURCE_DIR "/format_spec/golden"))
         if (version.is_directory())
-            for (Golden &golden : files_in("golden/" + version.path().filename().string(), most_bytes))
+            for (Golden &golden : files_in("golden/" + version.path().filename().string(), max_bytes))
                 if (std::none_of(files.begin(), files.end(), [&](const Golden &f) { return f.bytes == golden.bytes; }))
                     files.push_back(std::move(golden));
     sort(files);

@@ -15,11 +15,11 @@ struct Golden {
     Bytes bytes;
 };
 
-// Valid files of format_spec/vectors, smallest first, none larger than `most_bytes`: packed and mapped ones with every
+// Valid files of format_spec/vectors, smallest first, none larger than `max_bytes`: packed and mapped ones with every
 // stream and every raster are among the small ones.
-std::vector<Golden> goldens(std::size_t most_bytes);
+std::vector<Golden> goldens(std::size_t max_bytes);
 // The same and those of format_spec/golden: scans built with every feature.
-std::vector<Golden> goldens_and_scans(std::size_t most_bytes);
+std::vector<Golden> goldens_and_scans(std::size_t max_bytes);
 // Bad ones, one for each rule.
 std::vector<Golden> broken_vectors();
 

@@ -65,9 +65,9 @@ void open_many_files(const Options &options, Tally &tally) {
     }
     const std::uint64_t kept = std::max(heap_use().live, live) - live;
     const std::uint64_t grown = std::max(resident_bytes(), resident) - resident;
-    constexpr std::uint64_t kMostGrowth = std::uint64_t{1} << 20;
+    constexpr std::uint64_t kMaxGrowth = std::uint64_t{1} << 20;
     tally.note_largest("KiB of growth", static_cast<double>(grown) / 1024);
-    tally.require(grown <= kMostGrowth || !reuses_memory(), "memory grew by " + std::to_string(grown >> 10) + " KiB");
+    tally.require(grown <= kMaxGrowth || !reuses_memory(), "memory grew by " + std::to_string(grown >> 10) + " KiB");
     tally.require(open_descriptors() == descriptors, "descriptors stay open");
     tally.require(kept == 0, "the heap holds " + std::to_string(kept) + " bytes more");
 }

@@ -16,14 +16,14 @@ using namespace pbm;
 
 // Small, so that most of the time goes into what is damaged.
 const std::vector<Bytes> &originals() {
-    constexpr std::size_t kMostBytes = 20000;
+    constexpr std::size_t kMaxBytes = 20000;
     static const std::vector<Bytes> all = [] {
         std::vector<Bytes> some;
         for (std::uint64_t seed = 1; some.size() < 64; ++seed) {
             test::Random random(seed);
             const Model model = test::random_model(random, 200);
             Bytes file = test::write_freely(model, random);
-            if (file.size() <= kMostBytes)
+            if (file.size() <= kMaxBytes)
                 some.push_back(std::move(file));
         }
         return some;

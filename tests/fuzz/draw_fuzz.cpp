@@ -1,4 +1,4 @@
-// Law: a chunk whose bytes are anything at all, as those of a mapped file may become after they were proven, is drawn
+// Law: a chunk whose bytes are anything at all, as those of a mapped file may become after they were verified, is drawn
 // without a step beyond its streams, and twice as the same picture, from any camera into a picture of any size.
 // The first bytes choose sizes, attributes, light, level and run; then come the camera, and the streams.
 #include "pbm_render/bricks/chunk_offsets.h"
@@ -15,7 +15,7 @@ namespace {
 
 using namespace pbm;
 
-constexpr std::size_t kMostPoints = 512;
+constexpr std::size_t kMaxDrawn = 512;
 
 // Memory of exactly this many, so that a sanitizer sees the first one beyond.
 template <class T> std::vector<T> any(test::ByteSource &input, std::size_t count) {
@@ -61,7 +61,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     ModelParameters parameters = choose_parameters(input);
     const int level = 1 + static_cast<int>(input.below(kMaxDepth));
     parameters.grid.depth = std::max(level, 2);
-    const std::size_t nodes = 1 + input.below(kMostPoints), points = 1 + input.below(kMostPoints),
+    const std::size_t nodes = 1 + input.below(kMaxDrawn), points = 1 + input.below(kMaxDrawn),
                       bricks = 1 + input.below(16);
     const int width = 1 + static_cast<int>(input.below(70)), height = 1 + static_cast<int>(input.below(40));
     const auto first = static_cast<std::uint32_t>(input.below(points));
@@ -97,10 +97,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     std::vector<PointRun> runs(2, {.chunk = &view, .entry = &entry, .level = level, .first = first, .last = last});
     runs[1].offsets = &offsets;
 
-    FastRenderer renderer(parameters, kMostPoints, 1);
+    FastRenderer renderer(parameters, kMaxDrawn, 1);
     Framebuffer once(width, height), twice(width, height);
     const RenderStatistics drawn = renderer.render(runs, camera, {}, once);
-    require(drawn.drawn_points <= 2 * bricks * kMostPoints * static_cast<std::size_t>(height));
+    require(drawn.drawn_points <= 2 * bricks * kMaxDrawn * static_cast<std::size_t>(height));
     renderer.render(runs, camera, {}, twice);
     require(once.colour == twice.colour);
     require(std::memcmp(once.depth.data(), twice.depth.data(), once.pixels() * sizeof(float)) == 0);

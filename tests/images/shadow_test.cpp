@@ -12,7 +12,7 @@ namespace pbm {
 namespace {
 
 constexpr double kCubeEdge = 1.6;
-constexpr double kMostWrong = 0.01, kMostWrongByRays = 0.001;
+constexpr double kMaxWrong = 0.01, kMaxWrongByRays = 0.001;
 
 struct Shape {
     const char *name;
@@ -63,11 +63,11 @@ TEST_P(BakedShadows, DifferFromRaysAtOnePointInAHundredAtMost) {
         const Bytes baked = bake_light(casters, light, {.threads = 2});
         const ShadowFigures figures = compare_shadows(truth, sample, model.parameters.grid, light, baked, 2);
         EXPECT_GT(figures.facing, 5000U);
-        EXPECT_LE(figures.wrong(), kMostWrong)
+        EXPECT_LE(figures.wrong(), kMaxWrong)
             << testing::PrintToString(light.position) << testing::PrintToString(light.direction) << ": "
             << figures.false_shadow << " in shadow, " << figures.false_light << " lit of " << figures.facing;
         const Bytes by_rays = bake_light(casters, light, {.rays = &rays, .threads = 2});
-        EXPECT_LE(compare_shadows(truth, sample, model.parameters.grid, light, by_rays, 2).wrong(), kMostWrongByRays)
+        EXPECT_LE(compare_shadows(truth, sample, model.parameters.grid, light, by_rays, 2).wrong(), kMaxWrongByRays)
             << testing::PrintToString(light.position) << testing::PrintToString(light.direction);
     }
 }

@@ -53,8 +53,8 @@ std::string lower(std::string word) {
 void add_face(Announced &sum, const std::vector<long long> &corners) {
     const std::size_t different = std::set<long long>(corners.begin(), corners.end()).size();
     const std::uint64_t most = corners.size() < 3 ? 1 : corners.size() - 2;
-    sum.most_triangles += most;
-    sum.least_triangles += different == corners.size() ? most : 1;
+    sum.max_triangles += most;
+    sum.min_triangles += different == corners.size() ? most : 1;
 }
 
 std::string without_mark(std::string_view bytes) {
@@ -144,7 +144,7 @@ std::optional<Announced> count_stl(std::string_view bytes) {
         for (const std::size_t at : {83U, 82U, 81U, 80U})
             facets = facets << 8 | static_cast<unsigned char>(bytes[at]);
         if (84 + 50 * facets == bytes.size()) {
-            sum.least_triangles = sum.most_triangles = facets;
+            sum.min_triangles = sum.max_triangles = facets;
             return sum;
         }
     }
@@ -154,9 +154,9 @@ std::optional<Announced> count_stl(std::string_view bytes) {
         const std::string keyword = w.empty() ? "" : lower(w[0]);
         begun += keyword == "solid" ? 1U : 0U;
         ended += keyword == "endsolid" ? 1U : 0U;
-        sum.most_triangles += keyword == "facet" ? 1U : 0U;
+        sum.max_triangles += keyword == "facet" ? 1U : 0U;
     }
-    sum.least_triangles = sum.most_triangles;
+    sum.min_triangles = sum.max_triangles;
     return begun == ended && begun != 0 ? std::optional(sum) : std::nullopt;
 }
 

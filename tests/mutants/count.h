@@ -14,7 +14,7 @@ struct Announced {
     std::uint64_t vertices = 0; // not of STL
     // Triangles, degenerate ones included. A face of n corners, all different, has n - 2; one in which corners are
     // equal has 1 to n - 2, since readers may take equal corners for one; one of fewer than three counts as one.
-    std::uint64_t least_triangles = 0, most_triangles = 0;
+    std::uint64_t min_triangles = 0, max_triangles = 0;
     bool something_unknown = false; // the file holds more than vertices and faces: the reader must say what it dropped
 };
 

@@ -117,9 +117,9 @@ Judgement judge_surface(const Mutant &mutant, const Surface &s) {
     if (!stl && vertices != announced->vertices)
         return broken(std::to_string(vertices) + " vertices where the file has " + std::to_string(announced->vertices));
     const std::uint64_t triangles = s.triangles.size() + s.dropped_triangles;
-    if (triangles < announced->least_triangles || triangles > announced->most_triangles)
+    if (triangles < announced->min_triangles || triangles > announced->max_triangles)
         return broken(std::to_string(triangles) + " triangles where the file has " +
-                      std::to_string(announced->least_triangles) + ".." + std::to_string(announced->most_triangles));
+                      std::to_string(announced->min_triangles) + ".." + std::to_string(announced->max_triangles));
     bool dropped = s.dropped_vertices != 0 || s.dropped_triangles != 0;
     for (const AttributeReport &line : s.report)
         dropped = dropped || line.fate == AttributeReport::Fate::dropped;

@@ -45,8 +45,8 @@ Mutant make(const Campaign &campaign, std::uint64_t number) {
 void note(Campaign &campaign, const Record &record) {
     const HonestFile &origin = campaign.files[record.number % campaign.files.size()];
     ++campaign.table[static_cast<std::size_t>(origin.format)][static_cast<std::size_t>(record.verdict)];
-    constexpr std::uint64_t kMostShown = 40;
-    if (record.verdict == Verdict::broken && ++campaign.broken <= kMostShown)
+    constexpr std::uint64_t kMaxShown = 40;
+    if (record.verdict == Verdict::broken && ++campaign.broken <= kMaxShown)
         std::printf("mutant %llu (%s, %s; %s): %s\n", static_cast<unsigned long long>(record.number),
                     to_string(origin.format), origin.name.c_str(), make(campaign, record.number).story.c_str(),
                     record.text.data());

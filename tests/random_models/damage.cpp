@@ -191,11 +191,11 @@ class Damager {
 
     // The content_id of what there is, if that can be read at all.
     void sign() {
-        constexpr std::uint64_t kMostMemory = 64 << 20;
+        constexpr std::uint64_t kMaxMemory = 64 << 20;
         Result<Reader> reader = Reader::open(file_.bytes());
         if (!reader)
             return;
-        const Result<Model> model = load_model(*reader, {.threads = 1, .max_memory = kMostMemory});
+        const Result<Model> model = load_model(*reader, {.threads = 1, .max_memory = kMaxMemory});
         if (!model)
             return;
         std::vector<std::vector<ChunkShape>> shapes(1);

@@ -50,8 +50,8 @@ struct Case {
 
 Case make_case(const Campaign &campaign, std::uint64_t number) {
     Random random(Random(campaign.seed).next() + number);
-    const std::size_t most_points = campaign.damaged ? 300 : random.below(8) == 0 ? 12000 : 1500;
-    Case made{random_model(random, most_points), {}, {}};
+    const std::size_t max_points = campaign.damaged ? 300 : random.below(8) == 0 ? 12000 : 1500;
+    Case made{random_model(random, max_points), {}, {}};
     made.file = encode(made.model, random);
     if (campaign.damaged) {
         Damaged damaged = damage(std::move(made.file), [&](std::uint64_t limit) { return random.below(limit); });

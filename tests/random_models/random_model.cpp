@@ -164,7 +164,7 @@ Json random_value(Random &random, int nesting) {
 }
 
 std::string random_metadata(Random &random) {
-    constexpr std::size_t kMostBytes = 4096;
+    constexpr std::size_t kMaxBytes = 4096;
     Json object = Json::object();
     for (std::uint64_t values = random.below(5); values > 0; --values)
         object[random_text(random)] = random_value(random, static_cast<int>(random.below(6)));
@@ -175,16 +175,16 @@ std::string random_metadata(Random &random) {
         object["deep"] = deep;
     }
     std::string text = object.dump(once_in(random, 3) ? 2 : -1, ' ', once_in(random, 2));
-    if (text.size() > kMostBytes)
+    if (text.size() > kMaxBytes)
         return "{}";
     if (once_in(random, 10)) // as long as may be
-        text += std::string(kMostBytes - text.size(), ' ');
+        text += std::string(kMaxBytes - text.size(), ' ');
     return text;
 }
 
 } // namespace
 
-Model random_model(Random &random, std::size_t most_points) {
+Model random_model(Random &random, std::size_t max_points) {
     Model model;
     ModelParameters &parameters = model.parameters;
     const int depth = kMinDepth + static_cast<int>(random.below(once_in(random, 2) ? 6 : kMaxDepth - kMinDepth + 1));
@@ -199,7 +199,7 @@ Model random_model(Random &random, std::size_t most_points) {
     if (set.texture)
         parameters.texture.push_back(random_texture(random));
     const std::vector<MortonCode> codes =
-        random_voxels(random, depth, std::max<std::size_t>(4, most_points >> random.below(6)));
+        random_voxels(random, depth, std::max<std::size_t>(4, max_points >> random.below(6)));
     const LevelMasks masks = encode_octree(codes, depth);
     model.levels.resize(masks.size());
     for (std::size_t level = 0; level < masks.size(); ++level)

@@ -16,8 +16,8 @@ std::vector<MortonCode> random_voxels(Random &random, int depth, std::size_t mos
 PointAttributes random_points(Random &random, std::span<const MortonCode> codes, int depth, const AttributeSet &set,
                               std::size_t materials);
 
-// A complete model, averages and rasters included. Sizes are those of tests: at most about `most_points` points.
-Model random_model(Random &random, std::size_t most_points);
+// A complete model, averages and rasters included. Sizes are those of tests: at most about `max_points` points.
+Model random_model(Random &random, std::size_t max_points);
 
 // True once in `n` times.
 inline bool once_in(Random &random, std::uint64_t n) { return random.below(n) == 0; }

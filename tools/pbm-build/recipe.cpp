@@ -14,7 +14,7 @@ namespace {
 
 using command_line::Setting;
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
 
 Error refuse(std::size_t line, const std::string &what) {
     return {ErrorCode::usage, 0, "line " + std::to_string(line) + ": " + what};
@@ -113,7 +113,7 @@ Result<std::vector<Setting>> read_recipe(const std::string &path) {
     if (!file)
         return file.error();
     const ByteView bytes = file->bytes();
-    if (bytes.size() > kMostBytes)
+    if (bytes.size() > kMaxBytes)
         return Error{ErrorCode::usage, 0, "larger than 1 MiB: this is no recipe"};
     toml::table table;
     try {

@@ -109,9 +109,9 @@ void add_material_options(CommandLine &line, SceneArguments &arguments) {
     add_word(line, "--texture", arguments.texture, {"marble", "wood"},
              "Solid texture, beside the point colours; alone: marble");
     TextureOptions &options = arguments.texture_options;
-    add_number(line, "--texture-scale", options.scale, kLeastTextureScale, kMostTextureScale,
+    add_number(line, "--texture-scale", options.scale, kMinTextureScale, kMaxTextureScale,
                "Veins or rings across the grid", "--texture");
-    add_number(line, "--texture-turbulence", options.turbulence, 0, kMostTurbulence,
+    add_number(line, "--texture-turbulence", options.turbulence, 0, kMaxTurbulence,
                "0: straight veins, round rings; default 1", "--texture");
     line.add("--texture-seed", "Another block of stone or wood; default 0", &options.seed, {.needs = "--texture"});
     line.add("--texture-colours,--texture-colors", "A name, or like 0:#30251c,1:#d9b98c", &options.colours,
@@ -131,7 +131,7 @@ void add_surroundings_options(CommandLine &line, SceneArguments &arguments) {
              {.type = "MATERIAL", .check = command_line::readable(read_material), .needs = "--ground"});
     line.add("--ground-colours,--ground-colors", "As --texture-colours", &ground.colours,
              {.type = "COLOURS", .needs = "--ground"});
-    add_number(line, "--ground-scale", ground.scale, kLeastTextureScale, kMostTextureScale, "As --texture-scale",
+    add_number(line, "--ground-scale", ground.scale, kMinTextureScale, kMaxTextureScale, "As --texture-scale",
                "--ground");
     add_power(line, "--ground-resolution", ground.texels, 64, kMaxGroundRaster,
               "Texels per edge of its shadows and its texture; default " + std::to_string(kDefaultGroundTexels),
@@ -142,7 +142,7 @@ void add_surroundings_options(CommandLine &line, SceneArguments &arguments) {
     add_number(line, "--panorama-exposure", panorama.exposure, 1e-6, 1e6, "Brightness of HDR images; default 1",
                "--panorama");
     add_power(line, "--panorama-width", panorama.width, 256, kMaxPanoramaWidth,
-              "Default: nearest to the image's, at most " + std::to_string(kMostDefaultWidth), "--panorama");
+              "Default: nearest to the image's, at most " + std::to_string(kMaxDefaultWidth), "--panorama");
 }
 
 // Options of the scene as they were given, for metadata: names of files stay out.

@@ -66,10 +66,10 @@ class Row {
 
 // So many numbers of type T lie side by side in a voxel at the least: enough to tell its centre from its faces.
 template <class T> bool resolves(double voxel, double farthest) {
-    constexpr double kLeastSteps = 4;
+    constexpr double kMinSteps = 4;
     const T size = static_cast<T>(farthest);
     const double step = static_cast<double>(std::nextafter(size, std::numeric_limits<T>::infinity()) - size);
-    return voxel >= kLeastSteps * step;
+    return voxel >= kMinSteps * step;
 }
 
 double farthest_coordinate(const Grid &grid) {

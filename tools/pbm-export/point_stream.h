@@ -28,7 +28,7 @@ struct PointSink {
     std::function<void(double)> progress = {};       // with 0..1 between blocks; may be empty
 };
 
-// Decodes the chunks of `level`, and of the levels above for their masks, each once, proven before use.
+// Decodes the chunks of `level`, and of the levels above for their masks, each once, verified before use.
 //
 // errors  memory  one block at a time needs more than max_memory
 //         those of the reader and of `write`: nothing more is written then

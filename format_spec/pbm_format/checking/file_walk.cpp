@@ -118,7 +118,7 @@ class FileWalk {
             end = entry.offset + entry.stored_bytes;
         }
         for (const SectionEntry &entry : sections_)
-            if (const Status status = prove_hash(stored(entry), entry); !status) {
+            if (const Status status = verify_hash(stored(entry), entry); !status) {
                 fault(status.error(), name(entry));
                 changed_.push_back(&entry);
             }
@@ -328,7 +328,7 @@ class FileWalk {
             parents = brick_parents(entry, above, view.bricks, view.masks);
         }
         const ChunkBytes bytes = bytes_of(entry, bricks);
-        if (Status status = prove_chunk(entry, bytes, bricks, rules, parents); !status)
+        if (Status status = verify_chunk(entry, bytes, bricks, rules, parents); !status)
             return status;
         copy_chunk(view_chunk(entry, bytes, rules.set, rules.level), rules.set, rules.level, to);
         return {};

@@ -49,7 +49,7 @@ struct ValidationReport {
     std::uint64_t ignored = 0;         // findings that were not wanted
     std::vector<std::uint64_t> totals; // [kCatalogue.size()]: findings of each code
     int exit_code = 0;                 // of the gravest error: see exit_code() in error.h
-    std::uint64_t points = 0;          // what was proven
+    std::uint64_t points = 0;          // what was verified
     std::uint64_t chunks = 0;
 
     bool valid() const { return errors == 0; }

@@ -111,7 +111,7 @@ HWY_INLINE PointSums gather_points(const GatheredNormals &table, const std::uint
             .two_sided = !hn::AllTrue(d, hn::Eq(two_sided, hn::Zero(d)))};
 }
 
-HWY_INLINE std::int32_t least_product(const BrickNormals &normals, std::size_t count, const IntegerNormal &axis) {
+HWY_INLINE std::int32_t min_product(const BrickNormals &normals, std::size_t count, const IntegerNormal &axis) {
     const hn::CappedTag<std::int32_t, 16> d;
     const auto x = hn::Set(d, axis[0]), y = hn::Set(d, axis[1]), z = hn::Set(d, axis[2]);
     const auto most = hn::Set(d, 32767 * 32767);
@@ -130,7 +130,7 @@ HWY_INLINE void bound_points(const PointSums &points, const BrickNormals &normal
     NormalCone cone;
     if (!points.two_sided) {
         const std::uint16_t axis = triangle_of(points.normal);
-        const std::int32_t least = least_product(normals, count, integer_normal_table()[axis]);
+        const std::int32_t least = min_product(normals, count, integer_normal_table()[axis]);
         const std::int32_t cosine = least / 32767 - (least % 32767 < 0 ? 1 : 0); // rounded down
         if (cosine > kNoCone)
             cone = {.axis = axis, .cosine = static_cast<std::int16_t>(cosine)};

@@ -135,7 +135,7 @@ class Decoder {
             unfilter_normals(scratch_, parents_.nodes.normals, codes, escapes, to_.points.normals, outside);
         if (!normals.valid)
             return broken(rules_.wording, "5.8.3", offset_, "an escape lies outside the map of normals");
-        cone_is_proven_ = outside != nullptr && !normals.outside;
+        cone_is_verified_ = outside != nullptr && !normals.outside;
         return {};
     }
 
@@ -202,15 +202,15 @@ class Decoder {
     // Masks first: they say where the points of the other streams have their parents.
     Status prove(const StreamInfo &stream) {
         if (stream.kind == StreamKind::masks)
-            return prove_masks();
+            return verify_masks();
         if (stream.kind == StreamKind::normal)
-            return cone_is_proven_
+            return cone_is_verified_
                        ? Status()
                        : check_cone(to_.points.normals, entry_.cone, scratch_.outside, offset_, rules_.wording);
         return check_values(stream, to_.points.values(stream), rules_, offset_);
     }
 
-    Status prove_masks() {
+    Status verify_masks() {
         const MaskSummary summary = summarise_masks(to_.masks);
         if (Status status = check_masks(summary, entry_.shape.points, entry_.offset, rules_.wording); !status)
             return status;
@@ -226,7 +226,7 @@ class Decoder {
     UnfilterScratch &scratch_;
     std::size_t at_ = 0;
     std::uint64_t offset_ = 0; // of the stream in the file
-    bool cone_is_proven_ = false;
+    bool cone_is_verified_ = false;
 };
 
 } // namespace

@@ -6,7 +6,7 @@
 
 namespace pbm {
 
-// A subtree of one level, decoded and proven. Keep it and hand it in again: memory is reused.
+// A subtree of one level, decoded and verified. Keep it and hand it in again: memory is reused.
 struct Chunk {
     Bytes masks; // one per node of the level above
     PointAttributes points;
@@ -26,7 +26,7 @@ ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t 
 
 // Decodes the chunk whose stored bytes are `stored` and proves it before anyone uses it: hash, frames, masks, counts,
 // ranges of every attribute, normal cone. Allocates what `entry` promises, which decode_directory has bounded.
-// `parents` were decoded and proven before. Error offsets are file offsets. After an error `to` holds anything.
+// `parents` were decoded and verified before. Error offsets are file offsets. After an error `to` holds anything.
 //
 // errors  bad_hash (5.6.4), bad_octree (4.2, 4.4), bad_attribute (5.6 frames, 5.7 cone, 5.8 filters, section 6 values)
 Status decode_chunk(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ParentNodes &parents,

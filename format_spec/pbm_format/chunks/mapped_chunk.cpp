@@ -134,8 +134,8 @@ Status check_bricks(const ChunkEntry &entry, const ChunkView &view, const Sectio
 
 } // namespace
 
-Status prove_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const SectionEntry &bricks,
-                   const ChunkRules &rules, const BrickParents &parents) {
+Status verify_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const SectionEntry &bricks,
+                    const ChunkRules &rules, const BrickParents &parents) {
     auto &scratch = per_thread<ProofScratch>();
     if (const std::uint64_t hash = hash64(bytes.streams.bytes); hash != entry.hash)
         return broken(rules.wording, "5.6.4", entry.offset, "the chunk was changed: its hash does not match",

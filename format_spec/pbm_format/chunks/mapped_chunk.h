@@ -1,4 +1,4 @@
-// One chunk of a mapped file: streams that are used where they lie, proven at first touch. BVG.md 5.10 and 5.11.
+// One chunk of a mapped file: streams that are used where they lie, verified at first touch. BVG.md 5.10 and 5.11.
 #pragma once
 
 #include "pbm_format/chunks/brick_index.h"
@@ -23,17 +23,17 @@ struct ChunkBytes {
 // Where the brick records of a chunk of a mapped file lie; `bricks` is its level's section of them.
 FileRange brick_range(const ChunkEntry &entry, const SectionEntry &bricks);
 
-// The chunk `entry` of a mapped file, whose directory was proven. Proves nothing.
+// The chunk `entry` of a mapped file, whose directory was verified. Verifies nothing.
 ChunkView view_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const AttributeSet &set, int level);
 
 // Proves all of a chunk: hash, padding, masks, counts, ranges of every attribute, normal cone, bricks. `parents` were
-// proven before; `bricks` is the level's section of bricks. In bounds even if the bytes change meanwhile. Error offsets
-// are file offsets.
+// verified before; `bricks` is the level's section of bricks. In bounds even if the bytes change meanwhile. Error
+// offsets are file offsets.
 //
 // errors  bad_hash (5.6.4), bad_octree (4.2, 4.4), bad_directory (5.11.1), bad_content (5.11.2 to 5.11.4),
 //         bad_attribute (5.7 cone, 5.10.1 padding, section 6 values)
-Status prove_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const SectionEntry &bricks,
-                   const ChunkRules &rules, const BrickParents &parents);
+Status verify_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const SectionEntry &bricks,
+                    const ChunkRules &rules, const BrickParents &parents);
 
 // A chunk as load_chunk gives it.
 void copy_chunk(const ChunkView &view, const AttributeSet &set, int level, Chunk &to);

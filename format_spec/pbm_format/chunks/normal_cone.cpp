@@ -77,10 +77,10 @@ std::vector<std::int32_t> first_octant() {
     return quarters;
 }
 
-std::int32_t least_product(const NormalCone &cone) { return cone.cosine * 32767; }
+std::int32_t min_product(const NormalCone &cone) { return cone.cosine * 32767; }
 
 // Of one-sided normals with the axis, x 32,767 and rounded down; at most 32,767.
-std::int32_t least_cosine(std::uint16_t axis_index, std::span<const std::uint16_t> normals) {
+std::int32_t min_cosine(std::uint16_t axis_index, std::span<const std::uint16_t> normals) {
     const std::span<const IntegerNormal> table = integer_normal_table();
     const IntegerNormal axis = table[axis_index];
     std::int32_t least = 32767 * 32767;
@@ -96,7 +96,7 @@ std::int32_t least_cosine(std::uint16_t axis_index, std::span<const std::uint16_
 void mark_outside(const NormalCone &cone, OutsideCone &outside) {
     static const std::vector<std::int32_t> quarters = first_octant();
     HWY_DYNAMIC_DISPATCH(compare_with_axis)
-    (quarters.data(), integer_normal_table()[cone.axis], least_product(cone), outside.data());
+    (quarters.data(), integer_normal_table()[cone.axis], min_product(cone), outside.data());
     std::fill(outside.begin() + kTwoSidedBit, outside.end(), std::uint8_t{1}); // seen from anywhere
 }
 
@@ -112,7 +112,7 @@ bool cone_holds(const NormalCone &cone, std::span<const std::uint16_t> normals, 
     const IntegerNormal axis = table[cone.axis];
     return std::all_of(normals.begin(), normals.end(), [&](std::uint16_t normal) {
         const IntegerNormal &n = table[normal & kNormalIndexMask];
-        return (normal & kTwoSidedBit) == 0 && axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2] >= least_product(cone);
+        return (normal & kTwoSidedBit) == 0 && axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2] >= min_product(cone);
     });
 }
 
@@ -127,7 +127,7 @@ NormalCone bound_normals(std::span<const std::uint16_t> normals) {
     }
     NormalCone cone;
     cone.axis = quantise_normal(sum);
-    const std::int32_t cosine = least_cosine(cone.axis, normals);
+    const std::int32_t cosine = min_cosine(cone.axis, normals);
     if (cosine <= kNoCone)
         return {};
     cone.cosine = static_cast<std::int16_t>(cosine);
@@ -137,7 +137,7 @@ NormalCone bound_normals(std::span<const std::uint16_t> normals) {
 Value needed_cosine(const NormalCone &cone, std::span<const std::uint16_t> normals) {
     if (std::any_of(normals.begin(), normals.end(), [](std::uint16_t normal) { return (normal & kTwoSidedBit) != 0; }))
         return "no cone: a point is two-sided";
-    return least_cosine(cone.axis, normals);
+    return min_cosine(cone.axis, normals);
 }
 
 } // namespace pbm

@@ -4,7 +4,7 @@
 
 namespace pbm {
 
-Status prove_hash(ByteView stored, const SectionEntry &section) {
+Status verify_hash(ByteView stored, const SectionEntry &section) {
     const std::uint64_t hash = hash64(stored);
     if (hash == section.hash)
         return {};

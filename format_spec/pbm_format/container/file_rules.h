@@ -7,7 +7,7 @@
 namespace pbm {
 
 // `stored` are the bytes of the section.
-Status prove_hash(ByteView stored, const SectionEntry &section);
+Status verify_hash(ByteView stored, const SectionEntry &section);
 Status check_point_count(const FileHeader &header, const SectionEntry &finest_chunks);
 // `entry` is one of `sections`: the section table is what the directory contradicts.
 Status check_chunk_count(const LevelDirectory &directory, const SectionEntry &entry,

@@ -45,8 +45,8 @@ class Shape : public Onlooker {
 
   private:
     bool enter() {
-        constexpr int kMostNesting = 32;
-        too_deep_ |= depth_ >= kMostNesting;
+        constexpr int kMaxNesting = 32;
+        too_deep_ |= depth_ >= kMaxNesting;
         return ++depth_, true;
     }
 

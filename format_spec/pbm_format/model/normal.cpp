@@ -288,11 +288,11 @@ std::uint16_t quantise_normal(double x, double y, double z) {
     };
     // No branches here that directions side by side would take in turn.
     const auto &[u, v, w] = place.weights;
-    const double least_of_two = std::min(u, v), least = std::min(least_of_two, w);
-    const double middle = std::max(least_of_two, std::min(std::max(u, v), w));
+    const double min_of_two = std::min(u, v), least = std::min(min_of_two, w);
+    const double middle = std::max(min_of_two, std::min(std::max(u, v), w));
     if (std::max(least - facet.core, middle - facet.side) > 0) {
         std::size_t third = v < u ? 1 : 0;
-        third = w < least_of_two ? 2 : third;
+        third = w < min_of_two ? 2 : third;
         const std::uint16_t own = mirrored(facet.own), across = mirrored(facet.across[third]);
         const double lead = score(across) - score(own);
         return (static_cast<unsigned>(lead > 0) |

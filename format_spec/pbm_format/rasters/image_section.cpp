@@ -82,7 +82,7 @@ Status check_tile(const TileEntry &tile, std::size_t raw_bytes, std::size_t chan
     return {};
 }
 
-// The shape, once the hash has been proven.
+// The shape, once the hash has been verified.
 Result<ImageDirectory> shape_of(const Head &head, std::uint8_t reserved, std::uint64_t offset) {
     if (!is_storable(head.width, head.height, head.channels))
         return broken("3.10.4", offset + 8,
@@ -197,8 +197,8 @@ Result<ImageDirectory> read_image_directory(const ByteSource &file, const Sectio
     return directory;
 }
 
-Status prove_tile_hash(ByteView stored, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
-                       Wording wording) {
+Status verify_tile_hash(ByteView stored, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
+                        Wording wording) {
     const TileEntry &tile = directory.tiles[number];
     const std::uint64_t hash = hash64(stored);
     if (hash == tile.hash)
@@ -239,7 +239,7 @@ Status decode_filtered(ByteView stored, const TileGrid &grid, std::size_t number
 Status decode_tile(ByteView stored, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
                    std::span<std::uint8_t> texels, Wording wording) {
     assert(texels.size() == directory.grid.tile_bytes(directory.grid.level_of(number)));
-    if (Status status = prove_tile_hash(stored, offset, directory, number, wording); !status)
+    if (Status status = verify_tile_hash(stored, offset, directory, number, wording); !status)
         return status;
     const TileEntry &tile = directory.tiles[number];
     Status status = tile.stream.filter == Filter::none

@@ -4,7 +4,7 @@
 //   32    16 bytes for each tile: XXH3-64 of its stored bytes; stored bytes, filter, zstd
 //         tiles of the coarsest level, ..., tiles of level 0; rows of tiles, top row first
 //
-// A tile is proven alone, so that a picture reads only what it sees.
+// A tile is verified alone, so that a picture reads only what it sees.
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -98,8 +98,8 @@ inline Result<ImageDirectory> read_image_directory(ByteView file, const SectionE
 Status decode_tile(ByteView stored, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
                    std::span<std::uint8_t> texels, Wording wording = Wording::full);
 // The first half of it: that the stored bytes are those that were written.
-Status prove_tile_hash(ByteView stored, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
-                       Wording wording = Wording::full);
+Status verify_tile_hash(ByteView stored, std::uint64_t offset, const ImageDirectory &directory, std::size_t number,
+                        Wording wording = Wording::full);
 
 // A raster in a file.
 struct StoredRaster {

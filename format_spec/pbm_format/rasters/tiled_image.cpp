@@ -86,7 +86,7 @@ const std::uint8_t *TiledImage::State::read_tile(std::size_t number) try {
         return nullptr;
     }
     if (!owns_tiles) {
-        Status status = prove_tile_hash(stored->bytes, offset, directory, number);
+        Status status = verify_tile_hash(stored->bytes, offset, directory, number);
         return status ? keep(number, stored->bytes.data()) : refuse(number, std::move(status).error());
     }
     const std::size_t bytes = grid.tile_bytes(grid.level_of(number));

@@ -1,8 +1,8 @@
 // A raster with its mip levels in tiles: what pictures are sampled from. BVG.md section 3.10.
 //
-// From memory, or from a file where a tile is proven and decoded when it is first asked for. Immutable to look at; safe
-// to use from several threads. Texel (x, y) of a level lies in tile (x / kTileEdge, y / kTileEdge) at row
-// y % kTileEdge, column x % kTileEdge; a row of a tile has tile_width(level) texels.
+// From memory, or from a file where a tile is verified and decoded when it is first asked for. Immutable to look at;
+// safe to use from several threads. Texel (x, y) of a level lies in tile (x / kTileEdge, y / kTileEdge) at row y %
+// kTileEdge, column x % kTileEdge; a row of a tile has tile_width(level) texels.
 //
 // Tiles of a source that is not whole may not be there yet: they are asked for, and looked for again when they are next
 // needed.
@@ -20,7 +20,7 @@ class TiledImage {
   public:
     // What was read of a file so far; for a raster in memory, no tile and no stored byte.
     struct Statistics {
-        std::uint64_t tiles = 0;        // proven
+        std::uint64_t tiles = 0;        // verified
         std::uint64_t stored_bytes = 0; // of them and of the directory, in the file
         std::uint64_t memory_bytes = 0; // held by this object: texels that do not lie in the file, directory
     };
@@ -31,8 +31,8 @@ class TiledImage {
     // this lives; raw tiles are used where they lie.
     static Result<TiledImage> open(ByteView section, std::uint64_t offset_in_file);
 
-    // A section of a file, with its directory, which was proven. Drops tiles from a source that is not whole as soon as
-    // they are decoded.
+    // A section of a file, with its directory, which was verified. Drops tiles from a source that is not whole as soon
+    // as they are decoded.
     static TiledImage open(ByteSource file, FileRange section, ImageDirectory directory);
 
     TiledImage(TiledImage &&) noexcept;

@@ -29,11 +29,11 @@ Result<HeldBytes> require(const ByteSource &file, FileRange range) {
 }
 
 // The bytes of a section, whose hash is right.
-Result<HeldBytes> prove_section(const ByteSource &file, const SectionEntry &section) {
+Result<HeldBytes> verify_section(const ByteSource &file, const SectionEntry &section) {
     Result<HeldBytes> stored = require(file, range_of(section));
     if (!stored)
         return stored;
-    if (Status status = prove_hash(stored->bytes, section); !status)
+    if (Status status = verify_hash(stored->bytes, section); !status)
         return std::move(status).error();
     return stored;
 }
@@ -41,7 +41,7 @@ Result<HeldBytes> prove_section(const ByteSource &file, const SectionEntry &sect
 // Decodes a small section into `to` after proving its hash.
 template <class T, class Decode>
 Status read_section(const ByteSource &file, const SectionEntry &section, T &to, Decode &&decode) {
-    const Result<HeldBytes> stored = prove_section(file, section);
+    const Result<HeldBytes> stored = verify_section(file, section);
     if (!stored)
         return stored.error();
     auto decoded = decode(stored->bytes);
@@ -52,7 +52,7 @@ Status read_section(const ByteSource &file, const SectionEntry &section, T &to, 
 }
 
 Status read_metadata(const ByteSource &file, const SectionEntry &section, HeldBytes &to) {
-    Result<HeldBytes> stored = prove_section(file, section);
+    Result<HeldBytes> stored = verify_section(file, section);
     if (!stored)
         return std::move(stored).error();
     to = std::move(stored).value();
@@ -129,7 +129,7 @@ Result<Reader> Reader::open(ByteSource source) try {
         return std::move(status).error();
     const std::size_t levels = std::size_t{reader.header_.depth} + 1;
     reader.directories_.resize(levels);
-    reader.proven_.resize(levels);
+    reader.verified_.resize(levels);
     return reader;
 } catch (const std::bad_alloc &) {
     return out_of_memory();
@@ -154,16 +154,16 @@ Result<const LevelDirectory *> Reader::directory(int level) try {
             return status.error();
         if (const Status counted = check_chunk_count(read, entry, sections_); !counted)
             return counted.error();
-        ProvenChunks proven;
+        VerifiedChunks verified;
         if (header_.storage() == Storage::mapped) {
             const SectionEntry &bricks = *section(SectionType::level_bricks, static_cast<std::uint32_t>(next));
             if (const Status counted = check_brick_count(read, bricks); !counted)
                 return counted.error();
             if (source_.is_whole())
-                proven = std::make_unique<std::atomic<bool>[]>(read.chunks.size());
+                verified = std::make_unique<std::atomic<bool>[]>(read.chunks.size());
         }
         directories_[at] = std::move(read);
-        proven_[at] = std::move(proven);
+        verified_[at] = std::move(verified);
         source_.drop(range_of(entry));
     }
     return &directories_[static_cast<std::size_t>(level)];
@@ -245,18 +245,18 @@ Status Reader::load_chunk(int level, std::size_t index, const ChunkBytes &bytes,
 Result<ChunkView> Reader::view_chunk(int level, std::size_t index) const try {
     if (Status status = check_chunk(level, index, Storage::mapped); !status)
         return std::move(status).error();
-    // Up to the first ancestor that is proven, and down again.
+    // Up to the first ancestor that is verified, and down again.
     std::array<std::size_t, kMaxDepth + 1> path{};
-    int proven = level;
+    int verified = level;
     path[static_cast<std::size_t>(level)] = index;
-    for (; proven > 1; --proven) {
-        const auto at = static_cast<std::size_t>(proven);
-        if (proven_[at] && proven_[at][path[at]].load(std::memory_order_acquire))
+    for (; verified > 1; --verified) {
+        const auto at = static_cast<std::size_t>(verified);
+        if (verified_[at] && verified_[at][path[at]].load(std::memory_order_acquire))
             break;
-        path[at - 1] = entry_of(proven, path[at]).shape.parent_chunk;
+        path[at - 1] = entry_of(verified, path[at]).shape.parent_chunk;
     }
     ChunkView parent;
-    for (int next = proven;; ++next) {
+    for (int next = verified;; ++next) {
         const std::size_t at = path[static_cast<std::size_t>(next)];
         const std::optional<ChunkBytes> bytes = chunk_bytes(next, at);
         if (!bytes)
@@ -274,18 +274,18 @@ Result<ChunkView> Reader::view_chunk(int level, std::size_t index, const ChunkBy
                                      const ChunkView *parent) const try {
     if (Status status = check_chunk(level, index, Storage::mapped); !status)
         return std::move(status).error();
-    const ProvenChunks &proven = proven_[static_cast<std::size_t>(level)];
+    const VerifiedChunks &verified = verified_[static_cast<std::size_t>(level)];
     const ChunkEntry &entry = entry_of(level, index);
-    if (!proven || !proven[index].load(std::memory_order_acquire)) {
+    if (!verified || !verified[index].load(std::memory_order_acquire)) {
         BrickParents parents;
         if (parent != nullptr)
             parents =
                 brick_parents(entry, entry_of(level - 1, entry.shape.parent_chunk), parent->bricks, parent->masks);
         const SectionEntry &bricks = *section(SectionType::level_bricks, static_cast<std::uint32_t>(level));
-        if (Status status = prove_chunk(entry, bytes, bricks, chunk_rules(level), parents); !status)
+        if (Status status = verify_chunk(entry, bytes, bricks, chunk_rules(level), parents); !status)
             return std::move(status).error();
-        if (proven)
-            proven[index].store(true, std::memory_order_release);
+        if (verified)
+            verified[index].store(true, std::memory_order_release);
     }
     return pbm::view_chunk(entry, bytes, parameters_.attributes, level);
 } catch (const std::bad_alloc &) {

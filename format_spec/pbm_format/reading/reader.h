@@ -80,7 +80,7 @@ class Reader {
     Status load_chunk(int level, std::size_t index, const ChunkBytes &bytes, const Chunk &parent, Chunk &to) const;
 
     // Chunk `index` of `level` of a mapped file, whose directory was read before, where it lies. At first touch proves
-    // it and the chunks above it, and remembers; after that it costs next to nothing. What is proven holds as long as
+    // it and the chunks above it, and remembers; after that it costs next to nothing. What is verified holds as long as
     // the bytes stay as they are: where another process could change them, a loop over them must stay in bounds for
     // any. Where the source is not whole, nothing is remembered: the bytes of all chunks above it must be there too.
     // Safe to call from several threads.
@@ -106,8 +106,8 @@ class Reader {
   private:
     explicit Reader(ByteSource file) : source_(std::move(file)) {}
 
-    // One for each chunk of a level: it was proven by view_chunk.
-    using ProvenChunks = std::unique_ptr<std::atomic<bool>[]>;
+    // One for each chunk of a level: it was verified by view_chunk.
+    using VerifiedChunks = std::unique_ptr<std::atomic<bool>[]>;
 
     // Whether a caller may ask for this chunk, and in the way of this storage profile; else ErrorCode::usage.
     Status check_chunk(int level, std::size_t index, std::optional<Storage> storage = {}) const;
@@ -124,7 +124,7 @@ class Reader {
     std::vector<SectionEntry> sections_;
     ModelParameters parameters_;
     std::vector<LevelDirectory> directories_; // [depth + 1]; [0] unused, without chunks where not read yet
-    std::vector<ProvenChunks> proven_;        // [depth + 1]; empty unless the file is mapped and its source whole
+    std::vector<VerifiedChunks> verified_;    // [depth + 1]; empty unless the file is mapped and its source whole
 };
 
 struct LoadOptions {

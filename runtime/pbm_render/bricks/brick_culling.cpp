@@ -33,7 +33,7 @@ bool faces_away(const BrickRecord &brick, const EyeNormal &axis, glm::vec3 sight
 
 RunGeometry::RunGeometry(const PointRun &points, const FrameGeometry &frame)
     : run(&points), voxel(std::ldexp(1.0F, -points.level)),
-      most_offset(points.offsets == nullptr ? 0 : kMostOffset * voxel) {
+      max_offset(points.offsets == nullptr ? 0 : kMaxOffset * voxel) {
     const double edge = std::ldexp(1.0, -points.level);
     steps = {glm::vec3(frame.projection.vector({edge, 0, 0})), glm::vec3(frame.projection.vector({0, edge, 0})),
              glm::vec3(frame.projection.vector({0, 0, edge}))};
@@ -62,7 +62,7 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
             half - eye;
         const glm::vec3 centre(glm::dot(sight, right), glm::dot(sight, down), glm::dot(sight, forward));
         const float radius = frame.radii[brick.largest_radius];
-        const float reach = half_diagonal + radius + geometry.most_offset;
+        const float reach = half_diagonal + radius + geometry.max_offset;
         if (centre.z + reach <= 0)
             continue;
         const float nearest = centre.z - reach;

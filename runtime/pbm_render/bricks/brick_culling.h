@@ -24,7 +24,7 @@ struct RunGeometry {
     const PointRun *run;
     const std::int8_t *offsets = nullptr; // [points of the chunk] if the run has any, once a brick of it is seen
     float voxel;                          // edge, grid edges
-    float most_offset;                    // of a splat's middle from the centre of its voxel, grid edges
+    float max_offset;                     // of a splat's middle from the centre of its voxel, grid edges
     std::array<glm::vec3, 3> steps;       // M * (d, 0) from a voxel to the next in x, y, z
 };
 

@@ -13,7 +13,7 @@ namespace {
 // A plane seen as all voxels it passes through is a flight of stairs; a splat must be thick enough to close the risers.
 // Least thickness without a gap for radius 0.89, any view and any place of the plane, found by search: 0.55 voxel edges
 // for normals near an axis, 0.37 elsewhere; a little more, because surfaces are no planes.
-double least_thickness(const UnitVector &n) {
+double min_thickness(const UnitVector &n) {
     const double steepest = std::max({std::abs(n[0]), std::abs(n[1]), std::abs(n[2])});
     return std::clamp(0.47 + 1.9 * (steepest - 0.87), 0.47, 0.64);
 }
@@ -30,7 +30,7 @@ std::span<const SplatNormal> splat_normals() {
         table.reserve(kNormalCount);
         for (const UnitVector &n : normal_table())
             table.push_back({static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2]),
-                             static_cast<float>(least_thickness(n)), static_cast<float>(mean_front(n))});
+                             static_cast<float>(min_thickness(n)), static_cast<float>(mean_front(n))});
         return table;
     }();
     return kTable;

@@ -42,7 +42,7 @@ class Frustum {
         const EyeAxes &axes = projection_.axes;
         inwards_ = {forward_, glm::normalize(axes.right + x * forward_), glm::normalize(-axes.right + x * forward_),
                     glm::normalize(axes.up + y * forward_), glm::normalize(-axes.up + y * forward_)};
-        least_cosine_ = 1 / std::sqrt(1 + x * x + y * y);
+        min_cosine_ = 1 / std::sqrt(1 + x * x + y * y);
     }
 
     // Whether the camera sees nothing of a box and of `margin` around it. May be false where it sees nothing.
@@ -56,7 +56,7 @@ class Frustum {
     double largest_image(const Box &box, double edge) const {
         const glm::dvec3 to_centre = box.centre() - eye_;
         const double distance = glm::length(glm::max(glm::abs(to_centre) - box.half(), glm::dvec3(0)));
-        const double depth = std::max(glm::dot(forward_, to_centre) - reach(box, forward_), distance * least_cosine_);
+        const double depth = std::max(glm::dot(forward_, to_centre) - reach(box, forward_), distance * min_cosine_);
         return depth > 0 ? edge * projection_.focal / depth : std::numeric_limits<double>::infinity();
     }
 
@@ -82,7 +82,7 @@ class Frustum {
     Projection projection_;
     glm::dvec3 eye_, forward_;
     std::array<glm::dvec3, 5> inwards_; // unit normals of the planes that bound the frustum
-    double least_cosine_;               // of the largest angle between the line of sight and a ray
+    double min_cosine_;                 // of the largest angle between the line of sight and a ray
 };
 
 class Selector {

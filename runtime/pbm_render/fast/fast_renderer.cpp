@@ -17,10 +17,10 @@ namespace {
 // A megabyte fits the cache and is large enough that few bricks lie in two strips. Several threads share the work more
 // evenly in smaller strips.
 constexpr int kStripPixels = 128 * 1024, kSharedStripPixels = 80 * 1024;
-constexpr int kLeastStripRows = 16;
+constexpr int kMinStripRows = 16;
 
 int strip_rows(int width, int threads) {
-    return std::max(kLeastStripRows, (threads == 1 ? kStripPixels : kSharedStripPixels) / width);
+    return std::max(kMinStripRows, (threads == 1 ? kStripPixels : kSharedStripPixels) / width);
 }
 
 // The streams of a run's chunk, close together since every pixel reads them.

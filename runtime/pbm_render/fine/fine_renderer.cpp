@@ -23,7 +23,7 @@ namespace {
 
 // Pixels of a strip: their sums and depths stay in the cache.
 constexpr int kStripPixels = 32 * 1024;
-constexpr int kLeastStripRows = 16;
+constexpr int kMinStripRows = 16;
 
 // Offset of sample `i` from the pixel's centre. The R2 sequence spreads any number of samples evenly; the first one is
 // the centre. Based on: Roberts. The Unreasonable Effectiveness of Quasirandom Sequences. 2018
@@ -143,7 +143,7 @@ RenderStatistics FineRenderer::add_sample() {
                         [&](const RunGeometry &of, std::span<SeenBrick> seen) { widen_bricks(geometry, of, seen); });
     });
 
-    const int rows = std::max(kLeastStripRows, kStripPixels / picture.width);
+    const int rows = std::max(kMinStripRows, kStripPixels / picture.width);
     const auto count = static_cast<std::size_t>((picture.height + rows - 1) / rows);
     std::vector<std::uint64_t> drawn(count);
     frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
@@ -225,10 +225,10 @@ void FineRenderer::Frame::collect_row(int y, const Sample &sample, Workplace &at
         const float screen_x = static_cast<float>(x) + 0.5F;
         const float *sums = surface.sums_of(surface.offset(x, y))->channels.data();
         // Sums with less weight, or with normals that cancel each other, are not usable.
-        constexpr float kLeastWeight = 1e-3F, kLeastNormal2 = 1e-2F;
+        constexpr float kMinWeight = 1e-3F, kLeastNormal2 = 1e-2F;
         const auto length2 = [&] { return sums[0] * sums[0] + sums[1] * sums[1] + sums[2] * sums[2]; };
         if (const float weight = sums[channel::kWeight];
-            weight < kLeastWeight || length2() < kLeastNormal2 * weight * weight) {
+            weight < kMinWeight || length2() < kLeastNormal2 * weight * weight) {
             read_visible_point(at.visible.id(x, y), sample, {screen_x, static_cast<float>(y) + 0.5F}, alone);
             sums = alone.channels.data();
         }

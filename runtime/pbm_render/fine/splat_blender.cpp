@@ -21,7 +21,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Group = hn::CappedTag<float, kGroupChannels>;
 
 // Splats of a group: the same on every target, so that all targets add in the same order.
-inline constexpr std::size_t kGroupSplats = kMostLanes;
+inline constexpr std::size_t kGroupSplats = kMaxLanes;
 // Largest block, pixels, for which a group is drawn pixel by pixel of the block, all splats at once.
 inline constexpr std::int32_t kSmallBlock = 7;
 
@@ -43,7 +43,7 @@ HWY_INLINE void measure_group(SplatGroup &group) {
 
 // Pixels of the small splats of a group: [splats * pixels of a block], and room for a vector behind.
 struct SmallPixels {
-    static constexpr std::size_t kCapacity = kGroupSplats * kSmallBlock * kSmallBlock + kMostLanes;
+    static constexpr std::size_t kCapacity = kGroupSplats * kSmallBlock * kSmallBlock + kMaxLanes;
     std::size_t count = 0;
     alignas(64) std::array<std::int32_t, kCapacity> splat, offset;
     alignas(64) std::array<float, kCapacity> value; // depth or weight

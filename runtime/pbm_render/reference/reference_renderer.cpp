@@ -121,7 +121,7 @@ void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
     const glm::dvec3 image = projection_.point(centre);
     const bool narrow = reach <= kNarrow * glm::length(centre - projection_.eye);
     if (kernels_ || !offsets_.empty() || !narrow ||
-        image.z - reach <= static_cast<double>(kLeastRadii * radii_[radius] + kLeastVoxels * voxel_))
+        image.z - reach <= static_cast<double>(kMinRadii * radii_[radius] + kMinVoxels * voxel_))
         return;
     table_radius_ = radius;
     const glm::vec2 pixel(image.x / image.z, image.y / image.z);
@@ -181,7 +181,7 @@ void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0;
     const float radius = radii_[point_radii_[index]];
     const float depth = centre.z;
-    if (depth <= kLeastRadii * radius + kLeastVoxels * voxel_) // behind the eye, or around it
+    if (depth <= kMinRadii * radius + kMinVoxels * voxel_) // behind the eye, or around it
         return;
     const glm::vec2 pixel(centre.x / depth, centre.y / depth);
     std::size_t normal = point_normals_[index] & kNormalIndexMask;

@@ -70,13 +70,13 @@ class EyeDome {
         const float depth = depths_.at(x, y);
         float sum = 0;
         for (const glm::ivec2 &offset : offsets_)
-            sum += std::clamp(1 - depths_.at(x + offset.x, y + offset.y) / depth, 0.0F, kMostStep);
+            sum += std::clamp(1 - depths_.at(x + offset.x, y + offset.y) / depth, 0.0F, kMaxStep);
         return std::exp(-kStrength / (kRings * kDirections) * sum);
     }
 
   private:
     static constexpr std::size_t kRings = 2, kDirections = 8;
-    static constexpr float kMostStep = 0.012F; // a far wall behind an edge is not black
+    static constexpr float kMaxStep = 0.012F; // a far wall behind an edge is not black
 
     Depths depths_;
     std::array<glm::ivec2, kRings * kDirections> offsets_;
@@ -87,7 +87,7 @@ class Occlusion {
   public:
     Occlusion(const DepthCueView &view, const Framebuffer &target)
         : depths_(target), focal_(static_cast<float>(view.focal)), reach_(static_cast<float>(kReach * view.grid_edge)),
-          most_pixels_(static_cast<float>(target.height) / 8), middle_x_(static_cast<float>(target.width) / 2),
+          max_pixels_(static_cast<float>(target.height) / 8), middle_x_(static_cast<float>(target.width) / 2),
           middle_y_(static_cast<float>(target.height) / 2) {
         for (std::size_t turn = 0; turn < kTurns; ++turn)
             for (std::size_t i = 0; i < kSamples; ++i) {
@@ -102,7 +102,7 @@ class Occlusion {
     float openness(int x, int y) const {
         const glm::vec3 here = place(x, y);
         const glm::vec3 normal = facing_normal(x, y, here);
-        const float pixels = std::min(reach_ * focal_ / here.z, most_pixels_);
+        const float pixels = std::min(reach_ * focal_ / here.z, max_pixels_);
         const float reach = pixels * here.z / focal_;
         // A 4 x 4 pattern in which each number comes once.
         static constexpr std::array<std::uint8_t, kTurns> kPattern{0, 8,  2, 10, 12, 4, 14, 6,
@@ -153,7 +153,7 @@ class Occlusion {
     }
 
     Depths depths_;
-    float focal_, reach_, most_pixels_, middle_x_, middle_y_;
+    float focal_, reach_, max_pixels_, middle_x_, middle_y_;
     std::array<std::array<glm::vec2, kSamples>, kTurns> offsets_;
 };
 

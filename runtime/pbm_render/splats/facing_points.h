@@ -40,7 +40,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 // Points of several bricks side by side, so that SIMD vectors are full although bricks differ in size.
 inline constexpr std::size_t kWaiting = 512; // points that are collected before they are drawn
 struct FacingPoints {
-    static constexpr std::size_t kCapacity = kWaiting + kBrickPoints + kMostLanes;
+    static constexpr std::size_t kCapacity = kWaiting + kBrickPoints + kMaxLanes;
     std::size_t count = 0;
     alignas(64) std::array<float, kCapacity> x, y, w;       // pixel and depth
     alignas(64) std::array<std::int32_t, kCapacity> normal; // packed; bit 0 is set for two-sided points
@@ -135,14 +135,14 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
             if constexpr (kPlaced)
                 offset = hn::PromoteTo(di, hn::LoadU(signed8, points.offsets + i));
         } else { // the chunk's last points
-            alignas(32) std::array<std::uint16_t, kMostLanes> last{};
-            alignas(32) std::array<std::uint8_t, kMostLanes> last_radii{};
+            alignas(32) std::array<std::uint16_t, kMaxLanes> last{};
+            alignas(32) std::array<std::uint8_t, kMaxLanes> last_radii{};
             std::copy_n(points.normals + i, points.available - i, last.begin());
             std::copy_n(points.radii + i, points.available - i, last_radii.begin());
             stored = hn::PromoteTo(di, hn::Load(d16, last.data()));
             radius_index = hn::PromoteTo(di, hn::Load(d8, last_radii.data()));
             if constexpr (kPlaced) {
-                alignas(32) std::array<std::int8_t, kMostLanes> last_offsets{};
+                alignas(32) std::array<std::int8_t, kMaxLanes> last_offsets{};
                 std::copy_n(points.offsets + i, points.available - i, last_offsets.begin());
                 offset = hn::PromoteTo(di, hn::Load(signed8, last_offsets.data()));
             }
@@ -155,7 +155,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
         [[maybe_unused]] Vector radius = hn::Zero(d);
         if constexpr (kLarge) { // drop points around the eye or behind it
             radius = hn::GatherIndex(d, frame.radii.data(), radius_index);
-            keep = hn::And(keep, hn::Gt(w, hn::Add(hn::Mul(radius, set(kLeastRadii)), set(kLeastVoxels * run.voxel))));
+            keep = hn::And(keep, hn::Gt(w, hn::Add(hn::Mul(radius, set(kMinRadii)), set(kMinVoxels * run.voxel))));
         } else {
             keep = hn::And(keep, hn::And(hn::Gt(pixel_y, above), hn::Lt(pixel_y, below)));
         }

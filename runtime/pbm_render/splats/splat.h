@@ -47,9 +47,9 @@ inline constexpr float kPlacedOutlineInset = 0.2F;
 // Depth of a placed splat's outline behind its plane, voxel edges: of two splats that overlap, each is visible around
 // its own middle.
 inline constexpr float kPlacedCone = 0.7F;
-// Points nearer to the eye than kLeastRadii splat radii plus kLeastVoxels voxels are not drawn: their planes would
+// Points nearer to the eye than kMinRadii splat radii plus kMinVoxels voxels are not drawn: their planes would
 // reach behind the eye.
-inline constexpr float kLeastRadii = 1.25F, kLeastVoxels = 2;
+inline constexpr float kMinRadii = 1.25F, kMinVoxels = 2;
 
 // The image of a splat at depth 1, as its normal, its radius and the ray's direction determine it: the same for all
 // points of one normal and radius in a small part of the screen. At other depths the ellipse shrinks with the depth,

@@ -79,11 +79,11 @@ struct Enlargement {
 
 // As SplatShape, for the depth where the point is: a vector of splats of any size.
 struct Ellipses {
-    alignas(64) std::array<float, kMostLanes> x, y, depth;                     // middle
-    alignas(64) std::array<float, kMostLanes> xx, xy, yy;                      // 1 on the outline
-    alignas(64) std::array<float, kMostLanes> slope_x, slope_y;                // of the depth, per pixel
-    float cone = 0;                                                            // depth behind the plane on the outline
-    alignas(64) std::array<std::int32_t, kMostLanes> left, right, top, bottom; // pixels, in the strip
+    alignas(64) std::array<float, kMaxLanes> x, y, depth;                     // middle
+    alignas(64) std::array<float, kMaxLanes> xx, xy, yy;                      // 1 on the outline
+    alignas(64) std::array<float, kMaxLanes> slope_x, slope_y;                // of the depth, per pixel
+    float cone = 0;                                                           // depth behind the plane on the outline
+    alignas(64) std::array<std::int32_t, kMaxLanes> left, right, top, bottom; // pixels, in the strip
 };
 
 // Lays a vector of points, from `first` on, as lay_splat lays one, into the lanes of `to` from `lane` on. Lanes behind

@@ -196,7 +196,7 @@ void filter_block(const Block &block, const Rays &rays, const MipPair &mips, con
 void sample_row(const TexelLevels &texels, const RayRow &row, float pixel_texels, const std::uint8_t *wanted,
                 const LinearRow &to) {
     // Within a block a great circle leaves the straight line by less than a sixth of a pixel below this latitude.
-    constexpr float kLeastSquaredCosine = 0.25F, kLongestStep = 1.0F / 16;
+    constexpr float kMinSquaredCosine = 0.25F, kLongestStep = 1.0F / 16;
     const Rays rays{row.first, row.step};
     const bool narrow = static_cast<float>(kRayBlock) * glm::length(row.step) < kLongestStep;
     const int last_level = texels.levels() - 1;
@@ -213,7 +213,7 @@ void sample_row(const TexelLevels &texels, const RayRow &row, float pixel_texels
             continue;
         Block block{i * kRayBlock, places.u[at], places.v[at], places.u[at + 1], places.v[at + 1], narrow};
         block.to_u -= std::round(block.to_u - block.u); // the short way round
-        block.straight &= std::min(places.squared_cosine[at], places.squared_cosine[at + 1]) > kLeastSquaredCosine;
+        block.straight &= std::min(places.squared_cosine[at], places.squared_cosine[at + 1]) > kMinSquaredCosine;
         // A pixel's solid angle shrinks with the cube of the cosine between its ray and the middle one.
         float level = 0;
         if (pixel_texels > 1)

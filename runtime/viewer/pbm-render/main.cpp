@@ -45,7 +45,7 @@ struct Arguments {
 
 // Of the frames of --bench.
 struct BenchStatistics {
-    double least_ms = 0, median_ms = 0;
+    double min_ms = 0, median_ms = 0;
     std::uint64_t drawn_points = 0; // mean
 };
 
@@ -152,7 +152,7 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
                                 {"encode_ms", s.encode_ms}};
     if (s.bench) {
         json["bench_frames"] = arguments.bench;
-        json["bench_min_ms"] = s.bench->least_ms;
+        json["bench_min_ms"] = s.bench->min_ms;
         json["bench_median_ms"] = s.bench->median_ms;
         json["bench_drawn_points"] = s.bench->drawn_points;
     }
@@ -195,7 +195,7 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
              << 'x' << size.y << ", " << quality_text(arguments.view.look) << s.video->bytes << " bytes, "
              << s.video->ms / 1000 << " s\n";
     if (s.bench)
-        text << "bench: " << arguments.bench << " frames, minimum " << std::setprecision(2) << s.bench->least_ms
+        text << "bench: " << arguments.bench << " frames, minimum " << std::setprecision(2) << s.bench->min_ms
              << " ms, median " << s.bench->median_ms << " ms, " << s.bench->drawn_points << " points drawn, memory "
              << std::setprecision(1) << static_cast<double>(peak_memory()) / (1 << 20) << " MiB\n";
     return text.str();
@@ -214,7 +214,7 @@ Result<BenchStatistics> bench(ModelDrawer &drawer, const Camera &first, int fram
         times.push_back(frame.milliseconds());
     }
     std::sort(times.begin(), times.end());
-    statistics.least_ms = times.front();
+    statistics.min_ms = times.front();
     statistics.median_ms = times[times.size() / 2];
     statistics.drawn_points /= times.size();
     return statistics;

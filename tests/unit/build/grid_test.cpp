@@ -40,9 +40,9 @@ TEST(GridChoice, TheVoxelEdgeComesClosestToTheMedianEdge) {
     EXPECT_EQ(mesh_depth(bounds, 1.0), 10);          // voxels of 0.98, not 1.95
     EXPECT_EQ(mesh_depth(bounds, 1000.0 / 740), 10); // voxels of 0.98, just closer than 1.95
     EXPECT_EQ(mesh_depth(bounds, 1000.0 / 720), 9);  // 1.95 is closer
-    EXPECT_EQ(mesh_depth(bounds, 1000), kLeastMeshDepth);
-    EXPECT_EQ(mesh_depth(bounds, 1e-9), kMostMeshDepth);
-    EXPECT_EQ(mesh_depth(bounds, 0), kMostMeshDepth);
+    EXPECT_EQ(mesh_depth(bounds, 1000), kMinMeshDepth);
+    EXPECT_EQ(mesh_depth(bounds, 1e-9), kMaxMeshDepth);
+    EXPECT_EQ(mesh_depth(bounds, 0), kMaxMeshDepth);
 }
 
 TEST(GridChoice, PointsGetTheDepthAtWhichAVoxelHoldsOneOfThem) {

@@ -463,7 +463,7 @@ TEST(Pipeline, ADepthThatNobodyAskedForFitsIntoMemory) {
     BuildStatistics statistics;
     ASSERT_TRUE(build_model(surface, options, statistics).ok());
     const int wished = statistics.depth;
-    options.max_hit_bytes = statistics.samples * HitStore::kLeastHitBytes; // less than they need: sources come on top
+    options.max_hit_bytes = statistics.samples * HitStore::kMinHitBytes; // less than they need: sources come on top
     statistics = {};
     const Result<Model> model = build_model(surface, options, statistics);
     ASSERT_TRUE(model.ok()) << model.error().message;

@@ -174,8 +174,8 @@ TEST(SolidTexture, NumbersOfFilesAreTakenAsTheNearestOfSense) {
         SolidTexture wild = texture_of(kind), tame = wild;
         wild.scale = 1e9F;
         wild.turbulence = 1e6F;
-        tame.scale = kMostTextureScale;
-        tame.turbulence = kMostTurbulence;
+        tame.scale = kMaxTextureScale;
+        tame.turbulence = kMaxTurbulence;
         EXPECT_EQ(values_of(wild, grid_of(8), block_of(16)), values_of(tame, grid_of(8), block_of(16)));
         GroundPlane vast{.centre = {1e30F, -1e30F, 0}, .half_edge = 1e20F, .material = 0, .texture = wild};
         EXPECT_EQ(evaluate_ground_texture(wild, grid_of(8), vast, 33, 1).texels.size(), 33U * 33);

@@ -283,7 +283,7 @@ TEST(TriangleVoxels, StepsOfACodeFollowOneAxis) {
 // Long and thin triangles have no area that would say beforehand how many voxels they pass through.
 TEST(Samples, TheLimitOfMemoryHoldsForSliversAsWell) {
     constexpr int kDepth = 14, kSlivers = 2000;
-    constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 20;
+    constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 20;
     Surface surface;
     for (std::uint32_t i = 0; i < kSlivers; ++i) {
         const double height = static_cast<double>(i) / kSlivers;
@@ -294,12 +294,12 @@ TEST(Samples, TheLimitOfMemoryHoldsForSliversAsWell) {
     const Grid grid = centred_grid(bounds_of(surface), kDepth);
     const Bytes radii;
     const SurfaceSampler sampler(surface, normals, radii, grid, 2);
-    HitStore hits(kDepth, 2, kMostBytes);
+    HitStore hits(kDepth, 2, kMaxBytes);
     const Status sampled = sample_points(sampler, hits);
     ASSERT_FALSE(sampled.ok());
     EXPECT_EQ(sampled.error().code, ErrorCode::memory);
-    constexpr std::uint64_t kMostOfOne = std::uint64_t{4} << kDepth; // hits of a sliver
-    EXPECT_LT(hits.bytes(), kMostBytes + 2 * kMostOfOne * sizeof(Hit));
+    constexpr std::uint64_t kMaxOfOne = std::uint64_t{4} << kDepth; // hits of a sliver
+    EXPECT_LT(hits.bytes(), kMaxBytes + 2 * kMaxOfOne * sizeof(Hit));
 }
 
 // Hits are packed where they follow each other: runs in one block, across blocks and buckets, longer than a chunk.
@@ -328,7 +328,7 @@ TEST(HitStore, GivesBackWhatEachWriterFoundInItsOrder) {
                     store.add(writer, code, named);
         }
         EXPECT_EQ(store.size(), count);
-        EXPECT_GE(store.bytes(), count * HitStore::kLeastHitBytes);
+        EXPECT_GE(store.bytes(), count * HitStore::kMinHitBytes);
         for (std::size_t bucket = 0; bucket < store.bucket_count(); ++bucket) {
             std::vector<Hit> taken{7}, wanted{7};
             for (std::size_t writer = 0; writer < 2; ++writer)

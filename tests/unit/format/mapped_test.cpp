@@ -1,4 +1,4 @@
-// Mapped files: the same model as packed, drawn where it lies, and no byte of it unproven.
+// Mapped files: the same model as packed, drawn where it lies, and no byte of it unverified.
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/chunks/mapped_chunk.h"
 #include "pbm_format/reading/reader.h"
@@ -292,16 +292,17 @@ TEST(MappedDamage, AChunkIsProvenAtFirstTouchAndOnce) {
     file[last] ^= 1;
     EXPECT_TRUE(reader.view_chunk(5, index));
     file[last] ^= 1;
-    EXPECT_TRUE(reader.view_chunk(5, index)) << "was proven before";
+    EXPECT_TRUE(reader.view_chunk(5, index)) << "was verified before";
 }
 
 TEST(MappedStorage, SeveralThreadsMayTouchTheSameChunks) {
     const Reader reader = open_with_directories(many_chunks_file());
     Reader again = Reader::open(many_chunks_file()).value();
     const std::size_t chunks = (*again.directory(5))->chunks.size();
-    std::vector<int> proven(4 * chunks);
-    parallel_for(proven.size(), 4, [&](std::size_t i) { proven[i] = reader.view_chunk(5, i % chunks).ok() ? 1 : 0; });
-    EXPECT_EQ(std::count(proven.begin(), proven.end(), 1), static_cast<std::ptrdiff_t>(proven.size()));
+    std::vector<int> verified(4 * chunks);
+    parallel_for(verified.size(), 4,
+                 [&](std::size_t i) { verified[i] = reader.view_chunk(5, i % chunks).ok() ? 1 : 0; });
+    EXPECT_EQ(std::count(verified.begin(), verified.end(), 1), static_cast<std::ptrdiff_t>(verified.size()));
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-// Chunks were proven and then their bytes changed, as those of a mapped file may: the picture is spoilt, and nothing
+// Chunks were verified and then their bytes changed, as those of a mapped file may: the picture is spoilt, and nothing
 // else. Every stream lies in memory of exactly its size, so that a sanitizer sees the first byte beyond.
 #include "pbm_render/fast/fast_renderer.h"
 
@@ -174,7 +174,7 @@ TEST(FastRendererGarbage, EverySimdTargetStaysInBounds) {
     hwy::SetSupportedTargetsForTest(0);
 }
 
-// As a viewer meets it: a file is proven, chosen from, drawn, and written to all the while.
+// As a viewer meets it: a file is verified, chosen from, drawn, and written to all the while.
 TEST(FastRendererGarbage, BytesMayChangeWhileTheyAreDrawn) {
 #ifdef __SANITIZE_THREAD__
     GTEST_SKIP() << "a race on purpose";

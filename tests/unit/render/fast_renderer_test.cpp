@@ -41,7 +41,7 @@ const DrawnModel &plain_ball() {
 // How a picture differs from another one; both show something in `both` pixels.
 struct Difference {
     std::size_t lost = 0, added = 0, both = 0; // pixels that only the first, only the second, both cover
-    double depth = 0, most_depth = 0;          // model units, mean and most
+    double depth = 0, max_depth = 0;           // model units, mean and most
     double colour = 0;                         // mean difference of a channel
     std::size_t other_colours = 0;             // pixels where a channel differs by more than 3
 };
@@ -57,7 +57,7 @@ Difference compare(const Framebuffer &expected, const Framebuffer &drawn) {
         ++d.both;
         const double depth = std::abs(double{expected.depth[i]} - double{drawn.depth[i]});
         d.depth += depth;
-        d.most_depth = std::max(d.most_depth, depth);
+        d.max_depth = std::max(d.max_depth, depth);
         const Rgba8 a = unpack_rgba(expected.colour[i]), b = unpack_rgba(drawn.colour[i]);
         int most = 0;
         for (std::size_t channel = 0; channel < 4; ++channel) {
@@ -76,7 +76,7 @@ Difference compare(const Framebuffer &expected, const Framebuffer &drawn) {
 
 std::string text(const Difference &d) {
     return "lost " + std::to_string(d.lost) + ", added " + std::to_string(d.added) + ", both " +
-           std::to_string(d.both) + ", depth " + std::to_string(d.depth) + " <= " + std::to_string(d.most_depth) +
+           std::to_string(d.both) + ", depth " + std::to_string(d.depth) + " <= " + std::to_string(d.max_depth) +
            ", colour " + std::to_string(d.colour) + ", other colours " + std::to_string(d.other_colours);
 }
 

@@ -9,7 +9,7 @@
 namespace pbm::golden {
 namespace {
 
-constexpr int kMostOff = 16; // of 255, the mean of a cell
+constexpr int kMaxOff = 16; // of 255, the mean of a cell
 
 void expect_picture(const Framebuffer &picture, const Json &expected, const std::string &story) {
     const Bytes cells = coarse(picture);
@@ -18,7 +18,7 @@ void expect_picture(const Framebuffer &picture, const Json &expected, const std:
     int most = 0;
     for (std::size_t i = 0; i < cells.size(); ++i)
         most = std::max(most, std::abs(std::stoi(kept.substr(2 * i, 2), nullptr, 16) - int{cells[i]}));
-    EXPECT_LE(most, kMostOff) << story << ": another picture than when the version was frozen";
+    EXPECT_LE(most, kMaxOff) << story << ": another picture than when the version was frozen";
     EXPECT_EQ(hash_of(picture), expected.at("hash").get<std::string>())
         << story << ": if drawing was to change, write the hashes anew (format_spec/golden/README.md)";
 }

@@ -36,11 +36,11 @@ Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid 
     const double edge = centred_grid(bounds, kMinDepth).edge() / grid.voxel_size;
     const double least =
         relative_area(surface, bounds, options.threads) * edge * edge; // a column of voxels per voxel^2 or more
-    if (least * HitStore::kLeastHitBytes <= static_cast<double>(options.max_hit_bytes))
+    if (least * HitStore::kMinHitBytes <= static_cast<double>(options.max_hit_bytes))
         return {};
     return Error{ErrorCode::memory, 0,
                  "depth " + std::to_string(grid.depth) + " would need at least " +
-                     std::to_string(static_cast<std::uint64_t>(least * HitStore::kLeastHitBytes) >> 20) +
+                     std::to_string(static_cast<std::uint64_t>(least * HitStore::kMinHitBytes) >> 20) +
                      " MiB for its samples, the limit is " + std::to_string(options.max_hit_bytes >> 20) +
                      " MiB; choose a smaller --depth, or --max-points"};
 }

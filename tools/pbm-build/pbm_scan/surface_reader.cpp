@@ -147,15 +147,15 @@ std::vector<std::string> material_files(std::span<const std::uint8_t> obj, const
 // One line for each texture image that the material files of an OBJ name. Files that are not there, or that are no
 // small text, are passed over: nothing of them is used.
 void report_texture_images(std::span<const std::uint8_t> obj, const std::string &path, Surface &surface) {
-    constexpr std::size_t kMostMaterialBytes = std::size_t{1} << 20, kMostImages = 64;
+    constexpr std::size_t kMaxMaterialBytes = std::size_t{1} << 20, kMaxImages = 64;
     std::vector<std::string> images;
     for (const std::string &file : material_files(obj, path)) {
         const Result<MappedFile> materials = MappedFile::open(file);
-        if (!materials || materials->bytes().size() > kMostMaterialBytes)
+        if (!materials || materials->bytes().size() > kMaxMaterialBytes)
             continue;
         for_lines(as_text(materials->bytes()), "map_", [&](std::string_view image) {
             image.remove_prefix(image.find_last_of(" \t") + 1); // options come before the file's name
-            if (images.size() < kMostImages && std::find(images.begin(), images.end(), image) == images.end())
+            if (images.size() < kMaxImages && std::find(images.begin(), images.end(), image) == images.end())
                 images.emplace_back(image);
         });
     }

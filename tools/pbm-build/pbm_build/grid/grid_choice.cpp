@@ -38,7 +38,7 @@ std::string precise(double value) {
 }
 
 // Of the farthest coordinate, at depth kMaxDepth: 64 doubles lie side by side in such a voxel.
-constexpr double kLeastVoxel = 0x1p-46;
+constexpr double kMinVoxel = 0x1p-46;
 
 // Squared lengths fall into classes by sign, exponent and six bits of the fraction of the double.
 constexpr int kLengthShift = 46;
@@ -102,7 +102,7 @@ Grid centred_grid(const Bounds &bounds, int depth) {
     double edge = bounds.extent() * (1 + kMargin);
     if (!(edge > 0))
         edge = 1;
-    edge = std::max(edge, std::ldexp(farthest * kLeastVoxel, kMaxDepth));
+    edge = std::max(edge, std::ldexp(farthest * kMinVoxel, kMaxDepth));
     Grid grid;
     grid.depth = depth;
     grid.voxel_size = std::ldexp(edge, -depth);
@@ -115,10 +115,10 @@ Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size) {
     if (!std::isnormal(voxel_size) || !std::isfinite(std::ldexp(voxel_size, kMaxDepth)))
         return Error{ErrorCode::usage, 0, "a voxel size of " + number(voxel_size) + " is out of range"};
     const double farthest = farthest_coordinate(bounds);
-    if (voxel_size < farthest * kLeastVoxel)
+    if (voxel_size < farthest * kMinVoxel)
         return Error{ErrorCode::usage, 0,
                      "a voxel size of " + number(voxel_size) + " is finer than coordinates of " + number(farthest) +
-                         " can be; use at least " + number(farthest * kLeastVoxel)};
+                         " can be; use at least " + number(farthest * kMinVoxel)};
     for (int depth = kMinBuildDepth; depth <= kMaxDepth; ++depth) {
         Grid grid;
         grid.depth = depth;
@@ -197,9 +197,9 @@ double median_edge(const Surface &surface, int threads) {
 }
 
 int mesh_depth(const Bounds &bounds, double median_edge) {
-    int depth = kLeastMeshDepth;
+    int depth = kMinMeshDepth;
     // Voxel edges halve: the closest one is the first that is at most sqrt(2) times the median.
-    while (depth < kMostMeshDepth && std::ldexp(bounds.extent(), -depth) > median_edge * 1.4142135623730951)
+    while (depth < kMaxMeshDepth && std::ldexp(bounds.extent(), -depth) > median_edge * 1.4142135623730951)
         ++depth;
     return depth;
 }
@@ -226,8 +226,8 @@ std::vector<std::uint64_t> occupied_voxels(const Surface &surface, const Bounds 
 }
 
 int point_depth(const std::vector<std::uint64_t> &occupied) {
-    int depth = kMostPointDepth;
-    while (depth > kLeastPointDepth &&
+    int depth = kMaxPointDepth;
+    while (depth > kMinPointDepth &&
            6 * occupied[static_cast<std::size_t>(depth)] < 11 * occupied[static_cast<std::size_t>(depth) - 1])
         --depth;
     return depth;

@@ -58,8 +58,8 @@ Result<Grid> read_grid(const std::string &path);
 Status check_fits(const Bounds &bounds, const Grid &grid);
 
 // Range of depths chosen by itself. A coarse mesh is sampled finer than its vertices: it should not look like bricks.
-inline constexpr int kLeastMeshDepth = 8, kMostMeshDepth = 12;
-inline constexpr int kLeastPointDepth = 5, kMostPointDepth = 14;
+inline constexpr int kMinMeshDepth = 8, kMaxMeshDepth = 12;
+inline constexpr int kMinPointDepth = 5, kMaxPointDepth = 14;
 
 // Median length of the triangles' edges (an inner edge counts twice), to 2 %; 0 if every edge has length zero.
 double median_edge(const Surface &surface, int threads);

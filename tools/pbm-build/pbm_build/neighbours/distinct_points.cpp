@@ -64,7 +64,7 @@ DistinctPoints distinct_points(std::span<const glm::dvec3> positions, const Grid
         sharing = i > 0 && lattice[index] == lattice[order[i - 1]] ? sharing : 0;
         const bool repeated = i > 0 && positions[index] == positions[order[i - 1]];
         distinct.repeated += repeated ? 1 : 0;
-        if (!repeated && sharing < kMostSharing) {
+        if (!repeated && sharing < kMaxSharing) {
             distinct.at.push_back(lattice[index]);
             ++sharing;
         }

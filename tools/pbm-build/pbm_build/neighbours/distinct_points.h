@@ -10,7 +10,7 @@ namespace pbm::build {
 
 // Different places that may share a lattice point: enough to say that points are dense there, and so few that a search
 // among them stays cheap.
-inline constexpr std::size_t kMostSharing = 9;
+inline constexpr std::size_t kMaxSharing = 9;
 
 struct DistinctPoints {
     std::vector<LatticePoint> at;        // along the Morton curve

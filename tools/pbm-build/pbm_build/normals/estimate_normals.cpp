@@ -123,7 +123,7 @@ void remove_outliers(Surface &surface, int threads, BuildStatistics &statistics)
 
 void report_normals(const PointRequest &request, const Orientation &orientation, std::uint64_t given,
                     std::uint64_t estimated, std::uint64_t two_sided, BuildStatistics &statistics) {
-    std::string note = std::to_string(kLeastNeighbours) + " to " + std::to_string(kMostNeighbours) + " neighbours, ";
+    std::string note = std::to_string(kMinNeighbours) + " to " + std::to_string(kMaxNeighbours) + " neighbours, ";
     if (given > 0)
         note = counted(estimated, "point") + " of " + std::to_string(given + estimated) + ", " + note;
     if (request.viewpoint)

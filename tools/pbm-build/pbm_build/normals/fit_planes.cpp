@@ -10,7 +10,7 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kBlock = 1024;
-constexpr std::array<std::size_t, 3> kScales{kLeastNeighbours, 18, kMostNeighbours};
+constexpr std::array<std::size_t, 3> kScales{kMinNeighbours, 18, kMaxNeighbours};
 constexpr double kSmooth = 0.03;       // roughness up to which the smallest scale will do
 constexpr double kFarthestLoss = 0.75; // of its weight
 constexpr double kWideGap = 0.75;      // squared cosine of 150 degrees
@@ -22,8 +22,8 @@ using Matrix = std::array<std::array<double, 3>, 3>;
 // Based on: Golub, Van Loan. Matrix Computations. Section 8.5, cyclic Jacobi rotations
 void diagonalise(Matrix &m, Matrix &vectors) {
     vectors = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    constexpr int kMostSweeps = 12; // convergence is quadratic: 4 or 5 do
-    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    constexpr int kMaxSweeps = 12; // convergence is quadratic: 4 or 5 do
+    for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
         const double off = std::fabs(m[0][1]) + std::fabs(m[0][2]) + std::fabs(m[1][2]);
         if (off <= 1e-14 * (m[0][0] + m[1][1] + m[2][2]))
             return;
@@ -98,8 +98,8 @@ Plane plane_at(const std::vector<LatticePoint> &points, std::size_t point, std::
     if (!(farthest > 0))
         return {};
     const double scale = 1 / std::sqrt(farthest);
-    std::array<glm::dvec3, kMostNeighbours> offsets;
-    std::array<double, kMostNeighbours> weights{};
+    std::array<glm::dvec3, kMaxNeighbours> offsets;
+    std::array<double, kMaxNeighbours> weights{};
     for (std::size_t k = 0; k < found.size(); ++k) {
         offsets[k] = glm::dvec3(points[found[k].point] - points[point]) * scale;
         weights[k] = 1 - kFarthestLoss * (found[k].squared_distance / farthest);
@@ -113,7 +113,7 @@ bool is_at_border(const std::vector<LatticePoint> &points, std::size_t point, st
                   const Plane &plane) {
     const glm::dvec3 &n = plane.normal, &u = plane.along;
     const glm::dvec3 v(n.y * u.z - n.z * u.y, n.z * u.x - n.x * u.z, n.x * u.y - n.y * u.x);
-    std::array<glm::dvec2, kLeastNeighbours> at;
+    std::array<glm::dvec2, kMinNeighbours> at;
     const std::size_t count = std::min(near.size(), at.size());
     for (std::size_t k = 0; k < count; ++k) {
         const glm::dvec3 e = glm::dvec3(points[near[k].point] - points[point]);
@@ -153,7 +153,7 @@ PlaneFits fit_planes(const PointNeighbours &neighbours, int threads) {
     const std::vector<LatticePoint> &points = neighbours.points();
     PlaneFits fits{room_for_links(points.size()), std::vector<ShortNormal>(points.size()), Bytes(points.size())};
     parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
-        std::array<NearPoint, kMostNeighbours> found;
+        std::array<NearPoint, kMaxNeighbours> found;
         const std::size_t few = neighbours.nearest(i, std::span(found).first(kScales.front()));
         auto near = std::span(found).first(few);
         keep_links(fits.links, i, near);

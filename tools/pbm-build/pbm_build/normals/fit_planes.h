@@ -9,8 +9,8 @@
 
 namespace pbm::build {
 
-inline constexpr std::size_t kLeastNeighbours = 10, kMostNeighbours = 30; // that a plane is fitted to
-inline constexpr std::size_t kLinks = 8;                                  // nearest neighbours that are kept
+inline constexpr std::size_t kMinNeighbours = 10, kMaxNeighbours = 30; // that a plane is fitted to
+inline constexpr std::size_t kLinks = 8;                               // nearest neighbours that are kept
 
 struct PointLinks {
     std::vector<std::uint32_t> nearest; // [points][kLinks] nearest first; the point itself where there are fewer

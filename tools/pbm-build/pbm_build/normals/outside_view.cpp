@@ -10,8 +10,8 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kBlock = 16384;
-constexpr double kCell = 3;         // of a depth map, times the spacing: no gaps to look through
-constexpr double kMostCells = 1024; // along an edge of a depth map
+constexpr double kCell = 3;        // of a depth map, times the spacing: no gaps to look through
+constexpr double kMaxCells = 1024; // along an edge of a depth map
 
 struct View {
     glm::dvec3 forward, right, up; // unit vectors; `forward` is the direction of sight
@@ -101,7 +101,7 @@ OutsideView view_from_outside(const std::vector<LatticePoint> &points, const std
         }
     const glm::dvec3 half = (glm::dvec3(highest) - glm::dvec3(lowest)) * 0.5;
     const double radius = std::max(1.0, std::sqrt(dot(half, half)));
-    DepthMap map(glm::dvec3(lowest) + half, radius, std::max(kCell * spacing, 2 * radius / kMostCells));
+    DepthMap map(glm::dvec3(lowest) + half, radius, std::max(kCell * spacing, 2 * radius / kMaxCells));
     for (const View &view : all_views()) {
         map.clear(view);
         parallel_for(points.size(), kBlock, threads, [&](std::size_t i) { map.add(points[i]); });

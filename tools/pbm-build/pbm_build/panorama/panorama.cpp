@@ -24,10 +24,10 @@ std::string size_text(std::uint32_t width, std::uint32_t height) {
 }
 
 Status check_size(const ImageSize &size) {
-    if (size.width > kMostSourceWidth || size.height > kMostSourceWidth / 2)
+    if (size.width > kMaxSourceWidth || size.height > kMaxSourceWidth / 2)
         return Error{ErrorCode::bad_input, 0,
                      "the image has " + size_text(size.width, size.height) + " pixels, a panorama may have " +
-                         size_text(kMostSourceWidth, kMostSourceWidth / 2) + "; make it smaller"};
+                         size_text(kMaxSourceWidth, kMaxSourceWidth / 2) + "; make it smaller"};
     const std::int64_t excess = std::int64_t{size.width} - 2 * std::int64_t{size.height};
     if (size.width < 2 || std::abs(excess) * 100 > std::int64_t{size.width})
         return Error{ErrorCode::bad_input, 0,
@@ -39,7 +39,7 @@ Status check_size(const ImageSize &size) {
 // The power of two nearest to `width` as a ratio.
 std::uint32_t default_width(std::uint64_t width) {
     std::uint64_t power = 16;
-    while (power < kMostDefaultWidth && 2 * width * width > 4 * power * power)
+    while (power < kMaxDefaultWidth && 2 * width * width > 4 * power * power)
         power *= 2;
     return static_cast<std::uint32_t>(power);
 }

@@ -12,11 +12,11 @@
 namespace pbm::build {
 
 // The widest image that is read, and the widest that is stored unless more is asked for.
-inline constexpr std::uint32_t kMostSourceWidth = 16384;
-inline constexpr std::uint32_t kMostDefaultWidth = 4096;
+inline constexpr std::uint32_t kMaxSourceWidth = 16384;
+inline constexpr std::uint32_t kMaxDefaultWidth = 4096;
 
 struct PanoramaOptions {
-    std::uint32_t width = 0; // of the result, a power of two; 0: the one nearest to the image's, kMostDefaultWidth at
+    std::uint32_t width = 0; // of the result, a power of two; 0: the one nearest to the image's, kMaxDefaultWidth at
                              // most
     double exposure = 1;     // of HDR images: times what their mean luminance asks for
 };
@@ -30,7 +30,7 @@ struct Panorama {
 // The decoders run in a child process (child_process.h) under limits: 2 GiB and 60 s of computing.
 //
 // errors  io                   the system's own text
-//         bad_input            no image, damaged, cut short, wider than kMostSourceWidth, not twice as wide as high
+//         bad_input            no image, damaged, cut short, wider than kMaxSourceWidth, not twice as wide as high
 //         unsupported_feature  a kind of image that is not read
 //         memory               over a limit
 Result<Panorama> read_panorama(const std::string &path, const PanoramaOptions &options);

@@ -12,11 +12,11 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kBlock = 4096;
-constexpr int kMostShared = 7;              // steps of the radius table: a factor of 1.5
+constexpr int kMaxShared = 7;               // steps of the radius table: a factor of 1.5
 constexpr std::size_t kRing = 8;            // neighbours that a splat reaches
 constexpr double kStray = 3;                // times the median radius
 constexpr std::size_t kNormalVotes = 16;    // neighbours that lend a normal
-constexpr double kMostVoxels = 2;           // radius of dense samples
+constexpr double kMaxVoxels = 2;            // radius of dense samples
 constexpr std::size_t kCellNeighbours = 12; // that bound a cell
 constexpr std::size_t kBorder = 5;          // neighbours that a splat reaches at a border
 constexpr double kOverlap = 1.1;            // of splats, since neighbours lie a little above or below the plane
@@ -94,7 +94,7 @@ void share_below_nodes(const Voxels &voxels, std::span<const std::size_t> some, 
         for (; end < some.size() && voxels.codes[some[end]] >> 3 == node; ++end)
             largest = std::max(largest, radii[some[end]]);
         for (std::size_t i = begin; i < end; ++i)
-            if (largest - radii[some[i]] <= kMostShared)
+            if (largest - radii[some[i]] <= kMaxShared)
                 radii[some[i]] = largest;
     }
 }
@@ -133,13 +133,13 @@ Bytes given_radii(const Surface &surface, const Grid &grid) {
     const RadiusClasses classes = radius_classes(grid.depth);
     Bytes radii;
     radii.reserve(surface.positions.size());
-    const double most_of_triangle = kMostVoxels / static_cast<double>(std::uint64_t{1} << grid.depth);
+    const double max_of_triangle = kMaxVoxels / static_cast<double>(std::uint64_t{1} << grid.depth);
     for (std::size_t i = 0; i < surface.positions.size(); ++i) {
         const double given = surface.radii.empty() ? 0 : static_cast<double>(surface.radii[i]);
         const bool point = i >= first_point;
         radii.push_back(point && !(given > 0)
                             ? std::uint8_t{0}
-                            : classes[radius_index(std::min(given / grid.edge(), point ? 1 : most_of_triangle))]);
+                            : classes[radius_index(std::min(given / grid.edge(), point ? 1 : max_of_triangle))]);
     }
     return radii;
 }

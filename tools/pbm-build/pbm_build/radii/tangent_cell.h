@@ -29,12 +29,12 @@ class TangentCell {
             corners_[0][i] = {radius * corners[i], 0};
     }
 
-    // Takes away what is nearer to `other`, not the origin. At most kMostCuts times.
-    static constexpr std::size_t kMostCuts = 24;
+    // Takes away what is nearer to `other`, not the origin. At most kMaxCuts times.
+    static constexpr std::size_t kMaxCuts = 24;
     void cut(const glm::dvec2 &other) {
         const double limit = (other.x * other.x + other.y * other.y) / 2;
         Corners &corners = corners_[now_], &kept = corners_[1 - now_];
-        std::array<double, kMostCorners + 1> beyond; // the line half way to `other`
+        std::array<double, kMaxCorners + 1> beyond; // the line half way to `other`
         int outside = 0;
         for (std::size_t i = 0; i < count_; ++i) {
             beyond[i] = corners[i].at.x * other.x + corners[i].at.y * other.y - limit;
@@ -55,7 +55,7 @@ class TangentCell {
             kept[kept_count] = {from.at + (to.at - from.at) * (a / (a - b)), inside | from.next_edge_is_cut};
             kept_count += static_cast<std::size_t>(inside ^ next_inside);
         }
-        assert(kept_count <= kMostCorners);
+        assert(kept_count <= kMaxCorners);
         count_ = kept_count;
         now_ = 1 - now_;
     }
@@ -85,8 +85,8 @@ class TangentCell {
         int next_edge_is_cut; // 1: the edge to the next corner lies between two points
     };
     static double squared(const glm::dvec2 &v) { return v.x * v.x + v.y * v.y; }
-    static constexpr std::size_t kMostCorners = 8 + kMostCuts;
-    using Corners = std::array<Corner, kMostCorners + 2>; // with the first again, and room for one that does not count
+    static constexpr std::size_t kMaxCorners = 8 + kMaxCuts;
+    using Corners = std::array<Corner, kMaxCorners + 2>; // with the first again, and room for one that does not count
 
     std::array<Corners, 2> corners_; // those of the cell, and room for the next cut
     std::size_t now_ = 0, count_;

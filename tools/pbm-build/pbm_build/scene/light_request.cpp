@@ -6,7 +6,7 @@
 namespace pbm::build {
 namespace {
 
-constexpr double kMostIntensity = 1e6, kMostExponent = 1024; // BVG.md section 3.7
+constexpr double kMaxIntensity = 1e6, kMaxExponent = 1024; // BVG.md section 3.7
 constexpr std::array<std::string_view, 3> kKinds{"directional", "point", "spot"};
 constexpr std::array<std::string_view, 4> kSets{"two", "studio", "sun", "stage"};
 
@@ -56,7 +56,7 @@ Status set_vector(std::string_view text, bool may_be_zero, std::optional<Vector>
 
 Status set_intensity(std::string_view text, Vector &to) {
     if (text.find(',') == std::string_view::npos) {
-        const Result<double> number = read_between(text, 0, kMostIntensity);
+        const Result<double> number = read_between(text, 0, kMaxIntensity);
         if (!number)
             return number.error();
         to = {*number, *number, *number};
@@ -66,7 +66,7 @@ Status set_intensity(std::string_view text, Vector &to) {
     if (!vector)
         return vector.error();
     for (const double value : *vector)
-        if (value < 0 || value > kMostIntensity)
+        if (value < 0 || value > kMaxIntensity)
             return usage(in_quotes(text) + " is not within 0..1000000");
     to = *vector;
     return {};
@@ -91,7 +91,7 @@ Status set_field(const OptionFields::Field &field, LightRequest &light, Rgb8 &co
     if (key == "target" && spot)
         return set_vector(value, true, light.target);
     if (key == "exponent" && spot)
-        return take(read_between(value, 0, kMostExponent), light.exponent);
+        return take(read_between(value, 0, kMaxExponent), light.exponent);
     if (key == "intensity")
         return set_intensity(value, light.intensity);
     if (key == "colour" || key == "color")

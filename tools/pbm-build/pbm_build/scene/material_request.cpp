@@ -19,7 +19,7 @@ constexpr std::array<SurfaceMaterial, kNames.size()> kMaterials{{
     {.ka = 0.1F, .kd = 0.1F, .ks = 0.6F, .power = 200, .colour = {230, 230, 230}, .environment = 1},
     {.ka = 1, .kd = 0, .ks = 0, .power = 1, .colour = {128, 128, 128}, .environment = 0},
 }};
-constexpr float kLeastPower = 1e-6F, kMostPower = 1024; // BVG.md 3.6.3
+constexpr float kMinPower = 1e-6F, kMaxPower = 1024; // BVG.md 3.6.3
 
 Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
 
@@ -45,7 +45,7 @@ Status set_field(const OptionFields::Field &field, SurfaceMaterial &material) {
     if (key == "environment")
         return set_factor(field, 0, 1, material.environment);
     if (key == "power")
-        return set_factor(field, kLeastPower, kMostPower, material.power);
+        return set_factor(field, kMinPower, kMaxPower, material.power);
     if (key != "colour" && key != "color")
         return usage("a material has ka, kd, ks, power, colour, environment");
     const Result<Rgb8> colour = read_colour(field.value);

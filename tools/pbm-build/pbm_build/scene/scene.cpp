@@ -17,7 +17,7 @@ constexpr std::string_view kDefaultLights = "two";
 constexpr int kHardMaps = 4, kSoftMaps = 24, kGroundMaps = 16;
 // A penumbra on the ground steps by one map each; steps wider than so many texels show as bands.
 constexpr double kPenumbraStep = 1.5; // texels
-constexpr int kMostGroundMaps = 96;
+constexpr int kMaxGroundMaps = 96;
 constexpr int kSoftBits = 4;
 
 Material material_of(const SurfaceMaterial &m) { return {m.ka, m.kd, m.ks, m.power, m.colour, m.environment}; }
@@ -162,7 +162,7 @@ int ground_maps(const SceneRequest &request, const Scene &scene, std::size_t lig
     }
     const double texel = 2 * static_cast<double>(scene.ground->half_edge) / request.ground->texels;
     const double penumbra = scene.light_sizes[light] / std::max(distance, 1e-30) * 2 * scene.frame.radius;
-    return static_cast<int>(std::clamp<double>(std::ceil(penumbra / texel / kPenumbraStep), maps, kMostGroundMaps));
+    return static_cast<int>(std::clamp<double>(std::ceil(penumbra / texel / kPenumbraStep), maps, kMaxGroundMaps));
 }
 
 // Absent where rays have nobody to ask, or would pass through points of the model's own.

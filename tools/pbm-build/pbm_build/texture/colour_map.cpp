@@ -8,7 +8,7 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kMostStops = 64;
+constexpr std::size_t kMaxStops = 64;
 
 struct ColourMap {
     TextureKind kind;
@@ -62,7 +62,7 @@ Result<std::vector<ColourStop>> parse_stops(std::string_view text) {
             return usage(quoted(word) + " is no colour stop: write position:#rrggbb, position 0 to 1");
         if (!stops.empty() && stop->position <= stops.back().position)
             return usage("colour stop " + quoted(word) + " is not behind the one before it");
-        if (stops.size() == kMostStops)
+        if (stops.size() == kMaxStops)
             return usage("more than 64 colour stops");
         stops.push_back(*stop);
         from = to + 1;

@@ -163,11 +163,11 @@ void evaluate(TextureKind kind, const Recipe &recipe, Block &block, std::span<st
 }
 
 Recipe make_recipe(const SolidTexture &texture, double samples_per_edge, OctaveSummer *sum_by) {
-    const float scale = clamped(texture.scale, kLeastTextureScale, kMostTextureScale);
+    const float scale = clamped(texture.scale, kMinTextureScale, kMaxTextureScale);
     return {.noise = PerlinNoise(texture.seed),
             .sum_by = sum_by,
             .scale = scale,
-            .turbulence = clamped(texture.turbulence, 0, kMostTurbulence),
+            .turbulence = clamped(texture.turbulence, 0, kMaxTurbulence),
             .samples_per_unit = samples_per_edge / static_cast<double>(scale)};
 }
 
@@ -275,9 +275,9 @@ std::optional<TextureKind> texture_kind(std::string_view name) {
 
 Result<SolidTexture> make_texture(const TextureOptions &options) {
     const float scale = options.scale.value_or(default_texture_scale(options.kind));
-    if (!(scale >= kLeastTextureScale && scale <= kMostTextureScale))
+    if (!(scale >= kMinTextureScale && scale <= kMaxTextureScale))
         return Error{ErrorCode::usage, 0, "the scale of a texture is 0.01 to 1000 units per edge of the grid"};
-    if (!(options.turbulence >= 0 && options.turbulence <= kMostTurbulence))
+    if (!(options.turbulence >= 0 && options.turbulence <= kMaxTurbulence))
         return Error{ErrorCode::usage, 0, "the turbulence of a texture is 0 to 100"};
     auto stops = find_colour_stops(options.kind, options.colours);
     if (!stops)

@@ -19,8 +19,8 @@ namespace pbm::build {
 // Texture space is the grid's cube with edge `scale`: a place's offset from the grid's minimum corner, over the grid's
 // edge, times the scale, with the axes (u, v, up) of GroundPlane. So a texture looks alike on models of any size and
 // unit, and at any depth; detail finer than two voxels is left out. Veins and rings are about one unit apart.
-inline constexpr float kLeastTextureScale = 0.01F, kMostTextureScale = 1000;
-inline constexpr float kMostTurbulence = 100;
+inline constexpr float kMinTextureScale = 0.01F, kMaxTextureScale = 1000;
+inline constexpr float kMaxTurbulence = 100;
 float default_texture_scale(TextureKind kind);
 inline constexpr float kDefaultTurbulence = 1; // 0: straight veins, round rings
 
@@ -31,8 +31,8 @@ struct TextureOptions {
     TextureKind kind = TextureKind::marble;
     std::string colours{}; // name of a colour map or stops (colour_map.h); empty: the kind's default
     std::uint32_t seed = 0;
-    std::optional<float> scale{};          // kLeastTextureScale..kMostTextureScale; default: default_texture_scale
-    float turbulence = kDefaultTurbulence; // 0..kMostTurbulence
+    std::optional<float> scale{};          // kMinTextureScale..kMaxTextureScale; default: default_texture_scale
+    float turbulence = kDefaultTurbulence; // 0..kMaxTurbulence
 };
 
 // errors  usage  a number out of its range or not finite; colours as find_colour_stops

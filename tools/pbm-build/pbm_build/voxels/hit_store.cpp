@@ -7,14 +7,14 @@
 namespace pbm::build {
 namespace {
 
-constexpr int kMostBucketLevel = 5; // a surface touches a few thousand of the 32,768 nodes
-static_assert(3 * (kMaxDepth - kMostBucketLevel) + kSourceBits <= 64);
+constexpr int kMaxBucketLevel = 5; // a surface touches a few thousand of the 32,768 nodes
+static_assert(3 * (kMaxDepth - kMaxBucketLevel) + kSourceBits <= 64);
 constexpr std::size_t kFirstChunk = 128, kLargestChunk = 8192; // words
 
 } // namespace
 
 HitStore::HitStore(int depth, int writers, std::uint64_t max_bytes)
-    : bucket_level_(std::clamp(depth - kBlockBits / 3, 1, kMostBucketLevel)), local_bits_(3 * (depth - bucket_level_)),
+    : bucket_level_(std::clamp(depth - kBlockBits / 3, 1, kMaxBucketLevel)), local_bits_(3 * (depth - bucket_level_)),
       local_mask_((MortonCode{1} << local_bits_) - 1),
       block_mask_((MortonCode{1} << std::min(local_bits_, kBlockBits)) - 1), max_bytes_(max_bytes),
       writers_(static_cast<std::size_t>(writers)) {

@@ -30,7 +30,7 @@ class HitStore {
     // Bits of a Morton code within a block of 32x32x32 voxels, as voxelize takes them: a bucket is one where the depth
     // allows, else several.
     static constexpr int kBlockBits = 15;
-    static constexpr std::uint64_t kLeastHitBytes = 2; // that a hit takes
+    static constexpr std::uint64_t kMinHitBytes = 2; // that a hit takes
 
     // `full()` once the hits need more than `max_bytes`: the caller stops and reports it.
     HitStore(int depth, int writers, std::uint64_t max_bytes);

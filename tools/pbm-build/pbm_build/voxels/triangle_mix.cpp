@@ -130,7 +130,7 @@ void TriangleMix::set_corners(const std::array<glm::dvec3, 3> &at) {
     const auto dot = [](const Three &a, const Three &b) { return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]; };
     // Products of differences of lattice points within 2,000 voxels are whole multiples of 2^-28 below 2^25: all sums
     // of them are exact.
-    constexpr double kMostVoxels = 1900;
+    constexpr double kMaxVoxels = 1900;
     exact = true;
     for (int axis = 0; axis < 3; ++axis) {
         const auto k = static_cast<std::size_t>(axis);
@@ -139,7 +139,7 @@ void TriangleMix::set_corners(const std::array<glm::dvec3, 3> &at) {
         ab[k] = at[1][axis] - at[0][axis];
         ac[k] = at[2][axis] - at[0][axis];
         exact =
-            exact && std::max({std::fabs(ab[k]), std::fabs(ac[k]), std::fabs(at[2][axis] - at[1][axis])}) < kMostVoxels;
+            exact && std::max({std::fabs(ab[k]), std::fabs(ac[k]), std::fabs(at[2][axis] - at[1][axis])}) < kMaxVoxels;
     }
     ab_ab = dot(ab, ab);
     ab_ac = dot(ab, ac);

@@ -34,9 +34,9 @@ enum class Part : std::uint32_t { positions, triangles, normals, summary };
 
 struct BlockHead {
     Part part{};
-    std::uint32_t size = 0; // bytes, at most kMostBlock
+    std::uint32_t size = 0; // bytes, at most kMaxBlock
 };
-constexpr std::size_t kMostBlock = std::size_t{1} << 16;
+constexpr std::size_t kMaxBlock = std::size_t{1} << 16;
 
 // What OpenMesh found. Lives in the child while it reads, and comes to the caller at the end.
 struct Summary {
@@ -126,7 +126,7 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
 
 template <class T> void ArrayImporter::send(Part part, const std::vector<T> &values) {
     static_assert(std::is_trivially_copyable_v<T>);
-    constexpr std::size_t kAtOnce = kMostBlock / sizeof(T);
+    constexpr std::size_t kAtOnce = kMaxBlock / sizeof(T);
     for (std::size_t i = 0; i < values.size(); i += kAtOnce) {
         const std::size_t size = std::min(kAtOnce, values.size() - i) * sizeof(T);
         const BlockHead head{part, static_cast<std::uint32_t>(size)};
@@ -169,7 +169,7 @@ FaceHandle ArrayImporter::add_face(const VHandles &corners) {
         return FaceHandle();
     summary.degenerate_triangles += degenerate;
     ++summary.faces;
-    if (triangles.size() * sizeof(glm::uvec3) >= kMostBlock - kMaxCorners * sizeof(glm::uvec3)) {
+    if (triangles.size() * sizeof(glm::uvec3) >= kMaxBlock - kMaxCorners * sizeof(glm::uvec3)) {
         send(Part::triangles, triangles);
         triangles.clear();
     }
@@ -259,7 +259,7 @@ Status BlockReader::take(ByteView bytes) {
                 return status;
         } else {
             std::memcpy(&head_, gathered_.data(), sizeof head_);
-            if (head_.size == 0 || head_.size > kMostBlock || complete_)
+            if (head_.size == 0 || head_.size > kMaxBlock || complete_)
                 return broken();
         }
         in_block_ = !in_block_;

@@ -221,11 +221,11 @@ Status ObjCheck::face() {
 }
 
 Status ObjCheck::other(std::string_view keyword) {
-    constexpr std::uint64_t kMostNamed = 16; // a file may name a million
+    constexpr std::uint64_t kMaxNamed = 16; // a file may name a million
     if (keyword == "mtllib")
         drop_once(out_.report,
-                  ++material_files_ > kMostNamed ? "materials and textures of further files"
-                                                 : "materials and textures named by " + quoted(lines_.trimmed_rest()),
+                  ++material_files_ > kMaxNamed ? "materials and textures of further files"
+                                                : "materials and textures named by " + quoted(lines_.trimmed_rest()),
                   "PBM stores point colours");
     else if (keyword == "vt")
         drop_once(out_.report, "texture coordinates", "PBM stores point colours");
@@ -242,7 +242,7 @@ Status ObjCheck::other(std::string_view keyword) {
         if (!word)
             return lines_.refuse(quoted(keyword) + " begins no statement of OBJ: the file is damaged");
         drop_once(out_.report,
-                  ++unknown_statements_ > kMostNamed ? "further statements" : "statements " + quoted(keyword),
+                  ++unknown_statements_ > kMaxNamed ? "further statements" : "statements " + quoted(keyword),
                   "not known to OBJ");
     }
     lines_.blank();

@@ -134,7 +134,7 @@ template <class Source> class BodyReader {
 template <class Source> Status BodyReader<Source>::check_counts() {
     std::uint64_t left = in_.left() + (Source::kIsText ? 1 : 0); // the last line may lack its end
     for (const PlyElement &element : header_.elements) {
-        const std::uint64_t least = least_row_size(element, Source::kIsText);
+        const std::uint64_t least = min_row_size(element, Source::kIsText);
         if (least != 0 && element.count > left / least)
             return Error{ErrorCode::bad_input, element.offset,
                          in_line(element) + "element " + quoted(element.name) + " announces " +
@@ -254,7 +254,7 @@ template <class Source> bool BodyReader<Source>::read_element(const PlyElement &
     }
     if constexpr (!Source::kIsText)
         if (!has_lists(element)) // check_counts has seen that the product fits the file
-            return in_.skip(static_cast<std::size_t>(element.count) * least_row_size(element, false));
+            return in_.skip(static_cast<std::size_t>(element.count) * min_row_size(element, false));
     return read_rows(
         element, [](std::size_t, double) {}, [](const PlyProperty &) { return true; });
 }
@@ -265,7 +265,7 @@ template <class Source> bool BodyReader<Source>::read_vertex(const PlyElement &e
         columns.push_back(column(property));
     if constexpr (!Source::kIsText) {
         if (!has_lists(element)) {
-            const std::size_t row_size = least_row_size(element, false);
+            const std::size_t row_size = min_row_size(element, false);
             while (row_ < element.count) {
                 const std::size_t rows = std::min<std::size_t>(kRowsPerBlock, element.count - row_);
                 std::size_t at = 0;

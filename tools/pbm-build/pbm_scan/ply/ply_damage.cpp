@@ -10,7 +10,7 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kMostTextLooked = 4096;
+constexpr std::size_t kMaxTextLooked = 4096;
 
 bool is_number_text(std::uint8_t c) {
     return (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.' || c == 'e' || c == 'E' ||
@@ -54,7 +54,7 @@ PlyEncoding swapped(PlyEncoding encoding) {
 
 std::optional<Error> text_in_binary_body(std::span<const std::uint8_t> bytes, const PlyHeader &header) {
     constexpr std::size_t kNoChance = 64;
-    const auto body = bytes.subspan(header.body_offset, std::min(kMostTextLooked, bytes.size() - header.body_offset));
+    const auto body = bytes.subspan(header.body_offset, std::min(kMaxTextLooked, bytes.size() - header.body_offset));
     if (header.encoding == PlyEncoding::ascii || body.size() < kNoChance ||
         !std::all_of(body.begin(), body.end(), is_number_text))
         return std::nullopt;
@@ -85,7 +85,7 @@ Error inserted_line_ends_error(const PlyHeader &header) {
 std::string body_hint(std::span<const std::uint8_t> bytes, const PlyHeader &header, std::size_t at) {
     const auto body = bytes.subspan(header.body_offset);
     if (header.encoding == PlyEncoding::ascii) {
-        const auto there = bytes.subspan(std::min(at, bytes.size()), std::min(kMostTextLooked, bytes.size() - at));
+        const auto there = bytes.subspan(std::min(at, bytes.size()), std::min(kMaxTextLooked, bytes.size() - at));
         const bool binary = std::any_of(there.begin(), there.end(), [](std::uint8_t c) {
             return c == 0x7f || (c < ' ' && !ends_word(static_cast<char>(c)));
         });
@@ -110,8 +110,8 @@ std::string body_hint(std::span<const std::uint8_t> bytes, const PlyHeader &head
 
 std::optional<Error> wrong_byte_order(std::span<const glm::dvec3> positions, const PlyHeader &header,
                                       const PlyRoles &roles) {
-    constexpr std::size_t kMostLooked = 4096;
-    const std::size_t step = std::max<std::size_t>(1, positions.size() / kMostLooked);
+    constexpr std::size_t kMaxLooked = 4096;
+    const std::size_t step = std::max<std::size_t>(1, positions.size() / kMaxLooked);
     std::size_t looked = 0, absurd_here = 0, absurd_there = 0;
     std::string example;
     for (std::size_t row = 0; row < positions.size(); row += step)

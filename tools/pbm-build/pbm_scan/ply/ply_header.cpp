@@ -266,7 +266,7 @@ bool has_lists(const PlyElement &element) {
                        [](const PlyProperty &property) { return property.is_list; });
 }
 
-std::size_t least_row_size(const PlyElement &element, bool text) {
+std::size_t min_row_size(const PlyElement &element, bool text) {
     std::size_t size = 0;
     for (const PlyProperty &property : element.properties)
         size += text ? 2 : size_of(property.is_list ? property.count_type : property.type);

@@ -68,7 +68,7 @@ struct PlyElement {
 };
 
 bool has_lists(const PlyElement &element);
-std::size_t least_row_size(const PlyElement &element, bool text); // bytes; a row without lists takes just that (binary)
+std::size_t min_row_size(const PlyElement &element, bool text); // bytes; a row without lists takes just that (binary)
 
 struct PlyHeader {
     PlyEncoding encoding = PlyEncoding::ascii;

@@ -175,7 +175,7 @@ const Outcome *outcome_of(const PlyElement &element, const PlyProperty &property
 // One line per group: neighbours with the same outcome, or dropped for the same reason.
 void report_element(const PlyElement &element, const PlyRoles &roles, const Outcomes &outcomes,
                     std::vector<AttributeReport> &report) {
-    constexpr std::size_t kMostNames = 4; // of more, the first and the last one stand for all
+    constexpr std::size_t kMaxNames = 4; // of more, the first and the last one stand for all
     for (std::size_t i = 0; i < element.properties.size();) {
         const PlyProperty &first = element.properties[i];
         const Outcome *outcome = outcome_of(element, first, roles, outcomes);
@@ -187,7 +187,7 @@ void report_element(const PlyElement &element, const PlyRoles &roles, const Outc
         while (end < element.properties.size() && belongs(element.properties[end]))
             ++end;
         std::string name = printable(element.name + "." + first.name);
-        if (end - i > kMostNames)
+        if (end - i > kMaxNames)
             name.append("..").append(printable(element.properties[end - 1].name));
         else
             for (std::size_t k = i + 1; k < end; ++k)
