@@ -1,7 +1,6 @@
 #include "ammonite.h"
 
 #include "isosurface.h"
-#include "largest_piece.h"
 #include "noise.h"
 #include "shell.h"
 #include "system/threads/parallel.h"
@@ -20,18 +19,14 @@ constexpr double kMetresPerUnit = 0.095; // radius of the shell at the aperture
 // The area of the surface over the area of a cell, per vertex, of a first coarse lattice predicts the cell that gives
 // the wanted number; the finer lattice sees a little more area, hence the second correction.
 Isosurface extract_with_vertices(const DistanceField &field, const Box &box, std::size_t wanted, int threads) {
-    const auto cell_for = [](double cell, std::size_t have, std::size_t want) {
-        return cell * std::sqrt(static_cast<double>(have) / static_cast<double>(want));
-    };
     double cell = 0.014;
     Isosurface surface = extract_isosurface(field, box, cell, threads);
     double extra = wanted > surface.position.size() ? 1.01 : 1.0;
     for (int attempt = 0; attempt < 4; ++attempt) {
-        const std::size_t have = surface.position.size();
-        const double error = static_cast<double>(have) / static_cast<double>(wanted);
+        const double error = static_cast<double>(surface.position.size()) / static_cast<double>(wanted);
         if (error > 0.965 && error < 1.035)
             break;
-        cell = cell_for(cell, have, wanted) * extra;
+        cell = cell * std::sqrt(error) * extra;
         extra = 1.0;
         surface = Isosurface{};
         surface = extract_isosurface(field, box, cell, threads);
@@ -42,8 +37,7 @@ Isosurface extract_with_vertices(const DistanceField &field, const Box &box, std
 // From shell space to the model: a few degrees away from every axis, as a hand would put it down.
 Vec3 pose(const Vec3 &p) {
     const auto turn = [](double &a, double &b, double turns) {
-        const double c = cos_turns(turns);
-        const double s = sin_turns(turns);
+        const double c = cos_turns(turns), s = sin_turns(turns);
         const double rotated = c * a - s * b;
         b = s * a + c * b;
         a = rotated;
@@ -77,14 +71,10 @@ TriangleMesh make_ammonite(const AmmoniteOptions &options) {
     mesh.color.resize(mesh.position.size());
     constexpr double kShellArea = 7.5; // shell units squared
     const double spacing = std::sqrt(kShellArea / static_cast<double>(mesh.position.size()));
-    const auto to_vec = [](const std::array<float, 3> &a) {
-        return Vec3{static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])};
-    };
     parallel_for(mesh.position.size(), 4096, options.threads, [&](std::size_t i) {
         const FinishedVertex v =
-            finish_vertex(shell, to_vec(mesh.position[i]), to_vec(surface.normal[i]), spacing, seed, i);
-        const Vec3 p = pose(v.position);
-        mesh.position[i] = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+            finish_vertex(shell, Vec3(mesh.position[i]), Vec3(surface.normal[i]), spacing, seed, i);
+        mesh.position[i] = glm::vec3(pose(v.position));
         mesh.color[i] = v.color;
     });
     return mesh;

@@ -1,6 +1,8 @@
 // The sample model: a fossil ammonite as a range scanner would deliver it.
 #pragma once
 
+#include <glm/vec3.hpp>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -11,7 +13,7 @@ namespace pbm::sample {
 
 // A closed 2-manifold, counter-clockwise seen from outside.
 struct TriangleMesh {
-    std::vector<std::array<float, 3>> position;         // metres, right-handed, +Y up
+    std::vector<glm::vec3> position;                    // metres, right-handed, +Y up
     std::vector<std::array<std::uint8_t, 3>> color;     // sRGB, one per position
     std::vector<std::array<std::uint32_t, 3>> triangle; // indices into position
 };

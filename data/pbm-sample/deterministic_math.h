@@ -6,6 +6,8 @@
 // reduction exact.
 #pragma once
 
+#include <glm/vec3.hpp>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -51,8 +53,7 @@ inline double exp_natural(double x) {
 
 // Direction of (x, y) in turns, in [-1/2, 1/2]; 0 for the zero vector. Absolute error below 1e-8.
 inline double atan2_turns(double y, double x) {
-    const double ax = std::abs(x);
-    const double ay = std::abs(y);
+    const double ax = std::abs(x), ay = std::abs(y);
     const double large = std::max(ax, ay);
     if (large == 0)
         return 0;
@@ -81,22 +82,16 @@ inline double smooth_step(double low, double high, double x) {
     return t * t * (3.0 - 2.0 * t);
 }
 
-struct Vec3 {
-    double x = 0;
-    double y = 0;
-    double z = 0;
-};
+// GLM's arithmetic of components alone: its functions may be compiled to instructions that round otherwise.
+using Vec3 = glm::dvec3;
 
-inline Vec3 operator+(const Vec3 &a, const Vec3 &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Vec3 operator-(const Vec3 &a, const Vec3 &b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Vec3 operator*(const Vec3 &a, double s) { return {a.x * s, a.y * s, a.z * s}; }
 inline double dot(const Vec3 &a, const Vec3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline double length(const Vec3 &a) { return std::sqrt(dot(a, a)); }
 
 // The zero vector becomes +Z.
 inline Vec3 normalized(const Vec3 &a) {
     const double l = length(a);
-    return l > 0 ? Vec3{a.x / l, a.y / l, a.z / l} : Vec3{0, 0, 1};
+    return l > 0 ? a / l : Vec3(0, 0, 1);
 }
 
 } // namespace pbm::sample

@@ -19,14 +19,12 @@ namespace pbm::sample {
 using DistanceField = std::function<double(const Vec3 &)>;
 
 struct Box {
-    Vec3 low;
-    Vec3 high;
+    Vec3 low, high;
 };
 
 // Triangles are counter-clockwise seen from outside. `normal` is the unit gradient of the field.
 struct Isosurface {
-    std::vector<std::array<float, 3>> position;
-    std::vector<std::array<float, 3>> normal;
+    std::vector<glm::vec3> position, normal;
     std::vector<std::array<std::uint32_t, 3>> triangle;
 };
 
@@ -34,5 +32,9 @@ struct Isosurface {
 // The result is closed and 2-manifold, in an order that depends on nothing but the arguments;
 // `threads` (0: one per processor) do not change it. At most 2^31 lattice blocks and 2^32 - 1 vertices.
 Isosurface extract_isosurface(const DistanceField &field, const Box &box, double cell, int threads);
+
+// Keeps the connected piece with most vertices, of equals the first: drops splinters that hang in the air and bubbles
+// inside. The order of what stays does not change.
+void keep_largest_piece(Isosurface &surface);
 
 } // namespace pbm::sample

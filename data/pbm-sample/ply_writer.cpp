@@ -14,48 +14,42 @@ std::string header(const TriangleMesh &mesh, PlyEncoding encoding, const std::st
            std::to_string(mesh.triangle.size()) + "\nproperty list uchar int vertex_indices\nend_header\n";
 }
 
-template <class T> void put(Bytes &out, T value) {
-    const std::size_t at = out.size();
-    out.resize(at + sizeof(T));
-    std::memcpy(out.data() + at, &value, sizeof(T));
-}
-
 void append_binary(const TriangleMesh &mesh, Bytes &out) {
+    const auto add = [&out](const auto &values) { // little-endian, as they lie in memory
+        const auto *const bytes = reinterpret_cast<const std::uint8_t *>(&values);
+        out.insert(out.end(), bytes, bytes + sizeof values);
+    };
     for (std::size_t i = 0; i < mesh.position.size(); ++i) {
-        for (const float x : mesh.position[i])
-            put(out, x);
-        for (const std::uint8_t c : mesh.color[i])
-            put(out, c);
+        add(mesh.position[i]);
+        add(mesh.color[i]);
     }
     for (const auto &triangle : mesh.triangle) {
-        put(out, std::uint8_t{3});
-        for (const std::uint32_t vertex : triangle)
-            put(out, vertex);
+        out.push_back(3);
+        add(triangle);
     }
 }
 
-// Shortest decimal that reads back the same, then `after`.
-template <class Number> void put_text(Bytes &out, Number value, char after) {
+// Shortest decimal that reads back the same, then a space.
+template <class Number> void put_text(Bytes &out, Number value) {
     char digits[32];
     const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
     out.insert(out.end(), digits, end);
-    out.push_back(static_cast<std::uint8_t>(after));
+    out.push_back(' ');
 }
 
 void append_ascii(const TriangleMesh &mesh, Bytes &out) {
     for (std::size_t i = 0; i < mesh.position.size(); ++i) {
-        for (const float x : mesh.position[i])
-            put_text(out, x, ' ');
-        const auto &c = mesh.color[i];
-        put_text(out, unsigned{c[0]}, ' ');
-        put_text(out, unsigned{c[1]}, ' ');
-        put_text(out, unsigned{c[2]}, '\n');
+        for (int axis = 0; axis < 3; ++axis)
+            put_text(out, mesh.position[i][axis]);
+        for (const std::uint8_t channel : mesh.color[i])
+            put_text(out, unsigned{channel});
+        out.back() = '\n';
     }
-    for (const auto &t : mesh.triangle) {
-        put_text(out, 3U, ' ');
-        put_text(out, t[0], ' ');
-        put_text(out, t[1], ' ');
-        put_text(out, t[2], '\n');
+    for (const auto &triangle : mesh.triangle) {
+        put_text(out, 3U);
+        for (const std::uint32_t vertex : triangle)
+            put_text(out, vertex);
+        out.back() = '\n';
     }
 }
 

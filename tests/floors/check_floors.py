@@ -23,7 +23,7 @@ FLOORS = {
     "runtime/pbm_bake": {"system", "pbm_format", "pbm_surface"},
     "runtime/pbm_render": {"system", "pbm_format", "pbm_surface"},
     "runtime/viewer": {"system", "pbm_format", "pbm_render", "command_line", "window"},
-    "tools/pbm-build/pbm_scan": {"system"},
+    "tools/pbm-build/pbm_scan": {"system", "pbm_format"},
     "tools/pbm-build/pbm_build": {"system", "pbm_format", "pbm_bake", "pbm_scan"},
     "tools/pbm-build": {"system", "pbm_format", "pbm_bake", "pbm_scan", "pbm_build", "command_line"},
     "command_line": {"system"},
@@ -58,7 +58,7 @@ HOMES = {
     r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp",
     r"xxh.*\.h": r"format_spec/pbm_format/container/hash(_avx2|_avx512)?\.cpp",
     r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|tools/.*\.cpp|runtime/viewer/.*\.cpp",
-    r"glm/.*": r"(runtime|tools)/.*",
+    r"glm/.*": r"(runtime|tools|data)/.*",
     # In the builder only what runs once per sample: vectors elsewhere are the compiler's.
     r"hwy/.*": (
         r"(system/simd|format_spec/pbm_format|runtime/pbm_(surface|bake|render))/.*\.(cpp|h)"
