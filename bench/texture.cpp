@@ -52,11 +52,7 @@ void measure(int round_count) {
         for (const TextureKind kind : {TextureKind::marble, TextureKind::wood}) {
             const auto texture = build::make_texture({.kind = kind});
             const char *const name = kind == TextureKind::marble ? "marble" : "wood";
-            const auto evaluate = [&](build::OctaveSummer *sum_by) {
-                return seconds_of([&] { build::evaluate_texture(*texture, grid, codes, values, 1, sum_by); });
-            };
-            seconds[name] = {{"vectors", evaluate(build::sum_octaves)},
-                             {"singly", evaluate(build::sum_octaves_singly)}};
+            seconds[name] = seconds_of([&] { build::evaluate_texture(*texture, grid, codes, values, 1); });
         }
         seconds["panorama"] =
             seconds_of([] { static_cast<void>(build::default_panorama(build::kDefaultPanoramaWidth, 1)); });

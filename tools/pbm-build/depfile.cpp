@@ -1,11 +1,13 @@
 #include "depfile.h"
 
+#include "pbm_scan/surface/refusal.h"
+
 namespace pbm::build {
 namespace {
 
 std::string escaped(const std::string &name) {
     std::string out;
-    std::size_t backslashes = 0; // in front of the character in hand
+    std::size_t backslashes = 0; // before the current character
     for (const char c : name) {
         if (c == ' ' || c == '\t')
             out.append(backslashes + 1, '\\');
@@ -30,10 +32,9 @@ std::string depfile_text(const std::string &target, std::span<const std::string>
 
 Status check_depfile_name(const std::string &name) {
     if (name.find_first_of("\r\n") != std::string::npos)
-        return Error{ErrorCode::usage, 0, "a name with a line feed cannot stand in a dependency file; rename the file"};
-    if (name.ends_with('\\')) // the space that follows would belong to the name
-        return Error{ErrorCode::usage, 0,
-                     "a name that ends with \\ cannot stand in a dependency file; rename the file"};
+        return usage("a name with a line feed cannot stand in a dependency file; rename the file");
+    if (name.ends_with('\\')) // it would escape the space that follows
+        return usage("a name that ends with \\ cannot stand in a dependency file; rename the file");
     return {};
 }
 

@@ -4,13 +4,11 @@
 #include "depfile.h"
 #include "options.h"
 #include "pbm_build/pipeline.h"
+#include "pbm_scan/text/printable.h"
 #include "source_record.h"
 #include "system/files/mapped_file.h"
 #include "system/processes/this_process.h"
 
-#include <algorithm>
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 
@@ -21,58 +19,43 @@ using namespace pbm::build;
 
 constexpr std::string_view kProgram = "pbm-build";
 
-std::string megabytes(std::uint64_t bytes) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.2f MB", static_cast<double>(bytes) * 1e-6);
-    return text.data();
-}
+std::string megabytes(std::uint64_t bytes) { return formatted("%.2f MB", static_cast<double>(bytes) * 1e-6); }
 
 std::string figures(const BuildStatistics &statistics) {
-    std::array<char, 128> line{};
-    std::snprintf(line.data(), line.size(), "%llu points, depth %d, voxel size %.6g, %s",
-                  static_cast<unsigned long long>(statistics.points), statistics.depth, statistics.voxel_size,
-                  megabytes(statistics.file_bytes).c_str());
-    return line.data();
+    return formatted("%llu points, depth %d, voxel size %.6g, %s", static_cast<unsigned long long>(statistics.points),
+                     statistics.depth, statistics.voxel_size, megabytes(statistics.file_bytes).c_str());
 }
 
 std::string full_name(const AttributeReport &line) { return (line.input.empty() ? "" : line.input + ": ") + line.name; }
 
 std::string note(const AttributeReport &line) { return line.note.empty() ? "" : " (" + line.note + ")"; }
 
-// What became of the input, and what came out.
+// The fates of attributes, the steps with --verbose, and the figures of the output.
 std::string report(const Arguments &arguments, const BuildStatistics &statistics) {
     std::string text;
     for (const AttributeReport &line : statistics.attributes)
         text += command_line::printable(full_name(line) + ": " + std::string(to_string(line.fate)) + note(line)) + "\n";
-    std::array<char, 256> line{};
-    const auto add = [&](int length) {
-        text.append(line.data(), std::min(line.size() - 1, static_cast<std::size_t>(length)));
-    };
     if (arguments.verbosity == command_line::Verbosity::verbose)
         for (const StepStatistics &step : statistics.steps)
-            add(std::snprintf(line.data(), line.size(), "%-14s %8.3f s, peak %s\n", step.name.c_str(), step.seconds,
-                              megabytes(step.peak_memory).c_str()));
+            text += formatted("%-14s %8.3f s, peak %s\n", step.name.c_str(), step.seconds,
+                              megabytes(step.peak_memory).c_str());
     text += command_line::printable(arguments.output == "-" ? "standard output" : arguments.output) + ": " +
             figures(statistics);
-    switch (statistics.outcome) {
-    case Outcome::up_to_date: return text + ", up to date\n";
-    case Outcome::unchanged: return text + ", unchanged\n";
-    case Outcome::written: break;
-    }
-    add(std::snprintf(line.data(), line.size(), ", %.2f bits per point, %.3f of the input, %.2f s\n",
-                      statistics.bits_per_point(), statistics.ratio(), statistics.seconds()));
-    return text;
+    if (statistics.outcome != Outcome::written)
+        return text + ", " + std::string(to_string(statistics.outcome)) + "\n";
+    return text + formatted(", %.2f bits per point, %.3f of the input, %.2f s\n", statistics.bits_per_point(),
+                            statistics.ratio(), statistics.seconds());
 }
 
 void log_dropped(const BuildStatistics &statistics) {
     for (const AttributeReport &line : statistics.attributes)
-        if (line.fate == AttributeReport::Fate::dropped)
+        if (line.fate == Fate::dropped)
             command_line::log_line(command_line::LogKind::warning, full_name(line) + " dropped" + note(line));
 }
 
 int fail(const std::string &path, const Error &error) { return command_line::fail(kProgram, path, error); }
 
-// What cannot be, seen before any work.
+// Refuses impossible combinations of files before any work.
 std::optional<int> refuse(const Arguments &arguments, std::span<const std::string> files) {
     const bool to_stdout = arguments.output == "-";
     if (to_stdout && (arguments.if_changed || arguments.depfile))
@@ -96,11 +79,6 @@ std::optional<int> refuse(const Arguments &arguments, std::span<const std::strin
     return std::nullopt;
 }
 
-std::vector<std::string> without_streams(std::vector<std::string> files) {
-    files.erase(std::remove_if(files.begin(), files.end(), is_stream), files.end());
-    return files;
-}
-
 void take_figures(const EarlierOutput &earlier, Outcome outcome, BuildStatistics &statistics) {
     statistics.outcome = outcome;
     statistics.points = earlier.points;
@@ -109,7 +87,8 @@ void take_figures(const EarlierOutput &earlier, Outcome outcome, BuildStatistics
     statistics.file_bytes = earlier.file_bytes;
 }
 
-// A bad image is told before the scan, which may take minutes, is read. An empty image where none is asked for.
+// Reads the panorama before the scan, which may take minutes, so that a bad image is refused early. Empty if none is
+// requested.
 Result<Image> read_panorama_first(const Arguments &arguments, BuildStatistics &statistics, const Progress &progress) {
     const auto &request = arguments.build.scene.panorama;
     if (!request)
@@ -119,7 +98,7 @@ Result<Image> read_panorama_first(const Arguments &arguments, BuildStatistics &s
     });
 }
 
-// Builds and writes, unless with --if-changed what is there is what would come out. Returns the exit code.
+// Builds and writes, unless --if-changed finds that the output would be the same. Returns the exit code.
 int build(const Arguments &arguments, std::span<const std::string> sources, BuildStatistics &statistics) {
     SourceRecord record;
     std::optional<EarlierOutput> earlier;
@@ -187,8 +166,8 @@ int run(Arguments &arguments) {
     if (const int code = build(arguments, sources, statistics); code != 0)
         return code;
     if (arguments.depfile) {
-        const Status written =
-            command_line::write_text(arguments.depfile_name, depfile_text(arguments.output, without_streams(files)));
+        std::erase_if(files, is_stream);
+        const Status written = command_line::write_text(arguments.depfile_name, depfile_text(arguments.output, files));
         if (!written)
             return fail(arguments.depfile_name, written.error());
     }

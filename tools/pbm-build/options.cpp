@@ -1,14 +1,14 @@
 #include "options.h"
 
 #include "command_line/common_options.h"
-#include "pbm_format/container/layout.h"
+#include "pbm_scan/text/text_number.h"
+#include "pbm_scan/text/words.h"
 #include "recipe.h"
 #include "scene_options.h"
 #include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -19,9 +19,14 @@ namespace {
 
 using command_line::CommandLine;
 
-// The spellings of compilers.
-constexpr std::array<command_line::OldSwitch, 2> kCompilerSwitches{
-    {{"-MD", "--write-dependencies"}, {"-MF", "--dependency-file"}}};
+// The spellings of compilers, and of the dissertation's program.
+constexpr std::array<command_line::OldSwitch, 7> kSwitches{{{"-MD", "--write-dependencies"},
+                                                            {"-MF", "--dependency-file"},
+                                                            {"-SHADOW", "--shadows"},
+                                                            {"-TEXTURE", "--texture"},
+                                                            {"-IGNORE_POINT_COLOURS", "--ignore-point-colours"},
+                                                            {"-ENVIRONMENT_MAP", "--environment-map"},
+                                                            {"-BACKGROUND", "--panorama"}}};
 
 // An option that takes one of some words.
 template <class T>
@@ -38,29 +43,24 @@ void add_choice(CommandLine &line, const char *names, T &value, const std::map<s
 
 // CLI11's own check prints the range of a double, 300 digits.
 std::string positive(const std::string &text) {
-    const char *const end = text.data() + text.size();
-    double value = 0;
-    const auto [stop, failure] = std::from_chars(text.data(), end, value);
-    return failure == std::errc() && stop == end && value > 0 && std::isfinite(value)
-               ? ""
-               : "Value " + text + " is not a positive number";
+    const auto value = parse_all<double>(text);
+    return value && *value > 0 && std::isfinite(*value) ? "" : "Value " + text + " is not a positive number";
 }
 
 // "X,Y,Z".
 Result<std::array<double, 3>> three_numbers(const std::string &text) {
     std::array<double, 3> values{};
-    const char *at = text.data(), *const end = at + text.size();
-    for (std::size_t i = 0; i < 3; ++i) {
-        const auto [stop, failure] = std::from_chars(at, end, values[i]);
-        const bool separated = i == 2 ? stop == end : stop != end && *stop == ',';
-        if (failure != std::errc() || !separated || !std::isfinite(values[i]))
-            return Error{ErrorCode::usage, 0, "Value " + text + " is not X,Y,Z: three finite numbers"};
-        at = stop + 1;
+    const auto parts = split(text);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const auto value = parse_all<double>(parts[i]);
+        if (parts.size() != 3 || !value || !std::isfinite(*value))
+            return usage("Value " + text + " is not X,Y,Z: three finite numbers");
+        values[i] = *value;
     }
     return values;
 }
 
-// What CLI11 cannot say about the inputs.
+// Verifies combinations of inputs and output.
 std::optional<int> check_inputs(std::string_view program, const Arguments &arguments) {
     const auto streams = std::count(arguments.inputs.begin(), arguments.inputs.end(), "-");
     if (streams > 1)
@@ -74,7 +74,7 @@ std::optional<int> check_inputs(std::string_view program, const Arguments &argum
     return std::nullopt;
 }
 
-// Options that say where things go, how fast and how loud: the result is the same whatever they are.
+// False for options of destination, speed and output, which do not affect the result.
 bool changes_result(const command_line::GivenValue &option) {
     constexpr std::array<std::string_view, 13> kHarmless{
         {"--output", "--threads", "--json", "--quiet", "--verbose", "--log", "--write-dependencies",
@@ -82,25 +82,21 @@ bool changes_result(const command_line::GivenValue &option) {
     return std::find(kHarmless.begin(), kHarmless.end(), option.name) == kHarmless.end();
 }
 
-// Numbers in their shortest spelling; several stand between commas.
+// The value with numbers, also those between commas, in their shortest spelling.
 std::string in_one_spelling(const command_line::GivenValue &option) {
-    if (option.is_file) // its content counts, and its extension, which can say how it is read
+    if (option.is_file) // of its name only the extension affects the result
         return std::filesystem::path(option.value).extension().string();
     if (option.type == "TEXT")
         return option.value;
     std::string result, part;
     for (std::istringstream parts(option.value); std::getline(parts, part, ',');) {
-        double number = 0;
-        const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
-        std::array<char, 32> shortest{};
-        const auto shortest_end = std::to_chars(shortest.data(), shortest.data() + shortest.size(), number).ptr;
-        const bool is_number = error == std::errc() && end == part.data() + part.size();
-        result += (result.empty() ? "" : ",") + (is_number ? std::string(shortest.data(), shortest_end) : part);
+        const auto number = parse_all<double>(part);
+        result += (result.empty() ? "" : ",") + (number ? shortest_text(*number) : part);
     }
     return result;
 }
 
-// An option that is added later is part of the request, and its file is a source, unless changes_result says otherwise.
+// Collects the options that affect the result as the request, and their files as sources.
 void describe_request(const CommandLine &line, Arguments &arguments) {
     for (const command_line::GivenValue &option : line.given) {
         if (option.name == "--recipe")
@@ -229,15 +225,13 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
                      {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.pbvg",
                       "As build systems call it."}},
         .logs_steps = true};
-    std::vector<command_line::OldSwitch> switches(kCompilerSwitches.begin(), kCompilerSwitches.end());
-    switches.insert(switches.end(), scene_switches().begin(), scene_switches().end());
     std::vector<std::string> words = with_optional_values(argc, argv);
     std::vector<char *> pointers;
     pointers.reserve(words.size());
     for (std::string &word : words)
         pointers.push_back(word.data());
     if (const auto done =
-            command_line::parse(line, static_cast<int>(pointers.size()), pointers.data(), switches, manual))
+            command_line::parse(line, static_cast<int>(pointers.size()), pointers.data(), kSwitches, manual))
         return done;
     Result<SceneRequest> request = scene_request(line, scene);
     if (!request)

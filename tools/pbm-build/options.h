@@ -20,12 +20,12 @@ struct Arguments {
     std::string depfile_name;         // empty: the output's with .d
     std::string recipe;               // file, empty for none
     std::vector<std::string> sources; // every file on the command line (or in the recipe) that is read
-    std::string request;              // everything there that can change the result, in one spelling
+    std::string request;              // all options that affect the result, in one spelling
     BuildOptions build;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;
 };
 
-// Fills `arguments`, or returns the exit code of a program that has said all it had to say.
+// Fills `arguments`, or returns the exit code after --help, --version or an error.
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments);
 
 } // namespace pbm::build

@@ -1,13 +1,12 @@
 #include "recipe.h"
 
+#include "pbm_scan/surface/refusal.h"
+#include "pbm_scan/text/text_number.h"
 #include "system/files/mapped_file.h"
 
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <optional>
 
 namespace pbm::build {
 namespace {
@@ -16,15 +15,7 @@ using command_line::Setting;
 
 constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
 
-Error refuse(std::size_t line, const std::string &what) {
-    return {ErrorCode::usage, 0, "line " + std::to_string(line) + ": " + what};
-}
-
-template <class Number> std::string spelled(Number number) {
-    std::array<char, 64> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
-    return {text.data(), end};
-}
+Error refuse(std::size_t line, const std::string &what) { return usage("line " + std::to_string(line) + ": " + what); }
 
 struct Value {
     Setting::Kind kind;
@@ -36,9 +27,9 @@ std::optional<Value> value_of(const toml::node &node) {
     if (const auto *text = node.as_string())
         return Value{Kind::text, text->get()};
     if (const auto *number = node.as_integer())
-        return Value{Kind::number, spelled(number->get())};
+        return Value{Kind::number, shortest_text(number->get())};
     if (const auto *number = node.as_floating_point())
-        return Value{Kind::number, spelled(number->get())};
+        return Value{Kind::number, shortest_text(number->get())};
     if (const auto *flag = node.as_boolean())
         return Value{Kind::flag, flag->get() ? "true" : "false"};
     return std::nullopt;
@@ -71,7 +62,7 @@ Result<Setting> setting_of(std::string key, const toml::node &node) {
     return entry;
 }
 
-// A table of one light or material as the text of its option: its kind or name, then key=value between commas.
+// Converts a table of a light or material to the text of its option: its kind or name, then key=value between commas.
 Result<Setting> setting_of_table(const std::string &option, const toml::table &table) {
     Setting entry{.key = option,
                   .kind = Setting::Kind::text,
@@ -100,7 +91,7 @@ Result<Setting> setting_of_table(const std::string &option, const toml::table &t
     return entry;
 }
 
-// [[light]] and [[material]]; nothing for other keys.
+// The tables of [[light]] and [[material]]; null for other keys.
 const toml::array *tables_of(const std::string &key, const toml::node &node) {
     const bool known = key == "light" || key == "material";
     return known && node.is_array_of_tables() ? node.as_array() : nullptr;
@@ -114,7 +105,7 @@ Result<std::vector<Setting>> read_recipe(const std::string &path) {
         return file.error();
     const ByteView bytes = file->bytes();
     if (bytes.size() > kMaxBytes)
-        return Error{ErrorCode::usage, 0, "larger than 1 MiB: this is no recipe"};
+        return usage("larger than 1 MiB: this is no recipe");
     toml::table table;
     try {
         table = toml::parse(std::string_view(reinterpret_cast<const char *>(bytes.data()), bytes.size()));
@@ -123,23 +114,19 @@ Result<std::vector<Setting>> read_recipe(const std::string &path) {
         return refuse(at.line, "column " + std::to_string(at.column) + ": " + std::string(error.description()));
     }
     std::vector<Setting> entries;
-    const auto add = [&entries](Result<Setting> entry) -> Status {
-        if (!entry)
-            return entry.error();
-        entries.push_back(std::move(*entry));
-        return {};
-    };
     for (const auto &[name, node] : table) {
         const std::string key(name.str());
-        const toml::array *const tables = tables_of(key, node);
-        if (tables == nullptr) {
-            if (const Status added = add(setting_of(key, node)); !added)
-                return added.error();
-            continue;
+        std::vector<Result<Setting>> read;
+        if (const toml::array *const tables = tables_of(key, node))
+            for (const toml::node &item : *tables)
+                read.push_back(setting_of_table(key, *item.as_table()));
+        else
+            read.push_back(setting_of(key, node));
+        for (Result<Setting> &entry : read) {
+            if (!entry)
+                return entry.error();
+            entries.push_back(std::move(*entry));
         }
-        for (const toml::node &item : *tables)
-            if (const Status added = add(setting_of_table(key, *item.as_table())); !added)
-                return added.error();
     }
     std::stable_sort(entries.begin(), entries.end(),
                      [](const Setting &a, const Setting &b) { return a.line < b.line; });

@@ -1,9 +1,8 @@
 #include "scene_options.h"
 
-#include "command_line/parse.h"
 #include "pbm_bake/shadow_baker.h"
 #include "pbm_build/scene/material_request.h"
-#include "pbm_build/texture/colour_map.h"
+#include "pbm_scan/text/printable.h"
 
 #include <algorithm>
 #include <array>
@@ -17,57 +16,33 @@ using command_line::CommandLine;
 constexpr const char *kLights = "Lights", *kMaterials = "Materials", *kSurroundings = "Surroundings";
 constexpr std::string_view kDefaultPanorama = "default";
 
-constexpr std::array<command_line::OldSwitch, 5> kSwitches{{{"-SHADOW", "--shadows"},
-                                                            {"-TEXTURE", "--texture"},
-                                                            {"-IGNORE_POINT_COLOURS", "--ignore-point-colours"},
-                                                            {"-ENVIRONMENT_MAP", "--environment-map"},
-                                                            {"-BACKGROUND", "--panorama"}}};
-
-Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
-
 template <class To, class From> void assign(To &to, From from) { to = static_cast<To>(from); }
 template <class To, class From> void assign(std::optional<To> &to, From from) { to = static_cast<To>(from); }
 
-auto number_within(double least, double most) {
-    return [least, most](const std::string &text) -> Result<double> {
+auto number_within(const command_line::Numbers &range) {
+    return [least = range.least, most = range.most](const std::string &text) -> Result<double> {
         Result<double> number = read_number(text);
-        if (number && !(*number >= least && *number <= most)) {
-            std::array<char, 64> range{};
-            std::snprintf(range.data(), range.size(), " is not within %g..%g", least, most);
-            return usage(in_quotes(text) + range.data());
-        }
+        if (number && !(*number >= least && *number <= most))
+            return usage(in_quotes(text) + formatted(" is not within %g..%g", least, most));
         return number;
     };
 }
 
-std::string listed(std::span<const std::string_view> names) {
-    std::string text;
-    for (const std::string_view name : names)
-        (text += text.empty() ? "" : ", ") += name;
-    return text;
-}
-
-void add_word(CommandLine &line, const char *name, std::optional<std::string> &value, command_line::Words words,
-              const char *help) {
-    line.add(name, help, [&value](const std::string &word) -> Status { return value = word, Status(); },
-             {.check = std::move(words)});
-}
-
 template <class T>
-void add_number(CommandLine &line, const char *name, T &value, double least, double most, const char *help,
+void add_number(CommandLine &line, const char *name, T &value, const command_line::Numbers &range, const char *help,
                 const char *needs = "") {
-    const auto read = number_within(least, most);
+    const auto read = number_within(range);
     line.add(name, help,
              [&value, read](const std::string &text) -> Status { return assign(value, *read(text)), Status(); },
              {.type = "N", .check = command_line::readable(read), .needs = needs});
 }
 
-// Powers of two.
+// Adds an option for a power of two.
 template <class T>
-void add_power(CommandLine &line, const char *name, T &value, int least, int most, const std::string &help,
-               const char *needs) {
+void add_power(CommandLine &line, const char *name, T &value, const command_line::Integers &range,
+               const std::string &help, const char *needs) {
     command_line::Words words;
-    for (int power = least; power <= most; power *= 2)
+    for (std::int64_t power = range.least; power <= range.most; power *= 2)
         words.push_back(std::to_string(power));
     line.add(name, help,
              [&value](const std::string &word) -> Status { return assign(value, std::stoi(word)), Status(); },
@@ -88,7 +63,7 @@ void add_light_options(CommandLine &line, SceneArguments &arguments) {
              &arguments.lights, {.type = "LIGHT", .check = command_line::readable(read_light)});
     line.add("--shadows", "Bake the shadows of lights on object and ground plane", &arguments.shadows);
     ShadowRequest &options = arguments.shadow_options;
-    add_power(line, "--shadow-bits", options.bits, 1, 8, "Bits of a point's lit fraction; default 1, soft shadows 4",
+    add_power(line, "--shadow-bits", options.bits, {1, 8}, "Bits of a point's lit fraction; default 1, soft shadows 4",
               "--shadows");
     line.add("--shadow-maps", "Shadow maps per light; default: rays at faces, 4 maps of points, 24 if soft",
              &options.maps, {.check = command_line::Integers{1, kMaxShadowMaps}, .needs = "--shadows"});
@@ -97,21 +72,21 @@ void add_light_options(CommandLine &line, SceneArguments &arguments) {
 void add_material_options(CommandLine &line, SceneArguments &arguments) {
     line.topic = kMaterials;
     line.add("--material",
-             "Material of the object, or several: of its 1st, 2nd... material. " + listed(material_names()) +
+             "Material of the object, or several: of its 1st, 2nd... material. " + joined(material_names()) +
                  "; then ka=, kd=, ks=, power=, colour=#rrggbb, environment=: \"gold,ks=0.5\"",
              &arguments.materials, {.type = "MATERIAL", .check = command_line::readable(read_material)});
     line.add("--legacy-material", "Default material of the dissertation: ambient grey", &arguments.legacy_material);
     line.add("--ignore-point-colours,--ignore-point-colors", "Leave colours and materials of the scan out",
              &arguments.request.ignore_point_colours);
-    add_number(line, "--environment", arguments.request.environment, 0, 1,
+    add_number(line, "--environment", arguments.request.environment, {0, 1},
                "Reflection of the panorama by all materials");
     line.add("--environment-map", "A panorama to reflect; by half if no material asks", &arguments.environment_map);
-    add_word(line, "--texture", arguments.texture, {"marble", "wood"},
-             "Solid texture, beside the point colours; alone: marble");
+    line.add("--texture", "Solid texture, beside the point colours; alone: marble", &arguments.texture,
+             {.check = command_line::Words{"marble", "wood"}});
     TextureOptions &options = arguments.texture_options;
-    add_number(line, "--texture-scale", options.scale, kMinTextureScale, kMaxTextureScale,
+    add_number(line, "--texture-scale", options.scale, {kMinTextureScale, kMaxTextureScale},
                "Veins or rings across the grid", "--texture");
-    add_number(line, "--texture-turbulence", options.turbulence, 0, kMaxTurbulence,
+    add_number(line, "--texture-turbulence", options.turbulence, {0, kMaxTurbulence},
                "0: straight veins, round rings; default 1", "--texture");
     line.add("--texture-seed", "Another block of stone or wood; default 0", &options.seed, {.needs = "--texture"});
     line.add("--texture-colours,--texture-colors", "A name, or like 0:#30251c,1:#d9b98c", &options.colours,
@@ -120,32 +95,32 @@ void add_material_options(CommandLine &line, SceneArguments &arguments) {
 
 void add_surroundings_options(CommandLine &line, SceneArguments &arguments) {
     line.topic = kSurroundings;
-    add_word(line, "--ground", arguments.ground, {"plain", "marble", "wood"},
-             "A square under the object; alone: plain");
+    line.add("--ground", "A square under the object; alone: plain", &arguments.ground,
+             {.check = command_line::Words{"plain", "marble", "wood"}});
     GroundRequest &ground = arguments.ground_options;
-    add_number(line, "--ground-size", ground.size, 0.1, 100, "Half its edge, in radii of the model; default 3.5",
+    add_number(line, "--ground-size", ground.size, {0.1, 100}, "Half its edge, in radii of the model; default 3.5",
                "--ground");
-    add_number(line, "--ground-height", ground.height, -1e30, 1e30, "Along the up axis; default: the lowest point",
+    add_number(line, "--ground-height", ground.height, {-1e30, 1e30}, "Along the up axis; default: the lowest point",
                "--ground");
     line.add("--ground-material", "As --material; default a light grey", &arguments.ground_material,
              {.type = "MATERIAL", .check = command_line::readable(read_material), .needs = "--ground"});
     line.add("--ground-colours,--ground-colors", "As --texture-colours", &ground.colours,
              {.type = "COLOURS", .needs = "--ground"});
-    add_number(line, "--ground-scale", ground.scale, kMinTextureScale, kMaxTextureScale, "As --texture-scale",
+    add_number(line, "--ground-scale", ground.scale, {kMinTextureScale, kMaxTextureScale}, "As --texture-scale",
                "--ground");
-    add_power(line, "--ground-resolution", ground.texels, 64, kMaxGroundRaster,
+    add_power(line, "--ground-resolution", ground.texels, {64, kMaxGroundRaster},
               "Texels per edge of its shadows and its texture; default " + std::to_string(kDefaultGroundTexels),
               "--ground");
     line.add("--panorama", "Surroundings: an equirectangular PNG, JPEG or HDR image, or the default one",
              &arguments.panorama, {.type = "FILE|default"});
     PanoramaOptions &panorama = arguments.panorama_options;
-    add_number(line, "--panorama-exposure", panorama.exposure, 1e-6, 1e6, "Brightness of HDR images; default 1",
+    add_number(line, "--panorama-exposure", panorama.exposure, {1e-6, 1e6}, "Brightness of HDR images; default 1",
                "--panorama");
-    add_power(line, "--panorama-width", panorama.width, 256, kMaxPanoramaWidth,
+    add_power(line, "--panorama-width", panorama.width, {256, kMaxPanoramaWidth},
               "Default: nearest to the image's, at most " + std::to_string(kMaxDefaultWidth), "--panorama");
 }
 
-// Options of the scene as they were given, for metadata: names of files stay out.
+// Options of the scene as the user gave them, for metadata, without names of files.
 std::vector<GivenOption> given_options(const CommandLine &line) {
     std::vector<GivenOption> given;
     for (const command_line::GivenValue &option : line.given) {
@@ -160,7 +135,7 @@ std::vector<GivenOption> given_options(const CommandLine &line) {
 
 Result<GroundRequest> ground_request(const SceneArguments &arguments) {
     GroundRequest ground = arguments.ground_options;
-    ground.texture = texture_kind(*arguments.ground);
+    ground.texture = texture_kind(arguments.ground);
     if (!ground.texture && (ground.scale || !ground.colours.empty()))
         return usage("--ground-scale and --ground-colours need --ground marble or wood");
     if (!arguments.ground_material.empty())
@@ -183,7 +158,7 @@ bool is_texture(const std::string &word) { return texture_kind(word).has_value()
 bool is_ground(const std::string &word) { return word == "plain" || is_texture(word); }
 bool is_panorama(const std::string &word) { return word == kDefaultPanorama || is_image_name(word); }
 
-// A word that takes the next one if that is meant for it.
+// An option whose value is the next word if takes(word), else `alone`.
 struct OptionalValue {
     std::string_view word, option, alone;
     bool (*takes)(const std::string &word);
@@ -194,8 +169,6 @@ constexpr std::array<OptionalValue, 4> kOptionalValues{{{"--texture", "--texture
                                                         {"-BACKGROUND", "--panorama", "default", is_panorama}}};
 
 } // namespace
-
-std::span<const command_line::OldSwitch> scene_switches() { return kSwitches; }
 
 std::vector<std::string> with_optional_values(int argc, char **argv) {
     const std::vector<std::string> words(argv, argv + argc);
@@ -243,15 +216,15 @@ Result<SceneRequest> scene_request(const CommandLine &line, const SceneArguments
     if (arguments.legacy_material)
         request.default_material = *read_material("legacy");
     request.reflects = arguments.environment_map;
-    if (arguments.texture) {
+    if (!arguments.texture.empty()) {
         request.texture = arguments.texture_options;
-        request.texture->kind = *texture_kind(*arguments.texture);
+        request.texture->kind = *texture_kind(arguments.texture);
         if (auto made = make_texture(*request.texture); !made)
             return usage("--texture-colours: " + made.error().message);
     }
     if (arguments.shadows)
         request.shadows = arguments.shadow_options;
-    if (arguments.ground) {
+    if (!arguments.ground.empty()) {
         Result<GroundRequest> ground = ground_request(arguments);
         if (!ground)
             return ground.error();

@@ -90,8 +90,7 @@ Result<std::string> with_record(const std::string &metadata, const SourceRecord 
     json[kRequestHash] = record.request_hash;
     std::string text = json.dump();
     if (text.size() > kMaxMetadataBytes)
-        return Error{ErrorCode::usage, 0,
-                     "--name, --licence and --credit are too long: metadata is at most 4,096 bytes"};
+        return usage("--name, --licence and --credit are too long: metadata is at most 4,096 bytes");
     return text;
 }
 

@@ -1,4 +1,4 @@
-// What an output was built from, kept in its metadata, so that a later run can tell whether it would build the same.
+// A record of sources and options in the metadata of an output: a later run compares it to detect an unchanged result.
 #pragma once
 
 #include "pbm_format/container/content_id.h"
@@ -14,14 +14,14 @@ namespace pbm::build {
 // Each XXH3-128 as 32 hexadecimal digits, as `xxh128sum` prints it.
 struct SourceRecord {
     std::string source_hash;  // of the one file's bytes; of several files: of their sorted hashes
-    std::string request_hash; // of everything on the command line that can change the result
+    std::string request_hash; // of all options that affect the result
     bool operator==(const SourceRecord &) const = default;
 };
 
-// `given`, and the further files that reading them opens; each once.
+// `given` and the further files that reading them opens, without duplicates.
 std::vector<std::string> files_read(std::span<const std::string> given);
 
-// Reads all of `files`, builds nothing.
+// Hashes all of `files`.
 //
 // errors  io  the system's own text; the message names the file
 Result<SourceRecord> make_record(std::span<const std::string> files, const std::string &request);
@@ -31,7 +31,7 @@ Result<SourceRecord> make_record(std::span<const std::string> files, const std::
 // errors  usage  longer than 4 KB
 Result<std::string> with_record(const std::string &metadata, const SourceRecord &record);
 
-// An output of an earlier run.
+// The output of an earlier run.
 struct EarlierOutput {
     SourceRecord record;
     std::string metadata; // without the record
@@ -41,10 +41,10 @@ struct EarlierOutput {
     double voxel_size = 0;
 };
 
-// Nothing if the file is not there, has one changed byte, has no record, or comes from another version of this program.
+// Nothing if the file is absent, damaged, without a record, or written by another version of this program.
 std::optional<EarlierOutput> find_earlier_output(const std::string &path);
 
-// Whether writing `model`, whose metadata has a record, would change nothing but the record.
+// Whether `model`, whose metadata has a record, differs from the earlier output in its record at most.
 bool is_same(const EarlierOutput &earlier, const Model &model);
 
 } // namespace pbm::build

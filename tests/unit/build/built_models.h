@@ -6,6 +6,14 @@
 
 #include <gtest/gtest.h>
 
+namespace pbm::build {
+
+inline Result<Model> build_model(Surface surface, const BuildOptions &options, BuildStatistics &statistics) {
+    return build_model(std::vector<Surface>{std::move(surface)}, options, statistics);
+}
+
+} // namespace pbm::build
+
 namespace pbm::test {
 
 // Of one surface, or of several that are merged; so in braces too.

@@ -25,8 +25,11 @@ using namespace pbm::build;
 
 VoxelSums sums_of(const std::vector<Sample> &samples) {
     VoxelSums sums;
-    for (const Sample &sample : samples)
-        sums.add(sample);
+    for (const Sample &sample : samples) {
+        sums.add_normal({sample.normal[0], sample.normal[1], sample.normal[2]}, sample.rest.two_sided);
+        sums.add_colour({sample.colour[0], sample.colour[1], sample.colour[2]});
+        sums.add_rest(sample.rest);
+    }
     return sums;
 }
 
@@ -192,7 +195,7 @@ TEST(TriangleVoxels, SmallTrianglesAreFoundAsCutOnesAre) {
         const glm::dvec3 n = lattice_normal(corners[0], corners[1], corners[2]);
         const int axis = std::fabs(n.x) >= std::fabs(n.y) ? (std::fabs(n.x) >= std::fabs(n.z) ? 0 : 2)
                                                           : (std::fabs(n.y) >= std::fabs(n.z) ? 1 : 2);
-        sort_three(corners, before);
+        sort_three(corners, before<LatticePoint>);
         std::vector<MortonCode> expected;
         visit_voxels({in_voxels(corners[0]), in_voxels(corners[1]), in_voxels(corners[2])}, axis,
                      [&](MortonCode code) { expected.push_back(code); });

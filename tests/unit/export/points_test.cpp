@@ -1,4 +1,5 @@
 #include "pbm_build/radii/splat_radius.h"
+#include "pbm_scan/surface_reader.h"
 #include "ply_points.h"
 #include "unit/build/built_models.h"
 #include "unit/support/test_models.h"

@@ -1,6 +1,7 @@
 #include "pbm_build/pipeline.h"
 
 #include "pbm_build/grid/examine_surface.h"
+#include "pbm_build/metadata.h"
 #include "pbm_build/normals/estimate_normals.h"
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/surface/merge_surfaces.h"
@@ -8,17 +9,14 @@
 #include "pbm_build/voxels/sample_points.h"
 #include "pbm_build/voxels/voxelize.h"
 #include "pbm_format/reading/reader.h"
-#include "pbm_format/writing/writer.h"
 #include "pbm_scan/surface_reader.h"
 #include "system/files/mapped_file.h"
 #include "system/threads/parallel.h"
 
-#include <algorithm>
-
 namespace pbm::build {
 namespace {
 
-// A build, and what is told of it.
+// The options and the statistics of one build.
 struct Run {
     const BuildOptions &options;
     BuildStatistics &statistics;
@@ -31,18 +29,17 @@ Error of_input(const std::string &name, Error error) {
     return error;
 }
 
-// Refuses what would run for long only to end in the same error.
+// Refuses early, from a lower bound, a depth at which sample_points would exceed its memory limit.
 Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid &grid, const BuildOptions &options) {
     const double edge = centred_grid(bounds, kMinDepth).edge() / grid.voxel_size;
     const double least =
         relative_area(surface, bounds, options.threads) * edge * edge; // a column of voxels per voxel^2 or more
     if (least * HitStore::kMinHitBytes <= static_cast<double>(options.max_hit_bytes))
         return {};
-    return Error{ErrorCode::memory, 0,
-                 "depth " + std::to_string(grid.depth) + " would need at least " +
-                     std::to_string(static_cast<std::uint64_t>(least * HitStore::kMinHitBytes) >> 20) +
-                     " MiB for its samples, the limit is " + std::to_string(options.max_hit_bytes >> 20) +
-                     " MiB; choose a smaller --depth, or --max-points"};
+    return out_of_memory("depth " + std::to_string(grid.depth) + " would need at least " +
+                         std::to_string(static_cast<std::uint64_t>(least * HitStore::kMinHitBytes) >> 20) +
+                         " MiB for its samples, the limit is " + std::to_string(options.max_hit_bytes >> 20) +
+                         " MiB; choose a smaller --depth, or --max-points");
 }
 
 AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
@@ -53,18 +50,14 @@ AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
 }
 
 std::vector<Material> choose_materials(const Surface &surface, const AttributeSet &set) {
-    std::vector<Material> materials;
-    for (const SurfaceMaterial &m : surface.materials)
-        materials.push_back({m.ka, m.kd, m.ks, m.power, m.colour, m.environment});
-    if (materials.empty())
-        materials.emplace_back();
-    if (!set.material) // no point says which it has: all have the first
-        materials.resize(1);
+    std::vector<Material> materials = surface.materials;
+    if (!set.material)
+        materials.resize(1); // without an index per point all have the first, or the default one
     return materials;
 }
 
-// Samples and voxelizes at the depth of `grid`; where the depth is free at smaller ones too, until the points are few
-// enough and their samples fit into memory.
+// Samples and voxelizes at the depth of `grid`. If the user set no depth, decrements it until the number of points is
+// within max_points and the samples fit into memory.
 Result<Voxels> sample_and_voxelize(const Surface &surface, const Bounds &bounds, const VertexNormals &normals,
                                    const AttributeSet &set, Grid &grid, const Run &run) {
     const BuildOptions &options = run.options;
@@ -90,29 +83,18 @@ Result<Voxels> sample_and_voxelize(const Surface &surface, const Bounds &bounds,
         Voxels voxels = run.clock.run("voxelize", [&] { return voxelize(sampler, hits, set, options.threads); });
         if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points) {
             if (!options.grid.max_points && grid.depth < first_depth)
-                run.statistics.attributes.push_back({"depth", AttributeReport::Fate::converted,
-                                                     std::to_string(grid.depth) + " instead of " +
-                                                         std::to_string(first_depth) +
-                                                         ", which needs too much memory for its samples"});
+                run.statistics.report("depth", Fate::converted,
+                                      std::to_string(grid.depth) + " instead of " + std::to_string(first_depth) +
+                                          ", which needs too much memory for its samples");
             return voxels;
         }
         if (grid.depth == kMinBuildDepth)
-            return Error{ErrorCode::usage, 0,
-                         "even the coarsest grid has " + std::to_string(voxels.codes.size()) +
-                             " points; raise --max-points"};
+            return usage("even the coarsest grid has " + std::to_string(voxels.codes.size()) +
+                         " points; raise --max-points");
     }
 }
 
-PointRequest point_request(const BuildOptions &options) {
-    return {options.viewpoint, options.remove_outliers, options.grid.like ? options.grid.like->up : options.grid.up};
-}
-
-// Points may become fewer.
-VertexNormals find_normals(Surface &surface, const BuildOptions &options, BuildStatistics &statistics) {
-    return estimate_normals(surface, point_request(options), options.threads, statistics);
-}
-
-// Radii and the normals that are still missing.
+// Computes the missing normals, then the radii.
 void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads) {
     fill_normals(voxels, threads);
     if (surface.point_count() > 0)
@@ -122,7 +104,7 @@ void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads
         radius = classes[radius];
 }
 
-// The scene around the points, and what of it is baked into them.
+// Adds the scene: lights, textures, ground, shadows.
 Status furnish(Surface surface, Voxels &voxels, Model &model, const Run &run) {
     const BuildOptions &options = run.options;
     const SceneRequest &request = options.scene;
@@ -141,7 +123,7 @@ Status furnish(Surface surface, Voxels &voxels, Model &model, const Run &run) {
         run.clock.run("solid texture", [&] { evaluate_solid_texture(request, *scene, voxels, model, threads); });
     if (set.lights > 0)
         run.clock.run("shadows", [&](auto shadow_progress) {
-            bake_shadows(request, *scene, std::move(surface), voxels, model, threads, shadow_progress);
+            bake_shadows(request, *scene, std::move(surface), voxels, model, {threads, shadow_progress});
         });
     parameters.lights = std::move(scene->lights);
     parameters.texture = std::move(scene->texture);
@@ -172,18 +154,14 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (Status bounded = check_bounds(bounds); !bounded)
         return bounded.error();
     const AttributeSet set = choose_attributes(surface, options.colour);
-    Result<std::string> metadata = make_metadata({options.credits,
-                                                  options.grid,
-                                                  options.placement,
-                                                  point_request(options),
-                                                  set.colour,
-                                                  {options.storage, options.compression_level},
-                                                  options.flip_faces,
-                                                  options.scene.given});
+    Result<std::string> metadata = make_metadata(options, set.colour);
     if (!metadata)
         return metadata.error();
 
-    VertexNormals normals = clock.run("normals", [&] { return find_normals(surface, options, statistics); });
+    const PointRequest points{options.viewpoint, options.remove_outliers,
+                              options.grid.like ? options.grid.like->up : options.grid.up};
+    VertexNormals normals =
+        clock.run("normals", [&] { return estimate_normals(surface, points, threads, statistics); });
     if (surface.point_count() > 0)
         bounds = bounds_of(surface);
     Result<Grid> grid = clock.run("choose grid", [&] { return choose_grid(surface, bounds, options.grid, threads); });
@@ -196,8 +174,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (!voxels)
         return voxels.error();
     if (voxels->codes.size() > kMaxPoints)
-        return Error{ErrorCode::too_large, 0,
-                     std::to_string(voxels->codes.size()) + " points, a .pbvg file holds 2^32 - 1"};
+        return too_large(std::to_string(voxels->codes.size()) + " points, a .pbvg file holds 2^32 - 1");
     normals = {};
     clock.run("choose radii", [&] { choose_radii(*voxels, surface, grid->depth, threads); });
 
@@ -226,13 +203,6 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     return model;
 }
 
-Result<Model> build_model(Surface surface, const BuildOptions &options, BuildStatistics &statistics,
-                          const Progress &progress) {
-    std::vector<Surface> surfaces;
-    surfaces.push_back(std::move(surface));
-    return build_model(std::move(surfaces), options, statistics, progress);
-}
-
 Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
                              BuildStatistics &statistics, const Progress &progress) {
     std::vector<Surface> surfaces;
@@ -242,7 +212,7 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
         Result<Surface> surface = clock.run("read", [&](auto read_progress) {
             return read_surface(input, {.strict = options.strict,
                                         .format = options.input_format,
-                                        .default_material = options.scene.default_material.value_or(SurfaceMaterial{}),
+                                        .default_material = options.scene.default_material.value_or(Material{}),
                                         .progress = read_progress});
         });
         if (!surface)
@@ -256,7 +226,7 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
 
 namespace {
 
-// As the file says; 0 of what went to standard output.
+// Stored bytes of the panorama's section; 0 for standard output, which cannot be read back.
 std::uint64_t stored_panorama_bytes(const std::string &output, const Model &model) {
     if (model.images.panorama.empty() || output == "-")
         return 0;

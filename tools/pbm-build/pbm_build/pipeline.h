@@ -6,12 +6,12 @@
 #pragma once
 
 #include "pbm_build/grid/grid_choice.h"
+#include "pbm_build/grid/placement.h"
 #include "pbm_build/report/build_statistics.h"
-#include "pbm_build/scene/metadata.h"
 #include "pbm_build/scene/scene.h"
 #include "pbm_format/model/model.h"
 #include "pbm_format/writing/writer.h"
-#include "pbm_scan/surface_reader.h"
+#include "pbm_scan/surface/surface.h"
 
 #include <optional>
 #include <span>
@@ -19,25 +19,29 @@
 
 namespace pbm::build {
 
+struct Credits {
+    std::string name, licence, credit; // UTF-8, may be empty
+};
+
 struct BuildOptions {
     GridRequest grid;
     Placement placement;
-    std::optional<ScanFormat> input_format;     // where neither content nor name tells
+    std::optional<ScanFormat> input_format;     // for inputs that neither content nor name identifies
     ColourFormat colour = ColourFormat::rgb888; // where the input has colours
     Storage storage = Storage::packed;
     int compression_level = kDefaultCompressionLevel; // of packed files
     Credits credits;
     SceneRequest scene;
-    bool flip_faces = false;                              // the scan winds its faces clockwise
+    bool flip_faces = false;                              // reverses the winding of all faces
     std::optional<std::array<double, 3>> viewpoint;       // estimated normals face it; model units
     bool remove_outliers = false;                         // of points without faces; outliers.h
-    bool strict = false;                                  // refuse rather than drop anything
+    bool strict = false;                                  // refuse the input instead of dropping any of it
     int threads = 0;                                      // 0: one per processor
     std::uint64_t max_hit_bytes = std::uint64_t{4} << 30; // of hits (hit_store.h); more is ErrorCode::memory
 };
 
-// Surfaces in the model's coordinates to a model, all levels, without panorama. The same model for any number of
-// threads, any order of the surfaces, and any order of equal vertices, triangles and points. Adds to `statistics`.
+// Builds a model with all levels, without panorama, from surfaces in the model's coordinates. The result does not
+// depend on the number of threads, nor on the order of surfaces, vertices, triangles and points. Adds to `statistics`.
 //
 // errors  unsupported_feature  more than kMaxMaterials materials, that of the ground plane included
 //         bad_input            with `strict`: vertices that no triangle uses
@@ -45,18 +49,16 @@ struct BuildOptions {
 //         memory               more samples than max_hit_bytes hold
 Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics &statistics,
                           const Progress &progress = {});
-Result<Model> build_model(Surface surface, const BuildOptions &options, BuildStatistics &statistics,
-                          const Progress &progress = {});
 
-// What errors and reports call an input.
+// The name of an input in errors and reports.
 inline std::string name_of(const std::string &input) { return input == "-" ? "standard input" : input; }
 
-// read_surface and place for each input, then build_model. Of several inputs, errors and lines of the report name
-// theirs. The panorama (make_panorama) is the caller's.
+// Calls read_surface and place for each input, then build_model. Errors and report lines name the input where there are
+// several. The caller adds the panorama (make_panorama).
 Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
                              BuildStatistics &statistics, const Progress &progress = {});
 
-// write_model with the options that concern it.
+// Writes the file (write_model) and counts its bytes.
 Status write(const std::string &output, const Model &model, const BuildOptions &options, BuildStatistics &statistics,
              const Progress &progress = {});
 

@@ -1,23 +1,21 @@
 #include "pbm_scan/surface_reader.h"
 
-#include "pbm_scan/text/printable.h"
-
 #include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/ply/ply_header.h"
 #include "pbm_scan/ply/ply_reader.h"
+#include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/words.h"
 #include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <array>
-#include <string>
-#include <vector>
 
 namespace pbm::build {
 namespace {
 
 struct ForeignFormat {
-    std::string_view magic;     // how the file begins; empty: only the extension tells
-    std::string_view extension; // lower case, with the dot; empty: only the magic tells
+    std::string_view magic;     // first bytes of the file; empty: recognised by the extension
+    std::string_view extension; // lower case, with the dot; empty: recognised by the magic
     std::string_view what;      // "the file is ..."
 };
 
@@ -71,7 +69,7 @@ std::string lower_extension(std::string_view path) {
     return extension;
 }
 
-// The extension, as if the file had the name that a scan of this format should have.
+// The extension of `path`, or that of `format` where `path` has no extension of a scan.
 std::string effective_extension(std::string_view path, const std::optional<ScanFormat> &format) {
     constexpr std::array<std::string_view, 4> kExtensions{".ply", ".obj", ".off", ".stl"};
     const std::string extension = lower_extension(path);
@@ -105,19 +103,14 @@ template <class Use> void for_lines(std::string_view text, std::string_view keyw
         if (!line.starts_with(keyword))
             continue;
         line.remove_prefix(std::min(line.find_first_of(" \t"), line.size()));
-        line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
-        line.remove_suffix(line.size() - (line.find_last_not_of(" \t") + 1));
+        line = trimmed(line, " \t");
         if (!line.empty())
             use(line);
     }
 }
 
-std::string_view as_text(std::span<const std::uint8_t> bytes) {
-    return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
-}
-
-// A line may name several files (Wavefront) or one whose name has spaces (most writers): one if it is there, else those
-// of the several that are.
+// A line names several files (Wavefront), or one file with spaces in its name (most writers): takes the one if it
+// exists, else those of the several that exist.
 std::vector<std::string> material_files(std::span<const std::uint8_t> obj, const std::string &path) {
     const std::string folder = path.substr(0, path.find_last_of('/') + 1);
     std::vector<std::string> files;
@@ -144,8 +137,8 @@ std::vector<std::string> material_files(std::span<const std::uint8_t> obj, const
     return files;
 }
 
-// One line for each texture image that the material files of an OBJ name. Files that are not there, or that are no
-// small text, are passed over: nothing of them is used.
+// Adds a report line for each texture image that the material files of an OBJ name. Skips material files that are
+// missing or too large.
 void report_texture_images(std::span<const std::uint8_t> obj, const std::string &path, Surface &surface) {
     constexpr std::size_t kMaxMaterialBytes = std::size_t{1} << 20, kMaxImages = 64;
     std::vector<std::string> images;
@@ -160,24 +153,23 @@ void report_texture_images(std::span<const std::uint8_t> obj, const std::string 
         });
     }
     for (const std::string &image : images)
-        surface.report.push_back(
-            {"texture image " + quoted(image), AttributeReport::Fate::dropped, "PBM stores point colours"});
+        surface.report.push_back({"texture image " + quoted(image), Fate::dropped, "PBM stores point colours"});
 }
 
 } // namespace
 
 Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options) {
     if (bytes.empty())
-        return Error{ErrorCode::bad_input, 0, "the file is empty"};
+        return bad_input("the file is empty");
     if (is_ply(bytes))
         return read_ply(bytes, options);
-    const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
+    const std::string_view text = as_text(bytes);
     const std::string extension = effective_extension(path, options.format);
     for (const ForeignFormat &format : kForeign)
         if (!format.magic.empty() && text.substr(0, format.magic.size()) == format.magic)
-            return Error{ErrorCode::unsupported_feature, 0, "the file is " + std::string(format.what)};
+            return unsupported("the file is " + std::string(format.what));
     if (extension == ".ply")
-        return read_ply(bytes, options); // says what is wrong with it
+        return read_ply(bytes, options); // returns the error
     if (extension == ".obj")
         return read_mesh(bytes, MeshFormat::obj, options);
     if (extension == ".off" || begins_off(text))
@@ -186,10 +178,9 @@ Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_vi
         return read_mesh(bytes, MeshFormat::stl, options);
     for (const ForeignFormat &format : kForeign)
         if (!format.extension.empty() && extension == format.extension)
-            return Error{ErrorCode::unsupported_feature, 0, "the file is " + std::string(format.what)};
-    return Error{ErrorCode::bad_input, 0,
-                 std::string("the file is of no known format; scans are PLY, OBJ, STL or OFF") +
-                     (extension.empty() ? " (an OBJ without that extension needs --input-format obj)" : "")};
+            return unsupported("the file is " + std::string(format.what));
+    return bad_input(std::string("the file is of no known format; scans are PLY, OBJ, STL or OFF") +
+                     (extension.empty() ? " (an OBJ without that extension needs --input-format obj)" : ""));
 }
 
 Result<Surface> read_surface(const std::string &path, const ReadOptions &options) {

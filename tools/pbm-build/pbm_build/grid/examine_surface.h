@@ -1,4 +1,4 @@
-// What there is to say about an input before it is built, and what refuses it.
+// Verifies an input before it is built, and reports what was dropped or looks wrong.
 #pragma once
 
 #include "pbm_build/grid/grid_choice.h"
@@ -10,24 +10,24 @@
 
 namespace pbm::build {
 
-// Counts one input, moves its report into `statistics` under its name, turns its faces if that is asked for, and says
-// what the readers left out, what belongs to no face and what seems to be wound inwards.
+// Adds one input to the counts and the report of `statistics`, and reverses its faces where `flip_faces` is set.
+// Reports vertices and triangles that the reader dropped, vertices without a face, and faces that seem to be wound
+// inwards.
 //
 // errors  bad_input            no points, or no face is left; with `strict`: vertices that no triangle uses
 //         unsupported_feature  more than kMaxMaterials materials
 Status examine_surface(Surface &surface, bool flip_faces, bool strict, BuildStatistics &statistics);
 
-// An input whose coordinates are numbers of single precision: they cannot tell places apart that lie closer than
-// `step`.
+// An input whose coordinates are all in single precision: its resolution is `step`.
 struct SinglePrecision {
     std::string input;
-    double step, near; // model units; the coordinate at which that is so
+    double step, near; // model units; `near`: the largest coordinate, where `step` holds
 };
 
-// Says which inputs have steps longer than a voxel.
+// Reports the inputs whose resolution is coarser than a voxel.
 void report_steps(std::span<const SinglePrecision> inputs, double voxel_size, BuildStatistics &statistics);
 
-// Says where the precision of the coordinates, not the scan, sets the size of the voxels.
+// Reports when the precision of the coordinates, not the sampling of the scan, determines the size of the voxels.
 void report_precision(const Bounds &bounds, const Grid &grid, BuildStatistics &statistics);
 
 } // namespace pbm::build

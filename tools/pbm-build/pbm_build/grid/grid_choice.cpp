@@ -4,8 +4,12 @@
 #include "pbm_build/grid/radix_sort.h"
 #include "pbm_build/surface/face_normal.h"
 #include "pbm_format/reading/reader.h"
+#include "pbm_scan/text/printable.h"
 #include "system/files/mapped_file.h"
 #include "system/threads/parallel.h"
+#include "system/threads/thread_pool.h"
+
+#include <glm/common.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -19,28 +23,16 @@ constexpr double kMargin = 0x1p-20; // of the extent, on both sides together
 constexpr std::size_t kBlock = 65536;
 
 void widen(Bounds &bounds, const glm::dvec3 &p) {
-    bounds.lowest =
-        glm::dvec3(std::min(bounds.lowest.x, p.x), std::min(bounds.lowest.y, p.y), std::min(bounds.lowest.z, p.z));
-    bounds.highest =
-        glm::dvec3(std::max(bounds.highest.x, p.x), std::max(bounds.highest.y, p.y), std::max(bounds.highest.z, p.z));
+    bounds.lowest = glm::min(bounds.lowest, p);
+    bounds.highest = glm::max(bounds.highest, p);
 }
 
-std::string number(double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.3g", value);
-    return text.data();
-}
+std::string number(double value) { return formatted("%.3g", value); }
 
-std::string precise(double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.12g", value);
-    return text.data();
-}
-
-// Of the farthest coordinate, at depth kMaxDepth: 64 doubles lie side by side in such a voxel.
+// Minimum voxel edge over the farthest coordinate: a voxel spans at least 64 doubles.
 constexpr double kMinVoxel = 0x1p-46;
 
-// Squared lengths fall into classes by sign, exponent and six bits of the fraction of the double.
+// Histogram of squared lengths: the class is the sign, the exponent and the six highest fraction bits of the double.
 constexpr int kLengthShift = 46;
 constexpr std::size_t kLengthClasses = std::size_t{1} << (63 - kLengthShift);
 
@@ -53,15 +45,13 @@ double middle_of_class(std::size_t index) {
                                                                                          << (kLengthShift - 1));
 }
 
-double squared_length(const glm::dvec3 &v) { return (v.x * v.x + v.y * v.y) + v.z * v.z; }
-
 } // namespace
 
 double Bounds::extent() const { return std::max({highest.x - lowest.x, highest.y - lowest.y, highest.z - lowest.z}); }
 
 double farthest_coordinate(const Bounds &bounds) {
-    return std::max({std::fabs(bounds.lowest.x), std::fabs(bounds.lowest.y), std::fabs(bounds.lowest.z),
-                     std::fabs(bounds.highest.x), std::fabs(bounds.highest.y), std::fabs(bounds.highest.z)});
+    const glm::dvec3 farthest = glm::max(glm::abs(bounds.lowest), glm::abs(bounds.highest));
+    return std::max({farthest.x, farthest.y, farthest.z});
 }
 
 Bounds bounds_of(std::span<const glm::dvec3> positions) {
@@ -87,25 +77,20 @@ Status check_bounds(const Bounds &bounds) {
     const double extent = bounds.extent();
     const double farthest = farthest_coordinate(bounds);
     if (!(farthest <= 1e30))
-        return Error{ErrorCode::too_large, 0,
-                     "coordinates reach " + number(farthest) + ", the limit is 1e30: scale the scan down"};
+        return too_large("coordinates reach " + number(farthest) + ", the limit is 1e30: scale the scan down");
     if (extent > 0 && extent < 1e-30)
-        return Error{ErrorCode::too_large, 0,
-                     "the scan is only " + number(extent) + " units long, the limit is 1e-30: scale the scan up"};
+        return too_large("the scan is only " + number(extent) + " units long, the limit is 1e-30: scale the scan up");
     return {};
 }
 
 Grid centred_grid(const Bounds &bounds, int depth) {
-    const glm::dvec3 centre(bounds.lowest.x / 2 + bounds.highest.x / 2, bounds.lowest.y / 2 + bounds.highest.y / 2,
-                            bounds.lowest.z / 2 + bounds.highest.z / 2);
-    const double farthest = std::max({std::fabs(centre.x), std::fabs(centre.y), std::fabs(centre.z)});
+    const glm::dvec3 centre = bounds.lowest / 2.0 + bounds.highest / 2.0;
+    const double farthest = farthest_coordinate({centre, centre});
     double edge = bounds.extent() * (1 + kMargin);
     if (!(edge > 0))
         edge = 1;
     edge = std::max(edge, std::ldexp(farthest * kMinVoxel, kMaxDepth));
-    Grid grid;
-    grid.depth = depth;
-    grid.voxel_size = std::ldexp(edge, -depth);
+    Grid grid{.depth = depth, .origin = {}, .voxel_size = std::ldexp(edge, -depth)};
     for (int axis = 0; axis < 3; ++axis)
         grid.origin[static_cast<std::size_t>(axis)] = centre[axis] - edge / 2;
     return grid;
@@ -113,16 +98,13 @@ Grid centred_grid(const Bounds &bounds, int depth) {
 
 Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size) {
     if (!std::isnormal(voxel_size) || !std::isfinite(std::ldexp(voxel_size, kMaxDepth)))
-        return Error{ErrorCode::usage, 0, "a voxel size of " + number(voxel_size) + " is out of range"};
+        return usage("a voxel size of " + number(voxel_size) + " is out of range");
     const double farthest = farthest_coordinate(bounds);
     if (voxel_size < farthest * kMinVoxel)
-        return Error{ErrorCode::usage, 0,
-                     "a voxel size of " + number(voxel_size) + " is finer than coordinates of " + number(farthest) +
-                         " can be; use at least " + number(farthest * kMinVoxel)};
+        return usage("a voxel size of " + number(voxel_size) + " is finer than coordinates of " + number(farthest) +
+                     " can be; use at least " + number(farthest * kMinVoxel));
     for (int depth = kMinBuildDepth; depth <= kMaxDepth; ++depth) {
-        Grid grid;
-        grid.depth = depth;
-        grid.voxel_size = voxel_size;
+        Grid grid{.depth = depth, .origin = {}, .voxel_size = voxel_size};
         bool holds = true;
         for (int axis = 0; axis < 3; ++axis) {
             const double low = bounds.lowest[axis], high = bounds.highest[axis];
@@ -134,9 +116,8 @@ Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size) {
             return grid;
     }
     const double least = bounds.extent() / static_cast<double>((1 << kMaxDepth) - 2);
-    return Error{ErrorCode::usage, 0,
-                 "a voxel size of " + number(voxel_size) + " needs more than " + std::to_string(kMaxDepth) +
-                     " levels; use at least " + number(least)};
+    return usage("a voxel size of " + number(voxel_size) + " needs more than " + std::to_string(kMaxDepth) +
+                 " levels; use at least " + number(least));
 }
 
 Result<Grid> read_grid(const std::string &path) {
@@ -149,38 +130,18 @@ Result<Grid> read_grid(const std::string &path) {
     return reader->parameters().grid;
 }
 
-Status check_fits(const Bounds &bounds, const Grid &grid) {
-    if (grid.depth < kMinBuildDepth)
-        return Error{ErrorCode::usage, 0,
-                     "the grid of --grid-like has depth " + std::to_string(grid.depth) + ", the least is " +
-                         std::to_string(kMinBuildDepth)};
-    for (int axis = 0; axis < 3; ++axis) {
-        const double corner = grid.origin[static_cast<std::size_t>(axis)];
-        const double low = bounds.lowest[axis], high = bounds.highest[axis];
-        if (low < corner || high - corner > grid.edge())
-            return Error{ErrorCode::usage, 0,
-                         "the scan reaches from " + precise(low) + " to " + precise(high) + " along " + "xyz"[axis] +
-                             ", the grid of --grid-like from " + precise(corner) + " to " +
-                             precise(corner + grid.edge()) + "; choose a larger grid, or --scale and --origin"};
-    }
-    return {};
-}
-
 double median_edge(const Surface &surface, int threads) {
-    const auto workers = static_cast<std::size_t>(resolve_threads(threads));
-    std::vector<std::vector<std::uint32_t>> counts(workers);
-    std::atomic<std::size_t> next{0};
-    parallel_for(workers, threads, [&](std::size_t worker) {
-        counts[worker].resize(kLengthClasses);
-        for (std::size_t begin = next.fetch_add(kBlock); begin < surface.triangles.size();
-             begin = next.fetch_add(kBlock))
-            for (std::size_t i = begin; i < std::min(begin + kBlock, surface.triangles.size()); ++i) {
-                const glm::uvec3 &t = surface.triangles[i];
-                for (int corner = 0; corner < 3; ++corner) {
-                    const glm::dvec3 edge = surface.positions[t[corner]] - surface.positions[t[(corner + 1) % 3]];
-                    ++counts[worker][length_class(squared_length(edge))];
-                }
+    ThreadPool pool(resolve_threads(threads));
+    std::vector<std::vector<std::uint32_t>> counts(static_cast<std::size_t>(pool.threads()),
+                                                   std::vector<std::uint32_t>(kLengthClasses));
+    pool.run((surface.triangles.size() + kBlock - 1) / kBlock, [&](std::size_t block, std::size_t thread) {
+        for (std::size_t i = block * kBlock; i < std::min((block + 1) * kBlock, surface.triangles.size()); ++i) {
+            const glm::uvec3 &t = surface.triangles[i];
+            for (int corner = 0; corner < 3; ++corner) {
+                const glm::dvec3 edge = surface.positions[t[corner]] - surface.positions[t[(corner + 1) % 3]];
+                ++counts[thread][length_class(glm::dot(edge, edge))];
             }
+        }
     });
     std::uint64_t edges = 0;
     for (std::size_t length = 1; length < kLengthClasses; ++length) // class 0: zero length
@@ -198,7 +159,7 @@ double median_edge(const Surface &surface, int threads) {
 
 int mesh_depth(const Bounds &bounds, double median_edge) {
     int depth = kMinMeshDepth;
-    // Voxel edges halve: the closest one is the first that is at most sqrt(2) times the median.
+    // The voxel edge halves from depth to depth: the closest by ratio is the first one <= sqrt(2) x median.
     while (depth < kMaxMeshDepth && std::ldexp(bounds.extent(), -depth) > median_edge * 1.4142135623730951)
         ++depth;
     return depth;
@@ -217,7 +178,7 @@ std::vector<std::uint64_t> occupied_voxels(const Surface &surface, const Bounds 
     occupied[0] = 1;
     for (std::size_t i = 1; i < codes.size(); ++i) {
         const MortonCode difference = codes[i] ^ codes[i - 1];
-        if (difference != 0) // the first level whose prefixes differ, and all below it, have one voxel more
+        if (difference != 0) // one more voxel on the first level whose prefixes differ, and on all below it
             ++occupied[static_cast<std::size_t>(kMaxDepth - (std::bit_width(difference) - 1) / 3)];
     }
     for (std::size_t level = 1; level < occupied.size(); ++level)
@@ -234,8 +195,8 @@ int point_depth(const std::vector<std::uint64_t> &occupied) {
 }
 
 double relative_area(const Surface &surface, const Bounds &bounds, int threads) {
-    // Sums of integers do not depend on the order of the triangles. A triangle's area is below 1, or 2^44 units; their
-    // sum may need 75 bits, so the low 32 bits of each are summed apart.
+    // Integer sums do not depend on the order of the triangles. One area is below 1, which is 2^44 units, so the sum
+    // may need 75 bits: the low 32 bits and the rest are summed separately.
     constexpr double kAreaScale = 0x1p44;
     const double edge = centred_grid(bounds, kMinDepth).edge();
     std::atomic<std::uint64_t> high{0}, low{0};
@@ -244,7 +205,7 @@ double relative_area(const Surface &surface, const Bounds &bounds, int threads) 
         for (std::size_t i = begin; i < end; ++i) {
             const glm::uvec3 &t = surface.triangles[i];
             const glm::dvec3 n = face_normal(surface.positions[t.x], surface.positions[t.y], surface.positions[t.z]);
-            const auto area = static_cast<std::uint64_t>(length_of(n) / 2 / edge / edge * kAreaScale + 0.5);
+            const auto area = static_cast<std::uint64_t>(glm::length(n) / 2 / edge / edge * kAreaScale + 0.5);
             high_sum += area >> 32;
             low_sum += area & 0xFFFFFFFF;
         }
@@ -256,8 +217,8 @@ double relative_area(const Surface &surface, const Bounds &bounds, int threads) 
 
 namespace {
 
-// Depths to try, finest first, until the voxels are few enough: a surface of area A has at least about A / voxel^2 of
-// them.
+// The finest depth at which the lower bound of the voxels is within max_points: a surface of area A has at least about
+// A / voxel^2 voxels.
 int finest_depth(const Surface &surface, const Bounds &bounds, std::uint64_t max_points, int threads) {
     int depth = kMaxDepth;
     const double area = relative_area(surface, bounds, threads);
@@ -270,7 +231,24 @@ int finest_depth(const Surface &surface, const Bounds &bounds, std::uint64_t max
     return depth;
 }
 
-// The finest of what the triangles and the points ask for.
+// Verifies that the box lies within a grid taken from another file: no point may be moved.
+Status check_fits(const Bounds &bounds, const Grid &grid) {
+    if (grid.depth < kMinBuildDepth)
+        return usage("the grid of --grid-like has depth " + std::to_string(grid.depth) + ", the least is " +
+                     std::to_string(kMinBuildDepth));
+    for (int axis = 0; axis < 3; ++axis) {
+        const double corner = grid.origin[static_cast<std::size_t>(axis)];
+        const double low = bounds.lowest[axis], high = bounds.highest[axis];
+        if (low < corner || high - corner > grid.edge())
+            return usage(
+                formatted("the scan reaches from %.12g to %.12g along %c, the grid of --grid-like from %.12g to "
+                          "%.12g; choose a larger grid, or --scale and --origin",
+                          low, high, "xyz"[axis], corner, corner + grid.edge()));
+    }
+    return {};
+}
+
+// The finer of the depths for triangles and for points.
 int chosen_depth(const Surface &surface, const Bounds &bounds, int threads) {
     int depth = kMinBuildDepth;
     if (!surface.triangles.empty())

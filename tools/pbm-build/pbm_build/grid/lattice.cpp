@@ -9,7 +9,7 @@ namespace pbm::build {
 std::vector<LatticePoint> to_lattice(std::span<const glm::dvec3> positions, const Grid &grid, int threads) {
     constexpr std::size_t kBlock = 65536;
     const double last = static_cast<double>((std::int64_t{1} << (grid.depth + kLatticeBits)) - 1);
-    const glm::dvec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);
+    const glm::dvec3 origin = vector_of(grid.origin);
     std::vector<LatticePoint> lattice(positions.size());
     parallel_for(positions.size(), kBlock, threads, [&](std::size_t i) {
         for (int axis = 0; axis < 3; ++axis) {

@@ -1,5 +1,5 @@
-// Fixed-point coordinates inside a grid: the builder decides which voxel holds what in integers, so that no rounding
-// depends on the order of a triangle's corners, and a face within a rounding error of a voxel boundary makes one layer.
+// Fixed-point coordinates in a grid. Integer arithmetic makes voxelization independent of the order of a triangle's
+// corners, and gives a face within a rounding error of a voxel boundary one layer of voxels.
 #pragma once
 
 #include "pbm_format/model/model.h"
@@ -12,17 +12,19 @@
 
 namespace pbm::build {
 
-// A lattice step is 2^-14 of the finest voxel: 30 bits at depth 16, so that differences multiply within 64 bits.
+// A lattice step is 2^-14 of the finest voxel: 30 bits at depth 16, so products of differences fit 64 bits.
 inline constexpr int kLatticeBits = 14;
 inline constexpr double kLatticeSteps = 1 << kLatticeBits; // per voxel
 
 // Units of 2^-kLatticeBits voxels from the grid's origin; 0 <= each < 2^(depth + kLatticeBits).
 using LatticePoint = glm::ivec3;
 
-// Nearest lattice points, clamped into the grid. Positions are finite, in model units.
+// The nearest lattice points, clamped to the grid. Positions are finite, in model units.
 std::vector<LatticePoint> to_lattice(std::span<const glm::dvec3> positions, const Grid &grid, int threads);
 
-// Voxel of the finest level that holds a lattice point (half open: its lower faces belong to it).
+inline glm::dvec3 vector_of(const std::array<double, 3> &v) { return {v[0], v[1], v[2]}; }
+
+// The finest voxel that contains a lattice point; a voxel contains its lower faces.
 inline glm::ivec3 voxel_of(const LatticePoint &p) {
     return {p.x >> kLatticeBits, p.y >> kLatticeBits, p.z >> kLatticeBits};
 }

@@ -1,4 +1,4 @@
-// Triangles on the lattice: what is decided of them in integers, whichever corner the file names first.
+// Triangles on the lattice: results in integers that do not depend on the order of the corners.
 #pragma once
 
 #include "pbm_build/grid/lattice.h"
@@ -8,13 +8,13 @@
 
 namespace pbm::build {
 
-// Normal of a triangle from exact integers, outside where the corners run counter-clockwise; zero if it has no area.
+// Normal from exact integers, towards the side from which the corners run counter-clockwise; zero for area zero.
 inline glm::dvec3 lattice_normal(const LatticePoint &a, const LatticePoint &b, const LatticePoint &c) {
     const glm::i64vec3 u = glm::i64vec3(b) - glm::i64vec3(a), v = glm::i64vec3(c) - glm::i64vec3(a);
     return glm::dvec3(u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x);
 }
 
-inline bool before(const LatticePoint &a, const LatticePoint &b) {
+template <class Place> bool before(const Place &a, const Place &b) { // by x, then y, then z
     return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
 }
 

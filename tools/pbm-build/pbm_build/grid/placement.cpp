@@ -1,5 +1,7 @@
 #include "pbm_build/grid/placement.h"
 
+#include "pbm_build/grid/lattice.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -17,14 +19,14 @@ double float_spacing(double size) {
                                std::numeric_limits<float>::digits);
 }
 
-// By its bits: of a conversion to float and back in a loop over vectors g++ 12 leaves nothing. Numbers too small for
-// float's full precision do not matter here.
+// Tests the low fraction bits, because g++ 12 optimises away a conversion to float and back in a vectorised loop.
+// Ignores denormal floats.
 bool is_single_precision(double value) {
     constexpr int kMoreBits = std::numeric_limits<double>::digits - std::numeric_limits<float>::digits;
     return (std::bit_cast<std::uint64_t>(value) & ((std::uint64_t{1} << kMoreBits) - 1)) == 0;
 }
 
-// The largest coordinate, in size, along an axis, or 0 where one needs more than single precision.
+// The largest absolute coordinate along an axis, or 0 if one of them is not in single precision.
 double largest_single(const Surface &surface, int axis) {
     double largest = 0;
     for (const glm::dvec3 &p : surface.positions) {
@@ -45,11 +47,9 @@ void place(Surface &surface, const Placement &placement) {
     surface.float_step = surface.float_near > 0 ? float_spacing(surface.float_near) * scale : 0;
     if (!placement.scale && !placement.origin)
         return;
-    const std::array<double, 3> shift = placement.origin.value_or(std::array<double, 3>{});
-    const glm::dvec3 origin(shift[0], shift[1], shift[2]);
+    const glm::dvec3 origin = vector_of(placement.origin.value_or(std::array<double, 3>{}));
     for (glm::dvec3 &p : surface.positions)
-        for (int axis = 0; axis < 3; ++axis)
-            p[axis] = scale * p[axis] + origin[axis];
+        p = scale * p + origin;
     for (float &radius : surface.radii)
         if (radius > 0)
             radius = static_cast<float>(std::clamp(static_cast<double>(radius) * scale,

@@ -1,4 +1,4 @@
-// From the coordinates of a scan to those of its model: scale and shift, in double precision.
+// Transforms the coordinates of a scan to those of the model: scale and shift, in double precision.
 #pragma once
 
 #include "pbm_scan/surface/surface.h"
@@ -14,8 +14,8 @@ struct Placement {
     std::optional<std::array<double, 3>> origin; // of the scan's coordinates, in the model; finite
 };
 
-// Coordinates and radii; positions that were finite may become infinite, which check_bounds (grid_choice.h) refuses.
-// Fills float_step and float_near.
+// Transforms positions and radii; fills float_step and float_near. Positions may become infinite, which check_bounds
+// (grid_choice.h) refuses.
 void place(Surface &surface, const Placement &placement);
 
 } // namespace pbm::build

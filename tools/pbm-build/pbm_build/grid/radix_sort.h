@@ -10,8 +10,7 @@
 
 namespace pbm::build {
 
-// Sorts `words` ascending by bits [low_bit, low_bit + bits); words whose bits are equal keep their order. `spare` is
-// room that the call may use and leaves in any state.
+// Sorts `words` ascending by bits [low_bit, low_bit + bits); stable. `spare` is scratch memory.
 inline void radix_sort(std::vector<std::uint64_t> &words, std::vector<std::uint64_t> &spare, int low_bit, int bits) {
     constexpr int kDigitBits = 11;
     constexpr std::uint64_t kDigitMask = (1U << kDigitBits) - 1;

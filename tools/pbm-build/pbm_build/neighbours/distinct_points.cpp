@@ -1,5 +1,6 @@
 #include "pbm_build/neighbours/distinct_points.h"
 
+#include "pbm_build/grid/lattice_triangle.h"
 #include "pbm_build/grid/radix_sort.h"
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 namespace pbm::build {
 namespace {
 
-constexpr int kCurveBits = 21;  // per axis: what a Morton code of 64 bits holds
+constexpr int kCurveBits = 21;  // per axis, in a Morton code of 64 bits
 constexpr int kSortedBits = 33; // three digits of a radix sort
 
 MortonCode curve_code(const LatticePoint &p, int lattice_bits) {
@@ -16,21 +17,20 @@ MortonCode curve_code(const LatticePoint &p, int lattice_bits) {
     return code_of({p.x >> shift, p.y >> shift, p.z >> shift});
 }
 
-// Indices of the points along the Morton curve, those with one code by place.
+// Indices of the points along the Morton curve, points with equal codes by position.
 std::vector<std::uint32_t> curve_order(std::span<const glm::dvec3> positions, std::span<const LatticePoint> lattice,
                                        int lattice_bits) {
-    const auto before = [&](std::uint32_t a, std::uint32_t b) {
+    const auto comes_before = [&](std::uint32_t a, std::uint32_t b) {
         const LatticePoint &at_a = lattice[a], &at_b = lattice[b];
         if (at_a != at_b) {
             const MortonCode code_a = curve_code(at_a, lattice_bits), code_b = curve_code(at_b, lattice_bits);
             if (code_a != code_b)
                 return code_a < code_b;
-            return at_a.x != at_b.x ? at_a.x < at_b.x : at_a.y != at_b.y ? at_a.y < at_b.y : at_a.z < at_b.z;
+            return before(at_a, at_b);
         }
-        const glm::dvec3 &p = positions[a], &q = positions[b];
-        return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.z < q.z;
+        return before(positions[a], positions[b]);
     };
-    // The first bits of each code tell most points apart.
+    // Sorts by the high bits of each code, which distinguish most points, then the rest by comparison.
     const std::size_t count = positions.size();
     const int index_bits = static_cast<int>(std::bit_width(count)), code_bits = std::min(64 - index_bits, kSortedBits);
     const int dropped = std::max(0, 3 * std::min(lattice_bits, kCurveBits) - code_bits);
@@ -46,7 +46,7 @@ std::vector<std::uint32_t> curve_order(std::span<const glm::dvec3> positions, st
             ++end;
         if (end - begin > 1)
             std::sort(order.begin() + static_cast<std::ptrdiff_t>(begin),
-                      order.begin() + static_cast<std::ptrdiff_t>(end), before);
+                      order.begin() + static_cast<std::ptrdiff_t>(end), comes_before);
     }
     return order;
 }

@@ -1,5 +1,4 @@
-// The places of a cloud of points, each once, in an order that does not depend on that of the file: points in one place
-// count as one.
+// The distinct positions of a cloud of points, in an order that does not depend on that of the file.
 #pragma once
 
 #include "pbm_build/grid/lattice.h"
@@ -8,14 +7,14 @@
 
 namespace pbm::build {
 
-// Different places that may share a lattice point: enough to say that points are dense there, and so few that a search
-// among them stays cheap.
+// Maximum number of distinct positions kept per lattice point: enough to show that points are dense there, and few
+// enough for a fast search.
 inline constexpr std::size_t kMaxSharing = 9;
 
 struct DistinctPoints {
     std::vector<LatticePoint> at;        // along the Morton curve
     std::vector<std::uint32_t> place_of; // [positions] index into `at`
-    std::uint64_t repeated = 0;          // positions that are equal to another one before them
+    std::uint64_t repeated = 0;          // positions equal to an earlier one
 };
 
 // On the lattice of `grid`. At most 2^32 - 1 positions.

@@ -8,13 +8,13 @@ namespace {
 
 constexpr int kNodeBits = 3; // nodes of 8x8x8 voxels
 constexpr int kNodeEdge = 1 << kNodeBits;
-constexpr int kReach = 4; // a grid holds all voxels so near to those of its node
+constexpr int kReach = 4; // the grid extends so many voxels beyond its node
 constexpr int kGridEdge = kNodeEdge + 2 * kReach;
 constexpr int kTableLevel = 6;
 
 constexpr int place_in_grid(int x, int y, int z) { return (z * kGridEdge + y) * kGridEdge + x; }
 
-// Where a voxel of a node lies in a grid, from the corner of the node, by the last bits of its code.
+// [last bits of a code] the voxel's place in the grid, relative to the node's corner.
 constexpr auto kPlaces = [] {
     std::array<std::int16_t, std::size_t{1} << 3 * kNodeBits> places{};
     for (std::size_t code = 0; code < places.size(); ++code) {
@@ -25,7 +25,7 @@ constexpr auto kPlaces = [] {
     return places;
 }();
 
-// Offsets to all voxels within reach, by distance.
+// Offsets to all voxels within kReach, sorted by distance.
 struct Shells {
     struct Offset {
         std::int8_t x, y, z;
@@ -74,8 +74,8 @@ std::size_t NearVoxels::first_not_below(MortonCode code) const {
     return static_cast<std::size_t>(std::lower_bound(begin, end, code) - codes_.begin());
 }
 
-const VoxelNeighbours &NearVoxels::tree() const {
-    std::call_once(tree_made_, [&] { tree_ = std::make_unique<VoxelNeighbours>(codes_); });
+const PointNeighbours &NearVoxels::tree() const {
+    std::call_once(tree_made_, [&] { tree_ = std::make_unique<PointNeighbours>(centres_of(codes_)); });
     return *tree_;
 }
 
@@ -90,49 +90,56 @@ void NearVoxelCursor::gather(MortonCode node) {
     const auto centre = morton_decode(node);
     const int nodes = 1 << (voxels_.depth_ - kNodeBits);
     const std::span<const MortonCode> codes = voxels_.codes_;
-    for (int z = -1; z <= 1; ++z)
-        for (int y = -1; y <= 1; ++y)
-            for (int x = -1; x <= 1; ++x) {
-                const std::array<int, 3> step{x, y, z};
-                std::array<std::uint32_t, 3> at{};
-                MortonCode halves = 0, near_half = 0; // of each axis: the bit that says in which half of its node
-                bool inside = true;                   // a voxel lies, and how it is in the half within reach
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    const int c = static_cast<int>(centre[axis]) + step[axis];
-                    inside = inside && c >= 0 && c < nodes;
-                    at[axis] = static_cast<std::uint32_t>(c);
-                    const MortonCode half = MortonCode{1} << (3 * (kNodeBits - 1) + axis);
-                    halves |= step[axis] != 0 ? half : 0;
-                    near_half |= step[axis] < 0 ? half : 0;
-                }
-                if (!inside)
-                    continue;
-                const MortonCode other = morton_encode(at[0], at[1], at[2]);
-                const int corner =
-                    place_in_grid(kReach + kNodeEdge * x, kReach + kNodeEdge * y, kReach + kNodeEdge * z);
-                for (std::size_t i = voxels_.first_not_below(other << 3 * kNodeBits);
-                     i < codes.size() && codes[i] >> 3 * kNodeBits == other; ++i) {
-                    if ((codes[i] & halves) != near_half)
-                        continue;
-                    const int in_grid = corner + kPlaces[codes[i] & (kPlaces.size() - 1)];
-                    const auto place = static_cast<std::size_t>(in_grid);
-                    grid_[place] = static_cast<std::uint32_t>(i) + 1;
-                    filled_.push_back(place);
-                }
-            }
+    for (int n = 0; n < 27; ++n) {
+        const std::array<int, 3> step{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
+        std::array<std::uint32_t, 3> at{};
+        MortonCode halves = 0, near_half = 0; // bits for the half of its node, per axis; their value within reach
+        bool inside = true;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const int c = static_cast<int>(centre[axis]) + step[axis];
+            inside = inside && c >= 0 && c < nodes;
+            at[axis] = static_cast<std::uint32_t>(c);
+            const MortonCode half = MortonCode{1} << (3 * (kNodeBits - 1) + axis);
+            halves |= step[axis] != 0 ? half : 0;
+            near_half |= step[axis] < 0 ? half : 0;
+        }
+        if (!inside)
+            continue;
+        const MortonCode other = morton_encode(at[0], at[1], at[2]);
+        const int corner =
+            place_in_grid(kReach + kNodeEdge * step[0], kReach + kNodeEdge * step[1], kReach + kNodeEdge * step[2]);
+        for (std::size_t i = voxels_.first_not_below(other << 3 * kNodeBits);
+             i < codes.size() && codes[i] >> 3 * kNodeBits == other; ++i) {
+            if ((codes[i] & halves) != near_half)
+                continue;
+            const auto place = static_cast<std::size_t>(corner + kPlaces[codes[i] & (kPlaces.size() - 1)]);
+            grid_[place] = static_cast<std::uint32_t>(i) + 1;
+            filled_.push_back(place);
+        }
+    }
+}
+
+std::size_t NearVoxelCursor::nearest_by_tree(std::size_t voxel, std::span<Neighbour> found) const {
+    const PointNeighbours &tree = voxels_.tree();
+    std::array<NearPoint, kMost> near;
+    const std::size_t count = tree.nearest(voxel, std::span(near).first(found.size()));
+    for (std::size_t i = 0; i < count; ++i)
+        found[i] = {near[i].point, static_cast<float>(near[i].squared_distance),
+                    tree.points()[near[i].point] - tree.points()[voxel]};
+    return count;
 }
 
 std::size_t NearVoxelCursor::nearest(std::size_t voxel, std::span<Neighbour> found) {
-    assert(found.size() <= VoxelNeighbours::kMost);
+    assert(found.size() <= kMost);
     const MortonCode code = voxels_.codes_[voxel];
     if (voxels_.depth_ < kNodeBits)
-        return voxels_.tree().nearest(voxel, found);
+        return nearest_by_tree(voxel, found);
     if (code >> 3 * kNodeBits != node_)
         gather(code >> 3 * kNodeBits);
     const int place = place_in_grid(kReach, kReach, kReach) + kPlaces[code & (kPlaces.size() - 1)];
     const std::uint32_t *const centre = grid_.data() + place;
     struct Near {
-        std::uint32_t voxel; // and 1
+        std::uint32_t voxel; // index + 1
         std::uint32_t offset;
     };
     std::array<Near, Shells::kOffsets> near;
@@ -145,7 +152,7 @@ std::size_t NearVoxelCursor::nearest(std::size_t voxel, std::span<Neighbour> fou
             count += other != 0 ? 1 : 0;
         }
     if (count < found.size())
-        return voxels_.tree().nearest(voxel, found);
+        return nearest_by_tree(voxel, found);
     for (std::size_t i = 0; i < found.size(); ++i) {
         const Shells::Offset &o = kShells.offsets[near[i].offset];
         found[i] = {near[i].voxel - 1, static_cast<float>(o.squared), {o.x, o.y, o.z}};

@@ -1,5 +1,5 @@
-// The nearest occupied voxels, where most lie within a few voxels: a small grid of those around a node of the octree,
-// read outwards in shells, instead of a tree.
+// The nearest occupied voxels. Most lie within a few voxels, so they are read in shells of increasing distance from a
+// small grid around a node of the octree; a tree answers the rest.
 #pragma once
 
 #include "pbm_build/neighbours/neighbours.h"
@@ -11,7 +11,13 @@
 
 namespace pbm::build {
 
-// Occupied voxels and where those of each node begin. Refers to `codes`: ascending, unique, of a grid of `depth`.
+struct Neighbour {
+    std::uint32_t voxel;    // index into the codes
+    float squared_distance; // between the centres, in voxels
+    glm::ivec3 offset;      // from the queried voxel, in voxels
+};
+
+// Occupied voxels with the first one of each coarse node. Refers to `codes`: ascending, unique, of a grid of `depth`.
 class NearVoxels {
   public:
     NearVoxels(std::span<const MortonCode> codes, int depth);
@@ -19,31 +25,33 @@ class NearVoxels {
   private:
     friend class NearVoxelCursor;
     std::size_t first_not_below(MortonCode code) const;
-    const VoxelNeighbours &tree() const; // made when the first voxel needs it
+    const PointNeighbours &tree() const; // of the centres; made when the first voxel needs it
 
     std::span<const MortonCode> codes_;
     int depth_;
     int shift_;                         // of a code, to its place in starts_
     std::vector<std::uint32_t> starts_; // first voxel of each node of a coarse level, and the end
     mutable std::once_flag tree_made_;
-    mutable std::unique_ptr<VoxelNeighbours> tree_;
+    mutable std::unique_ptr<PointNeighbours> tree_;
 };
 
-// Searches of one thread, fastest in ascending order.
+// Searches for one thread; fastest in ascending order of voxels.
 class NearVoxelCursor {
   public:
     explicit NearVoxelCursor(const NearVoxels &voxels);
 
-    // As VoxelNeighbours::nearest.
+    // As PointNeighbours::nearest, at most kMost.
+    static constexpr std::size_t kMost = 31;
     std::size_t nearest(std::size_t voxel, std::span<Neighbour> found);
 
   private:
+    std::size_t nearest_by_tree(std::size_t voxel, std::span<Neighbour> found) const;
     void gather(MortonCode node);
 
     const NearVoxels &voxels_;
-    MortonCode node_ = ~MortonCode{0}; // whose surroundings these are:
-    std::vector<std::uint32_t> grid_;  // [z][y][x] index of the voxel and 1, or 0 where there is none
-    std::vector<std::size_t> filled_;  // places of it that are not 0
+    MortonCode node_ = ~MortonCode{0}; // at the centre of the grid
+    std::vector<std::uint32_t> grid_;  // [z][y][x] index of the voxel + 1; 0: empty
+    std::vector<std::size_t> filled_;  // places in the grid that are not 0
 };
 
 } // namespace pbm::build

@@ -1,24 +1,13 @@
 #include "pbm_build/neighbours/neighbours.h"
 
 #include <algorithm>
-#include <cassert>
 #include <limits>
 
 namespace pbm::build {
 namespace {
 
-// Distances are first compared in single precision, computed from exact differences: wrong by less than this factor.
+// Distances are first compared in single precision. The differences are exact, so the relative error is below this.
 constexpr float kRounding = 1 + 1e-6F;
-
-std::vector<LatticePoint> centres_of(std::span<const MortonCode> codes) {
-    std::vector<LatticePoint> centres;
-    centres.reserve(codes.size());
-    for (const MortonCode code : codes) {
-        const auto v = morton_decode(code);
-        centres.emplace_back(v[0], v[1], v[2]);
-    }
-    return centres;
-}
 
 } // namespace
 
@@ -52,13 +41,13 @@ PointNeighbours::PointNeighbours(std::vector<LatticePoint> points) : points_(std
     }
 }
 
-// One search: what is found so far, sorted, and how far the farthest of it may be.
+// One search: the sorted candidates, and the maximum distance of a new one.
 class PointNeighbours::Search {
   public:
     Search(const PointNeighbours &tree, std::size_t point, std::span<NearPoint> found)
         : tree_(tree), point_(point), at_(tree.points_[point]), found_(found) {}
 
-    // Its own leaf and those before and behind it.
+    // Searches the point's own leaf and its two neighbours.
     void scan_beside() {
         const std::size_t own = point_ / kFan;
         first_ = own - std::min<std::size_t>(own, 1);
@@ -70,7 +59,7 @@ class PointNeighbours::Search {
             scan(last_);
     }
 
-    // All others, the nearest of each group first.
+    // Searches all other leaves, the nearest of each group first.
     void scan_others() {
         struct Box {
             float squared;
@@ -138,7 +127,7 @@ class PointNeighbours::Search {
                 add(index * kFan + i);
     }
 
-    // Of two at one distance.
+    // The order of two points at equal distance.
     bool comes_before(std::size_t a, std::size_t b) const {
         const LatticePoint &p = tree_.points_[a], &q = tree_.points_[b];
         return p.z != q.z ? p.z < q.z : p.y != q.y ? p.y < q.y : p.x != q.x ? p.x < q.x : a < b;
@@ -168,7 +157,7 @@ class PointNeighbours::Search {
     LatticePoint at_;
     std::span<NearPoint> found_;
     std::size_t count_ = 0;
-    std::size_t first_ = 0, last_ = 0;                     // leaves that scan_beside has seen
+    std::size_t first_ = 0, last_ = 0;                     // leaves that scan_beside has searched
     float limit_ = std::numeric_limits<float>::infinity(); // squared
 };
 
@@ -185,16 +174,14 @@ std::size_t PointNeighbours::nearest_in_order(std::size_t point, std::span<NearP
     return search.count();
 }
 
-VoxelNeighbours::VoxelNeighbours(std::span<const MortonCode> codes) : centres_(centres_of(codes)) {}
-
-std::size_t VoxelNeighbours::nearest(std::size_t voxel, std::span<Neighbour> found) const {
-    assert(found.size() <= kMost);
-    std::array<NearPoint, kMost> near;
-    const std::size_t count = centres_.nearest(voxel, std::span(near).first(found.size()));
-    for (std::size_t i = 0; i < count; ++i)
-        found[i] = {near[i].point, static_cast<float>(near[i].squared_distance),
-                    centres_.points()[near[i].point] - centres_.points()[voxel]};
-    return count;
+std::vector<LatticePoint> centres_of(std::span<const MortonCode> codes) {
+    std::vector<LatticePoint> centres;
+    centres.reserve(codes.size());
+    for (const MortonCode code : codes) {
+        const auto v = morton_decode(code);
+        centres.emplace_back(v[0], v[1], v[2]);
+    }
+    return centres;
 }
 
 } // namespace pbm::build

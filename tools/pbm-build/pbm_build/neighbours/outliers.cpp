@@ -20,21 +20,13 @@ float mean_distance(const Nearest &nearest) {
     return static_cast<float>(sum / static_cast<double>(nearest.size()));
 }
 
-float median_of(std::span<float> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
-// Of the points that are listed, in their order.
+// The spacing of each of `points`.
 std::vector<float> spacings_of(const PointNeighbours &neighbours, std::span<const std::uint32_t> points, int threads) {
     std::vector<float> spacings(points.size());
-    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
         Nearest nearest;
-        for (std::size_t i = begin; i < end; ++i) {
-            neighbours.nearest(points[i], nearest);
-            spacings[i] = mean_distance(nearest);
-        }
+        neighbours.nearest(points[i], nearest);
+        spacings[i] = mean_distance(nearest);
     });
     return spacings;
 }
@@ -44,8 +36,7 @@ float median_spacing(const PointNeighbours &neighbours, int threads) {
     std::vector<std::uint32_t> sample;
     for (std::size_t i = 0; i < count; i += step)
         sample.push_back(static_cast<std::uint32_t>(i));
-    std::vector<float> spacings = spacings_of(neighbours, sample, threads);
-    return median_of(spacings);
+    return median_of(spacings_of(neighbours, sample, threads));
 }
 
 // The points whose spacing may be above `least`. No spacing is above the mean distance to any kSpacingNeighbours
@@ -63,15 +54,13 @@ std::vector<std::uint32_t> suspects(const PointNeighbours &neighbours, double le
         return sum <= most;
     };
     Bytes suspected(points.size());
-    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
+        if (near_those_from(i - std::min(i, kSpacingNeighbours / 2), i) ||
+            near_those_from(i - std::min(i, kSpacingNeighbours), i) || near_those_from(i, i))
+            return;
         Nearest nearest;
-        for (std::size_t i = begin; i < end; ++i) {
-            if (near_those_from(i - std::min(i, kSpacingNeighbours / 2), i) ||
-                near_those_from(i - std::min(i, kSpacingNeighbours), i) || near_those_from(i, i))
-                continue;
-            const bool few = neighbours.nearest_in_order(i, nearest) < nearest.size();
-            suspected[i] = few || static_cast<double>(mean_distance(nearest)) > least ? 1 : 0;
-        }
+        const bool few = neighbours.nearest_in_order(i, nearest) < nearest.size();
+        suspected[i] = few || static_cast<double>(mean_distance(nearest)) > least ? 1 : 0;
     });
     std::vector<std::uint32_t> suspects;
     for (std::size_t i = 0; i < points.size(); ++i)
@@ -84,13 +73,11 @@ std::vector<std::uint32_t> suspects(const PointNeighbours &neighbours, double le
 std::vector<float> median_spacings_around(const PointNeighbours &neighbours, std::span<const std::uint32_t> points,
                                           int threads) {
     std::vector<std::array<std::uint32_t, kSpacingNeighbours>> around(points.size());
-    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
         Nearest nearest;
-        for (std::size_t i = begin; i < end; ++i) {
-            neighbours.nearest(points[i], nearest);
-            for (std::size_t k = 0; k < nearest.size(); ++k)
-                around[i][k] = nearest[k].point;
-        }
+        neighbours.nearest(points[i], nearest);
+        for (std::size_t k = 0; k < nearest.size(); ++k)
+            around[i][k] = nearest[k].point;
     });
     std::vector<std::uint32_t> each; // of all of them once: outliers come in clusters
     for (const auto &some : around)
@@ -100,16 +87,22 @@ std::vector<float> median_spacings_around(const PointNeighbours &neighbours, std
     const std::vector<float> spacings = spacings_of(neighbours, each, threads);
     std::vector<float> medians;
     for (const auto &some : around) {
-        std::array<float, kSpacingNeighbours> theirs{};
-        for (std::size_t k = 0; k < some.size(); ++k)
-            theirs[k] =
-                spacings[static_cast<std::size_t>(std::lower_bound(each.begin(), each.end(), some[k]) - each.begin())];
-        medians.push_back(median_of(theirs));
+        std::vector<float> theirs;
+        for (const std::uint32_t point : some)
+            theirs.push_back(
+                spacings[static_cast<std::size_t>(std::lower_bound(each.begin(), each.end(), point) - each.begin())]);
+        medians.push_back(median_of(std::move(theirs)));
     }
     return medians;
 }
 
 } // namespace
+
+float median_of(std::vector<float> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
 
 Bytes find_outliers(const PointNeighbours &neighbours, int threads) {
     Bytes outliers(neighbours.points().size());

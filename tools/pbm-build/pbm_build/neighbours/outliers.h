@@ -1,7 +1,6 @@
 // Points far from all others: dust, reflections, matching errors of a scan.
-// Based on: Breunig, Kriegel, Ng, Sander. LOF: Identifying Density-Based Local Outliers. 2000 (density compared with
-// that
-//           of the neighbours, so that sparse regions of a scan are no outliers)
+// Based on: Breunig, Kriegel, Ng, Sander. LOF: Identifying Density-Based Local Outliers. 2000 (compares the density at
+// a point with that at its neighbours: sparse regions of a scan are no outliers)
 #pragma once
 
 #include "pbm_build/neighbours/neighbours.h"
@@ -15,11 +14,14 @@ inline constexpr std::size_t kSpacingNeighbours = 8;
 // kOutlierFactor times the median of theirs, and more than kOutlierFactor times the median of the cloud.
 inline constexpr double kOutlierFactor = 4;
 
-// The median of a cloud is that of so many of its points at least, evenly taken in their order.
+// The median of the cloud is estimated from at least so many of its points, evenly spaced along their order.
 inline constexpr std::size_t kSpacingSample = 4096;
 
-// [points] 1: an outlier. Only points that may be one are searched for their neighbours: those whose neighbours along
-// the Morton curve are near enough have a small spacing.
+// [points] 1: an outlier. Neighbours are searched only for points whose neighbours along the Morton curve are far:
+// these distances bound the spacing from above.
 Bytes find_outliers(const PointNeighbours &neighbours, int threads);
+
+// The upper median; `values` is not empty.
+float median_of(std::vector<float> values);
 
 } // namespace pbm::build

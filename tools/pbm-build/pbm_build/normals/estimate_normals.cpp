@@ -4,70 +4,32 @@
 #include "pbm_build/neighbours/distinct_points.h"
 #include "pbm_build/neighbours/outliers.h"
 #include "pbm_build/normals/orient_normals.h"
+#include "pbm_scan/text/printable.h"
 
 #include <glm/gtc/type_precision.hpp>
 
 #include <algorithm>
-#include <cstdio>
 
 namespace pbm::build {
 namespace {
-
-using Fate = AttributeReport::Fate;
-
-std::string ratio(double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.3g", value);
-    return text.data();
-}
-
-glm::dvec3 on_lattice(const std::array<double, 3> &position, const Grid &grid) {
-    glm::dvec3 p;
-    for (int axis = 0; axis < 3; ++axis)
-        p[axis] = (position[static_cast<std::size_t>(axis)] - grid.origin[static_cast<std::size_t>(axis)]) /
-                  grid.voxel_size * kLatticeSteps;
-    return p;
-}
 
 std::span<const glm::dvec3> places_of(const Surface &surface) {
     return std::span(surface.positions).subspan(surface.first_point());
 }
 
-// The lattice does not depend on the depth that is asked for: neither do the normals.
+// The lattice, and so the normals, do not depend on the requested depth.
 Grid finest_grid(const Surface &surface) { return centred_grid(bounds_of(places_of(surface)), kMaxDepth); }
-
-// Of the values from `first` on, those of the points that are not dropped.
-template <class T>
-void keep_only(std::vector<T> &values, std::size_t first, const DistinctPoints &points, const Bytes &drop) {
-    if (values.empty())
-        return;
-    std::size_t kept = first;
-    for (std::size_t i = 0; i < points.place_of.size(); ++i)
-        if (drop[points.place_of[i]] == 0)
-            values[kept++] = values[first + i];
-    values.resize(kept);
-}
 
 void drop_points(Surface &surface, const DistinctPoints &points, const Bytes &drop) {
     const std::size_t first = surface.first_point();
-    for_vertex_attributes([&](auto &values) { keep_only(values, first, points, drop); }, surface);
-    keep_only(surface.positions, first, points, drop);
+    const auto keep = [&](std::size_t i) { return drop[points.place_of[i - first]] == 0; };
+    for_vertex_attributes([&](auto &values) { keep_from(values, first, keep); }, surface);
+    keep_from(surface.positions, first, keep);
     if (!surface.triangles.empty())
         surface.points_beside_triangles = surface.positions.size() - first;
 }
 
-std::string counted(std::uint64_t count, const char *of) {
-    return std::to_string(count) + " " + of + (count == 1 ? "" : "s");
-}
-
-std::string percent(std::uint64_t part, std::uint64_t whole) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.1f %%",
-                  whole == 0 ? 0.0 : 100 * static_cast<double>(part) / static_cast<double>(whole));
-    return text.data();
-}
-
-// The direction of the sum of the given normals in each place.
+// [places] direction of the sum of the given normals at each place.
 std::vector<ShortNormal> given_normals(std::span<const ShortNormal> normals, const DistinctPoints &points,
                                        std::size_t places) {
     std::vector<glm::i64vec3> sums(places, glm::i64vec3(0));
@@ -81,10 +43,8 @@ std::vector<ShortNormal> given_normals(std::span<const ShortNormal> normals, con
 
 double extent_without(const Surface &surface, const DistinctPoints &points, const Bytes &drop) {
     const std::span<const glm::dvec3> places = places_of(surface);
-    std::vector<glm::dvec3> kept;
-    for (std::size_t i = 0; i < places.size(); ++i)
-        if (drop[points.place_of[i]] == 0)
-            kept.push_back(places[i]);
+    std::vector<glm::dvec3> kept(places.begin(), places.end());
+    keep_from(kept, 0, [&](std::size_t i) { return drop[points.place_of[i]] == 0; });
     return kept.empty() ? 0 : bounds_of(kept).extent();
 }
 
@@ -100,17 +60,16 @@ void report_outliers(const Surface &surface, const DistinctPoints &points, const
         note += "; --remove-outliers drops them";
     const double with = bounds_of(places_of(surface)).extent(), without = extent_without(surface, points, outliers);
     if (surface.triangles.empty() && without > 0 && with > 1.5 * without)
-        note += (removed ? ", which makes the grid " : ", which would make the grid ") + ratio(with / without) +
-                " times smaller";
-    statistics.attributes.push_back({"outliers", removed ? Fate::dropped : Fate::kept, note});
+        note += formatted(", which %s the grid %.3g times smaller", removed ? "makes" : "would make", with / without);
+    statistics.report("outliers", removed ? Fate::dropped : Fate::kept, note);
 }
 
 void report_repeated_points(const DistinctPoints &points, BuildStatistics &statistics) {
     const std::uint64_t all = points.place_of.size();
     if (2 * points.repeated >= all)
-        statistics.attributes.push_back(
-            {"repeated points", Fate::converted,
-             std::to_string(all) + " points lie in " + counted(all - points.repeated, "place") + ", averaged"});
+        statistics.report("repeated points", Fate::converted,
+                          std::to_string(all) + " points lie in " + counted(all - points.repeated, "place") +
+                              ", averaged");
 }
 
 void remove_outliers(Surface &surface, int threads, BuildStatistics &statistics) {
@@ -129,17 +88,17 @@ void report_normals(const PointRequest &request, const Orientation &orientation,
     if (request.viewpoint)
         note += "turned to the viewpoint";
     else
-        note += "orientation by spanning tree, " + counted(orientation.pieces, "piece") + ", " +
-                percent(two_sided, estimated) + " two-sided";
-    statistics.attributes.push_back({"normals", Fate::estimated, note});
+        note += "orientation by spanning tree, " + counted(orientation.pieces, "piece") +
+                formatted(", %.1f %% two-sided", 100 * static_cast<double>(two_sided) / static_cast<double>(estimated));
+    statistics.report("normals", Fate::estimated, note);
 }
 
-// Options that have nothing to act on.
+// Reports options without effect.
 void report_unused(const PointRequest &request, bool has_points, BuildStatistics &statistics) {
     if (request.remove_outliers && !has_points)
-        statistics.attributes.push_back({"--remove-outliers", Fate::dropped, "there are no points without faces"});
+        statistics.report("--remove-outliers", Fate::dropped, "there are no points without faces");
     if (request.viewpoint)
-        statistics.attributes.push_back({"--viewpoint", Fate::dropped, "no normal had to be estimated from points"});
+        statistics.report("--viewpoint", Fate::dropped, "no normal had to be estimated from points");
 }
 
 } // namespace
@@ -182,7 +141,8 @@ VertexNormals estimate_normals(Surface &surface, const PointRequest &request, in
     Orientation orientation;
     if (request.viewpoint) {
         orientation.two_sided.resize(places);
-        face_viewpoint(neighbours.points(), fits.normals, is_given, on_lattice(*request.viewpoint, grid));
+        face_viewpoint(neighbours.points(), fits.normals, is_given,
+                       (vector_of(*request.viewpoint) - vector_of(grid.origin)) / grid.voxel_size * kLatticeSteps);
     } else {
         orientation = orient_normals(neighbours.points(), fits, is_given, request.up, threads);
     }

@@ -1,5 +1,4 @@
-// What is worked out for points without faces before they are put on a grid: which are outliers, and the normals of
-// those that have none.
+// Estimates the missing normals of points without faces, and finds or removes their outliers.
 #pragma once
 
 #include "pbm_build/report/build_statistics.h"
@@ -14,13 +13,13 @@ namespace pbm::build {
 struct PointRequest {
     std::optional<std::array<double, 3>> viewpoint; // model units: estimated normals face it
     bool remove_outliers = false;
-    UpAxis up = UpAxis::y; // the side to which open sheets are turned
+    UpAxis up = UpAxis::y; // open sheets are oriented upwards
 };
 
-// Of the vertices (vertex_normals.h) and points of a surface. Points lose their outliers if asked to; those without a
-// normal get one, and become two-sided where its sign is not known. Given normals of points are kept and lend their
-// sign to estimated ones. The same for any number of threads and any order of the points. Says in `statistics` what was
-// found and done. At most 2^31 points.
+// Normals of the vertices (vertex_normals.h) and points of a surface. Removes the outliers of the points on request. A
+// point without a normal gets an estimated one, and becomes two-sided if its sign is unknown. Given normals of points
+// are kept, and determine the signs of estimated ones. The result does not depend on the number of threads or the order
+// of the points. Reports to `statistics`. At most 2^31 points.
 VertexNormals estimate_normals(Surface &surface, const PointRequest &request, int threads, BuildStatistics &statistics);
 
 } // namespace pbm::build

@@ -54,7 +54,7 @@ struct Plane {
     double roughness = 1; // least moment to middle one, 0..1
 };
 
-// Through a point and others at `offsets` from it.
+// The plane through a point and others at `offsets` from it.
 Plane fit_plane(std::span<const glm::dvec3> offsets, std::span<const double> weights) {
     double weight = 1; // of the point itself, at offset 0
     glm::dvec3 mean(0);
@@ -107,8 +107,8 @@ Plane plane_at(const std::vector<LatticePoint> &points, std::size_t point, std::
     return fit_plane(std::span(offsets).first(found.size()), std::span(weights).first(found.size()));
 }
 
-// Whether there is a gap of 150 degrees between the directions of the nearest few. Each direction then has another one
-// that follows within so much; those on the other side of the gap have none.
+// Whether the directions of the nearest few leave a gap of 150 degrees: some direction then has no other one within 150
+// degrees to its left.
 bool is_at_border(const std::vector<LatticePoint> &points, std::size_t point, std::span<const NearPoint> near,
                   const Plane &plane) {
     const glm::dvec3 &n = plane.normal, &u = plane.along;
@@ -130,13 +130,6 @@ bool is_at_border(const std::vector<LatticePoint> &points, std::size_t point, st
     });
 }
 
-PointLinks room_for_links(std::size_t points) {
-    PointLinks links;
-    links.nearest.resize(points * kLinks);
-    links.spacing.resize(points);
-    return links;
-}
-
 void keep_links(PointLinks &links, std::size_t point, std::span<const NearPoint> found) {
     const std::size_t count = std::min(kLinks, found.size());
     double sum = 0;
@@ -151,8 +144,11 @@ void keep_links(PointLinks &links, std::size_t point, std::span<const NearPoint>
 
 PlaneFits fit_planes(const PointNeighbours &neighbours, int threads) {
     const std::vector<LatticePoint> &points = neighbours.points();
-    PlaneFits fits{room_for_links(points.size()), std::vector<ShortNormal>(points.size()), Bytes(points.size())};
-    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
+    const std::size_t count = points.size();
+    PlaneFits fits{{std::vector<std::uint32_t>(count * kLinks), std::vector<float>(count)},
+                   std::vector<ShortNormal>(count),
+                   Bytes(count)};
+    parallel_for(count, kBlock, threads, [&](std::size_t i) {
         std::array<NearPoint, kMaxNeighbours> found;
         const std::size_t few = neighbours.nearest(i, std::span(found).first(kScales.front()));
         auto near = std::span(found).first(few);

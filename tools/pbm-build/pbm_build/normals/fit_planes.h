@@ -1,5 +1,4 @@
-// Planes through the points around each point: the normals of a cloud that has none, of either sign. orient_normals.h
-// turns them.
+// Fits a plane to the neighbours of each point: normals of unknown sign, which orient_normals.h orients.
 // Based on: Hoppe, DeRose, Duchamp, McDonald, Stuetzle. Surface Reconstruction from Unorganized Points. 1992
 #pragma once
 
@@ -19,13 +18,13 @@ struct PointLinks {
 
 struct PlaneFits {
     PointLinks links;
-    std::vector<ShortNormal> normals; // [points] of either sign; zero: no plane, the points around lie on a line
-    Bytes at_border;                  // [points] 1: no neighbour in 150 degrees around, as at borders and along curves
+    std::vector<ShortNormal> normals; // [points] of either sign; zero: the neighbours lie on a line
+    Bytes at_border; // [points] 1: no neighbour within an angle of 150 degrees, as at borders and on curves
 };
 
-// The plane of least squares through the points around each, near ones counting more. Where the nearest few do not lie
-// on a plane, more are taken if they do so better: noise needs many points, edges and thin walls few. A border is a gap
-// between the directions of the nearest few in that plane.
+// Least-squares planes, weighted by distance. Where the nearest few neighbours do not lie on a plane, more are used if
+// they fit better: noise needs many points, edges and thin walls few. A border is a gap between the directions of the
+// nearest few in that plane.
 // Based on: Demantké, Mallet, David, Vallet. Dimensionality Based Scale Selection in 3D Lidar Point Clouds. 2011
 //           Bendels, Schnabel, Klein. Detecting Holes in Point Set Surfaces. 2006 (the angle criterion)
 PlaneFits fit_planes(const PointNeighbours &neighbours, int threads);

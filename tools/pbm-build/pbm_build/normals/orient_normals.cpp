@@ -1,8 +1,11 @@
 #include "pbm_build/normals/orient_normals.h"
 
+#include "pbm_build/neighbours/outliers.h"
 #include "pbm_build/normals/parity_sets.h"
 #include "pbm_build/normals/reconsider_signs.h"
 #include "system/threads/parallel.h"
+
+#include <glm/gtc/type_precision.hpp>
 
 #include <algorithm>
 #include <array>
@@ -12,10 +15,10 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kBlock = 4096;
-constexpr int kStrong = 128;      // of the links that the spanning tree takes
-constexpr double kClosed = 0.25;  // of what is seen must agree on an outside
-constexpr double kHidden = 0.005; // views of a point, on average: fewer are leaks
-constexpr double kFacing = 0.5;   // cosine of the mean normal of a sheet to the axis that it faces
+constexpr int kStrong = 128;      // minimum |vote| of a link in the spanning tree
+constexpr double kClosed = 0.25;  // minimum net share of the views of a closed piece that agree on one side
+constexpr double kHidden = 0.005; // minimum views per point of a closed piece: fewer pass through gaps
+constexpr double kFacing = 0.5;   // minimum length of the mean normal of a sheet along the axis that it faces
 
 bool is_given_at(const Bytes &is_given, std::size_t point) { return !is_given.empty() && is_given[point] != 0; }
 
@@ -23,8 +26,8 @@ ShortNormal negated(const ShortNormal &n) {
     return {static_cast<std::int16_t>(-n[0]), static_cast<std::int16_t>(-n[1]), static_cast<std::int16_t>(-n[2])};
 }
 
-// On an arc through both points one normal is the other one's mirror image in the plane between them. A link that
-// leaves the tangent planes says little.
+// The vote compares one normal with the mirror image of the other in the bisecting plane: they are equal for two points
+// of an arc. Links out of the tangent planes get a low weight.
 Vote vote_between(const LatticePoint &p, const ShortNormal &at_p, const LatticePoint &q, const ShortNormal &at_q) {
     const glm::dvec3 e = glm::dvec3(q - p);
     const double squared = (e.x * e.x + e.y * e.y) + e.z * e.z;
@@ -52,9 +55,9 @@ std::vector<Vote> votes_of_links(const std::vector<LatticePoint> &points, const 
     return votes;
 }
 
-// A spanning forest of the sure links: Kruskal's algorithm, surest first, ties by index.
+// Joins the links of high confidence to a spanning forest: Kruskal's algorithm, highest |vote| first, ties by index.
 void join_along_sure_links(const PointLinks &links, const std::vector<Vote> &votes, ParitySets &sets) {
-    const auto is_taken = [&](std::size_t link) { // once, though both ends may name each other
+    const auto is_taken = [&](std::size_t link) { // one of two links if both ends name each other
         if (std::abs(votes[link]) < kStrong)
             return false;
         const std::size_t from = link / kLinks, to = links.nearest[link];
@@ -75,7 +78,7 @@ void join_along_sure_links(const PointLinks &links, const std::vector<Vote> &vot
         sets.join(static_cast<std::uint32_t>(link / kLinks), links.nearest[link], votes[link] < 0);
 }
 
-// Connected points whose normals agree, by the lowest of them, their root; with what the views from outside say of it.
+// Connected points with consistent normals, and their visibility from outside. The root of a patch is its lowest point.
 struct Patches {
     ParitySets sets;
     std::vector<std::int64_t> towards, seen; // [points] at roots: sums of outside_view.h, in the unit of votes
@@ -92,11 +95,11 @@ struct Patches {
     }
 };
 
-// All that the links between two patches say together.
+// The sum of all links between two patches.
 struct PatchLink {
     std::uint32_t low, high;   // roots
     std::int64_t votes;        // positive: same sign
-    std::int64_t evidence = 0; // the same, with what is seen from outside
+    std::int64_t evidence = 0; // votes, and visibility from outside
 };
 
 std::vector<PatchLink> merged(std::vector<PatchLink> links) {
@@ -113,14 +116,14 @@ std::vector<PatchLink> merged(std::vector<PatchLink> links) {
     return links;
 }
 
-// No votes if both are in one patch.
+// The link between the patches of two points; no votes within one patch.
 PatchLink between_roots(ParitySets &sets, std::uint32_t a, std::uint32_t b, std::int64_t votes) {
     const auto p = sets.find(a), q = sets.find(b);
     const std::int64_t turned = p.opposite != q.opposite ? -votes : votes;
     return {std::min(p.root, q.root), std::max(p.root, q.root), p.root == q.root ? 0 : turned};
 }
 
-// Half the difference between what speaks for the same sign and what speaks for opposite ones.
+// Votes, plus half of the visibility gained by equal signs over opposite ones: (|a + b| - |a - b|) / 2.
 std::int64_t evidence(const Patches &patches, const PatchLink &link) {
     const std::int64_t a = patches.towards[link.low], b = patches.towards[link.high];
     return link.votes + (std::abs(a + b) - std::abs(a - b)) / 2;
@@ -149,8 +152,8 @@ std::vector<PatchLink> surest_links(const std::vector<PatchLink> &links) {
     return surest;
 }
 
-// Joins each patch with the one that it is surest of, until nothing links: all votes between two patches count
-// together, so that a few wrong links do not matter. Based on: Borůvka's algorithm
+// Joins each patch along its link of highest evidence until no links remain. The votes between two patches are summed,
+// so that a few wrong links do not matter. Based on: Borůvka's algorithm
 void join_patches(const PointLinks &links, const std::vector<Vote> &votes, Patches &patches) {
     std::vector<PatchLink> open;
     for (std::size_t link = 0; link < votes.size(); ++link)
@@ -174,7 +177,7 @@ void join_patches(const PointLinks &links, const std::vector<Vote> &votes, Patch
 
 struct Turned {
     std::vector<std::uint32_t> roots; // [points]
-    std::vector<ShortNormal> normals; // [points] turned to those of their roots
+    std::vector<ShortNormal> normals; // [points] with signs relative to their roots
 };
 
 Turned turned_to_roots(ParitySets &sets, const std::vector<ShortNormal> &normals) {
@@ -188,8 +191,8 @@ Turned turned_to_roots(ParitySets &sets, const std::vector<ShortNormal> &normals
     return turned;
 }
 
-// Makes of the root of each point the number of its piece; returns the roots by these numbers. A root is the lowest of
-// its piece.
+// Replaces the root of each point by the number of its piece. Returns the roots: [pieces]. A root is the lowest point
+// of its piece.
 std::vector<std::uint32_t> number_pieces(std::vector<std::uint32_t> &roots) {
     std::vector<std::uint32_t> pieces;
     for (std::uint32_t i = 0; i < roots.size(); ++i)
@@ -202,16 +205,11 @@ std::vector<std::uint32_t> number_pieces(std::vector<std::uint32_t> &roots) {
     return pieces;
 }
 
-double median_spacing(std::vector<float> spacing) {
-    const auto middle = spacing.begin() + static_cast<std::ptrdiff_t>(spacing.size() / 2);
-    std::nth_element(spacing.begin(), middle, spacing.end());
-    return std::max(1.0, static_cast<double>(*middle));
-}
-
 OutsideView look_from_outside(const std::vector<LatticePoint> &points, const PlaneFits &fits, Patches &patches,
                               int threads) {
     const Turned turned = turned_to_roots(patches.sets, fits.normals);
-    OutsideView view = view_from_outside(points, turned.normals, median_spacing(fits.links.spacing), threads);
+    const double spacing = std::max(1.0, static_cast<double>(median_of(fits.links.spacing)));
+    OutsideView view = view_from_outside(points, turned.normals, spacing, threads);
     for (std::size_t i = 0; i < points.size(); ++i) {
         patches.towards[turned.roots[i]] += view.towards[i];
         patches.seen[turned.roots[i]] += view.seen[i];
@@ -229,22 +227,22 @@ OutsideView look_from_outside(const std::vector<LatticePoint> &points, const Pla
 
 enum class Side : std::uint8_t { as_is, opposite, unknown };
 
-// Whether a piece of `points` points is closed by and large, so that it is seen from one side.
+// Whether a piece of `points` points is mostly closed, so that it is visible from one side.
 bool is_closed(std::int64_t towards, std::int64_t seen, std::int64_t points) {
     return static_cast<double>(seen) > kHidden * kSure * static_cast<double>(points) &&
            std::fabs(static_cast<double>(towards)) > kClosed * static_cast<double>(seen);
 }
 
-// Of a sheet of `points` points: the side to which it is turned.
-Side side_of_sheet(const std::array<std::int64_t, 3> &normal_sum, std::int64_t points, UpAxis up) {
+// The side that a sheet of `points` points faces.
+Side side_of_sheet(const glm::i64vec3 &normal_sum, std::int64_t points, UpAxis up) {
     const double flat = kFacing * kNormalScale * static_cast<double>(points);
-    for (const std::size_t axis : {up == UpAxis::x ? std::size_t{0} : up == UpAxis::y ? 1 : 2, std::size_t{2}})
+    for (const int axis : {up == UpAxis::x ? 0 : up == UpAxis::y ? 1 : 2, 2})
         if (std::fabs(static_cast<double>(normal_sum[axis])) > flat)
             return normal_sum[axis] > 0 ? Side::as_is : Side::opposite;
     return Side::unknown;
 }
 
-// Of normals as they are, made of those that were turned: `flipped` ([points], 1: turned).
+// Converts evidence about the original normals to evidence about the oriented ones: `flipped` ([points], 1: negated).
 void turn_evidence(const PointLinks &links, const Bytes &flipped, SignEvidence &evidence) {
     for (std::size_t link = 0; link < evidence.votes.size(); ++link)
         if (flipped[link / kLinks] != flipped[links.nearest[link]])
@@ -276,12 +274,12 @@ Orientation orient_normals(const std::vector<LatticePoint> &points, PlaneFits &f
     Turned turned = turned_to_roots(patches.sets, fits.normals);
     const std::vector<std::uint32_t> roots = number_pieces(turned.roots); // [pieces]
     const std::vector<std::uint32_t> &piece_of = turned.roots;
-    std::vector<std::array<std::int64_t, 3>> normal_sums(roots.size());
+    std::vector<glm::i64vec3> normal_sums(roots.size(), glm::i64vec3(0));
     std::vector<std::int64_t> sizes(roots.size());
     for (std::size_t i = 0; i < count; ++i) {
         sizes[piece_of[i]] += 1;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            normal_sums[piece_of[i]][axis] += turned.normals[i][axis];
+        const ShortNormal &n = turned.normals[i];
+        normal_sums[piece_of[i]] += glm::i64vec3(n[0], n[1], n[2]);
     }
     std::vector<Side> sides(roots.size(), Side::unknown);
     std::vector<bool> closed(roots.size());

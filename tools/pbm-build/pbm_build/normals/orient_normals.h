@@ -1,14 +1,12 @@
-// Turns normals of either sign so that neighbours agree, and each connected piece to its outside.
+// Orients normals of either sign: neighbours agree, and each connected piece faces its outside.
 // Based on: Hoppe, DeRose, Duchamp, McDonald, Stuetzle. Surface Reconstruction from Unorganized Points. 1992, section
-//           3.3 (spanning tree over the neighbours, the surest links first)
-//           König, Gumhold. Consistent Propagation of Normal Orientations in Point Clouds. 2009 (a link across a curve
-//           or a sharp edge compares mirrored normals)
+// 3.3 (spanning tree over the neighbours, links of highest confidence first)
+// Based on: König, Gumhold. Consistent Propagation of Normal Orientations in Point Clouds. 2009 (a link across a curve
+// or a sharp edge compares mirrored normals)
 #pragma once
 
 #include "pbm_build/normals/fit_planes.h"
 #include "pbm_format/model/model.h"
-
-#include <optional>
 
 namespace pbm::build {
 
@@ -17,15 +15,15 @@ struct Orientation {
     std::uint64_t pieces = 0;
 };
 
-// Turns `fits.normals` in place. Where `is_given` ([points], or empty) is 1 they keep their sign and hand it on.
+// Orients `fits.normals` in place. Normals with is_given ([points], or empty) = 1 keep their sign and propagate it.
 //
-// A piece that is closed by and large is turned to the side from which it is seen. An open sheet is seen from both
-// sides: it is turned upwards if it lies flat, else towards +Z if it faces along that axis, else it is two-sided. So is
-// a point whose neighbours contradict each other.
+// A piece that is mostly closed faces the side from which it is visible. An open sheet is visible from both sides: it
+// faces upwards if it lies flat, else +Z if it faces along that axis, else it is two-sided. A point with contradicting
+// neighbours is two-sided as well.
 Orientation orient_normals(const std::vector<LatticePoint> &points, PlaneFits &fits, const Bytes &is_given, UpAxis up,
                            int threads);
 
-// Turns all normals to the side of `viewpoint` (lattice coordinates), but those that are given.
+// Orients all normals that are not given towards `viewpoint` (lattice coordinates).
 void face_viewpoint(const std::vector<LatticePoint> &points, std::vector<ShortNormal> &normals, const Bytes &is_given,
                     const glm::dvec3 &viewpoint);
 

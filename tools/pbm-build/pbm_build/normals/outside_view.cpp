@@ -2,6 +2,9 @@
 
 #include "system/threads/parallel.h"
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <atomic>
 #include <limits>
@@ -10,18 +13,14 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kBlock = 16384;
-constexpr double kCell = 3;        // of a depth map, times the spacing: no gaps to look through
+constexpr double kCell = 3;        // edge of a depth map's cell in spacings: wide enough to leave no gaps
 constexpr double kMaxCells = 1024; // along an edge of a depth map
 
 struct View {
     glm::dvec3 forward, right, up; // unit vectors; `forward` is the direction of sight
 };
 
-double dot(const glm::dvec3 &a, const glm::dvec3 &b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
-glm::dvec3 cross(const glm::dvec3 &a, const glm::dvec3 &b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-glm::dvec3 unit(const glm::dvec3 &v) { return v / std::sqrt(dot(v, v)); }
+glm::dvec3 unit(const glm::dvec3 &v) { return v / glm::length(v); }
 
 // Along the axes, the diagonals of faces, and the diagonals of a cube.
 std::vector<View> all_views() {
@@ -31,13 +30,14 @@ std::vector<View> all_views() {
             for (int z = -1; z <= 1; ++z)
                 if (x != 0 || y != 0 || z != 0) {
                     const glm::dvec3 forward = unit(glm::dvec3(x, y, z));
-                    const glm::dvec3 right = unit(cross(forward, x == 0 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
-                    views.push_back({forward, right, cross(right, forward)});
+                    const glm::dvec3 right =
+                        unit(glm::cross(forward, x == 0 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
+                    views.push_back({forward, right, glm::cross(right, forward)});
                 }
     return views;
 }
 
-// Depth map seen along one direction: the least depth in each cell.
+// Depth map along one direction: the minimum depth in each cell.
 class DepthMap {
   public:
     DepthMap(const glm::dvec3 &centre, double radius, double cell)
@@ -69,10 +69,10 @@ class DepthMap {
     Place place(const LatticePoint &p) const {
         const glm::dvec3 d = glm::dvec3(p) - centre_;
         const auto column = [&](const glm::dvec3 &axis) {
-            const double cells = (dot(d, axis) + radius_) / cell_;
+            const double cells = (glm::dot(d, axis) + radius_) / cell_;
             return static_cast<std::size_t>(std::clamp(cells, 0.0, static_cast<double>(edge_ - 1)));
         };
-        return {column(view_.right) * edge_ + column(view_.up), steps(dot(d, view_.forward) + radius_)};
+        return {column(view_.right) * edge_ + column(view_.up), steps(glm::dot(d, view_.forward) + radius_)};
     }
     std::uint32_t steps(double depth) const { // 2^-31 of the diameter
         return static_cast<std::uint32_t>(std::clamp(depth / (2 * radius_), 0.0, 1.0) * 0x1p31);
@@ -94,13 +94,12 @@ OutsideView view_from_outside(const std::vector<LatticePoint> &points, const std
     if (points.empty())
         return seen;
     LatticePoint lowest = points.front(), highest = points.front();
-    for (const LatticePoint &p : points)
-        for (int axis = 0; axis < 3; ++axis) {
-            lowest[axis] = std::min(lowest[axis], p[axis]);
-            highest[axis] = std::max(highest[axis], p[axis]);
-        }
+    for (const LatticePoint &p : points) {
+        lowest = glm::min(lowest, p);
+        highest = glm::max(highest, p);
+    }
     const glm::dvec3 half = (glm::dvec3(highest) - glm::dvec3(lowest)) * 0.5;
-    const double radius = std::max(1.0, std::sqrt(dot(half, half)));
+    const double radius = std::max(1.0, glm::length(half));
     DepthMap map(glm::dvec3(lowest) + half, radius, std::max(kCell * spacing, 2 * radius / kMaxCells));
     for (const View &view : all_views()) {
         map.clear(view);
@@ -109,7 +108,7 @@ OutsideView view_from_outside(const std::vector<LatticePoint> &points, const std
         parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
             if (!map.sees(points[i]))
                 return;
-            const auto away = static_cast<std::int32_t>(build::dot(sight, normals[i]) >> 15);
+            const auto away = static_cast<std::int32_t>(dot(sight, normals[i]) >> 15);
             seen.towards[i] -= away;
             seen.seen[i] += std::abs(away);
         });

@@ -1,4 +1,4 @@
-// Which side of a cloud of points faces outwards, judged by what can be seen from around it.
+// Determines which side of a cloud of points faces outwards, from its visibility from all around.
 // Based on: Katz, Tal, Basri. Direct Visibility of Point Sets. 2007 (the question; here answered by depth maps)
 #pragma once
 
@@ -8,12 +8,13 @@
 namespace pbm::build {
 
 struct OutsideView {
-    std::vector<std::int32_t> towards; // [points] how far the normals face those who see them, minus how far they don't
-    std::vector<std::int32_t> seen;    // [points] the same summed without sign; 0: hidden from everywhere
+    std::vector<std::int32_t>
+        towards;                    // [points] sum of -cosine(sight, normal) x 2^15 over the views that see the point
+    std::vector<std::int32_t> seen; // [points] sum of the absolute values; 0: hidden from everywhere
 };
 
-// Looks at the cloud from 26 sides. `spacing`: distance between points in lattice steps, > 0; what lies within a few of
-// them counts as one surface.
+// Views the cloud from 26 directions. `spacing`: distance between points in lattice steps, > 0. Points within a few
+// spacings in depth count as one surface.
 OutsideView view_from_outside(const std::vector<LatticePoint> &points, const std::vector<ShortNormal> &normals,
                               double spacing, int threads);
 

@@ -1,10 +1,9 @@
-// Disjoint sets of points whose signs relative to each other are known: union-find with a parity.
+// Disjoint sets of points with known relative signs: union-find with a parity.
 // Based on: Galler, Fischer. An Improved Equivalence Algorithm. 1964
 #pragma once
 
 #include <cassert>
 #include <cstdint>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -12,7 +11,7 @@ namespace pbm::build {
 
 class ParitySets {
   public:
-    // Each element a set of its own; at most 2^31 of them.
+    // `count` sets of one element, at most 2^31.
     explicit ParitySets(std::size_t count) : up_(count) {
         assert(count <= (std::size_t{1} << 31));
         for (std::size_t i = 0; i < count; ++i)
@@ -30,7 +29,7 @@ class ParitySets {
             parity ^= up_[root] & 1;
             root = up_[root] >> 1;
         }
-        for (std::uint32_t at = element, left = parity; at != root;) { // the path becomes one step
+        for (std::uint32_t at = element, left = parity; at != root;) { // path compression
             const std::uint32_t next = up_[at];
             up_[at] = root << 1 | left;
             left ^= next & 1;
@@ -39,8 +38,8 @@ class ParitySets {
         return {root, parity != 0};
     }
 
-    // Joins the sets of two elements so that they are of opposite signs, or of the same. False if they were one set
-    // already. The lower root remains.
+    // Joins the sets of two elements with opposite or equal signs. False if they were one set before. The lower root
+    // remains.
     bool join(std::uint32_t a, std::uint32_t b, bool opposite) {
         Place p = find(a), q = find(b);
         if (p.root == q.root)

@@ -3,25 +3,23 @@
 #include "pbm_build/normals/parity_sets.h"
 #include "system/threads/parallel.h"
 
-#include <algorithm>
-
 namespace pbm::build {
 namespace {
 
 constexpr std::size_t kBlock = 4096;
-constexpr int kSweeps = 20;           // doubt spreads over about as many points
-constexpr double kViewWeight = 0.06;  // of a view, against a sure link
-constexpr float kBorderWeight = 1.1F; // of not knowing at a border, against a sure link
-constexpr float kFixed = 1e6F;        // weight of what is given
-constexpr float kDoubt = 0.1F;        // margin below which a sign is not known
-constexpr int kFirm = 200;            // of the links that hold a part together
-constexpr std::int64_t kFew = 20;     // points: a smaller part is as sure as its neighbours say
-constexpr double kHidden = 1.5;       // views of a point, on average: below, most of a part is hidden
-constexpr double kOneSide = 0.25;     // net share of what is seen of a part
-constexpr double kGlimpse = 0.5;      // views of a point: fewer are chance
-constexpr double kBehind = 0.5;       // net share of what is seen of a point
+constexpr int kSweeps = 20;           // a low margin spreads over about as many points
+constexpr double kViewWeight = 0.06;  // weight of a view; a link of full confidence has 1
+constexpr float kBorderWeight = 1.1F; // weight of the margin 0 at a border
+constexpr float kFixed = 1e6F;        // weight of a given normal
+constexpr float kDoubt = 0.1F;        // |margin| up to which a sign is unknown
+constexpr int kFirm = 200;            // minimum vote of the links within a part
+constexpr std::int64_t kFew = 20;     // points: a smaller part is not judged
+constexpr double kHidden = 1.5;       // minimum views per point: below, a part is mostly hidden
+constexpr double kOneSide = 0.25;     // minimum net share of a part's views from one side
+constexpr double kGlimpse = 0.5;      // minimum views of a point: fewer are chance
+constexpr double kBehind = 0.5;       // net share of a point's views from behind
 
-// What speaks for the sign of a point besides its neighbours. What is seen from both sides says nothing.
+// Evidence for the sign of a point besides its neighbours. Views from both sides cancel.
 struct Anchor {
     float sign = 0, weight = 0; // |sign| <= weight
 };
@@ -53,8 +51,9 @@ std::vector<Mean> means_of(const PlaneFits &fits, const SignEvidence &evidence) 
     return means;
 }
 
-// 1: the sign is right beyond doubt, -1: wrong beyond doubt. Sweeps of Gauss-Seidel within blocks, of Jacobi between
-// them, from the signs as they are: so only what contradicts decays, whatever the distance to what is seen.
+// Margins of confidence: 1: the sign is certainly correct, -1: certainly wrong. The iteration starts at 1, Gauss-Seidel
+// within blocks and Jacobi between them, so a margin only decays where votes contradict each other, however far the
+// next visible point is.
 std::vector<float> margins_of_signs(const PlaneFits &fits, const SignEvidence &evidence, int threads) {
     const std::vector<Mean> means = means_of(fits, evidence);
     const std::size_t count = means.size();
@@ -65,7 +64,8 @@ std::vector<float> margins_of_signs(const PlaneFits &fits, const SignEvidence &e
                 float sum = 0;
                 for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link) {
                     const std::size_t j = fits.links.nearest[link];
-                    const std::vector<float> &known = j - first < i - first ? next : margins; // of this block: the new
+                    const std::vector<float> &known =
+                        j - first < i - first ? next : margins; // within the block: updated
                     sum += static_cast<float>(evidence.votes[link]) * known[j];
                 }
                 next[i] = means[i].alone + means[i].share * sum;
@@ -83,7 +83,7 @@ std::vector<Verdict> verdicts_of(const std::vector<float> &margins) {
     return verdicts;
 }
 
-// Points whose signs are known and that firm links join.
+// Sets of points with known signs, joined by firm links.
 ParitySets parts_of(const PointLinks &links, const std::vector<Vote> &votes, const std::vector<Verdict> &verdicts) {
     ParitySets parts(verdicts.size());
     for (std::size_t link = 0; link < votes.size(); ++link) {
@@ -124,7 +124,7 @@ void judge_parts(const PointLinks &links, const SignEvidence &evidence, std::vec
                 static_cast<Verdict>(static_cast<int>(verdicts[i]) * static_cast<int>(judge(seen[part_of(i)])));
 }
 
-// With their sign there would be a hole.
+// A point with a wrong sign would be culled and leave a hole.
 void doubt_points_seen_from_behind(const SignEvidence &evidence, std::vector<Verdict> &verdicts) {
     for (std::size_t i = 0; i < verdicts.size(); ++i)
         if (evidence.has_outside[i] != 0) {

@@ -4,6 +4,7 @@
 #include "pbm_format/model/point_values.h"
 #include "system/threads/parallel.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
@@ -21,7 +22,7 @@ struct SineCosine {
     double sine, cosine;
 };
 
-// Taylor's polynomials up to pi / 4, where they are exact to 1e-11: no libm, whose last bits differ.
+// Taylor polynomials, accurate to 1e-11 up to pi / 4. Not libm, whose last bits differ between machines.
 SineCosine small_sine_cosine(double angle) {
     const double s = angle * angle;
     return {.sine = angle * (1 - s / 6 * (1 - s / 20 * (1 - s / 42 * (1 - s / 72 * (1 - s / 110))))),
@@ -41,10 +42,6 @@ SineCosine sine_cosine(double angle) {
 
 glm::vec3 blend(float t, const glm::vec3 &a, const glm::vec3 &b) { return a + t * (b - a); }
 
-float smooth_step(float low, float high, float value) {
-    const float t = std::clamp((value - low) / (high - low), 0.0F, 1.0F);
-    return t * t * (3 - 2 * t);
-}
 float power_of_two_power(float base, int doublings) { // base^(2^doublings)
     for (; doublings > 0; --doublings)
         base *= base;
@@ -65,12 +62,6 @@ constexpr glm::vec3 kGround{0.40F, 0.37F, 0.33F};
 
 // Towards the sun: x right, y up, z behind the default camera.
 constexpr glm::vec3 kSun{-0.5121F, 0.5487F, 0.6609F};
-
-// The noises of one row of texels.
-struct Row {
-    explicit Row(std::size_t width) : x(width), y(width), z(width), sums(width) {}
-    std::vector<float> x, y, z, sums;
-};
 
 class Painter {
   public:
@@ -99,45 +90,45 @@ class Painter {
     }
 
   private:
-    // Sums of octaves at directions (columns x reach, height), each times a factor, plus a shift.
-    std::vector<float> sums(float reach, float height, float shift, double texels_per_cell, int most,
-                            float gain = 0.5F) const {
-        Row row(width_);
-        for (std::size_t i = 0; i < width_; ++i) {
-            row.x[i] = columns_[i].x * reach + shift;
-            row.y[i] = height + shift;
-            row.z[i] = columns_[i].z * reach + shift;
-        }
-        sum_octaves(noise_, band_limited_octaves(texels_per_cell, most, gain), OctaveSum::signed_noise,
-                    {row.x, row.y, row.z}, row.sums);
-        return std::move(row.sums);
+    // Direction of column i in a row.
+    glm::vec3 direction(std::size_t i, float reach, float height) const {
+        return columns_[i] * reach + glm::vec3(0, height, 0);
     }
 
-    // Clouds lie on a shell around the plain, so they close up towards the horizon.
+    // Sums of octaves at `place(i)` of each column i.
+    template <class Place> std::vector<float> sums(const Octaves &octaves, const Place &place) const {
+        std::vector<float> x(width_), y(width_), z(width_), result(width_);
+        for (std::size_t i = 0; i < width_; ++i) {
+            const glm::vec3 at = place(i);
+            x[i] = at.x;
+            y[i] = at.y;
+            z[i] = at.z;
+        }
+        sum_octaves(noise_, octaves, {x, y, z}, result);
+        return result;
+    }
+    std::vector<float> sums(const Octaves &octaves, float reach, float height, float shift) const {
+        return sums(octaves, [&](std::size_t i) { return direction(i, reach, height) + shift; });
+    }
+
+    // Clouds lie on a spherical shell, so they become denser towards the horizon.
     void paint_sky(float height, float reach, std::vector<glm::vec3> &colours) const {
         const float distance = 1 / (height + 0.14F);
         const double texel = 2 * kPi / width_;
         const auto cells = [&](double frequency) { return 1 / (texel * frequency * static_cast<double>(distance)); };
         constexpr float kFrequency = 1.15F;
         const float far = distance * kFrequency;
-        const auto shape = sums(reach * far, height * far, 11.3F, cells(kFrequency), 9);
-        // The same a little nearer to the sun: the difference is a cloud's lit side.
-        Row lit(width_);
-        for (std::size_t i = 0; i < width_; ++i) {
-            lit.x[i] = columns_[i].x * reach * far + 11.3F + 0.16F * kSun.x;
-            lit.y[i] = height * far + 11.3F + 0.16F * kSun.y;
-            lit.z[i] = columns_[i].z * reach * far + 11.3F + 0.16F * kSun.z;
-        }
-        sum_octaves(noise_, band_limited_octaves(cells(kFrequency), 6), OctaveSum::signed_noise, {lit.x, lit.y, lit.z},
-                    lit.sums);
-        const auto veil = sums(reach * far * 0.4F, height * far * 1.6F, 47.9F, cells(0.65), 8);
+        const auto shape = sums(band_limited_octaves(cells(kFrequency), 9), reach * far, height * far, 11.3F);
+        // The same noise shifted towards the sun: the difference lights the side of a cloud.
+        const auto lit = sums(band_limited_octaves(cells(kFrequency), 6),
+                              [&](std::size_t i) { return direction(i, reach, height) * far + 11.3F + 0.16F * kSun; });
+        const auto veil = sums(band_limited_octaves(cells(0.65), 8), reach * far * 0.4F, height * far * 1.6F, 47.9F);
 
         const float low = smooth_step(0, 0.28F, height), high = smooth_step(0.15F, 1.0F, height);
         const glm::vec3 clear = blend(high, blend(low, kHorizon, kSkyMiddle), kZenith);
         const float fades = smooth_step(0.0F, 0.16F, height); // into the haze of the horizon
         for (std::size_t i = 0; i < width_; ++i) {
-            const glm::vec3 towards{columns_[i].x * reach, height, columns_[i].z * reach};
-            const float sun = std::max(0.0F, glm::dot(towards, kSun));
+            const float sun = std::max(0.0F, glm::dot(direction(i, reach, height), kSun));
             const float glow = 0.35F * power_of_two_power(sun, 3) + 0.5F * power_of_two_power(sun, 6) +
                                0.5F * power_of_two_power(sun, 9);
             glm::vec3 colour = clear + 0.5F * glow * kSunlight;
@@ -145,48 +136,53 @@ class Painter {
             colour = blend(thin, colour, kCloudLight);
             const float thick = smooth_step(0.02F, 0.48F, shape[i] + 0.05F) * fades;
             const float light =
-                std::clamp(0.62F + 0.9F * (shape[i] - lit.sums[i]) - 0.25F * shape[i] + 0.6F * glow, 0.0F, 1.0F);
+                std::clamp(0.62F + 0.9F * (shape[i] - lit[i]) - 0.25F * shape[i] + 0.6F * glow, 0.0F, 1.0F);
             colour = blend(0.9F * thick, colour, blend(light, kCloudShade, kCloudLight));
             const float disc = power_of_two_power(sun, 12) * (1 - 0.5F * thick);
             colours[i] = colour + (2.5F * disc) * kSunlight;
         }
     }
 
-    // A terrace of stone slabs, seen from the height of the eye, which is the unit here.
+    // A terrace of stone slabs; the unit is the height of the eye.
     void paint_ground(float height, float reach, std::vector<glm::vec3> &colours) const {
         constexpr float kSlab = 0.6F, kJoint = 0.03F;
         const float distance = 1 / std::max(0.004F, -height);
-        // Seen at a low angle a texel is long.
+        // A texel is longer at a low angle.
         const float texel = static_cast<float>(2 * kPi / width_) * distance * std::max(1.0F, 0.6F * distance);
-        const auto grain = sums(reach * distance * 9, 0, 5.1F, 1 / (9 * static_cast<double>(texel)), 8, 0.75F);
-        const auto patches = sums(reach * distance * 0.7F, 0, 33.7F, 1 / (0.7 * static_cast<double>(texel)), 7);
+        const auto octaves = [&](double frequency, int most, float gain) {
+            return band_limited_octaves(1 / (frequency * static_cast<double>(texel)), most, gain);
+        };
+        const auto grain = sums(octaves(9, 8, 0.75F), reach * distance * 9, 0, 5.1F);
+        const auto patches = sums(octaves(0.7, 7, 0.5F), reach * distance * 0.7F, 0, 33.7F);
+        const auto slab_of = [&](std::size_t i) { return columns_[i] * reach * distance / kSlab + 0.5F; };
+        const auto tone = sums({.count = 1, .amplitudes = {1}}, [&](std::size_t i) {
+            return glm::floor(slab_of(i)) * glm::vec3(0.47F, 0, 0.47F) + glm::vec3(0.2F, 0.4F, 0.3F);
+        });
         const float haze = smooth_step(0.09F, 0.0F, -height);
         const float distinct = smooth_step(1.2F * kSlab, 0.2F * kSlab, texel);
         for (std::size_t i = 0; i < width_; ++i) {
-            const float x = columns_[i].x * reach * distance / kSlab + 0.5F,
-                        z = columns_[i].z * reach * distance / kSlab + 0.5F;
-            const float cell_x = std::floor(x), cell_z = std::floor(z);
-            const float tone = noise_.at(cell_x * 0.47F + 0.2F, 0.4F, cell_z * 0.47F + 0.3F);
-            const float joint = std::max(joint_cover(x - cell_x, kJoint, texel / kSlab),
-                                         joint_cover(z - cell_z, kJoint, texel / kSlab));
-            const float stone = 1 + 0.10F * grain[i] + 0.20F * patches[i] + 0.30F * distinct * tone;
+            const glm::vec3 in_slab = glm::fract(slab_of(i));
+            const float joint =
+                std::max(joint_cover(in_slab.x, kJoint, texel / kSlab), joint_cover(in_slab.z, kJoint, texel / kSlab));
+            const float stone = 1 + 0.10F * grain[i] + 0.20F * patches[i] + 0.30F * distinct * tone[i];
             const float sunny = 0.90F + 0.10F * glm::dot(columns_[i], kSun);
             colours[i] = blend(0.8F * haze, (1 - 0.55F * joint) * stone * sunny * kGround, kHaze);
         }
     }
 
-    // Share of a texel that a joint between slabs covers; `at` is the place within the slab, 0..1.
+    // Share of a texel that is covered by a joint between slabs; `at`: position within the slab, 0..1.
     static float joint_cover(float at, float joint, float texel) {
         const float from_joint = std::min(at, 1 - at);
         const float inside = std::clamp((joint / 2 + texel / 2 - from_joint) / texel, 0.0F, 1.0F);
         return inside * std::min(1.0F, joint / texel);
     }
 
-    // Two ranges of hills whose outlines are noise on a circle, so that they close.
+    // Two ranges of hills; their outlines are noise on a circle, so they are periodic.
     void paint_hills(float height, std::vector<glm::vec3> &colours) const {
         const float texel = static_cast<float>(2 * kPi / width_);
         const auto range = [&](float frequency, float shift, float base, float relief, glm::vec3 tint, float haze) {
-            const auto outline = sums(frequency, 0, shift, 1 / (2 * kPi / width_ * static_cast<double>(frequency)), 9);
+            const double texels = 1 / (2 * kPi / width_ * static_cast<double>(frequency));
+            const auto outline = sums(band_limited_octaves(texels, 9), frequency, 0, shift);
             for (std::size_t i = 0; i < width_; ++i) {
                 const float top = base + relief * (outline[i] + 0.3F);
                 const float inside = std::clamp((top - height) / texel + 0.5F, 0.0F, 1.0F) *

@@ -1,5 +1,7 @@
 #include "pbm_build/panorama/image_decoder.h"
 
+#include "pbm_scan/surface/refusal.h"
+
 #include <jpeglib.h>
 #include <png.h>
 #include <stb/stb_image.h>
@@ -18,14 +20,14 @@ constexpr std::string_view kPngSignature{"\x89PNG\r\n\x1a\n", 8}, kJpegSignature
 constexpr std::array<std::string_view, 2> kHdrSignatures{"#?RADIANCE\n", "#?RGBE\n"};
 
 Error damaged(const std::string &why) {
-    return {ErrorCode::bad_input, 0, "the image is damaged or cut short (" + why + "); export it again"};
+    return bad_input("the image is damaged or cut short (" + why + "); export it again");
 }
 
 bool starts_with(ByteView bytes, std::string_view text) {
     return bytes.size() >= text.size() && std::memcmp(bytes.data(), text.data(), text.size()) == 0;
 }
 
-// libpng is content with the last pixel; what follows it must be there, too.
+// Verifies that the file ends with IEND: libpng stops after the last pixel.
 Status check_png_end(ByteView bytes) {
     std::size_t at = kPngSignature.size();
     while (bytes.size() - at >= 12) { // length, type, CRC
@@ -40,48 +42,34 @@ Status check_png_end(ByteView bytes) {
     return damaged("it has no end");
 }
 
-// libpng's simplified interface: no long jump leaves it.
-class PngImage {
-  public:
+// libpng's simplified interface, which needs no setjmp.
+struct PngImage {
+    png_image png{};
+    bool is_open = false;
+
     explicit PngImage(ByteView bytes) {
-        image_.version = PNG_IMAGE_VERSION;
-        open_ = png_image_begin_read_from_memory(&image_, bytes.data(), bytes.size()) != 0;
+        png.version = PNG_IMAGE_VERSION;
+        is_open = png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) != 0;
     }
-    ~PngImage() { png_image_free(&image_); }
+    ~PngImage() { png_image_free(&png); }
     PngImage(const PngImage &) = delete;
     PngImage &operator=(const PngImage &) = delete;
-
-    bool is_open() const { return open_; }
-    ImageSize size() const { return {image_.width, image_.height}; }
-    Error error() const { return damaged(image_.message); }
-
-    Result<Bytes> pixels() {
-        image_.format = (image_.format & PNG_FORMAT_FLAG_ALPHA) != 0 ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
-        Bytes pixels(PNG_IMAGE_SIZE(image_));
-        if (png_image_finish_read(&image_, nullptr, pixels.data(), 0, nullptr) == 0)
-            return error();
-        return pixels;
-    }
-    std::size_t channels() const { return PNG_IMAGE_SAMPLE_CHANNELS(image_.format); }
-
-  private:
-    png_image image_{};
-    bool open_ = false;
 };
 
 Status decode_png(ByteView bytes, const std::function<void(std::span<const std::uint8_t>)> &take) {
     if (Status whole = check_png_end(bytes); !whole)
         return whole;
     PngImage image(bytes);
-    if (!image.is_open())
-        return image.error();
-    Result<Bytes> pixels = image.pixels();
-    if (!pixels)
-        return pixels.error();
-    const std::size_t width = image.size().width, channels = image.channels();
+    if (!image.is_open)
+        return damaged(image.png.message);
+    image.png.format = (image.png.format & PNG_FORMAT_FLAG_ALPHA) != 0 ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
+    Bytes pixels(PNG_IMAGE_SIZE(image.png));
+    if (png_image_finish_read(&image.png, nullptr, pixels.data(), 0, nullptr) == 0)
+        return damaged(image.png.message);
+    const std::size_t width = image.png.width, channels = PNG_IMAGE_SAMPLE_CHANNELS(image.png.format);
     Bytes row(width * 3);
-    for (std::size_t y = 0; y < image.size().height; ++y) {
-        const std::uint8_t *from = pixels->data() + y * width * channels;
+    for (std::size_t y = 0; y < image.png.height; ++y) {
+        const std::uint8_t *from = pixels.data() + y * width * channels;
         for (std::size_t x = 0; x < width; ++x)
             std::memcpy(row.data() + 3 * x, from + channels * x, 3);
         take(row);
@@ -89,8 +77,8 @@ Status decode_png(ByteView bytes, const std::function<void(std::span<const std::
     return {};
 }
 
-// libjpeg reports errors by a long jump to here; no object with a destructor lives between the two. Its warnings are
-// errors, too: it says so where it invents what is missing.
+// libjpeg reports errors by a long jump to on_error. Warnings count as errors: libjpeg warns where it makes up missing
+// data.
 struct JpegReader {
     jpeg_decompress_struct info{};
     jpeg_error_mgr errors{};
@@ -116,35 +104,20 @@ struct JpegReader {
     }
 };
 
+// False if `step` ends in a long jump. `step` must hold no object with a destructor.
+template <class Step> bool survives(JpegReader &reader, const Step &step) {
+    if (setjmp(reader.on_error) != 0)
+        return false;
+    return step(reader.info);
+}
+
 bool read_jpeg_header(JpegReader &reader, ByteView bytes) {
-    if (setjmp(reader.on_error) != 0)
-        return false;
-    jpeg_create_decompress(&reader.info);
-    reader.info.client_data = &reader; // which creating has cleared
-    jpeg_mem_src(&reader.info, bytes.data(), static_cast<unsigned long>(bytes.size()));
-    jpeg_read_header(&reader.info, TRUE);
-    return true;
-}
-
-bool start_jpeg(JpegReader &reader) {
-    if (setjmp(reader.on_error) != 0)
-        return false;
-    reader.info.out_color_space = JCS_RGB;
-    reader.info.dct_method = JDCT_ISLOW; // the same bits on every machine
-    jpeg_start_decompress(&reader.info);
-    return true;
-}
-
-bool read_jpeg_row(JpegReader &reader, std::uint8_t *row) {
-    if (setjmp(reader.on_error) != 0)
-        return false;
-    return jpeg_read_scanlines(&reader.info, &row, 1) == 1;
-}
-
-bool finish_jpeg(JpegReader &reader) {
-    if (setjmp(reader.on_error) != 0)
-        return false;
-    return jpeg_finish_decompress(&reader.info) == TRUE;
+    return survives(reader, [&](jpeg_decompress_struct &info) {
+        jpeg_create_decompress(&info);
+        info.client_data = &reader; // which creating has cleared
+        jpeg_mem_src(&info, bytes.data(), static_cast<unsigned long>(bytes.size()));
+        return jpeg_read_header(&info, TRUE) == JPEG_HEADER_OK;
+    });
 }
 
 Status decode_jpeg(ByteView bytes, const std::function<void(std::span<const std::uint8_t>)> &take) {
@@ -153,20 +126,28 @@ Status decode_jpeg(ByteView bytes, const std::function<void(std::span<const std:
         return damaged(reader.message.data());
     const J_COLOR_SPACE colours = reader.info.jpeg_color_space;
     if (colours != JCS_YCbCr && colours != JCS_GRAYSCALE && colours != JCS_RGB)
-        return Error{ErrorCode::unsupported_feature, 0, "the JPEG is neither grey nor RGB; convert it to RGB"};
-    if (!start_jpeg(reader))
+        return unsupported("the JPEG is neither grey nor RGB; convert it to RGB");
+    const bool started = survives(reader, [](jpeg_decompress_struct &info) {
+        info.out_color_space = JCS_RGB;
+        info.dct_method = JDCT_ISLOW; // the same bits on every machine
+        return jpeg_start_decompress(&info) == TRUE;
+    });
+    if (!started)
         return damaged(reader.message.data());
     Bytes row(std::size_t{reader.info.output_width} * 3);
     while (reader.info.output_scanline < reader.info.output_height) {
-        if (!read_jpeg_row(reader, row.data()))
+        std::uint8_t *to = row.data();
+        if (!survives(reader, [&to](jpeg_decompress_struct &info) { return jpeg_read_scanlines(&info, &to, 1) == 1; }))
             return damaged(reader.message.data());
         take(row);
     }
-    return finish_jpeg(reader) ? Status() : Status(damaged(reader.message.data()));
+    const bool finished =
+        survives(reader, [](jpeg_decompress_struct &info) { return jpeg_finish_decompress(&info) == TRUE; });
+    return finished ? Status() : Status(damaged(reader.message.data()));
 }
 
-// stb_image goes on behind the end: with zeros it repeats empty runs for ever. Of 0xFF it makes pixels until it has
-// enough or a run is too long, and that it came so far is remembered.
+// stb_image reads on behind the end of the data. Zeros would make it loop forever, so it gets 0xFF, which end the image
+// or fail, and `beyond_end` records it.
 struct HdrSource {
     ByteView left;
     bool beyond_end = false;
@@ -195,12 +176,11 @@ Error hdr_error() {
     const char *const reason = stbi_failure_reason();
     const std::string why = reason == nullptr ? "no reason given" : reason;
     if (why.find("unsupported") != std::string::npos)
-        return {ErrorCode::unsupported_feature, 0,
-                "an HDR image other than 32-bit_rle_rgbe, -Y +X; convert it with ImageMagick"};
+        return unsupported("an HDR image other than 32-bit_rle_rgbe, -Y +X; convert it with ImageMagick");
     return damaged(why);
 }
 
-// Lines up to an empty one, then one with the size: behind the end there are no lines.
+// Verifies that the header ends: an empty line, then one with the size. stb_image would search for them behind the end.
 bool has_hdr_header(ByteView bytes) {
     const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
     const std::size_t end = text.find("\n\n");
@@ -222,17 +202,13 @@ Result<ImageSize> hdr_size(ByteView bytes) {
 } // namespace
 
 std::string_view to_string(ImageFormat format) {
-    switch (format) {
-    case ImageFormat::png: return "PNG";
-    case ImageFormat::jpeg: return "JPEG";
-    case ImageFormat::hdr: return "HDR";
-    }
-    return "unknown";
+    constexpr std::array<std::string_view, 3> kNames{"PNG", "JPEG", "HDR"};
+    return kNames[static_cast<std::size_t>(format)];
 }
 
 Result<ImageFormat> image_format(ByteView bytes) {
     if (bytes.empty())
-        return Error{ErrorCode::bad_input, 0, "the file is empty: this is no image"};
+        return bad_input("the file is empty: this is no image");
     if (starts_with(bytes, kPngSignature))
         return ImageFormat::png;
     if (starts_with(bytes, kJpegSignature))
@@ -240,7 +216,7 @@ Result<ImageFormat> image_format(ByteView bytes) {
     for (const std::string_view signature : kHdrSignatures)
         if (starts_with(bytes, signature))
             return ImageFormat::hdr;
-    return Error{ErrorCode::bad_input, 0, "neither PNG nor JPEG nor Radiance HDR: no image that can be read here"};
+    return bad_input("neither PNG nor JPEG nor Radiance HDR: no image that can be read here");
 }
 
 Result<ImageSize> image_size(ByteView bytes, ImageFormat format) {
@@ -248,7 +224,9 @@ Result<ImageSize> image_size(ByteView bytes, ImageFormat format) {
         return hdr_size(bytes);
     if (format == ImageFormat::png) {
         const PngImage image(bytes);
-        return image.is_open() ? Result<ImageSize>(image.size()) : Result<ImageSize>(image.error());
+        if (!image.is_open)
+            return damaged(image.png.message);
+        return ImageSize{image.png.width, image.png.height};
     }
     JpegReader reader;
     if (!read_jpeg_header(reader, bytes))

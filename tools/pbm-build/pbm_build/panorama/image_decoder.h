@@ -1,6 +1,6 @@
 // PNG, JPEG and Radiance HDR images in memory to rows of pixels, through libpng, libjpeg and stb_image.
 //
-// What is decoded may be hostile and the libraries may fail: panorama.h calls this in a child process.
+// Images are untrusted and the libraries may crash: panorama.h calls these functions in a child process.
 #pragma once
 
 #include "system/bytes.h"
@@ -17,7 +17,7 @@ namespace pbm::build {
 enum class ImageFormat : std::uint8_t { png, jpeg, hdr };
 std::string_view to_string(ImageFormat format);
 
-// By the first bytes.
+// Recognises the format by the first bytes.
 //
 // errors  bad_input  empty, or none of the three
 Result<ImageFormat> image_format(ByteView bytes);
@@ -26,14 +26,15 @@ struct ImageSize {
     std::uint32_t width = 0, height = 0;
 };
 
-// From the header alone; nothing of the image's size is allocated.
+// Reads the header alone; allocates nothing of the image's size.
 //
 // errors  bad_input  damaged or cut short
 Result<ImageSize> image_size(ByteView bytes, ImageFormat format);
 
-// Rows of sRGB pixels R, G, B from top to bottom. Grey becomes three channels, alpha is left out, 16 bits become 8.
+// Calls `take` with rows of sRGB pixels R, G, B from top to bottom. Expands grey to three channels, drops alpha,
+// reduces 16 bits to 8.
 //
-// errors  bad_input            damaged or cut short, also where a decoder would go on with what it has
+// errors  bad_input            damaged or cut short, also where the library would only warn
 //         unsupported_feature  colours that are neither grey nor RGB
 Status decode_rows(ByteView bytes, ImageFormat format, const std::function<void(std::span<const std::uint8_t>)> &take);
 

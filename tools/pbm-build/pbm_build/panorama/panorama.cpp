@@ -3,6 +3,7 @@
 #include "pbm_build/panorama/image_decoder.h"
 #include "pbm_build/panorama/resample.h"
 #include "pbm_format/model/point_values.h"
+#include "pbm_scan/surface/refusal.h"
 #include "system/files/mapped_file.h"
 #include "system/processes/child_process.h"
 
@@ -13,7 +14,7 @@
 namespace pbm::build {
 namespace {
 
-// What the child sends before the texels.
+// Sent by the child before the texels.
 struct Head {
     std::uint32_t width = 0, height = 0;          // of the image
     std::uint32_t stored_width = 0, channels = 0; // of the texels
@@ -25,14 +26,12 @@ std::string size_text(std::uint32_t width, std::uint32_t height) {
 
 Status check_size(const ImageSize &size) {
     if (size.width > kMaxSourceWidth || size.height > kMaxSourceWidth / 2)
-        return Error{ErrorCode::bad_input, 0,
-                     "the image has " + size_text(size.width, size.height) + " pixels, a panorama may have " +
-                         size_text(kMaxSourceWidth, kMaxSourceWidth / 2) + "; make it smaller"};
+        return bad_input("the image has " + size_text(size.width, size.height) + " pixels, a panorama may have " +
+                         size_text(kMaxSourceWidth, kMaxSourceWidth / 2) + "; make it smaller");
     const std::int64_t excess = std::int64_t{size.width} - 2 * std::int64_t{size.height};
     if (size.width < 2 || std::abs(excess) * 100 > std::int64_t{size.width})
-        return Error{ErrorCode::bad_input, 0,
-                     "the image has " + size_text(size.width, size.height) +
-                         " pixels; an equirectangular panorama is twice as wide as high"};
+        return bad_input("the image has " + size_text(size.width, size.height) +
+                         " pixels; an equirectangular panorama is twice as wide as high");
     return {};
 }
 
@@ -42,6 +41,43 @@ std::uint32_t default_width(std::uint64_t width) {
     while (power < kMaxDefaultWidth && 2 * width * width > 4 * power * power)
         power *= 2;
     return static_cast<std::uint32_t>(power);
+}
+
+float luminance(const float *rgb) { return 0.2126F * rgb[0] + 0.7152F * rgb[1] + 0.0722F * rgb[2]; }
+
+// Geometric mean; weights the latitudes by a parabola instead of their cosine.
+float mean_luminance(const std::vector<float> &pixels, std::size_t width) {
+    constexpr float kLeast = 1e-6F;
+    const std::uint64_t height = pixels.size() / 3 / width;
+    std::uint64_t sum = 0, weights = 0;
+    for (std::uint64_t y = 0; y < height; ++y) {
+        std::uint64_t row = 0;
+        for (std::size_t x = 0; x < width; ++x)
+            row += std::bit_cast<std::uint32_t>(std::max(luminance(&pixels[3 * (y * width + x)]), kLeast));
+        const std::uint64_t weight = 1 + 1024 * (2 * y + 1) * (2 * (height - y) - 1) / (4 * height * height);
+        sum += row / width * weight;
+        weights += weight;
+    }
+    return std::bit_cast<float>(static_cast<std::uint32_t>(sum / weights));
+}
+
+// Converts linear light, [height][width][3], to 0..65,535: scales the geometric mean luminance, weighted by solid
+// angle, to middle grey x `exposure`, then compresses so that 16 times the luminance of white becomes white; keeps
+// hues. Uses no transcendental function: the mean of the logarithms is approximated by the mean of the floats' bits.
+// Based on: Reinhard, Stark, Shirley, Ferwerda. Photographic Tone Reproduction for Digital Images. 2002, equation 4
+void tone_map(const std::vector<float> &pixels, std::uint32_t width, double exposure,
+              std::vector<std::uint16_t> &linear) {
+    constexpr double kMiddleGrey = 0.18, kWhite = 16;
+    const double scale = kMiddleGrey * exposure / static_cast<double>(mean_luminance(pixels, width));
+    linear.resize(pixels.size());
+    for (std::size_t i = 0; i < pixels.size(); i += 3) {
+        const double scaled = static_cast<double>(luminance(&pixels[i])) * scale;
+        const double factor = scale * (1 + scaled / (kWhite * kWhite)) / (1 + scaled);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double value = std::min(static_cast<double>(pixels[i + c]) * factor, 1.0);
+            linear[i + c] = static_cast<std::uint16_t>(value * 65535 + 0.5);
+        }
+    }
 }
 
 Status resample_hdr(ByteView bytes, const ImageSize &size, double exposure, PanoramaResampler &to) {
@@ -88,8 +124,8 @@ Status decode_and_send(ByteView bytes, ImageFormat format, const PanoramaOptions
     return {};
 }
 
-// A child that went astray may send anything.
-Error astray() { return {ErrorCode::bad_input, 0, "the decoder went astray in this image; convert it to PNG"}; }
+// The data of the child is untrusted.
+Error astray() { return bad_input("the decoder went astray in this image; convert it to PNG"); }
 
 bool is_resampled(const Head &head) { return head.width != head.stored_width || head.height != head.stored_width / 2; }
 
@@ -102,40 +138,7 @@ std::string note_of(ImageFormat format, const Head &head) {
     return note;
 }
 
-float luminance(const float *rgb) { return 0.2126F * rgb[0] + 0.7152F * rgb[1] + 0.0722F * rgb[2]; }
-
-// Geometric, weighted by a parabola over the latitudes in place of their cosine.
-float mean_luminance(const std::vector<float> &pixels, std::size_t width) {
-    constexpr float kLeast = 1e-6F;
-    const std::uint64_t height = pixels.size() / 3 / width;
-    std::uint64_t sum = 0, weights = 0;
-    for (std::uint64_t y = 0; y < height; ++y) {
-        std::uint64_t row = 0;
-        for (std::size_t x = 0; x < width; ++x)
-            row += std::bit_cast<std::uint32_t>(std::max(luminance(&pixels[3 * (y * width + x)]), kLeast));
-        const std::uint64_t weight = 1 + 1024 * (2 * y + 1) * (2 * (height - y) - 1) / (4 * height * height);
-        sum += row / width * weight;
-        weights += weight;
-    }
-    return std::bit_cast<float>(static_cast<std::uint32_t>(sum / weights));
-}
-
 } // namespace
-
-void tone_map(const std::vector<float> &pixels, std::uint32_t width, double exposure,
-              std::vector<std::uint16_t> &linear) {
-    constexpr double kMiddleGrey = 0.18, kWhite = 16;
-    const double scale = kMiddleGrey * exposure / static_cast<double>(mean_luminance(pixels, width));
-    linear.resize(pixels.size());
-    for (std::size_t i = 0; i < pixels.size(); i += 3) {
-        const double scaled = static_cast<double>(luminance(&pixels[i])) * scale;
-        const double factor = scale * (1 + scaled / (kWhite * kWhite)) / (1 + scaled);
-        for (std::size_t c = 0; c < 3; ++c) {
-            const double value = std::min(static_cast<double>(pixels[i + c]) * factor, 1.0);
-            linear[i + c] = static_cast<std::uint16_t>(value * 65535 + 0.5);
-        }
-    }
-}
 
 Result<Panorama> read_panorama(const std::string &path, const PanoramaOptions &options) {
     const Result<MappedFile> file = MappedFile::open(path);
@@ -167,14 +170,9 @@ Result<Panorama> read_panorama(const std::string &path, const PanoramaOptions &o
     if (head.channels != 3 || !is_storable(head.stored_width, head.stored_width / 2, head.channels) ||
         received.size() != std::uint64_t{head.stored_width} * (head.stored_width / 2) * 3)
         return astray();
-    Panorama panorama;
-    panorama.image.width = head.stored_width;
-    panorama.image.height = head.stored_width / 2;
-    panorama.image.channels = head.channels;
-    panorama.image.texels = std::move(received);
-    panorama.note = note_of(*format, head);
-    panorama.converted = *format == ImageFormat::hdr || is_resampled(head);
-    return panorama;
+    return Panorama{.image = {head.stored_width, head.stored_width / 2, head.channels, std::move(received)},
+                    .note = note_of(*format, head),
+                    .converted = *format == ImageFormat::hdr || is_resampled(head)};
 }
 
 } // namespace pbm::build

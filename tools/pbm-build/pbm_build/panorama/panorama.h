@@ -1,5 +1,5 @@
-// A panorama from an image file: decoded, tone-mapped where it has a high dynamic range, brought to a size that a .pbvg
-// file holds. BVG.md section 3.10
+// Reads a panorama from an image file: decodes it, tone-maps a high dynamic range, and resamples it to a size that a
+// .pbvg file can store. BVG.md section 3.10
 #pragma once
 
 #include "pbm_format/model/image.h"
@@ -7,23 +7,21 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace pbm::build {
 
-// The widest image that is read, and the widest that is stored unless more is asked for.
+// Maximum width of an image that is read, and of one that is stored by default.
 inline constexpr std::uint32_t kMaxSourceWidth = 16384;
 inline constexpr std::uint32_t kMaxDefaultWidth = 4096;
 
 struct PanoramaOptions {
-    std::uint32_t width = 0; // of the result, a power of two; 0: the one nearest to the image's, kMaxDefaultWidth at
-                             // most
-    double exposure = 1;     // of HDR images: times what their mean luminance asks for
+    std::uint32_t width = 0; // of the result, a power of two; 0: nearest to the image's, at most kMaxDefaultWidth
+    double exposure = 1;     // of HDR images: factor on the exposure that follows from their mean luminance
 };
 
 struct Panorama {
     Image image;
-    std::string note;       // what it was and what became of it
+    std::string note;       // format, size and conversions, for the report
     bool converted = false; // in size or in range
 };
 
@@ -34,13 +32,5 @@ struct Panorama {
 //         unsupported_feature  a kind of image that is not read
 //         memory               over a limit
 Result<Panorama> read_panorama(const std::string &path, const PanoramaOptions &options);
-
-// Linear light of an HDR image, [height][width][3], to 0..65,535 in place of it: scaled so that its mean luminance,
-// geometric and by solid angle, becomes middle grey times `exposure`, then compressed so that white is reached at
-// 16 times white's luminance; hues stay. No transcendental function: the mean of logarithms is that of the numbers'
-// bits.
-// Based on: Reinhard, Stark, Shirley, Ferwerda. Photographic Tone Reproduction for Digital Images. 2002, equation 4
-void tone_map(const std::vector<float> &pixels, std::uint32_t width, double exposure,
-              std::vector<std::uint16_t> &linear);
 
 } // namespace pbm::build

@@ -18,8 +18,8 @@ PanoramaResampler::PanoramaResampler(std::uint32_t from_width, std::uint32_t fro
     image_.texels.reserve(std::size_t{width} * height * 3);
 }
 
-// Places in units of half a texel of both rasters: centres of the source at (2 j + 1) to, of the result at
-// (2 i + 1) from.
+// Positions in units of half a texel of both rasters: centres of the source at (2 j + 1) x to, of the result at
+// (2 i + 1) x from.
 std::vector<PanoramaResampler::Taps> PanoramaResampler::tent(std::uint32_t from, std::uint32_t to) {
     constexpr std::int64_t kOne = 1 << 16;
     const std::int64_t reach = 2 * std::int64_t{std::max(from, to)};
@@ -67,7 +67,7 @@ void PanoramaResampler::emit_row(std::span<const std::uint64_t> sums) {
 void PanoramaResampler::add_row(std::span<const std::uint16_t> row) {
     assert(row.size() == std::size_t{from_width_} * 3 && next_row_ < from_height_);
     resample_row(row);
-    // Rows outside the source stand for its first or last one.
+    // The first and last rows also stand for the rows outside of the source.
     const std::int64_t low = next_row_ == 0 ? -std::int64_t{1 << 20} : next_row_;
     const std::int64_t high = next_row_ + 1 == from_height_ ? std::int64_t{1} << 20 : next_row_;
     for (std::size_t i = first_open_; i < rows_.size() && rows_[i].first <= high; ++i) {

@@ -1,4 +1,4 @@
-// Rasters that go round a sphere, in another size: a tent filter in linear light, in integers.
+// Resamples equirectangular rasters: a tent filter in linear light, in integers.
 #pragma once
 
 #include "pbm_format/model/image.h"
@@ -10,10 +10,10 @@
 
 namespace pbm::build {
 
-// Takes rows of an equirectangular raster and gives it back in another size. A texel of the result is the mean of the
-// source under a tent that reaches to the centres of its neighbours, of the coarser of the two rasters: what becomes
-// smaller does not alias, what becomes larger is interpolated, what keeps its size is unchanged. Columns go on at the
-// other side; beyond the first and last row stand these rows again. Integers only: the same bytes everywhere.
+// Resamples an equirectangular raster row by row. A texel is the mean of the source under a tent that extends to the
+// centres of its neighbours in the coarser of the two rasters: downsampling does not alias, upsampling interpolates,
+// equal sizes stay unchanged. Columns wrap around; the first and last rows are repeated. Integers only: the same bytes
+// everywhere.
 class PanoramaResampler {
   public:
     // All sides 1..65,536.
@@ -25,7 +25,7 @@ class PanoramaResampler {
     Image finish();
 
   private:
-    // What texel i of one axis is made of: weights of source texels first, first + 1, ..., which sum up to 2^16.
+    // Weights of source texels first, first + 1, ..., for one texel along one axis; their sum is 2^16.
     struct Taps {
         std::int64_t first = 0;
         std::vector<std::uint32_t> weights;
@@ -39,7 +39,7 @@ class PanoramaResampler {
     std::uint32_t next_row_ = 0;                  // of the source
     std::size_t first_open_ = 0;                  // row of the result
     std::deque<std::vector<std::uint64_t>> open_; // sums of rows first_open_, first_open_ + 1, ...
-    std::vector<std::uint32_t> narrow_;           // the row in hand, [width][3]
+    std::vector<std::uint32_t> narrow_;           // the current row, [width][3]
     std::vector<std::uint8_t> srgb_;              // [65536]
     Image image_;
 };

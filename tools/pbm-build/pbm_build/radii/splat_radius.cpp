@@ -5,6 +5,8 @@
 #include "pbm_build/radii/tangent_cell.h"
 #include "system/threads/parallel.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <cmath>
 
@@ -13,26 +15,29 @@ namespace {
 
 constexpr std::size_t kBlock = 4096;
 constexpr int kMaxShared = 7;               // steps of the radius table: a factor of 1.5
-constexpr std::size_t kRing = 8;            // neighbours that a splat reaches
-constexpr double kStray = 3;                // times the median radius
-constexpr std::size_t kNormalVotes = 16;    // neighbours that lend a normal
-constexpr double kMaxVoxels = 2;            // radius of dense samples
-constexpr std::size_t kCellNeighbours = 12; // that bound a cell
-constexpr std::size_t kBorder = 5;          // neighbours that a splat reaches at a border
-constexpr double kOverlap = 1.1;            // of splats, since neighbours lie a little above or below the plane
+constexpr std::size_t kRing = 8;            // maximum reach of a splat: the distance of this neighbour
+constexpr double kStray = 3;                // maximum reach over the median
+constexpr std::size_t kNormalVotes = 16;    // neighbours whose normals are averaged
+constexpr double kMaxVoxels = 2;            // maximum radius of dense samples, voxels
+constexpr std::size_t kCellNeighbours = 12; // neighbours that clip a cell
+constexpr std::size_t kBorder = 5;          // minimum reach at a border: the distance of this neighbour
+constexpr double kOverlap = 1.1;            // overlap of splats, since neighbours lie slightly off the tangent plane
 
 float distance_of(std::span<const Neighbour> near, std::size_t neighbour) {
     return near.empty() ? 0 : std::sqrt(near[std::min(neighbour, near.size()) - 1].squared_distance);
 }
 
-double median_of(std::vector<float> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return static_cast<double>(*middle);
+// Indices of the values equal to `missing`.
+template <class T> std::vector<std::size_t> indices_of(const std::vector<T> &values, T missing) {
+    std::vector<std::size_t> indices;
+    for (std::size_t i = 0; i < values.size(); ++i)
+        if (values[i] == missing)
+            indices.push_back(i);
+    return indices;
 }
 
-// Radius in voxels that covers the Voronoi cell of a voxel's centre in its tangent plane. Neighbours count that belong
-// to the same sheet: normals within 60 degrees, on a slope of less than 45 degrees or a step of a voxel.
+// Radius in voxels that covers the Voronoi cell of a voxel's centre in its tangent plane. The cell is clipped by the
+// neighbours of the same sheet: normals within 60 degrees, and a slope below 45 degrees or a step of at most a voxel.
 float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Neighbour> near) {
     if (near.empty())
         return 0;
@@ -42,7 +47,6 @@ float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Nei
         const UnitVector &n = table[normals[i] & kNormalIndexMask];
         return glm::dvec3(n[0], n[1], n[2]);
     };
-    const auto dot = [](const glm::dvec3 &a, const glm::dvec3 &b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; };
     const glm::dvec3 n = normal_of(voxel);
     // Based on: Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin. Building an Orthonormal Basis, Revisited.
     // 2017
@@ -53,9 +57,9 @@ float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Nei
     for (const Neighbour &neighbour : near) {
         const glm::dvec3 offset(neighbour.offset), m = normal_of(neighbour.voxel);
         const bool either = ((normals[voxel] | normals[neighbour.voxel]) & kTwoSidedBit) != 0;
-        const double cosine = either ? std::fabs(dot(n, m)) : dot(n, m);
-        const glm::dvec2 flat(dot(offset, right), dot(offset, up));
-        const double height = std::fabs(dot(offset, n)), squared = flat.x * flat.x + flat.y * flat.y;
+        const double cosine = either ? std::fabs(glm::dot(n, m)) : glm::dot(n, m);
+        const glm::dvec2 flat(glm::dot(offset, right), glm::dot(offset, up));
+        const double height = std::fabs(glm::dot(offset, n)), squared = flat.x * flat.x + flat.y * flat.y;
         if (cosine > 0.5 && squared > 0.25 && (height <= 1 || height * height < squared))
             cell.cut(flat);
     }
@@ -64,7 +68,7 @@ float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Nei
     return static_cast<float>(reach.open ? std::max(closed, static_cast<double>(distance_of(near, kBorder))) : closed);
 }
 
-// The class of a radius, as classes[radius_index(fraction)] gives it: most are among the first few.
+// Returns classes[radius_index(fraction)] by linear search: most radii are in the first few classes.
 class ClassFinder {
   public:
     explicit ClassFinder(const RadiusClasses &classes) {
@@ -86,7 +90,8 @@ class ClassFinder {
     std::vector<double> most_; // that each covers, of the grid's edge
 };
 
-// Of some voxels, those below one node take the largest radius among them, unless it is much larger than theirs.
+// Gives the voxels of `some` below one node the largest of their radii, unless it is more than kMaxShared steps above
+// theirs.
 void share_below_nodes(const Voxels &voxels, std::span<const std::size_t> some, Bytes &radii) {
     for (std::size_t begin = 0, end = 0; begin < some.size(); begin = end) {
         const MortonCode node = voxels.codes[some[begin]] >> 3;
@@ -106,7 +111,7 @@ std::uint8_t dense_radius(int depth) {
 }
 
 RadiusClasses radius_classes(int depth) {
-    // What stands two levels up of children with this radius.
+    // The radius two levels above children with this radius.
     const auto above = [&](int radius) {
         return covering_radius(covering_radius(static_cast<std::uint8_t>(radius), depth - 1), depth - 2);
     };
@@ -145,10 +150,7 @@ Bytes given_radii(const Surface &surface, const Grid &grid) {
 }
 
 void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
-    std::vector<std::size_t> missing;
-    for (std::size_t i = 0; i < voxels.points.radii.size(); ++i)
-        if (voxels.points.radii[i] == 0)
-            missing.push_back(i);
+    const std::vector<std::size_t> missing = indices_of(voxels.points.radii, std::uint8_t{0});
     if (missing.empty())
         return;
     const std::size_t count = missing.size();
@@ -164,7 +166,7 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
             reach[i] = reach_of_cell(voxels, missing[i], near);
         }
     });
-    const double median = median_of(ring);
+    const auto median = static_cast<double>(median_of(ring));
     const ClassFinder class_of(radius_classes(depth));
     for (std::size_t i = 0; i < count; ++i) {
         const double most = ring[i] > kOutlierFactor * median ? median : kStray * median;
@@ -175,21 +177,18 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
 
 void fill_normals(Voxels &voxels, int threads) {
     std::vector<std::uint16_t> &normals = voxels.points.normals;
-    std::vector<std::size_t> missing;
-    for (std::size_t i = 0; i < normals.size(); ++i)
-        if (normals[i] == kNoNormal)
-            missing.push_back(i);
+    const std::vector<std::size_t> missing = indices_of(normals, kNoNormal);
     if (missing.empty())
         return;
-    const VoxelNeighbours neighbours(voxels.codes);
+    const PointNeighbours neighbours(centres_of(voxels.codes));
     const auto table = integer_normal_table();
     std::vector<std::uint16_t> filled(missing.size());
     parallel_for(missing.size(), threads, [&](std::size_t m) {
-        std::array<Neighbour, kNormalVotes> found;
+        std::array<NearPoint, kNormalVotes> found;
         const std::size_t near = neighbours.nearest(missing[m], found);
         std::array<std::int64_t, 3> sum{};
         for (std::size_t k = 0; k < near; ++k)
-            if (const std::uint16_t normal = normals[found[k].voxel]; normal != kNoNormal)
+            if (const std::uint16_t normal = normals[found[k].point]; normal != kNoNormal)
                 for (std::size_t axis = 0; axis < 3; ++axis)
                     sum[axis] += table[normal & kNormalIndexMask][axis];
         filled[m] = sum == std::array<std::int64_t, 3>{}

@@ -1,4 +1,4 @@
-// How large the splat of each point is, as indices of the normative radius table. BVG.md section 6.2.
+// Splat radii as indices of the normative radius table. BVG.md section 6.2.
 // Based on: Campbell. Point Based Modelling and Rendering. 2006, sections 4.2 and 4.3 (a splat reaches its neighbours)
 #pragma once
 
@@ -8,30 +8,34 @@
 
 namespace pbm::build {
 
-// Radius of points whose voxels leave no gap: 0.89 voxels, a little more than half a voxel's diagonal, so that a splat
-// covers every point of the surface inside its voxel. Below depth 5 the limit of 5 % of the grid's edge makes it
-// smaller.
+// Radius where every voxel of the surface is occupied: 0.89 voxels, slightly more than half a voxel's diagonal, so that
+// a splat covers all of the surface within its voxel. Below depth 5 it is clamped to 5 % of the grid's edge.
 std::uint8_t dense_radius(int depth);
 
-// Radii that the coarser levels cannot tell apart are one class, since finer steps are noise that costs bits: of the
-// indices that look the same two levels up (6.2.3) only the largest is used, and dense_radius. Near that three or four
-// indices make a class, from three voxels on each its own. Here is the class of every index: the smallest that is not
-// below it, kMaxFinestRadius if none is.
+// Radii that yield the same radius two levels up (6.2.3) form one class, of which only the largest index is used: finer
+// steps are noise that costs bits. dense_radius is a class of its own. Near it a class has three or four indices; from
+// three voxels on each index is a class. classes[index]: the smallest class index that is >= index, else
+// kMaxFinestRadius.
 using RadiusClasses = std::array<std::uint8_t, 256>;
 RadiusClasses radius_classes(int depth);
 
-// Radii of the input as table indices, a class each; empty where it has none. Triangles are sampled densely: theirs are
-// kept within 0.89 and 2 voxels. Beside triangles, points without a radius get 0.
+// Converts the radii of the input to class indices; empty where the input has none. Radii at triangles, which are
+// sampled densely, are clamped to 0.89..2 voxels. Points without a radius get 0.
 Bytes given_radii(const Surface &surface, const Grid &grid);
 
-// For points that have none, which is radius 0, in place. The points below one node of the next level share the largest
-// radius among them up to a factor of 1.5: what a node foretells costs nothing. A splat covers the Voronoi cell of its
-// voxel in the tangent plane, but reaches no farther than the eighth nearest voxel; where the cell is open, at a
-// border, the fifth. Sparse points are held at three times the median distance to the eighth, outliers (outliers.h) at
-// that median. Normals must be complete.
+// Computes the missing radii, those of index 0, in place. All normals must be set.
+//
+//   radius = 1.1 x distance of the farthest corner of the Voronoi cell in the tangent plane (tangent_cell.h)
+//   radius <= distance of the 8th nearest voxel
+//   radius >= distance of the 5th nearest voxel, where the cell is open (at a border)
+//   radius <= 3 x median distance of the 8th nearest voxel; that median itself for outliers (outliers.h)
+//
+// Points below one node of the next level share the largest of their radii, unless it is more than 1.5 times their own:
+// a radius that equals its node's prediction costs no bits.
 void radii_from_neighbours(Voxels &voxels, int depth, int threads);
 
-// Replaces kNoNormal: the direction of the mean of the normals of the nearest 16 voxels, else +Z, two-sided.
+// Replaces each kNoNormal by the mean direction of the normals of the nearest 16 voxels, or by +Z, two-sided, where
+// that mean is zero.
 void fill_normals(Voxels &voxels, int threads);
 
 } // namespace pbm::build

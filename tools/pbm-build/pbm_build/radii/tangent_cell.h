@@ -1,4 +1,4 @@
-// The Voronoi cell of a point among its neighbours in its tangent plane: what its splat has to cover.
+// The Voronoi cell of a point in its tangent plane: the area that its splat must cover.
 // Based on: Sutherland, Hodgman. Reentrant Polygon Clipping. 1974 (one cut per neighbour)
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace pbm::build {
 
-// A convex polygon around the origin: an octagon of circumradius `radius`, less what is nearer to another point.
+// A convex polygon around the origin: an octagon of circumradius `radius`, clipped by the bisectors of its neighbours.
 class TangentCell {
   public:
     explicit TangentCell(double radius) : count_(8) {
@@ -29,12 +29,12 @@ class TangentCell {
             corners_[0][i] = {radius * corners[i], 0};
     }
 
-    // Takes away what is nearer to `other`, not the origin. At most kMaxCuts times.
+    // Clips the polygon at the bisector between the origin and `other`. At most kMaxCuts calls.
     static constexpr std::size_t kMaxCuts = 24;
     void cut(const glm::dvec2 &other) {
         const double limit = (other.x * other.x + other.y * other.y) / 2;
         Corners &corners = corners_[now_], &kept = corners_[1 - now_];
-        std::array<double, kMaxCorners + 1> beyond; // the line half way to `other`
+        std::array<double, kMaxCorners + 1> beyond; // scaled distance of each corner from the bisector
         int outside = 0;
         for (std::size_t i = 0; i < count_; ++i) {
             beyond[i] = corners[i].at.x * other.x + corners[i].at.y * other.y - limit;
@@ -42,7 +42,7 @@ class TangentCell {
         }
         if (outside == 0)
             return;
-        // Corners and crossings are all written, and counted where they belong to the cell: nothing to foretell.
+        // Branch-free: every corner and crossing is written, and the count advances only for those inside.
         beyond[count_] = beyond[0];
         corners[count_] = corners[0];
         std::size_t kept_count = 0;
@@ -62,7 +62,7 @@ class TangentCell {
 
     struct Reach {
         double closed = 0; // distance of the farthest corner between two neighbours
-        bool open = false; // a side of the octagon is left: there is no neighbour that way
+        bool open = false; // a side of the octagon remains: no neighbour lies in that direction
     };
     Reach reach() const {
         Reach reach;
@@ -80,15 +80,15 @@ class TangentCell {
     }
 
   private:
-    struct Corner { // without defaults: they would take as long as a cut
+    struct Corner { // no default values: initialising them would take as long as a cut
         glm::dvec2 at;
         int next_edge_is_cut; // 1: the edge to the next corner lies between two points
     };
     static double squared(const glm::dvec2 &v) { return v.x * v.x + v.y * v.y; }
     static constexpr std::size_t kMaxCorners = 8 + kMaxCuts;
-    using Corners = std::array<Corner, kMaxCorners + 2>; // with the first again, and room for one that does not count
+    using Corners = std::array<Corner, kMaxCorners + 2>; // the first corner repeated, and one spare
 
-    std::array<Corners, 2> corners_; // those of the cell, and room for the next cut
+    std::array<Corners, 2> corners_; // the current polygon, and the target of the next cut
     std::size_t now_ = 0, count_;
 };
 

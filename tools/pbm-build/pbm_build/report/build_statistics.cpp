@@ -46,23 +46,18 @@ std::function<void(double)> StepClock::Step::progress() const {
     return [this](double done) { clock.progress_(name, done); };
 }
 
-std::string_view to_string(AttributeReport::Fate fate) {
-    switch (fate) {
-    case AttributeReport::Fate::kept: return "kept";
-    case AttributeReport::Fate::converted: return "converted";
-    case AttributeReport::Fate::dropped: return "dropped";
-    case AttributeReport::Fate::estimated: return "estimated";
-    }
-    return "unknown";
+std::string_view to_string(Fate fate) {
+    constexpr std::array<std::string_view, 4> kNames{"kept", "converted", "dropped", "estimated"};
+    return kNames[static_cast<std::size_t>(fate)];
 }
 
 std::string_view to_string(Outcome outcome) {
-    switch (outcome) {
-    case Outcome::written: return "written";
-    case Outcome::unchanged: return "unchanged";
-    case Outcome::up_to_date: return "up to date";
-    }
-    return "unknown";
+    constexpr std::array<std::string_view, 3> kNames{"written", "unchanged", "up to date"};
+    return kNames[static_cast<std::size_t>(outcome)];
+}
+
+std::string counted(std::uint64_t count, const char *what) {
+    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
 std::string to_json(const BuildStatistics &statistics, std::span<const std::string> inputs, const std::string &output) {

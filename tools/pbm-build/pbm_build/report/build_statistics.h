@@ -1,4 +1,4 @@
-// What a build did: for the lines at its end and for --json.
+// Statistics of a build, for the report on the terminal and for --json.
 #pragma once
 
 #include "pbm_scan/surface/surface.h"
@@ -22,7 +22,7 @@ struct StepStatistics {
     std::uint64_t peak_memory = 0; // bytes, of the process so far, at the end of the step
 };
 
-// What became of the output; the latter two with --if-changed only.
+// The latter two with --if-changed only.
 enum class Outcome { written, unchanged, up_to_date };
 
 struct BuildStatistics {
@@ -30,25 +30,28 @@ struct BuildStatistics {
     std::vector<AttributeReport> attributes;
     std::vector<StepStatistics> steps; // in order; a step done several times (--max-points) is summed
     std::uint64_t input_bytes = 0, vertices = 0, triangles = 0;
-    std::uint64_t samples = 0; // votes that were averaged
+    std::uint64_t samples = 0; // pairs of a voxel and a triangle or point
     std::uint64_t points = 0, two_sided_points = 0;
     int depth = 0;
     double voxel_size = 0;
     std::uint64_t file_bytes = 0;
-    std::uint64_t panorama_bytes = 0; // of those; not counted as bits of points
+    std::uint64_t panorama_bytes = 0; // of file_bytes; excluded from bits_per_point
 
+    void report(std::string name, Fate fate, std::string note, std::string input = {}) {
+        attributes.push_back({std::move(name), fate, std::move(note), std::move(input)});
+    }
     double seconds() const;
     double bits_per_point() const;
     double ratio() const; // file to input
 };
 
-// Times the steps of a build and passes their progress on.
+// Measures the steps of a build and forwards their progress.
 class StepClock {
   public:
-    // Both must outlive the clock.
+    // Refers to both.
     StepClock(BuildStatistics &statistics, const Progress &progress) : statistics_(statistics), progress_(progress) {}
 
-    // Does `work`, which may take a std::function<void(double)> to call with 0..1.
+    // Runs `work`, which may take a std::function<void(double)> for its progress, 0..1.
     template <class Work> auto run(std::string_view name, Work &&work) {
         const Step step(*this, name);
         if constexpr (std::is_invocable_v<Work>)
@@ -71,7 +74,8 @@ class StepClock {
     const Progress &progress_;
 };
 
-std::string_view to_string(AttributeReport::Fate fate);
+std::string counted(std::uint64_t count, const char *what); // "1 point", "2 points"
+std::string_view to_string(Fate fate);
 std::string_view to_string(Outcome outcome);
 
 // One JSON object, indented, with a final newline.

@@ -1,5 +1,7 @@
 #include "pbm_build/scene/light_request.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,27 +12,18 @@ constexpr double kMaxIntensity = 1e6, kMaxExponent = 1024; // BVG.md section 3.7
 constexpr std::array<std::string_view, 3> kKinds{"directional", "point", "spot"};
 constexpr std::array<std::string_view, 4> kSets{"two", "studio", "sun", "stage"};
 
-Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
+double longest_of(const Vector &v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
-double dot(const Vector &a, const Vector &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vector minus(const Vector &a, const Vector &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-
-// Scaled by the longest coordinate first, so that nothing overflows; zero stays zero.
-Vector unit(Vector v) {
-    const double longest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+// Divides by the largest coordinate first, so that the length does not overflow; zero stays zero.
+Vector unit(const Vector &v) {
+    const double longest = longest_of(v);
     if (longest == 0)
         return v;
-    for (double &x : v)
-        x /= longest;
-    const double length = std::sqrt(dot(v, v));
-    for (double &x : v)
-        x /= length;
-    return v;
+    const Vector scaled = v / longest;
+    return scaled / glm::length(scaled);
 }
 
-std::array<float, 3> as_floats(const Vector &v) {
-    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-}
+std::array<float, 3> as_floats(const glm::vec3 &v) { return {v.x, v.y, v.z}; }
 
 Result<double> read_between(std::string_view text, double least, double most) {
     Result<double> number = read_number(text);
@@ -47,9 +40,8 @@ Status set_vector(std::string_view text, bool may_be_zero, std::optional<Vector>
     if (!may_be_zero && *vector == Vector{})
         return usage(in_quotes(text) + " has the length zero");
     constexpr double kFarthest = 1e30; // of coordinates that can be built at all (grid_choice.h)
-    for (const double x : *vector)
-        if (std::abs(x) > kFarthest)
-            return usage(in_quotes(text) + " is too far away");
+    if (longest_of(*vector) > kFarthest)
+        return usage(in_quotes(text) + " is too far away");
     to = *vector;
     return {};
 }
@@ -59,23 +51,14 @@ Status set_intensity(std::string_view text, Vector &to) {
         const Result<double> number = read_between(text, 0, kMaxIntensity);
         if (!number)
             return number.error();
-        to = {*number, *number, *number};
+        to = Vector(*number);
         return {};
     }
-    const Result<Vector> vector = read_vector(text);
-    if (!vector)
-        return vector.error();
-    for (const double value : *vector)
-        if (value < 0 || value > kMaxIntensity)
+    if (Status read = take(read_vector(text), to); !read)
+        return read;
+    for (int channel = 0; channel < 3; ++channel)
+        if (to[channel] < 0 || to[channel] > kMaxIntensity)
             return usage(in_quotes(text) + " is not within 0..1000000");
-    to = *vector;
-    return {};
-}
-
-template <class T> Status take(Result<T> value, T &to) {
-    if (!value)
-        return value.error();
-    to = std::move(*value);
     return {};
 }
 
@@ -110,7 +93,7 @@ Status set_field(const OptionFields::Field &field, LightRequest &light, Rgb8 &co
     return usage(kind + " lights have no " + in_quotes(key) + ", but " + keys + ", intensity, colour, shadows, size");
 }
 
-// What is there twice, or not at all.
+// Verifies that place and direction are given exactly once.
 Status check_whole(const LightRequest &light) {
     const bool directional = light.kind == LightKind::directional;
     const std::string place = directional ? "direction" : "position";
@@ -130,7 +113,7 @@ LightRequest from(LightKind kind, Vector place, double intensity) {
     LightRequest light;
     light.kind = kind;
     light.from = place;
-    light.intensity = {intensity, intensity, intensity};
+    light.intensity = Vector(intensity);
     return light;
 }
 
@@ -151,8 +134,8 @@ Result<LightRequest> read_light(std::string_view text) {
             return usage(field.key + ": " + set.error().message);
     if (Status whole = check_whole(light); !whole)
         return whole.error();
-    for (std::size_t i = 0; i < 3; ++i)
-        light.intensity[i] *= static_cast<double>(linear_table()[colour[i]]) / 65535;
+    for (int i = 0; i < 3; ++i)
+        light.intensity[i] *= static_cast<double>(linear_table()[colour[static_cast<std::size_t>(i)]]) / 65535;
     return light;
 }
 
@@ -182,28 +165,23 @@ std::vector<LightRequest> light_set(std::string_view name) {
 
 Light place(const LightRequest &request, const ModelFrame &frame) {
     const auto in_model = [&](const Vector &seen, double scale) {
-        Vector v{};
-        for (std::size_t i = 0; i < 3; ++i)
-            v[i] = (frame.right[i] * seen[0] + frame.up[i] * seen[1] + frame.front[i] * seen[2]) * scale;
-        return v;
+        return (frame.right * seen.x + frame.up * seen.y + frame.front * seen.z) * scale;
     };
     Light light{.kind = request.kind, .intensity = as_floats(request.intensity), .position = {}, .direction = {}};
     if (request.kind == LightKind::directional) {
         light.direction = as_floats(unit(request.from ? in_model(*request.from, -1) : *request.direction));
         return light;
     }
-    Vector position{};
-    for (std::size_t i = 0; i < 3; ++i)
-        position[i] = request.from ? frame.centre[i] + in_model(*request.from, frame.radius)[i]
-                                   : (*request.position)[i] - frame.origin[i];
+    const Vector position =
+        request.from ? frame.centre + in_model(*request.from, frame.radius) : *request.position - frame.origin;
     light.position = as_floats(position);
     if (request.kind == LightKind::spot) {
-        const Vector target = request.target ? minus(*request.target, frame.origin) : frame.centre;
-        const Vector aim = unit(request.direction ? *request.direction : minus(target, position));
-        light.direction = as_floats(aim == Vector{} ? Vector{0, 0, -1} : aim); // it stands exactly at its target
+        const Vector target = request.target ? *request.target - frame.origin : frame.centre;
+        const Vector aim = unit(request.direction ? *request.direction : target - position);
+        light.direction = as_floats(aim == Vector{} ? Vector(0, 0, -1) : aim); // it stands exactly at its target
         light.exponent = static_cast<float>(request.exponent);
     } else {
-        light.direction = {0, 0, -1}; // of no meaning, but it has to have a length
+        light.direction = {0, 0, -1}; // unused, but its length must not be zero
     }
     return light;
 }
@@ -215,7 +193,7 @@ std::string lights_nothing(const Light &light, const ModelFrame &frame) {
         return {};
     const Vector aim{light.direction[0], light.direction[1], light.direction[2]};
     const Vector position{light.position[0], light.position[1], light.position[2]};
-    if (dot(minus(frame.centre, position), aim) <= -frame.radius)
+    if (glm::dot(frame.centre - position, aim) <= -frame.radius)
         return "it points away from the model: it lights nothing of it";
     return {};
 }

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::array<std::string_view, 10> kNames{"default", "plaster", "clay",   "plastic", "marble",
                                                   "bronze",  "gold",    "silver", "mirror",  "legacy"};
-constexpr std::array<SurfaceMaterial, kNames.size()> kMaterials{{
+constexpr std::array<Material, kNames.size()> kMaterials{{
     {},
     {.ka = 0.22F, .kd = 0.75F, .ks = 0.03F, .power = 4, .colour = {228, 223, 214}, .environment = 0},
     {.ka = 0.2F, .kd = 0.74F, .ks = 0.06F, .power = 6, .colour = {176, 104, 72}, .environment = 0},
@@ -19,39 +19,32 @@ constexpr std::array<SurfaceMaterial, kNames.size()> kMaterials{{
     {.ka = 0.1F, .kd = 0.1F, .ks = 0.6F, .power = 200, .colour = {230, 230, 230}, .environment = 1},
     {.ka = 1, .kd = 0, .ks = 0, .power = 1, .colour = {128, 128, 128}, .environment = 0},
 }};
-constexpr float kMinPower = 1e-6F, kMaxPower = 1024; // BVG.md 3.6.3
 
-Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
+struct Factor {
+    std::string_view key;
+    float Material::*value;
+    float least, most;
+    std::string_view range;
+};
+constexpr std::array kFactors{Factor{"ka", &Material::ka, 0, 1, "0..1"}, Factor{"kd", &Material::kd, 0, 1, "0..1"},
+                              Factor{"ks", &Material::ks, 0, 1, "0..1"},
+                              Factor{"environment", &Material::environment, 0, 1, "0..1"},
+                              Factor{"power", &Material::power, 1e-6F, 1024, "0.000001..1024"}}; // BVG.md 3.6.3
 
-Status set_factor(const OptionFields::Field &field, float least, float most, float &to) {
+Status set_field(const OptionFields::Field &field, Material &material) {
+    if (field.key == "colour" || field.key == "color")
+        return take(read_colour(field.value), material.colour);
+    const auto *const factor =
+        std::find_if(kFactors.begin(), kFactors.end(), [&](const Factor &f) { return f.key == field.key; });
+    if (factor == kFactors.end())
+        return usage("a material has ka, kd, ks, power, colour, environment");
     const Result<double> number = read_number(field.value);
     if (!number)
         return number.error();
     const auto value = static_cast<float>(*number);
-    if (!(value >= least && value <= most))
-        return usage(in_quotes(field.value) + " is not within " + (most == 1 ? "0..1" : "0.000001..1024"));
-    to = value;
-    return {};
-}
-
-Status set_field(const OptionFields::Field &field, SurfaceMaterial &material) {
-    const std::string &key = field.key;
-    if (key == "ka")
-        return set_factor(field, 0, 1, material.ka);
-    if (key == "kd")
-        return set_factor(field, 0, 1, material.kd);
-    if (key == "ks")
-        return set_factor(field, 0, 1, material.ks);
-    if (key == "environment")
-        return set_factor(field, 0, 1, material.environment);
-    if (key == "power")
-        return set_factor(field, kMinPower, kMaxPower, material.power);
-    if (key != "colour" && key != "color")
-        return usage("a material has ka, kd, ks, power, colour, environment");
-    const Result<Rgb8> colour = read_colour(field.value);
-    if (!colour)
-        return colour.error();
-    material.colour = *colour;
+    if (!(value >= factor->least && value <= factor->most))
+        return usage(in_quotes(field.value) + " is not within " + std::string(factor->range));
+    material.*factor->value = value;
     return {};
 }
 
@@ -59,14 +52,14 @@ Status set_field(const OptionFields::Field &field, SurfaceMaterial &material) {
 
 std::span<const std::string_view> material_names() { return kNames; }
 
-Result<SurfaceMaterial> read_material(std::string_view text) {
+Result<Material> read_material(std::string_view text) {
     const Result<OptionFields> fields = split_fields(text);
     if (!fields)
         return fields.error();
     const auto name = fields->word.empty() ? kNames.begin() : std::find(kNames.begin(), kNames.end(), fields->word);
     if (name == kNames.end())
         return usage(in_quotes(fields->word) + " is no material" + suggestion(kNames));
-    SurfaceMaterial material = kMaterials[static_cast<std::size_t>(name - kNames.begin())];
+    Material material = kMaterials[static_cast<std::size_t>(name - kNames.begin())];
     for (const OptionFields::Field &field : fields->fields)
         if (Status set = set_field(field, material); !set)
             return usage(field.key + ": " + set.error().message);

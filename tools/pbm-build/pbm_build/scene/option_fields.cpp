@@ -1,36 +1,11 @@
 #include "pbm_build/scene/option_fields.h"
 
+#include "pbm_scan/text/text_number.h"
+
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 namespace pbm::build {
-namespace {
-
-Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
-
-// Parts between commas; an empty text has one empty part.
-std::vector<std::string_view> split(std::string_view text) {
-    std::vector<std::string_view> parts;
-    for (std::size_t begin = 0;;) {
-        const std::size_t end = std::min(text.find(',', begin), text.size());
-        parts.push_back(text.substr(begin, end - begin));
-        if (end == text.size())
-            return parts;
-        begin = end + 1;
-    }
-}
-
-std::string_view trimmed(std::string_view text) {
-    while (!text.empty() && text.front() == ' ')
-        text.remove_prefix(1);
-    while (!text.empty() && text.back() == ' ')
-        text.remove_suffix(1);
-    return text;
-}
-
-} // namespace
-
 Result<OptionFields> split_fields(std::string_view text) {
     OptionFields result;
     for (const std::string_view whole : split(text)) {
@@ -57,12 +32,10 @@ Result<OptionFields> split_fields(std::string_view text) {
 }
 
 Result<double> read_number(std::string_view text) {
-    const char *const end = text.data() + text.size();
-    double value = 0;
-    const auto [stop, failure] = std::from_chars(text.data(), end, value);
-    if (failure != std::errc() || stop != end || !std::isfinite(value))
+    const auto value = parse_all<double>(text);
+    if (!value || !std::isfinite(*value))
         return usage(in_quotes(text) + " is not a finite number");
-    return value;
+    return *value;
 }
 
 Result<Vector> read_vector(std::string_view text) {
@@ -70,11 +43,11 @@ Result<Vector> read_vector(std::string_view text) {
     if (parts.size() != 3)
         return usage(in_quotes(text) + " is not X,Y,Z");
     Vector vector{};
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Result<double> number = read_number(trimmed(parts[i]));
+    for (int axis = 0; axis < 3; ++axis) {
+        const Result<double> number = read_number(trimmed(parts[static_cast<std::size_t>(axis)]));
         if (!number)
             return number.error();
-        vector[i] = *number;
+        vector[axis] = *number;
     }
     return vector;
 }
@@ -88,25 +61,12 @@ Result<Rgb8> read_colour(std::string_view text) {
         return refused;
     for (std::size_t i = 0; i < 3; ++i) {
         const std::string_view digits = hex ? text.substr(1 + 2 * i, 2) : trimmed(parts[i]);
-        const char *const end = digits.data() + digits.size();
-        const auto [stop, failure] = std::from_chars(digits.data(), end, colour[i], hex ? 16 : 10);
-        if (failure != std::errc() || stop != end)
+        const auto channel = parse_all<std::uint8_t>(digits, hex ? 16 : 10);
+        if (!channel)
             return refused;
+        colour[i] = *channel;
     }
     return colour;
-}
-
-std::string in_quotes(std::string_view text) {
-    std::string result(1, '\'');
-    (result += text) += '\'';
-    return result;
-}
-
-std::string suggestion(std::span<const std::string_view> known) {
-    std::string text = "; ";
-    for (std::size_t i = 0; i < known.size(); ++i)
-        (text += i == 0 ? "" : i + 1 == known.size() ? " or " : ", ") += known[i];
-    return text;
 }
 
 } // namespace pbm::build

@@ -1,10 +1,12 @@
-// Options that say several things at once: "spot,from=-1,2,1.5,intensity=0.8".
+// Options with several fields: "spot,from=-1,2,1.5,intensity=0.8".
 #pragma once
 
 #include "pbm_format/model/point_values.h"
-#include "system/error.h"
+#include "pbm_scan/surface/refusal.h"
+#include "pbm_scan/text/words.h"
 
-#include <array>
+#include <glm/vec3.hpp>
+
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,7 +14,7 @@
 
 namespace pbm::build {
 
-using Vector = std::array<double, 3>;
+using Vector = glm::dvec3;
 
 // A word, then key=value between commas; commas within a value separate its numbers.
 struct OptionFields {
@@ -33,9 +35,15 @@ Result<Vector> read_vector(std::string_view text);
 // errors  usage  neither #rrggbb nor three whole numbers 0..255
 Result<Rgb8> read_colour(std::string_view text);
 
-std::string in_quotes(std::string_view text); // in single quotes
+// Moves the value to `to`, or returns the error.
+template <class T> Status take(Result<T> value, T &to) {
+    if (!value)
+        return value.error();
+    to = std::move(*value);
+    return {};
+}
 
 // "; NAME, NAME or NAME": what to write instead of a word that is not among `known`.
-std::string suggestion(std::span<const std::string_view> known);
+inline std::string suggestion(std::span<const std::string_view> known) { return "; " + joined(known, " or "); }
 
 } // namespace pbm::build

@@ -3,47 +3,41 @@
 #include "pbm_bake/shadow_baker.h"
 #include "pbm_build/panorama/default_panorama.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <cmath>
 
 namespace pbm::build {
 namespace {
 
-using Fate = AttributeReport::Fate;
-
-constexpr SurfaceMaterial kGroundMaterial{
+constexpr Material kGroundMaterial{
     .ka = 0.22F, .kd = 0.72F, .ks = 0.06F, .power = 8, .colour = {196, 196, 192}, .environment = 0};
 constexpr std::string_view kDefaultLights = "two";
 constexpr int kHardMaps = 4, kSoftMaps = 24, kGroundMaps = 16;
-// A penumbra on the ground steps by one map each; steps wider than so many texels show as bands.
+// Each map adds one step to a penumbra on the ground; steps wider than this show as bands.
 constexpr double kPenumbraStep = 1.5; // texels
 constexpr int kMaxGroundMaps = 96;
 constexpr int kSoftBits = 4;
 
-Material material_of(const SurfaceMaterial &m) { return {m.ka, m.kd, m.ks, m.power, m.colour, m.environment}; }
-
-std::string count_of(std::size_t count, const std::string &what) {
-    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
-
 void drop_colours(Surface &surface, BuildStatistics &statistics) {
     constexpr const char *kWhy = "--ignore-point-colours";
     if (!surface.colours.empty())
-        statistics.attributes.push_back({"point colours", Fate::dropped, kWhy, surface.name});
+        statistics.report("point colours", Fate::dropped, kWhy, surface.name);
     if (!surface.materials.empty())
-        statistics.attributes.push_back({"materials", Fate::dropped, kWhy, surface.name});
+        statistics.report("materials", Fate::dropped, kWhy, surface.name);
     surface.colours.clear();
     surface.materials.clear();
     surface.material_ids.clear();
 }
 
-// One material for all, or the first for the first...
-void replace_materials(Surface &surface, const std::vector<SurfaceMaterial> &given, BuildStatistics &statistics) {
+// One material replaces all; several replace the 1st, 2nd, ...
+void replace_materials(Surface &surface, const std::vector<Material> &given, BuildStatistics &statistics) {
     const std::size_t own = std::max<std::size_t>(surface.materials.size(), 1);
     if (given.size() == 1) {
         if (own > 1)
-            statistics.attributes.push_back(
-                {"materials", Fate::converted, count_of(own, "material") + " to one: --material", surface.name});
+            statistics.report("materials", Fate::converted, counted(own, "material") + " to one: --material",
+                              surface.name);
         surface.materials = given;
         surface.material_ids.clear();
         return;
@@ -51,10 +45,10 @@ void replace_materials(Surface &surface, const std::vector<SurfaceMaterial> &giv
     surface.materials.resize(own);
     std::copy_n(given.begin(), std::min(own, given.size()), surface.materials.begin());
     if (given.size() > own)
-        statistics.attributes.push_back(
-            {"materials", Fate::dropped,
-             "--material gives " + std::to_string(given.size()) + ", the input has " + count_of(own, "material"),
-             surface.name});
+        statistics.report("materials", Fate::dropped,
+                          "--material gives " + std::to_string(given.size()) + ", the input has " +
+                              counted(own, "material"),
+                          surface.name);
 }
 
 bool replaces_default(const SceneRequest &request) {
@@ -62,7 +56,7 @@ bool replaces_default(const SceneRequest &request) {
 }
 
 void set_reflections(std::vector<Surface> &surfaces, const SceneRequest &request) {
-    const auto asks = [](const SurfaceMaterial &material) { return material.environment > 0; };
+    const auto asks = [](const Material &material) { return material.environment > 0; };
     const bool none_asks = std::none_of(surfaces.begin(), surfaces.end(), [&](const Surface &surface) {
         return std::any_of(surface.materials.begin(), surface.materials.end(), asks);
     });
@@ -70,21 +64,21 @@ void set_reflections(std::vector<Surface> &surfaces, const SceneRequest &request
     if (!request.environment && !(request.reflects && none_asks))
         return;
     for (Surface &surface : surfaces)
-        for (SurfaceMaterial &material : surface.materials)
+        for (Material &material : surface.materials)
             material.environment = request.environment.value_or(kHalf);
 }
 
-double distance(const std::array<float, 3> &a, const std::array<double, 3> &b) {
-    double squared = 0;
-    for (std::size_t i = 0; i < 3; ++i)
-        squared += (static_cast<double>(a[i]) - b[i]) * (static_cast<double>(a[i]) - b[i]);
-    return std::sqrt(squared);
+// Distance from the centre of the model; 1 for a directional light.
+double distance_of(const Light &light, const ModelFrame &frame) {
+    if (light.kind == LightKind::directional)
+        return 1;
+    return glm::length(glm::dvec3(light.position[0], light.position[1], light.position[2]) - frame.centre);
 }
 
 std::vector<LightRequest> lights_of(const SceneRequest &request, BuildStatistics &statistics) {
     if (!request.lights.empty() || (!request.shadows && !request.ground))
         return request.lights;
-    statistics.attributes.push_back({"lights", Fate::estimated, "none are given: the two of viewers"});
+    statistics.report("lights", Fate::estimated, "none are given: the two of viewers");
     return light_set(kDefaultLights);
 }
 
@@ -100,10 +94,8 @@ void place_lights(const SceneRequest &request, Scene &scene, BuildStatistics &st
             if (casts(lights[i], request) != with_shadows)
                 continue;
             const Light light = place(lights[i], scene.frame);
-            const double far =
-                lights[i].kind == LightKind::directional ? 1 : distance(light.position, scene.frame.centre);
             scene.lights.push_back(light);
-            scene.light_sizes.push_back(lights[i].size * far);
+            scene.light_sizes.push_back(lights[i].size * distance_of(light, scene.frame));
             scene.shadowed_lights += with_shadows ? 1 : 0;
         }
     for (std::size_t i = 0; i < lights.size(); ++i) {
@@ -112,29 +104,28 @@ void place_lights(const SceneRequest &request, Scene &scene, BuildStatistics &st
             note += lights[i].size > 0 ? ", soft shadows" : ", shadows";
         if (const std::string why = lights_nothing(place(lights[i], scene.frame), scene.frame); !why.empty())
             note += "; " + why;
-        statistics.attributes.push_back({"light " + std::to_string(i + 1), Fate::kept, note});
+        statistics.report("light " + std::to_string(i + 1), Fate::kept, note);
     }
 }
 
 GroundPlane ground_under(const ModelFrame &frame, const GroundRequest &request) {
     GroundPlane ground;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        ground.centre[axis] = static_cast<float>(frame.centre[axis]);
-    const double height = request.height ? *request.height - frame.origin[frame.up_axis] : frame.lowest;
-    ground.centre[frame.up_axis] = static_cast<float>(height);
+    glm::vec3 centre(frame.centre);
+    centre[frame.up_axis] =
+        static_cast<float>(request.height ? *request.height - frame.origin[frame.up_axis] : frame.lowest);
+    ground.centre = {centre.x, centre.y, centre.z};
     ground.half_edge = static_cast<float>(request.size * frame.radius);
     return ground;
 }
 
-// The index of the ground's material among those of the model, where it joins them if it is new.
+// Returns the index of the ground's material; appends the material if it is new.
 Result<std::uint8_t> ground_material(const GroundRequest &request, std::vector<Material> &materials) {
-    const Material wanted = material_of(request.material.value_or(kGroundMaterial));
+    const Material wanted = request.material.value_or(kGroundMaterial);
     const auto found = std::find(materials.begin(), materials.end(), wanted);
     const auto index = static_cast<std::size_t>(found - materials.begin());
     if (index == kMaxMaterials)
-        return Error{ErrorCode::unsupported_feature, 0,
-                     "the ground plane's material would be one more than the " + std::to_string(kMaxMaterials) +
-                         " of a .pbvg file; merge some of the scan's, or give --ground-material one of them"};
+        return unsupported("the ground plane's material would be one more than the " + std::to_string(kMaxMaterials) +
+                           " of a .pbvg file; merge some of the scan's, or give --ground-material one of them");
     if (found == materials.end())
         materials.push_back(wanted);
     return static_cast<std::uint8_t>(index);
@@ -147,35 +138,25 @@ ShadowOptions shadow_options(const SceneRequest &request, const Scene &scene, st
             .threads = threads};
 }
 
-// As many maps as a penumbra of the model's height has steps.
+// One map per kPenumbraStep texels of the penumbra of the model's height.
 int ground_maps(const SceneRequest &request, const Scene &scene, std::size_t light, int maps) {
     if (request.shadows->maps || !(scene.light_sizes[light] > 0))
         return std::max(maps, kGroundMaps);
-    double distance = 1;
-    if (const Light &from = scene.lights[light]; from.kind != LightKind::directional) {
-        double squared = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double way = static_cast<double>(from.position[axis]) - scene.frame.centre[axis];
-            squared += way * way;
-        }
-        distance = std::sqrt(squared);
-    }
+    const double distance = distance_of(scene.lights[light], scene.frame);
     const double texel = 2 * static_cast<double>(scene.ground->half_edge) / request.ground->texels;
     const double penumbra = scene.light_sizes[light] / std::max(distance, 1e-30) * 2 * scene.frame.radius;
     return static_cast<int>(std::clamp<double>(std::ceil(penumbra / texel / kPenumbraStep), maps, kMaxGroundMaps));
 }
 
-// Absent where rays have nobody to ask, or would pass through points of the model's own.
+// Absent if no light casts shadows, if shadow maps are requested, or if the surface has points of its own, which rays
+// would miss.
 std::optional<TriangleTree> triangles_for_rays(const SceneRequest &request, const Scene &scene, const Surface &surface,
                                                const Grid &grid, int threads) {
     if (surface.point_count() > 0 || scene.shadowed_lights == 0 || request.shadows->maps)
         return std::nullopt;
     const auto corner = [&](std::uint32_t position) {
-        Place place{};
-        for (int axis = 0; axis < 3; ++axis)
-            place[static_cast<std::size_t>(axis)] = static_cast<float>(
-                (surface.positions[position][axis] - grid.origin[static_cast<std::size_t>(axis)]) / grid.voxel_size);
-        return place;
+        const glm::vec3 at((surface.positions[position] - vector_of(grid.origin)) / grid.voxel_size);
+        return Place{at.x, at.y, at.z};
     };
     const auto triangle = [&](std::size_t i) {
         const glm::uvec3 &corners = surface.triangles[i];
@@ -191,7 +172,7 @@ void dress(std::vector<Surface> &surfaces, const SceneRequest &request, BuildSta
         if (request.ignore_point_colours)
             drop_colours(surface, statistics);
         if (surface.materials.empty() && replaces_default(request))
-            surface.materials = {request.default_material.value_or(SurfaceMaterial{})};
+            surface.materials = {request.default_material.value_or(Material{})};
         if (!request.materials.empty())
             replace_materials(surface, request.materials, statistics);
     }
@@ -240,34 +221,34 @@ void choose_shadow_bits(const SceneRequest &request, const Scene &scene, int dep
 }
 
 void bake_shadows(const SceneRequest &request, const Scene &scene, Surface surface, Voxels &voxels, Model &model,
-                  int threads, const std::function<void(double)> &progress) {
+                  const BakeOptions &options) {
     const Grid &grid = model.parameters.grid;
     const AttributeSet &set = model.parameters.attributes;
-    const std::optional<TriangleTree> triangles = triangles_for_rays(request, scene, surface, grid, threads);
+    const std::optional<TriangleTree> triangles = triangles_for_rays(request, scene, surface, grid, options.threads);
     surface = {};
     const ShadowCasters casters(
         grid,
         {.level = grid.depth, .codes = voxels.codes, .normals = voxels.points.normals, .radii = voxels.points.radii},
-        threads);
+        options.threads);
     std::optional<ShadowRays> rays;
     if (triangles)
-        rays.emplace(casters, *triangles, threads);
+        rays.emplace(casters, *triangles, options.threads);
     for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light) {
-        ShadowOptions options = shadow_options(request, scene, light, threads);
-        options.rays = rays ? &*rays : nullptr;
-        options.bits = set.shadow_bits[light][static_cast<std::size_t>(grid.depth)];
+        ShadowOptions shadow = shadow_options(request, scene, light, options.threads);
+        shadow.rays = rays ? &*rays : nullptr;
+        shadow.bits = set.shadow_bits[light][static_cast<std::size_t>(grid.depth)];
         const auto part = [&](double done) {
-            if (progress)
-                progress((static_cast<double>(light) + done) / set.lights);
+            if (options.progress)
+                options.progress((static_cast<double>(light) + done) / set.lights);
         };
-        options.progress = [&](double done) { part(scene.ground ? done / 2 : done); };
-        voxels.points.shadows[light] = bake_light(casters, scene.lights[light], options);
+        shadow.progress = [&](double done) { part(scene.ground ? done / 2 : done); };
+        voxels.points.shadows[light] = bake_light(casters, scene.lights[light], shadow);
         if (!scene.ground)
             continue;
-        options.maps = ground_maps(request, scene, light, options.maps);
-        options.progress = [&](double done) { part((1 + done) / 2); };
+        shadow.maps = ground_maps(request, scene, light, shadow.maps);
+        shadow.progress = [&](double done) { part((1 + done) / 2); };
         model.images.ground_lit.push_back(
-            bake_ground(casters, scene.lights[light], *scene.ground, request.ground->texels, options));
+            bake_ground(casters, scene.lights[light], *scene.ground, request.ground->texels, shadow));
     }
 }
 
@@ -287,13 +268,13 @@ Result<Image> make_panorama(const PanoramaRequest &request, int threads, BuildSt
     const auto &[file, options] = request;
     if (file.empty()) {
         const std::uint32_t width = options.width != 0 ? options.width : kDefaultPanoramaWidth;
-        statistics.attributes.push_back({"panorama", Fate::kept, "the default one"});
+        statistics.report("panorama", Fate::kept, "the default one");
         return default_panorama(width, threads);
     }
     Result<Panorama> panorama = read_panorama(file, options);
     if (!panorama)
         return panorama.error();
-    statistics.attributes.push_back({"panorama", panorama->converted ? Fate::converted : Fate::kept, panorama->note});
+    statistics.report("panorama", panorama->converted ? Fate::converted : Fate::kept, panorama->note);
     return std::move(panorama->image);
 }
 

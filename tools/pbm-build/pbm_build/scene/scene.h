@@ -1,11 +1,10 @@
-// The scene around a scan: lights, materials, solid texture, shadows, ground plane, panorama. What a user asks for, and
-// how it becomes part of a model. Dissertation sections 4.5, 4.6, 5.6 and 5.7
+// The scene around a scan: lights, materials, solid texture, shadows, ground plane, panorama. The user's request, and
+// its conversion into parts of a model. Dissertation sections 4.5, 4.6, 5.6 and 5.7
 #pragma once
 
 #include "pbm_build/panorama/panorama.h"
 #include "pbm_build/report/build_statistics.h"
 #include "pbm_build/scene/light_request.h"
-#include "pbm_build/scene/metadata.h"
 #include "pbm_build/texture/solid_texture.h"
 #include "pbm_build/voxels/voxelize.h"
 #include "pbm_format/model/model.h"
@@ -25,14 +24,14 @@ struct GroundRequest {
     std::optional<float> scale;                  // of the texture
     double size = 3.5;                           // half an edge, radii of the model's bounding sphere; 0.1..100
     std::optional<double> height;                // along the up axis, model coordinates; default: the lowest point
-    std::optional<SurfaceMaterial> material;     // default: a light grey
+    std::optional<Material> material;            // default: a light grey
     std::uint32_t texels = kDefaultGroundTexels; // per edge of its shadows and texture: a power of two, 64..4,096
 };
 
 struct ShadowRequest {
     std::optional<int> bits; // of the lit fraction of finest points: 1, 2, 4, 8; default 1, 4 of lights with a size
-    // 1..kMaxShadowMaps. Default: rays where there are triangles, else 4; 24 of lights with a size (rays or maps), for
-    // whose shadow on the ground it is up to 96.
+    // 1..kMaxShadowMaps. Default: rays for a surface of triangles, else 4 maps; 24 rays or maps for a light with a
+    // size, and up to 96 for its shadow on the ground.
     std::optional<int> maps;
 };
 
@@ -41,11 +40,16 @@ struct PanoramaRequest {
     PanoramaOptions options;
 };
 
+// An option as the user gave it; values of a repeated option are consecutive.
+struct GivenOption {
+    std::string name, value; // a flag: "true"
+};
+
 struct SceneRequest {
     std::vector<LightRequest> lights; // at most kMaxLights
-    // Instead of those of each input: one for all of it, or one for each of its materials, in their order.
-    std::vector<SurfaceMaterial> materials;
-    std::optional<SurfaceMaterial> default_material; // of inputs that have none
+    // Replace those of each input: one material replaces all, several replace its 1st, 2nd, ...
+    std::vector<Material> materials;
+    std::optional<Material> default_material; // of inputs that have none
     bool ignore_point_colours = false;
     std::optional<float> environment; // blending factor of all materials
     bool reflects = false;            // half of it where no material has one
@@ -57,10 +61,10 @@ struct SceneRequest {
     std::vector<GivenOption> given{}; // for metadata
 };
 
-// Colours and materials of each input, before they are merged. Lines of the report say what was replaced.
+// Replaces colours and materials of each input before the inputs are merged. The report names what was replaced.
 void dress(std::vector<Surface> &surfaces, const SceneRequest &request, BuildStatistics &statistics);
 
-// What a file holds of the scene, and how its shadows are baked.
+// The scene as the file stores it, and the parameters of its shadows.
 struct Scene {
     ModelFrame frame;
     std::vector<Light> lights; // those that cast shadows first
@@ -70,25 +74,32 @@ struct Scene {
     std::optional<GroundPlane> ground;
 };
 
-// Places lights and ground plane around the voxels; the ground's material joins `materials`, which are those of points.
-// Without lights, where shadows or a ground plane are asked for, there are the two that viewers take by themselves.
+// Places lights and ground plane around the voxels. Appends the ground's material to `materials`, those of the points,
+// unless an equal one is there. A request for shadows or a ground plane without lights gets the two default lights of
+// the viewers.
 //
 // errors  usage                texture options, see make_texture
 //         unsupported_feature  more than kMaxMaterials materials with that of the ground
 Result<Scene> place_scene(const SceneRequest &request, const Grid &grid, std::span<const MortonCode> codes,
                           std::vector<Material> &materials, BuildStatistics &statistics);
 
-// Streams for lit fractions: fills the lights of `set`. Coarser levels have more bits: they hold fractions.
+// Chooses the streams of lit fractions: the lights of `set` and their bits. Coarser levels store means, so they get
+// more bits.
 void choose_shadow_bits(const SceneRequest &request, const Scene &scene, int depth, AttributeSet &set);
 
-// Lit fractions of the finest points and of the ground plane of `model`, whose grid and attributes are known, for all
-// lights with a stream. What is `surface` is let go as
-// soon as it may be: the triangles of one that has no points of its own stop rays to the lights, unless shadow maps are
-// asked for; else voxels are all that casts shadows.
-void bake_shadows(const SceneRequest &request, const Scene &scene, Surface surface, Voxels &voxels, Model &model,
-                  int threads, const std::function<void(double)> &progress);
+struct BakeOptions {
+    int threads = 0;
+    std::function<void(double)> progress{}; // called with 0..1; may be empty
+};
 
-// Texture values of the finest points and of the ground plane of `model`, whose grid is known.
+// Computes the lit fractions of the finest points and of the ground plane, for all lights with a stream. `model` has
+// its grid and attributes. Rays are tested against the triangles of `surface` where it consists of triangles alone and
+// the request names no number of shadow maps; otherwise only voxels cast shadows. Takes ownership of `surface` and
+// frees it as soon as the tree of its triangles is built.
+void bake_shadows(const SceneRequest &request, const Scene &scene, Surface surface, Voxels &voxels, Model &model,
+                  const BakeOptions &options);
+
+// Computes the texture values of the finest points and of the ground plane. `model` has its grid.
 void evaluate_solid_texture(const SceneRequest &request, const Scene &scene, Voxels &voxels, Model &model, int threads);
 
 // errors  as read_panorama

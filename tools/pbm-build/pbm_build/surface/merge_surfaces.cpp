@@ -10,11 +10,9 @@
 namespace pbm::build {
 namespace {
 
-auto key(const SurfaceMaterial &m) { return std::tie(m.ka, m.kd, m.ks, m.power, m.colour, m.environment); }
-bool operator<(const SurfaceMaterial &a, const SurfaceMaterial &b) { return key(a) < key(b); }
-bool operator==(const SurfaceMaterial &a, const SurfaceMaterial &b) { return key(a) == key(b); }
+auto key(const Material &m) { return std::tie(m.ka, m.kd, m.ks, m.power, m.colour, m.environment); }
 
-// What the merged surface has: one entry in each array that is not empty in all of `surfaces`.
+// The attributes of the merged surface: an array has one entry here if it is not empty in at least one of `surfaces`.
 Surface attributes_of(const std::vector<Surface> &surfaces) {
     Surface has;
     const auto note = [](auto &to, const auto &values) {
@@ -29,30 +27,24 @@ Surface attributes_of(const std::vector<Surface> &surfaces) {
     return has;
 }
 
-std::vector<SurfaceMaterial> materials_of(const Surface &surface) {
-    return surface.materials.empty() ? std::vector<SurfaceMaterial>(1) : surface.materials;
+std::vector<Material> materials_of(const Surface &surface) {
+    return surface.materials.empty() ? std::vector<Material>(1) : surface.materials;
 }
 
-std::vector<SurfaceMaterial> all_materials(const std::vector<Surface> &surfaces) {
-    std::vector<SurfaceMaterial> all;
+std::vector<Material> all_materials(const std::vector<Surface> &surfaces) {
+    std::vector<Material> all;
     for (const Surface &surface : surfaces)
-        for (const SurfaceMaterial &material : materials_of(surface))
+        for (const Material &material : materials_of(surface))
             all.push_back(material);
-    std::sort(all.begin(), all.end(), [](const auto &a, const auto &b) { return a < b; });
-    all.erase(std::unique(all.begin(), all.end(), [](const auto &a, const auto &b) { return a == b; }), all.end());
+    std::sort(all.begin(), all.end(), [](const Material &a, const Material &b) { return key(a) < key(b); });
+    all.erase(std::unique(all.begin(), all.end()), all.end());
     return all;
 }
 
-void turn_faces(Surface &surface) {
-    for (glm::uvec3 &t : surface.triangles)
-        std::swap(t.y, t.z);
-}
-
-// Gives `surface` what the others have: arrays of the same kinds, and materials numbered as in `materials`.
-void adapt(Surface &surface, const Surface &has, const std::vector<SurfaceMaterial> &materials) {
-    using Fate = AttributeReport::Fate;
+// Gives `surface` the arrays of `has`, and numbers its materials as in `materials`.
+void adapt(Surface &surface, const Surface &has, const std::vector<Material> &materials) {
     const std::size_t count = surface.positions.size();
-    const std::vector<SurfaceMaterial> own = materials_of(surface);
+    const std::vector<Material> own = materials_of(surface);
     if (surface.material_ids.empty())
         surface.material_ids.assign(count, 0);
     if (!has.colours.empty() && surface.colours.empty()) {
@@ -65,10 +57,9 @@ void adapt(Surface &surface, const Surface &has, const std::vector<SurfaceMateri
         surface.report.push_back({"materials", Fate::converted, "it has none: the default one", surface.name});
     std::vector<std::uint8_t> new_id;
     new_id.reserve(own.size());
-    for (const SurfaceMaterial &material : own)
-        new_id.push_back(static_cast<std::uint8_t>(
-            std::find_if(materials.begin(), materials.end(), [&](const auto &m) { return m == material; }) -
-            materials.begin()));
+    for (const Material &material : own)
+        new_id.push_back(
+            static_cast<std::uint8_t>(std::find(materials.begin(), materials.end(), material) - materials.begin()));
     for (std::uint8_t &id : surface.material_ids)
         id = new_id[id];
     for_vertex_attributes([&](auto &values, const auto &any) { values.resize(any.empty() ? 0 : count, {}); }, surface,
@@ -89,7 +80,7 @@ void append(Surface &to, Surface &from) {
     for_vertex_attributes([](auto &all, auto &part) { append(all, part); }, to, from);
 }
 
-// Memory is touched only as it is filled, while the parts give theirs back.
+// Reserved memory becomes resident only when it is filled, while `append` frees the parts.
 void reserve(Surface &surface, std::size_t vertices, std::size_t triangles, const Surface &has) {
     surface.triangles.reserve(triangles);
     surface.positions.reserve(vertices);
@@ -108,15 +99,14 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
         triangles += surface.triangles.size();
     }
     if (vertices >= std::numeric_limits<std::uint32_t>::max())
-        return Error{ErrorCode::too_large, 0,
-                     std::to_string(vertices) + " vertices in all, the limit is 2^32 - 2: merge fewer scans"};
+        return too_large(std::to_string(vertices) + " vertices in all, the limit is 2^32 - 2: merge fewer scans");
     const Surface has = attributes_of(surfaces);
     Surface merged;
     merged.materials = all_materials(surfaces);
     if (merged.materials.size() > kMaxMaterials)
-        return Error{ErrorCode::unsupported_feature, 0,
-                     std::to_string(merged.materials.size()) + " different materials in all, a .pbvg file holds " +
-                         std::to_string(kMaxMaterials) + "; merge some of them"};
+        return unsupported(std::to_string(merged.materials.size()) +
+                           " different materials in all, a .pbvg file holds " + std::to_string(kMaxMaterials) +
+                           "; merge some of them");
     reserve(merged, vertices, triangles, has);
     for (Surface &surface : surfaces) {
         adapt(surface, has, merged.materials);
@@ -124,13 +114,13 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
         if (surface.triangles.empty())
             continue;
         if (!surface.normals.empty() && vertex_normals(surface, threads).faces_point_inward)
-            turn_faces(surface);
+            reverse_faces(surface);
         append(merged, surface);
     }
     if (!merged.triangles.empty())
         merged.points_beside_triangles = vertices - merged.positions.size();
     for (Surface &surface : surfaces)
-        append(merged, surface); // what is left are points
+        append(merged, surface); // the points
     if (has.materials.empty())
         merged.materials.clear();
     if (merged.materials.size() <= 1)

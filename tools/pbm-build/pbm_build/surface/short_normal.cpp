@@ -10,7 +10,7 @@ HWY_BEFORE_NAMESPACE();
 namespace pbm::build::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The same operations as in to_short_normal, on several rows.
+// The operations of to_short_normal in the same order, on several rows at once.
 void round_columns(NormalColumns &columns, std::size_t rows) {
     const hn::CappedTag<double, NormalColumns::kSpare> d;
     const hn::Rebind<std::int32_t, decltype(d)> di;

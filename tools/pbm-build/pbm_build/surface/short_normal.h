@@ -1,4 +1,4 @@
-// A unit vector in three 16-bit integers: what samples carry and what is summed.
+// A unit vector in three 16-bit integers: the normal of a sample, and the unit in which normals are summed.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -23,21 +23,20 @@ inline ShortNormal to_short_normal(const glm::dvec3 &v) {
     return {round(v.x), round(v.y), round(v.z)};
 }
 
-// Directions in columns: the normals of many samples at once, since a square root and a division after the other keep
-// a processor waiting that could work on several.
+// Normals of many samples in columns, so that their square roots and divisions run as vector instructions.
 struct NormalColumns {
     static constexpr std::size_t kRows = 64, kSpare = 8; // vectors may end in spare rows
     using Column = std::array<double, kRows + kSpare>;
 
-    std::array<Column, 3> from{};                                      // any length, or with `is_rounded` a ShortNormal
+    std::array<Column, 3> from{};                                      // any length, or a ShortNormal
     Column is_rounded{};                                               // 1, else 0
     std::array<std::array<std::int32_t, kRows + kSpare>, 3> rounded{}; // the ShortNormal of each row
-    void round(std::size_t rows = kRows);                              // the first ones
+    void round(std::size_t rows = kRows);                              // fills `rounded` for the first `rows`
 };
 
 inline bool is_zero(const ShortNormal &n) { return (n[0] | n[1] | n[2]) == 0; }
 
-// Cosine of the angle between two of them x 32,767^2.
+// 32,767^2 x the cosine of the angle between the two.
 inline std::int64_t dot(const ShortNormal &a, const ShortNormal &b) {
     return std::int64_t{a[0]} * b[0] + std::int64_t{a[1]} * b[1] + std::int64_t{a[2]} * b[2];
 }

@@ -3,6 +3,8 @@
 #include "pbm_build/surface/face_normal.h"
 #include "system/threads/parallel.h"
 
+#include <glm/gtc/type_precision.hpp>
+
 #include <algorithm>
 #include <atomic>
 
@@ -11,20 +13,19 @@ namespace {
 
 constexpr std::size_t kBlock = 65536;
 constexpr double kFaceScale = 1 << 20; // of a unit normal in the sums
-using NormalSum = std::array<std::int64_t, 3>;
 
-std::vector<NormalSum> sum_face_normals(const Surface &surface) {
-    std::vector<NormalSum> sums(surface.positions.size());
+std::vector<glm::i64vec3> sum_face_normals(const Surface &surface) {
+    std::vector<glm::i64vec3> sums(surface.positions.size(), glm::i64vec3(0));
     for (const glm::uvec3 &t : surface.triangles) {
         const glm::dvec3 n = face_normal(surface.positions[t.x], surface.positions[t.y], surface.positions[t.z]);
-        const double length = length_of(n);
+        const double length = glm::length(n);
         if (!(length > 0))
             continue;
         for (int axis = 0; axis < 3; ++axis) {
             const double unit = n[axis] / length * kFaceScale;
             const auto vote = static_cast<std::int64_t>(unit < 0 ? unit - 0.5 : unit + 0.5);
             for (int corner = 0; corner < 3; ++corner)
-                sums[t[corner]][static_cast<std::size_t>(axis)] += vote;
+                sums[t[corner]][axis] += vote;
         }
     }
     return sums;
@@ -63,13 +64,11 @@ VertexNormals vertex_normals(const Surface &surface, int threads) {
     if (complete || surface.triangles.empty())
         return result;
 
-    const std::vector<NormalSum> sums = sum_face_normals(surface);
+    const std::vector<glm::i64vec3> sums = sum_face_normals(surface);
     const double sign = result.faces_point_inward ? -1 : 1;
     for (std::size_t i = 0; i < sums.size(); ++i)
         if (is_zero(result.normals[i]))
-            result.normals[i] =
-                to_short_normal(sign * glm::dvec3(static_cast<double>(sums[i][0]), static_cast<double>(sums[i][1]),
-                                                  static_cast<double>(sums[i][2])));
+            result.normals[i] = to_short_normal(sign * glm::dvec3(sums[i]));
     return result;
 }
 

@@ -1,4 +1,4 @@
-// Normals of vertices: as given, or from the faces around them.
+// Normals of vertices: given ones, or means over the adjacent faces.
 // Based on: Campbell. Point Based Modelling and Rendering. 2006, section 4.3 (sum of the normals of adjacent faces)
 #pragma once
 
@@ -8,13 +8,12 @@
 namespace pbm::build {
 
 struct VertexNormals {
-    std::vector<ShortNormal> normals; // [positions]; zero where neither the file nor a face has one
-    bool faces_point_inward = false;  // the given normals mostly disagree with the winding of the faces: trust them
+    std::vector<ShortNormal> normals; // [positions]; zero where neither the file nor a face gives one
+    bool faces_point_inward = false;  // most faces disagree with the given normals, which are then trusted
 };
 
-// Given normals are normalised; where one has no length, and everywhere if none are given, the normal is the direction
-// of the sum of the unit normals of the faces around the vertex, summed in integers, so that their order does not
-// matter.
+// Normalises given normals. A normal that is missing or of length zero becomes the direction of the sum of the unit
+// normals of the adjacent faces; the sums are integers, so the order of the faces does not matter.
 VertexNormals vertex_normals(const Surface &surface, int threads);
 
 } // namespace pbm::build

@@ -1,9 +1,10 @@
 #include "pbm_build/texture/colour_map.h"
 
+#include "pbm_scan/surface/refusal.h"
+#include "pbm_scan/text/text_number.h"
+#include "pbm_scan/text/words.h"
+
 #include <algorithm>
-#include <charconv>
-#include <optional>
-#include <string>
 
 namespace pbm::build {
 namespace {
@@ -26,25 +27,13 @@ constexpr std::array kColourMaps{
     ColourMap{TextureKind::wood, "cherry", "0:#d9a274,0.4:#b8734a,0.75:#8c4a2d,1:#4a2216"},
 };
 
-Error usage(std::string message) { return Error{ErrorCode::usage, 0, std::move(message)}; }
-
-std::string quoted(std::string_view word) { return std::string(1, '\'').append(word).append(1, '\''); }
-
-template <class T, class... Base> std::optional<T> whole_number(std::string_view text, Base... base) {
-    T value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base...);
-    if (error != std::errc() || end != text.data() + text.size())
-        return std::nullopt;
-    return value;
-}
-
 // "0.5:#rrggbb"
 std::optional<ColourStop> parse_stop(std::string_view text) {
     constexpr std::size_t kColourLength = 8; // ":#rrggbb"
     if (text.size() <= kColourLength || text.substr(text.size() - kColourLength, 2) != ":#")
         return std::nullopt;
-    const auto position = whole_number<double>(text.substr(0, text.size() - kColourLength));
-    const auto colour = whole_number<std::uint32_t>(text.substr(text.size() - 6), 16);
+    const auto position = parse_all<double>(text.substr(0, text.size() - kColourLength));
+    const auto colour = parse_all<std::uint32_t>(text.substr(text.size() - 6), 16);
     if (!position || !colour || !(*position >= 0 && *position <= 1))
         return std::nullopt;
     return ColourStop{.position = *position,
@@ -54,27 +43,17 @@ std::optional<ColourStop> parse_stop(std::string_view text) {
 
 Result<std::vector<ColourStop>> parse_stops(std::string_view text) {
     std::vector<ColourStop> stops;
-    for (std::size_t from = 0; from <= text.size();) {
-        const std::size_t to = std::min(text.find(',', from), text.size());
-        const std::string_view word = text.substr(from, to - from);
+    for (const std::string_view word : split(text)) {
         const auto stop = parse_stop(word);
         if (!stop)
-            return usage(quoted(word) + " is no colour stop: write position:#rrggbb, position 0 to 1");
+            return usage(in_quotes(word) + " is no colour stop: write position:#rrggbb, position 0 to 1");
         if (!stops.empty() && stop->position <= stops.back().position)
-            return usage("colour stop " + quoted(word) + " is not behind the one before it");
+            return usage("colour stop " + in_quotes(word) + " is not behind the one before it");
         if (stops.size() == kMaxStops)
             return usage("more than 64 colour stops");
         stops.push_back(*stop);
-        from = to + 1;
     }
     return stops;
-}
-
-std::string known_names(TextureKind kind) {
-    std::string names;
-    for (const std::string_view name : colour_map_names(kind))
-        names += (names.empty() ? "" : ", ") + std::string(name);
-    return names;
 }
 
 } // namespace
@@ -92,7 +71,7 @@ Result<std::vector<ColourStop>> find_colour_stops(TextureKind kind, std::string_
         if (map.kind == kind && (text.empty() || text == map.name))
             return parse_stops(map.stops);
     if (text.find_first_of(":,#") == std::string_view::npos)
-        return usage("no colour map " + quoted(text) + ": there are " + known_names(kind) +
+        return usage("no colour map " + in_quotes(text) + ": there are " + joined(colour_map_names(kind)) +
                      ", or colour stops like 0:#30251c,1:#d9b98c");
     return parse_stops(text);
 }

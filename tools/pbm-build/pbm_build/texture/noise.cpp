@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -17,14 +16,14 @@
 namespace pbm::build {
 namespace {
 
-// Twice the rotation of the quaternion (3, 1, 2, -1), and a shift that puts the place where two octaves look at the
-// same place far from the origin.
+// Twice the rotation of the quaternion (3, 1, 2, -1), and a shift that moves the common fixed point of the octaves away
+// from the origin.
 constexpr std::array<std::array<float, 3>, 3> kTurn{{{10.0F / 15, 20.0F / 15, 20.0F / 15},
                                                      {-4.0F / 15, 22.0F / 15, -20.0F / 15},
                                                      {-28.0F / 15, 4.0F / 15, 10.0F / 15}}};
 constexpr std::array<float, 3> kShift{12.71F, 31.37F, 23.93F};
 
-// The directions of the twelve edges by the low four bits of a hash; four stand twice.
+// Directions of the twelve edges of a cube by the low four bits of a hash; four occur twice.
 constexpr std::array<std::array<float, 3>, 16> kEdges{{{1, 1, 0},
                                                        {-1, 1, 0},
                                                        {1, -1, 0},
@@ -97,7 +96,7 @@ HWY_INLINE Vector slope(IntVector hash, Vector x, Vector y, Vector z) {
     return hn::Add(hn::Xor(u, sign_u), hn::Xor(v, sign_v));
 }
 
-// The same where the hash is that of all lanes: a sum in which one of three terms is zero.
+// The same for one hash in all lanes: a sum in which one of three terms is zero.
 HWY_INLINE Vector common_slope(std::uint8_t hash, Vector x, Vector y, Vector z) {
     const Floats d;
     const float *const edge = kEdges[hash & 15].data();
@@ -105,7 +104,7 @@ HWY_INLINE Vector common_slope(std::uint8_t hash, Vector x, Vector y, Vector z) 
     return hn::Add(xy, hn::Mul(hn::Set(d, edge[2]), z));
 }
 
-// Pairs at `index` mod 256: the hash below and the one above.
+// The hashes at `index` and `index` + 1, mod 256.
 struct HashPair {
     IntVector low, high;
 };
@@ -124,7 +123,7 @@ HWY_INLINE Vector noise_at(const std::int32_t *pairs, Vector px, Vector py, Vect
     const Vector x1 = hn::Sub(x, one), y1 = hn::Sub(y, one), z1 = hn::Sub(z, one);
     const Vector u = fade(x), v = fade(y), w = fade(z);
 
-    // Points come along a curve: coarse cells often hold all of a vector's.
+    // Fast path for a vector of points in one cell, which is common, since points are sorted along a curve.
     const float first_x = hn::GetLane(floor_x), first_y = hn::GetLane(floor_y), first_z = hn::GetLane(floor_z);
     const auto same_xy = hn::And(hn::Eq(floor_x, hn::Set(d, first_x)), hn::Eq(floor_y, hn::Set(d, first_y)));
     if (hn::AllTrue(d, hn::And(same_xy, hn::Eq(floor_z, hn::Set(d, first_z))))) {
@@ -163,7 +162,6 @@ HWY_INLINE Vector turn(std::size_t row, Vector x, Vector y, Vector z) {
     return hn::Add(hn::Add(xy, hn::Mul(hn::Set(d, kTurn[row][2]), z)), hn::Set(d, kShift[row]));
 }
 
-template <bool absolute>
 HWY_INLINE Vector sum_at(const std::int32_t *pairs, const Octaves &octaves, Vector x, Vector y, Vector z) {
     const Floats d;
     Vector sum = hn::Zero(d);
@@ -175,19 +173,18 @@ HWY_INLINE Vector sum_at(const std::int32_t *pairs, const Octaves &octaves, Vect
             y = next_y;
         }
         const Vector noise = noise_at(pairs, x, y, z);
-        sum = hn::Add(sum, hn::Mul(hn::Set(d, octaves.amplitudes[k]), absolute ? hn::Abs(noise) : noise));
+        sum = hn::Add(sum, hn::Mul(hn::Set(d, octaves.amplitudes[k]), noise));
     }
     return sum;
 }
 
-template <bool absolute>
-void sum_all(const std::int32_t *pairs, const Octaves &octaves, const SamplePlaces &places, std::span<float> sums) {
+void sum_octaves(const std::int32_t *pairs, const Octaves &octaves, const SamplePlaces &places, std::span<float> sums) {
     const Floats d;
     const std::size_t lanes = hn::Lanes(d);
     std::size_t i = 0;
     for (; i + lanes <= sums.size(); i += lanes)
-        hn::StoreU(sum_at<absolute>(pairs, octaves, hn::LoadU(d, places.x.data() + i),
-                                    hn::LoadU(d, places.y.data() + i), hn::LoadU(d, places.z.data() + i)),
+        hn::StoreU(sum_at(pairs, octaves, hn::LoadU(d, places.x.data() + i), hn::LoadU(d, places.y.data() + i),
+                          hn::LoadU(d, places.z.data() + i)),
                    d, sums.data() + i);
     const std::size_t left = sums.size() - i;
     if (left == 0)
@@ -196,18 +193,10 @@ void sum_all(const std::int32_t *pairs, const Octaves &octaves, const SamplePlac
     std::copy_n(places.x.data() + i, left, last[0].data());
     std::copy_n(places.y.data() + i, left, last[1].data());
     std::copy_n(places.z.data() + i, left, last[2].data());
-    hn::StoreU(sum_at<absolute>(pairs, octaves, hn::LoadU(d, last[0].data()), hn::LoadU(d, last[1].data()),
-                                hn::LoadU(d, last[2].data())),
+    hn::StoreU(sum_at(pairs, octaves, hn::LoadU(d, last[0].data()), hn::LoadU(d, last[1].data()),
+                      hn::LoadU(d, last[2].data())),
                d, last[0].data());
     std::copy_n(last[0].data(), left, sums.data() + i);
-}
-
-void sum_octaves(const std::int32_t *pairs, const Octaves &octaves, OctaveSum sum, const SamplePlaces &places,
-                 std::span<float> sums) {
-    if (sum == OctaveSum::absolute_noise)
-        sum_all<true>(pairs, octaves, places, sums);
-    else
-        sum_all<false>(pairs, octaves, places, sums);
 }
 
 } // namespace pbm::build::HWY_NAMESPACE
@@ -215,28 +204,6 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace pbm::build {
-namespace {
-
-std::uint64_t splitmix64(std::uint64_t &state) {
-    state += 0x9E3779B97F4A7C15;
-    std::uint64_t mixed = state;
-    mixed = (mixed ^ mixed >> 30) * 0xBF58476D1CE4E5B9;
-    mixed = (mixed ^ mixed >> 27) * 0x94D049BB133111EB;
-    return mixed ^ mixed >> 31;
-}
-
-float fade(float t) { return t * t * t * (t * (t * 6 - 15) + 10); }
-float mix(float t, float a, float b) { return a + t * (b - a); }
-
-// Where octave k + 1 looks, for the place where octave k looks.
-std::array<float, 3> next_octave(const std::array<float, 3> &place) {
-    std::array<float, 3> next{};
-    for (std::size_t row = 0; row < 3; ++row)
-        next[row] = kTurn[row][0] * place[0] + kTurn[row][1] * place[1] + kTurn[row][2] * place[2] + kShift[row];
-    return next;
-}
-
-} // namespace
 
 HWY_EXPORT(sum_octaves);
 
@@ -245,31 +212,13 @@ Permutation shuffled_permutation(std::uint32_t seed) {
     std::iota(permutation.begin(), permutation.end(), std::uint8_t{0});
     std::uint64_t state = seed;
     for (std::uint64_t i = 255; i > 0; --i)
-        std::swap(permutation[i], permutation[(splitmix64(state) >> 32) * (i + 1) >> 32]);
+        std::swap(permutation[i], permutation[(scramble(state += kGolden) >> 32) * (i + 1) >> 32]);
     return permutation;
 }
 
 PerlinNoise::PerlinNoise(const Permutation &permutation) {
     for (std::size_t i = 0; i < pairs_.size(); ++i)
         pairs_[i] = permutation[i] | permutation[(i + 1) % 256] << 8;
-}
-
-float PerlinNoise::at(float px, float py, float pz) const {
-    const float floor_x = std::floor(px), floor_y = std::floor(py), floor_z = std::floor(pz);
-    const float x = px - floor_x, y = py - floor_y, z = pz - floor_z;
-    const CornerHashes hashes = corner_hashes(pairs_.data(), static_cast<std::int32_t>(floor_x),
-                                              static_cast<std::int32_t>(floor_y), static_cast<std::int32_t>(floor_z));
-    const float u = fade(x), v = fade(y), w = fade(z);
-    const auto slope = [&](std::size_t corner, float dx, float dy, float dz) {
-        const auto &edge = kEdges[hashes[corner] & 15];
-        return edge[0] * dx + edge[1] * dy + edge[2] * dz;
-    };
-    const auto layer = [&](std::size_t first, float dz) {
-        const float front = mix(u, slope(first, x, y, dz), slope(first + 1, x - 1, y, dz));
-        const float back = mix(u, slope(first + 2, x, y - 1, dz), slope(first + 3, x - 1, y - 1, dz));
-        return mix(v, front, back);
-    };
-    return mix(w, layer(0, z), layer(4, z - 1));
 }
 
 Octaves band_limited_octaves(double samples_per_cell, int most, float gain) {
@@ -284,25 +233,9 @@ Octaves band_limited_octaves(double samples_per_cell, int most, float gain) {
     return octaves;
 }
 
-void sum_octaves(const PerlinNoise &noise, const Octaves &octaves, OctaveSum sum, const SamplePlaces &places,
-                 std::span<float> sums) {
+void sum_octaves(const PerlinNoise &noise, const Octaves &octaves, const SamplePlaces &places, std::span<float> sums) {
     assert(places.x.size() == sums.size() && places.y.size() == sums.size() && places.z.size() == sums.size());
-    HWY_DYNAMIC_DISPATCH(sum_octaves)(noise.pairs().data(), octaves, sum, places, sums);
-}
-
-void sum_octaves_singly(const PerlinNoise &noise, const Octaves &octaves, OctaveSum sum, const SamplePlaces &places,
-                        std::span<float> sums) {
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-        std::array<float, 3> place{places.x[i], places.y[i], places.z[i]};
-        float total = 0;
-        for (std::size_t k = 0; k < static_cast<std::size_t>(octaves.count); ++k) {
-            if (k > 0)
-                place = next_octave(place);
-            const float value = noise.at(place[0], place[1], place[2]);
-            total += octaves.amplitudes[k] * (sum == OctaveSum::absolute_noise ? std::abs(value) : value);
-        }
-        sums[i] = total;
-    }
+    HWY_DYNAMIC_DISPATCH(sum_octaves)(noise.pairs().data(), octaves, places, sums);
 }
 
 } // namespace pbm::build

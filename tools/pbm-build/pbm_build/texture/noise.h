@@ -5,11 +5,18 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <span>
 
 namespace pbm::build {
+
+// A step of splitmix64: its state grows by kGolden, its number is the scrambled state.
+inline constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15;
+constexpr std::uint64_t scramble(std::uint64_t value) {
+    value = (value ^ value >> 30) * 0xBF58476D1CE4E5B9;
+    value = (value ^ value >> 27) * 0x94D049BB133111EB;
+    return value ^ value >> 31;
+}
 
 using Permutation = std::array<std::uint8_t, 256>;
 
@@ -18,14 +25,12 @@ using Permutation = std::array<std::uint8_t, 256>;
 // other.
 Permutation shuffled_permutation(std::uint32_t seed);
 
-// Gradient noise with a lattice of 256 cells a side, then repeated; 0 at each lattice point, always within
-// -kNoiseBound..kNoiseBound, of mean 0 and standard deviation 0.27. Coordinates are in cells, below 2^30.
+// Gradient noise on a lattice that repeats after 256 cells: 0 at lattice points, within -1.04..1.04, mean 0, standard
+// deviation 0.27. Coordinates are in cells, below 2^30.
 class PerlinNoise {
   public:
     explicit PerlinNoise(std::uint32_t seed) : PerlinNoise(shuffled_permutation(seed)) {}
     explicit PerlinNoise(const Permutation &permutation);
-
-    float at(float x, float y, float z) const;
 
     // [256]: the permutation's values of index i in bits 0..7 and of i + 1, wrapped, in bits 8..15.
     std::span<const std::int32_t, 256> pairs() const { return pairs_; }
@@ -33,37 +38,33 @@ class PerlinNoise {
   private:
     std::array<std::int32_t, 256> pairs_{};
 };
-inline constexpr float kNoiseBound = 1.04F;
 
-// Amplitudes of octaves. Octave 0 is the noise itself; each further one lies on a lattice of half the cell, turned and
-// shifted, so that zeros and axes of the lattices do not fall together.
+// Amplitudes of octaves. Octave 0 is the noise itself. Each further octave has half the cell, turned and shifted, so
+// that zeros and axes of the lattices do not coincide.
 inline constexpr int kMaxOctaves = 12;
 struct Octaves {
     int count = 0;
     std::array<float, kMaxOctaves> amplitudes{};
 };
 
-// At most `most` octaves of amplitudes 1, gain, gain^2, ..., without those that samples cannot carry: an octave whose
-// cell is four samples or more is there in full, one of two samples or less is not, between them it fades linearly.
-// `samples_per_cell`: of octave 0.
+// At most `most` octaves of amplitudes 1, gain, gain^2, ..., limited to the sampling rate: an octave has its full
+// amplitude if a cell spans four samples or more, none at two or less, a linear ramp between. `samples_per_cell`: of
+// octave 0.
 Octaves band_limited_octaves(double samples_per_cell, int most, float gain = 0.5F);
 
-enum class OctaveSum : std::uint8_t {
-    signed_noise,  // fractal Brownian motion: sum of amplitude x noise
-    absolute_noise // turbulence: sum of amplitude x |noise|
-};
-
-// Places of many samples, arrays of equal length.
+// Coordinates of samples, arrays of equal length.
 struct SamplePlaces {
     std::span<const float> x, y, z;
 };
 
-// sums[i] = sum over octaves k, in order, of amplitude k x noise at place i, by vector instructions.
-void sum_octaves(const PerlinNoise &noise, const Octaves &octaves, OctaveSum sum, const SamplePlaces &places,
-                 std::span<float> sums);
-// The same one by one: what the vector instructions are compared with.
-void sum_octaves_singly(const PerlinNoise &noise, const Octaves &octaves, OctaveSum sum, const SamplePlaces &places,
-                        std::span<float> sums);
-using OctaveSummer = decltype(sum_octaves);
+// sums[i] = sum over octaves k, in order, of amplitude k x noise at place i.
+void sum_octaves(const PerlinNoise &noise, const Octaves &octaves, const SamplePlaces &places, std::span<float> sums);
+
+inline float clamped(float value, float low, float high) { return value < low ? low : value > high ? high : value; }
+// 0 up to `low`, 1 from `high` on, a cubic between them.
+inline float smooth_step(float low, float high, float value) {
+    const float t = clamped((value - low) / (high - low), 0, 1);
+    return t * t * (3 - 2 * t);
+}
 
 } // namespace pbm::build

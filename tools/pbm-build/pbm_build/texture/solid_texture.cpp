@@ -1,6 +1,8 @@
 #include "pbm_build/texture/solid_texture.h"
 
 #include "pbm_build/texture/colour_map.h"
+#include "pbm_build/texture/noise.h"
+#include "pbm_scan/surface/refusal.h"
 #include "system/threads/parallel.h"
 
 #include <algorithm>
@@ -13,7 +15,7 @@ namespace {
 constexpr std::size_t kBlock = 512;
 using Row = std::array<float, kBlock>;
 
-// Places in texture space, of wood in the log's own frame.
+// Coordinates in texture space; for wood, in the frame of the log.
 struct Block {
     std::size_t size = 0;
     Row u, v, up;
@@ -23,75 +25,69 @@ struct Block {
 // What all samples of an evaluation have in common.
 struct Recipe {
     PerlinNoise noise;
-    OctaveSummer *sum_by;
     float scale;
     float turbulence;
     double samples_per_unit; // of texture space
 };
 
-// Far outside of every cube and plane of sense; keeps the finest octave's cells within 31 bits.
+// Clamps coordinates so that cells of the finest octave fit 31 bits.
 constexpr float kFarthest = 131072;
 
-float clamped(float value, float low, float high) { return value < low ? low : value > high ? high : value; }
-// 0 up to `low`, 1 from `high` on, a cubic between them.
-float smooth_step(float low, float high, float value) {
-    const float t = clamped((value - low) / (high - low), 0, 1);
-    return t * t * (3 - 2 * t);
-}
-// std::floor is a call where the instruction is not there.
+// Faster than std::floor, which is a function call without SSE4.
 float whole_part(float value) {
     const auto cut = static_cast<float>(static_cast<std::int32_t>(value));
     return cut > value ? cut - 1 : cut;
 }
 std::uint8_t quantise(float value) { return static_cast<std::uint8_t>(clamped(value, 0, 1) * 255 + 0.5F); }
 
-// Sums octaves at (block + shift) x frequency.
-struct Frequency {
-    float u, v, up;
-    float finest() const { return std::max({u, v, up}); }
+// Octaves at (u, v, up) x frequency + shift.
+struct Layer {
+    float u, v, up; // frequencies
+    float shift;
+    int octaves; // at most
+    float gain;
 };
-void sum_octaves(const Recipe &recipe, const Block &block, Frequency frequency, float shift, int most, float gain,
-                 Row &sums) {
+void sum_octaves(const Recipe &recipe, const Block &block, const Layer &layer, Row &sums) {
     Row x, y, z;
     for (std::size_t i = 0; i < block.size; ++i) {
-        x[i] = block.u[i] * frequency.u + shift;
-        y[i] = block.v[i] * frequency.v + shift;
-        z[i] = block.up[i] * frequency.up + shift;
+        x[i] = block.u[i] * layer.u + layer.shift;
+        y[i] = block.v[i] * layer.v + layer.shift;
+        z[i] = block.up[i] * layer.up + layer.shift;
     }
-    const Octaves octaves =
-        band_limited_octaves(recipe.samples_per_unit / static_cast<double>(frequency.finest()), most, gain);
+    const double finest = static_cast<double>(std::max({layer.u, layer.v, layer.up}));
+    const Octaves octaves = band_limited_octaves(recipe.samples_per_unit / finest, layer.octaves, layer.gain);
     const auto part = [&block](auto &row) { return std::span(row.data(), block.size); };
-    recipe.sum_by(recipe.noise, octaves, OctaveSum::signed_noise, {part(x), part(y), part(z)}, part(sums));
+    build::sum_octaves(recipe.noise, octaves, {part(x), part(y), part(z)}, part(sums));
 }
 
-// How much a vein darkens a place at `distance` from its middle: a sharp core with a wide, faint halo. A vein narrower
-// than `narrowest` gets paler in place of narrower.
+// Darkness at `distance` from the middle of a vein: a sharp core with a wide, faint halo. A vein narrower than
+// `narrowest` is drawn paler instead of narrower.
 float vein(float distance, float half_width, float narrowest) {
     const float drawn = std::max(half_width, narrowest);
     return half_width * drawn / (drawn * drawn + distance * distance);
 }
-// From the middle between two whole numbers.
+// Distance from the middle between two whole numbers.
 float from_middle(float phase) { return std::abs(phase - whole_part(phase) - 0.5F); }
 
-// Long veins along bent planes, thinner ones that cross them, and a faint net where a sum of octaves vanishes, between
-// clouds. Width and strength vary from place to place; what is wide is faint.
+// Long veins along bent planes, thinner veins across them, a faint net along the zeros of a sum of octaves, and clouds.
+// Width and darkness vary; wide veins are faint.
 void evaluate_marble(const Recipe &recipe, Block &block, std::span<std::uint8_t> values) {
     Row bend_u, bend_v, bend_up;
-    sum_octaves(recipe, block, {0.5F, 0.5F, 0.5F}, 3.7F, 1, 0.5F, bend_u);
-    sum_octaves(recipe, block, {0.5F, 0.5F, 0.5F}, 21.3F, 1, 0.5F, bend_v);
-    sum_octaves(recipe, block, {0.5F, 0.5F, 0.5F}, 40.9F, 1, 0.5F, bend_up);
+    sum_octaves(recipe, block, {0.5F, 0.5F, 0.5F, 3.7F, 1, 0.5F}, bend_u);
+    sum_octaves(recipe, block, {0.5F, 0.5F, 0.5F, 21.3F, 1, 0.5F}, bend_v);
+    sum_octaves(recipe, block, {0.5F, 0.5F, 0.5F, 40.9F, 1, 0.5F}, bend_up);
     for (std::size_t i = 0; i < block.size; ++i) {
         block.u[i] += 0.8F * recipe.turbulence * bend_u[i];
         block.v[i] += 0.8F * recipe.turbulence * bend_v[i];
         block.up[i] += 0.8F * recipe.turbulence * bend_up[i];
     }
     Row rough, net, spread, presence;
-    sum_octaves(recipe, block, {1, 1, 1}, 0.0F, 8, 0.45F, rough);
-    sum_octaves(recipe, block, {1.1F, 1.1F, 1.1F}, 57.1F, 5, 0.4F, net);
-    sum_octaves(recipe, block, {0.9F, 0.9F, 0.9F}, 71.9F, 1, 0.5F, spread);
-    sum_octaves(recipe, block, {0.6F, 0.6F, 0.6F}, 88.3F, 1, 0.5F, presence);
+    sum_octaves(recipe, block, {1, 1, 1, 0.0F, 8, 0.45F}, rough);
+    sum_octaves(recipe, block, {1.1F, 1.1F, 1.1F, 57.1F, 5, 0.4F}, net);
+    sum_octaves(recipe, block, {0.9F, 0.9F, 0.9F, 71.9F, 1, 0.5F}, spread);
+    sum_octaves(recipe, block, {0.6F, 0.6F, 0.6F, 88.3F, 1, 0.5F}, presence);
 
-    // Nothing is narrower than a sample and a half.
+    // Minimum width of a vein: one and a half samples.
     const auto narrowest = static_cast<float>(std::min(1e6, 1.5 / recipe.samples_per_unit));
     for (std::size_t i = 0; i < block.size; ++i) {
         const float jitter = recipe.turbulence * rough[i];
@@ -113,16 +109,16 @@ void evaluate_marble(const Recipe &recipe, Block &block, std::span<std::uint8_t>
     }
 }
 
-// Rings around the log's axis: slow growth of early wood, a quick end of late wood; fibres and pores along the axis.
+// Rings around the log's axis: a slow ramp of early wood, a short end of late wood; fibres and pores along the axis.
 void evaluate_wood(const Recipe &recipe, Block &block, std::span<std::uint8_t> values) {
     constexpr float kStretch = 0.1F; // everything is ten times longer along the log
     Row bend_u, bend_v, rough, spacing, fibre, pores, tone, strength;
-    sum_octaves(recipe, block, {0.09F, 0.09F, 0.09F * kStretch * 2}, 3.7F, 2, 0.5F, bend_u);
-    sum_octaves(recipe, block, {0.09F, 0.09F, 0.09F * kStretch * 2}, 21.3F, 2, 0.5F, bend_v);
-    sum_octaves(recipe, block, {0.5F, 0.5F, 0.5F * kStretch}, 40.9F, 3, 0.4F, rough);
-    sum_octaves(recipe, block, {7, 7, 7 * kStretch * 0.4F}, 57.1F, 3, 0.5F, fibre);
-    sum_octaves(recipe, block, {9, 9, 9 * kStretch * 0.4F}, 71.9F, 1, 0.5F, pores);
-    sum_octaves(recipe, block, {0.06F, 0.06F, 0.06F * kStretch}, 88.3F, 1, 0.5F, tone);
+    sum_octaves(recipe, block, {0.09F, 0.09F, 0.09F * kStretch * 2, 3.7F, 2, 0.5F}, bend_u);
+    sum_octaves(recipe, block, {0.09F, 0.09F, 0.09F * kStretch * 2, 21.3F, 2, 0.5F}, bend_v);
+    sum_octaves(recipe, block, {0.5F, 0.5F, 0.5F * kStretch, 40.9F, 3, 0.4F}, rough);
+    sum_octaves(recipe, block, {7, 7, 7 * kStretch * 0.4F, 57.1F, 3, 0.5F}, fibre);
+    sum_octaves(recipe, block, {9, 9, 9 * kStretch * 0.4F, 71.9F, 1, 0.5F}, pores);
+    sum_octaves(recipe, block, {0.06F, 0.06F, 0.06F * kStretch, 88.3F, 1, 0.5F}, tone);
 
     Row rings;
     for (std::size_t i = 0; i < block.size; ++i) {
@@ -131,14 +127,14 @@ void evaluate_wood(const Recipe &recipe, Block &block, std::span<std::uint8_t> v
         rings[i] = std::sqrt(u * u + v * v);
     }
     Block along{.size = block.size, .u = rings, .v = {}, .up = {}, .tone = {}};
-    sum_octaves(recipe, along, {0.45F, 0, 0}, 7.5F, 1, 0.5F, spacing);
+    sum_octaves(recipe, along, {0.45F, 0, 0, 7.5F, 1, 0.5F}, spacing);
     for (std::size_t i = 0; i < block.size; ++i) {
         rings[i] += 0.8F * spacing[i] + 0.20F * recipe.turbulence * rough[i];
         along.u[i] = whole_part(rings[i]);
     }
-    sum_octaves(recipe, along, {0.37F, 0, 0}, 9.5F, 1, 0.5F, strength);
+    sum_octaves(recipe, along, {0.37F, 0, 0, 9.5F, 1, 0.5F}, strength);
 
-    // Rings of a few samples only fade to their mean.
+    // Rings of fewer than six samples fade to their mean.
     const auto ring_samples = static_cast<float>(recipe.samples_per_unit);
     const float contrast = clamped((ring_samples - 2) / 4, 0, 1);
     const float end = clamped(2 / ring_samples, 0.12F, 0.5F);
@@ -162,10 +158,9 @@ void evaluate(TextureKind kind, const Recipe &recipe, Block &block, std::span<st
         evaluate_marble(recipe, block, values);
 }
 
-Recipe make_recipe(const SolidTexture &texture, double samples_per_edge, OctaveSummer *sum_by) {
+Recipe make_recipe(const SolidTexture &texture, double samples_per_edge) {
     const float scale = clamped(texture.scale, kMinTextureScale, kMaxTextureScale);
     return {.noise = PerlinNoise(texture.seed),
-            .sum_by = sum_by,
             .scale = scale,
             .turbulence = clamped(texture.turbulence, 0, kMaxTurbulence),
             .samples_per_unit = samples_per_edge / static_cast<double>(scale)};
@@ -177,7 +172,7 @@ std::array<std::size_t, 3> axes_of(UpAxis up) {
     return {(axis + 1) % 3, (axis + 2) % 3, axis};
 }
 
-// The pith of the log stands behind a corner of the cube, and leans, so that rings are cut at all angles.
+// Moves the pith of the log behind a corner of the cube and tilts it, so that rings are cut at all angles.
 void move_to_log(const Recipe &recipe, Block &block) {
     for (std::size_t i = 0; i < block.size; ++i) {
         block.u[i] += 0.12F * recipe.scale - 0.10F * block.up[i];
@@ -186,17 +181,10 @@ void move_to_log(const Recipe &recipe, Block &block) {
     }
 }
 
-// A board of the floor: which place of the log it was cut from.
+// A board of the floor: its place in the log.
 struct Board {
     float pith_u, pith_v, along, tone;
 };
-
-// splitmix64's last step: numbers without pattern from neighbouring ones.
-std::uint64_t scramble(std::uint64_t value) {
-    value = (value ^ value >> 30) * 0xBF58476D1CE4E5B9;
-    value = (value ^ value >> 27) * 0x94D049BB133111EB;
-    return value ^ value >> 31;
-}
 
 // 0..1 from 16 of 64 bits.
 float fraction(std::uint64_t bits, int at) { return static_cast<float>(bits >> at & 0xFFFF) / 65535; }
@@ -206,7 +194,7 @@ constexpr double kBoardLength = 8; // in widths
 constexpr double kSeam = 0.016;    // in widths
 
 Board cut_board(std::uint32_t seed, std::int64_t row, std::int64_t number, float width) {
-    const std::uint64_t bits = scramble(scramble(seed + 0x9E3779B97F4A7C15) + static_cast<std::uint64_t>(row) * 4096 +
+    const std::uint64_t bits = scramble(scramble(seed + kGolden) + static_cast<std::uint64_t>(row) * 4096 +
                                         static_cast<std::uint64_t>(number + 64));
     return {.pith_u = width * (fraction(bits, 0) - 0.5F) * 1.6F,
             .pith_v = width * (0.25F + 1.5F * fraction(bits, 16)),
@@ -220,7 +208,7 @@ double covered(double distance, double width) {
     return std::max(0.0, high - low);
 }
 
-// A ground plane as texture space sees it.
+// A ground plane in texture space.
 struct GroundRaster {
     std::uint32_t size;           // texels
     double texel;                 // edge in texture units
@@ -236,7 +224,7 @@ void place_slice(const GroundRaster &raster, std::size_t x, std::size_t y, Block
     }
 }
 
-// Rows of boards; the ends of boards in neighbouring rows are apart.
+// Rows of boards; neighbouring rows are staggered.
 void place_boards(const GroundRaster &raster, std::uint32_t seed, std::size_t x, std::size_t y, Block &block,
                   Row &seams) {
     const double width = raster.size * raster.texel / kBoardsAcross, length = width * kBoardLength;
@@ -263,8 +251,6 @@ void place_boards(const GroundRaster &raster, std::uint32_t seed, std::size_t x,
 
 } // namespace
 
-float default_texture_scale(TextureKind kind) { return kind == TextureKind::wood ? 30.0F : 5.0F; }
-
 std::optional<TextureKind> texture_kind(std::string_view name) {
     if (name == "marble")
         return TextureKind::marble;
@@ -274,11 +260,11 @@ std::optional<TextureKind> texture_kind(std::string_view name) {
 }
 
 Result<SolidTexture> make_texture(const TextureOptions &options) {
-    const float scale = options.scale.value_or(default_texture_scale(options.kind));
+    const float scale = options.scale.value_or(options.kind == TextureKind::wood ? 30.0F : 5.0F);
     if (!(scale >= kMinTextureScale && scale <= kMaxTextureScale))
-        return Error{ErrorCode::usage, 0, "the scale of a texture is 0.01 to 1000 units per edge of the grid"};
+        return usage("the scale of a texture is 0.01 to 1000 units per edge of the grid");
     if (!(options.turbulence >= 0 && options.turbulence <= kMaxTurbulence))
-        return Error{ErrorCode::usage, 0, "the turbulence of a texture is 0 to 100"};
+        return usage("the turbulence of a texture is 0 to 100");
     auto stops = find_colour_stops(options.kind, options.colours);
     if (!stops)
         return std::move(stops).error();
@@ -290,11 +276,11 @@ Result<SolidTexture> make_texture(const TextureOptions &options) {
 }
 
 void evaluate_texture(const SolidTexture &texture, const Grid &grid, std::span<const MortonCode> codes,
-                      std::span<std::uint8_t> values, int threads, OctaveSummer *sum_by) {
+                      std::span<std::uint8_t> values, int threads) {
     assert(codes.size() == values.size());
     constexpr std::size_t kTogether = 32 * kBlock;
     const auto voxels = static_cast<double>(std::uint64_t{1} << grid.depth);
-    const Recipe recipe = make_recipe(texture, voxels, sum_by);
+    const Recipe recipe = make_recipe(texture, voxels);
     const auto voxel = static_cast<float>(static_cast<double>(recipe.scale) / voxels);
     const auto axes = axes_of(grid.up);
     parallel_blocks(codes.size(), kTogether, threads, [&](std::size_t begin, std::size_t end) {
@@ -318,7 +304,7 @@ Image evaluate_ground_texture(const SolidTexture &texture, const Grid &grid, con
                               std::uint32_t size, int threads) {
     Image image{.width = size, .height = size, .channels = 1, .texels = Bytes(std::size_t{size} * size)};
     const double edges = 2 * static_cast<double>(ground.half_edge) / grid.edge();
-    const Recipe recipe = make_recipe(texture, size / edges, sum_octaves);
+    const Recipe recipe = make_recipe(texture, size / edges);
     GroundRaster raster{.size = size, .texel = 1 / recipe.samples_per_unit, .centre = {}};
     const auto axes = axes_of(grid.up);
     for (std::size_t axis = 0; axis < 3; ++axis)

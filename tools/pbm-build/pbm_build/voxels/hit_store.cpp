@@ -22,7 +22,7 @@ HitStore::HitStore(int depth, int writers, std::uint64_t max_bytes)
         writer.resize(bucket_count());
 }
 
-// The last record has all its hits.
+// Ends the last record: writes the number of its hits.
 void HitStore::finish(List &list) {
     if (list.head == nullptr)
         return;
@@ -46,7 +46,7 @@ void HitStore::grow(List &list) {
     bytes_.fetch_add(capacity * sizeof(Word), std::memory_order_relaxed);
 }
 
-// With room for so many hits, few enough for a chunk.
+// Begins a record with room for `hits`, at most a chunk.
 void HitStore::start(List &list, std::uint64_t record, std::size_t hits) {
     finish(list);
     while (static_cast<std::size_t>(list.end - list.next) < kHeadWords + hits)

@@ -1,5 +1,5 @@
-// Which triangle passes through which voxel (or which point lies in it), sorted coarsely as it is found: one bucket per
-// node of a coarse octree level, so that voxelize can take one bucket after the other, sort it in cache, and free it.
+// Pairs of a voxel and a triangle or point in it, in one bucket per node of a coarse octree level, so that voxelize can
+// process and free one bucket after the other, within the cache.
 #pragma once
 
 #include "pbm_format/model/octree.h"
@@ -20,19 +20,19 @@ inline constexpr std::uint64_t kMaxSources = std::uint64_t{1} << kSourceBits; //
 inline std::uint32_t source_of(Hit hit) { return static_cast<std::uint32_t>(hit & (kMaxSources - 1)); }
 inline MortonCode local_code_of(Hit hit) { return hit >> kSourceBits; }
 
-// Several writers fill it side by side, each from one thread. The order of hits within a bucket depends on the threads;
-// everything that is made of them must not.
+// Each writer belongs to one thread. The order of hits within a bucket depends on the threads; results computed from
+// them must not.
 //
-// Hits that follow each other in one bucket mostly are of one triangle in one block: they are kept as a record of 8
-// bytes for the source and 2 for each voxel.
+// Consecutive hits in a bucket mostly belong to one triangle in one block: they are stored as a record of 8 bytes for
+// the source and 2 bytes per voxel.
 class HitStore {
   public:
-    // Bits of a Morton code within a block of 32x32x32 voxels, as voxelize takes them: a bucket is one where the depth
-    // allows, else several.
+    // Bits of a Morton code within a block of 32x32x32 voxels, the unit of voxelize. A bucket is one block where the
+    // depth allows, else several.
     static constexpr int kBlockBits = 15;
     static constexpr std::uint64_t kMinHitBytes = 2; // that a hit takes
 
-    // `full()` once the hits need more than `max_bytes`: the caller stops and reports it.
+    // full() becomes true when the hits exceed `max_bytes`; the caller then stops.
     HitStore(int depth, int writers, std::uint64_t max_bytes);
 
     std::size_t bucket_count() const { return std::size_t{1} << (3 * bucket_level_); }
@@ -51,11 +51,11 @@ class HitStore {
         *list.next++ = in_block(code);
     }
 
-    // One source in several voxels, at least one; fastest where they are in one block.
+    // Adds one source in several voxels, at least one; fastest if all lie in one block.
     void add(int writer, std::span<const MortonCode> codes, std::uint32_t source);
 
-    // Moves the hits of one bucket to the end of `out`, those of one writer in the order in which it found them, and
-    // frees their memory. Several threads may take different buckets.
+    // Appends the hits of one bucket to `out`, each writer's in their order, and frees their memory. Several threads
+    // may take different buckets.
     void take(std::size_t bucket, std::vector<Hit> &out);
 
   private:

@@ -15,13 +15,13 @@ struct Sample {
     ShortNormal normal{}; // zero: no vote
     LinearColour colour{};
 
-    // What all samples of a triangle share, but for the material.
+    // Attributes common to all samples of a triangle, except for the material.
     struct Rest {
         std::uint8_t material = 0;
         std::uint8_t radius = 0; // index of the radius table; 0: none given
         bool two_sided = false;
 
-        // Of a triangle with this corner too.
+        // Includes one more corner of the triangle.
         void add_corner(const Rest &corner) {
             radius = std::max(radius, corner.radius);
             two_sided |= corner.two_sided;

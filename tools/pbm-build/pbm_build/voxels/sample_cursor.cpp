@@ -8,7 +8,7 @@
 namespace pbm::build {
 namespace {
 
-// So thin that rounding to the lattice may turn its normal by more than a degree or two: under 64 steps high.
+// Whether the triangle is less than 64 lattice steps high: rounding may turn its normal by more than a degree or two.
 bool is_sliver(const glm::dvec3 &normal, const LatticePoint &a, const LatticePoint &b, const LatticePoint &c) {
     const auto squared = [](const glm::dvec3 &v) { return (v.x * v.x + v.y * v.y) + v.z * v.z; };
     const double longest =
@@ -16,15 +16,16 @@ bool is_sliver(const glm::dvec3 &normal, const LatticePoint &a, const LatticePoi
     return squared(normal) <= 64.0 * 64.0 * longest;
 }
 
-// From 45 degrees on: the normal of a vertex on a right-angled edge is exactly that far from both faces, and rounding
-// must not decide which of them keep their own. cosine^2 < 0.52 is 43.9 degrees.
+// Whether the angle is 43.9 degrees or more: cosine^2 < 0.52. The normal of a vertex on a right-angled edge is exactly
+// 45 degrees from both faces, and rounding must not decide between them.
 bool across_crease(const ShortNormal &a, const ShortNormal &b) {
     const std::int64_t cosine = dot(a, b);
     return cosine <= 0 || static_cast<double>(cosine) * static_cast<double>(cosine) <
                               0.52 * static_cast<double>(dot(a, a)) * static_cast<double>(dot(b, b));
 }
 
-// Not in the order of the file. Without branches where x and y tell all corners apart: each goes to where it belongs.
+// Sorts the corners by their places, then by their attributes. Branch-free where x and y distinguish all corners: each
+// comparison adds to the rank of a corner.
 template <class Corner> std::array<const Corner *, 3> in_order(const std::array<Corner, 3> &corners) {
     const auto key = [](const LatticePoint &p) { return std::int64_t{p.x} << 32 | std::int64_t{p.y}; };
     const std::int64_t a = key(corners[0].at), b = key(corners[1].at), c = key(corners[2].at);
@@ -65,7 +66,7 @@ void SampleCursor::load(std::uint32_t source) {
     rest_ = order[0]->attributes.rest;
     for (std::size_t c = 0; c < 3; ++c) {
         const Sample &attributes = order[c]->attributes;
-        // Across a crease samples keep the triangle's own.
+        // At a crease all samples take the triangle's own normal.
         triangle_.is_flat |= is_zero(attributes.normal) || (!sliver && across_crease(flat, attributes.normal));
         rest_.add_corner(attributes.rest);
         materials_[c] = attributes.rest.material;

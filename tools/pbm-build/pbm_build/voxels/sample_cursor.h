@@ -1,4 +1,4 @@
-// The attributes that a triangle or point lends to a voxel.
+// The attributes of a triangle or point in a voxel.
 #pragma once
 
 #include "pbm_build/voxels/sample_points.h"
@@ -8,20 +8,20 @@
 
 namespace pbm::build {
 
-// Samples of some hits, and what is the same for all of a source.
+// Samples of some hits; `rest` holds the attributes that are common to a source.
 struct SampleRows {
     MixedRows mixed;
     std::array<Sample::Rest, MixedRows::kRows> rest{};
 };
 
-// Samples of hits, one after the other, fastest where hits of one source are neighbours. For one thread.
+// Computes the samples of hits; fastest where hits of one source are consecutive. For one thread.
 class SampleCursor {
   public:
     explicit SampleCursor(const SurfaceSampler &sampler)
         : sampler_(sampler), triangle_count_(sampler.surface_.triangles.size()) {}
 
-    // The samples of at most MixedRows::kRows hits, all in one block, whose first voxel is `block`. The places of
-    // `rows` say where in it, on return its normals are rounded.
+    // Computes the samples of at most MixedRows::kRows hits, all in the block whose first voxel is `block`.
+    // `rows.mixed` has their places on entry, and rounded normals on return.
     void take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows);
 
   private:

@@ -19,10 +19,6 @@ int largest_axis(const glm::dvec3 &n) {
 
 } // namespace
 
-SurfaceSampler::SurfaceSampler(const Surface &surface, const VertexNormals &normals, const Bytes &radii,
-                               const Grid &grid, int threads)
-    : surface_(surface), normals_(normals), radii_(radii), lattice_(to_lattice(surface.positions, grid, threads)) {}
-
 void SurfaceSampler::find_hits(std::size_t i, int writer, HitStore &store, SmallTriangleCodes &codes) const {
     const auto source = static_cast<std::uint32_t>(i);
     if (!is_triangle(i)) {
@@ -46,7 +42,7 @@ void SurfaceSampler::find_hits(std::size_t i, int writer, HitStore &store, Small
         store.add(writer, {codes.data(), count}, source);
         return;
     }
-    sort_three(corners, before); // cut in the same order whichever corner the file names first
+    sort_three(corners, before<LatticePoint>); // the cuts must not depend on the order of the corners
     visit_voxels({in_voxels(corners[0]), in_voxels(corners[1]), in_voxels(corners[2])}, depth_axis,
                  [&](MortonCode code) { store.add(writer, code, source); });
 }
@@ -68,8 +64,7 @@ SurfaceSampler::Corner SurfaceSampler::corner(std::size_t vertex) const {
 Status sample_points(const SurfaceSampler &sampler, HitStore &store, const std::function<void(double)> &progress) {
     const std::size_t count = sampler.source_count();
     if (count > kMaxSources)
-        return Error{ErrorCode::too_large, 0,
-                     std::to_string(count) + " triangles or points, the limit is 2^31: split the scan"};
+        return too_large(std::to_string(count) + " triangles or points, the limit is 2^31: split the scan");
     std::atomic<std::size_t> next{0};
     std::mutex progress_mutex;
     const auto writers = static_cast<std::size_t>(store.writers());
@@ -86,9 +81,8 @@ Status sample_points(const SurfaceSampler &sampler, HitStore &store, const std::
         }
     });
     if (store.full())
-        return Error{ErrorCode::memory, 0,
-                     "more than " + std::to_string(store.max_bytes() >> 20) +
-                         " MiB are needed for the samples; choose a smaller --depth, or --max-points"};
+        return out_of_memory("more than " + std::to_string(store.max_bytes() >> 20) +
+                             " MiB are needed for the samples; choose a smaller --depth, or --max-points");
     return {};
 }
 

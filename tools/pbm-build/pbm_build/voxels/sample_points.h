@@ -1,5 +1,5 @@
-// From a surface to samples: one per pair of triangle and voxel it passes through, or one per point. First all such
-// pairs are found (2 to 10 bytes each); attributes are worked out when the voxel is averaged.
+// Samples of a surface: one per pair of a triangle and a voxel that it passes through, and one per point. The pairs are
+// found first (2 to 10 bytes each); their attributes are computed when the voxel is averaged.
 #pragma once
 
 #include "pbm_build/grid/lattice.h"
@@ -14,22 +14,23 @@
 
 namespace pbm::build {
 
-// A surface on the lattice of a grid. Its sources are its triangles, then its points. Refers to its arguments; all
-// members may be called from several threads.
+// A surface on the lattice of a grid. Its sources are its triangles, then its points. Refers to its arguments. Safe to
+// use from several threads.
 class SurfaceSampler {
   public:
     // `radii`: radius index per position, or empty.
     SurfaceSampler(const Surface &surface, const VertexNormals &normals, const Bytes &radii, const Grid &grid,
-                   int threads);
+                   int threads)
+        : surface_(surface), normals_(normals), radii_(radii), lattice_(to_lattice(surface.positions, grid, threads)) {}
 
     std::size_t source_count() const { return surface_.triangles.size() + surface_.point_count(); }
 
-    // Adds every voxel that source `i` passes through. `codes` are room for some.
+    // Adds every voxel that source `i` passes through. `codes` is scratch memory.
     void find_hits(std::size_t i, int writer, HitStore &store, SmallTriangleCodes &codes) const;
 
   private:
     friend class SampleCursor;
-    // Everything a corner of a triangle brings along.
+    // Place and attributes of a corner.
     struct Corner {
         LatticePoint at;
         Sample attributes;
@@ -46,15 +47,14 @@ class SurfaceSampler {
     std::vector<LatticePoint> lattice_;
 };
 
-// Triangles: every voxel that a triangle passes through gets a sample, so that no hole can open however coarse the mesh
-// is, and every point of the surface lies in an occupied voxel or on its border. It carries the attributes of the
-// triangle's point nearest to the voxel's centre; a triangle inside one voxel gives one sample from its centroid.
-// Across creases, where a corner's normal is more than 45 degrees from the triangle's, samples take the triangle's
-// normal. Vertices that no triangle uses are left out.
+// Triangles: every voxel that a triangle passes through gets a sample, so the occupied voxels cover the surface for any
+// mesh. A sample has the attributes at the triangle's point nearest to the voxel's centre, or at the centroid of a
+// triangle within one voxel. At creases, where a corner's normal is more than 45 degrees from the triangle's, samples
+// take the triangle's normal. Vertices without a triangle are omitted.
 //
 // Points: one sample each.
 //
-// progress  is called with 0..1, from any thread, one at a time; may be empty
+// progress  called with 0..1, from any thread, one call at a time; may be empty
 // errors    memory     more hits than `store` holds
 //           too_large  more than kMaxSources triangles or points
 Status sample_points(const SurfaceSampler &sampler, HitStore &store, const std::function<void(double)> &progress = {});

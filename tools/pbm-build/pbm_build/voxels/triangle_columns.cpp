@@ -3,7 +3,6 @@
 #include "pbm_build/voxels/triangle_voxels.h"
 
 #include <algorithm>
-#include <cmath>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "pbm_build/voxels/triangle_columns.cpp"
@@ -15,8 +14,9 @@ HWY_BEFORE_NAMESPACE();
 namespace pbm::build::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// How close to a voxel's border a bound is not decided here. Bounds are found in single precision from corners that it
-// holds exactly, to 2^-17 of a voxel; visit_voxels finds them to 2^-34, enlarged by up to 2^18 where edges are steep.
+// A bound closer than kClose to a voxel's border is left to visit_voxels. Bounds in single precision, from corners that
+// it represents exactly, are accurate to 2^-17 of a voxel; those of visit_voxels to 2^-34, times up to 2^18 at steep
+// edges.
 constexpr float kClose = 0x1p-14F;
 constexpr float kFar = 1e9F; // beyond all bounds
 
@@ -31,22 +31,22 @@ struct Bounds {
 // An edge as a function of one of its coordinates, `from` to `to`.
 struct Edge {
     float from, to;   // from <= to
-    float at;         // where it has the values of the corner that it starts from
-    float reciprocal; // of what it runs to the other corner; infinite edges are never entered
+    float at;         // the coordinate of its first corner
+    float reciprocal; // 1 / (last corner - first corner); an edge with an infinite one is never entered
 };
 HWY_INLINE Edge edge_of(float start, float end) {
     return {std::min(start, end), std::max(start, end), start, 1 / (end - start)};
 }
 
-// first, first + 1, .. : Iota of Highway 1.0 from anything but a constant goes through memory lane by lane.
+// first, first + 1, ...: Iota of Highway 1.0 is slow for an argument that is no constant.
 HWY_INLINE Lanes count_from(std::size_t first) {
     const Tag d;
     return hn::Add(hn::Set(d, static_cast<float>(first)), hn::Iota(d, 0.0F));
 }
 
-// The part of an edge within the slabs of some lanes, which start at `slab`.
+// The part of an edge within the slab of each lane, which begins at `slab`.
 struct Part {
-    Lanes first, last; // from where the edge starts
+    Lanes first, last; // relative to the edge's first corner
     hn::Mask<Tag> is_there;
 };
 HWY_INLINE Part part_of(const Edge &edge, Lanes slab) {
@@ -57,7 +57,7 @@ HWY_INLINE Part part_of(const Edge &edge, Lanes slab) {
     return {hn::Sub(first, at), hn::Sub(last, at), hn::Lt(first, last)};
 }
 
-// Adds the values of that part, from `start` at the edge's start on.
+// Extends low..high by the values of that part: `start` at the edge's first corner, rising by `step`.
 HWY_INLINE void add_part(const Part &part, float start, float step, Lanes &low, Lanes &high) {
     const Tag d;
     const auto first = hn::Add(hn::Set(d, start), hn::Mul(part.first, hn::Set(d, step)));
@@ -72,20 +72,20 @@ HWY_INLINE hn::Mask<Tag> is_close(Lanes at, Lanes whole) {
     return hn::Or(hn::Lt(above, hn::Set(d, kClose)), hn::Gt(above, hn::Set(d, 1 - kClose)));
 }
 
-// Corners of a triangle from its first voxel, in voxels, and the slope of its plane.
+// Corners relative to the triangle's first voxel, in voxels, and its plane.
 struct SmallTriangle {
     std::array<float, 3> u, v, w;
     float u_step, v_step, origin; // height of the plane: origin + u * u_step + v * v_step
     std::size_t slabs, columns;
 };
 
-// What its columns hold: [slab][column].
+// Voxels of its columns: [slab][column].
 struct Columns {
     HWY_ALIGN std::array<std::array<std::int32_t, kSmallTriangle>, kSmallTriangle> first;
     HWY_ALIGN std::array<std::array<std::int32_t, kSmallTriangle>, kSmallTriangle> count; // 0 to 3
 };
 
-// False if a decision is close; what `columns` hold is in bounds all the same.
+// False if a bound is close to a voxel's border; `columns` is within bounds in any case.
 bool find_columns(const SmallTriangle &t, Columns &columns) {
     const Tag d;
     const hn::RebindToSigned<Tag> di;
@@ -126,7 +126,7 @@ bool find_columns(const SmallTriangle &t, Columns &columns) {
         hn::Store(w_low, d, &column_w.low[at]);
         hn::Store(w_high, d, &column_w.high[at]);
     }
-    // Over a column the plane starts `below` and ends `above` its height at the corner towards the origin.
+    // Over a column the plane spans `below` to `above`, relative to its height at the column's corner at the origin.
     const auto below = hn::Set(d, std::min(t.u_step, 0.0F) + std::min(t.v_step, 0.0F));
     const auto above = hn::Set(d, std::max(t.u_step, 0.0F) + std::max(t.v_step, 0.0F));
     const auto zero = hn::Zero(d), one = hn::Set(d, 1);
@@ -188,7 +188,7 @@ std::size_t find_small_triangle(const std::array<LatticePoint, 3> &corners, cons
     if (!find_columns(t, columns))
         return 0;
 
-    // As high as it is wide in both directions, and two more, which are not used.
+    // The triangle is at most as high as it is wide in both directions; two spare layers follow.
     std::array<MortonCode, 2 * kSmallTriangle + 3> layer_codes{};
     MortonAxis layer(depth_axis, first[depth_axis]);
     for (std::size_t k = 0; k < static_cast<std::size_t>(size[depth_axis]); ++k, layer.step())

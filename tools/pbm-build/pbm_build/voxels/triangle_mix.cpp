@@ -1,7 +1,9 @@
 #include "pbm_build/voxels/triangle_mix.h"
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
 #include <algorithm>
-#include <cmath>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "pbm_build/voxels/triangle_mix.cpp"
@@ -23,18 +25,18 @@ HWY_INLINE Lanes set(double value) { return hn::Set(Tag(), value); }
 struct Point {
     Lanes x, y, z;
 };
-HWY_INLINE Point difference(const Point &a, const Three &b) {
-    return {hn::Sub(a.x, set(b[0])), hn::Sub(a.y, set(b[1])), hn::Sub(a.z, set(b[2]))};
+HWY_INLINE Point difference(const Point &a, const glm::dvec3 &b) {
+    return {hn::Sub(a.x, set(b.x)), hn::Sub(a.y, set(b.y)), hn::Sub(a.z, set(b.z))};
 }
-HWY_INLINE Lanes dot(const Three &a, const Point &b) {
-    return hn::Add(hn::Add(hn::Mul(set(a[0]), b.x), hn::Mul(set(a[1]), b.y)), hn::Mul(set(a[2]), b.z));
+HWY_INLINE Lanes dot(const glm::dvec3 &a, const Point &b) {
+    return hn::Add(hn::Add(hn::Mul(set(a.x), b.x), hn::Mul(set(a.y), b.y)), hn::Mul(set(a.z), b.z));
 }
 
 struct Weights {
     Lanes a, b, c;
 };
 
-// Barycentric weights of the point that is nearest to p, the centre of a voxel that the triangle passes through.
+// Barycentric weights of the triangle's point nearest to p, the centre of a voxel that the triangle passes through.
 HWY_INLINE Weights nearest(const TriangleMix &t, const Point &p) {
     const Point ap = difference(p, t.corners[0]);
     const auto d1 = dot(t.ab, ap), d2 = dot(t.ac, ap);
@@ -56,11 +58,11 @@ HWY_INLINE Weights nearest(const TriangleMix &t, const Point &p) {
     const auto on_ab = both(both(hn::Le(vc, zero), hn::Ge(d1, zero)), both(hn::Le(d3, zero), hn::Gt(d1, d3)));
     const auto on_ac = both(both(hn::Le(vb, zero), hn::Ge(d2, zero)), both(hn::Le(d6, zero), hn::Gt(d2, d6)));
     const auto on_bc = both(both(hn::Le(va, zero), hn::Ge(d43, zero)), both(hn::Ge(d56, zero), hn::Gt(along_bc, zero)));
-    // A sliver thinner than the arithmetic.
+    // A sliver below the precision of the arithmetic.
     const auto no_area =
         hn::Or(hn::Or(hn::Le(area, zero), hn::Lt(va, zero)), hn::Or(hn::Lt(vb, zero), hn::Lt(vc, zero)));
 
-    // From the last case to the first, so that the first that applies stays. One division serves edges and inside.
+    // Cases from last to first, so that the first applicable one wins. Edges and interior share one division.
     auto part = vb, whole = area;
     const auto choose_edge = [&](auto here, Lanes edge_part, Lanes edge_whole) {
         part = hn::IfThenElse(here, edge_part, part);
@@ -127,23 +129,16 @@ namespace pbm::build {
 HWY_EXPORT(mix_triangle);
 
 void TriangleMix::set_corners(const std::array<glm::dvec3, 3> &at) {
-    const auto dot = [](const Three &a, const Three &b) { return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]; };
-    // Products of differences of lattice points within 2,000 voxels are whole multiples of 2^-28 below 2^25: all sums
-    // of them are exact.
+    // Products of differences of lattice points within 2,000 voxels are multiples of 2^-28 below 2^25: sums are exact.
     constexpr double kMaxVoxels = 1900;
-    exact = true;
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto k = static_cast<std::size_t>(axis);
-        for (std::size_t c = 0; c < 3; ++c)
-            corners[c][k] = at[c][axis];
-        ab[k] = at[1][axis] - at[0][axis];
-        ac[k] = at[2][axis] - at[0][axis];
-        exact =
-            exact && std::max({std::fabs(ab[k]), std::fabs(ac[k]), std::fabs(at[2][axis] - at[1][axis])}) < kMaxVoxels;
-    }
-    ab_ab = dot(ab, ab);
-    ab_ac = dot(ab, ac);
-    ac_ac = dot(ac, ac);
+    corners = at;
+    ab = at[1] - at[0];
+    ac = at[2] - at[0];
+    const glm::dvec3 longest = glm::max(glm::max(glm::abs(ab), glm::abs(ac)), glm::abs(at[2] - at[1]));
+    exact = std::max({longest.x, longest.y, longest.z}) < kMaxVoxels;
+    ab_ab = glm::dot(ab, ab);
+    ab_ac = glm::dot(ab, ac);
+    ac_ac = glm::dot(ac, ac);
 }
 
 void TriangleMix::mix(const glm::dvec3 &block_centre, std::size_t first, std::size_t end, MixedRows &rows) const {

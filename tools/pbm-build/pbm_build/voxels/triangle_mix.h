@@ -1,4 +1,5 @@
-// What the corners of a triangle carry, mixed at its points nearest to the centres of voxels: several voxels at once.
+// Interpolates the attributes of a triangle's corners at its points nearest to the centres of voxels, several voxels at
+// once.
 // Based on: Ericson. Real-Time Collision Detection. 2005, section 5.1.5 (closest point on a triangle)
 #pragma once
 
@@ -20,7 +21,7 @@ struct MixedRows {
     static constexpr std::size_t kRows = NormalColumns::kRows;
     template <class T> using Column = std::array<T, kRows + NormalColumns::kSpare>;
 
-    Column<PlaceInBlock> places{}; // where the samples are to be taken
+    Column<PlaceInBlock> places{}; // voxels of the samples
     NormalColumns normals;
     std::array<Column<std::int32_t>, 3> colours{}; // linear light; not written if there are none
     std::array<Column<double>, 3> weights{};       // of the corners
@@ -30,23 +31,23 @@ struct TriangleMix {
     using Three = std::array<double, 3>; // x y z, or one of each corner
 
     // Corners in voxel units, on the lattice (lattice.h).
-    void set_corners(const std::array<glm::dvec3, 3> &corners);
+    void set_corners(const std::array<glm::dvec3, 3> &at);
 
-    // Takes samples at rows `first` to `end` of `rows`, in voxels of the block whose first voxel has its centre at
-    // `block_centre`. Writes spare rows and those after `end` as well. The same on every processor: no operation but in
-    // this order, none fused.
+    // Computes the samples of rows `first` to `end`, in voxels of the block whose first voxel has its centre at
+    // `block_centre`. Also overwrites rows from `end` on. The same bits on every processor: a fixed order of
+    // operations, none fused.
     void mix(const glm::dvec3 &block_centre, std::size_t first, std::size_t end, MixedRows &rows) const;
 
     std::array<Three, 3> normals{}, colours{}; // [axis or channel][corner]; of any length, linear light
     bool has_colour = false;
     Three flat{};              // a ShortNormal
-    bool is_flat = false;      // it is the normal of all samples
-    bool in_one_voxel = false; // all samples are those of the centroid
+    bool is_flat = false;      // all samples have the normal `flat`
+    bool in_one_voxel = false; // all samples are taken at the centroid
 
-    std::array<Three, 3> corners{}; // [corner]
-    Three ab{}, ac{};
+    std::array<glm::dvec3, 3> corners{};
+    glm::dvec3 ab{}, ac{};
     double ab_ab = 0, ab_ac = 0, ac_ac = 0;
-    bool exact = true; // products of ab and ac with differences of lattice points
+    bool exact = true; // products of ab and ac with differences of lattice points are exact
 };
 
 } // namespace pbm::build

@@ -1,8 +1,7 @@
 // All voxels that a triangle passes through.
 // Based on: Sutherland, Hodgman. Reentrant polygon clipping. 1974
-// Based on: Schrack. Finding Neighbors of Equal Size in Linear Quadtrees and Octrees in Constant Time. 1992 (steps
-// along
-//           one axis of a Morton code)
+// Based on: Schrack. Finding Neighbors of Equal Size in Linear Quadtrees and Octrees in Constant Time. 1992 (a step
+// along one axis of a Morton code)
 #pragma once
 
 #include "pbm_format/model/octree.h"
@@ -16,8 +15,8 @@
 
 namespace pbm::build {
 
-// A convex polygon: a triangle after up to four cuts has at most seven corners. Rounding may bend a sliver into one
-// with a few more; what does not fit is dropped, it lies on the others.
+// A convex polygon. A triangle has at most seven corners after four cuts. Rounding may give a sliver a few more;
+// corners beyond the capacity are dropped, since they lie on the others.
 template <class Corner> struct Outline {
     std::array<Corner, 10> corners;
     std::size_t size = 0;
@@ -28,7 +27,7 @@ template <class Corner> struct Outline {
     }
 };
 
-// Coordinates in the order in which a triangle is cut, and what is left of them after the first cuts.
+// Coordinates in the order of the cuts, and those that remain after the first cut.
 struct SlabCorner {
     double u, v, w;
 };
@@ -36,7 +35,7 @@ struct ColumnCorner {
     double v, w;
 };
 
-// From the lowest to the highest coordinate of some corners.
+// The range of one coordinate over some corners.
 struct Extent {
     double low = HUGE_VAL, high = -HUGE_VAL;
 
@@ -44,8 +43,8 @@ struct Extent {
         low = std::min(low, at);
         high = std::max(high, at);
     }
-    // Voxels that it overlaps: one that it only touches from outside does not count, so that a face at a voxel boundary
-    // makes one layer; but there is always one. Coordinates are not negative.
+    // The voxels that the range overlaps, at least one. A voxel that the range only touches does not count, so that a
+    // face at a voxel boundary makes one layer. Coordinates are not negative.
     int first() const { return static_cast<int>(low); }
     int last() const {
         const int whole = static_cast<int>(high);
@@ -53,7 +52,7 @@ struct Extent {
     }
 };
 
-// Cuts at u = at: `below` gets what lies below (its border included), `above` the rest.
+// Cuts at u = at: `below` gets the part with u <= at, `above` the part with u >= at.
 inline void cut_slab(const Outline<SlabCorner> &from, double at, Outline<ColumnCorner> &below,
                      Outline<SlabCorner> &above) {
     below.size = above.size = 0;
@@ -71,7 +70,7 @@ inline void cut_slab(const Outline<SlabCorner> &from, double at, Outline<ColumnC
     }
 }
 
-// The same at v = at, of which only the extent along w is wanted below.
+// Cuts at v = at: `above` gets the part with v >= at; returns the range of w of the part below.
 inline Extent cut_column(const Outline<ColumnCorner> &from, double at, Outline<ColumnCorner> &above) {
     Outline<ColumnCorner> below;
     Extent extent;
@@ -110,15 +109,15 @@ class MortonAxis {
     MortonAxis(int axis, int voxel)
         : mask_(spread_bits(~0U) << axis), code_(spread_bits(static_cast<std::uint32_t>(voxel)) << axis) {}
     MortonCode code() const { return code_; }
-    void step() { code_ = ((code_ | ~mask_) + 1) & mask_; } // the carry runs through the other axes' bits
+    void step() { code_ = ((code_ | ~mask_) + 1) & mask_; } // the carry passes the other axes' bits
 
   private:
     MortonCode mask_, code_;
 };
 
-// Calls visit(code) for every voxel whose inside the triangle enters; every point of the triangle lies in one of them
-// or on its border. `corners` in voxel units, none negative; `depth_axis` is the axis closest to the triangle's normal:
-// the two others span the columns that the triangle is cut into, and each piece is short along it.
+// Calls visit(code) for every voxel whose interior the triangle enters; these voxels cover the triangle. `corners` in
+// voxel units, none negative. `depth_axis`: the axis closest to the triangle's normal. The triangle is cut into columns
+// along it, where each piece is short.
 template <class Visit> void visit_voxels(const std::array<glm::dvec3, 3> &corners, int depth_axis, Visit &&visit) {
     const int u = (depth_axis + 1) % 3, v = (depth_axis + 2) % 3;
     Outline<SlabCorner> slabs[2];

@@ -1,11 +1,12 @@
 #include "pbm_build/voxels/voxel_sums.h"
 
+#include <glm/geometric.hpp>
+
 namespace pbm::build {
 bool VoxelSums::is_thin() const {
-    const double x = static_cast<double>(normal[0]), y = static_cast<double>(normal[1]),
-                 z = static_cast<double>(normal[2]);
+    const glm::dvec3 sum(normal[0], normal[1], normal[2]);
     const double half = kNormalScale / 2 * static_cast<double>(votes);
-    return (x * x + y * y) + z * z < half * half;
+    return glm::dot(sum, sum) < half * half;
 }
 
 Rgb8 VoxelSums::mean_colour() const {

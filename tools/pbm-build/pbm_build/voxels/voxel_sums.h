@@ -1,4 +1,4 @@
-// The attributes of one voxel from all its samples: integer sums, one vote each, so that their order does not matter.
+// The attributes of one voxel from all its samples: integer sums, so that the order of samples does not matter.
 #pragma once
 
 #include "pbm_build/voxels/sample.h"
@@ -10,10 +10,10 @@
 
 namespace pbm::build {
 
-// Normal of a voxel none of whose samples has one. `fill_normals` (splat_radius.h) replaces it.
+// The normal of a voxel without any given normal. fill_normals (splat_radius.h) replaces it.
 inline constexpr std::uint16_t kNoNormal = 0xFFFF;
 
-// One cache line: every sample of a surface is added to one of them.
+// One cache line.
 struct VoxelSums {
     std::array<std::int64_t, 3> normal{};
     std::array<std::uint64_t, 3> colour{};
@@ -22,11 +22,6 @@ struct VoxelSums {
     std::uint32_t two_sided = 0; // of those
     std::uint8_t radius = 0;     // the largest
 
-    void add(const Sample &sample) {
-        add_normal({sample.normal[0], sample.normal[1], sample.normal[2]}, sample.rest.two_sided);
-        add_colour({sample.colour[0], sample.colour[1], sample.colour[2]});
-        add_rest(sample.rest);
-    }
     void add_normal(const std::array<std::int32_t, 3> &n, bool is_two_sided) {
         const std::uint32_t vote = (n[0] | n[1] | n[2]) == 0 ? 0 : 1;
         votes += vote;
@@ -41,16 +36,16 @@ struct VoxelSums {
     }
     void add_rest(const Sample::Rest &rest) { radius = std::max(radius, rest.radius); }
 
-    // Normals cancel to less than half the votes: a thin wall, whose normal is that of its plane.
+    // Whether the normals cancel to less than half of the votes: a thin wall, which takes the normal of its plane.
     bool is_thin() const;
 
     Rgb8 mean_colour() const; // taken in linear light
-    // What the voxel has of the attributes that are neither normal, colour nor material.
+    // Stores the attributes other than normal, colour and material.
     void store_rest(PointAttributes &points, std::size_t point) const { points.radii[point] = radius; }
 };
 
-// The plane that opposite normals share, of thin voxels only: all are turned to one side of the axis along which they
-// are longest.
+// The common plane of opposite normals in a thin voxel. columns[k] = sum of n[k] x n, so that all normals point to the
+// positive side of axis k; plane_normal takes the column of the largest diagonal element.
 struct PlaneSums {
     std::array<std::array<std::int64_t, 3>, 3> columns{};
 
@@ -61,8 +56,7 @@ struct PlaneSums {
     }
 };
 
-// Index | kTwoSidedBit, or kNoNormal. A thin voxel is two-sided. So is one half of whose votes are two-sided
-// themselves, with the direction of their sum where they do not cancel.
+// Index | kTwoSidedBit, or kNoNormal. A voxel is two-sided if it is thin, or if at least half of its votes are.
 std::uint16_t mean_normal(const VoxelSums &sums);   // of a voxel that is not thin
 std::uint16_t plane_normal(const PlaneSums &plane); // of one that is
 

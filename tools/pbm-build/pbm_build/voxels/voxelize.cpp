@@ -15,19 +15,43 @@
 namespace pbm::build {
 namespace {
 
-// Hits are averaged block by block of 32x32x32 voxels: few enough that a table of them stays in the cache.
+// Hits are averaged in blocks of 32x32x32 voxels, whose table stays in the cache.
 constexpr int kBlockBits = HitStore::kBlockBits;
 constexpr std::uint32_t kBlockVoxels = 1U << kBlockBits;
 
 std::uint32_t voxel_in_block(Hit hit) { return static_cast<std::uint32_t>(local_code_of(hit)) & (kBlockVoxels - 1); }
 
-// Averages the hits of one bucket, one block after the other, without sorting them: a bit per voxel says which are
-// occupied, their order is that of the bits.
-class BucketAverager {
+// Working memory of one thread for one bucket after the other. Averages the hits of a bucket block by block without
+// sorting them: a bit per voxel marks the occupied ones, in Morton order.
+class BucketVoxelizer {
   public:
-    BucketAverager(const SurfaceSampler &sampler, const AttributeSet &set)
-        : cursor_(sampler), set_(set), point_in_block_(new std::uint16_t[kBlockVoxels]) {}
+    BucketVoxelizer(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set)
+        : store_(store), cursor_(sampler), set_(set), point_in_block_(new std::uint16_t[kBlockVoxels]) {}
 
+    // Null for an empty bucket.
+    std::unique_ptr<Voxels> voxelize(std::size_t bucket) {
+        hits_.clear();
+        store_.take(bucket, hits_);
+        if (hits_.empty())
+            return nullptr;
+        if (store_.local_bits() > kBlockBits)
+            radix_sort(hits_, spare_, kSourceBits + kBlockBits, store_.local_bits() - kBlockBits);
+        const MortonCode first_code = static_cast<MortonCode>(bucket) << store_.local_bits();
+        for (auto begin = hits_.begin(); begin != hits_.end();) {
+            const MortonCode block = local_code_of(*begin) >> kBlockBits;
+            const auto end =
+                std::find_if(begin, hits_.end(), [&](Hit hit) { return local_code_of(hit) >> kBlockBits != block; });
+            add_block({begin, end}, first_code | block << kBlockBits);
+            begin = end;
+        }
+        // Frees the spare capacity: the bucket stays in memory until all others are done.
+        voxels_.codes.shrink_to_fit();
+        for_columns(
+            set_, [](const StreamInfo &, std::size_t, auto &column) { column.shrink_to_fit(); }, voxels_.points);
+        return std::make_unique<Voxels>(std::exchange(voxels_, {}));
+    }
+
+  private:
     // `hits`, not empty, all lie in the block whose first voxel is `first_code`.
     void add_block(std::span<const Hit> hits, MortonCode first_code) {
         const std::size_t first = voxels_.codes.size();
@@ -52,16 +76,7 @@ class BucketAverager {
             average_thin(hits, first);
     }
 
-    // Without the room that blocks after blocks left: buckets wait for all others.
-    Voxels take() {
-        voxels_.codes.shrink_to_fit();
-        for_columns(
-            set_, [](const StreamInfo &, std::size_t, auto &column) { column.shrink_to_fit(); }, voxels_.points);
-        return std::exchange(voxels_, {});
-    }
-
-  private:
-    // Points of the occupied voxels in Morton order.
+    // Numbers the occupied voxels in Morton order.
     void number_voxels(std::span<const Hit> hits, MortonCode first_code) {
         for (const Hit hit : hits)
             occupied_[voxel_in_block(hit) / 64] |= std::uint64_t{1} << voxel_in_block(hit) % 64;
@@ -136,6 +151,8 @@ class BucketAverager {
                 voxels_.points.normals[first + i] = plane_normal(planes[planes_of[i]]);
     }
 
+    HitStore &store_;
+    std::vector<Hit> hits_, spare_;
     SampleCursor cursor_;
     const AttributeSet &set_;
     std::unique_ptr<std::uint16_t[]> point_in_block_; // of occupied voxels; the rest is not set
@@ -147,45 +164,10 @@ class BucketAverager {
     Voxels voxels_;
 };
 
-// What one thread needs for one bucket after the other.
-class BucketVoxelizer {
-  public:
-    BucketVoxelizer(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set)
-        : store_(store), averager_(sampler, set) {}
-
-    // Null where the surface is not.
-    std::unique_ptr<Voxels> voxelize(std::size_t bucket) {
-        hits_.clear();
-        store_.take(bucket, hits_);
-        if (hits_.empty())
-            return nullptr;
-        if (store_.local_bits() > kBlockBits)
-            radix_sort(hits_, spare_, kSourceBits + kBlockBits, store_.local_bits() - kBlockBits);
-        const MortonCode first_code = static_cast<MortonCode>(bucket) << store_.local_bits();
-        for (auto begin = hits_.begin(); begin != hits_.end();) {
-            const MortonCode block = local_code_of(*begin) >> kBlockBits;
-            const auto end =
-                std::find_if(begin, hits_.end(), [&](Hit hit) { return local_code_of(hit) >> kBlockBits != block; });
-            averager_.add_block({begin, end}, first_code | block << kBlockBits);
-            begin = end;
-        }
-        return std::make_unique<Voxels>(averager_.take());
-    }
-
-  private:
-    HitStore &store_;
-    BucketAverager averager_;
-    std::vector<Hit> hits_, spare_;
-};
-
-template <class T> void copy_to(const std::vector<T> &from, std::vector<T> &to, std::size_t at) {
-    std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
-}
-
 } // namespace
 
 Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, int threads) {
-    std::vector<std::unique_ptr<Voxels>> buckets(store.bucket_count()); // null where the surface is not
+    std::vector<std::unique_ptr<Voxels>> buckets(store.bucket_count()); // null: empty
     std::atomic<std::size_t> next{0};
     const int workers = resolve_threads(threads);
     parallel_for(static_cast<std::size_t>(workers), workers, [&](std::size_t) {
@@ -204,6 +186,9 @@ Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeS
         const std::unique_ptr<Voxels> part = std::move(buckets[b]);
         if (!part)
             return;
+        const auto copy_to = [](const auto &from, auto &to, std::size_t at) {
+            std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
+        };
         copy_to(part->codes, all.codes, starts[b]);
         for_columns(
             set,

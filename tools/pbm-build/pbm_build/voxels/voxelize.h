@@ -1,4 +1,4 @@
-// From samples to points: sorted, unique Morton codes with averaged, quantised attributes.
+// Averages samples to points: sorted, unique Morton codes with quantised attributes.
 // Based on: Campbell. Point Based Modelling and Rendering. 2006, section 4.1 (points in one voxel are averaged)
 #pragma once
 
@@ -15,8 +15,7 @@ struct Voxels {
     PointAttributes points;        // radii: the largest of the samples
 };
 
-// Takes all hits out of `store`, bucket by bucket, samples `sampler` at them and averages. `store` was filled from
-// `sampler`.
+// Takes all hits out of `store`, which was filled from `sampler`, and averages their samples.
 Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, int threads);
 
 } // namespace pbm::build

@@ -15,9 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <istream>
-#include <streambuf>
-#include <type_traits>
+#include <sstream>
 #include <utility>
 
 namespace pbm::build {
@@ -27,9 +25,7 @@ using OpenMesh::EdgeHandle;
 using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
-using Fate = AttributeReport::Fate;
-
-// What the child process sends: blocks of one part each, told apart by their heads.
+// The child process sends blocks, each with a head that names its part.
 enum class Part : std::uint32_t { positions, triangles, normals, summary };
 
 struct BlockHead {
@@ -38,7 +34,7 @@ struct BlockHead {
 };
 constexpr std::size_t kMaxBlock = std::size_t{1} << 16;
 
-// What OpenMesh found. Lives in the child while it reads, and comes to the caller at the end.
+// Result of OpenMesh: filled in the child, sent last.
 struct Summary {
     std::uint64_t vertices = 0;
     std::uint64_t faces = 0;                // of three or more different corners
@@ -47,15 +43,22 @@ struct Summary {
     std::uint32_t out_of_range = 0;
 };
 
-// Takes what OpenMesh reads into plain arrays: half the time of a half-edge mesh, and no face is lost at non-manifold
-// edges. Triangles leave as soon as there is a block of them.
+// Collects OpenMesh's elements in plain arrays: takes half the time of a half-edge mesh, and loses no face at
+// non-manifold edges. Sends triangles whenever a block is full.
 class ArrayImporter final : public OpenMesh::IO::BaseImporter {
   public:
-    // Of `text` it takes the positions, where it has them: they are better than OpenMesh's floats.
+    // Uses the positions of `text` where it has them, since OpenMesh's are floats.
     ArrayImporter(const ByteSink &send, const MeshText &text)
         : send_(send), exact_(text.positions), outlines_(text.outlines) {}
-    // Sends what is left.
-    void send_rest(bool with_positions);
+    // Sends all data that was not sent yet.
+    void send_rest(bool with_positions) {
+        send(Part::triangles, triangles);
+        if (with_positions)
+            send(Part::positions, positions);
+        send(Part::normals, normal_sums);
+        summary.vertices = positions.size();
+        send(Part::summary, std::vector<Summary>{summary});
+    }
 
     std::vector<glm::dvec3> positions;
     std::vector<glm::uvec3> triangles;  // that were not sent yet
@@ -66,14 +69,58 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
     VertexHandle add_vertex(const OpenMesh::Vec3f &p) override { return add(glm::dvec3(p[0], p[1], p[2])); }
     VertexHandle add_vertex(const OpenMesh::Vec3d &p) override { return add(glm::dvec3(p[0], p[1], p[2])); }
     VertexHandle add_vertex() override { return add(glm::dvec3(0.0)); }
-    FaceHandle add_face(const VHandles &corners) override;
-    void set_normal(VertexHandle vertex, const OpenMesh::Vec3f &n) override;
+
+    FaceHandle add_face(const VHandles &corners) override {
+        corners_.clear();
+        for (const VertexHandle v : corners)
+            corners_.push_back(static_cast<std::uint32_t>(v.idx())); // negative: beyond all positions
+        if (is_out_of_range(corners_))
+            return FaceHandle();
+        if (next_outline_ < outlines_.size() && outlines_[next_outline_].face == summary.faces) {
+            corners_ = outlines_[next_outline_++].corners;
+            if (is_out_of_range(corners_))
+                return FaceHandle();
+        }
+        const std::size_t before = triangles.size();
+        const std::size_t degenerate = triangulator_.triangulate(corners_, positions, triangles);
+        // A polygon of three or more different corners counts, even if all its triangles are degenerate.
+        if (triangles.size() == before && different(corners_) < 3)
+            return FaceHandle();
+        summary.degenerate_triangles += degenerate;
+        ++summary.faces;
+        if (triangles.size() * sizeof(glm::uvec3) >= kMaxBlock - kMaxCorners * sizeof(glm::uvec3)) {
+            send(Part::triangles, triangles);
+            triangles.clear();
+        }
+        return FaceHandle(static_cast<int>(summary.faces) - 1);
+    }
+
+    void set_normal(VertexHandle vertex, const OpenMesh::Vec3f &n) override {
+        const auto index = static_cast<std::uint32_t>(vertex.idx());
+        if (is_out_of_range({&index, 1}))
+            return;
+        if (normal_sums.size() != positions.size()) {
+            normal_sums.resize(positions.size(), glm::vec3(0.0F));
+            first_normals.resize(positions.size(), glm::vec3(0.0F));
+        }
+        const glm::vec3 normal(n[0], n[1], n[2]);
+        const float length = glm::length(normal);
+        if (!(length > 0.0F) || !std::isfinite(length))
+            return;
+        glm::vec3 &first = first_normals[index];
+        if (first == glm::vec3(0.0F))
+            first = normal;
+        if (first != normal)
+            summary.normals_differ = 1;
+        normal_sums[index] += normal / length;
+    }
+
     void set_normal(VertexHandle vertex, const OpenMesh::Vec3d &n) override { set_normal(vertex, OpenMesh::Vec3f(n)); }
     size_t n_vertices() const override { return positions.size(); }
     size_t n_faces() const override { return summary.faces; }
     size_t n_edges() const override { return 0; }
 
-    // Nothing else is asked of OpenMesh.
+    // Ignored elements.
     HalfedgeHandle add_edge(VertexHandle, VertexHandle) override { return HalfedgeHandle(); }
     FaceHandle add_face(HalfedgeHandle) override { return FaceHandle(); }
     void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<OpenMesh::Vec2f> &) override {}
@@ -114,117 +161,81 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
         positions.push_back(index < exact_.size() ? exact_[index] : position);
         return VertexHandle(static_cast<int>(positions.size()) - 1);
     }
-    template <class T> void send(Part part, const std::vector<T> &values);
+    bool is_out_of_range(std::span<const std::uint32_t> vertices) {
+        const bool out =
+            std::any_of(vertices.begin(), vertices.end(), [this](auto v) { return v >= positions.size(); });
+        summary.out_of_range |= out ? 1U : 0U;
+        return out;
+    }
+
+    template <class T> void send(Part part, const std::vector<T> &values) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        constexpr std::size_t kAtOnce = kMaxBlock / sizeof(T);
+        for (std::size_t i = 0; i < values.size(); i += kAtOnce) {
+            const std::size_t size = std::min(kAtOnce, values.size() - i) * sizeof(T);
+            const BlockHead head{part, static_cast<std::uint32_t>(size)};
+            send_({reinterpret_cast<const std::uint8_t *>(&head), sizeof head});
+            send_({reinterpret_cast<const std::uint8_t *>(values.data() + i), size});
+        }
+    }
 
     const ByteSink &send_;
     std::span<const glm::dvec3> exact_;
     std::span<const FaceOutline> outlines_; // instead of what OpenMesh makes of these faces
     std::size_t next_outline_ = 0;
     PolygonTriangulator triangulator_;
-    std::vector<std::uint32_t> corners_; // of the face in hand
+    std::vector<std::uint32_t> corners_; // of the current face
 };
 
-template <class T> void ArrayImporter::send(Part part, const std::vector<T> &values) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    constexpr std::size_t kAtOnce = kMaxBlock / sizeof(T);
-    for (std::size_t i = 0; i < values.size(); i += kAtOnce) {
-        const std::size_t size = std::min(kAtOnce, values.size() - i) * sizeof(T);
-        const BlockHead head{part, static_cast<std::uint32_t>(size)};
-        send_({reinterpret_cast<const std::uint8_t *>(&head), sizeof head});
-        send_({reinterpret_cast<const std::uint8_t *>(values.data() + i), size});
-    }
-}
-
-void ArrayImporter::send_rest(bool with_positions) {
-    send(Part::triangles, triangles);
-    if (with_positions)
-        send(Part::positions, positions);
-    send(Part::normals, normal_sums);
-    summary.vertices = positions.size();
-    send(Part::summary, std::vector<Summary>{summary});
-}
-
-FaceHandle ArrayImporter::add_face(const VHandles &corners) {
-    const auto bad = [this](VertexHandle v) {
-        return v.idx() < 0 || static_cast<std::size_t>(v.idx()) >= positions.size();
-    };
-    if (std::any_of(corners.begin(), corners.end(), bad)) {
-        summary.out_of_range = 1;
-        return FaceHandle();
-    }
-    corners_.clear();
-    for (const VertexHandle v : corners)
-        corners_.push_back(static_cast<std::uint32_t>(v.idx()));
-    if (next_outline_ < outlines_.size() && outlines_[next_outline_].face == summary.faces) {
-        corners_ = outlines_[next_outline_++].corners;
-        if (std::any_of(corners_.begin(), corners_.end(), [this](std::uint32_t v) { return v >= positions.size(); })) {
-            summary.out_of_range = 1;
-            return FaceHandle();
-        }
-    }
-    const std::size_t before = triangles.size();
-    const std::size_t degenerate = triangulator_.triangulate(corners_, positions, triangles);
-    // A polygon of three or more different corners counts, even if all its triangles are degenerate.
-    if (triangles.size() == before && different(corners_) < 3)
-        return FaceHandle();
-    summary.degenerate_triangles += degenerate;
-    ++summary.faces;
-    if (triangles.size() * sizeof(glm::uvec3) >= kMaxBlock - kMaxCorners * sizeof(glm::uvec3)) {
-        send(Part::triangles, triangles);
-        triangles.clear();
-    }
-    return FaceHandle(static_cast<int>(summary.faces) - 1);
-}
-
-void ArrayImporter::set_normal(VertexHandle vertex, const OpenMesh::Vec3f &n) {
-    if (vertex.idx() < 0 || static_cast<std::size_t>(vertex.idx()) >= positions.size()) {
-        summary.out_of_range = 1;
-        return;
-    }
-    if (normal_sums.size() != positions.size()) {
-        normal_sums.resize(positions.size(), glm::vec3(0.0F));
-        first_normals.resize(positions.size(), glm::vec3(0.0F));
-    }
-    const glm::vec3 normal(n[0], n[1], n[2]);
-    const float length = glm::length(normal);
-    if (!(length > 0.0F) || !std::isfinite(length))
-        return;
-    glm::vec3 &first = first_normals[static_cast<std::size_t>(vertex.idx())];
-    if (first == glm::vec3(0.0F))
-        first = normal;
-    if (first != normal)
-        summary.normals_differ = 1;
-    normal_sums[static_cast<std::size_t>(vertex.idx())] += normal / length;
-}
-
-// A text as a stream that can be rewound, without another copy of it.
-class TextBuffer final : public std::streambuf {
-  public:
-    explicit TextBuffer(std::string &text) { setg(text.data(), text.data(), text.data() + text.size()); }
-
-  protected:
-    pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
-        char *base = from == std::ios_base::beg ? eback() : from == std::ios_base::cur ? gptr() : egptr();
-        if (offset < eback() - base || offset > egptr() - base)
-            return pos_type(off_type(-1));
-        setg(eback(), base + offset, egptr());
-        return pos_type(gptr() - eback());
-    }
-    pos_type seekpos(pos_type position, std::ios_base::openmode mode) override {
-        return seekoff(off_type(position), std::ios_base::beg, mode);
-    }
-};
-
-// The blocks of the child as arrays again. What comes is not trusted: a child that has written where it must not may
-// send anything.
+// Reassembles the blocks of the child to arrays. The data is untrusted: memory of the child may be corrupt.
 class BlockReader {
   public:
-    // `may_weld`: facets may lose corners to each other, and with them their area. `with_positions`: they come too.
+    // `may_weld`: welding may make facets degenerate. `with_positions`: the child sends positions too.
     BlockReader(const MeshText &text, bool may_weld, bool with_positions, const std::function<void(double)> &progress)
         : text_(text), may_weld_(may_weld), with_positions_(with_positions), progress_(progress) {}
 
-    Status take(ByteView bytes); // cut anywhere
-    Status check() const;        // when all has come
+    // Takes the next bytes, split anywhere.
+    Status take(ByteView bytes) {
+        while (!bytes.empty()) {
+            const std::size_t wanted = in_block_ ? head_.size : sizeof head_;
+            const std::size_t count = std::min(bytes.size(), wanted - gathered_.size());
+            gathered_.insert(gathered_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
+            bytes = bytes.subspan(count);
+            if (gathered_.size() != wanted)
+                continue;
+            if (in_block_) {
+                if (Status status = block(); !status)
+                    return status;
+            } else {
+                std::memcpy(&head_, gathered_.data(), sizeof head_);
+                if (head_.size == 0 || head_.size > kMaxBlock || complete_)
+                    return broken();
+            }
+            in_block_ = !in_block_;
+            gathered_.clear();
+        }
+        return {};
+    }
+
+    // Verifies the result after the last bytes.
+    Status check() const {
+        if (!complete_ || summary.out_of_range != 0)
+            return broken();
+        const bool vertices_agree = summary.vertices == (with_positions_ ? positions.size() : text_.vertices);
+        const bool faces_agree = may_weld_ ? summary.faces <= text_.faces : summary.faces == text_.faces;
+        if (!vertices_agree || !faces_agree || triangles.size() + summary.degenerate_triangles > text_.triangles)
+            return bad_input("OpenMesh found " + std::to_string(summary.vertices) + " vertices and " +
+                             std::to_string(summary.faces) + " faces where the file says " +
+                             std::to_string(text_.vertices) + " and " + std::to_string(text_.faces) +
+                             "; convert the scan to PLY");
+        const auto valid = [this](const glm::uvec3 &t) {
+            return t.x < summary.vertices && t.y < summary.vertices && t.z < summary.vertices;
+        };
+        if (!std::all_of(triangles.begin(), triangles.end(), valid) ||
+            (!normals.empty() && normals.size() > summary.vertices))
+            return broken();
+        return {};
+    }
 
     std::vector<glm::dvec3> positions;
     std::vector<glm::uvec3> triangles;
@@ -232,11 +243,37 @@ class BlockReader {
     Summary summary;
 
   private:
-    Status block();
-    template <class T> Status append(std::vector<T> &values, std::uint64_t most) const;
-    static Error broken() {
-        return Error{ErrorCode::bad_input, 0, "OpenMesh went astray in this file; convert the scan to PLY"};
+    Status block() {
+        const std::uint64_t vertices = with_positions_ ? 3 * text_.faces : text_.vertices;
+        switch (head_.part) {
+        case Part::positions: return with_positions_ ? append(positions, vertices) : broken();
+        case Part::normals: return append(normals, vertices);
+        case Part::triangles:
+            if (progress_ && text_.triangles != 0)
+                progress_(0.3 + 0.7 * static_cast<double>(triangles.size()) / static_cast<double>(text_.triangles));
+            return append(triangles, text_.triangles);
+        case Part::summary:
+            if (gathered_.size() != sizeof summary)
+                return broken();
+            std::memcpy(&summary, gathered_.data(), sizeof summary);
+            complete_ = true;
+            return {};
+        }
+        return broken();
     }
+
+    template <class T> Status append(std::vector<T> &values, std::uint64_t most) const {
+        const std::size_t count = gathered_.size() / sizeof(T), before = values.size();
+        if (gathered_.size() % sizeof(T) != 0 || count > most - before)
+            return broken();
+        if (before == 0)
+            values.reserve(most);
+        values.resize(before + count);
+        std::memcpy(values.data() + before, gathered_.data(), gathered_.size());
+        return {};
+    }
+
+    static Error broken() { return bad_input("OpenMesh went astray in this file; convert the scan to PLY"); }
 
     const MeshText &text_;
     bool may_weld_, with_positions_;
@@ -246,83 +283,10 @@ class BlockReader {
     bool in_block_ = false, complete_ = false;
 };
 
-Status BlockReader::take(ByteView bytes) {
-    while (!bytes.empty()) {
-        const std::size_t wanted = in_block_ ? head_.size : sizeof head_;
-        const std::size_t count = std::min(bytes.size(), wanted - gathered_.size());
-        gathered_.insert(gathered_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
-        bytes = bytes.subspan(count);
-        if (gathered_.size() != wanted)
-            continue;
-        if (in_block_) {
-            if (Status status = block(); !status)
-                return status;
-        } else {
-            std::memcpy(&head_, gathered_.data(), sizeof head_);
-            if (head_.size == 0 || head_.size > kMaxBlock || complete_)
-                return broken();
-        }
-        in_block_ = !in_block_;
-        gathered_.clear();
-    }
-    return {};
-}
-
-template <class T> Status BlockReader::append(std::vector<T> &values, std::uint64_t most) const {
-    const std::size_t count = gathered_.size() / sizeof(T), before = values.size();
-    if (gathered_.size() % sizeof(T) != 0 || count > most - before)
-        return broken();
-    if (before == 0)
-        values.reserve(most);
-    values.resize(before + count);
-    std::memcpy(values.data() + before, gathered_.data(), gathered_.size());
-    return {};
-}
-
-Status BlockReader::block() {
-    const std::uint64_t vertices = with_positions_ ? 3 * text_.faces : text_.vertices;
-    switch (head_.part) {
-    case Part::positions: return with_positions_ ? append(positions, vertices) : broken();
-    case Part::normals: return append(normals, vertices);
-    case Part::triangles:
-        if (progress_ && text_.triangles != 0)
-            progress_(0.3 + 0.7 * static_cast<double>(triangles.size()) / static_cast<double>(text_.triangles));
-        return append(triangles, text_.triangles);
-    case Part::summary:
-        if (gathered_.size() != sizeof summary)
-            return broken();
-        std::memcpy(&summary, gathered_.data(), sizeof summary);
-        complete_ = true;
-        return {};
-    }
-    return broken();
-}
-
-Status BlockReader::check() const {
-    if (!complete_ || summary.out_of_range != 0)
-        return broken();
-    const bool vertices_agree = summary.vertices == (with_positions_ ? positions.size() : text_.vertices);
-    const bool faces_agree = may_weld_ ? summary.faces <= text_.faces : summary.faces == text_.faces;
-    if (!vertices_agree || !faces_agree || triangles.size() + summary.degenerate_triangles > text_.triangles)
-        return Error{ErrorCode::bad_input, 0,
-                     "OpenMesh found " + std::to_string(summary.vertices) + " vertices and " +
-                         std::to_string(summary.faces) + " faces where the file says " +
-                         std::to_string(text_.vertices) + " and " + std::to_string(text_.faces) +
-                         "; convert the scan to PLY"};
-    const auto valid = [this](const glm::uvec3 &t) {
-        return t.x < summary.vertices && t.y < summary.vertices && t.z < summary.vertices;
-    };
-    if (!std::all_of(triangles.begin(), triangles.end(), valid) ||
-        (!normals.empty() && normals.size() > summary.vertices))
-        return broken();
-    return {};
-}
-
-// In the child: nothing of it reaches the caller but what is sent.
+// Runs in the child.
 Status import(MeshText &text, MeshFormat format, const ByteSink &send) {
     ArrayImporter importer(send, text);
-    TextBuffer buffer(text.for_openmesh);
-    std::istream in(&buffer);
+    std::istringstream in(std::move(text.for_openmesh));
     OpenMesh::IO::Options wanted(OpenMesh::IO::Options::VertexNormal);
     if (text.binary)
         wanted += OpenMesh::IO::Options::Binary;
@@ -333,12 +297,12 @@ Status import(MeshText &text, MeshFormat format, const ByteSink &send) {
     case MeshFormat::stl: ok = OpenMesh::IO::STLReader().read(in, importer, wanted); break;
     }
     if (!ok)
-        return Error{ErrorCode::bad_input, 0, "OpenMesh cannot read the file; convert the scan to PLY"};
+        return bad_input("OpenMesh cannot read the file; convert the scan to PLY");
     importer.send_rest(text.binary);
     return {};
 }
 
-// Generous: OpenMesh reads 20 MB/s and more, and keeps less than ten bytes per byte of text.
+// OpenMesh reads at least 20 MB/s and needs less than ten bytes per byte of text.
 ChildLimits limits(std::size_t file_size) {
     const ChildLimits least;
     constexpr std::size_t kBytesPerSecond = 500'000, kMemoryPerByte = 24;
@@ -399,14 +363,8 @@ void take_colours(const MeshText &text, Surface &surface) {
     }
     const float factor = highest <= 1.0F ? 255.0F : 1.0F;
     surface.colours.reserve(text.colours.size());
-    for (const glm::vec3 &c : text.colours) {
-        std::array<std::uint8_t, 3> bytes{};
-        for (std::size_t i = 0; i < 3; ++i) {
-            const float value = c[static_cast<int>(i)] * factor + 0.5F;
-            bytes[i] = value >= 0.0F ? static_cast<std::uint8_t>(std::min(value, 255.0F)) : 0; // NaN: 0
-        }
-        surface.colours.push_back(bytes);
-    }
+    for (const glm::vec3 &c : text.colours)
+        surface.colours.push_back(colour_bytes(c, factor));
     surface.report.push_back(of_faces ? AttributeReport{name, Fate::converted, text.colour_note}
                                       : AttributeReport{name, Fate::kept, "sRGB, 8 bits"});
 }

@@ -10,18 +10,17 @@ namespace pbm::build {
 
 enum class MeshFormat : std::uint8_t { obj, off, stl };
 
-// mesh_text.h's checks run first; then OpenMesh reads in a child process (child_process.h), and what it found is
-// compared with them, so that a damaged or cut-short file is refused instead of becoming a smaller model. An OBJ cut
-// between two lines cannot be told from a whole one unless its comments announce counts; a text without a last line end
-// is reported. Polygons: polygon.h. STL is welded by equal coordinates. Positions are in double precision where the
-// file is text. Normals: OBJ's belong to corners; each vertex gets the mean of its own. No other file is opened.
+// Runs the checks of mesh_text.h, then OpenMesh in a child process (child_process.h), and compares the two results, so
+// that a damaged or truncated file is refused instead of becoming a smaller model. An OBJ truncated between two lines
+// is detected only if its comments announce counts; a missing last line end is reported. Polygons: polygon.h. STL is
+// welded by equal coordinates. Positions of text files are in double precision. A vertex gets the mean of the normals
+// of its corners. Opens no other file.
 //
-// The child may use 20 s of computing and 2 s more per MB of the file, four times that on the clock, and 256 MB of
-// memory and 24 bytes more per byte: 20 to 100 times what a whole file needs.
+// Limits of the child: 20 s of processor time and 2 s more per MB of the file, four times that in wall time; 256 MB of
+// memory and 24 bytes more per byte of the file. A valid file needs a twentieth to a hundredth of that.
 //
-// errors  bad_input            damaged or cut short; OpenMesh crashed; with `strict` also anything that would be
-// dropped
-//         memory               OpenMesh came to a limit, or no child process can be had
+// errors  bad_input            damaged or truncated; OpenMesh crashed; with `strict` also a dropped attribute
+//         memory               OpenMesh reached a limit, or no child process could be started
 //         too_large            over a limit of mesh_text.h
 //         unsupported_feature  binary or four-dimensional OFF
 Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format, const ReadOptions &options);

@@ -1,22 +1,17 @@
 #include "pbm_scan/mesh/mesh_text.h"
 
-#include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
 
 #include <array>
-#include <charconv>
-#include <cstdlib>
 #include <optional>
 
 namespace pbm::build {
 namespace {
 
-constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
-
-// Statements with names, which may end in a backslash that continues nothing.
+// Statements with names, which may end in a backslash without continuing the line.
 constexpr std::array<std::string_view, 9> kNaming{"g",      "o",   "mtllib",     "usemtl",   "usemap",
                                                   "maplib", "lod", "shadow_obj", "trace_obj"};
-// What else the format knows. Based on: Alias|Wavefront. Advanced Visualizer manual, appendix B1. 1995
+// The other statements of the format. Based on: Alias|Wavefront. Advanced Visualizer manual, appendix B1. 1995
 constexpr std::array<std::string_view, 31> kOther{
     "v",     "vt",   "vn",     "vp",       "f",        "fo",    "l",     "p",    "s",    "mg",   "curv",
     "curv2", "surf", "cstype", "deg",      "bmat",     "step",  "parm",  "trim", "hole", "scrv", "sp",
@@ -31,8 +26,8 @@ std::string_view first_word(std::string_view text) {
     return text.substr(0, text.find_first_of(" \t\n"));
 }
 
-// Backslashes at line ends, not in comments, become spaces with the line end that follows them. A name that ends in a
-// backslash (a folder of Windows) does not swallow the statement of the next line.
+// Joins continued lines: replaces a backslash and the line end behind it by spaces, except in comments. A name that
+// ends in a backslash (a Windows folder) does not continue if the next line begins with a statement.
 void join_lines(std::string &text) {
     if (text.find('\\') == std::string::npos)
         return;
@@ -68,294 +63,272 @@ class ObjCheck {
     explicit ObjCheck(std::span<const std::uint8_t> bytes) : lines_(out_.for_openmesh) {
         out_.for_openmesh = as_unmarked_text(bytes);
     }
-    Result<MeshText> run();
+
+    Result<MeshText> run() {
+        std::string &text = out_.for_openmesh;
+        if (const Status status = refuse_nul(text); !status)
+            return status.error();
+        unify_white_space(text);
+        join_lines(text);
+        while (lines_.next())
+            if (const Status status = line(); !status)
+                return status.error();
+        if (highest_.index > static_cast<std::int64_t>(out_.positions.size()))
+            return *highest_.error;
+        if (highest_normal_.index > static_cast<std::int64_t>(normals_))
+            return *highest_normal_.error;
+        out_.vertices = out_.positions.size();
+        for (const Status &status :
+             {compare(vertices_, out_.vertices, "vertices"), compare(face_lines_, face_lines_found_, "faces"),
+              compare(triangles_, std::max(face_lines_found_, out_.triangles), "triangles")})
+            if (!status)
+                return status.error();
+        finish_attributes();
+        return std::move(out_);
+    }
 
   private:
-    Status line();
-    void comment();
-    void announced(std::string_view item);
-    Status compare(const Announcement &announcement, std::uint64_t found, const char *what) const;
-    void finish_attributes();
-    Status vertex();
-    Status normal();
-    Status face();
-    Status other(std::string_view keyword);
+    Status line() {
+        if (first_word(lines_.rest()).starts_with('#'))
+            comment();
+        lines_.strip_comment();
+        const std::string_view keyword = lines_.word();
+        if (keyword.empty())
+            return {};
+        open_end_ = !lines_.terminated() && (keyword == "v" || keyword == "vn" || keyword == "f" || keyword == "fo");
+        if (keyword == "v")
+            return vertex();
+        if (keyword == "vn")
+            return normal();
+        if (keyword == "f" || keyword == "fo") {
+            if (keyword == "fo") // the old spelling, unknown to OpenMesh
+                out_.for_openmesh[static_cast<std::size_t>(keyword.data() - out_.for_openmesh.data()) + 1] = ' ';
+            return face();
+        }
+        return other(keyword);
+    }
+
+    // "# Vertices: 507", "#114 vertices, 224 faces": only a word and a number between commas are a count.
+    void comment() {
+        std::string_view text = lines_.rest();
+        text.remove_prefix(text.find('#'));
+        text.remove_prefix(std::min(text.find_first_not_of('#'), text.size()));
+        while (!text.empty()) {
+            const std::size_t comma = std::min(text.find(','), text.size());
+            announced(text.substr(0, comma));
+            text.remove_prefix(std::min(comma + 1, text.size()));
+        }
+    }
+
+    void announced(std::string_view item) {
+        std::string_view name;
+        std::optional<std::uint64_t> count;
+        while (true) {
+            item.remove_prefix(std::min(item.find_first_not_of(" \t:="), item.size()));
+            const std::string_view word = item.substr(0, item.find_first_of(" \t:="));
+            if (word.empty())
+                break;
+            item.remove_prefix(word.size());
+            const auto value = parse_all<std::uint64_t>(word);
+            if (value && !count)
+                count = value;
+            else if (name.empty())
+                name = word;
+            else
+                return;
+        }
+        if (!count)
+            return;
+        Announcement *announcement = same_word(name, "vertices")                               ? &vertices_
+                                     : same_word(name, "faces") || same_word(name, "polygons") ? &face_lines_
+                                     : same_word(name, "triangles")                            ? &triangles_
+                                                                                               : nullptr;
+        if (announcement != nullptr && *count > announcement->count)
+            *announcement = {*count, lines_.number(), lines_.offset()};
+    }
+
+    Status compare(const Announcement &announcement, std::uint64_t found, const char *what) const {
+        if (found >= announcement.count)
+            return {};
+        return bad_input("line " + std::to_string(announcement.line) + ": the comment announces " +
+                             std::to_string(announcement.count) + " " + what + ", but the file has " +
+                             std::to_string(found) + ": it is cut short; copy or export it again",
+                         announcement.offset);
+    }
+
+    // Normals that no face names belong to the vertices if their numbers are equal, as in point clouds.
+    void finish_attributes() {
+        if (names_normals_)
+            out_.normals.clear();
+        else if (out_.normals.size() != out_.positions.size() && !out_.normals.empty()) {
+            drop_once(out_.report, "normals", "no face names them, and they are not as many as the vertices");
+            out_.normals.clear();
+        }
+        if (!all_coloured_)
+            out_.colours.clear();
+        if (has_points_ && face_lines_found_ != 0)
+            drop_once(out_.report, "points 'p'", "the model has faces; their vertices are kept");
+        if (open_end_)
+            report_open_end(out_.report);
+    }
+
+    Status vertex() {
+        Lines::Numbers numbers;
+        if (Status status = lines_.numbers(numbers); !status)
+            return status;
+        const auto &[count, number, fit_floats] = numbers;
+        if (count < 3 || (!lines_.terminated() && count < numbers_))
+            return lines_.refuse("a vertex of fewer than " + std::string(count < 3 ? "three" : "its neighbours'") +
+                                 " numbers: the file is cut short or damaged");
+        numbers_ = count;
+        if (fit_floats)
+            lines_.blank_after(4); // OpenMesh reads only the position
+        else
+            lines_.replace("v 0 0 0");
+        if (out_.positions.size() == kMaxVertices)
+            return lines_.refuse("more than 2^31 - 1 vertices; split the scan", ErrorCode::too_large);
+        out_.positions.emplace_back(number[0], number[1], number[2]);
+        all_coloured_ = all_coloured_ && count >= 6;
+        if (all_coloured_)
+            out_.colours.emplace_back(number[3], number[4], number[5]);
+        else if (count >= 6 || !out_.colours.empty())
+            drop_once(out_.report, "vertex colours", "not every vertex has one");
+        if (count == 4 || count == 5)
+            drop_once(out_.report, count == 4 ? "vertex weights" : "a fourth and a fifth number of vertices",
+                      "not used by PBM");
+        return {};
+    }
+
+    Status normal() {
+        bool clean = true;
+        glm::vec3 normal(0.0F);
+        for (int i = 0; i < 3; ++i) {
+            double value = 0;
+            const std::string_view word = lines_.word();
+            if (!is_number(word, value))
+                return lines_.refuse(word.empty()
+                                         ? "a normal of fewer than three numbers: the file is cut short or damaged"
+                                         : quoted(word) + " is not a number");
+            clean = clean && fits_float(value);
+            normal[i] = static_cast<float>(value);
+        }
+        ++normals_;
+        if (!names_normals_)
+            out_.normals.push_back(clean ? normal : glm::vec3(0.0F));
+        if (!clean)
+            lines_.replace("vn 0 0 0");
+        return {};
+    }
+
+    Status face() {
+        corners_.clear();
+        for (std::string_view word = lines_.word(); !word.empty(); word = lines_.word()) {
+            const std::size_t slash = word.find('/');
+            const std::size_t second = slash == std::string_view::npos ? slash : word.find('/', slash + 1);
+            const std::optional<std::int64_t> vertex = index(word.substr(0, slash), out_.positions.size());
+            if (!vertex)
+                return lines_.refuse(quoted(word) + " is not a vertex of this file");
+            note_highest("vertex ", *vertex, out_.positions.size(), highest_);
+            if (slash != std::string_view::npos) {
+                const std::string_view texture =
+                    word.substr(slash + 1, second == std::string_view::npos ? second : second - slash - 1);
+                if (!texture.empty() && texture.find_first_not_of("-0123456789") != std::string_view::npos)
+                    return lines_.refuse(quoted(word) + " is not a vertex of this file");
+            }
+            if (second != std::string_view::npos && second + 1 < word.size()) {
+                names_normals_ = true;
+                const std::optional<std::int64_t> normal = index(word.substr(second + 1), normals_);
+                if (!normal)
+                    return lines_.refuse(quoted(word) + " names a normal that does not exist");
+                note_highest("normal ", *normal, normals_, highest_normal_);
+            }
+            if (corners_.size() == kMaxCorners)
+                return lines_.refuse("a face of more than " + std::to_string(kMaxCorners) + " corners; triangulate it",
+                                     ErrorCode::too_large);
+            corners_.push_back(static_cast<std::uint32_t>(*vertex));
+        }
+        if (corners_.size() < 3 && !lines_.terminated())
+            return lines_.refuse("the file ends inside a face: it is cut short; copy or export it again");
+        ++face_lines_found_;
+        if (const std::size_t count = different(corners_); count >= 3) {
+            if (count < corners_.size()) {
+                for (std::uint32_t &corner : corners_)
+                    --corner; // from 0
+                out_.outlines.push_back({out_.faces, corners_});
+            }
+            ++out_.faces;
+            out_.triangles += corners_.size() - 2;
+        } else {
+            ++out_.dropped_triangles;
+            lines_.blank();
+        }
+        return {};
+    }
+
+    Status other(std::string_view keyword) {
+        constexpr std::uint64_t kMaxNamed = 16; // a file may name a million
+        if (keyword == "mtllib")
+            drop_once(out_.report,
+                      ++material_files_ > kMaxNamed
+                          ? "materials and textures of further files"
+                          : "materials and textures named by " + quoted(lines_.trimmed_rest()),
+                      "PBM stores point colours");
+        else if (keyword == "vt")
+            drop_once(out_.report, "texture coordinates", "PBM stores point colours");
+        else if (keyword == "l")
+            drop_once(out_.report, "lines", "not used by PBM; their vertices are kept");
+        else if (keyword == "p")
+            has_points_ = true;
+        else if (keyword == "vp" || keyword.starts_with("curv") || keyword == "surf" || keyword == "cstype")
+            drop_once(out_.report, "free-form curves and surfaces", "PBM reads polygons; convert them");
+        else if (!is_one_of(keyword, kNaming) && !is_one_of(keyword, kOther) &&
+                 keyword != "\x1a") { // DOS ends files so
+            const bool word =
+                keyword.size() > 1 && keyword.find_first_not_of("abcdefghijklmnopqrstuvwxyz_"
+                                                                "ABCDEFGHIJKLMNOPQRSTUVWXYZ") == std::string_view::npos;
+            if (!word)
+                return lines_.refuse(quoted(keyword) + " begins no statement of OBJ: the file is damaged");
+            drop_once(out_.report,
+                      ++unknown_statements_ > kMaxNamed ? "further statements" : "statements " + quoted(keyword),
+                      "not known to OBJ");
+        }
+        lines_.blank();
+        return {};
+    }
+
     // 1-based or, if negative, counted from the end, as index 1... of `count` items so far.
-    std::optional<std::int64_t> index(std::string_view text, std::uint64_t count) const;
+    std::optional<std::int64_t> index(std::string_view text, std::uint64_t count) const {
+        auto value = parse_all<std::int64_t>(text);
+        if (!value || *value > std::int64_t{kMaxVertices} || *value < -std::int64_t{kMaxVertices})
+            return std::nullopt;
+        if (*value < 0)
+            *value += static_cast<std::int64_t>(count) + 1;
+        return *value > 0 ? value : std::nullopt;
+    }
+
+    struct Highest {
+        std::int64_t index = 0;
+        std::optional<Error> error; // if no vertex of this index follows
+    };
+    // `count`: vertices or normals so far.
+    void note_highest(const char *what, std::int64_t index, std::uint64_t count, Highest &highest) const {
+        if (index <= highest.index)
+            return;
+        highest.index = index;
+        if (count < static_cast<std::uint64_t>(index))
+            highest.error = lines_.refuse(what + std::to_string(index) + " does not exist");
+    }
 
     MeshText out_;
     Lines lines_;
     std::uint64_t normals_ = 0;
-    std::int64_t highest_ = 0, highest_normal_ = 0;
-    std::optional<Error> highest_error_, highest_normal_error_; // if no such vertex follows
-    Announcement vertices_, face_lines_, triangles_;            // the highest of each
+    Highest highest_, highest_normal_;
+    Announcement vertices_, face_lines_, triangles_; // the highest of each
     std::uint64_t face_lines_found_ = 0, material_files_ = 0, unknown_statements_ = 0;
-    int numbers_ = 0; // of the last vertex
+    std::size_t numbers_ = 0; // of the last vertex
     bool all_coloured_ = true, names_normals_ = false, has_points_ = false, open_end_ = false;
     std::vector<std::uint32_t> corners_;
 };
-
-Status ObjCheck::vertex() {
-    glm::dvec3 position;
-    glm::vec3 colour(0.0F);
-    int count = 0;
-    bool clean = true;
-    for (std::string_view word = lines_.word(); !word.empty(); word = lines_.word(), ++count) {
-        double value = 0;
-        if (!is_number(word, value))
-            return lines_.refuse(quoted(word) + " is not a number");
-        clean = clean && fits_float(value);
-        if (count < 3)
-            position[count] = value;
-        else if (count < 6)
-            colour[count - 3] = static_cast<float>(value);
-    }
-    if (count < 3 || (!lines_.terminated() && count < numbers_))
-        return lines_.refuse("a vertex of fewer than " + std::string(count < 3 ? "three" : "its neighbours'") +
-                             " numbers: the file is cut short or damaged");
-    numbers_ = count;
-    if (clean) {
-        lines_.rewind();
-        for (int i = 0; i < 4; ++i)
-            lines_.word();
-        lines_.blank_rest(); // a position is all that OpenMesh is asked for
-    } else {
-        lines_.replace("v 0 0 0");
-    }
-    if (out_.positions.size() == kMaxVertices)
-        return lines_.refuse("more than 2^31 - 1 vertices; split the scan", ErrorCode::too_large);
-    out_.positions.push_back(position);
-    all_coloured_ = all_coloured_ && count >= 6;
-    if (all_coloured_)
-        out_.colours.push_back(colour);
-    else if (count >= 6 || !out_.colours.empty())
-        drop_once(out_.report, "vertex colours", "not every vertex has one");
-    if (count == 4 || count == 5)
-        drop_once(out_.report, count == 4 ? "vertex weights" : "a fourth and a fifth number of vertices",
-                  "not used by PBM");
-    return {};
-}
-
-Status ObjCheck::normal() {
-    bool clean = true;
-    glm::vec3 normal(0.0F);
-    for (int i = 0; i < 3; ++i) {
-        double value = 0;
-        const std::string_view word = lines_.word();
-        if (!is_number(word, value))
-            return lines_.refuse(word.empty() ? "a normal of fewer than three numbers: the file is cut short or damaged"
-                                              : quoted(word) + " is not a number");
-        clean = clean && fits_float(value);
-        normal[i] = static_cast<float>(value);
-    }
-    ++normals_;
-    if (!names_normals_)
-        out_.normals.push_back(clean ? normal : glm::vec3(0.0F));
-    if (!clean)
-        lines_.replace("vn 0 0 0");
-    return {};
-}
-
-std::optional<std::int64_t> ObjCheck::index(std::string_view text, std::uint64_t count) const {
-    std::int64_t value = 0;
-    const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (status != std::errc{} || end != text.data() + text.size() || value == 0 ||
-        std::abs(value) > std::int64_t{kMaxVertices})
-        return std::nullopt;
-    if (value < 0)
-        value += static_cast<std::int64_t>(count) + 1;
-    return value > 0 ? std::optional(value) : std::nullopt;
-}
-
-Status ObjCheck::face() {
-    corners_.clear();
-    for (std::string_view word = lines_.word(); !word.empty(); word = lines_.word()) {
-        const std::size_t slash = word.find('/');
-        const std::size_t second = slash == std::string_view::npos ? slash : word.find('/', slash + 1);
-        const std::optional<std::int64_t> vertex = index(word.substr(0, slash), out_.positions.size());
-        if (!vertex)
-            return lines_.refuse(quoted(word) + " is not a vertex of this file");
-        if (*vertex > highest_) {
-            highest_ = *vertex;
-            if (out_.positions.size() < static_cast<std::uint64_t>(highest_))
-                highest_error_ = lines_.refuse("vertex " + std::to_string(*vertex) + " does not exist");
-        }
-        if (slash != std::string_view::npos) {
-            const std::string_view texture =
-                word.substr(slash + 1, second == std::string_view::npos ? second : second - slash - 1);
-            if (!texture.empty() && texture.find_first_not_of("-0123456789") != std::string_view::npos)
-                return lines_.refuse(quoted(word) + " is not a vertex of this file");
-        }
-        if (second != std::string_view::npos && second + 1 < word.size()) {
-            names_normals_ = true;
-            const std::optional<std::int64_t> normal = index(word.substr(second + 1), normals_);
-            if (!normal)
-                return lines_.refuse(quoted(word) + " names a normal that does not exist");
-            if (*normal > highest_normal_) {
-                highest_normal_ = *normal;
-                if (normals_ < static_cast<std::uint64_t>(highest_normal_))
-                    highest_normal_error_ = lines_.refuse("normal " + std::to_string(*normal) + " does not exist");
-            }
-        }
-        if (corners_.size() == kMaxCorners)
-            return lines_.refuse("a face of more than " + std::to_string(kMaxCorners) + " corners; triangulate it",
-                                 ErrorCode::too_large);
-        corners_.push_back(static_cast<std::uint32_t>(*vertex));
-    }
-    if (corners_.size() < 3 && !lines_.terminated())
-        return lines_.refuse("the file ends inside a face: it is cut short; copy or export it again");
-    ++face_lines_found_;
-    if (const std::size_t count = different(corners_); count >= 3) {
-        if (count < corners_.size()) {
-            for (std::uint32_t &corner : corners_)
-                --corner; // from 0
-            out_.outlines.push_back({out_.faces, corners_});
-        }
-        ++out_.faces;
-        out_.triangles += corners_.size() - 2;
-    } else {
-        ++out_.dropped_triangles;
-        lines_.blank();
-    }
-    return {};
-}
-
-Status ObjCheck::other(std::string_view keyword) {
-    constexpr std::uint64_t kMaxNamed = 16; // a file may name a million
-    if (keyword == "mtllib")
-        drop_once(out_.report,
-                  ++material_files_ > kMaxNamed ? "materials and textures of further files"
-                                                : "materials and textures named by " + quoted(lines_.trimmed_rest()),
-                  "PBM stores point colours");
-    else if (keyword == "vt")
-        drop_once(out_.report, "texture coordinates", "PBM stores point colours");
-    else if (keyword == "l")
-        drop_once(out_.report, "lines", "not used by PBM; their vertices are kept");
-    else if (keyword == "p")
-        has_points_ = true;
-    else if (keyword == "vp" || keyword.starts_with("curv") || keyword == "surf" || keyword == "cstype")
-        drop_once(out_.report, "free-form curves and surfaces", "PBM reads polygons; convert them");
-    else if (!is_one_of(keyword, kNaming) && !is_one_of(keyword, kOther) && keyword != "\x1a") { // DOS ends files so
-        const bool word =
-            keyword.size() > 1 && keyword.find_first_not_of("abcdefghijklmnopqrstuvwxyz_"
-                                                            "ABCDEFGHIJKLMNOPQRSTUVWXYZ") == std::string_view::npos;
-        if (!word)
-            return lines_.refuse(quoted(keyword) + " begins no statement of OBJ: the file is damaged");
-        drop_once(out_.report,
-                  ++unknown_statements_ > kMaxNamed ? "further statements" : "statements " + quoted(keyword),
-                  "not known to OBJ");
-    }
-    lines_.blank();
-    return {};
-}
-
-// "# Vertices: 507", "#114 vertices, 224 faces": nothing but a word and a number between commas is taken for a count.
-void ObjCheck::comment() {
-    std::string_view text = lines_.rest();
-    text.remove_prefix(text.find('#'));
-    text.remove_prefix(std::min(text.find_first_not_of('#'), text.size()));
-    while (!text.empty()) {
-        const std::size_t comma = std::min(text.find(','), text.size());
-        announced(text.substr(0, comma));
-        text.remove_prefix(std::min(comma + 1, text.size()));
-    }
-}
-
-void ObjCheck::announced(std::string_view item) {
-    std::string_view name;
-    std::optional<std::uint64_t> count;
-    while (true) {
-        item.remove_prefix(std::min(item.find_first_not_of(" \t:="), item.size()));
-        const std::string_view word = item.substr(0, item.find_first_of(" \t:="));
-        if (word.empty())
-            break;
-        item.remove_prefix(word.size());
-        std::uint64_t value = 0;
-        const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (status == std::errc{} && end == word.data() + word.size() && !count)
-            count = value;
-        else if (name.empty())
-            name = word;
-        else
-            return;
-    }
-    if (!count || *count == 0)
-        return;
-    Announcement *announcement = same_word(name, "vertices")                               ? &vertices_
-                                 : same_word(name, "faces") || same_word(name, "polygons") ? &face_lines_
-                                 : same_word(name, "triangles")                            ? &triangles_
-                                                                                           : nullptr;
-    if (announcement != nullptr && *count > announcement->count)
-        *announcement = {*count, lines_.number(), lines_.offset()};
-}
-
-Status ObjCheck::compare(const Announcement &announcement, std::uint64_t found, const char *what) const {
-    if (found >= announcement.count)
-        return {};
-    return Error{ErrorCode::bad_input, announcement.offset,
-                 "line " + std::to_string(announcement.line) + ": the comment announces " +
-                     std::to_string(announcement.count) + " " + what + ", but the file has " + std::to_string(found) +
-                     ": it is cut short; copy or export it again"};
-}
-
-// Normals that no face names belong to the vertices, if there are as many: so point clouds are written.
-void ObjCheck::finish_attributes() {
-    if (names_normals_)
-        out_.normals.clear();
-    else if (out_.normals.size() != out_.positions.size() && !out_.normals.empty()) {
-        drop_once(out_.report, "normals", "no face names them, and they are not as many as the vertices");
-        out_.normals.clear();
-    }
-    if (!all_coloured_)
-        out_.colours.clear();
-    if (has_points_ && face_lines_found_ != 0)
-        drop_once(out_.report, "points 'p'", "the model has faces; their vertices are kept");
-    if (open_end_)
-        report_open_end(out_.report);
-}
-
-Status ObjCheck::line() {
-    if (first_word(lines_.rest()).starts_with('#'))
-        comment();
-    lines_.strip_comment();
-    const std::string_view keyword = lines_.word();
-    if (keyword.empty())
-        return {};
-    open_end_ = !lines_.terminated() && (keyword == "v" || keyword == "vn" || keyword == "f" || keyword == "fo");
-    if (keyword == "v")
-        return vertex();
-    if (keyword == "vn")
-        return normal();
-    if (keyword == "f" || keyword == "fo") {
-        if (keyword == "fo") // the old spelling, unknown to OpenMesh
-            out_.for_openmesh[static_cast<std::size_t>(keyword.data() - out_.for_openmesh.data()) + 1] = ' ';
-        return face();
-    }
-    return other(keyword);
-}
-
-Result<MeshText> ObjCheck::run() {
-    std::string &text = out_.for_openmesh;
-    if (const Status status = refuse_nul(text); !status)
-        return status.error();
-    unify_white_space(text);
-    join_lines(text);
-    while (lines_.next())
-        if (const Status status = line(); !status)
-            return status.error();
-    if (highest_ > static_cast<std::int64_t>(out_.positions.size()))
-        return *highest_error_;
-    if (highest_normal_ > static_cast<std::int64_t>(normals_))
-        return *highest_normal_error_;
-    out_.vertices = out_.positions.size();
-    for (const Status &status :
-         {compare(vertices_, out_.vertices, "vertices"), compare(face_lines_, face_lines_found_, "faces"),
-          compare(triangles_, std::max(face_lines_found_, out_.triangles), "triangles")})
-        if (!status)
-            return status.error();
-    finish_attributes();
-    return std::move(out_);
-}
 
 } // namespace
 

@@ -1,6 +1,5 @@
 #include "pbm_scan/mesh/mesh_text.h"
 
-#include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
 
 #include <array>
@@ -14,8 +13,6 @@ namespace {
 constexpr std::size_t kHeaderSize = 84; // of binary STL: 80 bytes of anything, the number of facets
 constexpr std::size_t kFacetSize = 50;  // normal and three corners as floats, two bytes of attributes
 
-constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
-
 static_assert(std::endian::native == std::endian::little, "binary STL is read as it lies in memory");
 
 std::uint32_t announced_facets(std::span<const std::uint8_t> bytes) {
@@ -24,7 +21,7 @@ std::uint32_t announced_facets(std::span<const std::uint8_t> bytes) {
     return facets;
 }
 
-// A NUL where a binary header would end: no text.
+// Whether the file is text: it begins with "solid", and has no NUL within the size of a binary header.
 bool says_solid(std::span<const std::uint8_t> bytes) {
     const std::span<const std::uint8_t> head = bytes.first(std::min(bytes.size(), kHeaderSize));
     if (head.size() == kHeaderSize && std::find(head.begin(), head.end(), std::uint8_t{0}) != head.end())
@@ -32,12 +29,12 @@ bool says_solid(std::span<const std::uint8_t> bytes) {
     std::size_t at = as_text(head).starts_with("\xEF\xBB\xBF") ? 3 : 0;
     while (at < bytes.size() && ends_word(static_cast<char>(bytes[at])))
         ++at;
-    const std::string word = as_text(bytes.subspan(at, std::min<std::size_t>(5, bytes.size() - at)));
+    const std::string_view word = as_text(bytes.subspan(at, std::min<std::size_t>(5, bytes.size() - at)));
     return same_word(word, "solid");
 }
 
 void report_normals(MeshText &out) {
-    out.report.push_back({"facet normals", AttributeReport::Fate::converted, "follow from the corners"});
+    out.report.push_back({"facet normals", Fate::converted, "follow from the corners"});
 }
 
 // Keeps the facets whose corners are finite.
@@ -64,8 +61,8 @@ MeshText check_binary(std::span<const std::uint8_t> bytes) {
     return out;
 }
 
-// Corners with equal coordinates are one vertex: its number for each corner. Numbered in the order of the file. Sorted,
-// since coordinates can be chosen so that any hash of them is the same.
+// Welds corners with equal coordinates: returns the vertex of each corner, numbered in the order of the file. Sorts
+// instead of hashing, because a hostile file could make all hashes equal.
 std::vector<std::uint32_t> weld(std::span<const glm::dvec3> corners, std::vector<glm::dvec3> &vertices) {
     const auto before = [&](std::uint32_t a, std::uint32_t b) {
         const glm::dvec3 &p = corners[a], &q = corners[b];
@@ -92,12 +89,88 @@ std::vector<std::uint32_t> weld(std::span<const glm::dvec3> corners, std::vector
 class AsciiCheck {
   public:
     explicit AsciiCheck(std::span<const std::uint8_t> bytes) : lines_(text_) { text_ = as_unmarked_text(bytes); }
-    Result<MeshText> run();
+
+    Result<MeshText> run() {
+        if (const Status status = refuse_nul(text_); !status)
+            return status.error();
+        unify_white_space(text_);
+        bool inside = false;
+        while (lines_.next_with_words(false)) {
+            const std::string_view keyword = lines_.word();
+            if (same_word(keyword, "solid") && !inside) {
+                inside = true;
+            } else if (same_word(keyword, "endsolid") && inside) {
+                inside = false;
+            } else if (same_word(keyword, "facet") && inside) {
+                if (const Status status = facet(); !status)
+                    return status.error();
+            } else if (same_word(keyword, "color")) {
+                drop_once(out_.report, "colours", "colours of STL have no agreed meaning");
+            } else {
+                return lines_.refuse(quoted(keyword) + " does not belong here; the file is damaged");
+            }
+        }
+        if (inside)
+            return bad_input("the file has no 'endsolid': it is cut short; copy or export it again", text_.size());
+        std::string().swap(text_);
+        write_facets();
+        out_.vertices = out_.positions.size();
+        report_normals(out_);
+        return std::move(out_);
+    }
 
   private:
-    bool next_line(std::string_view &keyword); // that says something
-    Status facet();
-    void write_facets();
+    Status facet() {
+        constexpr std::array<std::string_view, 6> kLines{"outer", "vertex", "vertex", "vertex", "endloop", "endfacet"};
+        std::array<glm::dvec3, 3> corners{};
+        std::size_t corner = 0;
+        bool finite = true;
+        for (const std::string_view expected : kLines) {
+            if (!lines_.next_with_words(false))
+                return lines_.refuse("the file ends inside a facet: it is cut short; copy or export it again");
+            const std::string_view keyword = lines_.word();
+            if (!same_word(keyword, expected))
+                return lines_.refuse(quoted(keyword) + " where '" + std::string(expected) +
+                                     "' belongs; STL holds triangles only");
+            if (expected != "vertex")
+                continue;
+            for (int i = 0; i < 3; ++i) {
+                const std::string_view word = lines_.word();
+                double value = 0;
+                if (!is_number(word, value))
+                    return lines_.refuse(word.empty() ? "a vertex of fewer than three numbers"
+                                                      : quoted(word) + " is not a number");
+                finite = finite && std::isfinite(value);
+                corners[corner][i] = value;
+            }
+            ++corner;
+        }
+        if (!finite) {
+            ++out_.dropped_triangles;
+            return {};
+        }
+        if (corners_.size() > kMaxVertices - 3)
+            return lines_.refuse("more than 2^31 - 1 corners; split the scan", ErrorCode::too_large);
+        corners_.insert(corners_.end(), corners.begin(), corners.end());
+        return {};
+    }
+
+    // The spelling that OpenMesh accepts, with vertex numbers in place of coordinates: its floats would weld close
+    // ones.
+    void write_facets() {
+        constexpr std::uint32_t kHalf = 1U << 16; // a float holds either half of a number
+        const std::vector<std::uint32_t> numbers = weld(corners_, out_.positions);
+        std::vector<glm::dvec3>().swap(corners_);
+        for (std::size_t i = 0; i < numbers.size(); ++i) {
+            if (i % 3 == 0)
+                out_.for_openmesh += "facet normal 0 0 0\nouter loop\n";
+            out_.for_openmesh +=
+                "vertex " + std::to_string(numbers[i] % kHalf) + " " + std::to_string(numbers[i] / kHalf) + " 0\n";
+            if (i % 3 == 2)
+                out_.for_openmesh += "endloop\nendfacet\n";
+        }
+        out_.faces = out_.triangles = numbers.size() / 3;
+    }
 
     std::string text_;
     Lines lines_;
@@ -105,115 +178,23 @@ class AsciiCheck {
     std::vector<glm::dvec3> corners_; // three of each facet that is kept
 };
 
-bool AsciiCheck::next_line(std::string_view &keyword) {
-    while (lines_.next()) {
-        keyword = lines_.word();
-        if (!keyword.empty())
-            return true;
-    }
-    return false;
-}
-
-Status AsciiCheck::facet() {
-    constexpr std::array<std::string_view, 6> kLines{"outer", "vertex", "vertex", "vertex", "endloop", "endfacet"};
-    std::array<glm::dvec3, 3> corners{};
-    std::size_t corner = 0;
-    bool finite = true;
-    for (const std::string_view expected : kLines) {
-        std::string_view keyword;
-        if (!next_line(keyword))
-            return lines_.refuse("the file ends inside a facet: it is cut short; copy or export it again");
-        if (!same_word(keyword, expected))
-            return lines_.refuse(quoted(keyword) + " where '" + std::string(expected) +
-                                 "' belongs; STL holds triangles only");
-        if (expected != "vertex")
-            continue;
-        for (int i = 0; i < 3; ++i) {
-            const std::string_view word = lines_.word();
-            double value = 0;
-            if (!is_number(word, value))
-                return lines_.refuse(word.empty() ? "a vertex of fewer than three numbers"
-                                                  : quoted(word) + " is not a number");
-            finite = finite && std::isfinite(value);
-            corners[corner][i] = value;
-        }
-        ++corner;
-    }
-    if (!finite) {
-        ++out_.dropped_triangles;
-        return {};
-    }
-    if (corners_.size() > kMaxVertices - 3)
-        return lines_.refuse("more than 2^31 - 1 corners; split the scan", ErrorCode::too_large);
-    corners_.insert(corners_.end(), corners.begin(), corners.end());
-    return {};
-}
-
-// In the one spelling that OpenMesh knows, and with numbers of vertices in place of coordinates: its floats would move
-// them and weld what lies close together.
-void AsciiCheck::write_facets() {
-    constexpr std::uint32_t kHalf = 1U << 16; // a float holds either half of a number
-    const std::vector<std::uint32_t> numbers = weld(corners_, out_.positions);
-    std::vector<glm::dvec3>().swap(corners_);
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-        if (i % 3 == 0)
-            out_.for_openmesh += "facet normal 0 0 0\nouter loop\n";
-        out_.for_openmesh +=
-            "vertex " + std::to_string(numbers[i] % kHalf) + " " + std::to_string(numbers[i] / kHalf) + " 0\n";
-        if (i % 3 == 2)
-            out_.for_openmesh += "endloop\nendfacet\n";
-    }
-    out_.faces = out_.triangles = numbers.size() / 3;
-}
-
-Result<MeshText> AsciiCheck::run() {
-    if (const Status status = refuse_nul(text_); !status)
-        return status.error();
-    unify_white_space(text_);
-    bool inside = false;
-    std::string_view keyword;
-    while (next_line(keyword)) {
-        if (same_word(keyword, "solid") && !inside) {
-            inside = true;
-        } else if (same_word(keyword, "endsolid") && inside) {
-            inside = false;
-        } else if (same_word(keyword, "facet") && inside) {
-            if (const Status status = facet(); !status)
-                return status.error();
-        } else if (same_word(keyword, "color")) {
-            drop_once(out_.report, "colours", "colours of STL have no agreed meaning");
-        } else {
-            return lines_.refuse(quoted(keyword) + " does not belong here; the file is damaged");
-        }
-    }
-    if (inside)
-        return Error{ErrorCode::bad_input, text_.size(),
-                     "the file has no 'endsolid': it is cut short; copy or export it again"};
-    std::string().swap(text_);
-    write_facets();
-    out_.vertices = out_.positions.size();
-    report_normals(out_);
-    return std::move(out_);
-}
-
 } // namespace
 
 Result<MeshText> check_stl(std::span<const std::uint8_t> bytes) {
     const bool has_header = bytes.size() >= kHeaderSize;
-    // Some binary files begin with "solid": their size tells.
+    // Some binary files begin with "solid"; their size identifies them.
     if (has_header && (bytes.size() - kHeaderSize) % kFacetSize == 0 &&
         (bytes.size() - kHeaderSize) / kFacetSize == announced_facets(bytes))
         return check_binary(bytes);
     if (says_solid(bytes))
         return AsciiCheck(bytes).run();
     if (!has_header)
-        return Error{ErrorCode::bad_input, bytes.size(),
-                     "not an STL file: shorter than a binary header, and no 'solid'"};
-    return Error{ErrorCode::bad_input, 80,
-                 "binary STL of " + std::to_string(announced_facets(bytes)) + " facets must have " +
-                     std::to_string(kHeaderSize + kFacetSize * std::uint64_t{announced_facets(bytes)}) +
-                     " bytes, but has " + std::to_string(bytes.size()) +
-                     ": it is cut short or damaged; copy or export it again"};
+        return bad_input("not an STL file: shorter than a binary header, and no 'solid'", bytes.size());
+    return bad_input("binary STL of " + std::to_string(announced_facets(bytes)) + " facets must have " +
+                         std::to_string(kHeaderSize + kFacetSize * std::uint64_t{announced_facets(bytes)}) +
+                         " bytes, but has " + std::to_string(bytes.size()) +
+                         ": it is cut short or damaged; copy or export it again",
+                     80);
 }
 
 } // namespace pbm::build

@@ -1,4 +1,4 @@
-// The body of a PLY file as columns: the numbers of every property that has a role, before they are interpreted.
+// The body of a PLY file as columns: the raw numbers of every property with a role.
 #pragma once
 
 #include "pbm_scan/ply/ply_roles.h"
@@ -14,7 +14,7 @@
 
 namespace pbm::build {
 
-// Every array has one entry per vertex (not per finite vertex), or is empty where no property has the role.
+// Every array has one entry per vertex, finite or not, or is empty if no property has the role.
 struct PlyBody {
     std::vector<glm::dvec3> positions;
     std::vector<glm::vec3> normals;
@@ -34,14 +34,13 @@ struct PlyBody {
 constexpr std::uint64_t kMaxPlyVertices = 0xfffffffe; // so that an index fits 32 bits
 constexpr std::uint64_t kMaxPlyMaterials = 8;
 
-// Reads everything after the header. `bytes` is the whole file, `roles` are those of the header.
-// Counts are compared with what the rest of the file can hold before anything is allocated; the result takes at
-// most a small multiple of the file's size (24 bytes a vertex, 12 a triangle).
-// In ASCII a row may go on in the next line, but must end with its line.
+// Reads everything after the header. `bytes` is the whole file, `roles` are those of the header. Verifies the counts
+// against the size of the file before it allocates; the result takes at most a small multiple of that size (24 bytes
+// per vertex, 12 per triangle). In ASCII a row may span lines, but must end at a line end.
 //
-// errors  bad_input  a count the file cannot hold, a body that ends early, text that is no number, a value its type
-//                    cannot hold, a row with too many values, a vertex index out of range, more than one vertex in a
-//                    cell of a range grid, coordinates that make sense only in the other byte order (ply_damage.h)
+// errors  bad_input  a count beyond the size of the file, a truncated body, text that is no number, a value out of its
+//                    type's range, a row with too many values, a vertex index out of range, more than one vertex in a
+//                    cell of a range grid, coordinates that are valid only in the other byte order (ply_damage.h)
 //         too_large  more vertices or materials than the limits above
 Result<PlyBody> read_ply_body(std::span<const std::uint8_t> bytes, const PlyHeader &header, const PlyRoles &roles,
                               const ReadOptions &options);

@@ -1,4 +1,4 @@
-// Columns of numbers out of the rows of a PLY element: of a binary file without lists whole blocks at once.
+// Converts rows of a PLY element to columns: blocks of rows of a binary element without lists, or single numbers.
 #pragma once
 
 #include "pbm_scan/ply/ply_source.h"
@@ -9,7 +9,7 @@
 
 namespace pbm::build {
 
-// Where the values of one property go.
+// The destination of the values of one property.
 struct Column {
     enum class Kind : std::uint8_t { none, float64, float32, uint8 };
     Kind kind = Kind::none;
@@ -34,25 +34,14 @@ void gather(const std::uint8_t *from, PlyScalar type, std::size_t row_size, std:
         switch (column.kind) {
         case Column::Kind::float64: return gather<double, From, Swap>(from, row_size, rows, to, column.stride);
         case Column::Kind::float32: return gather<float, From, Swap>(from, row_size, rows, to, column.stride);
-        case Column::Kind::uint8: // only ever from uchar
-            if constexpr (sizeof(From) == 1)
-                gather<std::uint8_t, From, Swap>(from, row_size, rows, to, column.stride);
-            return;
+        case Column::Kind::uint8: return gather<std::uint8_t, From, Swap>(from, row_size, rows, to, column.stride);
         case Column::Kind::none: return;
         }
     });
 }
 
 inline void store(const Column &column, std::size_t row, double value) {
-    std::uint8_t *to = column.first + row * column.stride;
-    if (column.kind == Column::Kind::float64) {
-        std::memcpy(to, &value, sizeof value);
-    } else if (column.kind == Column::Kind::float32) {
-        const float narrow = static_cast<float>(value);
-        std::memcpy(to, &narrow, sizeof narrow);
-    } else if (column.kind == Column::Kind::uint8) {
-        *to = static_cast<std::uint8_t>(value);
-    }
+    gather<false>(reinterpret_cast<const std::uint8_t *>(&value), PlyScalar::float64, sizeof value, 1, column, row);
 }
 
 } // namespace pbm::build

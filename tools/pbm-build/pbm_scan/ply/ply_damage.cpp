@@ -1,11 +1,10 @@
 #include "pbm_scan/ply/ply_damage.h"
 
 #include "pbm_scan/ply/ply_source.h"
+#include "pbm_scan/text/printable.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 namespace pbm::build {
 namespace {
@@ -17,7 +16,7 @@ bool is_number_text(std::uint8_t c) {
            ends_word(static_cast<char>(c));
 }
 
-// The value with its bytes the other way round, as a property of this type has them.
+// The value of a property of this type with its bytes swapped.
 double other_order(double value, PlyScalar type) {
     if (type == PlyScalar::float32)
         return static_cast<double>(
@@ -31,26 +30,9 @@ bool absurd(double value) {
     return !(size <= kHuge) || (size < kTiny && size != 0.0);
 }
 
-std::string short_text(double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.6g", value);
-    return text.data();
-}
-
 } // namespace
 
-std::string_view to_string(PlyEncoding encoding) {
-    switch (encoding) {
-    case PlyEncoding::little_endian: return "binary_little_endian";
-    case PlyEncoding::big_endian: return "binary_big_endian";
-    case PlyEncoding::ascii: break;
-    }
-    return "ascii";
-}
-
-PlyEncoding swapped(PlyEncoding encoding) {
-    return encoding == PlyEncoding::little_endian ? PlyEncoding::big_endian : PlyEncoding::little_endian;
-}
+std::string_view to_string(PlyEncoding encoding) { return kEncodingNames[static_cast<std::size_t>(encoding)]; }
 
 std::optional<Error> text_in_binary_body(std::span<const std::uint8_t> bytes, const PlyHeader &header) {
     constexpr std::size_t kNoChance = 64;
@@ -58,9 +40,9 @@ std::optional<Error> text_in_binary_body(std::span<const std::uint8_t> bytes, co
     if (header.encoding == PlyEncoding::ascii || body.size() < kNoChance ||
         !std::all_of(body.begin(), body.end(), is_number_text))
         return std::nullopt;
-    return Error{ErrorCode::bad_input, header.body_offset,
-                 "the header says " + std::string(to_string(header.encoding)) +
-                     " but the numbers that follow are text; make it 'format ascii 1.0' or export the scan again"};
+    return bad_input("the header says " + std::string(to_string(header.encoding)) +
+                         " but the numbers that follow are text; make it 'format ascii 1.0' or export the scan again",
+                     header.body_offset);
 }
 
 std::size_t inserted_line_ends(std::span<const std::uint8_t> bytes, const PlyHeader &header) {
@@ -78,8 +60,8 @@ std::size_t inserted_line_ends(std::span<const std::uint8_t> bytes, const PlyHea
 }
 
 Error inserted_line_ends_error(const PlyHeader &header) {
-    return Error{ErrorCode::bad_input, header.body_offset,
-                 "a transfer has translated the line ends of this binary file; copy it again in binary mode"};
+    return bad_input("a transfer has translated the line ends of this binary file; copy it again in binary mode",
+                     header.body_offset);
 }
 
 std::string body_hint(std::span<const std::uint8_t> bytes, const PlyHeader &header, std::size_t at) {
@@ -127,16 +109,17 @@ std::optional<Error> wrong_byte_order(std::span<const glm::dvec3> positions, con
                 continue;
             ++absurd_here;
             if (example.empty() && !absurd(other))
-                example = "vertex " + std::to_string(row) + ", " + property.name + ": reads " + short_text(value) +
-                          ", and " + short_text(other);
+                example = "vertex " + std::to_string(row) + ", " + property.name +
+                          formatted(": reads %.6g, and %.6g", value, other);
         }
     if (absurd_here * 4 <= looked || absurd_there * 100 > looked)
         return std::nullopt;
-    const std::string other_name(to_string(swapped(header.encoding)));
-    return Error{ErrorCode::bad_input, header.body_offset,
-                 example + " as " + other_name + ", and so do the other vertices: the header says " +
-                     std::string(to_string(header.encoding)) + " and names the wrong byte order; make it 'format " +
-                     other_name + " 1.0'"};
+    const bool little = header.encoding == PlyEncoding::little_endian;
+    const std::string other_name(to_string(little ? PlyEncoding::big_endian : PlyEncoding::little_endian));
+    return bad_input(example + " as " + other_name + ", and so do the other vertices: the header says " +
+                         std::string(to_string(header.encoding)) + " and names the wrong byte order; make it 'format " +
+                         other_name + " 1.0'",
+                     header.body_offset);
 }
 
 } // namespace pbm::build

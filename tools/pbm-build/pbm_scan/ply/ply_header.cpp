@@ -1,67 +1,38 @@
 #include "pbm_scan/ply/ply_header.h"
-#include "pbm_scan/text/printable.h"
+#include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/words.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <optional>
-#include <utility>
 
 namespace pbm::build {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, PlyScalar>, 16> kScalarNames{{
-    {"char", PlyScalar::int8},
-    {"uchar", PlyScalar::uint8},
-    {"short", PlyScalar::int16},
-    {"ushort", PlyScalar::uint16},
-    {"int", PlyScalar::int32},
-    {"uint", PlyScalar::uint32},
-    {"float", PlyScalar::float32},
-    {"double", PlyScalar::float64},
-    {"int8", PlyScalar::int8},
-    {"uint8", PlyScalar::uint8},
-    {"int16", PlyScalar::int16},
-    {"uint16", PlyScalar::uint16},
-    {"int32", PlyScalar::int32},
-    {"uint32", PlyScalar::uint32},
-    {"float32", PlyScalar::float32},
-    {"float64", PlyScalar::float64},
-}};
+// Both spellings of each PlyScalar.
+constexpr std::array<std::array<std::string_view, 2>, 8> kScalarNames{{{"char", "int8"},
+                                                                       {"uchar", "uint8"},
+                                                                       {"short", "int16"},
+                                                                       {"ushort", "uint16"},
+                                                                       {"int", "int32"},
+                                                                       {"uint", "uint32"},
+                                                                       {"float", "float32"},
+                                                                       {"double", "float64"}}};
 
 std::optional<PlyScalar> scalar_named(std::string_view name) {
-    for (const auto &[spelling, type] : kScalarNames)
-        if (spelling == name)
-            return type;
+    for (std::size_t type = 0; type < kScalarNames.size(); ++type)
+        if (name == kScalarNames[type][0] || name == kScalarNames[type][1])
+            return static_cast<PlyScalar>(type);
     return std::nullopt;
 }
 
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+constexpr std::string_view kBlanks = " \t\r\v\f";
 
 // Takes the first word off `line`; empty where there is none.
 std::string_view take_word(std::string_view &line) {
-    std::size_t begin = 0;
-    while (begin < line.size() && is_blank(line[begin]))
-        ++begin;
-    std::size_t end = begin;
-    while (end < line.size() && !is_blank(line[end]))
-        ++end;
-    const std::string_view word = line.substr(begin, end - begin);
-    line.remove_prefix(end);
+    line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
+    const std::string_view word = line.substr(0, line.find_first_of(kBlanks));
+    line.remove_prefix(word.size());
     return word;
-}
-
-std::string_view trimmed(std::string_view text) {
-    while (!text.empty() && is_blank(text.front()))
-        text.remove_prefix(1);
-    while (!text.empty() && is_blank(text.back()))
-        text.remove_suffix(1);
-    return text;
-}
-
-bool same_word(std::string_view a, std::string_view lower_case) {
-    return std::equal(a.begin(), a.end(), lower_case.begin(), lower_case.end(),
-                      [](char x, char y) { return (x >= 'A' && x <= 'Z' ? x - 'A' + 'a' : x) == y; });
 }
 
 class HeaderReader {
@@ -69,188 +40,176 @@ class HeaderReader {
     explicit HeaderReader(std::span<const std::uint8_t> bytes)
         : text_(reinterpret_cast<const char *>(bytes.data()), bytes.size()) {}
 
-    Result<PlyHeader> read();
+    Result<PlyHeader> read() {
+        if (!is_ply({reinterpret_cast<const std::uint8_t *>(text_.data()), text_.size()}))
+            return bad_input("not a PLY file: the first line is not 'ply'");
+        const std::size_t first_end = text_.find_first_of("\r\n");
+        const bool crlf = first_end + 1 < text_.size() && text_.substr(first_end, 2) == "\r\n";
+        line_end_ = text_[first_end] == '\r' && !crlf ? '\r' : '\n';
+
+        std::string_view line;
+        while (take_line(line)) {
+            const std::string_view keyword = take_word(line);
+            Status status;
+            if (line_number_ == 1 || keyword.empty())
+                continue;
+            if (keyword == "end_header") {
+                if (!has_format_)
+                    return refuse("the header has no format line");
+                header_.body_offset = at_;
+                header_.body_line = line_number_ + 1;
+                return std::move(header_);
+            }
+            if (keyword == "comment")
+                comment(line);
+            else if (keyword == "obj_info")
+                obj_info(line);
+            else if (keyword == "format")
+                status = format(line);
+            else if (keyword == "element")
+                status = element(line);
+            else if (keyword == "property")
+                status = property(line);
+            else
+                status = unknown(keyword);
+            if (!status)
+                return status.error();
+        }
+        if (text_.size() >= kMaxPlyHeaderBytes)
+            return too_large("no end_header within the first MiB: the file is damaged", at_);
+        const std::string where = header_.unknown_lines == 0
+                                      ? std::string()
+                                      : " (line " + std::to_string(first_unknown_line_) + " begins with " +
+                                            quoted(header_.first_unknown) + ")";
+        return bad_input("the header has no end_header: the file is cut short or damaged" + where, at_);
+    }
 
   private:
-    bool take_line(std::string_view &line);
-    Status format(std::string_view line);
-    Status element(std::string_view line);
-    Status property(std::string_view line);
-    Status unknown(std::string_view keyword);
-    void comment(std::string_view line);
-    void obj_info(std::string_view line);
+    bool take_line(std::string_view &line) {
+        const std::size_t limit = std::min(text_.size(), kMaxPlyHeaderBytes);
+        const std::size_t end = text_.substr(0, limit).find(line_end_, at_);
+        if (end == std::string_view::npos)
+            return false;
+        line_offset_ = at_;
+        ++line_number_;
+        line = trimmed(text_.substr(at_, end - at_), kBlanks);
+        at_ = end + 1;
+        return true;
+    }
+
+    Status format(std::string_view line) {
+        if (has_format_)
+            return refuse("a second format line; the file is damaged");
+        has_format_ = true;
+        const std::string_view name = take_word(line);
+        const std::string_view version = take_word(line);
+        const auto *const encoding = std::find(kEncodingNames.begin(), kEncodingNames.end(), name);
+        header_.encoding = static_cast<PlyEncoding>(encoding - kEncodingNames.begin());
+        if (encoding == kEncodingNames.end())
+            return refuse("format " + quoted(name) + " is none of ascii, binary_little_endian, binary_big_endian");
+        if (version != "1.0")
+            return refuse("PLY version " + quoted(version) + " is not known (only 1.0 is); export the scan again",
+                          version.empty() ? ErrorCode::bad_input : ErrorCode::unsupported_version);
+        return {};
+    }
+
+    Status element(std::string_view line) {
+        const std::string_view name = take_word(line);
+        const std::string_view count_text = take_word(line);
+        if (count_text.empty() || !trimmed(line, kBlanks).empty())
+            return refuse("expected: element NAME COUNT");
+        const auto count = parse_all<std::uint64_t>(count_text);
+        if (!count)
+            return refuse("element " + quoted(name) + " has the impossible count " + quoted(count_text));
+        for (const PlyElement &other : header_.elements)
+            if (other.name == name)
+                return refuse("element " + quoted(name) + " is announced twice; the file is damaged");
+        if (header_.elements.size() == kMaxPlyElements)
+            return refuse("more than " + std::to_string(kMaxPlyElements) + " elements", ErrorCode::too_large);
+        header_.elements.push_back({.name = std::string(name),
+                                    .count = *count,
+                                    .properties = {},
+                                    .line = line_number_,
+                                    .offset = line_offset_});
+        return {};
+    }
+
+    Status property(std::string_view line) {
+        if (header_.elements.empty())
+            return refuse("a property before the first element");
+        PlyElement &element = header_.elements.back();
+        PlyProperty property;
+        std::string_view type_name = take_word(line);
+        if (type_name == "list") {
+            property.is_list = true;
+            const std::string_view count_name = take_word(line);
+            const std::optional<PlyScalar> count_type = scalar_named(count_name);
+            if (!count_type)
+                return refuse("unknown type " + quoted(count_name) + " of a list count in element " +
+                              quoted(element.name));
+            property.count_type = *count_type;
+            type_name = take_word(line);
+        }
+        const std::optional<PlyScalar> type = scalar_named(type_name);
+        if (!type)
+            return refuse("unknown property type " + quoted(type_name) + " in element " + quoted(element.name));
+        property.type = *type;
+        property.name = std::string(take_word(line));
+        if (property.name.empty() || !trimmed(line, kBlanks).empty())
+            return refuse("expected: property TYPE NAME, or property list TYPE TYPE NAME");
+        for (const PlyProperty &other : element.properties)
+            if (other.name == property.name)
+                return refuse("element " + quoted(element.name) + " has two properties " + quoted(property.name));
+        if (element.properties.size() == kMaxPlyProperties)
+            return refuse("more than " + std::to_string(kMaxPlyProperties) + " properties in element " +
+                              quoted(element.name),
+                          ErrorCode::too_large);
+        element.properties.push_back(std::move(property));
+        return {};
+    }
+
+    Status unknown(std::string_view keyword) {
+        if (!has_format_ || header_.encoding != PlyEncoding::ascii)
+            return refuse("unknown keyword " + quoted(keyword) + " in the header; the file is damaged");
+        if (header_.unknown_lines++ == 0) {
+            header_.first_unknown = keyword;
+            first_unknown_line_ = line_number_;
+        }
+        return {};
+    }
+
+    void comment(std::string_view line) {
+        if (!same_word(take_word(line), "texturefile") || trimmed(line, kBlanks).empty())
+            return;
+        if (header_.texture_files.size() < kMaxPlyTextures)
+            header_.texture_files.emplace_back(trimmed(line, kBlanks));
+        else
+            ++header_.further_textures;
+    }
+
+    // Stanford's scanners write the width and height of a range image here. Other lines are ignored.
+    void obj_info(std::string_view line) {
+        const std::string_view name = take_word(line), value = take_word(line);
+        const auto number = parse_all<std::uint64_t>(value);
+        if (number && name == "num_cols")
+            header_.grid_columns = *number;
+        if (number && name == "num_rows")
+            header_.grid_rows = *number;
+    }
+
     Error refuse(const std::string &what, ErrorCode code = ErrorCode::bad_input) const {
         return Error{code, line_offset_, "line " + std::to_string(line_number_) + ": " + what};
     }
 
     std::string_view text_;
     std::size_t at_ = 0;          // of the next line
-    std::size_t line_offset_ = 0; // of the line in hand
+    std::size_t line_offset_ = 0; // of the current line
     std::uint64_t line_number_ = 0;
     char line_end_ = '\n';
     std::uint64_t first_unknown_line_ = 0;
     bool has_format_ = false;
     PlyHeader header_;
 };
-
-bool HeaderReader::take_line(std::string_view &line) {
-    const std::size_t limit = std::min(text_.size(), kMaxPlyHeaderBytes);
-    const std::size_t end = text_.substr(0, limit).find(line_end_, at_);
-    if (end == std::string_view::npos)
-        return false;
-    line_offset_ = at_;
-    ++line_number_;
-    line = trimmed(text_.substr(at_, end - at_));
-    at_ = end + 1;
-    return true;
-}
-
-Status HeaderReader::format(std::string_view line) {
-    if (has_format_)
-        return refuse("a second format line; the file is damaged");
-    has_format_ = true;
-    const std::string_view name = take_word(line);
-    const std::string_view version = take_word(line);
-    if (name == "ascii")
-        header_.encoding = PlyEncoding::ascii;
-    else if (name == "binary_little_endian")
-        header_.encoding = PlyEncoding::little_endian;
-    else if (name == "binary_big_endian")
-        header_.encoding = PlyEncoding::big_endian;
-    else
-        return refuse("format " + quoted(name) + " is none of ascii, binary_little_endian, binary_big_endian");
-    if (version != "1.0")
-        return refuse("PLY version " + quoted(version) + " is not known (only 1.0 is); export the scan again",
-                      version.empty() ? ErrorCode::bad_input : ErrorCode::unsupported_version);
-    return {};
-}
-
-Status HeaderReader::element(std::string_view line) {
-    const std::string_view name = take_word(line);
-    const std::string_view count_text = take_word(line);
-    if (count_text.empty() || !trimmed(line).empty())
-        return refuse("expected: element NAME COUNT");
-    std::uint64_t count = 0;
-    const auto [end, status] = std::from_chars(count_text.data(), count_text.data() + count_text.size(), count);
-    if (status != std::errc{} || end != count_text.data() + count_text.size())
-        return refuse("element " + quoted(name) + " has the impossible count " + quoted(count_text));
-    for (const PlyElement &other : header_.elements)
-        if (other.name == name)
-            return refuse("element " + quoted(name) + " is announced twice; the file is damaged");
-    if (header_.elements.size() == kMaxPlyElements)
-        return refuse("more than " + std::to_string(kMaxPlyElements) + " elements", ErrorCode::too_large);
-    header_.elements.push_back(
-        {.name = std::string(name), .count = count, .properties = {}, .line = line_number_, .offset = line_offset_});
-    return {};
-}
-
-Status HeaderReader::property(std::string_view line) {
-    if (header_.elements.empty())
-        return refuse("a property before the first element");
-    PlyElement &element = header_.elements.back();
-    PlyProperty property;
-    std::string_view type_name = take_word(line);
-    if (type_name == "list") {
-        property.is_list = true;
-        const std::string_view count_name = take_word(line);
-        const std::optional<PlyScalar> count_type = scalar_named(count_name);
-        if (!count_type)
-            return refuse("unknown type " + quoted(count_name) + " of a list count in element " + quoted(element.name));
-        property.count_type = *count_type;
-        type_name = take_word(line);
-    }
-    const std::optional<PlyScalar> type = scalar_named(type_name);
-    if (!type)
-        return refuse("unknown property type " + quoted(type_name) + " in element " + quoted(element.name));
-    property.type = *type;
-    property.name = std::string(take_word(line));
-    if (property.name.empty() || !trimmed(line).empty())
-        return refuse("expected: property TYPE NAME, or property list TYPE TYPE NAME");
-    for (const PlyProperty &other : element.properties)
-        if (other.name == property.name)
-            return refuse("element " + quoted(element.name) + " has two properties " + quoted(property.name));
-    if (element.properties.size() == kMaxPlyProperties)
-        return refuse("more than " + std::to_string(kMaxPlyProperties) + " properties in element " +
-                          quoted(element.name),
-                      ErrorCode::too_large);
-    element.properties.push_back(std::move(property));
-    return {};
-}
-
-Status HeaderReader::unknown(std::string_view keyword) {
-    if (!has_format_ || header_.encoding != PlyEncoding::ascii)
-        return refuse("unknown keyword " + quoted(keyword) + " in the header; the file is damaged");
-    if (header_.unknown_lines++ == 0) {
-        header_.first_unknown = keyword;
-        first_unknown_line_ = line_number_;
-    }
-    return {};
-}
-
-void HeaderReader::comment(std::string_view line) {
-    if (!same_word(take_word(line), "texturefile") || trimmed(line).empty())
-        return;
-    if (header_.texture_files.size() < kMaxPlyTextures)
-        header_.texture_files.emplace_back(trimmed(line));
-    else
-        ++header_.further_textures;
-}
-
-// Stanford's scanners say here how wide and high a range image is. What is no number is a remark like any other.
-void HeaderReader::obj_info(std::string_view line) {
-    const std::string_view name = take_word(line), value = take_word(line);
-    std::uint64_t number = 0;
-    const auto [end, status] = std::from_chars(value.data(), value.data() + value.size(), number);
-    if (status != std::errc{} || end != value.data() + value.size())
-        return;
-    if (name == "num_cols")
-        header_.grid_columns = number;
-    else if (name == "num_rows")
-        header_.grid_rows = number;
-}
-
-Result<PlyHeader> HeaderReader::read() {
-    if (!is_ply({reinterpret_cast<const std::uint8_t *>(text_.data()), text_.size()}))
-        return Error{ErrorCode::bad_input, 0, "not a PLY file: the first line is not 'ply'"};
-    const std::size_t first_end = text_.find_first_of("\r\n");
-    const bool crlf = first_end + 1 < text_.size() && text_.substr(first_end, 2) == "\r\n";
-    line_end_ = text_[first_end] == '\r' && !crlf ? '\r' : '\n';
-
-    std::string_view line;
-    while (take_line(line)) {
-        const std::string_view keyword = take_word(line);
-        Status status;
-        if (line_number_ == 1 || keyword.empty())
-            continue;
-        if (keyword == "end_header") {
-            if (!has_format_)
-                return refuse("the header has no format line");
-            header_.body_offset = at_;
-            header_.body_line = line_number_ + 1;
-            return std::move(header_);
-        }
-        if (keyword == "comment")
-            comment(line);
-        else if (keyword == "obj_info")
-            obj_info(line);
-        else if (keyword == "format")
-            status = format(line);
-        else if (keyword == "element")
-            status = element(line);
-        else if (keyword == "property")
-            status = property(line);
-        else
-            status = unknown(keyword);
-        if (!status)
-            return status.error();
-    }
-    if (text_.size() >= kMaxPlyHeaderBytes)
-        return Error{ErrorCode::too_large, at_, "no end_header within the first MiB: the file is damaged"};
-    const std::string where = header_.unknown_lines == 0 ? std::string()
-                                                         : " (line " + std::to_string(first_unknown_line_) +
-                                                               " begins with " + quoted(header_.first_unknown) + ")";
-    return Error{ErrorCode::bad_input, at_, "the header has no end_header: the file is cut short or damaged" + where};
-}
 
 } // namespace
 
@@ -259,7 +218,7 @@ std::size_t size_of(PlyScalar type) {
     return kSizes[static_cast<std::size_t>(type)];
 }
 
-std::string_view to_string(PlyScalar type) { return kScalarNames[static_cast<std::size_t>(type)].first; }
+std::string_view to_string(PlyScalar type) { return kScalarNames[static_cast<std::size_t>(type)][0]; }
 
 bool has_lists(const PlyElement &element) {
     return std::any_of(element.properties.begin(), element.properties.end(),

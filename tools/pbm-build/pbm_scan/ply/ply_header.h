@@ -1,10 +1,10 @@
-// The header of a PLY file: which elements and properties follow, in which encoding. Nothing is trusted:
-// the counts are only what the file claims; ply_body.h compares them with the file's size.
-// Based on: Turk. The PLY polygon file format. 1994
+// The header of a PLY file: its elements, properties and encoding. Counts are untrusted; ply_body.h verifies them
+// against the size of the file. Based on: Turk. The PLY polygon file format. 1994
 #pragma once
 
 #include "system/error.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -15,6 +15,8 @@
 namespace pbm::build {
 
 enum class PlyEncoding : std::uint8_t { ascii, little_endian, big_endian };
+// As in a format line.
+inline constexpr std::array<std::string_view, 3> kEncodingNames{"ascii", "binary_little_endian", "binary_big_endian"};
 
 enum class PlyScalar : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
@@ -22,7 +24,7 @@ std::size_t size_of(PlyScalar type); // bytes in a binary file
 std::string_view to_string(PlyScalar type);
 inline bool is_float(PlyScalar type) { return type >= PlyScalar::float32; }
 
-// What a property means to PBM; `resolve_roles` (ply_roles.h) decides. The groups of three stay in order.
+// The meaning of a property, set by resolve_roles (ply_roles.h). Groups of three are in order.
 enum class PlyRole : std::uint8_t {
     none, // skipped by its size
     x,
@@ -88,21 +90,21 @@ constexpr std::size_t kMaxPlyTextures = 16; // that are named
 constexpr std::size_t kMaxPlyElements = 256;
 constexpr std::size_t kMaxPlyProperties = 256; // per element
 
-// True where the bytes begin like a PLY file: the word "ply" and a line end.
+// Whether the bytes begin with the word "ply" and a line end.
 bool is_ply(std::span<const std::uint8_t> bytes);
 
-// Reads the header. Lines may end in LF, CR LF or CR; `comment` and `obj_info` may stand anywhere in it (a body has
-// none: Turk's reader and writer know them only here, and a row that begins with such a word is refused). Lines of
-// other keywords are skipped in an ASCII file, as Turk's reader does (scans of the Stanford repository have some),
-// because its rows show whether a property got lost; a binary body would be misread without a word.
+// Reads the header. Lines end in LF, CR LF or CR. `comment` and `obj_info` may occur anywhere in the header, and only
+// there, as in Turk's reader. Unknown keywords are skipped in an ASCII file, as in Turk's reader (scans of the Stanford
+// repository have some), because a lost property shows in its rows; in a binary file they are refused, because the body
+// would be misread silently.
 //
-// errors  bad_input            not a PLY file, no end_header, an unknown keyword or type, a bad or duplicate name, a
-// bad count
+// errors  bad_input            not a PLY file, no end_header, an unknown keyword or type, a bad or duplicate name or
+// count
 //         too_large            over one of the limits above
 //         unsupported_version  a format version other than 1.0
 Result<PlyHeader> read_ply_header(std::span<const std::uint8_t> bytes);
 
-// "line 4: ", for messages about the element as it is announced.
+// "line 4: ", the line of the header that announces the element.
 std::string in_line(const PlyElement &element);
 
 } // namespace pbm::build

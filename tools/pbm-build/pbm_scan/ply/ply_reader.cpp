@@ -4,28 +4,22 @@
 #include "pbm_scan/ply/ply_colours.h"
 #include "pbm_scan/ply/ply_damage.h"
 #include "pbm_scan/surface/range_grid.h"
-#include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
-#include "pbm_scan/text/text_number.h"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
-#include <string>
-#include <utility>
 
 namespace pbm::build {
 namespace {
 
-using Fate = AttributeReport::Fate;
-using Outcome = PlyOutcome;
-
 struct Outcomes {
-    Outcome positions, normals, colours, face_colours, radii, material_ids, faces, strips, grid, materials;
-    std::array<Outcome, kByteAttributes.size()> bytes;
+    PlyOutcome normals, colours, face_colours, radii, material_ids, grid;
+    PlyOutcome positions{.note = "positions"}, materials{.note = "material"}, faces{.note = "polygons as triangles"};
+    PlyOutcome strips{Fate::converted, "strips to triangles"};
+    std::array<PlyOutcome, kByteAttributes.size()> bytes;
 };
 
-Outcome finish_normals(PlyBody &body, Surface &surface) {
+PlyOutcome finish_normals(PlyBody &body, Surface &surface) {
     std::size_t absent = 0;
     for (glm::vec3 &n : body.normals) {
         if (!std::isfinite(n.x) || !std::isfinite(n.y) || !std::isfinite(n.z))
@@ -39,7 +33,7 @@ Outcome finish_normals(PlyBody &body, Surface &surface) {
             absent == 0 ? "normals" : std::to_string(absent) + " have no length: taken from their neighbours"};
 }
 
-Outcome finish_radii(PlyBody &body, Surface &surface) {
+PlyOutcome finish_radii(PlyBody &body, Surface &surface) {
     std::size_t bad = 0;
     for (const float radius : body.radii)
         bad += radius > 0.0F && std::isfinite(radius) ? 0U : 1U;
@@ -49,10 +43,10 @@ Outcome finish_radii(PlyBody &body, Surface &surface) {
     return {Fate::kept, "splat radius"};
 }
 
-Result<SurfaceMaterial> finish_material(const std::array<double, 8> &values, std::size_t row, double colour_scale,
-                                        SurfaceMaterial material) {
+Result<Material> finish_material(const std::array<double, 8> &values, std::size_t row, double colour_scale,
+                                 Material material) {
     const auto refuse = [row](const char *name, const char *range) {
-        return Error{ErrorCode::bad_input, 0, "material " + std::to_string(row) + ": " + name + " must be in " + range};
+        return bad_input("material " + std::to_string(row) + ": " + name + " must be in " + range);
     };
     const std::array<std::pair<float *, const char *>, 4> factors{
         {{&material.ka, "ka"}, {&material.kd, "kd"}, {&material.ks, "ks"}, {&material.power, "power"}}};
@@ -80,7 +74,7 @@ Result<SurfaceMaterial> finish_material(const std::array<double, 8> &values, std
     return material;
 }
 
-// Colours are 0..255 where any is above 1, or where the type is whole numbers.
+// Colours are 0..255 if one of them is above 1 or their type is integer, else 0..1.
 double material_colour_scale(const PlyProperty *red, const PlyBody &body) {
     bool unit = red == nullptr || is_float(red->type);
     for (const std::array<double, 8> &values : body.materials)
@@ -89,22 +83,21 @@ double material_colour_scale(const PlyProperty *red, const PlyBody &body) {
     return unit ? 255.0 : 1.0;
 }
 
-Result<Outcome> finish_material_ids(const PlyBody &body, Surface &surface) {
+Result<PlyOutcome> finish_material_ids(const PlyBody &body, Surface &surface) {
     if (surface.materials.empty())
-        return Outcome{Fate::dropped, "the file has no element material with ka, kd, ks..."};
+        return PlyOutcome{Fate::dropped, "the file has no element material with ka, kd, ks..."};
     surface.material_ids.reserve(body.material_ids.size());
     for (std::size_t i = 0; i < body.material_ids.size(); ++i) {
         const float id = body.material_ids[i];
         if (!(id >= 0 && id < static_cast<float>(surface.materials.size()) && id == std::floor(id)))
-            return Error{ErrorCode::bad_input, 0,
-                         "vertex " + std::to_string(i) + " has material " + number_text(static_cast<double>(id)) +
-                             ", but there are " + std::to_string(surface.materials.size()) + "; export the scan again"};
+            return bad_input("vertex " + std::to_string(i) + " has material " + number_text(static_cast<double>(id)) +
+                             ", but there are " + std::to_string(surface.materials.size()) + "; export the scan again");
         surface.material_ids.push_back(static_cast<std::uint8_t>(id));
     }
-    return Outcome{Fate::kept, "material"};
+    return PlyOutcome{Fate::kept, "material"};
 }
 
-Outcome finish_range_grid(const PlyHeader &header, const PlyBody &body, Surface &surface) {
+PlyOutcome finish_range_grid(const PlyHeader &header, const PlyBody &body, Surface &surface) {
     std::vector<glm::uvec3> triangles =
         triangulate_range_grid(body.grid_cells, static_cast<std::size_t>(header.grid_columns), surface.positions);
     if (triangles.empty())
@@ -115,8 +108,8 @@ Outcome finish_range_grid(const PlyHeader &header, const PlyBody &body, Surface 
                                  " to triangles; steps in depth of more than 4 grid steps stay open"};
 }
 
-Result<Outcomes> finish(const PlyHeader &header, const PlyRoles &roles, PlyBody &body,
-                        const SurfaceMaterial &default_material, Surface &surface) {
+Result<Outcomes> finish(const PlyHeader &header, const PlyRoles &roles, PlyBody &body, const Material &default_material,
+                        Surface &surface) {
     Outcomes outcomes;
     surface.positions = std::move(body.positions);
     surface.triangles = std::move(body.triangles);
@@ -131,13 +124,13 @@ Result<Outcomes> finish(const PlyHeader &header, const PlyRoles &roles, PlyBody 
         outcomes.radii = finish_radii(body, surface);
     const double scale = material_colour_scale(roles.material_red, body);
     for (const std::array<double, 8> &values : body.materials) {
-        Result<SurfaceMaterial> finished = finish_material(values, surface.materials.size(), scale, default_material);
+        Result<Material> finished = finish_material(values, surface.materials.size(), scale, default_material);
         if (!finished)
             return finished.error();
         surface.materials.push_back(*finished);
     }
     if (!body.material_ids.empty()) {
-        Result<Outcome> ids = finish_material_ids(body, surface);
+        Result<PlyOutcome> ids = finish_material_ids(body, surface);
         if (!ids)
             return ids.error();
         outcomes.material_ids = *ids;
@@ -146,17 +139,13 @@ Result<Outcomes> finish(const PlyHeader &header, const PlyRoles &roles, PlyBody 
         surface.*kByteAttributes[i].values = std::move(body.bytes[i]);
         outcomes.bytes[i].note = kByteAttributes[i].note;
     }
-    outcomes.positions.note = "positions";
     if (!body.grid_cells.empty())
         outcomes.grid = finish_range_grid(header, body, surface);
-    outcomes.faces = {Fate::kept, "polygons as triangles"};
-    outcomes.strips = {Fate::converted, "strips to triangles"};
-    outcomes.materials.note = "material";
     return outcomes;
 }
 
-const Outcome *outcome_of(const PlyElement &element, const PlyProperty &property, const PlyRoles &roles,
-                          const Outcomes &outcomes) {
+const PlyOutcome *outcome_of(const PlyElement &element, const PlyProperty &property, const PlyRoles &roles,
+                             const Outcomes &outcomes) {
     const PlyRole role = property.role;
     const PlyKind kind = element.kind;
     return role == PlyRole::none             ? nullptr
@@ -172,13 +161,13 @@ const Outcome *outcome_of(const PlyElement &element, const PlyProperty &property
                                              : &outcomes.grid;
 }
 
-// One line per group: neighbours with the same outcome, or dropped for the same reason.
+// One report line per group of consecutive properties with the same outcome or the same reason for their drop.
 void report_element(const PlyElement &element, const PlyRoles &roles, const Outcomes &outcomes,
                     std::vector<AttributeReport> &report) {
-    constexpr std::size_t kMaxNames = 4; // of more, the first and the last one stand for all
+    constexpr std::size_t kMaxNames = 4; // a larger group is written as its first and last name
     for (std::size_t i = 0; i < element.properties.size();) {
         const PlyProperty &first = element.properties[i];
-        const Outcome *outcome = outcome_of(element, first, roles, outcomes);
+        const PlyOutcome *outcome = outcome_of(element, first, roles, outcomes);
         const auto belongs = [&](const PlyProperty &next) {
             return outcome_of(element, next, roles, outcomes) == outcome &&
                    (outcome != nullptr || drop_reason(element, next) == drop_reason(element, first));
@@ -219,7 +208,7 @@ void write_report(const PlyHeader &header, const PlyRoles &roles, const Outcomes
     }
 }
 
-// Bytes after the last row; white space there is nothing to speak of.
+// The number of bytes after the last row, without white space.
 std::size_t trailing_bytes(std::span<const std::uint8_t> bytes, const PlyHeader &header, std::size_t at) {
     std::size_t word = at;
     while (word < bytes.size() && ends_word(static_cast<char>(bytes[word])))

@@ -1,9 +1,8 @@
 #include "pbm_scan/ply/ply_roles.h"
+
 #include "pbm_scan/text/printable.h"
 
-#include <array>
 #include <initializer_list>
-#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -24,7 +23,7 @@ PlyElement *element_named(PlyHeader &header, std::string_view name) {
     return nullptr;
 }
 
-// The first spelling of which all three properties are there gets the roles `first`, `first` + 1, `first` + 2.
+// Gives the first complete spelling the roles `first`, `first` + 1, `first` + 2.
 PlyRoles::Three assign_triple(PlyElement &element, PlyRole first, std::initializer_list<Spelling> spellings) {
     for (const Spelling &names : spellings) {
         const std::array<PlyProperty *, 3> found{property_named(element, names[0]), property_named(element, names[1]),
@@ -56,7 +55,7 @@ const PlyProperty *assign_one(PlyElement &element, PlyRole role, std::initialize
     return nullptr;
 }
 
-// A list of corners makes an element what `kind` says.
+// Sets `kind` of an element with a list of corners.
 bool assign_corners(PlyElement &element, PlyKind kind) {
     if (assign_one(element, PlyRole::corners, {"vertex_indices", "vertex_index"}, true) == nullptr)
         return false;
@@ -69,12 +68,11 @@ Status assign_vertex(PlyElement &vertex, PlyRoles &roles) {
     roles.vertex = &vertex;
     for (const std::string_view name : {"x", "y", "z"})
         if (property_named(vertex, name) == nullptr)
-            return Error{ErrorCode::bad_input, vertex.offset,
-                         in_line(vertex) + "element vertex has no number " + quoted(name) +
-                             ": a scan needs x, y and z for each vertex"};
+            return bad_input(in_line(vertex) + "element vertex has no number " + quoted(name) +
+                                 ": a scan needs x, y and z for each vertex",
+                             vertex.offset);
     if (vertex.count == 0)
-        return Error{ErrorCode::bad_input, vertex.offset,
-                     in_line(vertex) + "element vertex has no vertices: there is nothing to build"};
+        return bad_input(in_line(vertex) + "element vertex has no vertices: there is nothing to build", vertex.offset);
     roles.position = assign_triple(vertex, PlyRole::x, {{"x", "y", "z"}});
     roles.normal = assign_triple(vertex, PlyRole::nx, {{"nx", "ny", "nz"}, {"normal_x", "normal_y", "normal_z"}});
     roles.colour = assign_colours(vertex);
@@ -82,28 +80,18 @@ Status assign_vertex(PlyElement &vertex, PlyRoles &roles) {
     roles.radius = assign_one(vertex, PlyRole::radius, {"radius"});
     roles.material_index = assign_one(vertex, PlyRole::material_index, {"material_index", "material"});
     for (std::size_t i = 0; i < kByteAttributes.size(); ++i)
-        if (PlyProperty *property = property_named(vertex, kByteAttributes[i].property);
-            property != nullptr && property->type == PlyScalar::uint8) {
-            property->role = PlyRole::byte;
-            roles.bytes[i] = property;
-        }
+        if (const PlyProperty *property = property_named(vertex, kByteAttributes[i].property);
+            property != nullptr && property->type == PlyScalar::uint8)
+            roles.bytes[i] = assign_one(vertex, PlyRole::byte, {kByteAttributes[i].property});
     return {};
 }
 
 void assign_material(PlyElement &material) {
-    constexpr std::array<std::pair<std::string_view, PlyRole>, 8> kNames{{{"ka", PlyRole::ka},
-                                                                          {"kd", PlyRole::kd},
-                                                                          {"ks", PlyRole::ks},
-                                                                          {"power", PlyRole::power},
-                                                                          {"clr_r", PlyRole::clr_r},
-                                                                          {"clr_g", PlyRole::clr_g},
-                                                                          {"clr_b", PlyRole::clr_b},
-                                                                          {"envmapfactor", PlyRole::envmapfactor}}};
-    for (const auto &[name, role] : kNames)
-        if (PlyProperty *property = property_named(material, name)) {
-            property->role = role;
+    constexpr std::array<std::string_view, 8> kNames{"ka",    "kd",    "ks",    "power",
+                                                     "clr_r", "clr_g", "clr_b", "envmapfactor"};
+    for (std::size_t i = 0; i < kNames.size(); ++i)
+        if (assign_one(material, static_cast<PlyRole>(static_cast<std::size_t>(PlyRole::ka) + i), {kNames[i]}))
             material.kind = PlyKind::material;
-        }
 }
 
 bool starts_with_any(std::string_view name, std::initializer_list<std::string_view> beginnings) {
@@ -116,10 +104,9 @@ bool is_any(std::string_view name, std::initializer_list<std::string_view> names
 }
 
 bool has_faces(const PlyHeader &header) {
-    for (const PlyElement &element : header.elements)
-        if ((element.kind == PlyKind::face || element.kind == PlyKind::tristrips) && element.count != 0)
-            return true;
-    return false;
+    return std::any_of(header.elements.begin(), header.elements.end(), [](const PlyElement &element) {
+        return (element.kind == PlyKind::face || element.kind == PlyKind::tristrips) && element.count != 0;
+    });
 }
 
 bool grid_size_fits(const PlyHeader &header, const PlyElement &grid) {
@@ -133,7 +120,7 @@ Result<PlyRoles> resolve_roles(PlyHeader &header) {
     PlyRoles roles;
     PlyElement *vertex = element_named(header, "vertex");
     if (vertex == nullptr)
-        return Error{ErrorCode::bad_input, 0, "the file has no element 'vertex': it is not a scan"};
+        return bad_input("the file has no element 'vertex': it is not a scan");
     if (Status status = assign_vertex(*vertex, roles); !status)
         return std::move(status).error();
     if (PlyElement *face = element_named(header, "face"))

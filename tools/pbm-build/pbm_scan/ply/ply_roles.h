@@ -1,4 +1,4 @@
-// What the elements and properties of a PLY file mean to PBM: all the spellings that are understood, in one place.
+// The meaning of the elements and properties of a PLY file, with all accepted spellings.
 #pragma once
 
 #include "pbm_scan/ply/ply_header.h"
@@ -10,8 +10,7 @@
 
 namespace pbm::build {
 
-// The properties that mean something, by what they mean. Pointers into the header, null where it has none; a group of
-// three has all or none.
+// Properties by role: pointers into the header, null if absent; all or none of a group of three.
 struct PlyRoles {
     using Three = std::array<const PlyProperty *, 3>;
 
@@ -27,12 +26,12 @@ struct PlyRoles {
     }
 };
 
-// Sets `kind` and `role` throughout and resolves them: vertex (x y z; nx ny nz; red green blue; radius; material_index;
-// kByteAttributes), face and tristrips (vertex_indices; red green blue of a face), range_grid (vertex_indices), and the
-// dissertation's material (ka kd ks power clr_r clr_g clr_b envmapfactor). A group of three counts only as a whole; of
-// two spellings the first one here wins; a Gaussian splat's f_dc_0 f_dc_1 f_dc_2 are the last spelling of red green
-// blue. Faces only keep their colours where vertices have none. A range grid counts only where there are no faces and
-// obj_info gives its width and height.
+// Sets `kind` and `role` of all elements and properties: vertex (x y z; nx ny nz; red green blue; radius;
+// material_index; kByteAttributes), face and tristrips (vertex_indices; red green blue of a face), range_grid
+// (vertex_indices), and the dissertation's material (ka kd ks power clr_r clr_g clr_b envmapfactor). A group of three
+// must be complete. The first spelling found in the order of ply_roles.cpp wins; f_dc_0 f_dc_1 f_dc_2 of a Gaussian
+// splat are the last one of red green blue. Face colours are used only if vertices have none; a range grid only without
+// faces, and if obj_info gives its width and height.
 //
 // errors  bad_input  no element vertex, no x y z in it, no vertices at all, or a coordinate that is a list
 Result<PlyRoles> resolve_roles(PlyHeader &header);

@@ -1,7 +1,6 @@
 #include "pbm_scan/ply/ply_source.h"
 
 #include "pbm_scan/text/printable.h"
-#include "pbm_scan/text/text_number.h"
 
 #include <algorithm>
 #include <cmath>
@@ -29,7 +28,7 @@ bool AsciiSource::refuse(std::string what) {
     return false;
 }
 
-// Leaves `at_` at the next word, on whatever line.
+// Advances `at_` to the next word, on any line.
 bool AsciiSource::skip_space() {
     for (; at_ != end_; ++at_) {
         if (!ends_word(*at_))

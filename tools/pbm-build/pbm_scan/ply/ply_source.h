@@ -1,11 +1,10 @@
-// Numbers out of the body of a PLY file, one by one: AsciiSource and BinarySource have the same members, so that
-// the readers of elements are written once.
+// Reads the numbers of the body of a PLY file. AsciiSource and BinarySource have the same members:
 //
-//   number(type, value)      the next scalar, as a double (exact for every type)
-//   begin_list(p, length)    the length of a list, compared with what is left of the file
-//   end_row()                nothing may be left on the line (ASCII)
+//   number(type, value)      the next scalar as a double, which is exact for every type
+//   begin_list(p, length)    the length of a list, verified against the rest of the file
+//   end_row()                verifies that the line ends (ASCII)
 //
-// They return false at a fault; `fault` then says what is wrong and `offset` where.
+// They return false on an error, described by `fault` and `offset`.
 #pragma once
 
 #include "pbm_scan/ply/ply_header.h"
@@ -15,15 +14,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <span>
 #include <string>
-#include <string_view>
 #include <type_traits>
 
 namespace pbm::build {
 
-// One scalar of a binary file. `Swap`: its byte order is not ours.
+// One scalar of a binary file. `Swap`: its byte order is not that of this machine.
 template <class T, bool Swap> T load_scalar(const std::uint8_t *at) {
     using Bits =
         std::conditional_t<sizeof(T) == 1, std::uint8_t,
@@ -55,7 +52,7 @@ template <class Use> auto with_scalar(PlyScalar type, Use use) {
     return use(double{});
 }
 
-// Both sources: a list length is a whole number, and the file must be able to hold that many entries.
+// Whether a list length is a whole number of at most `most` entries.
 inline bool is_length(double value, std::uint64_t most) {
     return value >= 0 && value <= static_cast<double>(most) &&
            value == static_cast<double>(static_cast<std::uint64_t>(value));
@@ -109,10 +106,10 @@ template <bool Swap> class BinarySource {
 
     std::size_t offset; // of the next number, or of a fault
     std::string fault;
-    bool order_is_open = true; // nothing has shown yet that the byte order is the right one
+    bool order_is_open = true; // the data has not confirmed the byte order yet
 
   private:
-    // Whether the length that could not be read at `offset` would do with its bytes the other way round.
+    // Whether the invalid length at `offset` would be valid with its bytes swapped.
     bool other_order_fits(const PlyProperty &property, std::uint64_t most) const {
         BinarySource<!Swap> other(bytes_, offset);
         double value = 0;

@@ -1,5 +1,7 @@
 #include "pbm_scan/surface/polygon.h"
 
+#include "pbm_scan/surface/surface.h"
+
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -9,16 +11,13 @@
 namespace pbm::build {
 namespace {
 
-constexpr double kRounding = 1e-12; // of a polygon's area: what may be left of a triangle whose corners lie in a line
-
-// Only a finite number gives zero here: infinity - infinity is NaN.
-bool finite(const glm::dvec3 &p) { return (p.x - p.x) + (p.y - p.y) + (p.z - p.z) == 0.0; }
+constexpr double kRounding = 1e-12; // relative to the polygon's area: a triangle below it counts as degenerate
 
 glm::dvec3 area_vector(const glm::dvec3 &a, const glm::dvec3 &b, const glm::dvec3 &c) {
     return glm::cross(b - a, c - a);
 }
 
-// The diagonal 0-2 of a quad lies inside where both its triangles face the same way; else it is 1-3.
+// The diagonal 0-2 of a quad lies inside if both of its triangles face the same side; else the diagonal 1-3 does.
 bool first_diagonal_is_inside(const glm::dvec3 &a, const glm::dvec3 &b, const glm::dvec3 &c, const glm::dvec3 &d) {
     if (glm::dot(area_vector(a, b, c), area_vector(a, c, d)) >= 0)
         return true;
@@ -27,7 +26,7 @@ bool first_diagonal_is_inside(const glm::dvec3 &a, const glm::dvec3 &b, const gl
 
 } // namespace
 
-// An outline that repeats itself goes round more than once. Returns the number of corners that count.
+// Truncates an outline that repeats itself to its first lap. Returns the number of its corners.
 std::size_t PolygonTriangulator::keep_one_lap() {
     const std::size_t count = vertices_.size();
     for (std::size_t lap = 3; lap <= count / 2; ++lap)
@@ -45,8 +44,7 @@ void PolygonTriangulator::fan(std::size_t first, std::vector<glm::uvec3> &triang
         triangles.emplace_back(vertices_[first], vertices_[(first + i) % count], vertices_[(first + i + 1) % count]);
 }
 
-// True where every triangle of the fan from the first corner faces as the polygon does. What rounding makes of corners
-// in a line does not count.
+// Whether every triangle of the fan from the first corner faces the same side as the polygon, up to rounding.
 bool PolygonTriangulator::fan_covers(std::span<const glm::dvec3> positions) const {
     const glm::dvec3 first = positions[vertices_[0]];
     const double whole = glm::dot(normal_, normal_);
@@ -57,7 +55,7 @@ bool PolygonTriangulator::fan_covers(std::span<const glm::dvec3> positions) cons
     return true;
 }
 
-// Drops the axis along which the normal is longest: that keeps coordinates as they are, and what lies inside inside.
+// Projects along the longest axis of the normal, which keeps the coordinates exact. False if the polygon has no area.
 bool PolygonTriangulator::flatten(std::span<const glm::dvec3> positions) {
     const glm::dvec3 size = glm::abs(normal_);
     const int dropped = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
@@ -85,7 +83,7 @@ double PolygonTriangulator::turn(std::uint32_t corner) const {
     return (c.x - p.x) * (n.y - p.y) - (c.y - p.y) * (n.x - p.x);
 }
 
-// An ear turns left and no other corner lies in its triangle; only reflex ones can.
+// An ear turns left and its triangle contains no other corner; only reflex corners can lie in it.
 bool PolygonTriangulator::is_ear(std::uint32_t corner) {
     const Corner &b = corners_[corner], &a = corners_[b.previous], &c = corners_[b.next];
     if (b.reflex)
@@ -151,7 +149,7 @@ std::size_t PolygonTriangulator::triangulate(std::span<const std::uint32_t> corn
         return corners.size() - 2;
 
     const auto not_finite = std::find_if(vertices_.begin(), vertices_.end(),
-                                         [&](std::uint32_t vertex) { return !finite(positions[vertex]); });
+                                         [&](std::uint32_t vertex) { return !is_finite(positions[vertex]); });
     if (not_finite != vertices_.end()) {
         fan(static_cast<std::size_t>(not_finite - vertices_.begin()), triangles);
     } else if (count == 3 || count > kMaxClippedCorners) {

@@ -1,4 +1,4 @@
-// Polygons to triangles that cover what the polygon covers: concave ones are not fanned over their notches.
+// Triangulates polygons, also concave ones.
 // Based on: Meisters. Polygons have ears. 1975
 // Based on: Eberly. Triangulation by ear clipping. 2002
 #pragma once
@@ -12,22 +12,21 @@
 
 namespace pbm::build {
 
-// Of more corners polygons are fanned from the first one: ear clipping takes the square of their number.
+// Polygons with more corners are fanned from the first one, because ear clipping takes quadratic time.
 constexpr std::size_t kMaxClippedCorners = 1024;
 
-// Triangulates polygons one after the other; keeps its working memory between them.
+// Triangulates one polygon after the other; reuses its working memory.
 class PolygonTriangulator {
   public:
-    // Appends the triangles of the polygon, wound as it is, and returns how many of its `corners.size() - 2` have fewer
-    // than three different corners and are left out; a polygon of fewer than three corners counts as one of these.
-    // Every corner is an index of `positions`.
+    // Appends the triangles of the polygon, wound as it is. Returns the number of its `corners.size() - 2` triangles
+    // that have fewer than three different corners and are omitted; 1 for a polygon of fewer than three corners. Every
+    // corner is an index of `positions`.
     //
-    // A polygon that its first corner sees as a whole (every convex one, most quads) becomes a fan from there. Others
-    // are clipped ear by ear in the plane of Newell's normal, going round the outline from the first corner. Corners at
-    // the same place are allowed (a hole is reached by a slit); an outline that goes round more than once counts once.
-    // Where no ear is left (the outline crosses itself, or has no area) the rest is fanned: no triangulation of it is
-    // right. A polygon with a corner that is not finite is fanned from that corner, so that it goes as a whole with the
-    // vertex.
+    // A polygon that is star-shaped around its first corner (every convex one, most quads) becomes a fan. Other
+    // polygons are clipped ear by ear in the plane of Newell's normal, from the first corner on. Corners may share a
+    // position (a slit to a hole); an outline that repeats itself counts once. If no ear remains (the outline crosses
+    // itself, or has no area) the rest is fanned: it has no valid triangulation. A polygon with a non-finite corner is
+    // fanned from that corner, so that all of it is dropped with the vertex.
     std::size_t triangulate(std::span<const std::uint32_t> corners, std::span<const glm::dvec3> positions,
                             std::vector<glm::uvec3> &triangles);
 

@@ -8,19 +8,6 @@ namespace {
 
 constexpr std::uint32_t kGone = std::numeric_limits<std::uint32_t>::max();
 
-// Only a finite number gives zero here: infinity - infinity is NaN.
-bool finite(const glm::dvec3 &p) { return (p.x - p.x) + (p.y - p.y) + (p.z - p.z) == 0.0; }
-
-template <class T> void compact(std::vector<T> &values, const std::vector<std::uint32_t> &new_index) {
-    if (values.empty())
-        return;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < values.size(); ++i)
-        if (new_index[i] != kGone)
-            values[kept++] = values[i];
-    values.resize(kept);
-}
-
 void renumber_triangles(Surface &surface, const std::vector<std::uint32_t> &new_index) {
     std::size_t kept = 0;
     for (const glm::uvec3 t : surface.triangles) {
@@ -35,44 +22,62 @@ void renumber_triangles(Surface &surface, const std::vector<std::uint32_t> &new_
 Status drop_non_finite(Surface &surface) {
     std::size_t bad = 0;
     for (const glm::dvec3 &p : surface.positions)
-        bad += finite(p) ? 0U : 1U;
+        bad += is_finite(p) ? 0U : 1U;
     if (bad == surface.positions.size())
-        return Error{ErrorCode::bad_input, 0,
-                     bad == 0 ? "the file has no vertices: there is nothing to build"
-                              : "no vertex has finite coordinates: there is nothing to build"};
+        return bad_input(bad == 0 ? "the file has no vertices: there is nothing to build"
+                                  : "no vertex has finite coordinates: there is nothing to build");
     if (bad == 0)
         return {};
 
     std::vector<std::uint32_t> new_index(surface.positions.size(), kGone);
     std::uint32_t next = 0;
     for (std::size_t i = 0; i < new_index.size(); ++i)
-        if (finite(surface.positions[i]))
+        if (is_finite(surface.positions[i]))
             new_index[i] = next++;
     renumber_triangles(surface, new_index);
-    compact(surface.positions, new_index);
-    for_vertex_attributes([&](auto &values) { compact(values, new_index); }, surface);
+    const auto keep = [&](std::size_t i) { return new_index[i] != kGone; };
+    keep_from(surface.positions, 0, keep);
+    for_vertex_attributes([&](auto &values) { keep_from(values, 0, keep); }, surface);
     surface.dropped_vertices += bad;
     return {};
 }
 
 Status refuse_drops(const Surface &surface) {
     for (const AttributeReport &line : surface.report)
-        if (line.fate == AttributeReport::Fate::dropped)
-            return Error{ErrorCode::bad_input, 0,
-                         "--strict: " + line.name + " would be dropped (" + line.note +
-                             "); remove it from the scan or leave --strict out"};
+        if (line.fate == Fate::dropped)
+            return bad_input("--strict: " + line.name + " would be dropped (" + line.note +
+                             "); remove it from the scan or leave --strict out");
     if (surface.dropped_vertices != 0)
-        return Error{ErrorCode::bad_input, 0,
-                     "--strict: " + std::to_string(surface.dropped_vertices) +
-                         " vertices have coordinates that are not finite; clean the scan or leave --strict out"};
+        return bad_input("--strict: " + std::to_string(surface.dropped_vertices) +
+                         " vertices have coordinates that are not finite; clean the scan or leave --strict out");
     if (surface.dropped_triangles != 0)
-        return Error{ErrorCode::bad_input, 0,
-                     "--strict: " + std::to_string(surface.dropped_triangles) +
-                         " triangles are degenerate; clean the scan or leave --strict out"};
+        return bad_input("--strict: " + std::to_string(surface.dropped_triangles) +
+                         " triangles are degenerate; clean the scan or leave --strict out");
     return {};
 }
 
 } // namespace
+
+MeanColours mean_colours(std::span<const glm::vec4> sums, const char *face) {
+    MeanColours means;
+    for (const glm::vec4 &sum : sums) {
+        means.colours.push_back(sum.w > 0 ? glm::vec3(sum) / sum.w : glm::vec3(0.0F));
+        means.without += sum.w > 0 ? 0U : 1U;
+    }
+    means.note = "each vertex has the mean of its faces, sRGB, 8 bits";
+    if (means.without != 0)
+        means.note += "; " + std::to_string(means.without) + " vertices without " + face + " are black";
+    return means;
+}
+
+Rgb8 colour_bytes(const glm::vec3 &colour, float factor) {
+    Rgb8 bytes{};
+    for (int i = 0; i < 3; ++i) {
+        const float value = colour[i] * factor + 0.5F;
+        bytes[static_cast<std::size_t>(i)] = value >= 0.0F ? static_cast<std::uint8_t>(std::min(value, 255.0F)) : 0;
+    }
+    return bytes;
+}
 
 Result<Surface> finished(Surface surface, const ReadOptions &options) {
     if (Status status = drop_non_finite(surface); !status)

@@ -1,65 +1,64 @@
-// A scan as plain arrays: what every reader delivers and what the pipeline samples.
+// A scan as plain arrays: the result of every reader, and the input of the pipeline.
 #pragma once
 
+#include "pbm_format/model/model.h"
+#include "pbm_scan/surface/refusal.h"
 #include "system/error.h"
 
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace pbm::build {
 
-// Reflection coefficients of one material (dissertation section 4.6, Phong). Colour is sRGB 0..255.
-struct SurfaceMaterial {
-    float ka = 0.2F, kd = 0.7F, ks = 0.1F, power = 16.0F;
-    std::array<std::uint8_t, 3> colour{204, 204, 204};
-    float environment = 0.0F; // blending factor 0..1
-};
-
-// What became of one attribute of the input file.
+// The fate of one attribute of the input file.
+enum class Fate : std::uint8_t { kept, converted, dropped, estimated };
 struct AttributeReport {
-    enum class Fate : std::uint8_t { kept, converted, dropped, estimated };
+    using Fate = build::Fate;
     std::string name; // as the input names it, e.g. "vertex.confidence"
     Fate fate = Fate::kept;
-    std::string note;    // what it became, or why it was dropped
+    std::string note;    // its conversion, or the reason for its drop
     std::string input{}; // which of several inputs; empty where there is only one
 };
 
 // Arrays run in parallel with `positions`, or are empty where the input has no such attribute.
 struct Surface {
-    std::string name;                  // which of several inputs, for reports; empty where there is only one
-    std::vector<glm::dvec3> positions; // model units, all finite
-    std::vector<glm::uvec3> triangles; // indices < positions.size(), three different ones; wound as in the file
-    std::vector<glm::vec3> normals;    // as given, any length; zero length means "none here"
-    std::vector<std::array<std::uint8_t, 3>> colours; // sRGB
-    std::vector<float> radii;                         // splat radius, model units; 0: none here
-    std::vector<std::uint8_t> two_sided;              // 1: the point shows both of its sides
-    std::vector<std::uint8_t> material_ids;           // < materials.size()
-    std::vector<SurfaceMaterial> materials;           // empty: the default material
-    std::vector<AttributeReport> report;              // in the order of the file
-    std::uint64_t dropped_vertices = 0;               // not finite
-    std::uint64_t dropped_triangles = 0;              // fewer than three different corners, or at a dropped vertex
-    std::uint64_t input_bytes = 0;                    // of the file
+    std::string name;                       // which of several inputs, for reports; empty where there is only one
+    std::vector<glm::dvec3> positions;      // model units, all finite
+    std::vector<glm::uvec3> triangles;      // indices < positions.size(), three different ones; wound as in the file
+    std::vector<glm::vec3> normals;         // as given, any length; zero length means "none here"
+    std::vector<Rgb8> colours;              // sRGB
+    std::vector<float> radii;               // splat radius, model units; 0: none here
+    std::vector<std::uint8_t> two_sided;    // 1: the point shows both of its sides
+    std::vector<std::uint8_t> material_ids; // < materials.size()
+    std::vector<Material> materials;        // empty: the default material
+    std::vector<AttributeReport> report;    // in the order of the file
+    std::uint64_t dropped_vertices = 0;     // not finite
+    std::uint64_t dropped_triangles = 0;    // fewer than three different corners, or at a dropped vertex
+    std::uint64_t input_bytes = 0;          // of the file
 
-    // Beside triangles: the last so many positions belong to none and are points of their own (merge_surfaces.h).
+    // In a surface with triangles: the last so many positions are points without a triangle (merge_surfaces.h).
     std::size_t points_beside_triangles = 0;
 
-    // Where every coordinate is a number of single precision: how far two of them are apart, model units, where they
-    // are largest, and the largest, as the file has it. 0: not so. Set by `place` (placement.h).
+    // If all coordinates of an axis are in single precision: the spacing of floats at the largest coordinate, in model
+    // units, and that coordinate as in the file. 0: otherwise. Set by `place` (placement.h).
     double float_step = 0, float_near = 0;
 
-    // Points of their own stand last: all positions where there are no triangles.
+    // Points without triangles are last; without any triangles all positions are points.
     std::size_t point_count() const { return triangles.empty() ? positions.size() : points_beside_triangles; }
     std::size_t first_point() const { return positions.size() - point_count(); }
 };
 
-// What a vertex has a byte of, the same in a PLY file as in memory.
+// A vertex attribute of one byte, equal in a PLY file and in memory.
 struct ByteAttribute {
     std::string_view property; // of a PLY vertex, uchar
     std::string_view note;     // for the report
@@ -68,7 +67,7 @@ struct ByteAttribute {
 inline constexpr std::array kByteAttributes{
     ByteAttribute{"two_sided", "points that show both of their sides", &Surface::two_sided}};
 
-// Calls `visit` with each array of attributes of vertices, the same one of all `surfaces`.
+// Calls `visit` for each array of vertex attributes, with that array of each of `surfaces`.
 template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&visit, Surfaces &...surfaces) {
     visit(surfaces.normals...);
     visit(surfaces.colours...);
@@ -78,18 +77,47 @@ template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&vis
         visit(surfaces.*attribute.values...);
 }
 
+inline void reverse_faces(Surface &surface) {
+    for (glm::uvec3 &t : surface.triangles)
+        std::swap(t.y, t.z);
+}
+
+// Colours of vertices as means over their faces.
+struct MeanColours {
+    std::vector<glm::vec3> colours;
+    std::size_t without = 0; // vertices without a coloured face: black
+    std::string note;        // for the report
+};
+// `sums`: colours of the faces at each vertex, w: their number. `face`: "a face" or "a coloured face", for the note.
+MeanColours mean_colours(std::span<const glm::vec4> sums, const char *face);
+
+// colour x `factor`, rounded and clamped to 0..255; NaN becomes 0.
+Rgb8 colour_bytes(const glm::vec3 &colour, float factor);
+
+// infinity - infinity and NaN - NaN are NaN.
+inline bool is_finite(const glm::dvec3 &p) { return (p.x - p.x) + (p.y - p.y) + (p.z - p.z) == 0.0; }
+
+// Removes the values from `first` on for which keep(index) is false.
+template <class T, class Keep> void keep_from(std::vector<T> &values, std::size_t first, const Keep &keep) {
+    std::size_t kept = first;
+    for (std::size_t i = first; i < values.size(); ++i)
+        if (keep(i))
+            values[kept++] = values[i];
+    values.resize(std::min(kept, values.size()));
+}
+
 enum class ScanFormat : std::uint8_t { ply, obj, off, stl };
 
-// What a caller may ask of every reader.
+// Options of every reader.
 struct ReadOptions {
     bool strict = false;                       // refuse (`bad_input`) instead of dropping anything
-    std::optional<ScanFormat> format{};        // surface_reader.h: where neither content nor name tells
-    SurfaceMaterial default_material{};        // what a material of the file does not say
-    std::function<void(double done)> progress; // called now and then from the calling thread, 0..1; may be empty
+    std::optional<ScanFormat> format{};        // for files that neither content nor name identifies (surface_reader.h)
+    Material default_material{};               // values that a material of the file does not set
+    std::function<void(double done)> progress; // called from the calling thread with 0..1; may be empty
 };
 
-// The last step of every reader: removes vertices with a coordinate that is not finite, with everything that hangs on
-// them, and counts them; with ReadOptions::strict refuses a surface that is less than the file said.
+// The last step of every reader: removes and counts vertices with non-finite coordinates, with their attributes and
+// triangles. With ReadOptions::strict refuses a surface if anything of the file was dropped.
 //
 // errors  bad_input  no vertex is left; with `strict` something was dropped
 Result<Surface> finished(Surface surface, const ReadOptions &options);

@@ -1,5 +1,9 @@
 #include "pbm_scan/text/printable.h"
 
+#include <array>
+#include <cstdarg>
+#include <cstdio>
+
 namespace pbm::build {
 
 std::string printable(std::string_view text) {
@@ -11,5 +15,14 @@ std::string printable(std::string_view text) {
 }
 
 std::string quoted(std::string_view text) { return std::string(1, '\'').append(printable(text)).append(1, '\''); }
+
+std::string formatted(const char *format, ...) {
+    std::array<char, 256> text{};
+    std::va_list values;
+    va_start(values, format);
+    std::vsnprintf(text.data(), text.size(), format, values);
+    va_end(values);
+    return text.data();
+}
 
 } // namespace pbm::build

@@ -1,4 +1,4 @@
-// Untrusted text in messages.
+// Text in messages.
 #pragma once
 
 #include <string>
@@ -6,8 +6,11 @@
 
 namespace pbm::build {
 
-// Text of the file for a message of one line: printable ASCII, at most 40 characters; `quoted` adds quotes.
+// Untrusted text of a file for a message of one line: printable ASCII, at most 40 characters; `quoted` adds quotes.
 std::string printable(std::string_view text);
 std::string quoted(std::string_view text);
+
+// As printf, at most 255 characters.
+[[gnu::format(printf, 1, 2)]] std::string formatted(const char *format, ...);
 
 } // namespace pbm::build

@@ -1,10 +1,12 @@
-// Lines and words of a text that is edited in place: what mesh_text.h's checks walk over.
+// Lines and words of a text that is edited in place, for the checks of mesh_text.h.
 #pragma once
 
 #include "pbm_scan/surface/surface.h"
+#include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_number.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -16,6 +18,15 @@
 #include <vector>
 
 namespace pbm::build {
+
+inline bool is_number(std::string_view word, double &value) {
+    return parse_number(word.data(), word.data() + word.size(), value) == word.data() + word.size();
+}
+
+// Whether a float, and so OpenMesh, can represent it without overflow.
+inline bool fits_float(double value) {
+    return std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max());
+}
 
 // The lines of a text that is edited in place.
 class Lines {
@@ -35,6 +46,18 @@ class Lines {
         word_ = begin_;
         return true;
     }
+    // The next line that is not blank. Blanks comments first where '#' begins one.
+    bool next_with_words(bool has_comments) {
+        while (next()) {
+            if (has_comments)
+                strip_comment();
+            const bool says_something = !word().empty();
+            rewind();
+            if (says_something)
+                return true;
+        }
+        return false;
+    }
     // The next word of the line; empty at its end.
     std::string_view word() {
         while (word_ < end_ && ends_word(text_[word_]))
@@ -45,7 +68,7 @@ class Lines {
         return std::string_view(text_).substr(first, word_ - first);
     }
     std::string_view rest() const { return std::string_view(text_).substr(word_, end_ - word_); }
-    // The same without white space around it.
+    // The rest of the line without white space around it.
     std::string_view trimmed_rest() const {
         std::string_view text = rest();
         while (!text.empty() && ends_word(text.front()))
@@ -54,15 +77,38 @@ class Lines {
             text.remove_suffix(1);
         return text;
     }
-    void rewind() { word_ = begin_; }
-    void blank() { std::fill(text_.begin() + as_offset(begin_), text_.begin() + as_offset(end_), ' '); }
-    void blank_rest() { std::fill(text_.begin() + as_offset(word_), text_.begin() + as_offset(end_), ' '); }
-    void strip_comment() {
-        const std::size_t hash = std::string_view(text_).substr(begin_, end_ - begin_).find('#');
-        if (hash != std::string_view::npos)
-            std::fill(text_.begin() + as_offset(begin_ + hash), text_.begin() + as_offset(end_), ' ');
+    // The numbers on the rest of the line: their count, and the first nine.
+    struct Numbers {
+        std::size_t count = 0;
+        std::array<double, 9> first{};
+        bool fit_floats = true;
+    };
+    Status numbers(Numbers &out) {
+        for (std::string_view text = word(); !text.empty(); text = word()) {
+            double value = 0;
+            if (!is_number(text, value))
+                return refuse(quoted(text) + " is not a number");
+            out.fit_floats = out.fit_floats && fits_float(value);
+            if (out.count < out.first.size())
+                out.first[out.count] = value;
+            ++out.count;
+        }
+        return {};
     }
-    // Ends the line after the word in hand: the character that follows it becomes the line's end.
+    void rewind() { word_ = begin_; }
+    void blank() { blank_from(begin_); }
+    void blank_rest() { blank_from(word_); }
+    // Blanks the line after its first `words`.
+    void blank_after(std::size_t words) {
+        for (rewind(); words > 0; --words)
+            word();
+        blank_rest();
+    }
+    void strip_comment() {
+        const std::string_view line = std::string_view(text_).substr(begin_, end_ - begin_);
+        blank_from(begin_ + std::min(line.find('#'), line.size()));
+    }
+    // Ends the line after the current word.
     void break_line() {
         if (word_ < end_)
             text_[word_] = '\n';
@@ -75,11 +121,11 @@ class Lines {
     std::uint64_t number() const { return number_; }
     std::size_t offset() const { return begin_; }
     Error refuse(const std::string &what, ErrorCode code = ErrorCode::bad_input) const {
-        return Error{code, begin_, "line " + std::to_string(number_) + ": " + what};
+        return {code, begin_, "line " + std::to_string(number_) + ": " + what};
     }
 
   private:
-    static std::ptrdiff_t as_offset(std::size_t at) { return static_cast<std::ptrdiff_t>(at); }
+    void blank_from(std::size_t at) { text_.replace(at, end_ - at, end_ - at, ' '); }
 
     std::string &text_;
     std::size_t at_ = 0, begin_ = 0, end_ = 0, word_ = 0;
@@ -87,22 +133,13 @@ class Lines {
     bool terminated_ = true;
 };
 
-inline bool is_number(std::string_view word, double &value) {
-    return parse_number(word.data(), word.data() + word.size(), value) == word.data() + word.size();
-}
-
-// What a float holds as well, so that OpenMesh reads it.
-inline bool fits_float(double value) {
-    return std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max());
-}
-
-inline std::string as_text(std::span<const std::uint8_t> bytes) {
+inline std::string_view as_text(std::span<const std::uint8_t> bytes) {
     return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
 }
 
-// The same without a byte order mark; the length stays.
+// The same with the byte order mark blanked; keeps the length.
 inline std::string as_unmarked_text(std::span<const std::uint8_t> bytes) {
-    std::string text = as_text(bytes);
+    std::string text(as_text(bytes));
     if (text.starts_with("\xEF\xBB\xBF"))
         text.replace(0, 3, 3, ' ');
     return text;
@@ -111,12 +148,12 @@ inline std::string as_unmarked_text(std::span<const std::uint8_t> bytes) {
 inline Status refuse_nul(const std::string &text) {
     const std::size_t nul = text.find('\0');
     if (nul != std::string::npos)
-        return Error{ErrorCode::bad_input, nul, "a NUL byte in a text file: it is damaged; export the scan again"};
+        return bad_input("a NUL byte in a text file: it is damaged; export the scan again", nul);
     return {};
 }
 
-// CR LF and CR become LF, other white space a space; the length stays. OpenMesh skips lines that begin with a form
-// feed.
+// Replaces CR LF and CR by LF, and other white space by a space, since OpenMesh skips lines that begin with a form
+// feed. Keeps the length.
 inline void unify_white_space(std::string &text) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         if (text[i] == '\r')
@@ -139,12 +176,12 @@ inline std::size_t different(std::vector<std::uint32_t> corners) {
 inline void drop_once(std::vector<AttributeReport> &report, const std::string &name, std::string note) {
     const auto same = [&name](const AttributeReport &line) { return line.name == name; };
     if (std::none_of(report.begin(), report.end(), same))
-        report.push_back({name, AttributeReport::Fate::dropped, std::move(note)});
+        report.push_back({name, Fate::dropped, std::move(note)});
 }
 
-// A text that ends inside a line may have lost a part of it, and many whole files end so.
+// A missing last line end may mean a truncated file, but many whole files have none.
 inline void report_open_end(std::vector<AttributeReport> &report) {
-    report.push_back({"end of file", AttributeReport::Fate::kept,
+    report.push_back({"end of file", Fate::kept,
                       "the last line has no line end: if the file was cut, its last number may be wrong"});
 }
 

@@ -1,12 +1,8 @@
 #include "pbm_scan/text/text_number.h"
 
-#include <array>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <string_view>
-#include <system_error>
 
 namespace pbm::build {
 namespace {
@@ -39,8 +35,8 @@ const char *parse_odd_number(const char *first, const char *last, double &value)
 
 } // namespace
 
-// A plain decimal of at most 15 digits is exact in a double, and so is the power of ten, so that one division rounds
-// correctly (Clinger. How to read floating point numbers accurately. 1990). All else goes to from_chars.
+// A decimal of at most 15 digits and the power of ten are exact in a double, so one division rounds correctly (Clinger.
+// How to read floating point numbers accurately. 1990). Other numbers go to from_chars.
 const char *parse_number(const char *first, const char *last, double &value) {
     if (first == last)
         return nullptr;

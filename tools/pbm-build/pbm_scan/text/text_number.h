@@ -1,16 +1,34 @@
 // Numbers in text files: decimal point, optional exponent and sign, `inf` and `nan`; no locale, no allocation.
 #pragma once
 
+#include <array>
+#include <charconv>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <system_error>
 
 namespace pbm::build {
 
 // White space of the text formats (PLY, OBJ, OFF, STL).
 inline bool ends_word(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
-// Reads the number that begins at `first` and must end at white space or `last`. The result is correctly rounded; what
-// is too large for a double is infinite, what is too small is zero. Returns its end, or null where there is no number.
+// Parses the number that begins at `first` and ends at white space or `last`. Correctly rounded; overflow gives
+// infinity, underflow zero. Returns its end, or null for no number.
 const char *parse_number(const char *first, const char *last, double &value);
+
+// Parses all of `text` as a number; integers in base `base`. Nothing if it is no number or more than a number.
+template <class T, class... Base> std::optional<T> parse_all(std::string_view text, Base... base) {
+    T value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base...);
+    return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+// The shortest text that reads back as the same number.
+template <class T> std::string shortest_text(T value) {
+    std::array<char, 32> text{};
+    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
 
 // For messages: whole numbers without decimals.
 std::string number_text(double value);

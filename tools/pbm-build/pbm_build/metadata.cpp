@@ -1,0 +1,64 @@
+#include "pbm_build/metadata.h"
+
+#include "pbm_format/container/layout.h"
+
+#include <nlohmann/json.hpp>
+
+namespace pbm::build {
+
+Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour) {
+    const GridRequest &grid = build.grid;
+    const Placement &placement = build.placement;
+    nlohmann::ordered_json metadata;
+    metadata["generator"] = std::string("pbm-build ") + PBM_VERSION;
+    const auto add = [&](const char *key, const std::string &text) {
+        if (!text.empty())
+            metadata[key] = text;
+    };
+    add("name", build.credits.name);
+    add("licence", build.credits.licence);
+    add("credit", build.credits.credit);
+    nlohmann::ordered_json &options = metadata["options"];
+    const auto give = [&](const char *key, const auto &value) {
+        if (value)
+            options[key] = *value;
+    };
+    const auto set = [&](const char *key, bool is_set) { give(key, is_set ? &is_set : nullptr); };
+    give("depth", grid.depth);
+    give("voxel_size", grid.voxel_size);
+    give("max_points", grid.max_points);
+    set("grid_like", grid.like.has_value());
+    give("scale", placement.scale);
+    give("origin", placement.origin);
+    if (colour != ColourFormat::none)
+        options["colour"] = colour == ColourFormat::rgb565 ? 565 : 888;
+    if (build.storage == Storage::mapped)
+        options["store"] = "mapped";
+    else
+        options["compression_level"] = build.compression_level;
+    set("flip_faces", build.flip_faces);
+    give("viewpoint", build.viewpoint);
+    set("remove_outliers", build.remove_outliers);
+    for (const GivenOption &given : build.scene.given) {
+        nlohmann::ordered_json &value = options[given.name];
+        if (value.is_null())
+            value = given.value == "true" ? nlohmann::ordered_json(true) : nlohmann::ordered_json(given.value);
+        else if (value.is_array())
+            value.push_back(given.value);
+        else
+            value = {value, given.value};
+    }
+
+    std::string text;
+    try {
+        text = metadata.dump();
+    } catch (const nlohmann::json::exception &) {
+        return usage("--name, --licence and --credit take UTF-8 text only");
+    }
+    if (text.size() > kMaxMetadataBytes)
+        return usage("--name, --licence, --credit and the options of the scene are too long: metadata is at most "
+                     "4,096 bytes");
+    return text;
+}
+
+} // namespace pbm::build
