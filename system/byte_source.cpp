@@ -112,6 +112,13 @@ std::optional<HeldBytes> SparseFile::view(FileRange range) const {
     return HeldBytes{bytes, std::move(owner)};
 }
 
+Result<HeldBytes> ByteSource::require(FileRange range) const {
+    std::optional<HeldBytes> bytes = view(range);
+    if (!bytes)
+        return not_there_yet(range);
+    return std::move(*bytes);
+}
+
 Error not_there_yet(FileRange range) {
     return {.code = ErrorCode::usage,
             .offset = range.offset,

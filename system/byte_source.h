@@ -16,12 +16,6 @@
 
 namespace pbm {
 
-// Bytes `offset` to `offset + bytes - 1` of a file.
-struct FileRange {
-    std::uint64_t offset = 0, bytes = 0;
-    bool operator==(const FileRange &) const = default;
-};
-
 // Bytes that stay readable and unchanged as long as this or a copy of it lives. The bytes of a whole file need no owner
 // here: they outlive whoever reads them. The first byte lies in memory at an address with the remainder by 8 that its
 // offset has in the file.
@@ -82,6 +76,8 @@ class ByteSource {
         return is_inside(range) ? std::optional(HeldBytes{slice(whole_, range.offset, range.bytes), nullptr})
                                 : std::nullopt;
     }
+    // The same where a call needs all of them at once; else `not_there_yet`.
+    Result<HeldBytes> require(FileRange range) const;
     // The range is no longer needed in the form in which it is stored. Frees nothing of a whole file.
     void drop(FileRange range) const {
         if (!is_whole())
@@ -97,8 +93,7 @@ class ByteSource {
     std::shared_ptr<SparseFile> sparse_;
 };
 
-// What a call that needs all its bytes at once says when some are not there. The caller asked too early: the file is
-// not damaged.
+// The error of a call whose bytes are not there: the caller asked too early, the file is not damaged.
 Error not_there_yet(FileRange range);
 
 } // namespace pbm

@@ -18,6 +18,12 @@ static_assert(std::endian::native == std::endian::little, "records are copied as
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
+// Bytes `offset` to `offset + bytes - 1` of a file.
+struct FileRange {
+    std::uint64_t offset = 0, bytes = 0;
+    bool operator==(const FileRange &) const = default;
+};
+
 // What of a budget of memory (bytes) this machine can address: half of its address space, or all of the budget.
 constexpr std::uint64_t addressable(std::uint64_t budget) {
     return std::min<std::uint64_t>(budget, std::numeric_limits<std::size_t>::max() / 2);

@@ -51,7 +51,8 @@
 #pragma once
 
 #include "pbm_format/checking/validate.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/images.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"

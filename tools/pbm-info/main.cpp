@@ -1,6 +1,6 @@
 // pbm-info: what is in a .pbvg, from its header, tables and directories; no chunk and no tile is decoded.
 #include "command_line/common_options.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/images.h"
 #include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
@@ -45,7 +45,7 @@ struct FileSizes {
 
 pbm::Status measure_rasters(const pbm::Reader &reader, pbm::ByteView file, FileSizes &sizes) {
     sizes.counted_bytes = reader.header().file_size;
-    for (const pbm::SectionEntry *entry : reader.rasters()) {
+    for (const pbm::SectionEntry *entry : rasters(reader)) {
         const pbm::Result<pbm::ImageDirectory> directory =
             pbm::read_image_directory(file, *entry, reader.header().storage());
         if (!directory)

@@ -107,7 +107,7 @@ class FileWalk {
     }
 
     ByteView stored(FileRange range) const { return slice(file_, range.offset, range.bytes); }
-    ByteView stored(const SectionEntry &entry) const { return stored({entry.offset, entry.stored_bytes}); }
+    ByteView stored(const SectionEntry &entry) const { return stored(entry.range()); }
 
     // Padding and hashes.
     void check_stored() {

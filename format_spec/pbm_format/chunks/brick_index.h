@@ -26,7 +26,6 @@ struct BrickRecord {
     std::uint64_t node_map = 0;
     bool operator==(const BrickRecord &) const = default;
 };
-inline constexpr std::size_t kBrickRecordBytes = 24;
 static_assert(sizeof(BrickRecord) == kBrickRecordBytes && offsetof(BrickRecord, node_map) == 16);
 
 // Where the nodes of a chunk stand: what its parent chunk knows of them. Both empty for level 1.

@@ -1,5 +1,5 @@
 // Rules that tie the parts of a file together and that a reader checks as well as a validator: hashes of sections, and
-// counts that stand in two places. BVG.md 2.18, 3.2.14, 5.2, 5.5.11
+// counts that stand in two places. BVG.md 2.18, 3.2.14, 5.2, 5.5.11, 5.10.2
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -12,6 +12,7 @@ Status check_point_count(const FileHeader &header, const SectionEntry &finest_ch
 // `entry` is one of `sections`: the section table is what the directory contradicts.
 Status check_chunk_count(const LevelDirectory &directory, const SectionEntry &entry,
                          std::span<const SectionEntry> sections);
+Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks);
 
 // The error of a chunk that differs from the one that the octree gives; null where there is none.
 Error wrong_split(std::uint64_t offset, const ChunkShape *expected, const ChunkShape *actual);

@@ -108,7 +108,8 @@ struct SectionEntry {
     std::uint64_t count = 0; // elements: records, chunks (directory), points (chunks), tiles (rasters)
     std::uint64_t hash = 0;  // XXH3-64 of the stored bytes
 
-    // Place in the file: small sections by type, then directory, bricks and chunks level by level, then rasters.
+    FileRange range() const { return {offset, stored_bytes}; }
+    // Position in the file: small sections by type, then directory, bricks and chunks level by level, then rasters.
     std::array<std::uint32_t, 3> order() const;
 };
 
@@ -187,7 +188,7 @@ struct ChunkEntry {
     std::uint64_t first_brick = 0;  // index of its first brick in its level
 };
 
-inline constexpr std::size_t kChunkEntryFixedBytes = 48;
+inline constexpr std::size_t kChunkEntryFixedBytes = 48, kBrickRecordBytes = 24;
 std::size_t chunk_entry_bytes(const AttributeSet &set);
 
 struct LevelDirectory {

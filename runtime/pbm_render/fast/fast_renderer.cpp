@@ -97,7 +97,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     std::optional<PointShader> shader;
     frame.pool.run(frame.runs.size() + 1, [&](std::size_t item, std::size_t thread) {
         if (item == 0) // first, since it takes longest
-            shader.emplace(frame.parameters, frame.appearance, projection, surroundings, options);
+            shader.emplace(frame.parameters, frame.appearance, projection, &surroundings, options);
         else
             frame.runs.cull(item - 1, geometry, frame.workplaces[thread].offsets);
     });

@@ -301,18 +301,9 @@ float Shading::lit_fraction(std::size_t light, std::size_t index) const {
     return static_cast<float>(points_.shadows[light][index]) / static_cast<float>((1 << bits) - 1);
 }
 
-void draw_behind(const SurroundingsView &surroundings, float edge, Framebuffer &target) {
-    SurroundingsRow scratch;
-    const auto width = static_cast<std::size_t>(target.width);
-    for (int y = 0; y < target.height && !surroundings.is_plain(); ++y) {
-        const std::size_t row = static_cast<std::size_t>(y) * width;
-        surroundings.draw_row(y, {target.colour.data() + row, target.depth.data() + row, width, edge}, scratch);
-    }
-}
-
 } // namespace
 
-ReferenceRenderer::ReferenceRenderer(const Model &model, std::shared_ptr<const Surroundings> surroundings)
+ReferenceRenderer::ReferenceRenderer(const Model &model, std::shared_ptr<const ModelSurroundings> surroundings)
     : model_(model), surroundings_(std::move(surroundings)), appearance_(model.parameters),
       offsets_(model.levels.size()) {
     LevelMasks masks;
@@ -351,10 +342,13 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
                                  octant_starts_);
         }
     }
-    const SurroundingsView surroundings(surroundings_.get(), appearance_, projection, options);
-    const PointShader shader(model_.parameters, appearance_, projection, surroundings, options);
+    std::unique_ptr<const FrameSurroundings> surroundings;
+    if (surroundings_)
+        surroundings = surroundings_->in_frame(appearance_, projection, options);
+    const PointShader shader(model_.parameters, appearance_, projection, surroundings.get(), options);
     Shading(model_, shader, level).resolve(target);
-    draw_behind(surroundings, static_cast<float>(model_.parameters.grid.edge()), target);
+    if (surroundings)
+        surroundings->draw_behind(target, static_cast<float>(model_.parameters.grid.edge()));
     return {level, model_.levels[static_cast<std::size_t>(level)].points.size(), walk.drawn_points};
 }
 

@@ -7,7 +7,7 @@
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/picture/framebuffer.h"
 #include "pbm_render/picture/render_options.h"
-#include "pbm_render/surroundings/surroundings.h"
+#include "pbm_render/surroundings/frame_surroundings.h"
 
 #include <array>
 #include <cstdint>
@@ -30,7 +30,7 @@ class ReferenceRenderer {
     // `model` must be well formed (the reader verifies that), stay unchanged and outlive the renderer. It holds all
     // levels from the root to some level; the renderer draws only these. Without `surroundings` the renderer fills the
     // background with one colour.
-    explicit ReferenceRenderer(const Model &model, std::shared_ptr<const Surroundings> surroundings = nullptr);
+    explicit ReferenceRenderer(const Model &model, std::shared_ptr<const ModelSurroundings> surroundings = nullptr);
 
     // Sets the surface offsets of all points of a level, as SurfaceOffsets estimates them: from the next frame on
     // the renderer moves the splats of that level by them. An empty vector removes them.
@@ -46,7 +46,7 @@ class ReferenceRenderer {
 
   private:
     const Model &model_;
-    const std::shared_ptr<const Surroundings> surroundings_;
+    const std::shared_ptr<const ModelSurroundings> surroundings_;
     Appearance appearance_;
     std::vector<std::vector<std::int8_t>> offsets_; // [level][point]; empty: no offsets
     // [level][octant grid]: index of its first node; each level has one more entry at its end (subtree_starts).

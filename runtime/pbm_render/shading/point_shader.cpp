@@ -31,7 +31,7 @@ int count_shadowed(const AttributeSet &set, const Appearance &appearance, const 
 }
 
 // What the panorama sends to an eye infinitely far away, by normal.
-std::vector<Float4> mirror_panorama(const SurroundingsView &surroundings, glm::vec3 forward) {
+std::vector<Float4> mirror_panorama(const FrameSurroundings &surroundings, glm::vec3 forward) {
     std::vector<Float4> mirrored(kNormalCount);
     for (std::size_t i = 0; i < kNormalCount; ++i) {
         const UnitVector &n = normal_table()[i];
@@ -45,7 +45,7 @@ std::vector<Float4> mirror_panorama(const SurroundingsView &surroundings, glm::v
 } // namespace
 
 PointShader::PointShader(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection,
-                         const SurroundingsView &surroundings, const RenderOptions &options)
+                         const FrameSurroundings *surroundings, const RenderOptions &options)
     : parameters_(parameters), appearance_(appearance), projection_(projection),
       source_(choose_source(parameters.attributes, options)),
       point_colours_(source_ == ColourSource::material || source_ == ColourSource::texture
@@ -65,8 +65,8 @@ PointShader::PointShader(const ModelParameters &parameters, const Appearance &ap
         palette_[i] = pack_rgb(appearance.palette[i]);
     for (const Light &light : appearance.lights)
         positional_ |= light.kind != LightKind::directional;
-    if (mirrors && surroundings.has_reflections())
-        mirrored_ = mirror_panorama(surroundings, projection.axes.forward);
+    if (mirrors && surroundings != nullptr && surroundings->has_reflections())
+        mirrored_ = mirror_panorama(*surroundings, projection.axes.forward);
     if (source_ != ColourSource::material || shadowed_ > 0 || positional_ ||
         appearance.materials.size() > kFewMaterials)
         return;

@@ -6,7 +6,7 @@
 #include "pbm_render/camera/normal_table.h"
 #include "pbm_render/camera/transform_table.h"
 #include "pbm_render/picture/render_options.h"
-#include "pbm_render/surroundings/surroundings.h"
+#include "pbm_render/surroundings/frame_surroundings.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -28,10 +28,10 @@ struct PointLook {
 
 class PointShader {
   public:
-    // `projection` takes the unit grid to the screen, `surroundings` are those of the same frame. All arguments must
-    // outlive the shader.
+    // `projection` takes the unit grid to the screen, `surroundings` are those of the same frame or null. All arguments
+    // must outlive the shader.
     PointShader(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection,
-                const SurroundingsView &surroundings, const RenderOptions &options);
+                const FrameSurroundings *surroundings, const RenderOptions &options);
 
     ColourSource colour_source() const { return source_; }
     // The format of the colour stream where it is used, else none.

@@ -3,7 +3,7 @@
 
 #include "command_line/command_line.h"
 #include "command_line/progress_display.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/detail/detail_selection.h"
 #include "pbm_render/reference/reference_renderer.h"

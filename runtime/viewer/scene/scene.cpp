@@ -1,4 +1,6 @@
 #include "viewer/scene/scene.h"
+#include "pbm_format/reading/images.h"
+#include "pbm_format/reading/load_model.h"
 
 namespace pbm {
 
@@ -42,7 +44,7 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
     auto opened = open_file(path);
     if (!opened)
         return opened.error();
-    auto images = opened->reader.images();
+    auto images = read_images(opened->reader);
     if (!images)
         return images.error();
     return std::make_unique<StreamedScene>(std::move(opened->file), std::move(opened->reader), std::move(*images),

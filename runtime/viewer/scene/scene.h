@@ -1,7 +1,7 @@
 // Models that are ready to be drawn: what every program that shows files opens first.
 #pragma once
 
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/reference/reference_renderer.h"
 #include "system/files/mapped_file.h"
