@@ -1,5 +1,5 @@
-// Renderers see a cube of edge 1 at the origin, so that floats suffice and a picture depends neither on the unit of the
-// scan nor on where in the world it lies.
+// Renderers draw in a cube of edge 1 at the origin. So floats suffice, and the picture does not depend on the scan's
+// unit or position.
 #pragma once
 
 #include "pbm_format/model/model.h"
