@@ -1,24 +1,24 @@
-// Rules that tie the parts of a file together and that a reader checks as well as a validator: hashes of sections, and
-// counts that stand in two places. BVG.md 2.18, 3.2.14, 5.2, 5.5.11
+// Rules between the parts of a file that both readers and the validator check: hashes of sections, and counts that are
+// stored twice. BVG.md 2.18, 3.2.14, 5.2, 5.5.11
 #pragma once
 
 #include "pbm_format/container/layout.h"
 
 namespace pbm {
 
-// `stored` are the bytes of the section.
+// `stored`: the bytes of the section.
 Status verify_hash(ByteView stored, const SectionEntry &section);
 Status check_point_count(const FileHeader &header, const SectionEntry &finest_chunks);
-// `entry` is one of `sections`: the section table is what the directory contradicts.
+// `entry` must be an element of `sections`: the error lies in the section table.
 Status check_chunk_count(const LevelDirectory &directory, const SectionEntry &entry,
                          std::span<const SectionEntry> sections);
 
-// The error of a chunk that differs from the one that the octree gives; null where there is none.
+// The error of a chunk that differs from the octree's; null stands for no chunk.
 Error wrong_split(std::uint64_t offset, const ChunkShape *expected, const ChunkShape *actual);
 
-// Reads the small sections that describe a model, all but metadata, in the order of the file. Calls
-// `read(entry, to, decode)` for each: it decodes the entry's bytes into the parameter `to` and returns whether that
-// succeeded. Returns whether all did.
+// Reads the small sections that describe a model, all but metadata, in the order of the file. Calls `read(entry, to,
+// decode)` for each, which decodes the entry's bytes into the parameter `to` and returns whether that succeeded.
+// Returns whether all succeeded.
 template <class Read>
 bool read_small_sections(const FileHeader &header, std::span<const SectionEntry> sections, ModelParameters &parameters,
                          Read &&read) {
