@@ -15,8 +15,7 @@
 
 namespace pbm::command_line {
 
-// A word with a single dash, from the dissertation's program or from compilers (-MD), and the long option that replaces
-// it.
+// A word with a single dash, of the dissertation's program or of compilers (-MD), and its long option.
 struct OldSwitch {
     std::string_view name;
     std::string_view option;
@@ -32,8 +31,7 @@ Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<cons
 // Escapes control characters as \n, \t or \x1b, so that the text fits on one line.
 std::string printable(std::string_view text);
 
-// Prints `PROGRAM: PATH: MESSAGE` and the error's offset, if any, as one line on standard error and in the log. Returns
-// the exit code.
+// Prints `PROGRAM: PATH: MESSAGE` and the offset, if any, as one line on stderr and in the log. Returns the exit code.
 int fail(std::string_view program, std::string_view path, const Error &error);
 
 // Prints `PROGRAM: MESSAGE; see PROGRAM --help` on standard error and returns 1.
@@ -53,8 +51,7 @@ std::optional<int> refuse_outputs(std::string_view program, std::span<const std:
 // errors  usage
 Result<std::uint64_t> parse_bytes(const std::string &text);
 
-// Writes a picture or a report to a file, atomically but without waiting for the disk, or to standard output if `path`
-// is "-".
+// Writes a picture or a report to a file, atomically but unsynced, or to standard output if `path` is "-".
 Status write_bytes(const std::string &path, ByteView bytes);
 Status write_text(const std::string &path, std::string_view text);
 

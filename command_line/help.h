@@ -38,9 +38,8 @@ struct ProgramHelp {
 // Topics in the order of their pages, in lower case with "-" for spaces. "General" comes last.
 std::vector<std::string> help_topics(const ProgramHelp &help);
 
-// `topic`: one of help_topics, "all" for everything on one page, "man" for the man page, or "" for the first page. The
-// first page holds everything if that fits a screen; else the most used options, the topics and, if there is room, the
-// description.
+// `topic`: one of help_topics, "all" for one page, "man" for the man page, "" for the first page. The first page holds
+// everything if that fits a screen, else the most used options, the topics and, if it fits, the description.
 //
 // errors  usage  no such topic; the message suggests the nearest one or lists all
 Result<std::string> help_page(const ProgramHelp &help, std::string_view topic);

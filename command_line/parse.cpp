@@ -39,7 +39,6 @@ std::string value_name(const CLI::Option &option) {
     return base == "INT" || base == "UINT" || base == "FLOAT" ? "N" : base;
 }
 
-// The first given value; empty if there is none.
 std::string first_result(const CLI::Option *option) {
     return option == nullptr || option->results().empty() ? "" : option->results().front();
 }
@@ -134,8 +133,8 @@ class SettingsReader : public CLI::Config {
         return values;
     }
 
-    // Applies a setting; returns what is wrong with it, or "". Options of the command line take precedence over it and
-    // over options that exclude them.
+    // Applies a setting; returns what is wrong with it, or "". The command line overrules it by the same option or by
+    // one that excludes it.
     std::string apply(const Setting &setting, const std::string &path, const std::vector<const CLI::Option *> &given,
                       std::vector<const CLI::Option *> &set) const {
         CLI::Option *const option = find(setting.key);
@@ -170,7 +169,6 @@ class SettingsReader : public CLI::Config {
     ReadSettings read_;
 };
 
-// A visitor of std::visit: one function per alternative.
 template <class... Functions> struct Overloaded : Functions... { using Functions::operator()...; };
 template <class... Functions> Overloaded(Functions...) -> Overloaded<Functions...>;
 

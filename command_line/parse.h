@@ -100,8 +100,7 @@ struct Manual {
 std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<const OldSwitch> switches = {},
                          const Manual &manual = {});
 
-// A target that stores read(text), and a check that read(text) succeeds. `read` takes a const std::string & and returns
-// a Result.
+// A target that stores read(text), a const std::string & to a Result, and a check that read(text) succeeds.
 template <class Read, class T> std::function<Status(const std::string &)> stored(Read read, T &target) {
     return [read, &target](const std::string &text) -> Status {
         auto value = read(text);

@@ -40,15 +40,13 @@ class SparseFile {
     std::uint64_t size() const { return size_; } // bytes of the file
     std::uint64_t memory() const;                // bytes that are present
 
-    // Copies bytes that have arrived from `offset` on. Present bytes stay as they are. Ignores bytes past the end of
-    // the file.
+    // Copies bytes that have arrived from `offset` on. Present bytes stay; bytes past the end of the file are ignored.
     void fill(std::uint64_t offset, ByteView bytes);
     // Drops a range, which may be filled again. Existing views of it stay valid.
     void drop(FileRange range);
 
     bool has(FileRange range) const;
-    // Empty if part of the range is missing or lies outside the file. Copies the bytes if they arrived in several
-    // pieces.
+    // Empty if part of the range is missing or outside the file. Copies bytes that arrived in several pieces.
     std::optional<HeldBytes> view(FileRange range) const;
 
   private:
@@ -96,8 +94,7 @@ class ByteSource {
     std::shared_ptr<SparseFile> sparse_;
 };
 
-// The error of a call that needs all its bytes at once when some are missing: the caller asked too early, the file is
-// not damaged.
+// For calls that need all their bytes at once: the caller asked too early, the file is not damaged.
 Error not_there_yet(FileRange range);
 
 } // namespace pbm

@@ -85,8 +85,7 @@ struct Error {
     std::int64_t tile = -1; // number in its raster, or -1
 };
 
-// Whether `offset` has a meaning: always for damage of a .pbvg, which may be at its first byte; for other errors if it
-// is not 0.
+// Whether `offset` has a meaning: always for damage of a .pbvg, even if it is 0; for other errors if it is not 0.
 bool has_offset(const Error &error);
 
 // For the places where std::bad_alloc becomes an error. Allocates nothing itself.

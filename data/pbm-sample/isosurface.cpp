@@ -155,8 +155,7 @@ void Lattice::add_block(int bx, int by, int bz) {
     blocks_.push_back(Block{.x = bx, .y = by, .z = bz});
 }
 
-// Evaluates the field at lattice points. Points that a neighbour's distance proves to be far from the surface only get
-// a sign.
+// Evaluates lattice points. Points that a neighbour's distance proves to be far from the surface get a sign only.
 void Lattice::evaluate_block(Block &block) {
     std::uint64_t known = 0;
     for (int step = 0; step < 64; ++step) {

@@ -14,8 +14,7 @@
 
 namespace pbm::sample {
 
-// Negative inside. The field need not be an exact distance. Where it exceeds the distance, separate parts of the
-// surface may be missed.
+// Negative inside; need not be an exact distance. Values above the distance may hide separate parts of the surface.
 using DistanceField = std::function<double(const Vec3 &)>;
 
 struct Box {

@@ -80,8 +80,7 @@ double relief(const Probe &at, const Vec3 &p, double spacing, double line, std::
     return height;
 }
 
-// Noise of the scanner: independent noise per sample, and waves of a few samples, which registration and merging of
-// views leave.
+// Noise of the scanner: independent noise per sample, and waves of a few samples from registration and merging.
 double scanner_noise(const Vec3 &p, double spacing, std::uint32_t seed, std::uint64_t index) {
     const double inverse = 1.0 / spacing;
     double noise = 0.20 * (hash_unit(seed + 5u, index) + hash_unit(seed + 6u, index) - 1.0);

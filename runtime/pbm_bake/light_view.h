@@ -11,14 +11,12 @@ namespace pbm {
 
 using Vector3 = std::array<double, 3>;
 
-// One projection. Let p be a position relative to `origin`, in voxels along the axes, and q = 1 / (1 + inverse_distance
-// p.z):
+// One projection. Let p be a position in voxels, from `origin` along the axes, and q = 1 / (1 + inverse_distance p.z):
 //
 //   u = p.x q, v = p.y q, depth = p.z q
 //
-// The projection is parallel if inverse_distance is 0; else its centre lies 1 / inverse_distance voxels before the
-// origin. Planes stay planes, so depth is linear in u and v across a splat. Near the origin one unit of u, v and depth
-// is one voxel.
+// It is parallel if inverse_distance is 0; else its centre lies 1 / inverse_distance voxels before the origin. Planes
+// stay planes, so depth is linear in u and v across a splat. Near the origin one unit of u, v and depth is one voxel.
 struct LightView {
     Vector3 origin;              // in voxels of the casters' level from the grid's minimum corner
     std::array<Vector3, 3> axes; // unit vectors; the last one along the light's travel

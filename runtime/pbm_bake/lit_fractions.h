@@ -13,8 +13,7 @@ namespace pbm {
 // shadow edges are smooth between texels.
 std::pair<double, double> ray_in_texel(int i);
 
-// Converts the votes of `maps` maps to 0..2^bits - 1, in place. With one bit, a point is lit if half of the maps or
-// more say so.
+// Converts the votes of `maps` maps to 0..2^bits - 1, in place. With one bit, half of the maps suffice for lit.
 void votes_to_fractions(std::span<std::uint8_t> votes, int maps, int bits);
 
 // Fills in the points that the light does not face or that lie behind a spot light. Each gets the mean of the smallest

@@ -19,7 +19,6 @@ constexpr std::size_t kGroundMapTexels = 1 << 24;
 // Rays per ground texel and map, spread over the texel and half of its neighbours.
 constexpr int kGroundRays = 4;
 
-// Counts finished parts and reports them.
 class ProgressCount {
   public:
     ProgressCount(const ShadowOptions &options, std::size_t total) : options_(options), total_(total) {}
@@ -132,8 +131,7 @@ struct GroundRaster {
     }
 };
 
-// Counts, per texel of the ground, the rays that one view finds blocked. The view is drawn in parts; all rows of the
-// ground look up each part.
+// Counts the rays per ground texel that one view finds blocked. All rows of the ground look up each part of the view.
 void look_from_ground(const ShadowView &view, const GroundRaster &ground, int map_number, const ShadowOptions &options,
                       std::span<std::uint16_t> blocked) {
     const int part_rows =

@@ -172,7 +172,6 @@ void ShadowView::Rows::draw_square(const Splat &splat, const Footprint &footprin
     lower[1] = std::min(lower[1], depths[3]);
 }
 
-// Draws all texels within the half extents.
 template <bool kPerspective>
 void ShadowView::Rows::draw_texels(const Splat &splat, const Footprint &footprint, float wide, float high) const {
     const auto after = [](float low) { return static_cast<int>(std::max(low, -1.0F) + 1); };
@@ -324,8 +323,7 @@ ShadowView::Seen ShadowView::see(const Vector3 &place, const Vector3 &normal) co
     return {true, static_cast<int>(texel_row), static_cast<int>(texel_column), static_cast<float>(depth)};
 }
 
-// The map's inside is where four linear functions, one per border, are positive. Each is evaluated where the square is
-// best for it.
+// The map's inside is where four linear functions, one per border, are positive. Test each at its maximum in a square.
 std::pair<std::uint32_t, std::uint32_t> ShadowView::squares_seen(const SquareRow &squares, int first_row,
                                                                  int rows) const {
     const Vector3 &corner = squares.corner, &along = squares.along, &across = squares.across;

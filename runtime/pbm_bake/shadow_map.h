@@ -27,8 +27,7 @@ class ShadowView {
     // Adds 1 to the vote of every point that faces the light, projects into these rows and is not occluded.
     void vote(int first, int rows, std::span<float> map, std::span<std::uint8_t> votes) const;
 
-    // The texel into which a position of a plane projects, and the plane's depth there. The plane casts no shadow
-    // itself.
+    // Texel and depth of a position of a plane that casts no shadow itself.
     struct Seen {
         bool inside = false; // false: outside of the view, where everything is lit
         int row = 0, column = 0;

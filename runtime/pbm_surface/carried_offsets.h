@@ -1,9 +1,8 @@
 // Estimates the surface offset of all points of a level in two passes, for the baker.
 //
 // A voxel's centre lies up to 0.87 voxel edges off the surface, 0.42 on scans (root mean square). The first pass takes
-// the mean of the occupied voxels around a point, which lies near the surface. The second pass extends the estimates of
-// the neighbours along their tangent planes to the point, and takes the mean. The remaining error is 0.08 to 0.14
-// voxels.
+// the mean of the occupied voxels around a point, which lies near the surface. The second pass extends the neighbours'
+// estimates along their tangent planes to the point and takes the mean, which leaves an error of 0.08 to 0.14 voxels.
 //
 // SurfaceOffsets is the estimate of the renderers. On two scans (0.2 and 3.3 million points) the two differ by 0.12
 // voxel edges (root mean square), and by more than 0.25 at 4 % of the points. On one core this one takes 0.6 to 0.9
@@ -35,8 +34,7 @@ struct LevelPoints {
 // Steps of a stored offset per voxel edge.
 inline constexpr int kCarriedSteps = 128;
 
-// For each point the distance from the voxel's centre along the normal to the surface, in 1 / kCarriedSteps voxel
-// edges.
+// For each point the distance along the normal from voxel centre to surface, in 1 / kCarriedSteps voxel edges.
 std::vector<std::int8_t> carried_offsets(const LevelPoints &points, int threads);
 
 } // namespace pbm

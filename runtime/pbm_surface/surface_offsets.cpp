@@ -167,7 +167,6 @@ inline constexpr std::array<std::uint32_t, 256> kWaysOfMask = [] {
     return ways;
 }();
 
-// The points of a chunk.
 struct ChunkPoints {
     ByteView masks;             // of nodes
     const std::uint64_t *sides; // [nodes]: axes for kFar of the eight children, a byte each; 0: no point

@@ -98,8 +98,7 @@ bool is_own_file(int folder, const std::string &name, int number) {
            held.st_uid == ::geteuid();
 }
 
-// Locks a file that a killed writer left behind. Not ok() (see errno) if another process holds it or if it is not a
-// sibling of ours.
+// Locks a file that a killed writer left. Not ok() (see errno) if another process holds it or it is no sibling of ours.
 Descriptor take_stale(int folder, const std::string &name) {
     Descriptor file(::openat(folder, name.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
     if (!file.ok())

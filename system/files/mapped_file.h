@@ -14,9 +14,8 @@ namespace pbm {
 class MappedFile {
   public:
     static Result<MappedFile> open(const std::string &path);
-    // Reads a stream (is_stream) to its end into memory owned by the result. `wanted` is called once, with the first
-    // kStreamStart bytes or with fewer at the end, and returns the number of bytes to read at most; the rest stays
-    // unread.
+    // Reads a stream (is_stream) to its end into memory owned by the result. `wanted` is called once at least
+    // kStreamStart bytes are read; it returns the number of bytes to read at most, and the rest stays unread.
     //
     // errors  io         the system's text; standard input is a terminal
     //         bad_input  the first megabyte is zeros, as from a device that never ends

@@ -12,8 +12,7 @@ namespace pbm {
 
 class ChildProgram {
   public:
-    // Starts `arguments[0]`, searched in PATH. Its standard output is dropped; the first line of its standard error
-    // becomes part of messages.
+    // Starts `arguments[0]`, searched in PATH. Drops standard output; standard error's first line goes into messages.
     //
     // errors  memory (exit code 4)  the program is not installed, or no process can be started
     //         io                    no pipes

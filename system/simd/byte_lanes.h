@@ -137,11 +137,8 @@ HWY_INLINE Lanes operator|(Lanes a, Lanes b) { return {hn::Or(a.v, b.v)}; }
 HWY_INLINE Lanes operator^(Lanes a, Lanes b) { return {hn::Xor(a.v, b.v)}; }
 template <int kBits> HWY_INLINE Lanes shift_left(Lanes a) { return {hn::ShiftLeft<kBits>(a.v)}; }
 template <int kBits> HWY_INLINE Lanes shift_right(Lanes a) { return {hn::ShiftRight<kBits>(a.v)}; }
-// Lane i of each block becomes lane i + kBy.
 template <int kBy> HWY_INLINE Lanes shift_lanes(Lanes a) { return {hn::ShiftLeftBytes<kBy>(Tag(), a.v)}; }
-// 255 in lanes that are equal, else 0.
 HWY_INLINE Lanes equal_bytes(Lanes a, Lanes b) { return {hn::VecFromMask(Tag(), hn::Eq(a.v, b.v))}; }
-// A table of 16 bytes for each block.
 HWY_INLINE Lanes load_tables(const std::uint8_t *const from[]) {
 #if HWY_MAX_BYTES >= 32
     const hn::Half<Tag> half;
@@ -150,9 +147,7 @@ HWY_INLINE Lanes load_tables(const std::uint8_t *const from[]) {
     return load(from[0]);
 #endif
 }
-// table[index] within each block; 0 if bit 7 of the index is set
 HWY_INLINE Lanes lookup(Lanes table, Lanes index) { return {lookup_bytes(table.v, index.v)}; }
-// Bit i is set if lanes i are equal.
 HWY_INLINE unsigned equal_lanes(Lanes a, Lanes b) {
     std::uint8_t bits[8] = {};
     hn::StoreMaskBits(Tag(), hn::Eq(a.v, b.v), bits);

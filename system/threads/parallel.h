@@ -1,5 +1,4 @@
-// Parallel loops. Each item is processed once, by any thread, and writes only its own slot; so results do not depend on
-// the number of threads.
+// Parallel loops. Each item is processed once and writes its own slot only, so results do not depend on the threads.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,5 @@
 // Encodes points of a .pbvg file as a PLY file: header and rows. pbm-build reads them back as exactly the same points.
-// Based on: Turk. The PLY polygon file format. 1994; Campbell. Point Based Modelling and Rendering. 2006 (element
-// material)
+// Based on: Turk. The PLY polygon file format. 1994; Campbell. Point Based Modelling and Rendering. 2006 (materials)
 #pragma once
 
 #include "point_stream.h"
@@ -17,9 +16,8 @@ struct PlyFormat {
 // Properties of vertices:
 //   x y z               double (float): the voxel's centre, model units
 //   nx ny nz            float: unit vector of the normal table
-//   radius              float: splat radius, model units, one rounding step below the radius table's value, so that it
-//   is
-//                       not rounded up to the next one
+//   radius              float: splat radius, model units, rounded below the radius table's value so that it
+//                       is not rounded up to the next one
 //   red green blue      uchar, if the file has colours
 //   material_index      uchar, if points have one; likewise other streams to which kStreams gives a property
 //   two_sided           uchar: 1 if both sides are visible

@@ -8,7 +8,6 @@
 
 namespace pbm {
 
-// Points of one chunk.
 struct PointBlock {
     std::span<const MortonCode> codes; // Morton codes of the points, ascending
     const PointAttributes &points;     // [codes.size()]

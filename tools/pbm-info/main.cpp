@@ -22,8 +22,7 @@ struct StreamSize {
 
 struct LevelSize {
     int level = 0;
-    std::uint64_t points = 0, directory_bytes = 0,
-                  bytes = 0; // second: of the directory; third: of directory, bricks and chunks
+    std::uint64_t points = 0, directory_bytes = 0, bytes = 0; // bytes: of directory, bricks and chunks
     std::uint64_t bricks = 0;
     std::size_t chunks = 0;
     std::vector<StreamSize> streams;

@@ -109,7 +109,6 @@ class FileWalk {
     ByteView stored(FileRange range) const { return slice(file_, range.offset, range.bytes); }
     ByteView stored(const SectionEntry &entry) const { return stored({entry.offset, entry.stored_bytes}); }
 
-    // Checks padding and hashes.
     void check_stored() {
         std::uint64_t end = kHeaderBytes + sections_.size() * kSectionEntryBytes;
         for (const SectionEntry &entry : sections_) {
@@ -259,8 +258,7 @@ class FileWalk {
         }
     }
 
-    // Decodes the chunks whose parents were decoded. `refused` marks the refused chunks of the level above; on return,
-    // those of this level.
+    // Decodes chunks with decoded parents. `refused` marks refused chunks: of the level above, on return of this one.
     void load_level(const LevelDirectory &directory, const LevelDirectory &directory_above,
                     std::vector<bool> &refused) {
         const AttributeSet &set = parameters_.attributes;

@@ -53,8 +53,7 @@ void FaultSink::add(Error error) {
 Image check_raster(const StoredRaster &raster, int threads, bool means, FaultSink &faults) {
     const TileGrid &grid = raster.directory.grid;
     check_padding(raster, faults);
-    // From coarse to fine, the order of the file: memory for a level is allocated only after the level above, a quarter
-    // of its size, was decoded.
+    // From coarse to fine, as stored: allocate a level only after the one above, a quarter of its size, was decoded.
     std::vector<Image> levels(static_cast<std::size_t>(grid.levels()));
     for (int level = grid.levels() - 1; level >= 0; --level)
         levels[static_cast<std::size_t>(level)] = check_tiles(raster, level, threads, faults);

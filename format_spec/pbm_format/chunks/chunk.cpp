@@ -23,7 +23,6 @@ ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t 
 
 namespace {
 
-// Decodes one chunk into `to`.
 class Decoder {
   public:
     Decoder(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ParentNodes &parents, Chunk &to)
@@ -139,8 +138,7 @@ class Decoder {
         return {};
     }
 
-    // Marks the normals outside of the cone: for many normals, a lookup of each while decoding is faster than a second
-    // pass.
+    // Marks the normals outside of the cone. For many normals a lookup while decoding is faster than a second pass.
     const OutsideCone *outside_cone() {
         if (entry_.cone.cosine == kNoCone || entry_.shape.points < kManyNormals)
             return nullptr;

@@ -26,9 +26,9 @@ FileRange brick_range(const ChunkEntry &entry, const SectionEntry &bricks);
 // Views the chunk `entry` of a mapped file, whose directory was verified. Verifies nothing.
 ChunkView view_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const AttributeSet &set, int level);
 
-// Verifies a chunk: hash, padding, masks, counts, ranges of every attribute, normal cone, bricks. `parents` must be
-// verified; `bricks` is the level's section of bricks. Accesses stay in bounds if the bytes change meanwhile. Error
-// offsets are file offsets.
+// Verifies hash, padding, masks, counts, ranges of every attribute, normal cone and bricks of a chunk. `parents` must
+// be verified; `bricks` is the level's section. Accesses stay in bounds if bytes change. Error offsets are file
+// offsets.
 //
 // errors  bad_hash (5.6.4), bad_octree (4.2, 4.4), bad_directory (5.11.1), bad_content (5.11.2 to 5.11.4),
 //         bad_attribute (5.7 cone, 5.10.1 padding, section 6 values)

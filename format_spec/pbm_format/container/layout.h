@@ -112,9 +112,8 @@ struct SectionEntry {
     std::array<std::uint32_t, 3> order() const;
 };
 
-// Verifies rules 3.1 and 3.2, except for padding, of the table of `header`: hash, order, offsets, sizes, known codecs,
-// and that every necessary section exists exactly once. `start` holds the file up to the end of the table, as far as
-// the file goes.
+// Verifies rules 3.1 and 3.2, except padding, of the table of `header`: hash, order, offsets, sizes, known codecs, and
+// necessary sections, each exactly once. `start` holds the file up to the end of the table or of the file.
 Result<std::vector<SectionEntry>> decode_section_table(ByteView start, const FileHeader &header);
 
 // The section of this type and instance, or null.

@@ -94,8 +94,7 @@ struct GroundPlane {
 
 // The rasters of a file. Texel (0, 0) of a raster of the ground plane has the lowest u and v; columns run along u.
 struct ModelImages {
-    // Equirectangular, width 2 x height, 3 channels; may be empty. The default camera looks at its middle; its top is
-    // up.
+    // Equirectangular, width 2 x height, 3 channels; may be empty. The default camera looks at its middle; top is up.
     Image panorama;
     Image ground_texture;          // 1 channel, indices into the palette of GroundPlane::texture; may be empty
     std::vector<Image> ground_lit; // 1 channel, lit fraction x 255; one per light with a shadow stream, or none
@@ -131,9 +130,8 @@ struct Model {
     bool operator==(const Model &) const = default;
 };
 
-// Fills levels depth-1 .. 0 with the averages of the finest points (BVG.md section 7): integer sums with one vote per
-// finest point, independent of order, compiler and thread count. `levels[L].masks` and `levels.back().points` must be
-// filled.
+// Fills levels depth-1 .. 0 with the averages of the finest points (BVG.md section 7): integer sums, one vote per
+// finest point, independent of order, compiler and threads. Requires all `levels[L].masks` and `levels.back().points`.
 void average_levels(Model &model, int threads);
 
 } // namespace pbm

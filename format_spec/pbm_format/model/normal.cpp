@@ -93,9 +93,8 @@ constexpr std::size_t facet_of(int i, int j, int down) {
     return static_cast<std::size_t>(facet);
 }
 
-// A triangle of the positive octant, and the normals that can be nearest to a direction in it. Weights are barycentric
-// in the triangle, one per corner. Scores are linear in the weights, so an order that holds at the corners of a convex
-// region holds inside.
+// A triangle of the positive octant, and the normals that can be nearest to a direction in it. Weights are barycentric,
+// one per corner. Scores are linear in them: an order at the corners of a convex region holds inside.
 struct Facet {
     float core = 0; // if every weight exceeds this, `own` is the nearest normal
     float side = 1; // else, if two weights exceed this, it is `own` or the neighbour across the third one's edge
@@ -192,8 +191,7 @@ class FacetTable {
                 {{top, core, core}, {core, top, core}, {core, core, top}}};
             return other == facet.own || surely_leads(facet.own, other, region);
         };
-        // A condition that holds for a region holds for smaller ones, so each normal continues with the previous one's
-        // result.
+        // What holds for a region holds for smaller ones, so each normal continues with the previous one's result.
         for (const std::uint16_t other : others)
             while (!core_is_sure(other))
                 core += kStep;

@@ -16,8 +16,7 @@ using Rgb8 = std::array<std::uint8_t, 3>; // sRGB
 
 Rgb8 expand_565(std::uint16_t colour);
 std::uint16_t pack_565(Rgb8 colour); // nearest
-// Colour of point `i` of a colour stream, expanded to 8 bits per channel by repeating the high bits; black if `format`
-// is none.
+// Colour of point `i` of a colour stream, expanded to 8 bits by repeating the high bits; black for format none.
 inline Rgb8 point_colour(const std::uint8_t *colours, std::size_t i, ColourFormat format) {
     if (format == ColourFormat::rgb888)
         return {colours[3 * i], colours[3 * i + 1], colours[3 * i + 2]};

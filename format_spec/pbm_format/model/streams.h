@@ -65,9 +65,8 @@ enum class Filter : std::uint8_t {
     texels = 9 // for tiles of rasters: texel_filter.h
 };
 
-// How the value of a coarser point is computed from the points below it. normal: normal of their sum or plane;
-// covering: smallest covering radius; linear_light: mean in linear light; vote: most frequent value; mean: mean. BVG.md
-// section 7
+// How a coarser point gets its value from the points below it: the normal of their sum or plane, the smallest covering
+// radius, the mean in linear light, the most frequent value, or the mean. BVG.md section 7
 enum class Average : std::uint8_t { none, normal, covering, linear_light, vote, mean };
 
 struct StreamTraits {
@@ -125,7 +124,6 @@ template <class Normals, class Values> struct PointColumns {
     bool operator==(const PointColumns &) const = default;
 };
 
-// Views of values.
 using PointView = PointColumns<std::span<const std::uint16_t>, ByteView>;
 
 // Values of the points of one chunk or one level.

@@ -127,9 +127,8 @@ inline Lookup look_up(const SymmetryTables &tables, Surroundings parent, std::si
     return {.context = sorted.normal_class | std::size_t{tables.turned[symmetry ^ parent]}, .images = 2 * symmetry};
 }
 
-// Calls visit(i, lookup) for every node, i ascending. `visit` is a copy, so that its pointers stay in registers
-// whatever it writes. Working in blocks keeps the surroundings in the first-level cache, and the loops have no branches
-// that depend on data.
+// Calls visit(i, lookup) for every node, i ascending. `visit` is a copy, so that its pointers stay in registers.
+// Working in blocks keeps surroundings in the first-level cache and the loops free of branches that depend on data.
 template <class Visit> void for_each_node(const MaskContext &context, const Visit visit) {
     constexpr std::size_t kBlock = 1024;
     const SymmetryTables &tables = symmetries();

@@ -23,8 +23,7 @@ inline constexpr std::size_t kMaskRankings = 128;
 
 // Context of the masks of one chunk, known before the masks are decoded.
 struct MaskContext {
-    // Masks of the nodes of level L - 2, the parents of the coded nodes, in order. Empty for L = 1: parent mask 1,
-    // place 0.
+    // Masks of the nodes of level L - 2, the parents of the coded nodes. Empty for L = 1: parent mask 1, place 0.
     ByteView parent_masks;
     // Stored normals (6.1) of the nodes of level L - 1, one per mask; bits 13..15 are ignored.
     std::span<const std::uint16_t> node_normals;
@@ -33,9 +32,9 @@ struct MaskContext {
 // Writes the codes of `masks`, one byte each; `codes` may be the same memory. Mask 0 always has code 255.
 void rank_masks(ByteView masks, const MaskContext &context, std::span<std::uint8_t> codes);
 
-// Writes the masks of `codes`. Codes and parent masks are untrusted: any bytes give some masks. If `parent_masks` have
-// too few children, the remaining nodes have place 0 and parent mask 1; excess parents are ignored. `masks` may be the
-// same memory as `codes`.
+// Writes the masks of `codes`, which may be the same memory. Codes and parent masks are untrusted: any bytes give
+// masks. If `parent_masks` have too few children, further nodes have place 0 and parent mask 1; excess parents are
+// ignored.
 void unrank_masks(std::span<const std::uint8_t> codes, const MaskContext &context, std::span<std::uint8_t> masks);
 
 // The context and the symmetry of a mask.

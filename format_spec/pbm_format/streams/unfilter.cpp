@@ -107,8 +107,7 @@ struct PositiveCells {
     }
 };
 
-// For each parent node, its cell when mirrored into the positive octant, and the bits that mirror it back (octant) and
-// the two-sided bit.
+// For each parent node: its cell when mirrored into the positive octant; its octant and two-sided bits, to mirror back.
 void split_parents(std::span<const std::uint16_t> parents, std::uint8_t *us, std::uint8_t *vs, std::uint8_t *mirrors) {
     static const PositiveCells cells;
     const std::uint8_t *u = cells.u.data(), *v = cells.v.data();

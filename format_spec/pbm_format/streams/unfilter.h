@@ -1,8 +1,6 @@
-// Inverts the filters of streams, 16 or 32 points at a time. SIMD (Highway); the result is the same on every processor.
-// BVG.md 5.8
+// Inverts the filters of streams, 16 or 32 points at a time. SIMD (Highway), equal on every processor. BVG.md 5.8
 //
-// All bytes may be untrusted, only the sizes of the spans are trusted: accesses stay inside the spans, apart from
-// kSlack.
+// Only the sizes of spans are trusted, their bytes are not: accesses stay inside the spans, apart from kSlack.
 //
 //   level L - 1   node j:  normal, radius, colour ..       known
 //   level L       masks    number of children of node j    decoded first
@@ -38,9 +36,9 @@ struct EscapeCount {
 };
 EscapeCount count_escapes(ByteView codes);
 
-// Each function writes layout.points() points. `codes`, `green` and `red_blue` have layout.codes() bytes (for radii and
-// lit fractions layout.points()) and kSlack behind; `escapes` two bytes per escape in the codes; `parents`
-// layout.nodes() points.
+// Each function writes layout.points() points. Codes (`codes`, `green`, `red_blue`) have layout.codes() bytes, for
+// radii and lit fractions layout.points(), and kSlack behind; `escapes` two per escape; `parents` layout.nodes()
+// points.
 struct UnfilteredNormals {
     bool valid = true;    // false: an escape is impossible
     bool outside = false; // a normal is marked in `outside`, if given

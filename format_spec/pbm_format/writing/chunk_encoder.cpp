@@ -20,7 +20,7 @@ Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &
 
 namespace {
 
-// Whether a search for matches in the plain stream can pay: only if its size without matches is near the filtered one.
+// Whether a search for matches in the plain stream can pay: not if it has twice the filtered size without them.
 bool may_become_smaller(std::size_t plain, std::size_t filtered) { return plain / 2 < filtered; }
 
 // Appends the smaller of the filtered and the plain stream.

@@ -8,8 +8,7 @@
 
 namespace pbm {
 
-// Planes of zigzag-coded differences: of the value for one channel; of G, R - G, B - G for three. Rows have `width`
-// texels.
+// Planes of zigzag-coded differences: of one channel, or of G, R - G, B - G. Rows have `width` texels.
 std::vector<Bytes> filter_texels(ByteView texels, std::size_t width, std::size_t channels);
 
 // Encodes the whole section with its mip levels. `image` must be storable. The result is the same for any thread count.

@@ -11,8 +11,7 @@ namespace pbm {
 
 namespace {
 
-// Maps small differences of either sign to small numbers: 0, -1, 1, -2 .. to 0, 1, 2, 3 .. Differences wrap modulo
-// 2^bits.
+// Maps differences modulo 2^bits to numbers, small to small: 0, -1, 1, -2 .. to 0, 1, 2, 3 ..
 unsigned zigzag(int difference, int bits) {
     const int half = 1 << (bits - 1);
     const int wrapped = ((difference + half) & (2 * half - 1)) - half;
@@ -49,8 +48,7 @@ std::size_t count_siblings(ByteView masks) {
     return count;
 }
 
-// Calls visit(parent, point) for every point with siblings. Returns false if an only child is not the `same` as its
-// parent.
+// Calls visit(parent, point) for points with siblings. Returns false if an only child is not the `same` as its parent.
 template <class Same, class Visit> bool for_siblings(ByteView masks, Same &&same, Visit &&visit) {
     std::size_t point = 0;
     for (std::size_t node = 0; node < masks.size(); ++node) {

@@ -31,7 +31,6 @@ class FileLayout {
         stored_.push_back(std::move(stored));
     }
 
-    // Adds a raw section of records of one size.
     void add_records(SectionType type, std::uint32_t instance, std::uint32_t record_bytes, Bytes stored,
                      std::uint32_t alignment = kSectionAlignment) {
         const std::uint64_t bytes = stored.size();

@@ -39,9 +39,8 @@ class DrawnRuns {
     RenderStatistics statistics() const;
     std::size_t size() const { return runs_.size(); }
 
-    // Starts a view. Then `cull` finds the visible bricks of each run; several threads may cull different runs, each
-    // with its own workplace. `frame` must outlive the use of the results. `widen(run, bricks)` may change the rows of
-    // the bricks.
+    // Starts a view. Then `cull` finds the visible bricks of a run; threads may cull different runs, each with its own
+    // workplace. `frame` must outlive the use of the results. `widen(run, bricks)` may change the rows of bricks.
     void begin_view(const FrameGeometry &frame);
     template <class Widen>
     void cull(std::size_t run, const FrameGeometry &frame, SurfaceOffsets &workplace, Widen &&widen) {

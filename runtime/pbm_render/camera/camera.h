@@ -38,10 +38,9 @@ struct Sphere {
 // Deepest level used for bounding spheres, at most about 6,000 voxels: a view is chosen before much is loaded.
 inline constexpr int kBoundsLevel = 6;
 
-// A sphere around all occupied voxels of `level`, 0..kBoundsLevel, and so around the model. Its radius is at most 0.2 %
-// above that of their smallest sphere. That one is 1 to 2 % above the smallest sphere of the finest voxels where few of
-// them stand out, 5 % for a ball that fills the cube. masks[L] are the child masks of the model's levels 1..level.
-// BVG.md section 4
+// A sphere around all occupied voxels of `level`, 0..kBoundsLevel, and so around the model; at most 0.2 % larger than
+// their smallest sphere. That is 1 to 2 % larger than the smallest sphere of the finest voxels where few stand out, 5 %
+// for a ball that fills the cube. masks[L] are the child masks of levels 1..level. BVG.md section 4
 Sphere bounding_sphere(const Grid &grid, std::span<const ByteView> masks, int level);
 // Uses the finest level present, at most kBoundsLevel.
 Sphere bounding_sphere(const Model &model);
@@ -50,8 +49,7 @@ Sphere bounding_sphere(const Model &model);
 glm::dvec3 up_direction(UpAxis up);
 glm::dvec3 front_direction(UpAxis up);
 
-// Looks from the front at the whole model: its bounding sphere touches the nearer borders of a picture of width x
-// height.
+// Looks from the front at the whole model: its bounding sphere touches the nearer borders of the picture.
 Camera default_camera(const Model &model, int width, int height, double view_angle = kDefaultViewAngle);
 // The same for a known bounding sphere.
 Camera default_camera(const Sphere &bounds, UpAxis up, int width, int height, double view_angle = kDefaultViewAngle);

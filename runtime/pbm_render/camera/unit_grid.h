@@ -1,5 +1,4 @@
-// Renderers draw in a cube of edge 1 at the origin. So floats suffice, and the picture does not depend on the scan's
-// unit or position.
+// Renderers draw in a cube of edge 1 at the origin: floats suffice, and the scan's unit and position do not matter.
 #pragma once
 
 #include "pbm_format/model/model.h"

@@ -7,7 +7,6 @@
 
 namespace pbm {
 
-// One chunk to load.
 struct ChunkTask {
     ChunkPlace place;
     const ChunkEntry *entry = nullptr;
@@ -19,8 +18,7 @@ struct ChunkTask {
 
 class ChunkLoader {
   public:
-    // `reader` must outlive the loader and must have read the directories of the levels that are loaded. Any thread may
-    // call the functions.
+    // `reader` must outlive the loader and must have read the directories of the levels that are loaded. Thread-safe.
     explicit ChunkLoader(const Reader &reader) : reader_(reader), root_(reader.root_chunk()) {}
 
     // errors  as Reader::load_chunk; bad_directory: the chunk does not hold whole bricks below its root; memory

@@ -92,8 +92,7 @@ class Selector {
           finest_(std::clamp(view.finest, 1, grid.depth)), max_error_(view.max_error) {}
 
     // Shows the place of a chunk. Returns false if its parent's points must show it. All points of the chunk lie in
-    // `box`. `radius_above` bounds the radius indices of the parent chunk. The recursion is as deep as the grid: at
-    // most 16.
+    // `box`. `radius_above` bounds the radius indices of the parent. The recursion is as deep as the grid: at most 16.
     bool show(ChunkPlace place, Box box, std::uint8_t radius_above);
 
     DetailSelection take() {

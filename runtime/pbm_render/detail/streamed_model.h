@@ -6,18 +6,16 @@
 //   model.choose(view)             returns at once what a picture can show now, and what it lacks
 //   model.request(missing)         loads missing chunks in the background, most urgent first: for a window
 //
-// The model reads the directory of a level when a view comes near enough, and verifies a chunk before it is first
-// drawn. A chunk of a packed file is decoded after its parent, which stays in memory as long as the chunk does. A chunk
-// of a mapped file is drawn in place. A damaged chunk is reported once; neither it nor the chunks below it are
-// requested again.
+// The model reads the directory of a level when a view comes near enough, and verifies a chunk before its first use. It
+// decodes a chunk of a packed file after its parent, which then stays in memory, and draws a chunk of a mapped file in
+// place. It reports a damaged chunk once, and requests neither that chunk nor the chunks below it again.
 //
 // If the source is not whole (system/byte_source.h), missing bytes are reported as ranges of the file:
 //
 //   model.bounds_wanted()          fetch these ranges until it is empty
 //   model.choose(view).wanted      ranges that the picture lacks: fill the source with them and choose again
 //
-// A chunk's bytes are dropped from that source when the chunk is loaded. They are wanted again if the chunk is evicted
-// and needed again.
+// Loading a chunk drops its bytes from that source. They are wanted again if the chunk is evicted and needed again.
 //
 //   ChunkLoader      assembles a resident chunk from the file
 //   ChunkCache       holds the resident chunks and evicts those that no view needs

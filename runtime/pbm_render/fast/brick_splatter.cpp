@@ -61,8 +61,7 @@ HWY_INLINE void draw_block(const float *depths, std::uint32_t id, double *upper,
 #endif
 }
 
-// Computes the blocks of a vector of points from `first` on. Lanes behind the last point get blocks outside the
-// picture.
+// Computes the blocks of a vector of points from `first` on. Lanes behind the last point get unused blocks.
 template <bool kPlaced>
 HWY_INLINE void lay_blocks(const StripRun &at, const FacingPoints &points, std::size_t first, Blocks &blocks) {
     const FrameGeometry &frame = at.frame;

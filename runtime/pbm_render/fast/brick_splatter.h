@@ -9,9 +9,8 @@
 
 namespace pbm {
 
-// Draws those of the run's `seen` bricks that touch the strip. The id of point i of the chunk is `first_id` + i.
-// Returns the number of points drawn; only one strip counts a point. Accesses stay in bounds if the bytes of a mapped
-// chunk change.
+// Draws those of the run's `seen` bricks that touch the strip. Point i of the chunk has the id `first_id` + i. Returns
+// the points drawn; only one strip counts a point. Accesses stay in bounds if the bytes of a mapped chunk change.
 std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
                           std::uint32_t first_id, DepthStrip &strip);
 

@@ -14,8 +14,7 @@
 namespace pbm {
 namespace {
 
-// A strip of one megabyte fits the cache, and few bricks lie in two strips. With several threads, smaller strips
-// balance the load.
+// A strip of one megabyte fits the cache; few bricks lie in two. With several threads, smaller strips balance the load.
 constexpr int kStripPixels = 128 * 1024, kSharedStripPixels = 80 * 1024;
 constexpr int kMinStripRows = 16;
 

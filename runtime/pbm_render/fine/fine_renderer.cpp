@@ -94,8 +94,7 @@ struct FineRenderer::Frame {
 
     std::optional<Picture> picture;
     std::vector<Workplace> workplaces; // [thread]
-    // [height][width]: sums over the samples of light times alpha, and of alpha. A plain background is added by
-    // resolve().
+    // [height][width]: sums over samples of light x alpha, and of alpha. resolve() adds a plain background.
     PixelArray<Float4> sum_of_light;
     PixelArray<float> first_depth; // [height][width], of the first sample, grid edges
 };
@@ -278,7 +277,6 @@ void FineRenderer::Frame::mirror(const Sample &sample, float screen_y, SurfaceRo
     }
 }
 
-// Adds a row of a sample to the picture.
 void FineRenderer::Frame::add_row(int y, const Sample &sample, Workplace &at) {
     const SurfaceRow &row = at.row;
     const auto width = static_cast<std::size_t>(picture->width);

@@ -55,8 +55,7 @@ class FineRenderer {
     //       renderer.add_sample();
     //   renderer.resolve(target);
     //
-    // The chunks of `runs` must stay resident until the last sample. `target` determines the picture's size and whether
-    // it has depths.
+    // The chunks of `runs` must stay resident until the last sample. `target` gives size and presence of depths.
     void begin(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                const Framebuffer &target);
     // Adds one sample; any number may be added.

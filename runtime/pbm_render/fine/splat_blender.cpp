@@ -59,8 +59,7 @@ struct BufferRows {
     std::int32_t origin, top, stride;
 };
 
-// Visits the boxes of a group pixel by pixel. `visit(first splat, pixels)` returns which pixels to keep, and their
-// values.
+// Visits the boxes of a group pixel by pixel. `visit(first splat, pixels)` returns pixels to keep, and values.
 template <class Visit>
 HWY_INLINE void list_small_pixels(const SplatGroup &group, const BufferRows &buffer, SmallPixels &to,
                                   const Visit &visit) {

@@ -1,9 +1,7 @@
-// Draws the visible surface, then blends the points of bricks into it. Each point adds its look to the pixels around it
-// where the visible surface is near its plane, with a weight that falls with the distance. SIMD (Highway); the sums are
-// the same on every target.
+// Draws the visible surface, then blends the points of bricks into it: each adds its look to the pixels around it where
+// the surface is near its plane, weighted by distance. SIMD (Highway); the sums are the same on every target.
 // Based on: Zwicker, Pfister, van Baar, Gross. EWA Splatting. 2002 (soft ellipses, low-pass); Botsch, Wiratanaya,
-// Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002 (visibility, then blending within a depth
-// band)
+// Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002 (visibility, then blending)
 #pragma once
 
 #include "pbm_render/fine/surface_buffer.h"
@@ -32,9 +30,8 @@ inline constexpr float kBandCosine = 0.25F;
 std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
                            std::uint32_t first_id, DepthStrip &strip);
 
-// Adds those of the run's `seen` bricks that touch the rows of the strip to `surface`, which has the strip's depths.
-// The rows of the bricks must include those of soft splats, see widen_bricks. Accesses stay in bounds if the bytes of a
-// mapped chunk change.
+// Adds those of the run's `seen` bricks that touch the strip's rows to `surface`, which has the strip's depths. The
+// rows of bricks must include those of soft splats, see widen_bricks. Accesses stay in bounds if mapped bytes change.
 void blend_bricks(const StripRun &at, std::span<const SeenBrick> seen, const SurfacePoints &points,
                   SurfaceBuffer &surface);
 

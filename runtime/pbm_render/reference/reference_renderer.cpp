@@ -109,9 +109,8 @@ void Walk::draw_octant(std::size_t octant, unsigned place, const std::vector<std
         draw_node(1, centre);
 }
 
-// Prepares an octant grid: marks the normals that face away, and computes the shape of each other normal's splat at the
-// octant's centre, for the radius of dense parts. Points of other radii, and octants that cover a wide angle, get their
-// shapes one by one.
+// Prepares an octant grid: marks the normals that face away, and computes each other normal's splat at the octant's
+// centre for the radius of dense parts. Other radii, and octants that cover a wide angle, get shapes point by point.
 void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
     constexpr double kNarrow = 0.3; // radians, half the angle of the octant
     mark_facing(projection_.eye, centre, half_edge, facing_);
@@ -134,8 +133,7 @@ void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
     }
 }
 
-// Traverses depth first. Nodes are stored in that order, so one cursor per level suffices. The recursion is as deep as
-// the grid: at most 16.
+// Traverses depth first, the order of the nodes, so one cursor per level suffices. Recursion is as deep as the grid.
 void Walk::draw_node(int level, const glm::vec4 &centre) {
     const auto below = static_cast<std::size_t>(level) + 1;
     const auto &offset = table_.child[below];
@@ -343,8 +341,7 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
         for (unsigned axis = 0; axis < 3; ++axis)
             if (unit_camera.position[static_cast<int>(axis)] > 0.5)
                 nearest |= 1U << axis;
-        // Front to back: an octant can be hidden only by octants that differ from it on axes where it is the farther
-        // one.
+        // Front to back: an octant can be hidden only by octants that are nearer on every axis where they differ.
         for (const unsigned flip : {0U, 1U, 2U, 4U, 3U, 5U, 6U, 7U}) {
             const unsigned place = nearest ^ flip;
             if ((mask >> place & 1U) != 0)

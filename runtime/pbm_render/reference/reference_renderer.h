@@ -29,8 +29,7 @@ struct ReferenceOptions {
 class ReferenceRenderer {
   public:
     // `model` must be well formed (the reader verifies that), must not change and must outlive the renderer. It holds
-    // all levels from the root to some level, which are all that can be drawn. Without `surroundings` the background
-    // has one colour.
+    // all levels from the root to some level. Without `surroundings` the background has one colour.
     explicit ReferenceRenderer(const Model &model, std::shared_ptr<const Surroundings> surroundings = nullptr);
 
     // Sets the surface offsets of all points of a level, as SurfaceOffsets estimates them, from the next frame on. An

@@ -75,7 +75,7 @@ class EyeDome {
 
   private:
     static constexpr std::size_t kRings = 2, kDirections = 8;
-    static constexpr float kMaxStep = 0.012F; // limits the darkening in front of a distant wall
+    static constexpr float kMaxStep = 0.012F; // limits the darkening of a distant wall behind an edge
 
     Depths depths_;
     std::array<glm::ivec2, kRings * kDirections> offsets_;

@@ -94,8 +94,7 @@ std::size_t PointShader::side_seen(std::size_t normal, glm::vec2 pixel) const {
     return away ? normal ^ kOppositeNormal : normal;
 }
 
-// Reflection of point and spot lights, which depend on the position and so are not in the table. Their light does not
-// weaken with distance.
+// Point and spot lights depend on the position and so are not in the table. They do not weaken with distance.
 Float4 PointShader::reflect(const Light &light, std::size_t material, std::size_t normal, glm::vec2 pixel,
                             float depth) const {
     const glm::dvec3 from_eye = projection_.ray(pixel) * static_cast<double>(depth);

@@ -29,8 +29,8 @@ struct PointLook {
 
 class PointShader {
   public:
-    // `projection` maps the unit grid to the screen; `surroundings` are those of the same frame. All arguments must
-    // outlive the shader.
+    // `projection` maps the unit grid to the screen; `surroundings` are those of the frame. All must outlive the
+    // shader.
     PointShader(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection,
                 const SurroundingsView &surroundings, const RenderOptions &options);
 

@@ -14,8 +14,7 @@ namespace pbm {
 
 // A pixel holds depth and point in one number: the bits of a positive float in the upper half, the point's id in the
 // lower half. The smallest number is the nearest point, and the lower id wins a tie, so the order of drawing does not
-// matter. It is stored as a double, since the minimum of doubles is one instruction on every target. Positive floats
-// never make it a NaN.
+// matter. It is stored as a double (never a NaN), since the minimum of doubles is one instruction on every target.
 struct DepthStrip {
     static constexpr int kMarginLeft = 1,
                          kMarginRight = 16; // columns beside the picture, for blocks and whole SIMD vectors

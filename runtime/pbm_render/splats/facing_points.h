@@ -104,8 +104,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
     const std::size_t lanes = hn::Lanes(d);
     const auto set = [&](float value) { return hn::Set(d, value); };
     const auto &[step_x, step_y, step_z] = run.steps;
-    // Largest distance between a block and its point, in pixels, rounding included: a voxel is at most 1.42 pixels
-    // wide.
+    // Largest distance in pixels between a block and its point, with rounding: a voxel is at most 1.42 pixels wide.
     constexpr float kShift = kPlaced ? 3 : 2;
     const Vector above = set(static_cast<float>(strip.top) - kShift),
                  below = set(static_cast<float>(strip.bottom) + kShift);

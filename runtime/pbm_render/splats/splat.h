@@ -47,8 +47,7 @@ inline constexpr float kPlacedOutlineInset = 0.2F;
 // How far the outline of a placed splat lies behind its plane, voxel edges. Where two splats overlap, each is then
 // visible around its own middle.
 inline constexpr float kPlacedCone = 0.7F;
-// Points nearer to the eye than kMinRadii splat radii plus kMinVoxels voxels are not drawn, because their planes would
-// reach behind the eye.
+// Points closer than kMinRadii splat radii + kMinVoxels voxels are not drawn: their planes would reach behind the eye.
 inline constexpr float kMinRadii = 1.25F, kMinVoxels = 2;
 
 // The image of a splat at depth 1, for one normal, radius and ray direction; points of one normal and radius in a small
@@ -62,7 +61,7 @@ struct SplatShape {
     Float4 depth_shift;      // from the point's depth to the middle's, model units, at any depth
 };
 
-// Sizes in model space. A two-sided splat without offset stays at its voxel's centre.
+// Sizes in model space. A two-sided splat stays at its voxel's centre.
 struct SplatSize {
     float radius;
     float voxel;
@@ -103,8 +102,7 @@ struct PixelBlock {
     std::ptrdiff_t stride;  // between rows, pixels
 };
 
-// Draws those pixels of a block whose bits in `allowed` are all set. (x, y): from the middle of the ellipse to the
-// centres of the pixels.
+// Draws those pixels of a block whose bits in `allowed` are all set. (x, y): pixel centres from the ellipse's middle.
 template <bool kCone>
 inline void draw_block(const SplatShape &shape, const SplatPixels &splat, Float4 x, Float4 y, const PixelBlock &to,
                        Int4 allowed = Int4{-1, -1, -1, -1}) {
@@ -140,8 +138,7 @@ inline void draw_splat(const SplatShape &shape, const ScreenPoint &drawn, Frameb
     const auto [pixel, depth, inverse_depth, index] = drawn;
     const Float4 scale = Float4{} + inverse_depth;
     const Float4 point{pixel.x, pixel.x, pixel.y, pixel.y};
-    // Pixel i is inside the box if its centre i + 0.5 is. So the first one is floor(edge + 0.5), clamped to the
-    // framebuffer.
+    // Pixel i is inside if its centre i + 0.5 is. So the first is floor(edge + 0.5), clamped to the framebuffer.
     const Float4 edges = point + scale * shape.box + 0.5F;
     const Float4 inner = edges > Float4{} ? edges : Float4{};
     const Int4 box = __builtin_convertvector(inner < target.limits ? inner : target.limits, Int4);

@@ -41,8 +41,7 @@ struct ViewOptions {
 // The dissertation's switches for contents of the file, and `more` of one program, for command_line::parse().
 std::vector<command_line::OldSwitch> old_switches(std::initializer_list<command_line::OldSwitch> more);
 
-// Declares the options of a view, -q and -v; the next option belongs to the group "Options". `options` must outlive the
-// parsing.
+// Declares the options of a view, -q and -v, and returns to the group "Options". `options` must outlive the parsing.
 void add_view_options(command_line::CommandLine &line, ViewOptions &options);
 
 // Declares --renderer and --splats, for programs that have both renderers.

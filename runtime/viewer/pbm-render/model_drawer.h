@@ -20,7 +20,6 @@ class ModelDrawer {
     const Grid &grid() const { return scene_->model.reader().parameters().grid; }
     // Whether the renderer needs framebuffers with depths.
     bool needs_depths() const { return !painter_; }
-    // Size of the file in bytes.
     std::uint64_t file_size() const { return scene_->file.bytes().size(); }
 
     // Loads what a picture of `size` needs. The reference renderer loads the whole level.

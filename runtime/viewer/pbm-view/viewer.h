@@ -1,8 +1,8 @@
 // Connects the window's events with models, cameras, pictures and overlays.
 //
 // This thread draws pictures of what is loaded, between two events. Opening, slow pictures and saving run on the
-// background thread; threads of the model decode chunks. So the window always responds. FrameScheduler says which
-// picture is due.
+// background thread; the model's threads decode. So the window always responds. FrameScheduler says which picture is
+// due.
 #pragma once
 
 #include "options.h"
@@ -143,7 +143,7 @@ class Viewer {
     int samples_ = 0;                        // of the picture shown, if it is fine
     PictureStatistics drawn_;                // of the picture shown
     std::uint64_t full_view_ = 0;            // the view for which memory ran out
-    bool has_told_of_room_ = false;          // that there is too little
+    bool has_told_of_room_ = false;          // has reported that memory is too small
 
     std::optional<VideoSink> video_; // until its recording starts
     const VideoOptions video_options_;
@@ -153,11 +153,11 @@ class Viewer {
     Panel panel_;
     Notice notice_;
     bool show_help_ = false, show_frame_time_, show_panel_;
-    bool stale_ = true; // what the window shows
+    bool stale_ = true; // the window must be presented anew
     bool quit_ = false;
     int exit_code_ = 0;
     std::uint64_t frames_ = 0;                         // shown
-    bool first_picture_ = true, exact_picture_ = true; // are still to come
+    bool first_picture_ = true, exact_picture_ = true; // not yet reported
 };
 
 } // namespace pbm

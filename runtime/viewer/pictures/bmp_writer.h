@@ -7,8 +7,7 @@
 
 namespace pbm {
 
-// Windows bitmap, uncompressed, bottom row first: 24 bits per pixel if every pixel is opaque, else 32 with straight
-// alpha (BITMAPV4HEADER).
+// Uncompressed, bottom row first: 24 bits per pixel if all are opaque, else 32 with straight alpha (BITMAPV4HEADER).
 //
 // errors  memory  larger than the format's limit of 4 GiB
 Result<Bytes> encode_bmp(const Framebuffer &picture);

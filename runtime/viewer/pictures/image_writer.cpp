@@ -138,8 +138,7 @@ class BandEncoder {
                 std::memcpy(filtered + 3 * x, difference + 4 * x, 4);
     }
 
-    // Compresses the filtered bytes but those of kBandStart and appends them; a band that is not the last one ends with
-    // a full flush.
+    // Appends the compressed filtered bytes, without those of kBandStart; all bands but the last end with a full flush.
     //
     // The stored byte serves as a dictionary. Without one, ISA-L 2.30 enters the third byte's position in its hash
     // table under a hash of bits 16 to 47 of the stream's own address: the code for the first byte

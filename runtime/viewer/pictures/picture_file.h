@@ -20,8 +20,7 @@ Result<PictureForm> picture_form(const std::string &name);
 // errors  as encode_png and encode_bmp
 Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads = 1);
 
-// Writes `name`-1.png into `folder`, or `name`-2.png and so on: takes the first free number and never overwrites a
-// file. Returns the path.
+// Writes `name`-N.png into `folder` with the first free number N from 1; overwrites no file. Returns the path.
 Result<std::string> save_picture(const std::filesystem::path &folder, const std::string &name,
                                  const Framebuffer &picture);
 

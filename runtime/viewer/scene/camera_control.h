@@ -22,7 +22,7 @@ Camera orbit(const Camera &camera, double right, double up);
 Camera turntable(const Camera &camera, const glm::dvec3 &axis, double angle);
 // Scales the distance to the focal point, clamped to 1/1000..1000 radii of the model.
 Camera approach(const Camera &camera, double factor, double model_radius);
-// Moves eye and focal point in the plane of the picture: the focal point's plane moves by `offset` (right, up; picture
+// Moves eye and focal point parallel to the picture: the focal point's plane moves by `offset` (right, up; picture
 // heights).
 Camera pan(const Camera &camera, glm::dvec2 offset);
 // Rotates in place, radians: the view moves right, and up until almost along `Camera::up`.

@@ -24,8 +24,7 @@ class FrameScheduler {
     // Errors are the exact error times powers of this: four steps are one detail level.
     static constexpr double kErrorStep = 1.189207115002721;
     static constexpr double kLargestError = 64; // pixels
-    // While chunks arrive, the pause after a picture is this many times its duration: decoding needs the same
-    // processors.
+    // Pause after a picture while chunks arrive, in durations of the picture: decoding needs the same processors.
     static constexpr double kPause = 2;
 
     struct Step {
@@ -41,8 +40,7 @@ class FrameScheduler {
     // Number of points to draw at an error.
     using PointsAt = std::function<std::uint64_t(double max_error)>;
 
-    // Starts with a view at rest. `max_error` is the exact error in pixels; `min_fps`: frames per second while the view
-    // moves, 0: any.
+    // Starts at rest. `max_error` is the exact error, pixels; `min_fps`: frames per second of a moving view, 0: any.
     FrameScheduler(double max_error, double min_fps);
 
     // The picture shown is out of date; further changes may follow.

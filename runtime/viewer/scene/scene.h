@@ -28,8 +28,7 @@ struct StreamedScene {
 // Reads header and small sections only, which takes a negligible time.
 Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options);
 
-// A model that is completely in memory. Not movable: the renderer refers to the model. Immutable, so any thread may
-// draw it.
+// A model completely in memory. Not movable: the renderer refers to the model. Immutable, so any thread may draw it.
 struct Scene {
     Scene(Model loaded, const StreamingStatistics &what_it_took)
         : model(std::move(loaded)),

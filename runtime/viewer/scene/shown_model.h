@@ -16,7 +16,6 @@
 
 namespace pbm {
 
-// Statistics of a picture.
 struct PictureStatistics {
     RenderStatistics drawn;
     int coarsest_level = 0;  // `drawn.level` is the finest

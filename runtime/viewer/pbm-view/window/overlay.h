@@ -1,5 +1,4 @@
-// Draws over the picture: text (loading, keys, cost of a frame, saved files) and a panel of Dear ImGui, to which it
-// also passes input.
+// Draws text (loading, keys, cost of a frame, saved files) and a panel of Dear ImGui over the picture.
 #pragma once
 
 #include "window/window.h"

@@ -1,5 +1,5 @@
-// The panel of the window: edits the switches of the shading, lights, materials, palettes and the background. What the
-// file lacks is greyed out.
+// The panel of the window: edits shading, lights, materials, palettes and background. What the file lacks is greyed
+// out.
 #pragma once
 
 #include "viewer/scene/look.h"

@@ -1,5 +1,4 @@
-// Copies a picture to the window's framebuffer through a texture, pixel for pixel: no filter, no blending, no colour
-// conversion.
+// Copies a picture to the window's framebuffer through a texture, pixel for pixel, without any conversion.
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"
@@ -18,7 +17,6 @@ class Presenter {
 
     // Longest edge of a picture that can be shown.
     int max_edge() const { return max_edge_; }
-    // Replaces the picture.
     void upload(const Framebuffer &picture);
     // Draws the picture, if any, into the upper left corner of a window of `size`; fills the rest with `background`.
     void draw(glm::ivec2 size, Rgba8 background) const;

@@ -14,7 +14,6 @@ namespace pbm {
 std::string file_name(const std::string &path);
 // "12.3 ms".
 std::string milliseconds(double seconds);
-// The rows of the help.
 std::vector<OverlayRow> help_rows(CameraMode mode);
 // Cost of a picture of `size`, for the window's corner; `depth` is the model's.
 std::string cost_text(const PictureStatistics &picture, int depth, glm::ivec2 size);
