@@ -47,7 +47,7 @@
 //   camera        Camera, default_camera, Framebuffer            pbm_render/camera/, picture/
 //   detail        StreamedModel: the chunks that a view needs    pbm_render/detail/
 //   renderers     FastRenderer, FineRenderer, ReferenceRenderer  pbm_render/fast/, fine/, reference/
-//   surroundings  Surroundings, apply_depth_cue                    pbm_render/surroundings/, shading/
+//   surroundings  Surroundings, apply_depth_cue                  pbm_render/surroundings/, shading/
 //
 // Framebuffer::colour holds sRGB with straight alpha, red in the lowest byte: [height][width], top row first. Renderers
 // draw a file's ground and panorama if they are constructed with a Surroundings of Reader::images().

@@ -8,7 +8,7 @@ namespace pbm {
 
 // Marks the normals outside of `cone`, whose cosine must not be kNoCone. Costs as much as comparing a hundred normals.
 void mark_outside(const NormalCone &cone, OutsideCone &outside);
-inline constexpr std::size_t kManyNormals = 512; // worth it from this count on
+inline constexpr std::size_t kManyNormals = 512; // normals from which mark_outside is faster than comparing
 
 // Whether `cone`, whose cosine must not be kNoCone, holds all of these normals. `memory` is scratch for many normals.
 bool cone_holds(const NormalCone &cone, std::span<const std::uint16_t> normals, OutsideCone &memory);

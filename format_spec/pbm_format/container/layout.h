@@ -191,8 +191,8 @@ std::size_t chunk_entry_bytes(const AttributeSet &set);
 
 struct LevelDirectory {
     int level = 0;
-    std::vector<ChunkEntry> chunks; // ascending, tiling the level
-    std::uint64_t points = 0;       // ascending; they tile the level
+    std::vector<ChunkEntry> chunks; // ascending; they tile the level
+    std::uint64_t points = 0;       // of the level
     std::uint64_t nodes = 0;        // of the level above
 };
 

@@ -30,7 +30,7 @@ struct PointIds {
 
 class DrawnRuns {
   public:
-    // `chunk_points`: the maximal points of a chunk.
+    // `chunk_points`: the maximum number of points per chunk.
     explicit DrawnRuns(std::uint32_t chunk_points);
 
     // Copies the runs to draw, as many as ids can number.

@@ -20,7 +20,6 @@
 //   ChunkLoader      assembles a resident chunk from the file
 //   ChunkCache       holds the resident chunks and evicts those that no view needs
 //   ChunkScheduler   decides which thread loads which chunk when
-//   ChunkScheduler   decides which thread loads which chunk when
 #pragma once
 
 #include "pbm_format/reading/reader.h"

@@ -55,6 +55,7 @@ struct BoxPixels {
     Mask inside; // of the box
 };
 
+// Pixel (x, y) of a buffer has the index origin + x + (y - top) * stride.
 struct BufferRows {
     std::int32_t origin, top, stride;
 };

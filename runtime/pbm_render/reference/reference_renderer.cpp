@@ -61,7 +61,7 @@ class Walk {
     const int level_;
     const std::uint16_t *const point_normals_; // attributes of the points drawn
     const std::uint8_t *const point_radii_;
-    const std::span<const std::int8_t> offsets_; // as above; may be empty
+    const std::span<const std::int8_t> offsets_; // of the points drawn; may be empty
     Framebuffer &target_;
 
     TransformTable table_;

@@ -14,7 +14,7 @@ class Recording {
     bool done() const { return frame_ == video_.frames; }
     int frame() const { return frame_; } // drawn so far
     const VideoOptions &video() const { return video_; }
-    Camera camera() const;
+    Camera camera() const; // of the next frame
     // Draws the next frame, waiting for all that it needs; passes it to `show`, then to the video.
     //
     // errors  as StreamedModel::load and the sink
