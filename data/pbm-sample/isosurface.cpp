@@ -12,8 +12,8 @@ namespace pbm::sample {
 namespace {
 
 constexpr int kBlock = 4;      // cells along a block; 4^3 = 64 lattice points, one bit each
-constexpr int kRegion = 8;     // blocks along a root region of the search for surface blocks; a power of two
-constexpr double kReach = 0.5; // cells around a block that seem free of surface if the block is skipped
+constexpr int kRegion = 8;     // blocks along a root region of the search; a power of two
+constexpr double kReach = 0.5; // cells around a block that must also be free of surface to skip the block
 constexpr std::int32_t kOutside = -1;
 constexpr std::int32_t kInside = -2;
 
@@ -30,15 +30,15 @@ struct Block {
     int z = 0;
     std::uint64_t inside = 0;       // lattice points with value < 0
     std::uint64_t crossed = 0;      // cells with a vertex
-    std::uint32_t first_vertex = 0; // of those, in bit order
+    std::uint32_t first_vertex = 0; // of the vertices, in bit order
     std::size_t first_triangle = 0;
     std::array<float, 64> value{};
 };
 
-// A coordinate as an array index.
+// Converts a coordinate to an array index.
 constexpr std::size_t slot(int coordinate) { return static_cast<std::size_t>(coordinate); }
 
-// Signs of the lattice points of a block and one layer beyond on the high sides; [z][y][x].
+// Signs of the lattice points of a block and of one layer beyond its high sides; [z][y][x].
 using SignCube = std::array<std::array<std::array<bool, 5>, 5>, 5>;
 
 class Lattice {
@@ -72,7 +72,7 @@ class Lattice {
         return state(bx, by, bz);
     }
 
-    // Whether some lattice points of a cube of blocks are on the faces of the lattice, which count as outside.
+    // Whether a cube of blocks has lattice points on the faces of the lattice, which count as outside.
     bool on_border(int bx, int by, int bz, int size) const {
         return bx == 0 || by == 0 || bz == 0 || bx + size == nx_ || by + size == ny_ || bz + size == nz_;
     }
@@ -155,11 +155,11 @@ void Lattice::add_block(int bx, int by, int bz) {
     blocks_.push_back(Block{.x = bx, .y = by, .z = bz});
 }
 
-// Points that a neighbour's distance shows to be far from the surface take a value from it instead of one of their own.
+// Evaluates lattice points. Points that a neighbour's distance proves to be far from the surface get a sign only.
 void Lattice::evaluate_block(Block &block) {
     std::uint64_t known = 0;
     for (int step = 0; step < 64; ++step) {
-        const int b = (step * 21 + 21) & 63; // scattered, so that the first few points settle most of a far block
+        const int b = (step * 21 + 21) & 63; // scattered, so that the first few points decide most of a far block
         if ((known >> b & 1) != 0)
             continue;
         const int x = b & 3;
@@ -231,7 +231,7 @@ SignCube Lattice::signs(const Block &block) {
     return cube;
 }
 
-// Moves a lattice point to just inside. False if it was inside, or must stay outside.
+// Moves a lattice point just inside. Returns false if it was inside or must stay outside.
 bool Lattice::fill(int x, int y, int z) {
     const std::int32_t s = state_or_outside(x >> 2, y >> 2, z >> 2);
     if (s < 0 || point_on_border(x, y, z) || is_inside(x, y, z))
@@ -242,8 +242,8 @@ bool Lattice::fill(int x, int y, int z) {
     return true;
 }
 
-// Adds the neighbours into which the surface of this block continues: those that were skipped as all inside or all
-// outside, but touch a lattice point of the other kind. True if there were any.
+// Adds the neighbours into which the surface of this block continues: blocks that were skipped as inside or outside but
+// touch a lattice point of the other kind. Returns whether there were any.
 bool Lattice::grow(std::size_t index) {
     const Block block = blocks_[index];
     bool grown = false;
@@ -277,8 +277,8 @@ bool Lattice::is_uniform(const Block &block) {
     return true;
 }
 
-// A face whose signs alternate, or a cell with just two opposite corners inside or outside, would join two sheets of
-// the surface in one edge or vertex. Filling only ever adds to the inside, so repeating it ends.
+// Fills faces with alternating signs, and cells with just two opposite corners inside or outside: there, two sheets of
+// the surface would share an edge or a vertex. Filling only adds to the inside, so repeating it terminates.
 bool Lattice::fill_ambiguities(std::size_t index) {
     if (is_uniform(blocks_[index]))
         return false;
@@ -319,8 +319,8 @@ bool Lattice::fill_ambiguities(std::size_t index) {
     return changed;
 }
 
-// The search may have skipped blocks where the field is not quite a distance; follow the surface into them. Afterwards
-// no cell with a sign change is outside the stored blocks, so the surface is closed whatever the field.
+// Follows the surface into blocks that the search skipped because the field is no exact distance. Afterwards all cells
+// with a sign change lie in stored blocks, so the surface is closed for any field.
 void Lattice::evaluate_and_close() {
     evaluate(0);
     for (bool changed = true; changed;) {
@@ -358,7 +358,7 @@ std::uint32_t Lattice::vertex_of(const Cell &c) {
     return block.first_vertex + static_cast<std::uint32_t>(std::popcount(block.crossed & below));
 }
 
-// Mean of the crossings on the cell's edges; normal from the differences along them.
+// Vertex: mean of the crossings on the cell's edges. Normal: from the differences along the edges.
 void Lattice::place_vertices(const Block &block, Isosurface &out) {
     std::uint32_t vertex = block.first_vertex;
     for (std::uint64_t rest = block.crossed; rest != 0; rest &= rest - 1, ++vertex) {
@@ -410,7 +410,7 @@ template <typename Emit> void Lattice::for_each_quad(const Block &block, const E
             const bool there = cube[slot(lz + (axis == 2))][slot(ly + (axis == 1))][slot(lx + (axis == 0))];
             if (here == there)
                 continue;
-            // u, v: the axes after `axis`, cyclically, so that u x v points along it.
+            // u, v: the two axes after `axis`, cyclically; u x v points along `axis`.
             const Cell u{axis == 2, axis == 0, axis == 1};
             const Cell v{axis == 1, axis == 2, axis == 0};
             const Cell q0{x - u.x - v.x, y - u.y - v.y, z - u.z - v.z};

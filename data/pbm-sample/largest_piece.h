@@ -5,8 +5,8 @@
 
 namespace pbm::sample {
 
-// Drops everything but the connected piece with most vertices (of equals, the first): splinters that hang in the air
-// and bubbles inside. The order of what stays does not change.
+// Keeps only the connected piece with the most vertices (the first of equals), without floating splinters and inner
+// bubbles. The order of what remains does not change.
 void keep_largest_piece(Isosurface &surface);
 
 } // namespace pbm::sample

@@ -34,7 +34,7 @@ void append_binary(const TriangleMesh &mesh, Bytes &out) {
     }
 }
 
-// Shortest decimal that reads back the same, then `after`.
+// Appends the shortest decimal that reads back the same, then `after`.
 template <class Number> void put_text(Bytes &out, Number value, char after) {
     char digits[32];
     const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;

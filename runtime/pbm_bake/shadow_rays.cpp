@@ -13,13 +13,13 @@ namespace {
 constexpr float kLift = 0.25F;         // voxels
 constexpr float kOffsetSteps = 127;    // of a voxel
 constexpr float kLayerSteps = 64;      // the same
-constexpr float kFarthestLayer = 2;    // voxels: farther ones do not show through each other's splats
-constexpr float kBelow = 0.05F;        // a ray that starts so far below a place meets the triangle there
-constexpr float kFarthestPlace = 0.9F; // half of a voxel's diagonal, and what rounding adds
+constexpr float kFarthestLayer = 2;    // voxels: splats of farther layers do not show through
+constexpr float kBelow = 0.05F;        // a ray starts this far below a position to meet the triangle there
+constexpr float kFarthestPlace = 0.9F; // half of a voxel's diagonal, plus rounding
 constexpr float kSlack = 1e-3F;        // voxels
-// Of a light across a surface rounding does not say whether it faces it: whoever asks does.
+// Rounding cannot decide the side of a light at the horizon: within this cosine a point faces it.
 constexpr float kMinCosine = 1e-4F;
-// Points on which so many parts of a light agree are outside of the penumbra.
+// A point on which this many parts of a light agree lies outside of the penumbra.
 constexpr std::size_t kFirstParts = 8;
 constexpr std::size_t kBricksAtOnce = 16;
 
@@ -39,7 +39,7 @@ Way way_to(const LightPlace &light, const Place &from) {
     for (std::size_t axis = 0; axis < 3; ++axis)
         way[axis] = light.parallel ? -light.direction[axis] : light.position[axis] - static_cast<double>(from[axis]);
     const double length = std::sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
-    const double scale = length > 0 ? 1 / length : 0; // nothing lies on no way
+    const double scale = length > 0 ? 1 / length : 0; // length 0: nothing is between
     return {
         {static_cast<float>(way[0] * scale), static_cast<float>(way[1] * scale), static_cast<float>(way[2] * scale)},
         light.parallel ? std::numeric_limits<float>::max() : static_cast<float>(length)};
@@ -55,9 +55,9 @@ Place unit_normal(std::uint16_t stored) {
     return {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])};
 }
 
-// How far above a place of a triangle the outermost layer lies, kLayerSteps-ths of a voxel.
+// Height of the outermost layer above a position on a triangle, in kLayerSteps-ths of a voxel.
 std::uint8_t layers_above(const TriangleTree &triangles, const Place &place, std::uint16_t stored) {
-    if ((stored & kTwoSidedBit) != 0) // nobody knows which side is the outer one
+    if ((stored & kTwoSidedBit) != 0) // the outer side is unknown
         return 0;
     const Place normal = unit_normal(stored);
     const std::optional<float> last =
@@ -82,7 +82,7 @@ ShadowRays::ShadowRays(const ShadowCasters &casters, const TriangleTree &triangl
             bool known = false;
             for (std::size_t i = bricks[b].first_point; i < bricks[b + 1].first_point; ++i) {
                 const Place centre = centre_of(bricks[b], casters.places()[i]);
-                // The place below the point before bounds the search.
+                // The surface position of the previous point bounds the search.
                 const Place way{last[0] - centre[0], last[1] - centre[1], last[2] - centre[2]};
                 const float within =
                     known ? std::min(kFarthestPlace, std::sqrt(dot(way, way)) + kSlack) : kFarthestPlace;

@@ -15,9 +15,9 @@ using Int4 = std::int32_t __attribute__((vector_size(16)));
 
 constexpr std::size_t kFour = 4;
 constexpr std::size_t kAtOnce = 4096;
-// Layers of four: more than any count of triangles that 64 bits hold. One node of each waits, and its three sisters.
+// 32 layers suffice for any count of triangles; at each layer at most three siblings wait on the stack.
 constexpr std::size_t kStack = 3 * 32 + 1;
-constexpr float kNowhere = 1e18F; // squares are finite
+constexpr float kNowhere = 1e18F; // its square is finite
 constexpr Place kNoPlace{kNowhere, kNowhere, kNowhere};
 
 Float4 least(Float4 a, Float4 b) { return a < b ? a : b; }
@@ -57,7 +57,7 @@ std::size_t longest_axis(std::span<const Centre> centres) {
     return extent[0] >= extent[yz] ? 0 : yz;
 }
 
-// The first `count` ones become those that lie lowest along the longest axis.
+// Partitions: the first `count` become those that lie lowest along the longest axis.
 void split(std::span<Centre> centres, std::size_t count) {
     if (count >= centres.size())
         return;
@@ -68,8 +68,7 @@ void split(std::span<Centre> centres, std::size_t count) {
                      });
 }
 
-// So that each node of the tree holds what is near each other: blocks of a power of four are split into four, and these
-// again, down to leaves.
+// Makes nodes of the tree spatially compact: splits blocks of a power of four into four, down to leaves.
 void sort_into_blocks(std::vector<Centre> &centres, int threads) {
     std::size_t block = kFour;
     while (block < centres.size())
@@ -86,7 +85,7 @@ void sort_into_blocks(std::vector<Centre> &centres, int threads) {
     }
 }
 
-// Which of a triangle's corner, edges and inside is nearest.
+// The nearest position on a triangle with corner `a` and edges `ab`, `ac`: on a corner, on an edge or inside.
 Place nearest_of_triangle(const Place &p, const Place &a, const Place &ab, const Place &ac) {
     const Place ap = minus(p, a), bp = minus(ap, ab), cp = minus(ap, ac);
     const float d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp),
@@ -108,7 +107,7 @@ Place nearest_of_triangle(const Place &p, const Place &a, const Place &ab, const
     return sum > 0 ? along(along(a, ab, vb / sum), ac, vc / sum) : a;
 }
 
-// Nodes that wait to be looked at.
+// Stack of nodes that are still to be visited.
 class Waiting {
   public:
     struct Item {
@@ -200,7 +199,7 @@ void TriangleTree::add_layers(std::vector<Node> boxes) {
 struct TriangleTree::Ray {
     Ray(const Place &from, const Place &direction, float length) : reach(all(length)) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            // No product of 0 and infinity.
+            // Avoid 0 * infinity.
             const float way = std::abs(direction[axis]) < 1e-12F ? 1e-12F : direction[axis];
             origin[axis] = all(from[axis]);
             towards[axis] = all(direction[axis]);
@@ -211,11 +210,11 @@ struct TriangleTree::Ray {
     Float4 reach;
 };
 
-// Of the triangles of a leaf.
+// Intersections of a ray with the triangles of a leaf.
 struct TriangleTree::Crossings {
     Int4 met;
     Float4 sign;     // -1: the triangle faces the way the ray goes
-    Float4 size, at; // lengths of the ray's direction are at / size
+    Float4 size, at; // distance at / size, in lengths of the ray's direction
 };
 
 TriangleTree::Crossings TriangleTree::cross_leaf(const Ray &ray, const Leaf &leaf) {
@@ -224,14 +223,14 @@ TriangleTree::Crossings TriangleTree::cross_leaf(const Ray &ray, const Leaf &lea
     const Float4x3 to = {ray.origin[0] - leaf.corner[0], ray.origin[1] - leaf.corner[1],
                          ray.origin[2] - leaf.corner[2]};
     const Float4x3 q = cross(to, leaf.first);
-    // All times the determinant, with its sign taken out.
+    // All values are multiplied by the determinant's magnitude.
     const Float4 sign = determinant < 0 ? all(-1) : all(1);
     const Float4 size = determinant * sign, u = dot(to, p) * sign, v = dot(ray.towards, q) * sign,
                  at = dot(leaf.second, q) * sign;
     return {(size > 0) & (u >= 0) & (v >= 0) & (u + v <= size) & (at >= 0) & (at <= ray.reach * size), sign, size, at};
 }
 
-// Until `visit(leaf)` says that it has seen enough; whether it did.
+// Visits the leaves along a ray until `visit(leaf)` returns true; returns whether it did.
 template <class Visit> bool TriangleTree::visit_leaves(const Ray &ray, const Visit &visit) const {
     if (empty())
         return false;
@@ -272,7 +271,7 @@ std::optional<float> TriangleTree::last_layer(const Place &from, const Place &di
         float first = kNowhere, last = -kNowhere;
     };
     const auto look = [&](float length) {
-        std::array<Side, 2> sides; // against the ray, with it
+        std::array<Side, 2> sides; // triangles that face against the ray, along it
         const Ray ray(from, direction, length);
         visit_leaves(ray, [&](const Leaf &leaf) {
             const Crossings crossings = cross_leaf(ray, leaf);
@@ -292,7 +291,7 @@ std::optional<float> TriangleTree::last_layer(const Place &from, const Place &di
     const std::size_t own = sides[0].first < sides[1].first ? 0 : 1;
     if (sides[own].first > start)
         return std::nullopt;
-    const float end = sides[1 - own].first; // only what lies before it is of the same surface
+    const float end = sides[1 - own].first; // what lies beyond belongs to another surface
     return end < sides[own].last ? look(end)[own].last : sides[own].last;
 }
 

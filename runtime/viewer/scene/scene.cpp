@@ -8,7 +8,7 @@ namespace {
 
 struct OpenedFile {
     MappedFile file;
-    Reader reader; // of the file, wherever this is moved to
+    Reader reader; // refers to the mapping, which stays in place when this is moved
 };
 
 Result<OpenedFile> open_file(const std::string &path) {
@@ -21,7 +21,7 @@ Result<OpenedFile> open_file(const std::string &path) {
     return OpenedFile{std::move(*file), std::move(*reader)};
 }
 
-// Levels stand one after the other in the file, after all that is small.
+// The levels follow each other in the file, behind all small sections.
 StreamingStatistics cost_of(const Reader &reader, const Model &model) {
     StreamingStatistics cost;
     const bool mapped = reader.header().storage() == Storage::mapped;
