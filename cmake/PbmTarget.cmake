@@ -12,7 +12,7 @@ if(PBM_SANITIZE)
     add_compile_options(-fsanitize=${PBM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
     add_link_options(-fsanitize=${PBM_SANITIZE})
     # A file with SIMD takes half a minute to compile for all targets: here only for AVX2 and the narrowest.
-    add_compile_definitions("HWY_DISABLED_TARGETS=(HWY_AVX3|HWY_SSE4)")
+    add_compile_definitions("HWY_DISABLED_TARGETS=(HWY_AVX3|HWY_SSE4|HWY_SSSE3)")
 endif()
 
 # pbm_sanitized(TARGET [SIMD SOURCES...] [UNOPTIMISED] [APART SOURCES...]): what makes TARGET compile faster.

@@ -38,7 +38,7 @@ class ShadowRays {
         std::uint8_t layers; // of the outermost layer along the normal, in kLayerSteps-ths of a voxel
     };
     struct Start {
-        Place place, normal;
+        Position place, normal;
         bool two_sided;
     };
     bool reached(const Start &from, const LightPlace &light) const;

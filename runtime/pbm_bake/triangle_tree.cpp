@@ -18,7 +18,7 @@ constexpr std::size_t kAtOnce = 4096;
 // 32 layers suffice for any count of triangles; at each layer at most three siblings wait on the stack.
 constexpr std::size_t kStack = 3 * 32 + 1;
 constexpr float kNowhere = 1e18F; // its square is finite
-constexpr Place kNoPlace{kNowhere, kNowhere, kNowhere};
+constexpr Position kNoPlace{kNowhere, kNowhere, kNowhere};
 
 Float4 least(Float4 a, Float4 b) { return a < b ? a : b; }
 Float4 most(Float4 a, Float4 b) { return a > b ? a : b; }
@@ -27,9 +27,9 @@ float most(float a, float b, float c) { return std::max(a, std::max(b, c)); }
 Float4 all(float value) { return Float4{value, value, value, value}; }
 bool any(Int4 mask) { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
 
-Place minus(const Place &a, const Place &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-float dot(const Place &a, const Place &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Place along(const Place &from, const Place &way, float length) {
+Position minus(const Position &a, const Position &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+float dot(const Position &a, const Position &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Position along(const Position &from, const Position &way, float length) {
     return {from[0] + length * way[0], from[1] + length * way[1], from[2] + length * way[2]};
 }
 
@@ -41,18 +41,18 @@ std::array<Float4, 3> cross(const std::array<Float4, 3> &a, const std::array<Flo
 }
 
 struct Centre {
-    Place at;
+    Position at;
     std::uint32_t triangle;
 };
 
 std::size_t longest_axis(std::span<const Centre> centres) {
-    Place low = centres.front().at, high = low;
+    Position low = centres.front().at, high = low;
     for (const Centre &centre : centres)
         for (std::size_t axis = 0; axis < 3; ++axis) {
             low[axis] = std::min(low[axis], centre.at[axis]);
             high[axis] = std::max(high[axis], centre.at[axis]);
         }
-    const Place extent = minus(high, low);
+    const Position extent = minus(high, low);
     const std::size_t yz = extent[1] >= extent[2] ? 1 : 2;
     return extent[0] >= extent[yz] ? 0 : yz;
 }
@@ -86,8 +86,8 @@ void sort_into_blocks(std::vector<Centre> &centres, int threads) {
 }
 
 // The nearest position on a triangle with corner `a` and edges `ab`, `ac`: on a corner, on an edge or inside.
-Place nearest_of_triangle(const Place &p, const Place &a, const Place &ab, const Place &ac) {
-    const Place ap = minus(p, a), bp = minus(ap, ab), cp = minus(ap, ac);
+Position nearest_of_triangle(const Position &p, const Position &a, const Position &ab, const Position &ac) {
+    const Position ap = minus(p, a), bp = minus(ap, ab), cp = minus(ap, ac);
     const float d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp),
                 d6 = dot(ac, cp);
     if (d1 <= 0 && d2 <= 0)
@@ -197,7 +197,7 @@ void TriangleTree::add_layers(std::vector<Node> boxes) {
 }
 
 struct TriangleTree::Ray {
-    Ray(const Place &from, const Place &direction, float length) : reach(all(length)) {
+    Ray(const Position &from, const Position &direction, float length) : reach(all(length)) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
             // Avoid 0 * infinity.
             const float way = std::abs(direction[axis]) < 1e-12F ? 1e-12F : direction[axis];
@@ -260,12 +260,12 @@ template <class Visit> bool TriangleTree::visit_leaves(const Ray &ray, const Vis
     return false;
 }
 
-bool TriangleTree::blocks(const Place &from, const Place &direction, float reach) const {
+bool TriangleTree::blocks(const Position &from, const Position &direction, float reach) const {
     const Ray ray(from, direction, reach);
     return visit_leaves(ray, [&](const Leaf &leaf) { return any(cross_leaf(ray, leaf).met); });
 }
 
-std::optional<float> TriangleTree::last_layer(const Place &from, const Place &direction, float start,
+std::optional<float> TriangleTree::last_layer(const Position &from, const Position &direction, float start,
                                               float reach) const {
     struct Side {
         float first = kNowhere, last = -kNowhere;
@@ -295,16 +295,16 @@ std::optional<float> TriangleTree::last_layer(const Place &from, const Place &di
     return end < sides[own].last ? look(end)[own].last : sides[own].last;
 }
 
-std::optional<Place> TriangleTree::nearest(const Place &from, float within) const {
-    std::optional<Place> found;
+std::optional<Position> TriangleTree::nearest(const Position &from, float within) const {
+    std::optional<Position> found;
     if (empty())
         return found;
     float limit = within * within;
     const auto look_at = [&](const Leaf &leaf) {
         for (std::size_t lane = 0; lane < kFour; ++lane) {
-            const auto of = [&](const Float4x3 &v) { return Place{v[0][lane], v[1][lane], v[2][lane]}; };
-            const Place place = nearest_of_triangle(from, of(leaf.corner), of(leaf.first), of(leaf.second));
-            const Place way = minus(place, from);
+            const auto of = [&](const Float4x3 &v) { return Position{v[0][lane], v[1][lane], v[2][lane]}; };
+            const Position place = nearest_of_triangle(from, of(leaf.corner), of(leaf.first), of(leaf.second));
+            const Position way = minus(place, from);
             if (const float squared = dot(way, way); squared < limit) {
                 limit = squared;
                 found = place;

@@ -15,11 +15,11 @@
 
 namespace pbm {
 
-using Place = std::array<float, 3>;
+using Position = std::array<float, 3>;
 
 class TriangleTree {
   public:
-    using Triangle = std::array<Place, 3>; // corners
+    using Triangle = std::array<Position, 3>; // corners
 
     // Calls `triangle(i)` twice for each i < count, from several threads at once. count < 2^32.
     //
@@ -29,15 +29,15 @@ class TriangleTree {
     bool empty() const { return leaves_.empty(); }
 
     // The position on a triangle nearest to `from`, if one is nearer than `within`.
-    std::optional<Place> nearest(const Place &from, float within) const;
+    std::optional<Position> nearest(const Position &from, float within) const;
 
     // Whether a triangle intersects the segment from `from` to `from + reach * direction`.
-    bool blocks(const Place &from, const Place &direction, float reach) const;
+    bool blocks(const Position &from, const Position &direction, float reach) const;
 
     // Scans of one surface from several sides overlap in layers. Returns the distance to the last layer, in lengths of
     // `direction`: the last triangle that faces the same way as the first one, before any that faces the opposite way.
     // Empty if the first one is farther than `start`.
-    std::optional<float> last_layer(const Place &from, const Place &direction, float start, float reach) const;
+    std::optional<float> last_layer(const Position &from, const Position &direction, float start, float reach) const;
 
   private:
     using Float4 = float __attribute__((vector_size(16)));
