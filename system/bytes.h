@@ -1,4 +1,4 @@
-// Little-endian records: reading untrusted bytes, writing exact ones. BVG.md section 1.
+// Little-endian records: reading untrusted bytes, writing exact ones. BVG.md 1.
 #pragma once
 
 #include <algorithm>

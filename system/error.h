@@ -32,7 +32,7 @@ enum class ErrorCode : std::uint8_t {
     bad_image,           // a raster: shape, tile directory, tiles, mip levels
     bad_content,         // averages, counts or content_id contradict the data
     bad_input,           // a scan (PLY, OBJ, ...) is damaged or contradicts itself
-    too_large,           // over a limit of BVG.md section 10
+    too_large,           // over a limit of BVG.md 10
     memory,              // an allocation failed or the budget is used up
     unsupported_version, // another version of the format
     unsupported_feature, // a required feature, codec or filter that this build does not know

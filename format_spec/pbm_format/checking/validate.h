@@ -1,5 +1,5 @@
 // Checks a file against every rule of BVG.md: `verify` returns the first error, `validate` reports all. Both are the
-// same walk over the file (file_walk.h), so they agree on every file. BVG.md section 9.
+// same walk over the file (file_walk.h), so they agree on every file. BVG.md 9.
 //
 //   if (const Status status = verify(bytes); !status) ...    for writers and tests
 //   const ValidationReport report = validate(bytes);         what pbm-validate prints

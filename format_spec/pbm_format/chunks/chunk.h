@@ -1,4 +1,4 @@
-// Decodes one chunk: streams, filters, frames, hash. BVG.md sections 5 and 6
+// Decodes one chunk: streams, filters, frames, hash. BVG.md 5 and 6
 #pragma once
 
 #include "pbm_format/chunks/stream_rules.h"

@@ -1,4 +1,4 @@
-// The unfiltered streams of a chunk: rules for their values. BVG.md sections 4 and 6
+// The unfiltered streams of a chunk: rules for their values. BVG.md 4 and 6
 // All readers of chunks, packed or mapped, check these.
 #pragma once
 

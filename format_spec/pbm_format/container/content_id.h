@@ -1,4 +1,4 @@
-// A hash of what a file shows: equal for every codec, compression level and storage profile. BVG.md section 8
+// A hash of what a file shows: equal for every codec, compression level and storage profile. BVG.md 8
 #pragma once
 
 #include "pbm_format/container/hash.h"

@@ -1,4 +1,4 @@
-// XXH3 hashes, which detect changed bytes. BVG.md section 1.3
+// XXH3 hashes, which detect changed bytes. BVG.md 1.3
 #pragma once
 
 #include "system/bytes.h"

@@ -1,4 +1,4 @@
-// Byte layout of a .pbvg file: header, section table and the small records. BVG.md sections 2, 3 and 5.
+// Byte layout of a .pbvg file: header, section table and the small records. BVG.md 2, 3 and 5.
 //
 //   0      header, 128 bytes
 //   128    section table, 64 bytes per entry, sorted by offset

@@ -1,5 +1,5 @@
 // The catalogue: all faults and remarks on .pbvg files under permanent names.
-// BVG.md section 9; `pbm-validate --list-codes` prints it.
+// BVG.md 9; `pbm-validate --list-codes` prints it.
 //
 // A code stands for rules of BVG.md; each rule belongs to one code. Codes are added, but never renamed or redefined.
 #pragma once
@@ -228,7 +228,7 @@ inline constexpr std::array kCatalogue = std::to_array<CatalogueEntry>({
      "A normal lies outside the normal cone of its chunk.",
      "Writer: widen the cone; renderers would cull what is seen."},
     {"point.average", Severity::error, ErrorCode::bad_content, "7.1",
-     "A coarser level does not hold the averages of the finest points.", "Writer: compute the levels by section 7."},
+     "A coarser level does not hold the averages of the finest points.", "Writer: compute the levels by BVG.md 7."},
     {"point.loose_cone", Severity::warning, ErrorCode::bad_attribute, "",
      "The normal cone of a chunk is wider than its normals need: renderers cull less than they could.",
      "Writer: take the narrowest cone."},

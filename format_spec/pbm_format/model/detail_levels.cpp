@@ -1,4 +1,4 @@
-// Computes the averages of the coarser levels. BVG.md section 7
+// Computes the averages of the coarser levels. BVG.md 7
 #include "pbm_format/model/model.h"
 #include "system/threads/parallel.h"
 

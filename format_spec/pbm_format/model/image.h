@@ -1,4 +1,4 @@
-// A raster in memory and its mip levels. BVG.md section 3.10
+// A raster in memory and its mip levels. BVG.md 3.10
 #pragma once
 
 #include "system/bytes.h"

@@ -34,7 +34,7 @@ inline std::string_view to_string(UpAxis up) {
     return kNames[static_cast<std::size_t>(up)];
 }
 
-// Position of the cube of 2^depth voxels per edge in model space (right-handed). BVG.md section 3.4
+// Position of the cube of 2^depth voxels per edge in model space (right-handed). BVG.md 3.4
 struct Grid {
     int depth = kMinDepth;          // kMinDepth..kMaxDepth
     std::array<double, 3> origin{}; // minimum corner, model units
@@ -49,7 +49,7 @@ struct Grid {
     bool operator==(const Grid &) const = default;
 };
 
-// Phong coefficients (dissertation section 4.6). BVG.md section 3.6.
+// Phong coefficients (dissertation section 4.6). BVG.md 3.6.
 struct Material {
     float ka = 0.2F, kd = 0.7F, ks = 0.1F; // each 0..1
     float power = 16;                      // specular exponent, 0 < power <= 1024
@@ -60,7 +60,7 @@ struct Material {
 
 enum class LightKind : std::uint8_t { directional = 0, point = 1, spot = 2 };
 
-// BVG.md section 3.7. Lights are fixed to the model; `direction` points along the light's travel.
+// BVG.md 3.7. Lights are fixed to the model; `direction` points along the light's travel.
 struct Light {
     LightKind kind = LightKind::directional;
     std::array<float, 3> intensity{1, 1, 1};  // linear RGB, >= 0
@@ -72,7 +72,7 @@ struct Light {
 
 enum class TextureKind : std::uint8_t { marble = 1, wood = 2 };
 
-// Parameters of the baked solid texture, and the palette that maps its values to colours. BVG.md section 3.8
+// Parameters of the baked solid texture, and the palette that maps its values to colours. BVG.md 3.8
 struct SolidTexture {
     TextureKind kind = TextureKind::marble;
     std::uint32_t seed = 0;
@@ -83,7 +83,7 @@ struct SolidTexture {
 };
 
 // A square under the object, perpendicular to the up axis. Its coordinates u and v run along the two axes after the up
-// axis in the cycle x, y, z, so that u x v points up. BVG.md section 3.11
+// axis in the cycle x, y, z, so that u x v points up. BVG.md 3.11
 struct GroundPlane {
     std::array<float, 3> centre{};       // model units from the grid's minimum corner
     float half_edge = 1;                 // model units, > 0
@@ -130,7 +130,7 @@ struct Model {
     bool operator==(const Model &) const = default;
 };
 
-// Fills levels depth-1 .. 0 with the averages of the finest points (BVG.md section 7): integer sums, one vote per
+// Fills levels depth-1 .. 0 with the averages of the finest points (BVG.md 7): integer sums, one vote per
 // finest point, independent of order, compiler and threads. Requires all `levels[L].masks` and `levels.back().points`.
 void average_levels(Model &model, int threads);
 

@@ -1,4 +1,4 @@
-// 8,192 unit normals by subdivision of an octahedron, their table and their quantisation. BVG.md section 6.1
+// 8,192 unit normals by subdivision of an octahedron, their table and their quantisation. BVG.md 6.1
 // Based on: Botsch, Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002, section 3.3;
 // dissertation section 4.2
 //

@@ -1,4 +1,4 @@
-// Octree topology as bytes, level by level: one child mask per node. BVG.md section 4.
+// Octree topology as bytes, level by level: one child mask per node. BVG.md 4.
 // Based on: Botsch, Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002
 //
 //   level 0        [root]                  masks[1] = { mask of the root }            1 byte
@@ -83,7 +83,7 @@ std::uint64_t count_children(ByteView masks);
 // levels above `root_level` are empty. Level 1 gives the eight octant grids.
 std::vector<std::vector<std::uint64_t>> subtree_starts(const LevelMasks &masks, int root_level);
 
-// One chunk of a level: a maximal subtree with at most N points of that level. BVG.md section 5.
+// One chunk of a level: a maximal subtree with at most N points of that level. BVG.md 5.
 struct ChunkShape {
     std::uint8_t root_depth = 0;    // level of the chunk's root
     MortonCode root_prefix = 0;     // Morton code of the root within its level

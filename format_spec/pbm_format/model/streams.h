@@ -1,5 +1,5 @@
 // THE TABLE OF STREAMS: the attributes of a point besides its position, one stream each, described once. Code that
-// treats all streams alike (filters, averages, hashes, copies, counts, texts) loops over it. BVG.md section 6
+// treats all streams alike (filters, averages, hashes, copies, counts, texts) loops over it. BVG.md 6
 //
 // A new attribute needs a StreamKind, a flag of AttributeSet, a column of PointColumns and a row of kStreams;
 // docs/how-to/add-an-attribute.md shows one from scan to picture.
@@ -66,7 +66,7 @@ enum class Filter : std::uint8_t {
 };
 
 // How a coarser point gets its value from the points below it: the normal of their sum or plane, the smallest covering
-// radius, the mean in linear light, the most frequent value, or the mean. BVG.md section 7
+// radius, the mean in linear light, the most frequent value, or the mean. BVG.md 7
 enum class Average : std::uint8_t { none, normal, covering, linear_light, vote, mean };
 
 struct StreamTraits {

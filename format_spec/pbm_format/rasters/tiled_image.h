@@ -1,4 +1,4 @@
-// A raster with its mip levels in tiles: what pictures are sampled from. BVG.md section 3.10.
+// A raster with its mip levels in tiles: what pictures are sampled from. BVG.md 3.10.
 //
 // From memory, or from a file where a tile is verified and decoded when it is first asked for. Immutable to look at;
 // safe to use from several threads. Texel (x, y) of a level lies in tile (x / kTileEdge, y / kTileEdge) at row y %

@@ -1,4 +1,4 @@
-// Reading .pbvg files: three calls, three promises. BVG.md section 8.
+// Reading .pbvg files: three calls, three promises. BVG.md 8.
 //
 //   open        verifies header, section table and the small sections; touches nothing else
 //   directory   verifies the chunk directory of a level (and of those above) when it is first needed

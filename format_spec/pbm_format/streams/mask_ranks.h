@@ -1,5 +1,5 @@
 // The rank filter of child masks: replaces a mask by its rank among the masks seen in similar contexts. Frequent codes
-// then are small numbers everywhere, so that one Huffman table fits all. BVG.md section 5.9
+// then are small numbers everywhere, so that one Huffman table fits all. BVG.md 5.9
 // Based on: Fenwick. Symbol Ranking Text Compression with Shannon Recodings. 1997. Here the ranking is fixed and
 // trained; the context is the surface's normal and the parent's mask, reduced by the 48 symmetries of the cube.
 //

@@ -1,4 +1,4 @@
-// Encodes chunks; chunk.h decodes them. BVG.md sections 5 and 6
+// Encodes chunks; chunk.h decodes them. BVG.md 5 and 6
 #pragma once
 
 #include "pbm_format/container/layout.h"

@@ -1,4 +1,4 @@
-// Encodes and writes .pbvg files. BVG.md sections 2 to 8
+// Encodes and writes .pbvg files. BVG.md 2 to 8
 #pragma once
 
 #include "pbm_format/container/layout.h"

@@ -40,7 +40,7 @@ inline constexpr int kBoundsLevel = 6;
 
 // A sphere around all occupied voxels of `level`, 0..kBoundsLevel, and so around the model; at most 0.2 % larger than
 // their smallest sphere. That is 1 to 2 % larger than the smallest sphere of the finest voxels where few stand out, 5 %
-// for a ball that fills the cube. masks[L] are the child masks of levels 1..level. BVG.md section 4
+// for a ball that fills the cube. masks[L] are the child masks of levels 1..level. BVG.md 4
 Sphere bounding_sphere(const Grid &grid, std::span<const ByteView> masks, int level);
 // Uses the finest level present, at most kBoundsLevel.
 Sphere bounding_sphere(const Model &model);

@@ -1,4 +1,4 @@
-// Rasters with mip levels in tiles: BVG.md section 3.10.
+// Rasters with mip levels in tiles: BVG.md 3.10.
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/images.h"
