@@ -7,6 +7,7 @@
 // directory and every chunk into warm memory, "load" is load_model. One thread. A first round that is not counted
 // warms up.
 #include "decode_steps.h"
+#include "pbm_format/reading/load_model.h"
 #include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>

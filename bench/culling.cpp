@@ -4,7 +4,7 @@
 //
 // Without it every point counts as two-sided. Prints a JSON object: culled, drawn: [round] milliseconds;
 // culled_points, drawn_points; table_milliseconds: [round], marking the normals that face away, for eight octants.
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_render/camera/normal_table.h"
 #include "pbm_render/reference/reference_renderer.h"
 #include "system/files/mapped_file.h"

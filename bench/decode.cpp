@@ -7,6 +7,7 @@
 // is new each time.
 #include "decode_steps.h"
 #include "draco_peer.h"
+#include "pbm_format/reading/load_model.h"
 #include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>

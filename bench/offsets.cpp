@@ -4,7 +4,7 @@
 //
 // All chunks of the finest level, one after the other, on one thread. Prints a JSON object: points;
 // nanoseconds: [round] per point.
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "pbm_surface/surface_offsets.h"
 #include "system/files/mapped_file.h"

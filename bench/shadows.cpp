@@ -8,7 +8,7 @@
 // where there are some; triangles, prepare_rays_ns (tree and places, per point, [round]). One thread. A first round
 // that is not counted warms up.
 #include "pbm_bake/shadow_baker.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_scan/surface_reader.h"
 #include "shadow_truth.h"
 #include "system/files/mapped_file.h"

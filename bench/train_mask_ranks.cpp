@@ -5,7 +5,7 @@
 // context joins the ranking that codes its masks in the fewest bits, each ranking sorts the masks of its contexts by
 // frequency. Bits are those of one entropy coder for all codes, because a chunk has one Huffman table.
 // The histogram of a model sums up to its weight, whatever its size. Integers only: equal models give equal bytes.
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/streams/mask_ranks.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"

@@ -5,7 +5,7 @@
 //   bench_voxels dissertation MODEL.pbvg OUT.raw  as the dissertation laid points out, see write_dissertation
 //
 // Based on: Campbell. Point Based Modelling and Rendering. 2006, sections 5.1 and 5.2
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "system/files/mapped_file.h"
 
 #include <bit>

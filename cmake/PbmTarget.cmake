@@ -11,21 +11,31 @@ add_compile_options(-ffp-contract=off)
 if(PBM_SANITIZE)
     add_compile_options(-fsanitize=${PBM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
     add_link_options(-fsanitize=${PBM_SANITIZE})
-    # A file with SIMD takes half a minute to compile for all targets: here only for AVX2 and the narrowest.
-    add_compile_definitions("HWY_DISABLED_TARGETS=(HWY_AVX3|HWY_SSE4)")
 endif()
 
-# pbm_sanitized(TARGET [SIMD SOURCES...] [UNOPTIMISED] [APART SOURCES...]): what makes TARGET compile faster.
+# A file with SIMD is compiled once for each of these and once for machines that have none of them.
+set(all_simd_targets HWY_AVX3 HWY_AVX2 HWY_SSE4 HWY_SSSE3)
+set(PBM_SIMD_TARGETS "${all_simd_targets}" CACHE STRING "Highway targets to compile for: fewer take less time")
+list(REMOVE_ITEM all_simd_targets ${PBM_SIMD_TARGETS})
+list(JOIN all_simd_targets "|" disabled_simd_targets)
+if(disabled_simd_targets)
+    add_compile_definitions("HWY_DISABLED_TARGETS=(${disabled_simd_targets})")
+endif()
+
+# pbm_compiled(TARGET [SIMD SOURCES...] [UNOPTIMISED] [APART SOURCES...]): what makes TARGET compile faster.
 #   SIMD         files of Highway, which are compiled one by one. With sanitizers two of UBSan's checks, at every use of a
 #                reference, take two thirds of the time: null, which address reports as well, and alignment, which vector
 #                instructions trap on (scalars are no longer seen). They are left out.
-#   UNOPTIMISED  nothing in it takes time: command lines, reports. With sanitizers it is not optimised.
+#   UNOPTIMISED  nothing in it takes time: command lines, reports. With sanitizers it is not optimised, else little, which
+#                makes its code smaller too. At -O1 g++ 12 takes optional values for uninitialised ones.
 #   APART        files whose names are other files' too. The rest of the target is compiled several files at a time where
 #                PBM_UNITY is on.
-function(pbm_sanitized target)
+function(pbm_compiled target)
     cmake_parse_arguments(ARG "UNOPTIMISED" "" "SIMD;APART" ${ARGN})
     if(PBM_SANITIZE AND ARG_UNOPTIMISED)
         target_compile_options(${target} PRIVATE -O0)
+    elseif(ARG_UNOPTIMISED)
+        target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1> -Wno-maybe-uninitialized)
     endif()
     if(PBM_SANITIZE AND ARG_SIMD)
         set_property(SOURCE ${ARG_SIMD} APPEND PROPERTY COMPILE_OPTIONS -fno-sanitize=null,alignment)
@@ -48,7 +58,7 @@ function(pbm_program name)
         target_link_options(${name} PRIVATE -static-libstdc++ -static-libgcc)
     endif()
     target_compile_definitions(${name} PRIVATE PBM_VERSION="${PROJECT_VERSION}")
-    pbm_sanitized(${name} UNOPTIMISED)
+    pbm_compiled(${name} UNOPTIMISED)
     install(TARGETS ${name} EXPORT pbmTargets RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 
     set(page ${CMAKE_BINARY_DIR}/man/${name}.1)

@@ -16,7 +16,7 @@ namespace pbm::command_line {
 
 namespace {
 
-// The switches of the dissertation's program (its chapter 5), and who knows them today.
+// The switches of the dissertation's program (its chapter 5), and today's programs that have them.
 struct DissertationSwitch {
     std::string_view name, programs;
 };
@@ -43,7 +43,7 @@ Status refuse_switch(const std::string &argument) {
 Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<const OldSwitch> switches) {
     std::vector<std::string> result(argv + std::min(argc, 1), argv + argc);
     for (std::string &argument : result) {
-        if (argument == "--") // names of files follow
+        if (argument == "--") // file names follow
             break;
         if (argument == "--json")
             argument = "--json=-";
@@ -69,7 +69,7 @@ std::string printable(std::string_view text) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         const auto c = static_cast<unsigned char>(text[i]);
         const auto next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : 0);
-        const bool c1 = c == 0xC2 && next >= 0x80 && next < 0xA0; // a control character of terminals, in UTF-8
+        const bool c1 = c == 0xC2 && next >= 0x80 && next < 0xA0; // a C1 control character in UTF-8
         const auto add_hex = [&](unsigned char byte) { (out += "\\x") += {kHex[byte >> 4], kHex[byte & 15]}; };
         if (c == '\n' || c == '\t') {
             out += c == '\n' ? "\\n" : "\\t";
@@ -123,7 +123,7 @@ bool same_file(const std::string &a, const std::string &b) {
     namespace fs = std::filesystem;
     std::error_code ignored;
     if (fs::equivalent(a, b, ignored))
-        return fs::is_regular_file(a, ignored); // two names of a device or pipe are no harm
+        return fs::is_regular_file(a, ignored); // two names of a device or pipe are harmless
     const auto full = [&](const std::string &name) {
         return fs::weakly_canonical(fs::absolute(name, ignored), ignored);
     };

@@ -1,4 +1,4 @@
-// Options that several programs have: the same names, the same words.
+// Options that several programs share.
 #pragma once
 
 #include "command_line/parse.h"
@@ -12,12 +12,12 @@
 
 namespace pbm::command_line {
 
-// `threads`: 0 for one per processor.
+// 0 asks for one thread per processor.
 inline void add_threads(CommandLine &line, int &threads) {
     line.add("-j,--threads", "Threads; default 0: as many as processors", &threads, {.check = Integers{0, 1024}});
 }
 
-// One of several words, each with what it stands for. `what` is what a wrong word is not: "camera mode".
+// An option with one of several words, each with its value. `what` names the kind of word in errors: "camera mode".
 template <class Value>
 void add_choice(CommandLine &line, const std::string &name, const std::string &what,
                 std::vector<std::pair<std::string, Value>> choices, Value &target, const std::string &help) {

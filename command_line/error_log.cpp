@@ -49,7 +49,7 @@ Status open_log(std::string_view program, const std::string &path) {
     log.file = std::fopen(path.c_str(), "ae");
     if (log.file == nullptr)
         return Error{ErrorCode::io, 0, "cannot open the log: " + std::generic_category().message(errno)};
-    std::setvbuf(log.file, nullptr, _IOFBF, std::size_t{1} << 16); // a line leaves in one call
+    std::setvbuf(log.file, nullptr, _IOFBF, std::size_t{1} << 16); // one write per line
     log.program = program;
     log.path = path;
     return {};

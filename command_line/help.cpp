@@ -39,7 +39,7 @@ std::vector<std::string> titles(const ProgramHelp &help) {
     return found;
 }
 
-// `text` in lines of at most `width` columns, broken at spaces and line feeds.
+// Breaks `text` at spaces and line feeds into lines of at most `width` columns.
 std::vector<std::string> wrapped(std::string_view text, std::size_t width) {
     std::vector<std::string> lines;
     while (!text.empty()) {
@@ -62,7 +62,7 @@ std::string paragraph(std::string_view text) {
     return page;
 }
 
-// "  -o, --output FILE         What it does", the text in its column, on as many lines as it needs.
+// "  -o, --output FILE         What it does": the text stands in its column, on as many lines as needed.
 std::string entry(std::string left, std::string_view text) {
     left = "  " + left;
     std::string lines = left;
@@ -148,7 +148,7 @@ bool is_most_used(const ProgramHelp &help, const OptionHelp &option) {
     });
 }
 
-// "  grid                      --depth --voxel-size", cut short where the line ends.
+// "  grid                      --depth --voxel-size", truncated at the end of the line.
 std::string topic_line(const ProgramHelp &help, const std::string &title) {
     std::string names;
     for (const OptionHelp &option : help.options) {
@@ -182,7 +182,7 @@ std::string first_page(const ProgramHelp &help) {
     return line_count(further) <= kPageLines ? further : page;
 }
 
-// Text that roff prints as it is: no request, no escape, a minus that can be copied.
+// Escapes text for roff: no requests, no escapes, minus signs that can be copied.
 std::string roff(std::string_view text) {
     std::string out;
     for (const char c : text) {
@@ -198,10 +198,10 @@ std::string roff(std::string_view text) {
     return out;
 }
 
-// Text in lines of their own.
+// Text on separate lines.
 std::string roff_lines(std::string_view text) {
     std::string lines;
-    for (const std::string &line : wrapped(text, kPageColumns - 8)) // escapes make them longer
+    for (const std::string &line : wrapped(text, kPageColumns - 8)) // escapes lengthen the lines
         lines += roff(line) + "\n";
     return lines;
 }

@@ -1,4 +1,4 @@
-// Help of a program: pages by topic that fit a screen, and its man page.
+// Help of a program: pages by topic that fit a screen, and the man page.
 #pragma once
 
 #include "system/error.h"
@@ -12,12 +12,12 @@ namespace pbm::command_line {
 inline constexpr std::size_t kPageLines = 24, kPageColumns = 80;
 
 struct OptionHelp {
-    std::vector<std::string> names; // as they are typed: "-o", "--output"; of what needs no name: "FILE"
+    std::vector<std::string> names; // as typed: "-o", "--output"; "FILE" for a positional argument
     std::string value;              // "FILE", "N", "[=FILE]"; empty for a flag
     std::string text;
-    std::string topic; // "Grid"; options with a name only
+    std::string topic; // "Grid"; not for positional arguments
     bool needs_name = true;
-    bool required = false, several = false; // what needs no name
+    bool required = false, several = false; // positional arguments only
 
     bool has_short_name() const;
 };
@@ -28,21 +28,20 @@ struct Example {
 
 struct ProgramHelp {
     std::string program, version;
-    std::string summary, description; // one sentence; paragraphs between line feeds, may be empty
+    std::string summary, description; // one sentence; paragraphs separated by line feeds, may be empty
     std::vector<OptionHelp> options;
-    std::vector<std::string> most_used; // names; empty: those with a short name
+    std::vector<std::string> most_used; // names; empty: the options with a short name
     std::vector<Example> examples;
-    std::string run_time_limits{}; // what ends with exit code 4 beside memory; may be empty
+    std::string run_time_limits{}; // causes of exit code 4 beside memory; may be empty
 };
 
-// Names of the topics in the order of their pages: lower case, "-" for spaces. "General" comes last.
+// Topics in the order of their pages, in lower case with "-" for spaces. "General" comes last.
 std::vector<std::string> help_topics(const ProgramHelp &help);
 
-// `topic`: one of help_topics; "" for the first page, which tells everything if that fits a screen, else the options
-// used most, the topics and, where there is room, the description; "all" for everything on one page; "man" for the man
-// page.
+// `topic`: one of help_topics, "all" for one page, "man" for the man page, "" for the first page. The first page holds
+// everything if that fits a screen, else the most used options, the topics and, if it fits, the description.
 //
-// errors  usage  no such topic; the message names the nearest or all
+// errors  usage  no such topic; the message suggests the nearest one or lists all
 Result<std::string> help_page(const ProgramHelp &help, std::string_view topic);
 
 // roff with the man macros: NAME, SYNOPSIS, DESCRIPTION, OPTIONS by topic, EXIT STATUS, EXAMPLES, SEE ALSO.

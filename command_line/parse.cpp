@@ -21,7 +21,7 @@ bool names_file(const CLI::Option &option, const std::string &value) {
     return names_file(option) && (words.size() == 1 || std::count(words.begin() + 1, words.end(), value) == 0);
 }
 
-// "N" for numbers, "565|888" for words; CLI11 says INT:INT in [5 - 16] and TEXT:{565,888}.
+// "N" for numbers, "565|888" for words; CLI11's names are INT:INT in [5 - 16] and TEXT:{565,888}.
 std::string value_name(const CLI::Option &option) {
     if (option.check_lname("help"))
         return "[TOPIC]";
@@ -39,18 +39,17 @@ std::string value_name(const CLI::Option &option) {
     return base == "INT" || base == "UINT" || base == "FLOAT" ? "N" : base;
 }
 
-// What was given first, empty for nothing.
 std::string first_result(const CLI::Option *option) {
     return option == nullptr || option->results().empty() ? "" : option->results().front();
 }
 
-// Thrown by what handles an option: the error is about `path`.
+// Exception of an option's handler: an error about the file `path`.
 struct Refusal {
     std::string path;
     Error error;
 };
 
-// CLI11 asks for the settings when it has read the command line and before it looks for what is missing.
+// CLI11 reads the settings after the command line and before it checks for missing options.
 class SettingsReader : public CLI::Config {
   public:
     SettingsReader(CLI::App &app, ReadSettings read) : app_(app), read_(std::move(read)) {}
@@ -121,7 +120,7 @@ class SettingsReader : public CLI::Config {
         return {};
     }
 
-    // Names of files are relative to the folder of the file that says them.
+    // File names in a file of settings are relative to its folder.
     static std::vector<std::string> values_of(const Setting &setting, const CLI::Option &option,
                                               const std::string &path) {
         std::vector<std::string> values = setting.values;
@@ -134,7 +133,8 @@ class SettingsReader : public CLI::Config {
         return values;
     }
 
-    // What is wrong with the setting, or nothing. The command line wins over it, and over what excludes it.
+    // Applies a setting; returns what is wrong with it, or "". The command line overrules it by the same option or by
+    // one that excludes it.
     std::string apply(const Setting &setting, const std::string &path, const std::vector<const CLI::Option *> &given,
                       std::vector<const CLI::Option *> &set) const {
         CLI::Option *const option = find(setting.key);
@@ -169,7 +169,6 @@ class SettingsReader : public CLI::Config {
     ReadSettings read_;
 };
 
-// What std::visit calls: one function for each alternative.
 template <class... Functions> struct Overloaded : Functions... { using Functions::operator()...; };
 template <class... Functions> Overloaded(Functions...) -> Overloaded<Functions...>;
 
@@ -209,7 +208,7 @@ CLI::Option *add_target(CLI::App &app, const Option &option) {
         option.target);
 }
 
-// `app` refers to `option` as long as it lives.
+// `app` keeps references to `option`.
 void declare(CLI::App &app, const Option &option) {
     const OptionRules &rules = option.rules;
     app.option_defaults()->group(rules.topic);
@@ -264,7 +263,7 @@ ProgramHelp describe(const CLI::App &app, std::string_view program, std::span<co
                          .several = option->get_items_expected_max() > 1};
         for (const std::string &name : option->get_snames())
             entry.names.push_back("-" + name);
-        std::string with_value; // an old switch that stands for one value of the option
+        std::string with_value; // old switches that mean one value of the option
         for (const OldSwitch &old : switches) {
             const std::size_t equals = old.option.find('=');
             if (!old.option.starts_with("--") || !option->check_lname(std::string(old.option.substr(2, equals - 2))))
@@ -288,7 +287,7 @@ ProgramHelp describe(const CLI::App &app, std::string_view program, std::span<co
     return help;
 }
 
-// The topic after -h or --help; arguments are reversed.
+// The topic after -h or --help; the arguments are reversed.
 std::optional<std::string> wanted_topic(const std::vector<std::string> &reversed) {
     for (auto argument = reversed.rbegin(); argument != reversed.rend() && *argument != "--"; ++argument) {
         if (argument->starts_with("--help="))
@@ -301,7 +300,7 @@ std::optional<std::string> wanted_topic(const std::vector<std::string> &reversed
     return std::nullopt;
 }
 
-// What is wrong with the first word that nothing took and that looks like an option; empty without one.
+// The message on the first remaining word that looks like an option; empty if there is none.
 std::string unknown_option(const CLI::App &app, const ProgramHelp &help) {
     for (const std::string &word : app.remaining()) {
         if (word.size() < 2 || word[0] != '-' || word == "--")
@@ -316,7 +315,7 @@ std::string unknown_option(const CLI::App &app, const ProgramHelp &help) {
     return {};
 }
 
-// CLI11 says "--depth: 1 required INT:INT in [5 - 16] missing" and "--depth: At Most 1 required but received 2".
+// Rewords "--depth: 1 required INT:INT in [5 - 16] missing" and "--depth: At Most 1 required but received 2".
 std::string wrong_count(const CLI::ArgumentMismatch &error) {
     const std::string text = error.what(), name = text.substr(0, text.find(':'));
     if (text.ends_with(" missing"))
@@ -324,7 +323,7 @@ std::string wrong_count(const CLI::ArgumentMismatch &error) {
     return text.find(": At Most 1 ") == std::string::npos ? text : name + " is given twice; once is enough";
 }
 
-// A name that is empty, or a log that is no file of its own.
+// The message on an empty file name, or on a log that is no separate file; else empty.
 std::string unusable_name(const CLI::App &app, const std::string &log) {
     for (const CLI::Option *option : app.get_options()) {
         if (!names_file(*option))

@@ -1,5 +1,4 @@
-// Declares command lines, and leads from argv to an exit code. CLI11 parses; since it takes seconds to compile,
-// parse.cpp alone includes it.
+// Declares command lines and parses them with CLI11. Only parse.cpp includes CLI11, which takes seconds to compile.
 #pragma once
 
 #include "command_line/command_line.h"
@@ -18,25 +17,25 @@
 
 namespace pbm::command_line {
 
-// Prints it and ends the program.
+// An option that prints the version and ends the program.
 struct Version {
     std::string text;
 };
 
-// The option takes the name of a file of settings. Every long option is a key in it; the command line wins over it.
-// Unknown keys and values of a wrong type are refused, and the error names the line.
+// An option that names a file of settings. Every long option is a key in it; the command line takes precedence. Unknown
+// keys and values of a wrong type are errors that name the line.
 struct SettingsFile {
     ReadSettings read;
 };
 
-// What an option does with its value: it goes into a variable (a bool makes the option a flag) or to a function (one
-// without a parameter makes it a flag; an error that it returns is a usage error).
+// Target of an option's value: a variable (bool: the option is a flag) or a function (without parameter: the option is
+// a flag; an error that it returns is a usage error).
 using Target = std::variant<bool *, int *, unsigned *, std::uint64_t *, double *, std::string *, std::optional<int> *,
                             std::optional<std::uint64_t> *, std::optional<double> *, std::vector<std::string> *,
                             std::function<void()>, std::function<void(int)>, std::function<Status(const std::string &)>,
                             Version, SettingsFile>;
 
-// What a value may be: within limits, which are inclusive; one of some words; what a function says nothing against.
+// Condition on a value: inclusive limits, one of some words, or a function that returns no complaint.
 struct Integers {
     std::int64_t least, most;
 };
@@ -47,30 +46,30 @@ using Words = std::vector<std::string>;
 using Check =
     std::variant<std::monostate, Integers, Numbers, Words, std::function<std::string(const std::string &value)>>;
 
-// What else holds of an option.
+// Further properties of an option.
 struct OptionRules {
-    std::string type{}; // "FILE", "R,G,B"; default: by the target and the check
+    std::string type{}; // "FILE", "R,G,B"; default: from target and check
     Check check{};
     bool required = false;
-    bool shows_default = false;          // help tells the value that the target has before
-    std::string alone{};                 // the value of a std::string that is given as a flag
-    char separator = 0;                  // between several values in one word
-    std::vector<std::string> excludes{}; // names of options that were added before
-    std::string needs{};                 // name of an option that was added before
-    std::string topic{};                 // page of help; default: that of the command line
+    bool shows_default = false;          // help shows the target's initial value
+    std::string alone{};                 // value of a std::string if the option is given without one
+    char separator = 0;                  // separates several values in one word
+    std::vector<std::string> excludes{}; // names of options added before
+    std::string needs{};                 // name of an option added before
+    std::string topic{};                 // help page; default: that of the command line
 };
 
 struct Option {
-    std::string names; // "-o,--output"; "FILE": an argument that needs no name; "!--no-ground": sets its flag to false
+    std::string names; // "-o,--output"; "FILE": positional; "!--no-ground": sets its flag to false
     std::string help;
     Target target;
     OptionRules rules{};
 };
 
-// A value on the command line or in a file of settings. It names a file if its type says FILE, if it is the output, or
-// if it needs no option's name, except for the words of a type like FILE|default.
+// A value from the command line or a file of settings. It names a file if its type says FILE, if it is the output, or
+// if it is positional, except for the words of a type like FILE|default.
 struct GivenValue {
-    std::string name; // "--output"; "FILE" if the option needs no name
+    std::string name; // "--output"; "FILE" if positional
     std::string topic;
     std::string type; // "N" for numbers, "565|888" for words, "TEXT", "FILE"
     std::string value;
@@ -79,30 +78,29 @@ struct GivenValue {
 
 struct CommandLine {
     std::string program;
-    std::string description;       // a sentence; then paragraphs, each after a line feed
-    std::string topic = "Options"; // of the options that are added next
+    std::string description;       // one sentence; then paragraphs, each after a line feed
+    std::string topic = "Options"; // of options added next
     std::vector<Option> options{};
-    std::vector<GivenValue> given{}; // by parse(), in the order of `options`
+    std::vector<GivenValue> given{}; // filled by parse(), in the order of `options`
 
     void add(std::string names, std::string help, Target target, OptionRules rules = {});
     void add_version(const std::string &version); // -V, --version
 };
 
-// What help says beyond the options themselves.
+// Contents of the help beyond the options.
 struct Manual {
     std::vector<std::string> most_used{}; // long names on the first page; empty: the options with a short name
     std::vector<Example> examples{};
-    std::string run_time_limits{}; // what ends with exit code 4 beside memory
-    bool logs_steps = false;       // with -v and --log
+    std::string run_time_limits{}; // causes of exit code 4 beside memory
+    bool logs_steps = false;       // the program logs steps with -v and --log
 };
 
-// Parses; returns the exit code of a program that has said all it had to say (help, version, a usage error), or
-// nothing when it may go on. Adds what all programs have: --help TOPIC and --log FILE.
+// Parses. Returns the exit code if the program is done (help, version, a usage error), else nothing. Adds the options
+// of all programs: --help TOPIC and --log FILE.
 std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<const OldSwitch> switches = {},
                          const Manual &manual = {});
 
-// A target that stores what `read` makes of a text, and a check that `read` understands it. `read` takes a
-// const std::string & and returns a Result.
+// A target that stores read(text), a const std::string & to a Result, and a check that read(text) succeeds.
 template <class Read, class T> std::function<Status(const std::string &)> stored(Read read, T &target) {
     return [read, &target](const std::string &text) -> Status {
         auto value = read(text);

@@ -1,4 +1,4 @@
-// Progress of a long job on stderr: a bar on a terminal, plain lines otherwise.
+// Shows the progress of a long job on stderr: a bar on a terminal, lines otherwise.
 #pragma once
 
 #include <chrono>
@@ -12,14 +12,14 @@ enum class Verbosity { quiet, normal, verbose };
 
 class ProgressDisplay {
   public:
-    // Silent if quiet. A bar if stderr is a terminal. Else a line per step, with `verbose` at once, and otherwise only
-    // for steps that begin when the job has run for five seconds.
+    // Shows nothing if `verbosity` is quiet, a bar if stderr is a terminal, else one line per step: with `verbose` from
+    // the start, otherwise only for steps that start after five seconds.
     explicit ProgressDisplay(Verbosity verbosity);
     ~ProgressDisplay() { clear(); }
     ProgressDisplay(const ProgressDisplay &) = delete;
     ProgressDisplay &operator=(const ProgressDisplay &) = delete;
 
-    void show(std::string_view step, double done); // from any thread
+    void show(std::string_view step, double done); // thread-safe
     void clear();                                  // removes the bar
 
   private:

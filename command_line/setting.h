@@ -1,4 +1,4 @@
-// One option as a file of settings says it.
+// One option in a file of settings.
 #pragma once
 
 #include "system/error.h"
@@ -11,15 +11,15 @@ namespace pbm::command_line {
 
 struct Setting {
     enum class Kind { text, number, flag };
-    std::string key; // an option's long name without its dashes, or in lower case the name of what needs none (INPUT)
-    Kind kind = Kind::text;          // of every value
-    std::vector<std::string> values; // as they would stand on the command line; flags as true or false
+    std::string key;        // an option's long name without dashes, or the lower-case name of a positional (INPUT)
+    Kind kind = Kind::text; // of every value
+    std::vector<std::string> values; // as on the command line; flags as true or false
     bool is_array = false;
     std::size_t line = 0;
 };
 
 // errors  io     the file cannot be read
-//         usage  it cannot be understood
+//         usage  the file cannot be parsed
 using ReadSettings = std::function<Result<std::vector<Setting>>(const std::string &path)>;
 
 } // namespace pbm::command_line

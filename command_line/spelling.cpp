@@ -27,7 +27,7 @@ std::size_t edits(std::string_view a, std::string_view b) {
 } // namespace
 
 std::string nearest_word(std::string_view word, std::span<const std::string> known) {
-    constexpr std::size_t kLongestWord = 64; // nobody mistypes more
+    constexpr std::size_t kLongestWord = 64; // longer words are not typing errors
     if (word.empty() || word.size() > kLongestWord)
         return {};
     std::size_t fewest = std::max<std::size_t>(1, word.size() / 3) + 1;

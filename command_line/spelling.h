@@ -1,4 +1,4 @@
-// Which word somebody meant.
+// Finds the word that a misspelt word stands for.
 #pragma once
 
 #include <span>
@@ -7,8 +7,8 @@
 
 namespace pbm::command_line {
 
-// The word of `known` that `word` is a slip of: the fewest letters added, left out, exchanged or swapped with their
-// neighbour, at most a third of it; or the only one that begins with it. Empty if there is none.
+// The word of `known` with the fewest edits from `word` (insertions, deletions, substitutions, swaps of neighbours), at
+// most a third of its letters; or the only word that begins with `word`. Empty if there is none.
 std::string nearest_word(std::string_view word, std::span<const std::string> known);
 
 } // namespace pbm::command_line

@@ -1,5 +1,5 @@
-// Draws a close-up of a model and reads only the ranges of the file that the picture needs, as from a server that is
-// asked for them: draw_by_ranges FILE.pbvg
+// Draws a close-up of a model and reads only the ranges of the file that the picture needs, as from a server that
+// answers range requests: draw_by_ranges FILE.pbvg
 #include <pbm/render.h>
 
 #include <cstdio>
@@ -47,7 +47,7 @@ int main(int argc, char **argv) {
         const auto detail = model.load(view);
         if (!detail)
             return fail(detail.error());
-        const auto drawn = renderer.render(detail->runs, view.camera, {}, picture); // coarser than it will be at first
+        const auto drawn = renderer.render(detail->runs, view.camera, {}, picture); // coarse at first
         std::printf("%llu ranges, %llu of %llu bytes: %llu points\n", ranges, bytes,
                     static_cast<unsigned long long>(file->size()), static_cast<unsigned long long>(drawn.drawn_points));
         if (detail->wanted.empty())

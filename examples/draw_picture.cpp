@@ -17,7 +17,7 @@ int main(int argc, char **argv) {
     auto reader = pbm::Reader::open(file->bytes());
     if (!reader)
         return fail(reader.error());
-    const auto model = pbm::load_model(*reader);
+    const auto model = pbm::load_points(*reader);
     if (!model)
         return fail(model.error());
 

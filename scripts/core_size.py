@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Counts the smallest closed set that opens a file, decodes it and draws it with the reference renderer:
-core_size.py BUILD_FOLDER
+"""Counts the smallest closed set that opens a file, decodes it and draws it with the reference renderer. Builds it in
+build/core first.
 
 The set is what the linker takes from our libraries for examples/draw_picture.cpp, and every header of ours that these
 sources include. Prints lines per room; docs/architecture.md names the sum.
@@ -11,7 +11,6 @@ import pathlib
 import re
 import shlex
 import subprocess
-import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "examples/draw_picture.cpp"
@@ -19,7 +18,9 @@ LIBRARIES = ("pbm_render", "pbm_surface", "pbm_reading", "pbm_system", "pbm_base
 
 
 def main():
-    build = pathlib.Path(sys.argv[1]).resolve()
+    build = ROOT / "build/core"
+    subprocess.run(["cmake", "--preset", "core", "-DPBM_BUILD_SYSTEM=ON"], check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
+    subprocess.run(["cmake", "--build", build], check=True, stdout=subprocess.DEVNULL)
     commands = {}  # (library, object) -> how its source is compiled
     for entry in json.loads((build / "compile_commands.json").read_text(encoding="utf-8")):
         found = re.search(r"CMakeFiles/(\w+)\.dir/(?:.*/)?([^/]+\.o)$", entry.get("output", shlex.split(entry["command"])[-3]))
@@ -55,7 +56,4 @@ def main():
     print(f"{'all':44}{len(files):5} files{sum(rooms.values()):7} lines")
 
 
-if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    main()
+main()

@@ -1,38 +1,46 @@
 #!/usr/bin/env bash
-# Sets everything up and passes the tests: packages, lint, then builds and tests with and without sanitizers.
+# Sets everything up and passes the tests: packages, builds and tests with and without sanitizers, lint.
+# The longer forms of tests are left to `ctest --test-dir build/release -C nightly -L nightly`: tests/README.md.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-export CTEST_PARALLEL_LEVEL=${CTEST_PARALLEL_LEVEL:-2}
+jobs=${CTEST_PARALLEL_LEVEL:-$(nproc)}
 
-step() { printf '\n== %s (%d s so far)\n' "$1" "$SECONDS"; }
+minutes=()
+step() {
+    minutes+=("$SECONDS ${1:-}")
+    [ $# -eq 0 ] || printf '\n== %s (%d s so far)\n' "$1" "$SECONDS"
+}
 
 step packages
 scripts/install_packages.sh all
 
-# The build of the run time alone compiles what release has compiled: it takes the same objects.
-export CCACHE_DIR=$PWD/build/ccache CCACHE_BASEDIR=$PWD
 # All that is tested, and what is installed. Programs of bench/ are measured by people; lint sees that they compile.
 targets=(man {system,format_spec,command_line,runtime,tools,data,tests}/all)
 
 failed=()
 for preset in release asan; do
     step "$preset: build"
-    launcher=()
-    [ "$preset" = release ] && launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
-    cmake --preset "$preset" "${launcher[@]}" >/dev/null
-    cmake --build --preset "$preset" -j 2 --target "${targets[@]}"
+    cmake --preset "$preset" >/dev/null
+    cmake --build --preset "$preset" -j "$jobs" --target "${targets[@]}"
     step "$preset: test"
-    ctest --preset "$preset" --output-on-failure -j "$CTEST_PARALLEL_LEVEL" || failed+=("tests of $preset")
+    ctest --preset "$preset" --output-on-failure -j "$jobs" || failed+=("tests of $preset")
 done
 
+# Whether it builds without what only tools, viewer and tests need; release tests what it does.
 step "runtime-only: build"
-cmake --preset runtime-only -DCMAKE_CXX_COMPILER_LAUNCHER=ccache >/dev/null
-cmake --build --preset runtime-only -j 2 || failed+=("build of runtime-only")
+cmake --preset runtime-only -DPBM_UNITY=ON -DCMAKE_CXX_FLAGS_RELEASE=-O0 >/dev/null
+cmake --build --preset runtime-only -j "$jobs" || failed+=("build of runtime-only")
 
 step lint
 scripts/lint.sh build/release || failed+=(lint)
 
-step done
+step
+printf '\n== minutes\n'
+for ((i = 0; i + 1 < ${#minutes[@]}; ++i)); do
+    from=${minutes[i]%% *} to=${minutes[i + 1]%% *}
+    printf '%5.1f  %s\n' "$((10 * (to - from) / 60))e-1" "${minutes[i]#* }"
+done
+printf '%5.1f  all\n' "$((10 * SECONDS / 60))e-1"
 if [ ${#failed[@]} -ne 0 ]; then
     printf 'FAILED: %s\n' "${failed[@]}"
     exit 1

@@ -2,10 +2,9 @@
 """clang-tidy of our own sources: tidy.py BUILD_FOLDER [FILE...]. Exit code 1: it found something.
 
 Nine tenths of what clang-tidy does to a file it does to the headers of others. Files are therefore looked at together,
-a dozen at a time, as if they were one, with the folders and macros of all of them; where that finds anything, or where
+two dozen at a time, as if they were one, with the folders and macros of all of them; where that finds anything, or where
 they do not go together, they are looked at in halves and in the end alone, with their own flags, and only that counts.
-Files that no compiler sees alone are seen so by clang here. Files whose text and flags passed before are skipped:
-BUILD_FOLDER/tidy has stamps.
+Files whose text and flags passed before are skipped: BUILD_FOLDER/tidy has stamps.
 """
 import concurrent.futures
 import hashlib
@@ -19,12 +18,12 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FOLDERS = ("system", "format_spec", "command_line", "runtime", "tools", "data", "tests", "bench", "examples")
-TOGETHER = 12
+TOGETHER = 24
 
 
 def sources_of(build):
-    """Our files -> the flags of the first target that compiles them; and those that it compiles together with others."""
-    flags, never_alone = {}, set()
+    """Our files -> the flags of the first target that compiles them."""
+    flags = {}
     for entry in json.loads((build / "compile_commands.json").read_text(encoding="utf-8")):
         unit = pathlib.Path(entry["file"])
         paths = [unit]
@@ -46,8 +45,7 @@ def sources_of(build):
         for path in ours:
             if path.parts[0] in FOLDERS and str(path) not in flags:
                 flags[str(path)] = tuple(kept)
-                never_alone.update([str(path)] if len(ours) > 1 else [])
-    return flags, never_alone
+    return flags
 
 
 def names_of(text):
@@ -87,18 +85,19 @@ def flags_together(some):
 
 def groups_of(files, flags):
     """Lists of files to be looked at together, with flags; files of Highway, which include themselves, alone."""
-    groups = []  # files, flags, names, calls
+    groups = []  # files, flags, names, calls, room
     for file in files:
+        room = file.split("/")[:3 if file.startswith("tests/unit/") else 2]  # one room has one set of namespaces
         text = (ROOT / file).read_text(encoding="utf-8")
         names, calls = names_of(text)
         alone = "foreach_target.h" in text
         for group in groups if not alone else ():
-            if len(group[0]) < TOGETHER and not group[2] & (names | calls) and not group[3] & names:
+            if group[4] == room and len(group[0]) < TOGETHER and not group[2] & (names | calls) and not group[3] & names:
                 if both := flags_together([group[1], flags[file]]) if group[1] else None:
                     group[1] = both
                     break
         else:
-            group = [[], () if alone else flags[file], set(), set()]
+            group = [[], () if alone else flags[file], set(), set(), room]
             groups.append(group)
         group[0].append(file)
         group[2].update(names)
@@ -114,15 +113,9 @@ def tidy(path, flags):
     return run.stdout + run.stderr if run.returncode != 0 else ""
 
 
-def compile_alone(file, flags):
-    command = ["clang++", "-fsyntax-only", *flags, str(ROOT / file)]
-    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    return run.stderr if run.returncode != 0 else ""
-
-
 def main():
     build = pathlib.Path(sys.argv[1]).resolve()
-    flags, never_alone = sources_of(build)
+    flags = sources_of(build)
     stamps = build / "tidy"
     stamps.mkdir(exist_ok=True)
     # All that can change the verdict of a file: all headers, the configuration, its flags, the file itself.
@@ -150,7 +143,7 @@ def main():
             if tidy(together, (*together_flags, "-Wno-shadow")):
                 half = len(members) // 2
                 return look_at((members[:half], together_flags)) + look_at((members[half:], together_flags))
-            said = "".join(compile_alone(file, flags[file]) for file in members if file in never_alone)
+            said = ""
         for file in members if not said else ():
             stamp, digest = stamp_of(file)
             stamp.write_text(digest)

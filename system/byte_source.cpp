@@ -7,7 +7,7 @@ namespace pbm {
 
 namespace {
 
-// Memory for the bytes from `offset` on, at an address with the remainder by 8 that the offset has.
+// Allocates memory for the bytes from `offset` on, at an address that equals the offset modulo 8.
 std::pair<std::uint8_t *, std::shared_ptr<const void>> allocate(std::uint64_t offset, std::size_t bytes) {
     const auto before = static_cast<std::size_t>(offset % 8);
     const std::shared_ptr<std::uint64_t[]> words(new std::uint64_t[(before + bytes + 7) / 8]);
@@ -37,7 +37,7 @@ void SparseFile::fill(std::uint64_t offset, ByteView bytes) {
         const auto next = pieces_.upper_bound(offset);
         std::uint64_t count = bytes.size();
         const auto before = next == pieces_.begin() ? pieces_.end() : std::prev(next);
-        if (before != pieces_.end() && before->first + before->second.bytes.size() > offset) { // is there already
+        if (before != pieces_.end() && before->first + before->second.bytes.size() > offset) { // is present already
             count = std::min(count, before->first + before->second.bytes.size() - offset);
         } else {
             count = std::min(count, kPieceBytes - offset % kPieceBytes);
@@ -72,7 +72,7 @@ void SparseFile::drop(FileRange range) {
     }
 }
 
-// Calls use(piece, part) for the parts of `range` in order, until one is not there: then it is false.
+// Calls use(piece, part) for the parts of `range` in order; returns false at the first missing part.
 template <class Use> bool SparseFile::for_pieces(FileRange range, Use &&use) const {
     if (range.offset > size_ || range.bytes > size_ - range.offset)
         return false;
@@ -110,6 +110,13 @@ std::optional<HeldBytes> SparseFile::view(FileRange range) const {
         next = std::copy(part.begin(), part.end(), next);
     });
     return HeldBytes{bytes, std::move(owner)};
+}
+
+Result<HeldBytes> ByteSource::require(FileRange range) const {
+    std::optional<HeldBytes> bytes = view(range);
+    if (!bytes)
+        return not_there_yet(range);
+    return std::move(*bytes);
 }
 
 Error not_there_yet(FileRange range) {

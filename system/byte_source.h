@@ -1,8 +1,8 @@
-// The bytes of a file where a reader finds them: all of them in memory, or the ranges that have arrived so far.
+// The bytes of a file as a reader gets them: all in memory, or only the ranges that have arrived so far.
 //
 //   auto file = std::make_shared<SparseFile>(size);    a file on the other side of a network
 //   file->fill(0, first_bytes)                         from any thread, as ranges arrive
-//   ByteSource(file).view({offset, bytes})             those bytes, or none: not there yet
+//   ByteSource(file).view({offset, bytes})             the bytes, or nothing if some have not arrived
 #pragma once
 
 #include "system/bytes.h"
@@ -16,22 +16,15 @@
 
 namespace pbm {
 
-// Bytes `offset` to `offset + bytes - 1` of a file.
-struct FileRange {
-    std::uint64_t offset = 0, bytes = 0;
-    bool operator==(const FileRange &) const = default;
-};
-
-// Bytes that stay readable and unchanged as long as this or a copy of it lives. The bytes of a whole file need no owner
-// here: they outlive whoever reads them. The first byte lies in memory at an address with the remainder by 8 that its
-// offset has in the file.
+// Bytes that stay readable and unchanged as long as this object or a copy of it lives. Bytes of a whole file have no
+// owner: they outlive their readers. The address of the first byte equals its offset in the file modulo 8.
 struct HeldBytes {
     ByteView bytes;
     std::shared_ptr<const void> owner;
 };
 
-// A file of which ranges arrive in any order and may be dropped again; it may be larger than the memory. Memory is used
-// for the ranges that are there, and freed in pieces of up to kPieceBytes. Safe to use from several threads.
+// A file whose ranges arrive in any order and may be dropped again; it may be larger than the memory. Memory is
+// allocated for present ranges and freed in pieces of up to kPieceBytes. Thread-safe.
 class SparseFile {
   public:
     static constexpr std::uint64_t kPieceBytes = 65536;
@@ -39,17 +32,15 @@ class SparseFile {
     explicit SparseFile(std::uint64_t size) : size_(size) {}
 
     std::uint64_t size() const { return size_; } // bytes of the file
-    std::uint64_t memory() const;                // bytes that are there
+    std::uint64_t memory() const;                // bytes that are present
 
-    // The bytes from `offset` on have arrived; they are copied. What was there already stays as it is. Ignores bytes
-    // past the end of the file.
+    // Copies bytes that have arrived from `offset` on. Present bytes stay; bytes past the end of the file are ignored.
     void fill(std::uint64_t offset, ByteView bytes);
-    // Forgets a range: it may be filled again. Whoever holds a view of it keeps that.
+    // Drops a range, which may be filled again. Existing views of it stay valid.
     void drop(FileRange range);
 
     bool has(FileRange range) const;
-    // None if some of the range has not arrived, was dropped, or lies outside the file. Copies the bytes where they
-    // arrived in several pieces.
+    // Empty if part of the range is missing or outside the file. Copies bytes that arrived in several pieces.
     std::optional<HeldBytes> view(FileRange range) const;
 
   private:
@@ -58,31 +49,33 @@ class SparseFile {
     template <class Use> bool for_pieces(FileRange range, Use &&use) const;
 
     const std::uint64_t size_;
-    mutable std::mutex mutex_; // of the pieces
+    mutable std::mutex mutex_; // guards the pieces
     Pieces pieces_;
 };
 
-// Where a reader finds its bytes. A copy is the same source.
+// The bytes that a reader reads. A copy is the same source.
 class ByteSource {
   public:
-    // All of a file. `file` must stay readable and unchanged as long as anything reads from the source, and its first
-    // byte lie at a multiple of 8 in memory, as it does in any mapping or vector.
+    // A whole file. `file` must stay readable and unchanged as long as anything reads from the source. Its first byte
+    // must lie at a multiple of 8 in memory, as in any mapping or vector.
     explicit ByteSource(ByteView file) : whole_(file) {}
-    // Not null.
+    // `file` must not be null.
     explicit ByteSource(std::shared_ptr<SparseFile> file) : sparse_(std::move(file)) {}
 
     bool is_whole() const { return sparse_ == nullptr; }
     std::uint64_t size() const { return is_whole() ? whole_.size() : sparse_->size(); }
 
     bool has(FileRange range) const { return is_whole() ? is_inside(range) : sparse_->has(range); }
-    // None if the range is not there yet, or lies outside the file.
+    // Empty if part of the range is missing or lies outside the file.
     std::optional<HeldBytes> view(FileRange range) const {
         if (!is_whole())
             return sparse_->view(range);
         return is_inside(range) ? std::optional(HeldBytes{slice(whole_, range.offset, range.bytes), nullptr})
                                 : std::nullopt;
     }
-    // The range is no longer needed in the form in which it is stored. Frees nothing of a whole file.
+    // The same where a call needs all of them at once; else `not_there_yet`.
+    Result<HeldBytes> require(FileRange range) const;
+    // The caller no longer needs the stored bytes of the range. Has no effect on a whole file.
     void drop(FileRange range) const {
         if (!is_whole())
             sparse_->drop(range);
@@ -97,8 +90,7 @@ class ByteSource {
     std::shared_ptr<SparseFile> sparse_;
 };
 
-// What a call that needs all its bytes at once says when some are not there. The caller asked too early: the file is
-// not damaged.
+// For calls that need all their bytes at once: the caller asked too early, the file is not damaged.
 Error not_there_yet(FileRange range);
 
 } // namespace pbm

@@ -1,4 +1,4 @@
-// Little-endian records: reading untrusted bytes, writing exact ones. BVG.md section 1.
+// Little-endian records: reading untrusted bytes, writing exact ones. BVG.md 1.
 #pragma once
 
 #include <algorithm>
@@ -18,13 +18,19 @@ static_assert(std::endian::native == std::endian::little, "records are copied as
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
-// What of a budget of memory (bytes) this machine can address: half of its address space, or all of the budget.
+// Bytes `offset` to `offset + bytes - 1` of a file.
+struct FileRange {
+    std::uint64_t offset = 0, bytes = 0;
+    bool operator==(const FileRange &) const = default;
+};
+
+// Clamps a budget of memory (bytes) to half of the machine's address space.
 constexpr std::uint64_t addressable(std::uint64_t budget) {
     return std::min<std::uint64_t>(budget, std::numeric_limits<std::size_t>::max() / 2);
 }
 
-// Bytes `offset` to `offset + count - 1`. Files have 64 bits for a place, memory has 32 on some machines: this is the
-// one narrowing of the two. A range that `bytes` does not hold is a mistake of the caller, and empty.
+// Bytes `offset` to `offset + count - 1`. Offsets in files have 64 bits, addresses may have 32: this function is the
+// one place that narrows them. A range outside `bytes` is an error of the caller; the result is then empty.
 inline ByteView slice(ByteView bytes, std::uint64_t offset, std::uint64_t count) {
     const bool is_inside = offset <= bytes.size() && count <= bytes.size() - offset;
     assert(is_inside);
@@ -57,7 +63,7 @@ class ByteReader {
     float f32() { return read<float>(); }
     double f64() { return read<double>(); }
 
-    // Skips `count` reserved bytes and remembers the first of all that was not zero.
+    // Skips `count` reserved bytes and remembers the first nonzero one of all calls.
     void zeros(std::size_t count) {
         while (count-- > 0) {
             const std::uint8_t byte = u8();
@@ -67,7 +73,7 @@ class ByteReader {
 
     bool ok() const { return ok_; }
     bool reserved_clear() const { return reserved_ == 0; }
-    std::uint8_t reserved() const { return reserved_; } // 0 if all were
+    std::uint8_t reserved() const { return reserved_; } // 0 if all were zero
     std::size_t offset() const { return at_; }
 
   private:

@@ -86,6 +86,6 @@ int exit_code(ErrorCode code) {
     }
 }
 
-Error out_of_memory() { return {ErrorCode::memory, 0, "out of memory"}; } // short enough for a string's own bytes
+Error out_of_memory() { return {ErrorCode::memory, 0, "out of memory"}; } // fits the string's own buffer
 
 } // namespace pbm

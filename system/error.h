@@ -1,7 +1,7 @@
-// Errors as values: what is wrong with the bytes, where, and which rule of BVG.md they break.
+// Errors as values: the damage, its offset, and the broken rule of BVG.md.
 //
-// Broken bytes give an `Error`; broken callers give an `assert`. Functions that return a Result or a Status throw
-// nothing; all others throw std::bad_alloc at most.
+// Damaged bytes give an `Error`; errors of callers give an `assert`. Functions that return a Result or a Status throw
+// nothing; all others throw at most std::bad_alloc.
 #pragma once
 
 #include <cassert>
@@ -18,11 +18,11 @@ namespace pbm {
 
 // Kinds of failure. The order is not part of any contract; the names (`to_string`) are.
 enum class ErrorCode : std::uint8_t {
-    usage,               // the caller asked for something that makes no sense
+    usage,               // the call makes no sense
     io,                  // the operating system refused: open, read, write, rename
-    not_bvg,             // the magic number is another one
+    not_bvg,             // another magic number
     truncated,           // bytes are missing
-    bad_hash,            // bytes were changed: a stored hash does not match
+    bad_hash,            // a stored hash does not match
     bad_header,          // header fields contradict each other or the limits
     bad_table,           // section table: order, overlap, sizes, padding
     bad_section,         // a small section (grid, attributes, materials, lights, texture, metadata)
@@ -30,21 +30,21 @@ enum class ErrorCode : std::uint8_t {
     bad_octree,          // child masks
     bad_attribute,       // attribute values out of range
     bad_image,           // a raster: shape, tile directory, tiles, mip levels
-    bad_content,         // content_id, averages or counts disagree with the data
-    bad_input,           // a scan (PLY, OBJ, ...) is damaged or says something impossible
-    too_large,           // over a limit of BVG.md section 10
+    bad_content,         // averages, counts or content_id contradict the data
+    bad_input,           // a scan (PLY, OBJ, ...) is damaged or contradicts itself
+    too_large,           // over a limit of BVG.md 10
     memory,              // an allocation failed or the budget is used up
     unsupported_version, // another version of the format
-    unsupported_feature, // a required feature, codec or filter this build does not know
+    unsupported_feature, // a required feature, codec or filter that this build does not know
 };
 
 std::string_view to_string(ErrorCode code);
 
-// Process exit code of a failure (every program of the project uses it): 1 usage, 2 I/O, 3 invalid or
-// damaged input, 4 memory or another run-time limit, 5 unsupported version or feature.
+// Process exit code of a failure, the same for all programs: 1 usage, 2 I/O, 3 invalid or damaged input, 4 memory or
+// another run-time limit, 5 unsupported version or feature.
 int exit_code(ErrorCode code);
 
-// What a check compared: a number, a hash, or text where a number does not say it ("1..8", not a number). May be empty.
+// What a check compared: a number, a hash, or text such as "1..8". May be empty.
 class Value {
   public:
     struct Hash {
@@ -73,27 +73,25 @@ class Value {
     Held held_;
 };
 std::string to_string(const Value &value);
-// As text 0x and 16 hexadecimal digits.
 inline Value hash_value(std::uint64_t hash) { return Value::Hash{hash}; }
 
 struct Error {
     ErrorCode code{};
     std::uint64_t offset = 0; // byte offset in the file; see has_offset
-    std::string message{};    // one line; starts with the paragraph of BVG.md where one applies ("4.2 ...")
-    std::string_view name{};  // stable code of the fault, "octree.empty_mask", or empty; a string that is never freed
-    std::string_view rule{};  // of BVG.md that is broken: "4.2"; empty if none
+    std::string message{};    // one line; starts with the paragraph of BVG.md, if any ("4.2 ...")
+    std::string_view name{};  // stable code of the fault, "octree.empty_mask", or empty; static storage
+    std::string_view rule{};  // broken rule of BVG.md, "4.2", or empty
     Value expected{}, actual{};
     std::int64_t tile = -1; // number in its raster, or -1
 };
 
-// Whether `offset` says something: damage in a .pbvg always has a place, which may be its first byte; everything else
-// has one where it is not 0.
+// Whether `offset` has a meaning: always for damage of a .pbvg, even if it is 0; for other errors if it is not 0.
 bool has_offset(const Error &error);
 
-// For the seams where std::bad_alloc becomes an error. Takes no memory itself.
+// For the places where std::bad_alloc becomes an error. Allocates nothing itself.
 Error out_of_memory();
 
-// A value or an `Error`. Test with `ok()` (or bool) before `value()`.
+// A value or an `Error`. Test `ok()` (or bool) before calling `value()`.
 template <class T> class [[nodiscard]] Result {
   public:
     Result(T value) : held_(std::in_place_index<0>, std::move(value)) {}

@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kMetresPerUnit = 0.095; // radius of the shell at the aperture
 
-// The area of the surface over the area of a cell, per vertex, of a first coarse lattice predicts the cell that gives
-// the wanted number; the finer lattice sees a little more area, hence the second correction.
+// The number of vertices is proportional to area / cell^2. A first, coarse lattice measures it, which predicts the cell
+// for the wanted number. A finer lattice resolves slightly more area, hence the correction `extra`.
 Isosurface extract_with_vertices(const DistanceField &field, const Box &box, std::size_t wanted, int threads) {
     double cell = 0.014;
     Isosurface surface = extract_isosurface(field, box, cell, threads);
@@ -34,7 +34,7 @@ Isosurface extract_with_vertices(const DistanceField &field, const Box &box, std
     return surface;
 }
 
-// From shell space to the model: a few degrees away from every axis, as a hand would put it down.
+// Rotates shell space into model space, a few degrees off every axis.
 Vec3 pose(const Vec3 &p) {
     const auto turn = [](double &a, double &b, double turns) {
         const double c = cos_turns(turns), s = sin_turns(turns);

@@ -19,17 +19,18 @@ struct TriangleMesh {
 };
 
 struct AmmoniteOptions {
-    std::size_t vertices = 1'000'000; // wanted; kMinVertices..kMaxVertices
+    std::size_t vertices = 1'000'000; // approximate; kMinVertices..kMaxVertices
     std::uint32_t seed = 1;
     int threads = 0;                                 // 0: one per processor; does not change the result
-    std::function<void(const char *stage)> on_stage; // if set, called from the calling thread as each stage begins
+    std::function<void(const char *stage)> on_stage; // called on the calling thread when a stage begins, if set
 };
 
 constexpr std::size_t kMinVertices = 10'000;
 constexpr std::size_t kMaxVertices = 10'000'000;
 
-// Makes the ammonite: 16 cm across, standing on its edge, the coil facing +Z. The result has within 5 % of the wanted
-// vertices, edges of nearly even length, and the same bytes on every machine for the same vertices and seed.
+// Makes the ammonite: 16 cm across, standing on its edge, the coil facing +Z. The number of vertices is within 5 % of
+// `options.vertices`; edges have nearly equal lengths. The result is the same on every machine for the same vertices
+// and seed.
 // Throws std::bad_alloc; needs about 110 bytes per vertex.
 TriangleMesh make_ammonite(const AmmoniteOptions &options);
 

@@ -1,8 +1,8 @@
-// Arithmetic whose last bit is the same everywhere.
+// Arithmetic with the same last bit everywhere.
 //
-// The sample must be the same bytes for every compiler, C library and optimisation level, so nothing here calls libm:
-// only IEEE 754 + - * / and sqrt, which are exactly rounded, in an order that the source fixes. Compile with
-// -ffp-contract=off and never with -ffast-math. Angles are in turns (1 turn = 2 pi radians), which makes range
+// The sample must have the same bytes for every compiler, C library and optimisation level. So this file does not call
+// libm: it uses only IEEE 754 + - * / and sqrt, which are exactly rounded, in an order that the source fixes. Compile
+// with -ffp-contract=off and never with -ffast-math. Angles are in turns (1 turn = 2 pi radians), which makes range
 // reduction exact.
 #pragma once
 
@@ -57,7 +57,7 @@ inline double atan2_turns(double y, double x) {
     const double large = std::max(ax, ay);
     if (large == 0)
         return 0;
-    // atan(q) = atan(1/2) + atan((q - 1/2) / (1 + q/2)) leaves |s| <= 1/2, then the series converges fast.
+    // atan(q) = atan(1/2) + atan((q - 1/2) / (1 + q/2)) leaves |s| <= 1/2, where the series converges fast.
     const double q = std::min(ax, ay) / large;
     constexpr double kAtanHalf = 0.463647609000806116214256231461;
     const double s = (q - 0.5) / (1.0 + 0.5 * q);
@@ -76,7 +76,7 @@ inline double mix(double a, double b, double t) { return a + (b - a) * t; }
 
 inline double clamp01(double x) { return std::min(std::max(x, 0.0), 1.0); }
 
-// 0 below `low`, 1 above `high`, a smooth cubic between.
+// 0 below `low`, 1 above `high`, a smooth cubic in between.
 inline double smooth_step(double low, double high, double x) {
     const double t = clamp01((x - low) / (high - low));
     return t * t * (3.0 - 2.0 * t);
@@ -88,7 +88,7 @@ using Vec3 = glm::dvec3;
 inline double dot(const Vec3 &a, const Vec3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline double length(const Vec3 &a) { return std::sqrt(dot(a, a)); }
 
-// The zero vector becomes +Z.
+// Unit vector; +Z for the zero vector.
 inline Vec3 normalized(const Vec3 &a) {
     const double l = length(a);
     return l > 0 ? a / l : Vec3(0, 0, 1);

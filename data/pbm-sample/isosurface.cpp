@@ -17,8 +17,8 @@ namespace {
 using Cell = glm::ivec3;
 
 constexpr int kBlock = 4;      // cells along a block; 4^3 = 64 lattice points, one bit each
-constexpr int kRegion = 8;     // blocks along a root region of the search for surface blocks; a power of two
-constexpr double kReach = 0.5; // cells around a block that seem free of surface if the block is skipped
+constexpr int kRegion = 8;     // blocks along a root region of the search; a power of two
+constexpr double kReach = 0.5; // cells around a block that must also be free of surface to skip the block
 constexpr std::int32_t kOutside = -1;
 constexpr std::int32_t kInside = -2;
 
@@ -27,7 +27,7 @@ struct Block {
     glm::ivec3 at;                  // in blocks
     std::uint64_t inside = 0;       // lattice points with value < 0
     std::uint64_t crossed = 0;      // cells with a vertex
-    std::uint32_t first_vertex = 0; // of those, in bit order
+    std::uint32_t first_vertex = 0; // of the vertices, in bit order
     std::size_t first_triangle = 0;
     std::array<float, 64> value{};
 };
@@ -36,7 +36,7 @@ int bit_of(const Cell &p) { return (p.x & 3) | (p.y & 3) << 2 | (p.z & 3) << 4; 
 Cell cell_of(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; } // within its block
 glm::ivec3 corner(int number) { return {number & 1, number >> 1 & 1, number >> 2}; }
 
-// Signs of the lattice points of a block and one layer beyond on the high sides; [z][y][x].
+// Signs of the lattice points of a block and of one layer beyond its high sides; [z][y][x].
 using SignCube = std::array<std::array<std::array<bool, 5>, 5>, 5>;
 template <class Cube> auto &sign_at(Cube &cube, const Cell &p) {
     return cube[static_cast<std::size_t>(p.z)][static_cast<std::size_t>(p.y)][static_cast<std::size_t>(p.x)];
@@ -74,7 +74,7 @@ class Lattice {
         return state >= 0 ? blocks_[static_cast<std::size_t>(state)].inside : state == kInside ? ~0ull : 0;
     }
 
-    // Whether some lattice points of a cube of blocks are on the faces of the lattice, which count as outside.
+    // Whether a cube of blocks has lattice points on the faces of the lattice, which count as outside.
     bool on_border(const glm::ivec3 &block, int size) const {
         return glm::any(glm::equal(block, glm::ivec3(0))) || glm::any(glm::equal(block + size, size_));
     }
@@ -126,12 +126,12 @@ class Lattice {
         blocks_.push_back(Block{.at = at});
     }
 
-    // A point that a neighbour's distance shows to be far from the surface gets its value from that distance.
+    // Evaluates lattice points. Points that a neighbour's distance proves to be far from the surface get a sign only.
     void evaluate_block(Block &block) {
         const Cell first = block.at * kBlock;
         std::uint64_t known = 0;
         for (int step = 0; step < 64; ++step) {
-            const int b = (step * 21 + 21) & 63; // scattered, so that the first few points settle most of a far block
+            const int b = (step * 21 + 21) & 63; // scattered, so that the first few points decide most of a far block
             if ((known >> b & 1) != 0)
                 continue;
             const double d = field_(point(first + cell_of(b)));
@@ -182,7 +182,7 @@ class Lattice {
         return cube;
     }
 
-    // Moves a lattice point to just inside. False if it was inside, or must stay outside.
+    // Moves a lattice point just inside. Returns false if it was inside or must stay outside.
     bool fill(const Cell &p) {
         const std::int32_t s = state_or_outside(p >> 2);
         if (s < 0 || point_on_border(p))
@@ -195,8 +195,8 @@ class Lattice {
         return true;
     }
 
-    // Adds the neighbours into which the surface of this block continues: those that were skipped as all inside or all
-    // outside, but touch a lattice point of the other kind. True if there were any.
+    // Adds the neighbours into which the surface of this block continues: blocks that were skipped as inside or outside
+    // but touch a lattice point of the other kind. Returns whether there were any.
     bool grow(std::size_t index) {
         const Block block = blocks_[index];
         bool grown = false;
@@ -234,8 +234,8 @@ class Lattice {
         return corners;
     }
 
-    // A face whose signs alternate, or a cell with just two opposite corners inside or outside, would join two sheets
-    // of the surface in one edge or vertex. Filling only ever adds to the inside, so repeating it ends.
+    // Fills faces with alternating signs, and cells with just two opposite corners inside or outside: there, two sheets
+    // of the surface would share an edge or a vertex. Filling only adds to the inside, so repeating it terminates.
     bool fill_ambiguities(std::size_t index) {
         if (is_uniform(blocks_[index]))
             return false;
@@ -267,8 +267,8 @@ class Lattice {
         return changed;
     }
 
-    // The search may have skipped blocks where the field is not quite a distance; follow the surface into them.
-    // Afterwards no cell with a sign change is outside the stored blocks, so the surface is closed whatever the field.
+    // Follows the surface into blocks that the search skipped because the field is no exact distance. Afterwards all
+    // cells with a sign change lie in stored blocks, so the surface is closed for any field.
     void evaluate_and_close() {
         evaluate(0);
         for (bool changed = true; changed;) {
@@ -302,7 +302,7 @@ class Lattice {
         return block.first_vertex + static_cast<std::uint32_t>(std::popcount(block.crossed & below));
     }
 
-    // Mean of the crossings on the cell's edges; normal from the differences along them.
+    // Vertex: mean of the crossings on the cell's edges. Normal: from the differences along the edges.
     void place_vertices(const Block &block, Isosurface &out) {
         std::uint32_t vertex = block.first_vertex;
         for (std::uint64_t rest = block.crossed; rest != 0; rest &= rest - 1, ++vertex) {
@@ -338,7 +338,7 @@ class Lattice {
         for (int b = 0; b < 64; ++b) {
             const Cell here = cell_of(b), cell = block.at * kBlock + here;
             for (int axis = 0; axis < 3; ++axis) {
-                Cell along(0), u(0), v(0); // u, v: the axes after `axis`, cyclically, so that u x v points along it
+                Cell along(0), u(0), v(0); // u, v: the two axes after `axis`; u x v points along `axis`
                 along[axis] = u[(axis + 1) % 3] = v[(axis + 2) % 3] = 1;
                 const bool inside = sign_at(cube, here);
                 if (inside == sign_at(cube, here + along))

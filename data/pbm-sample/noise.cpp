@@ -13,8 +13,8 @@ float fade(float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
 
 double fade(double t) { return t * t * t * (t * (t * 6.0 - 15.0) + 10.0); }
 
-// Gradients of up to 2^10 in each component, chosen by the avalanche of `h`, times the offsets from their lattice
-// points.
+// Dot products of gradients with offsets from their lattice points. Components of gradients are up to 2^10 and come
+// from mixing the bits of `h`.
 Float4 slopes(Uint4 h, Float4 x, Float4 y, Float4 z) {
     h ^= h >> 15;
     h *= 0x2c1b3c6du;
@@ -44,7 +44,7 @@ double gradient_noise(const Vec3 &p, std::uint32_t seed) {
     const std::uint32_t y0 = static_cast<std::uint32_t>(iy) * kY;
     const std::uint32_t z0 = static_cast<std::uint32_t>(iz) * kZ;
 
-    // Lanes: the corners of the cell's low face in z, then of the high one; x fastest.
+    // Lanes: corners of the cell's low face in z, then of the high one; x fastest.
     const Uint4 corner = Uint4{x0, x0 + kX, x0, x0 + kX} ^ Uint4 { y0, y0, y0 + kY, y0 + kY };
     const Float4 dx = {x, x - 1.0f, x, x - 1.0f};
     const Float4 dy = {y, y, y - 1.0f, y - 1.0f};
@@ -75,7 +75,7 @@ double fractal_noise(const Vec3 &p, int octaves, std::uint32_t seed) {
     for (int octave = 0; octave < octaves; ++octave) {
         sum += amplitude * gradient_noise(p * frequency, seed + static_cast<std::uint32_t>(octave));
         amplitude *= 0.5;
-        frequency *= 2.03; // not exactly 2: lattice zeros of the octaves must not coincide
+        frequency *= 2.03; // not exactly 2, so that zeros of the octaves do not coincide
     }
     return sum;
 }

@@ -1,6 +1,6 @@
 // Random numbers and gradient noise from integer hashes: no tables, no state, the same values everywhere.
-// Based on: Perlin. Improving Noise. 2002 (gradients at lattice points, quintic fade). The gradients come straight from
-// the bits of an integer hash instead of a permutation table.
+// Based on: Perlin. Improving Noise. 2002 (gradients at lattice points, quintic fade); gradients are bits of an integer
+// hash instead of entries of a permutation table.
 #pragma once
 
 #include "deterministic_math.h"
@@ -30,8 +30,7 @@ double gradient_noise(const Vec3 &p, std::uint32_t seed);
 // Gradient noise on a line: in [-1/2, 1/2], zero at integers.
 double gradient_noise(double x, std::uint32_t seed);
 
-// Sum of `octaves` noises, each of twice the frequency and half the amplitude of the one before, the first of
-// amplitude 1.
+// Sum of `octaves` noises, the first of amplitude 1, each next one of about twice the frequency and half the amplitude.
 double fractal_noise(const Vec3 &p, int octaves, std::uint32_t seed);
 
 } // namespace pbm::sample

@@ -29,7 +29,7 @@ void append_binary(const TriangleMesh &mesh, Bytes &out) {
     }
 }
 
-// Shortest decimal that reads back the same, then a space.
+// Appends the shortest decimal that reads back the same, then a space.
 template <class Number> void put_text(Bytes &out, Number value) {
     char digits[32];
     const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;

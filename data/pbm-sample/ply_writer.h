@@ -1,4 +1,4 @@
-// A coloured triangle mesh as PLY.
+// Encodes a coloured triangle mesh as PLY.
 #pragma once
 
 #include "ammonite.h"
@@ -11,8 +11,7 @@ namespace pbm::sample {
 
 enum class PlyEncoding { binary_little_endian, ascii };
 
-// The whole file: vertices as float x y z, uchar red green blue; faces as list uchar int vertex_indices. `comment` is
-// one line.
+// Vertices are float x y z, uchar red green blue; faces list uchar int vertex_indices. `comment` is one line.
 Bytes encode_ply(const TriangleMesh &mesh, PlyEncoding encoding, const std::string &comment);
 
 } // namespace pbm::sample

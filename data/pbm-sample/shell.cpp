@@ -14,33 +14,33 @@ constexpr double kLnExpansion = 0.620576487725110; // ln 1.86
 constexpr double kCentre = 0.735;
 constexpr double kHalfHeight = 0.265;
 constexpr double kHalfWidth = 0.215;
-constexpr double kTaper = 0.16; // narrower towards the venter
+constexpr double kTaper = 0.16; // makes it narrower towards the venter
 
 constexpr double kRibsPerTurn = 37.0; // primary ribs; each splits in two
 constexpr double kRibHeight = 0.021;
 constexpr double kKeelHeight = 0.012;
 constexpr double kShellThickness = 0.011;
-constexpr double kOrnament = 0.06;       // above the largest height or depth of all these together
-constexpr double kWallThickness = 0.030; // at the aperture, where the rock filling the tube is set back
+constexpr double kOrnament = 0.06;       // upper bound of the height or depth of all ornament
+constexpr double kWallThickness = 0.030; // at the aperture, where the rock in the tube is set back
 
 double radius_at(double turn) { return exp_natural(kLnExpansion * turn); }
 
-// 1 at 0, 0 beyond 1, flat at both.
+// 1 at 0, 0 beyond 1, with slope 0 at both.
 double bump(double x) {
     const double t = 1.0 - x * x;
     return t > 0 ? t * t : 0;
 }
 
-// Pressed and bent a little in the rock.
+// Deformation of the shell in the rock.
 Vec3 bend(const Vec3 &p) { return {p.x, p.y, p.z + 0.030 * (p.x * p.x - p.y * p.y) + 0.02 * p.x * p.y}; }
 
-// Smaller of two distances, with the edge between them rounded over `k`.
+// Minimum of two distances, rounded over a width of `k`.
 double smooth_min(double a, double b, double k) {
     const double h = std::max(k - std::abs(a - b), 0.0);
     return std::min(a, b) - h * h / (4.0 * k);
 }
 
-// How far ribs lean towards the aperture, in turns; slightly sinuous, as the edge of a growing shell is.
+// Lean of the ribs towards the aperture, in turns; slightly sinuous, as the growing edge of a shell.
 double lean(double flank) { return flank * (0.034 * flank - 0.012); }
 
 } // namespace
@@ -49,7 +49,7 @@ Shell::Shell(std::uint32_t seed) : seed_(seed) {
     auto random = [seed, n = std::uint64_t{0}](double low, double high) mutable {
         return mix(low, high, hash_unit(seed, ++n));
     };
-    // Each crack crosses the last whorl; its plane contains about the axis and a chord.
+    // Each crack crosses the last whorl in a plane near the axis.
     constexpr std::array<double, 3> kCrackTurns = {-0.36, -0.60, -0.86};
     for (std::size_t i = 0; i < cracks_.size(); ++i) {
         const double turn = kCrackTurns[i] + random(-0.03, 0.03);
@@ -77,7 +77,7 @@ Shell::Shell(std::uint32_t seed) : seed_(seed) {
 
 Box Shell::bounds() { return {{-1.15, -1.16, -0.52}, {1.15, 1.15, 0.52}}; }
 
-// Ribs split towards the venter: one ridge becomes two at a quarter rib to either side.
+// Height of the ribs. Towards the venter, one ridge splits into two, a quarter rib to either side.
 double Shell::rib_height(double turn, double flank, Probe &out) const {
     double phase = kRibsPerTurn * (turn - lean(flank));
     phase += 0.55 * gradient_noise(phase * 0.37, seed_ ^ 0x51u);
@@ -93,19 +93,19 @@ double Shell::rib_height(double turn, double flank, Probe &out) const {
     const double rise = smooth_step(0.06, 0.24, flank);
     out.rib = ridge * rise;
     const double height = kRibHeight * ridge * strength * rise * mix(1.08, 0.86, split);
-    // Constrictions: now and then growth paused and left a furrow along a rib.
+    // Constrictions: a pause of growth leaves a furrow along a rib.
     const double pause = fraction(2.3 * (turn - lean(flank)) + 0.2) - 0.5;
     return height - 0.024 * bump(pause / 0.032);
 }
 
-// Positive where the shell has been worn away: mostly on the chambered part behind the body chamber.
+// Positive where the shell is worn away: mostly on the chambered part behind the body chamber.
 double Shell::wear(double noise, double turn) {
     const double chambered = smooth_step(-0.44, -0.62, turn) - 0.75 * smooth_step(-1.35, -1.9, turn);
     return noise + 0.55 * chambered - 0.28;
 }
 
-// The smooth tube at one turn. The section lies between ellipse and rounded square: a mean of the 2-norm and the
-// 4-norm, made a distance by dividing by its gradient.
+// The smooth tube at one turn. Its section is between an ellipse and a rounded square: a mean of the 2-norm and the
+// 4-norm, divided by its gradient to become a distance.
 Shell::Tube Shell::tube_at(const Vec3 &p, double rho, double turn, double radius) {
     Tube tube;
     tube.turn = turn;
@@ -124,12 +124,12 @@ Shell::Tube Shell::tube_at(const Vec3 &p, double rho, double turn, double radius
     tube.distance = (tube.norm - 1.0) / std::sqrt(du * du + dv * dv + 1e-12);
     tube.flank = 0.5 * (1.0 + u / round);
     tube.across = v;
-    const double along = turn > -0.5 ? turn : -kWhorls - turn; // past the aperture, or before the first chamber
+    const double along = turn > -0.5 ? turn : -kWhorls - turn; // beyond the aperture, or before the first chamber
     tube.bound = std::max(tube.distance, along * kTwoPi * rho);
     return tube;
 }
 
-// The same tube with its ornament, wear and broken end.
+// The tube with its ornament, wear and broken end.
 Probe Shell::detail(const Vec3 &p, double rho, const Tube &tube, double wear_noise) const {
     Probe here;
     here.turn = tube.turn;
@@ -148,7 +148,7 @@ Probe Shell::detail(const Vec3 &p, double rho, const Tube &tube, double wear_noi
     here.part = here.worn > 0.5 ? Part::mould : Part::shell;
 
     const double beyond = tube.turn * kTwoPi * rho;
-    if (beyond > -0.4) { // a broken aperture, rock set back within its rim
+    if (beyond > -0.4) { // a broken aperture; the rock is set back within its rim
         const double ragged = 0.11 * fractal_noise(p * 4.1, 4, seed_ ^ 0xc3u);
         const double rim = beyond + 0.03 + ragged;
         const double fill =
@@ -169,11 +169,11 @@ Probe Shell::detail(const Vec3 &p, double rho, const Tube &tube, double wear_noi
 }
 
 void Shell::add_matrix(const Vec3 &p, Probe &nearest) const {
-    // Rock still clinging to the venter below, and a remnant in the umbilicus on the far side.
+    // Rock on the venter below, and a remnant in the umbilicus on the far side.
     const Vec3 q{(p.x + 0.10) / 0.46, (p.y + 0.93) / 0.21, (p.z - 0.01) / 0.31};
     const Vec3 s{(p.x - 0.17) / 0.23, (p.y + 0.12) / 0.20, (p.z + 0.05) / 0.085};
     double lump = std::min((length(q) - 1.0) * 0.22, (length(s) - 1.0) * 0.08);
-    constexpr double kRough = 0.10; // more than noise can subtract
+    constexpr double kRough = 0.10; // upper bound of what noise subtracts
     if (lump - kRough > std::max(nearest.distance, 0.0)) {
         nearest.distance = std::min(nearest.distance, lump - kRough);
         return;
@@ -189,7 +189,7 @@ void Shell::add_matrix(const Vec3 &p, Probe &nearest) const {
     nearest.distance = smooth_min(nearest.distance, lump, 0.025);
 }
 
-// Signed distance to the wavy face of a crack; large where there is none.
+// Signed distance to the wavy face of a crack; large outside of its reach.
 double Shell::crack_distance(const Crack &crack, const Vec3 &p) const {
     const double d = dot(crack.normal, p) - crack.offset;
     const Vec3 from_centre = p - crack.centre;
@@ -231,7 +231,7 @@ void Shell::add_chips(const Vec3 &p, Probe &nearest) const {
 
 Probe Shell::probe(const Vec3 &position) const {
     Vec3 p = bend(position);
-    // Broken once, and shifted.
+    // One crack is a fault: its far side is shifted.
     const Crack &fault = cracks_[1];
     const double side = crack_distance(fault, p);
     if (side > -0.003)
@@ -239,7 +239,7 @@ Probe Shell::probe(const Vec3 &position) const {
 
     const double rho = std::sqrt(p.x * p.x + p.y * p.y) + 1e-9;
     double turn = atan2_turns(p.y, p.x) - kApertureTurn;
-    turn -= static_cast<double>(floor_to_int(turn)); // [0, 1): the whorl that would follow the last
+    turn -= static_cast<double>(floor_to_int(turn)); // [0, 1): the whorl after the last one
     double radius = radius_at(turn);
 
     // The first chamber.
@@ -255,14 +255,14 @@ Probe Shell::probe(const Vec3 &position) const {
     double bound = nearest.distance;
     for (; turn > -kWhorls - 1.0; turn -= 1.0, radius *= 1.0 / kExpansion) {
         const double u = (rho / radius - kCentre) / kHalfHeight;
-        const double aside = (std::abs(u) - 1.3) * kHalfHeight * radius; // never more than the distance
+        const double aside = (std::abs(u) - 1.3) * kHalfHeight * radius; // lower bound of the distance
         if (aside > std::max(bound, 0.0) || (aside > 0 && turn < -1.0))
             continue;
         tubes[count] = tube_at(p, rho, turn, radius);
         bound = std::min(bound, tubes[count].bound);
         ++count;
     }
-    std::optional<double> wear_noise; // the same for every whorl that comes near
+    std::optional<double> wear_noise; // shared by all whorls nearby
     for (std::size_t i = 0; i < count; ++i) {
         const Tube &tube = tubes[i];
         const double slack = kOrnament * tube.radius + 0.12 * smooth_step(-0.2, 0.0, tube.turn);

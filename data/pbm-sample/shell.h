@@ -1,8 +1,8 @@
-// The shape of a fossil ammonite: a ribbed tube coiled in a logarithmic spiral, with the damage of its long life.
+// The shape of a fossil ammonite: a ribbed tube, coiled in a logarithmic spiral, with damage.
 // Based on: Raup. Geometric Analysis of Shell Coiling: General Problems. 1966 (whorl expansion, section, umbilicus)
 //
 // Shell space: the coil lies in the xy plane around the origin and grows counter-clockwise seen from +z; the radius of
-// the last whorl at the aperture is 1. Position along the coil is counted in turns, 0 at the aperture, negative
+// the last whorl at the aperture is 1. Position along the coil is counted in turns: 0 at the aperture, negative
 // inwards.
 #pragma once
 
@@ -21,7 +21,7 @@ constexpr double kSeptaPerTurn = 15.0;
 
 enum class Part { shell, mould, infill, matrix };
 
-// What lies nearest to a point of shell space. Lengths in shell units.
+// Properties of the surface nearest to a point of shell space. Lengths in shell units.
 struct Probe {
     double distance = 0; // negative inside
     Part part = Part::shell;
@@ -29,30 +29,30 @@ struct Probe {
     double flank = 0;     // across it: 0 at the inner side of the tube, 1 at the venter
     double radius = 1;    // of the whorl at this turn; details scale with it
     double rib = 0;       // 0 in a groove .. 1 on a rib
-    double rib_phase = 0; // whole numbers between ribs
+    double rib_phase = 0; // integers between ribs
     double worn = 0;      // 0: shell preserved, 1: worn away to the internal mould
     double crack = 0;     // 0..1 at the bottom of a crack
     double broken = 0;    // 0..1 on fresh break surfaces
 };
 
-// A shell grown from `seed`: same proportions, own damage.
+// A shell grown from `seed`: the proportions are fixed, the damage varies.
 class Shell {
   public:
     explicit Shell(std::uint32_t seed);
 
     Probe probe(const Vec3 &p) const;
 
-    // Distance to the coil with its ribs, but without damage and rock: a cheap part of `probe` to look around with.
+    // Distance to the coil with its ribs, without damage and rock: a cheaper part of `probe`.
     double outline(const Vec3 &p) const;
 
-    // Contains the whole surface.
+    // A box around the whole surface.
     static Box bounds();
 
   private:
     struct Crack {
         Vec3 normal;
         double offset = 0;
-        Vec3 centre; // of the stretch that is cracked
+        Vec3 centre; // of the cracked stretch
         double reach = 0;
         double width = 0;
         double slip = 0; // of the far side along z
@@ -67,7 +67,7 @@ class Shell {
         double radius = 1;
         double norm = 0; // 1 on the surface of the section
         double distance = 0;
-        double bound = 0; // distance with the ends cut off
+        double bound = 0; // bound of the distance, including the cut ends
         double flank = 0;
         double across = 0;
     };

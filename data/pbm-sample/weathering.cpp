@@ -8,19 +8,18 @@ namespace pbm::sample {
 
 namespace {
 
-using Rgb = Vec3; // sRGB values 0..255, mixed as they are
+using Rgb = Vec3; // sRGB values 0..255, mixed without conversion
 
 Rgb mix(const Rgb &a, const Rgb &b, double t) { return a + (b - a) * t; }
 
-// Weight of detail of wavelength `wave` on a surface sampled at `spacing`: nothing that would alias.
+// Weight of detail of wavelength `wave` on a surface sampled at `spacing`: 0 where it would alias.
 double resolved(double wave, double spacing) { return smooth_step(1.8, 3.5, wave / spacing); }
 
-// A wave of round arches that meet in points; 1 at the points, at whole numbers, and -1 between.
+// A wave of round arches: 1 at integers, where they meet in points, and -1 in between.
 double arches(double x) { return 1.0 - 2.0 * std::abs(sin_turns(0.5 * x)); }
 
-// Position along the septum pattern; whole numbers plus one half are septa. Across the flank a septum forms round
-// saddles towards the aperture and pointed lobes away from it, and these again at finer scales, as those of ammonites
-// do.
+// Position in the pattern of septa, which lie at integers plus one half. Across the flank a septum forms round saddles
+// towards the aperture and pointed lobes away from it, repeated at finer scales, as in ammonites.
 double septum_phase(double along, double flank) {
     const double f = flank + 0.020 * sin_turns(2.1 * along + 5.0 * flank);
     const double lobes = 0.33 * arches(2.7 * f + 0.34) * (0.45 + 0.75 * f);
@@ -29,7 +28,7 @@ double septum_phase(double along, double flank) {
     return along + lobes + lobules + frill;
 }
 
-// 1 on a suture line, 0 away from it. The lines are seen where the shell is gone and chambers lie below.
+// 1 on a suture line, 0 away from it. Lines are visible where the shell is gone and chambers lie below.
 double suture(const Probe &at, double spacing) {
     if (at.part != Part::mould || at.turn > -0.42 || at.worn < 0.5 || at.flank < 0.05)
         return 0;
@@ -48,7 +47,7 @@ double suture(const Probe &at, double spacing) {
     return visible * (1.0 - smooth_step(0.5 * width, width, distance));
 }
 
-// How open the surface is to the sky: 0 deep in a crevice, about 1 on a plane, more on ridges.
+// Openness of the surface: 0 deep in a crevice, about 1 on a plane, more on ridges.
 double openness(const Shell &shell, const Vec3 &p, const Vec3 &n) {
     const double near_step = 0.014;
     const double far_step = 0.055;
@@ -66,7 +65,7 @@ double relief(const Probe &at, const Vec3 &p, double spacing, double line, std::
     height += 0.0024 * coarse * resolved(0.019, spacing) * gradient_noise(p * 53.0, seed ^ 0x22u);
     height += 0.0008 * coarse * resolved(0.009, spacing) * gradient_noise(p * 111.0, seed ^ 0x23u);
     height += 0.0004 * coarse * resolved(0.0042, spacing) * gradient_noise(p * 237.0, seed ^ 0x24u);
-    // Pits, where noise is high; clustered by a slower noise.
+    // Pits where the noise is high, clustered by a slower noise.
     const double cluster = gradient_noise(p * 7.0, seed ^ 0x25u);
     const double pit = smooth_step(0.22, 0.62, gradient_noise(p * 61.0, seed ^ 0x26u) + 0.3 * cluster);
     height -= 0.0060 * pit * resolved(0.016, spacing);
@@ -81,8 +80,7 @@ double relief(const Probe &at, const Vec3 &p, double spacing, double line, std::
     return height;
 }
 
-// What the scanner adds: independent noise of each sample, and waves of a few samples that registration and merging of
-// views leave.
+// Noise of the scanner: independent noise per sample, and waves of a few samples from registration and merging.
 double scanner_noise(const Vec3 &p, double spacing, std::uint32_t seed, std::uint64_t index) {
     const double inverse = 1.0 / spacing;
     double noise = 0.20 * (hash_unit(seed + 5u, index) + hash_unit(seed + 6u, index) - 1.0);
@@ -103,13 +101,13 @@ Rgb stone_color(const Probe &at, const Vec3 &p, double tint, std::uint32_t seed)
     const Rgb mould = mix({178, 148, 102}, {134, 121, 104}, smooth_step(-0.45, 0.45, patch + 0.3 * tint));
     Rgb shell = mix({104, 81, 60}, {160, 132, 98}, smooth_step(-0.5, 0.55, patch + 0.6 * tint));
     shell = mix(shell, {128, 72, 46}, 0.5 * smooth_step(0.12, 0.55, fractal_noise(p * 1.7, 2, seed ^ 0x44u)));
-    // Bands of growth, and grooves that hold dust.
+    // Bands of growth; dust in the grooves.
     const double band = 1.0 + 0.16 * gradient_noise(at.rib_phase * 0.45, seed ^ 0x45u) - 0.13 * (1.0 - at.rib);
     Rgb c = mix(shell * band, mould * (0.95 + 0.08 * at.rib), at.worn);
     return c + Rgb{1, 1, 0.9} * (26.0 * speck * (0.4 + 0.6 * at.worn));
 }
 
-// Thin remains of mother-of-pearl: colour by the thickness of the layer, which noise stands for.
+// Thin remains of mother-of-pearl: the colour depends on the layer's thickness, simulated by noise.
 Rgb nacre(const Rgb &base, const Probe &at, const Vec3 &p, const Vec3 &n, std::uint32_t seed) {
     const double area =
         gradient_noise(p * 2.9 + Vec3{7, 3, 1}, seed ^ 0x51u) + 0.35 * gradient_noise(p * 13.0, seed ^ 0x52u);
@@ -136,7 +134,7 @@ FinishedVertex finish_vertex(const Shell &shell, const Vec3 &position, const Vec
 
     Rgb color = stone_color(at, position, tint, seed);
     color = nacre(color, at, position, normal, seed);
-    // Fresh breaks are pale; ribs are rubbed pale; dirt stays where nothing rubs.
+    // Fresh breaks and rubbed ribs are pale; dirt stays where nothing rubs.
     color = mix(color, {186, 166, 134}, 0.55 * at.broken);
     if (coiled)
         color = mix(color, {203, 178, 138}, 0.40 * smooth_step(0.55, 1.0, at.rib) * smooth_step(0.9, 1.3, open));

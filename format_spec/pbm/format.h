@@ -1,6 +1,6 @@
-// The door of pbm::format: reading, checking and writing binary voxel grids. BVG.md is the law of the format.
+// The door of pbm::format: reads, checks and writes binary voxel grids. BVG.md specifies the format.
 //
-// A complete program. It prints the points of a detail level, one "x y z" per line: read_points FILE.pbvg [LEVEL]
+// A complete program that prints the points of a detail level, one "x y z" per line: read_points FILE.pbvg [LEVEL]
 // It links pbm::format.
 //
 //   #include <pbm/format.h>
@@ -35,7 +35,7 @@
 //       }
 //   }
 //
-// What it offers
+// Contents
 //   files     MappedFile, replace_file; SparseFile for ranges   system/files/, system/byte_source.h
 //   reading   Reader (chunk by chunk), load_model               pbm_format/reading/
 //   models    Model, morton_encode, encode_octree,              pbm_format/model/
@@ -44,14 +44,15 @@
 //   checking  verify (the first error), validate (all)          pbm_format/checking/
 //   writing   encode_model, write_model                         pbm_format/writing/
 //
-// Bytes that are handed in begin at a multiple of 8 in memory, as those of a mapping or a vector do.
+// Bytes passed to functions must start at a multiple of 8 in memory, as mappings and vectors do.
 //
-// Errors are values: Result<T> and Status (system/error.h) say what is wrong, at which byte, and which rule of BVG.md
-// is broken. Functions that return one throw nothing; all others throw std::bad_alloc at most.
+// Errors are values: Result<T> and Status (system/error.h) hold the error, its byte offset and the broken rule of
+// BVG.md. Functions that return one throw nothing; all others throw at most std::bad_alloc.
 #pragma once
 
 #include "pbm_format/checking/validate.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/images.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"

@@ -1,6 +1,6 @@
 // The door of pbm::bake: shadows of lights, computed once and stored with the points of a model.
 //
-// A complete program. It bakes the shadow of a sun into a copy of a model: bake_sun FILE.pbvg OUTPUT.pbvg
+// A complete program that bakes the shadow of a sun into a copy of a model: bake_sun FILE.pbvg OUTPUT.pbvg
 // It links pbm::bake and pbm::format.
 //
 //   #include <pbm/bake.h>
@@ -37,8 +37,8 @@
 //       return bytes ? 0 : fail(bytes.error());
 //   }
 //
-// What it offers: bake_light (points) and bake_ground (a ground plane), of shadow maps or of rays against the faces of
-// a scan (ShadowRays). Functions throw std::bad_alloc at most.
+// Contents: bake_light (points) and bake_ground (a ground plane), with shadow maps or with rays against the faces of a
+// scan (ShadowRays). Functions throw at most std::bad_alloc.
 #pragma once
 
 #include "pbm_bake/shadow_baker.h"

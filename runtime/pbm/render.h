@@ -1,6 +1,6 @@
-// The door of pbm::render: pictures of models, on the processor alone.
+// The door of pbm::render: draws pictures of models on the CPU.
 //
-// A complete program. It flies once round a model and reads only what each picture shows: moving_camera FILE.pbvg
+// A complete program that flies once round a model and reads only what each picture shows: moving_camera FILE.pbvg
 // It links pbm::render and pbm::system.
 //
 //   #include <pbm/render.h>
@@ -43,20 +43,21 @@
 //       }
 //   }
 //
-// What it offers
+// Contents
 //   camera        Camera, default_camera, Framebuffer            pbm_render/camera/, picture/
 //   detail        StreamedModel: the chunks that a view needs    pbm_render/detail/
 //   renderers     FastRenderer, FineRenderer, ReferenceRenderer  pbm_render/fast/, fine/, reference/
-//   surroundings  Surroundings, apply_depth_cue                    pbm_render/surroundings/, shading/
+//   surroundings  Surroundings, apply_depth_cue                  pbm_render/surroundings/, shading/
 //
-// Framebuffer::colour holds sRGB with straight alpha, red in the lowest byte: [height][width], top row first. Ground
-// and panorama of a file are drawn by renderers that are made with a Surroundings of Reader::images().
+// Framebuffer::colour holds sRGB with straight alpha, red in the lowest byte: [height][width], top row first. Renderers
+// draw a file's ground and panorama if they are constructed with a Surroundings of read_images(reader).
 //
-// A splat is the small disc as which a point is drawn: a pixel or a few wide, turned by the point's normal. Functions
-// that return a Result throw nothing; all others throw std::bad_alloc at most.
+// A splat is the small disc that represents a point: one or a few pixels wide, oriented by the point's normal.
+// Functions that return a Result throw nothing; all others throw at most std::bad_alloc.
 #pragma once
 
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/images.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"

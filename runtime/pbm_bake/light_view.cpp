@@ -6,13 +6,13 @@
 namespace pbm {
 namespace {
 
-// Farther away than so many radii of the model a light's rays are parallel.
+// The rays of a light farther away than this many model radii count as parallel.
 constexpr double kParallelFrom = 1 << 20;
-constexpr double kFarthest = 1e30; // voxels: squares are finite
-// Nearer than so many radii a light sees more than 90 degrees of the model.
+constexpr double kFarthest = 1e30; // voxels; its square is finite
+// A light nearer than this many model radii needs six views: one view covers 90 degrees.
 constexpr double kOneViewFrom = 1.5;
 
-// Cosines and sines of the turns that maps take in turn: Pythagorean triples.
+// Cosines and sines of the rotations that maps use cyclically: Pythagorean triples.
 constexpr std::array<std::array<double, 2>, 4> kTurns{
     {{1, 0}, {4. / 5, 3. / 5}, {12. / 13, 5. / 13}, {15. / 17, 8. / 17}}};
 
@@ -25,7 +25,7 @@ Vector3 cross(const Vector3 &a, const Vector3 &b) {
 }
 Vector3 normalise(const Vector3 &a) { return a * (1 / std::sqrt(dot(a, a))); }
 
-// Right-handed, `forward` as the last one, turned around it.
+// A right-handed frame whose last axis is `forward`; `turn` rotates the other two around it.
 std::array<Vector3, 3> axes_along(const Vector3 &forward, const std::array<double, 2> &turn) {
     std::size_t least = 0;
     for (std::size_t axis = 1; axis < 3; ++axis)
@@ -37,14 +37,14 @@ std::array<Vector3, 3> axes_along(const Vector3 &forward, const std::array<doubl
     return {x * turn[0] + y * turn[1], y * turn[0] - x * turn[1], forward};
 }
 
-// Term `i` of a sequence that fills [0, 1) evenly in `axis` 0, 1 and, together, the square and the cube.
+// Term `i` of a low-discrepancy sequence in [0, 1): axes 0 and 1 fill the square, axes 0 to 2 the cube.
 // Based on: Roberts. The Unreasonable Effectiveness of Quasirandom Sequences. 2018
 double spread(std::uint32_t i, std::size_t axis) {
     constexpr std::array<std::uint32_t, 3> kSteps{3518319155U, 2882110345U, 2360945575U}; // 2^32 / 1.2207..^k
     return static_cast<double>((i + 1) * kSteps[axis] + 0x80000000U) * 0x1p-32;
 }
 
-// Point `i` of a disc of diameter 1 (two axes) or a ball (three): those of the sequence that lie within it.
+// Point `i` within a disc of diameter 1 (`axes` = 2) or a ball (3), from that sequence.
 Vector3 place_on_light(int i, std::size_t axes) {
     std::uint32_t term = 0;
     for (;; ++term) {
@@ -61,7 +61,7 @@ struct Ball {
     double radius;
 };
 
-// In voxels; holds the surface of all points and half a voxel more.
+// Bounding sphere of the bricks, enlarged by 2 voxels, in voxels.
 Ball bounds_of(const ShadowCasters &casters) {
     std::array<int, 3> low{1 << 20, 1 << 20, 1 << 20}, high{};
     const auto bricks = casters.bricks();
@@ -76,7 +76,7 @@ Ball bounds_of(const ShadowCasters &casters) {
     return {(a + b) * 0.5, std::sqrt(dot(diagonal, diagonal)) / 2 + 2};
 }
 
-// How the points of a model see a light, all of it.
+// Where the whole light lies relative to the model.
 enum class ViewKind { parallel, from_outside, all_around };
 
 ViewKind kind_of_view(const LightPlace &light, const Ball &ball, double size) {
@@ -87,7 +87,7 @@ ViewKind kind_of_view(const LightPlace &light, const Ball &ball, double size) {
     return distance - size / 2 >= kOneViewFrom * ball.radius ? ViewKind::from_outside : ViewKind::all_around;
 }
 
-// part_of_light of a model within `ball`.
+// part_of_light() for a model with the bounding sphere `ball`.
 LightPlace part_of(const LightPlace &light, const Ball &ball, int part, double size) {
     const Vector3 way = ball.centre - light.position;
     const double distance = std::sqrt(dot(way, way));
@@ -124,7 +124,7 @@ LightPlace place_light(const Light &light, const ShadowCasters &casters) {
         place.position[axis] = static_cast<double>(light.position[axis]);
         farthest = std::max(farthest, std::abs(place.position[axis]));
     }
-    // Beyond it only the direction matters.
+    // Clamp: beyond this distance only the direction matters.
     const double limit = kFarthest * casters.voxel_size();
     place.position = place.position * ((farthest > limit ? limit / farthest : 1) / casters.voxel_size());
     if (light.kind != LightKind::point)
@@ -155,9 +155,9 @@ std::vector<LightView> views_of_map(const LightPlace &light, const ShadowCasters
         view.inverse_distance = 1 / length;
         return {view};
     }
-    // A texel is a voxel wide where the middle of the model is, or half its radius away.
+    // A texel is one voxel wide at this distance from the light.
     const double near = std::max({std::sqrt(dot(to, to)), ball.radius / 2, 16.0});
-    // Not along the grid's axes, so that surfaces along them are not seen from their edge.
+    // The views are not aligned with the grid, so that no view sees axis-aligned surfaces edge-on.
     const auto axes = axes_along(normalise({2, 3, 6}), turn);
     std::vector<LightView> views;
     for (int face = 0; face < 6; ++face) {

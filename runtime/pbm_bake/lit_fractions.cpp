@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kBricksAtOnce = 256;
 
-// Lit fractions of the points below one node that the light faces.
+// Sum and count of the lit fractions of those points below one node that the light faces.
 struct LitSum {
     std::uint64_t sum = 0, count = 0;
     void add(const LitSum &other) {
@@ -19,7 +19,7 @@ struct LitSum {
     std::uint8_t mean() const { return static_cast<std::uint8_t>((2 * sum + count) / (2 * count)); }
 };
 
-// Which points of a brick the light reaches if nothing is between.
+// Whether the light would reach a point if nothing were between them.
 class FacingTest {
   public:
     FacingTest(const ShadowCasters &casters, const LightPlace &light) : casters_(casters), light_(light) {}
@@ -45,7 +45,7 @@ class FacingTest {
     std::span<const UnitVector> normals_ = normal_table();
 };
 
-// The value that nodes hand down: their own if they have one.
+// The value that a node inherits from the nodes above it, unless it has its own.
 struct Given {
     std::uint8_t value = 0;
     Given below(const LitSum &sum) const { return sum.count > 0 ? Given{sum.mean()} : *this; }
@@ -71,7 +71,7 @@ BrickSums sum_brick(const ShadowCasters &casters, const FacingTest &test, std::s
     return sums;
 }
 
-// What each brick gets from the nodes above it.
+// The value that each brick inherits from the nodes above it.
 std::vector<Given> given_to_bricks(std::span<const LevelBrick> bricks, std::vector<LitSum> sums) {
     struct Layer {
         std::vector<MortonCode> codes;
@@ -110,7 +110,7 @@ std::vector<Given> given_to_bricks(std::span<const LevelBrick> bricks, std::vect
 } // namespace
 
 std::pair<double, double> ray_in_texel(int i) {
-    // Terms of a sequence that fills four dimensions evenly; the sum of two even numbers is spread as a tent.
+    // Four axes of a low-discrepancy sequence; the sum of two uniform numbers has a tent distribution.
     constexpr std::array<std::uint32_t, 4> kSteps{3679390609U, 3152041523U, 2700274805U, 2313257605U};
     std::array<double, 4> at{};
     for (std::size_t axis = 0; axis < 4; ++axis)

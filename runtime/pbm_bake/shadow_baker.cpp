@@ -11,15 +11,14 @@
 namespace pbm {
 namespace {
 
-// Texels of a map that one thread draws at a time: they stay in its cache.
+// Texels of the strip that one thread draws at a time: they fit its cache.
 constexpr std::size_t kStripTexels = 1 << 17;
 constexpr int kMinStripRows = 32;
-// Texels of a map that all rows of the ground plane look into at a time.
+// Texels of the part of a map that is in memory while all rows of the ground plane look it up.
 constexpr std::size_t kGroundMapTexels = 1 << 24;
 // Rays per ground texel and map, spread over the texel and half of its neighbours.
 constexpr int kGroundRays = 4;
 
-// Counts finished parts and reports them.
 class ProgressCount {
   public:
     ProgressCount(const ShadowOptions &options, std::size_t total) : options_(options), total_(total) {}
@@ -54,7 +53,7 @@ void check(const ShadowOptions &options) {
     static_cast<void>(options);
 }
 
-// Votes with one map, strip by strip: it draws a strip and looks up all points before the next one.
+// Votes with one map. A thread draws a strip and looks up all points in it before its next strip.
 void vote_by_strips(const ShadowView &view, const ShadowOptions &options, std::span<std::uint8_t> votes) {
     const int rows = rows_of_strip(view);
     const std::size_t strips = static_cast<std::size_t>((view.height() + rows - 1) / rows);
@@ -68,7 +67,7 @@ void vote_by_strips(const ShadowView &view, const ShadowOptions &options, std::s
     });
 }
 
-// The parts of a light for this number of rays per point.
+// One light without size per ray and point.
 std::vector<LightPlace> parts_of_light(const LightPlace &light, const ShadowCasters &casters, int count, double size) {
     if (size == 0)
         return {light};
@@ -101,7 +100,7 @@ void vote_by_maps(const LightPlace &light, const ShadowCasters &casters, const S
     }
 }
 
-// The plane as voxels of the casters' level see it.
+// The ground plane in voxels of the casters' level.
 struct GroundRaster {
     Vector3 corner, normal;
     Vector3 step_u, step_v; // of a texel
@@ -119,7 +118,7 @@ struct GroundRaster {
         normal[up] = 1;
         step_u[u] = step_v[v] = texel;
     }
-    // Whether the light is on the plane's upper side; else it lights nothing of it.
+    // Whether the light is on the plane's upper side. Otherwise it lights none of the plane.
     bool faces(const LightPlace &light) const {
         double height = 0;
         for (std::size_t axis = 0; axis < 3; ++axis)
@@ -132,8 +131,7 @@ struct GroundRaster {
     }
 };
 
-// Counts, per texel of the ground, the rays that one view finds blocked. It draws the view in parts; all rows of the
-// ground look into each part.
+// Counts the rays per ground texel that one view finds blocked. All rows of the ground look up each part of the view.
 void look_from_ground(const ShadowView &view, const GroundRaster &ground, int map_number, const ShadowOptions &options,
                       std::span<std::uint16_t> blocked) {
     const int part_rows =

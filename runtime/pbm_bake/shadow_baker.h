@@ -1,11 +1,11 @@
-// Shadows of one light, baked: the lit fraction of every point and of a ground plane, from several shadow maps.
+// Bakes the shadows of one light: the lit fraction of every point and of a ground plane, from several shadow maps.
 // Based on: Williams. Casting Curved Shadows on Curved Surfaces. 1978; dissertation sections 4.3 and 7.1
 //
 //   const ShadowCasters casters(model, threads);
 //   model.levels.back().points.shadows[0] = bake_light(casters, lights[0], {.maps = 4});
 //   model.images.ground_lit = {bake_ground(casters, lights[0], ground, 1024, {.maps = 16})};
 //
-// The same bytes for any number of threads, SIMD target and compiler.
+// The result is the same for any number of threads, SIMD target and compiler.
 #pragma once
 
 #include "pbm_bake/shadow_casters.h"
@@ -19,27 +19,26 @@ namespace pbm {
 inline constexpr int kMaxShadowMaps = 255;
 
 struct ShadowOptions {
-    int maps = 4; // 1..kMaxShadowMaps, or rays of a light that has a size; soft shadows want 2^bits and more
+    int maps = 4; // 1..kMaxShadowMaps maps, or rays per point with `rays`; soft shadows need 2^bits or more
     int bits = 1; // of the lit fraction: 1, 2, 4 or 8
-    // 0: hard shadows. Directional lights: diameter at distance 1 (the sun: 0.0093). Others: diameter, model units.
+    // Diameter of the light in model units, or at distance 1 if it is directional (the sun: 0.0093). 0: hard shadows.
     double light_size = 0;
-    // Of the same casters: where they are complete, points ask them instead of maps.
+    // Rays of the same casters. Points use them instead of maps if they are complete.
     const ShadowRays *rays = nullptr;
     int threads = 0;                           // 0: one per processor
-    std::function<void(double)> progress = {}; // called with 0..1, one call at a time; may be empty
-    const std::atomic<bool> *stop = nullptr;   // becomes true where another thread asks to stop: the result is empty
+    std::function<void(double)> progress = {}; // receives 0..1, one call at a time; may be empty
+    const std::atomic<bool> *stop = nullptr;   // another thread sets it to true to stop; the result is then empty
 };
 
-// One byte per point of `casters`, 0 (in shadow) .. 2^bits - 1 (lit). Points that face away from the light, which no
-// renderer lights, carry what their neighbours that face it do: so averages of coarser levels hold the lit fraction
-// of what can be lit, and the stream compresses. `light` obeys BVG.md 3.7. Behind a spot light all is in shadow.
-// The ground plane casts no shadow.
+// Returns one byte per point of `casters`, 0 (in shadow)..2^bits - 1 (lit). Points that face away or lie behind a spot
+// light are never lit. They get the value of neighbours that face the light, so that averages hold the lit fraction of
+// what can be lit, and the stream compresses. `light` obeys BVG.md 3.7. The ground plane casts no shadow.
 //
 // throws  std::bad_alloc
 Bytes bake_light(const ShadowCasters &casters, const Light &light, const ShadowOptions &options = {});
 
-// Lit fraction x 255 of `size` x `size` texels of `ground`, one channel, as ModelImages::ground_lit wants it.
-// `options.bits` does not matter. Points of the model below the plane cast no shadow on it.
+// Returns the lit fraction x 255 of `size` x `size` texels of `ground`, one channel, as ModelImages::ground_lit has it.
+// Ignores `options.bits`. Points of the model below the plane cast no shadow on it.
 //
 // throws  std::bad_alloc
 Image bake_ground(const ShadowCasters &casters, const Light &light, const GroundPlane &ground, std::uint32_t size,

@@ -1,7 +1,7 @@
-// The surface behind a model's points, which casts and receives shadows. It is made once and used for every light.
+// The surface of a model's points, which casts and receives shadows. It is computed once and used for every light.
 //
-// A voxel's centre lies up to 0.87 voxel edges off the surface. A shadow map that takes it for the surface either
-// shadows all its neighbours or needs a bias that lets light through. So each point has a surface offset:
+// A voxel's centre lies up to 0.87 voxel edges off the surface. A shadow map of voxel centres either shadows all
+// neighbours or needs a bias that lets light through. So each point has a surface offset:
 // pbm_surface/carried_offsets.h.
 #pragma once
 
@@ -35,9 +35,9 @@ inline std::array<double, 3> voxel_centre(const LevelBrick &brick, std::uint16_t
 
 class ShadowCasters {
   public:
-    // The finest level of a model, whose normals and radii must outlive the casters.
+    // Takes the finest level of a model, whose normals and radii must outlive the casters.
     ShadowCasters(const Model &model, int threads);
-    // Any level; `grid` is that of the model. The codes need not outlive the constructor.
+    // Takes any level; `grid` is that of the model. The codes need not outlive the constructor.
     ShadowCasters(const Grid &grid, const PointsOfLevel &points, int threads);
 
     std::size_t size() const { return places_.size(); }
@@ -45,11 +45,11 @@ class ShadowCasters {
     double voxel_size() const { return voxel_size_; } // of this level, model units
     UpAxis up() const { return up_; }
 
-    // In Morton order, with one more at the end whose first point is size().
+    // In Morton order; a sentinel at the end has first_point = size().
     std::span<const LevelBrick> bricks() const { return bricks_; }
-    // Place within its brick: a Morton code of 9 bits. [size()]
+    // Position of each point within its brick: a Morton code of 9 bits. [size()]
     std::span<const std::uint16_t> places() const { return places_; }
-    // As carried_offsets estimates them. [size()]
+    // Surface offsets from carried_offsets(). [size()]
     std::span<const std::int8_t> offsets() const { return offsets_; }
     std::span<const std::uint16_t> normals() const { return normals_; }
     ByteView radii() const { return radii_; }

@@ -9,16 +9,16 @@ namespace {
 
 using Float4 = float __attribute__((vector_size(16)));
 
-// Receivers are raised by so much along their normals, in voxels: the surface is known to 0.1.
+// Receivers are raised along their normals by this many voxels: the surface is known to 0.1.
 constexpr float kBias = 0.35F;
-// A disc reaches over its voxel; what of it stands over edges shadows what it should not. So those of dense points get
-// just what closes a sheet of voxels: 0.71, half the diagonal of a square.
+// A disc reaches beyond its voxel and casts false shadows where it overhangs an edge. Dense points get smaller discs,
+// which still close a sheet of voxels: that needs a radius of 0.71, half the diagonal of a square.
 constexpr float kDenseRadius = 1, kDenseScale = 0.83F; // voxels
-// Surfaces nearer to edge-on than this cosine are taken to have it.
+// Surfaces closer to edge-on are clamped to this cosine.
 constexpr float kMinCosine = 0.02F;
-// Nothing nearer to the light than this casts a shadow, and it is lit: the light is in its voxel. Voxels.
+// Splats nearer to the light than this many voxels cast no shadow: the light lies in their voxel.
 constexpr float kNearest = 1;
-// A brick's corner to corner, and the reach of its splats.
+// Voxels from a brick's centre to its surfaces: half the diagonal of the brick, and one voxel.
 constexpr double kBrickReach = 8 * 0.8660254 + 1;
 
 double dot(const Vector3 &a, const Vector3 &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -73,7 +73,7 @@ void ShadowView::find_window() {
         for (std::size_t axis = 0; axis < 3; ++axis)
             bricks_[b].corner[axis] = static_cast<float>(dot(corner, view_.axes[axis]));
         const double x = dot(middle, view_.axes[0]), y = dot(middle, view_.axes[1]), z = dot(middle, view_.axes[2]);
-        // How far from the light along the view, in units of the distance to the origin.
+        // Distance from the light along the view, in units of the origin's distance.
         const double nearest = 1 + e * (z - reach), farthest = 1 + e * (z + reach);
         const double aside = (1 + e * z) * (1 + e) + 2 * reach * e;
         if (farthest <= 0 || (e > 0 && std::max(std::abs(x), std::abs(y)) * e > aside)) {
@@ -106,7 +106,7 @@ void ShadowView::find_window() {
     }
 }
 
-// Where points lie, with everything at hand that a loop over them needs.
+// Computes the splats of points; holds the pointers that a loop over them needs.
 class ShadowView::SplatsOfView {
   public:
     explicit SplatsOfView(const ShadowView &view)
@@ -128,7 +128,7 @@ class ShadowView::SplatsOfView {
     const ViewNormal *normals_;
 };
 
-// Some rows of a map, and how places come into them.
+// Some rows of a map, and the transform into them.
 struct ShadowView::Rows {
     int first, count, width;
     float *map;
@@ -136,11 +136,11 @@ struct ShadowView::Rows {
     bool touch(const ViewBrick &brick) const { return brick.first_row < first + count && brick.last_row >= first; }
     float *row(int at) const { return map + static_cast<std::ptrdiff_t>(at) * width; }
 
-    // Where a splat falls into the map, and its plane there.
+    // The projection of a splat in the map, and its plane there.
     struct Footprint {
-        float u, v, column, row, depth; // of its centre
+        float u, v, column, row, depth; // of the centre
         float step_u, step_v;           // of the depth
-        float limit;                    // its radius squared
+        float limit;                    // radius squared
     };
     template <bool kPerspective> void draw(const Splat &splat, float radius) const;
     template <bool kPerspective>
@@ -149,7 +149,7 @@ struct ShadowView::Rows {
     void draw_texels(const Splat &splat, const Footprint &footprint, float wide, float high) const;
 };
 
-// The texels left, left + 1 of rows top, top + 1, without a branch: most splats have no more, and half of them none.
+// Draws texels left, left + 1 of rows top, top + 1 without a branch: most splats cover no others, and half cover none.
 template <bool kPerspective>
 void ShadowView::Rows::draw_square(const Splat &splat, const Footprint &footprint, int left, int top) const {
     const float e = inverse_distance;
@@ -157,7 +157,7 @@ void ShadowView::Rows::draw_square(const Splat &splat, const Footprint &footprin
     const Float4 dv = Float4{0, 0, 1, 1} + (static_cast<float>(top) - footprint.row);
     const Float4 there = footprint.depth + footprint.step_u * du + footprint.step_v * dv;
     Float4 x = du, y = dv, z = there - footprint.depth, reach = Float4{} + footprint.limit;
-    if constexpr (kPerspective) { // all of it times `back`, which brings places back from the projection
+    if constexpr (kPerspective) { // multiplied by `back`, which undoes the projection
         const Float4 back = 1 - e * there;
         x = footprint.u + du - splat.x * back;
         y = footprint.v + dv - splat.y * back;
@@ -172,7 +172,6 @@ void ShadowView::Rows::draw_square(const Splat &splat, const Footprint &footprin
     lower[1] = std::min(lower[1], depths[3]);
 }
 
-// All texels within the half extents.
 template <bool kPerspective>
 void ShadowView::Rows::draw_texels(const Splat &splat, const Footprint &footprint, float wide, float high) const {
     const auto after = [](float low) { return static_cast<int>(std::max(low, -1.0F) + 1); };
@@ -208,7 +207,7 @@ template <bool kPerspective> void ShadowView::Rows::draw(const Splat &splat, flo
     float wide = radius * n.wide, high = radius * n.high;
     if constexpr (kPerspective) {
         const float along = 1 + e * splat.z;
-        // Not farther to the side than in front, and a texel and the disc: the view is at most 90 degrees wide.
+        // Reject splats outside of a view 90 degrees wide; a texel and the disc's diameter are the margin.
         const float aside = along * (1 + e) + 2 * radius * e;
         if (along <= kNearest * e || std::abs(u) * e > aside || std::abs(v) * e > aside)
             return;
@@ -217,7 +216,7 @@ template <bool kPerspective> void ShadowView::Rows::draw(const Splat &splat, flo
         v *= q;
         depth *= q;
         cosine += e * (n.x * splat.x + n.y * splat.y + n.z * splat.z);
-        // The disc's extent across the ray, and longer by how much nearer its rim can be.
+        // The disc's half extents across the ray, scaled for the nearest position on its rim.
         const float deep = radius * n.deep * e, nearer = along - deep;
         const float scale = nearer > 0.1F * along ? 1 / nearer : 10 * q;
         wide = (wide + deep * std::abs(u)) * scale;
@@ -284,7 +283,7 @@ template <bool kPerspective> void ShadowView::vote_bricks(const Rows &rows, std:
             const int at_column = static_cast<int>(column + 0.5F), at_row = static_cast<int>(row + 0.5F);
             if (row < -0.5F || at_row >= rows.count)
                 continue;
-            // Raised towards the light.
+            // Raise the receiver towards the light.
             const float raised =
                 cosine < 0 ? std::min(cosine + kBias * e, -kMinCosine) : std::max(cosine - kBias * e, kMinCosine);
             const float inverse = -1 / raised;
@@ -324,8 +323,7 @@ ShadowView::Seen ShadowView::see(const Vector3 &place, const Vector3 &normal) co
     return {true, static_cast<int>(texel_row), static_cast<int>(texel_column), static_cast<float>(depth)};
 }
 
-// Places of the map are those for which a linear function each is positive for its four borders. Each is taken where
-// the square is best for it.
+// The map's inside is where four linear functions, one per border, are positive. Test each at its maximum in a square.
 std::pair<std::uint32_t, std::uint32_t> ShadowView::squares_seen(const SquareRow &squares, int first_row,
                                                                  int rows) const {
     const Vector3 &corner = squares.corner, &along = squares.along, &across = squares.across;

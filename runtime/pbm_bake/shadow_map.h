@@ -1,5 +1,6 @@
-// One shadow map: the depth of what a light sees first, and whether something else lies before a place.
-// Based on: Williams. Casting Curved Shadows on Curved Surfaces. 1978; Botsch, Wiratanaya, Kobbelt 2002 (splats)
+// One shadow map: the depth of what a light sees first, and the test whether a position is occluded.
+// Based on: Williams. Casting Curved Shadows on Curved Surfaces. 1978; Botsch, Wiratanaya, Kobbelt. Efficient High
+// Quality Rendering of Point Sampled Geometry. 2002 (splats)
 #pragma once
 
 #include "pbm_bake/light_view.h"
@@ -12,7 +13,7 @@
 
 namespace pbm {
 
-// A view and everything of it that its points share.
+// One view of a light, and the tables that all points share in it.
 class ShadowView {
   public:
     ShadowView(const LightView &view, const ShadowCasters &casters);
@@ -20,39 +21,39 @@ class ShadowView {
     int width() const { return width_; }   // texels
     int height() const { return height_; } // texels
 
-    // Draws all splats into rows first..first + rows - 1 of the map, of which `map` holds nothing but those.
+    // Draws all splats into rows first..first + rows - 1 of the map; `map` holds only these rows.
     void draw(int first, int rows, std::span<float> map) const;
 
-    // Adds 1 to the votes of every point that faces the light, falls into these rows and is not behind something.
+    // Adds 1 to the vote of every point that faces the light, projects into these rows and is not occluded.
     void vote(int first, int rows, std::span<float> map, std::span<std::uint8_t> votes) const;
 
-    // A place of a plane that casts no shadow itself: the texel it falls into, and the plane's depth there.
+    // Texel and depth of a position of a plane that casts no shadow itself.
     struct Seen {
-        bool inside = false; // the view holds it; what no view holds is lit
+        bool inside = false; // false: outside of the view, where everything is lit
         int row = 0, column = 0;
         float depth = 0;
     };
     // `place` in voxels from the grid's minimum corner.
     Seen see(const Vector3 &place, const Vector3 &normal) const;
 
-    // A row of `count` squares side by side. The first one has its corner at `corner`.
+    // `count` squares side by side; the first one has its corner at `corner`.
     struct SquareRow {
         Vector3 corner;
         Vector3 along, across; // edges of a square; `along` leads to the next one
         std::uint32_t count;
     };
-    // The squares first..second - 1, in which places may fall into the map's rows first_row..first_row + rows - 1. No
-    // place of another square does.
+    // Returns first and end of a range of squares. Positions of other squares do not project into the map's rows
+    // first_row..first_row + rows - 1.
     std::pair<std::uint32_t, std::uint32_t> squares_seen(const SquareRow &squares, int first_row, int rows) const;
 
   private:
     struct ViewNormal {
         float x, y, z;          // along the view's axes
-        float wide, high, deep; // half extents of a unit disc across it
+        float wide, high, deep; // half extents of a unit disc with this normal
     };
     struct ViewBrick {
         std::array<float, 3> corner; // along the view's axes
-        int first_row, last_row;     // what its splats can reach; empty if the view does not hold it
+        int first_row, last_row;     // that its splats can reach; empty if it is outside of the view
     };
     struct Splat {
         float x, y, z; // along the view's axes

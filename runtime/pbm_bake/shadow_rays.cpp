@@ -13,53 +13,53 @@ namespace {
 constexpr float kLift = 0.25F;         // voxels
 constexpr float kOffsetSteps = 127;    // of a voxel
 constexpr float kLayerSteps = 64;      // the same
-constexpr float kFarthestLayer = 2;    // voxels: farther ones do not show through each other's splats
-constexpr float kBelow = 0.05F;        // a ray that starts so far below a place meets the triangle there
-constexpr float kFarthestPlace = 0.9F; // half of a voxel's diagonal, and what rounding adds
+constexpr float kFarthestLayer = 2;    // voxels: splats of farther layers do not show through
+constexpr float kBelow = 0.05F;        // a ray starts this far below a position to meet the triangle there
+constexpr float kFarthestPlace = 0.9F; // half of a voxel's diagonal, plus rounding
 constexpr float kSlack = 1e-3F;        // voxels
-// Of a light across a surface rounding does not say whether it faces it: whoever asks does.
+// Rounding cannot decide the side of a light at the horizon: within this cosine a point faces it.
 constexpr float kMinCosine = 1e-4F;
-// Points on which so many parts of a light agree are outside of the penumbra.
+// A point on which this many parts of a light agree lies outside of the penumbra.
 constexpr std::size_t kFirstParts = 8;
 constexpr std::size_t kBricksAtOnce = 16;
 
-float dot(const Place &a, const Place &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+float dot(const Position &a, const Position &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-Place raised(const Place &from, const Place &normal, float lift) {
+Position raised(const Position &from, const Position &normal, float lift) {
     return {from[0] + lift * normal[0], from[1] + lift * normal[1], from[2] + lift * normal[2]};
 }
 
 struct Way {
-    Place direction; // unit length
+    Position direction; // unit length
     float length;
 };
 
-Way way_to(const LightPlace &light, const Place &from) {
+Way way_to(const LightPlace &light, const Position &from) {
     Vector3 way{};
     for (std::size_t axis = 0; axis < 3; ++axis)
         way[axis] = light.parallel ? -light.direction[axis] : light.position[axis] - static_cast<double>(from[axis]);
     const double length = std::sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
-    const double scale = length > 0 ? 1 / length : 0; // nothing lies on no way
+    const double scale = length > 0 ? 1 / length : 0; // length 0: nothing is between
     return {
         {static_cast<float>(way[0] * scale), static_cast<float>(way[1] * scale), static_cast<float>(way[2] * scale)},
         light.parallel ? std::numeric_limits<float>::max() : static_cast<float>(length)};
 }
 
-Place centre_of(const LevelBrick &brick, std::uint16_t place) {
+Position centre_of(const LevelBrick &brick, std::uint16_t place) {
     const Vector3 centre = voxel_centre(brick, place);
     return {static_cast<float>(centre[0]), static_cast<float>(centre[1]), static_cast<float>(centre[2])};
 }
 
-Place unit_normal(std::uint16_t stored) {
+Position unit_normal(std::uint16_t stored) {
     const UnitVector &n = normal_table()[stored & kNormalIndexMask];
     return {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])};
 }
 
-// How far above a place of a triangle the outermost layer lies, kLayerSteps-ths of a voxel.
-std::uint8_t layers_above(const TriangleTree &triangles, const Place &place, std::uint16_t stored) {
-    if ((stored & kTwoSidedBit) != 0) // nobody knows which side is the outer one
+// Height of the outermost layer above a position on a triangle, in kLayerSteps-ths of a voxel.
+std::uint8_t layers_above(const TriangleTree &triangles, const Position &place, std::uint16_t stored) {
+    if ((stored & kTwoSidedBit) != 0) // the outer side is unknown
         return 0;
-    const Place normal = unit_normal(stored);
+    const Position normal = unit_normal(stored);
     const std::optional<float> last =
         triangles.last_layer(raised(place, normal, -kBelow), normal, 2 * kBelow, kBelow + kFarthestLayer);
     return static_cast<std::uint8_t>(std::max(last.value_or(0) - kBelow, 0.0F) * kLayerSteps + 0.5F);
@@ -78,15 +78,15 @@ ShadowRays::ShadowRays(const ShadowCasters &casters, const TriangleTree &triangl
     std::atomic<bool> complete = !triangles.empty();
     parallel_for((count + kBricksAtOnce - 1) / kBricksAtOnce, threads, [&](std::size_t block) {
         for (std::size_t b = block * kBricksAtOnce; b < std::min(count, (block + 1) * kBricksAtOnce) && complete; ++b) {
-            Place last{};
+            Position last{};
             bool known = false;
             for (std::size_t i = bricks[b].first_point; i < bricks[b + 1].first_point; ++i) {
-                const Place centre = centre_of(bricks[b], casters.places()[i]);
-                // The place below the point before bounds the search.
-                const Place way{last[0] - centre[0], last[1] - centre[1], last[2] - centre[2]};
+                const Position centre = centre_of(bricks[b], casters.places()[i]);
+                // The surface position of the previous point bounds the search.
+                const Position way{last[0] - centre[0], last[1] - centre[1], last[2] - centre[2]};
                 const float within =
                     known ? std::min(kFarthestPlace, std::sqrt(dot(way, way)) + kSlack) : kFarthestPlace;
-                const std::optional<Place> found = triangles.nearest(centre, within);
+                const std::optional<Position> found = triangles.nearest(centre, within);
                 if (!found) {
                     complete = false;
                     break;
@@ -108,7 +108,7 @@ bool ShadowRays::reached(const Start &from, const LightPlace &light) const {
     const bool away = dot(from.normal, way.direction) < -kMinCosine;
     if (away && !from.two_sided)
         return false;
-    const Place start = raised(from.place, from.normal, away ? -kLift : kLift);
+    const Position start = raised(from.place, from.normal, away ? -kLift : kLift);
     const Way rest = way_to(light, start);
     return !triangles_.blocks(start, rest.direction, rest.length);
 }
@@ -118,12 +118,12 @@ void ShadowRays::vote(std::size_t block, std::span<const LightPlace> parts, std:
     const std::size_t end = std::min(bricks.size() - 1, (block + 1) * kBricksAtOnce);
     for (std::size_t b = block * kBricksAtOnce; b < end; ++b)
         for (std::size_t i = bricks[b].first_point; i < bricks[b + 1].first_point; ++i) {
-            const Place centre = centre_of(bricks[b], casters_.places()[i]);
-            const Place place{centre[0] + static_cast<float>(offsets_[i].x) / kOffsetSteps,
+            const Position centre = centre_of(bricks[b], casters_.places()[i]);
+            const Position place{centre[0] + static_cast<float>(offsets_[i].x) / kOffsetSteps,
                               centre[1] + static_cast<float>(offsets_[i].y) / kOffsetSteps,
                               centre[2] + static_cast<float>(offsets_[i].z) / kOffsetSteps};
             const std::uint16_t stored = casters_.normals()[i];
-            const Place normal = unit_normal(stored);
+            const Position normal = unit_normal(stored);
             const Start start{raised(place, normal, static_cast<float>(offsets_[i].layers) / kLayerSteps), normal,
                               (stored & kTwoSidedBit) != 0};
             std::size_t asked = 0, lit = 0;

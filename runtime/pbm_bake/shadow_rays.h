@@ -1,7 +1,7 @@
-// Shadows by rays against the triangles that a model was made of, where they are at hand: when it is built.
+// Shadows by rays against the triangles that a model was made of. They are available while the model is built.
 //
-// Points alone do not say where within its voxel the surface lies; of rough scans 2 to 3 % of the points that face a
-// light are wrong whatever is done with them. The triangles say it, and what relief between points stops the light.
+// Points alone do not say where the surface lies within a voxel: on rough scans 2 to 3 % of the points that face a
+// light get wrong shadows. Triangles say it, and they hold the relief between points that blocks the light.
 #pragma once
 
 #include "pbm_bake/light_view.h"
@@ -15,30 +15,30 @@ namespace pbm {
 
 class ShadowRays {
   public:
-    // Both must outlive this.
+    // `casters` and `triangles` must outlive this object.
     ShadowRays(const ShadowCasters &casters, const TriangleTree &triangles, int threads);
 
-    // Every point stands on a triangle of its voxel. Else the model is more than these triangles, and rays would pass
-    // through the rest of it.
+    // Whether every point lies on a triangle of its voxel. Otherwise the model is more than these triangles, and rays
+    // would pass through the rest of it.
     bool complete() const { return complete_; }
 
-    // Bricks are asked in blocks, for threads to share.
+    // A block of bricks is the unit of parallel work.
     std::size_t blocks() const;
 
-    // For each point of a block, from how many parts of a light a ray reaches it: 0 where it faces none. Parts are
-    // lights without size, in an order that spreads the first of them well: where those agree the others do. A ray
-    // starts a quarter of a voxel above the place of the triangles that is nearest to the voxel's centre, along the
-    // point's normal: relief lower than that is below what voxels hold. Where scans lie over each other in layers up to
-    // two voxels apart it starts above the outermost of them, which is what is seen.
+    // For each point of a block, counts the parts of a light that a ray reaches; 0 if the point faces none. Parts are
+    // lights without size, in an order that spreads the first of them well: where those agree, the others are skipped.
+    // A ray starts a quarter of a voxel above the surface, along the point's normal: voxels do not hold lower relief.
+    // The surface is the position on the triangles nearest to the voxel's centre. Where scans overlap in layers up to
+    // two voxels apart, it is the outermost layer, which is what is seen.
     void vote(std::size_t block, std::span<const LightPlace> parts, std::span<std::uint8_t> votes) const;
 
   private:
     struct Offset {
         std::int8_t x, y, z; // from the voxel's centre, in kOffsetSteps-ths of a voxel
-        std::uint8_t layers; // to the outermost layer along the normal, in kLayerSteps-ths of a voxel
+        std::uint8_t layers; // of the outermost layer along the normal, in kLayerSteps-ths of a voxel
     };
     struct Start {
-        Place place, normal;
+        Position place, normal;
         bool two_sided;
     };
     bool reached(const Start &from, const LightPlace &light) const;

@@ -15,10 +15,10 @@ using Int4 = std::int32_t __attribute__((vector_size(16)));
 
 constexpr std::size_t kFour = 4;
 constexpr std::size_t kAtOnce = 4096;
-// Layers of four: more than any count of triangles that 64 bits hold. One node of each waits, and its three sisters.
+// 32 layers suffice for any count of triangles; at each layer at most three siblings wait on the stack.
 constexpr std::size_t kStack = 3 * 32 + 1;
-constexpr float kNowhere = 1e18F; // squares are finite
-constexpr Place kNoPlace{kNowhere, kNowhere, kNowhere};
+constexpr float kNowhere = 1e18F; // its square is finite
+constexpr Position kNoPlace{kNowhere, kNowhere, kNowhere};
 
 Float4 least(Float4 a, Float4 b) { return a < b ? a : b; }
 Float4 most(Float4 a, Float4 b) { return a > b ? a : b; }
@@ -27,9 +27,9 @@ float most(float a, float b, float c) { return std::max(a, std::max(b, c)); }
 Float4 all(float value) { return Float4{value, value, value, value}; }
 bool any(Int4 mask) { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
 
-Place minus(const Place &a, const Place &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-float dot(const Place &a, const Place &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Place along(const Place &from, const Place &way, float length) {
+Position minus(const Position &a, const Position &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+float dot(const Position &a, const Position &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Position along(const Position &from, const Position &way, float length) {
     return {from[0] + length * way[0], from[1] + length * way[1], from[2] + length * way[2]};
 }
 
@@ -41,23 +41,23 @@ std::array<Float4, 3> cross(const std::array<Float4, 3> &a, const std::array<Flo
 }
 
 struct Centre {
-    Place at;
+    Position at;
     std::uint32_t triangle;
 };
 
 std::size_t longest_axis(std::span<const Centre> centres) {
-    Place low = centres.front().at, high = low;
+    Position low = centres.front().at, high = low;
     for (const Centre &centre : centres)
         for (std::size_t axis = 0; axis < 3; ++axis) {
             low[axis] = std::min(low[axis], centre.at[axis]);
             high[axis] = std::max(high[axis], centre.at[axis]);
         }
-    const Place extent = minus(high, low);
+    const Position extent = minus(high, low);
     const std::size_t yz = extent[1] >= extent[2] ? 1 : 2;
     return extent[0] >= extent[yz] ? 0 : yz;
 }
 
-// The first `count` ones become those that lie lowest along the longest axis.
+// Partitions: the first `count` become those that lie lowest along the longest axis.
 void split(std::span<Centre> centres, std::size_t count) {
     if (count >= centres.size())
         return;
@@ -68,8 +68,7 @@ void split(std::span<Centre> centres, std::size_t count) {
                      });
 }
 
-// So that each node of the tree holds what is near each other: blocks of a power of four are split into four, and these
-// again, down to leaves.
+// Makes nodes of the tree spatially compact: splits blocks of a power of four into four, down to leaves.
 void sort_into_blocks(std::vector<Centre> &centres, int threads) {
     std::size_t block = kFour;
     while (block < centres.size())
@@ -86,9 +85,9 @@ void sort_into_blocks(std::vector<Centre> &centres, int threads) {
     }
 }
 
-// Which of a triangle's corner, edges and inside is nearest.
-Place nearest_of_triangle(const Place &p, const Place &a, const Place &ab, const Place &ac) {
-    const Place ap = minus(p, a), bp = minus(ap, ab), cp = minus(ap, ac);
+// The nearest position on a triangle with corner `a` and edges `ab`, `ac`: on a corner, on an edge or inside.
+Position nearest_of_triangle(const Position &p, const Position &a, const Position &ab, const Position &ac) {
+    const Position ap = minus(p, a), bp = minus(ap, ab), cp = minus(ap, ac);
     const float d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp),
                 d6 = dot(ac, cp);
     if (d1 <= 0 && d2 <= 0)
@@ -108,7 +107,7 @@ Place nearest_of_triangle(const Place &p, const Place &a, const Place &ab, const
     return sum > 0 ? along(along(a, ab, vb / sum), ac, vc / sum) : a;
 }
 
-// Nodes that wait to be looked at.
+// Stack of nodes that are still to be visited.
 class Waiting {
   public:
     struct Item {
@@ -198,9 +197,9 @@ void TriangleTree::add_layers(std::vector<Node> boxes) {
 }
 
 struct TriangleTree::Ray {
-    Ray(const Place &from, const Place &direction, float length) : reach(all(length)) {
+    Ray(const Position &from, const Position &direction, float length) : reach(all(length)) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            // No product of 0 and infinity.
+            // Avoid 0 * infinity.
             const float way = std::abs(direction[axis]) < 1e-12F ? 1e-12F : direction[axis];
             origin[axis] = all(from[axis]);
             towards[axis] = all(direction[axis]);
@@ -211,11 +210,11 @@ struct TriangleTree::Ray {
     Float4 reach;
 };
 
-// Of the triangles of a leaf.
+// Intersections of a ray with the triangles of a leaf.
 struct TriangleTree::Crossings {
     Int4 met;
     Float4 sign;     // -1: the triangle faces the way the ray goes
-    Float4 size, at; // lengths of the ray's direction are at / size
+    Float4 size, at; // distance at / size, in lengths of the ray's direction
 };
 
 TriangleTree::Crossings TriangleTree::cross_leaf(const Ray &ray, const Leaf &leaf) {
@@ -224,14 +223,14 @@ TriangleTree::Crossings TriangleTree::cross_leaf(const Ray &ray, const Leaf &lea
     const Float4x3 to = {ray.origin[0] - leaf.corner[0], ray.origin[1] - leaf.corner[1],
                          ray.origin[2] - leaf.corner[2]};
     const Float4x3 q = cross(to, leaf.first);
-    // All times the determinant, with its sign taken out.
+    // All values are multiplied by the determinant's magnitude.
     const Float4 sign = determinant < 0 ? all(-1) : all(1);
     const Float4 size = determinant * sign, u = dot(to, p) * sign, v = dot(ray.towards, q) * sign,
                  at = dot(leaf.second, q) * sign;
     return {(size > 0) & (u >= 0) & (v >= 0) & (u + v <= size) & (at >= 0) & (at <= ray.reach * size), sign, size, at};
 }
 
-// Until `visit(leaf)` says that it has seen enough; whether it did.
+// Visits the leaves along a ray until `visit(leaf)` returns true; returns whether it did.
 template <class Visit> bool TriangleTree::visit_leaves(const Ray &ray, const Visit &visit) const {
     if (empty())
         return false;
@@ -261,18 +260,18 @@ template <class Visit> bool TriangleTree::visit_leaves(const Ray &ray, const Vis
     return false;
 }
 
-bool TriangleTree::blocks(const Place &from, const Place &direction, float reach) const {
+bool TriangleTree::blocks(const Position &from, const Position &direction, float reach) const {
     const Ray ray(from, direction, reach);
     return visit_leaves(ray, [&](const Leaf &leaf) { return any(cross_leaf(ray, leaf).met); });
 }
 
-std::optional<float> TriangleTree::last_layer(const Place &from, const Place &direction, float start,
+std::optional<float> TriangleTree::last_layer(const Position &from, const Position &direction, float start,
                                               float reach) const {
     struct Side {
         float first = kNowhere, last = -kNowhere;
     };
     const auto look = [&](float length) {
-        std::array<Side, 2> sides; // against the ray, with it
+        std::array<Side, 2> sides; // triangles that face against the ray, along it
         const Ray ray(from, direction, length);
         visit_leaves(ray, [&](const Leaf &leaf) {
             const Crossings crossings = cross_leaf(ray, leaf);
@@ -292,20 +291,20 @@ std::optional<float> TriangleTree::last_layer(const Place &from, const Place &di
     const std::size_t own = sides[0].first < sides[1].first ? 0 : 1;
     if (sides[own].first > start)
         return std::nullopt;
-    const float end = sides[1 - own].first; // only what lies before it is of the same surface
+    const float end = sides[1 - own].first; // what lies beyond belongs to another surface
     return end < sides[own].last ? look(end)[own].last : sides[own].last;
 }
 
-std::optional<Place> TriangleTree::nearest(const Place &from, float within) const {
-    std::optional<Place> found;
+std::optional<Position> TriangleTree::nearest(const Position &from, float within) const {
+    std::optional<Position> found;
     if (empty())
         return found;
     float limit = within * within;
     const auto look_at = [&](const Leaf &leaf) {
         for (std::size_t lane = 0; lane < kFour; ++lane) {
-            const auto of = [&](const Float4x3 &v) { return Place{v[0][lane], v[1][lane], v[2][lane]}; };
-            const Place place = nearest_of_triangle(from, of(leaf.corner), of(leaf.first), of(leaf.second));
-            const Place way = minus(place, from);
+            const auto of = [&](const Float4x3 &v) { return Position{v[0][lane], v[1][lane], v[2][lane]}; };
+            const Position place = nearest_of_triangle(from, of(leaf.corner), of(leaf.first), of(leaf.second));
+            const Position way = minus(place, from);
             if (const float squared = dot(way, way); squared < limit) {
                 limit = squared;
                 found = place;

@@ -1,9 +1,9 @@
-// The triangles that a model was made of, for shadow rays.
+// The triangles that a model was made of, as a tree of boxes for shadow rays.
 // Based on: Kay, Kajiya. Ray Tracing Complex Scenes. 1986 (boxes); Moeller, Trumbore. Fast, Minimum Storage
 // Ray-Triangle Intersection. 1997; Ericson. Real-Time Collision Detection. 2005 (nearest point)
 //
-// Triangles are split at medians of their centres, into blocks of powers of four, down to leaves of four: a node's
-// children follow from its number, so that the tree holds boxes only. Coordinates are of any unit.
+// Triangles are split at medians of their centres into blocks of powers of four, down to leaves of four. A node's
+// number determines its children, so the tree stores boxes only. Coordinates are of any unit.
 #pragma once
 
 #include <array>
@@ -15,29 +15,29 @@
 
 namespace pbm {
 
-using Place = std::array<float, 3>;
+using Position = std::array<float, 3>;
 
 class TriangleTree {
   public:
-    using Triangle = std::array<Place, 3>; // corners
+    using Triangle = std::array<Position, 3>; // corners
 
-    // `triangle(i)` is asked twice for each i < count, from several threads at a time. count < 2^32.
+    // Calls `triangle(i)` twice for each i < count, from several threads at once. count < 2^32.
     //
     // throws  std::bad_alloc
     TriangleTree(std::size_t count, const std::function<Triangle(std::size_t)> &triangle, int threads);
 
     bool empty() const { return leaves_.empty(); }
 
-    // The place on a triangle that is nearest to `from`, if there is one nearer than `within`.
-    std::optional<Place> nearest(const Place &from, float within) const;
+    // The position on a triangle nearest to `from`, if one is nearer than `within`.
+    std::optional<Position> nearest(const Position &from, float within) const;
 
-    // Whether a triangle lies on the way from `from` to `from + reach * direction`.
-    bool blocks(const Place &from, const Place &direction, float reach) const;
+    // Whether a triangle intersects the segment from `from` to `from + reach * direction`.
+    bool blocks(const Position &from, const Position &direction, float reach) const;
 
-    // Scans of one surface from several sides lie over each other in layers. How far along the ray, in lengths of
-    // `direction`, the last layer lies: the last triangle that faces the way the first one does, before any that faces
-    // against it. Nothing if the first one is farther than `start`.
-    std::optional<float> last_layer(const Place &from, const Place &direction, float start, float reach) const;
+    // Scans of one surface from several sides overlap in layers. Returns the distance to the last layer, in lengths of
+    // `direction`: the last triangle that faces the same way as the first one, before any that faces the opposite way.
+    // Empty if the first one is farther than `start`.
+    std::optional<float> last_layer(const Position &from, const Position &direction, float start, float reach) const;
 
   private:
     using Float4 = float __attribute__((vector_size(16)));
@@ -57,7 +57,7 @@ class TriangleTree {
     void add_layers(std::vector<Node> boxes);
 
     std::vector<Leaf> leaves_;
-    std::vector<std::vector<Node>> layers_; // the last one has one node; those of the first have leaves as children
+    std::vector<std::vector<Node>> layers_; // the last layer has one node; the first one's children are leaves
 };
 
 } // namespace pbm

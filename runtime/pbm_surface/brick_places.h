@@ -1,5 +1,5 @@
-// Lists the places of a brick's points within the brick. For files that Highway compiles for several targets: include
-// it after highway.h, once per target.
+// Lists the positions of a brick's points within the brick. For files that Highway compiles for several targets:
+// include it after highway.h, once per target.
 #if defined(PBM_SURFACE_BRICK_PLACES_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_SURFACE_BRICK_PLACES_H
 #undef PBM_SURFACE_BRICK_PLACES_H
@@ -18,7 +18,7 @@
 #define PBM_SURFACE_BRICK_PLACES_TABLES
 namespace pbm {
 
-// Place of a voxel in its brick: x + 16 y + 256 z, each 0..7.
+// Position of a voxel in its brick: x + 16 y + 256 z, each 0..7.
 using VoxelPlace = std::uint16_t;
 
 constexpr VoxelPlace voxel_place(std::size_t morton) {
@@ -29,7 +29,7 @@ constexpr VoxelPlace voxel_place(std::size_t morton) {
     return static_cast<VoxelPlace>(place);
 }
 
-// [mask][8]: places of the children that a mask announces, in order.
+// [mask][8]: positions of the children of a child mask, in order.
 inline constexpr std::array<std::array<VoxelPlace, 8>, 256> kChildPlaces = [] {
     std::array<std::array<VoxelPlace, 8>, 256> places{};
     for (std::size_t mask = 0; mask < 256; ++mask) {
@@ -41,7 +41,7 @@ inline constexpr std::array<std::array<VoxelPlace, 8>, 256> kChildPlaces = [] {
     return places;
 }();
 
-// [node]: place of the first child of each of a brick's 64 nodes.
+// [node]: position of the first child of each of a brick's 64 nodes.
 inline constexpr std::array<VoxelPlace, 64> kNodePlaces = [] {
     std::array<VoxelPlace, 64> places{};
     for (std::size_t node = 0; node < 64; ++node)
@@ -52,7 +52,7 @@ inline constexpr std::array<VoxelPlace, 64> kNodePlaces = [] {
 inline constexpr std::size_t kMaxLanes = 16;
 inline constexpr std::size_t kBrickPoints = 512;
 
-// The places of a brick's points, in their order, with room for whole SIMD vectors.
+// Positions of a brick's points in stream order, padded to whole SIMD vectors.
 struct BrickPlaces {
     alignas(64) std::array<VoxelPlace, kBrickPoints + kMaxLanes> place;
 };
@@ -65,8 +65,8 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Writes the places of all points of a brick with these nodes and returns their number. `masks` begins with those of
-// its nodes; a node whose mask is missing has no points.
+// Writes the positions of all points of a brick and returns their number. `node_map` marks the brick's nodes, `masks`
+// starts with their child masks; a node whose mask is missing has no points.
 HWY_INLINE std::size_t list_places(std::uint64_t node_map, ByteView masks, BrickPlaces &to) {
     const std::uint8_t *mask = masks.data();
     const std::uint8_t *const end = mask + masks.size();

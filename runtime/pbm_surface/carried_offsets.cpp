@@ -11,16 +11,15 @@
 namespace pbm {
 namespace {
 
-// Neighbours whose normals are further apart than this cosine lie on other sides of edges and thin walls.
+// Neighbours whose normals differ by more than this cosine lie across an edge or on the other side of a thin wall.
 constexpr float kSameSide = 0.5F;
 constexpr std::size_t kBricksAtOnce = 64;
 
-// A brick and one voxel around it.
+// A brick and the layer of voxels around it.
 constexpr PaddedLayout kLayout{.row = 10, .slice = 100, .first = 111};
 constexpr std::size_t kPaddedVoxels = 1000;
 
-// Index in a padded brick of each place (Morton code) of the bricks around it; -1: the voxel lies farther off.
-// [way][512]
+// [way][512]: index in a padded brick of each position (Morton code) in the neighbour; -1: outside of the padding.
 const std::vector<std::array<std::int16_t, 512>> &padded_places() {
     static const auto table = [] {
         std::vector<std::array<std::int16_t, 512>> all(kWays);
@@ -37,8 +36,8 @@ const std::vector<std::array<std::int16_t, 512>> &padded_places() {
 
 struct Plane {
     float x, y, z;  // normal
-    float distance; // of the surface from the voxel's centre along it
-    float limit;    // half of the voxel's extent along it
+    float distance; // from the voxel's centre to the surface along the normal
+    float limit;    // half of the voxel's extent along the normal
 };
 
 struct Normal {
@@ -62,7 +61,7 @@ std::int8_t quantise(float offset) {
     return static_cast<std::int8_t>(std::clamp(std::floor(steps + 0.5F), -127.0F, 127.0F));
 }
 
-// The tangent planes of the points of a brick and of one voxel around it.
+// The tangent planes of the points of a brick and of the layer of voxels around it.
 class PaddedBrick {
   public:
     PaddedBrick() { planes_.fill({0, 0, 0, 0, 0}); }
@@ -77,7 +76,7 @@ class PaddedBrick {
         filled_.push_back(index);
     }
 
-    // Mean of the occupied voxels around a point: its distance from the point's centre along the normal.
+    // Distance along the normal from the point's voxel centre to the mean of the occupied voxels around it.
     float mean_distance(std::size_t at) const {
         const Plane &own = planes_[at];
         int count = 0, sum_x = 0, sum_y = 0, sum_z = 0;
@@ -97,8 +96,8 @@ class PaddedBrick {
         return std::clamp(mean, -own.limit, own.limit);
     }
 
-    // Mean of the estimates that the neighbours on the same side carry to a point. Between two points of a smooth
-    // surface the way runs across the mean of their normals.
+    // Mean of the estimates that neighbours of the same side carry to a point along the mean of the two normals: two
+    // points of a smooth surface lie across that mean.
     float carried_distance(std::size_t at) const {
         const Plane &own = planes_[at];
         float sum = 0, count = 0;
@@ -136,7 +135,7 @@ std::vector<std::int8_t> carried_offsets(const LevelPoints &points, int threads)
     for (std::size_t b = 0; b < brick_count; ++b)
         codes[b] = morton_encode(bricks[b].corner[0], bricks[b].corner[1], bricks[b].corner[2]);
     const auto edge = static_cast<std::int64_t>(std::max(1, 1 << points.level >> 3));
-    // The brick that a way leads to from brick `b`, or brick_count if there is none.
+    // The neighbour of brick `b` in direction `way`, or brick_count if there is none.
     const auto find = [&](std::size_t b, std::size_t way) {
         const auto steps = steps_of(way);
         const std::int64_t x = bricks[b].corner[0] + steps[0], y = bricks[b].corner[1] + steps[1],
@@ -148,7 +147,7 @@ std::vector<std::int8_t> carried_offsets(const LevelPoints &points, int threads)
         const auto found = std::lower_bound(codes.begin(), codes.end(), code);
         return found == codes.end() || *found != code ? brick_count : static_cast<std::size_t>(found - codes.begin());
     };
-    // `from` holds the estimates of the pass before; empty for the first one.
+    // `from` holds the estimates of the previous pass; empty for the first pass.
     const auto pass = [&](std::span<const std::int8_t> from) {
         std::vector<std::int8_t> to(points.places.size());
         parallel_for((brick_count + kBricksAtOnce - 1) / kBricksAtOnce, threads, [&](std::size_t block) {

@@ -23,17 +23,17 @@
 #define PBM_SURFACE_OFFSETS_TABLES
 namespace pbm {
 
-// A brick with a voxel around it, and room to write whole nodes there. Nodes beside its corners and whole vectors
-// behind its last voxel are in bounds.
+// Array size of a brick with a layer of voxels around it. Writes of whole nodes beside its corners and reads of whole
+// vectors behind its last voxel stay in bounds.
 inline constexpr std::size_t kRow = 10, kSlice = 120, kPadded = 12 * kSlice + 32;
 inline constexpr std::size_t kFirstInside = 2 + 2 * kRow + 2 * kSlice;
 inline constexpr PaddedLayout kLayout{.row = kRow, .slice = kSlice, .first = kFirstInside};
 
-// The 27 voxels around one, in 32 lanes: lane x + 3 z + 10 y, each 0 to 2. Three loads from a padded brick and two
-// blends give all of them. Lanes 9, 19 and from 29 on are unused.
+// The 27 voxels around one in 32 lanes: lane x + 3 z + 10 y, each 0 to 2. Three loads from a padded brick and two
+// blends collect them. Lanes 9, 19 and from 29 on are unused.
 inline constexpr std::size_t kLanes = 32, kFirstAround = 1 + kRow + kSlice;
 inline constexpr std::array<std::array<std::uint8_t, kLanes>, 2> kFromSlice =
-    [] { // all bits are set where the second, the third slice is taken
+    [] { // all bits set: the lane comes from the second, or the third slice
         std::array<std::array<std::uint8_t, kLanes>, 2> from{};
         for (std::size_t lane = 0; lane < kLanes; ++lane)
             if (const std::size_t slice = lane % 10 / 3; slice == 1 || slice == 2)
@@ -41,21 +41,21 @@ inline constexpr std::array<std::array<std::uint8_t, kLanes>, 2> kFromSlice =
         return from;
     }();
 
-// Normals with the same signs and the same first three digits of base 4 share the kind of their middle one.
+// Normals with the same signs and the same first three base-4 digits share one kind, computed for their middle normal.
 inline constexpr int kKindShift = 4;
 struct NormalKind {
-    // What each of the 27 voxels adds to the sums.
+    // What each of the 27 voxels adds to the sums:
     //
     //   offset in voxels = (sum of moments / sum of weights) x kWeightScale / kMomentScale - kMomentShift
     alignas(64) std::array<std::uint8_t, kLanes> weights{}; // x kWeightScale
-    std::array<std::uint8_t, kLanes> moments{};             // weight x (way along the normal + shift) x kMomentScale
+    std::array<std::uint8_t, kLanes> moments{};             // weight x (n.d + kMomentShift) x kMomentScale
 };
 inline constexpr double kMomentShift = 1.75; // n.d is at least -1.74
 inline constexpr double kWeightScale = 84, kMomentScale = 24;
 
-// The signed axes +x, -x, +y, -y, +z, -z, as bits, along which a normal has more than `least` of its length. Another
-// normal is of the same side if its axes for kFar include one of the point's for kNear and none of their opposites.
-// Normals up to 26 degrees apart always are, those more than 104 degrees apart never.
+// The signed axes +x, -x, +y, -y, +z, -z, as bits, on which a unit normal's component exceeds `least`. Another normal
+// is of the same side if its axes for kFar include one of the point's axes for kNear and none of their opposites.
+// Normals up to 26 degrees apart always are of the same side, those more than 104 degrees apart never.
 inline std::uint8_t ways_of(const UnitVector &normal, double least) {
     int ways = 0;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -115,7 +115,7 @@ inline constexpr std::array<std::uint16_t, 64> kPaddedNodes = [] {
     return places;
 }();
 
-// [mask][child]: which of the node's points the child is; 255: none.
+// [mask][child]: index of the child among the node's points; 255: none.
 inline constexpr std::array<std::array<std::uint8_t, 16>, 256> kPointOfChild = [] {
     std::array<std::array<std::uint8_t, 16>, 256> points{};
     for (std::size_t mask = 0; mask < 256; ++mask) {
@@ -126,12 +126,12 @@ inline constexpr std::array<std::array<std::uint8_t, 16>, 256> kPointOfChild = [
     return points;
 }();
 
-// A way from a brick to another: see kWays.
+// A direction from a brick to a neighbour, see kWays.
 struct BrickWay {
     std::uint64_t touching = 0; // nodes of the brick on that side, as a node map
     std::uint32_t children = 0; // children of these nodes on that side, as a mask
-    int step = 0;               // to the brick there, in voxels of a padded brick
-    std::uint64_t place = 0;    // to its place
+    int step = 0;               // to the same voxel of the neighbour, in a padded brick
+    std::uint64_t place = 0;    // added to the brick's place
 };
 inline constexpr std::array<BrickWay, kWays> kBrickWays = [] {
     std::array<BrickWay, kWays> ways{};
@@ -148,10 +148,10 @@ inline constexpr std::array<BrickWay, kWays> kBrickWays = [] {
     return ways;
 }();
 
-// The ways towards lower x, the same x and higher x, as bits.
+// Directions towards lower x, the same x and higher x, as bits.
 inline constexpr std::array<std::uint32_t, 3> kWaysByX{0x1249249, 0x2492492 & ~(1U << kNoWay), 0x4924924};
 
-// [node]: the ways whose side the node touches; [mask]: those that its children touch, as bits.
+// Directions whose side a node touches, and those that a node's children touch, as bits: [node], [mask].
 inline constexpr std::array<std::uint32_t, 64> kWaysOfNode = [] {
     std::array<std::uint32_t, 64> ways{};
     for (std::size_t way = 0; way < kWays; ++way)
@@ -167,7 +167,6 @@ inline constexpr std::array<std::uint32_t, 256> kWaysOfMask = [] {
     return ways;
 }();
 
-// The points of a chunk.
 struct ChunkPoints {
     ByteView masks;             // of nodes
     const std::uint64_t *sides; // [nodes]: axes for kFar of the eight children, a byte each; 0: no point
@@ -183,10 +182,10 @@ struct BrickScratch {
     std::array<std::int8_t, kBrickPoints + kMaxLanes> steps;
 };
 
-// The neighbours that have points beside those of a brick, grouped as in kWaysByX.
+// The neighbours with points next to a brick's points, grouped as in kWaysByX.
 struct BrickNeighbours {
     std::array<const SurfaceOffsets::Brick *, kWays> bricks;
-    std::array<std::uint8_t, kWays> ways; // to them
+    std::array<std::uint8_t, kWays> ways; // directions to the neighbours
     std::array<std::size_t, 3> ends;
 };
 
@@ -197,7 +196,7 @@ HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Sorts the sides of points by the children of nodes: [nodes].
+// Arranges the sides of points by the children of nodes: [nodes].
 void list_sides(std::span<const SurfaceOffsets::Brick> bricks, ByteView masks, const std::uint8_t *of_points,
                 std::uint64_t *to) {
     for (const SurfaceOffsets::Brick &brick : bricks) {
@@ -232,7 +231,7 @@ HWY_INLINE void list_padded(std::size_t points, BrickScratch &scratch) {
 }
 
 // Writes the sides of a node's children into the padded brick. kWayX: the step along x from the brick to the node's
-// brick; only the children that touch the brick are written.
+// brick. Only children next to the brick are written.
 template <int kWayX> HWY_INLINE void put_node(std::uint64_t children, std::uint8_t *to) {
     const auto put = [&](std::size_t row, int shift) {
         if constexpr (kWayX == 0) {
@@ -250,7 +249,6 @@ template <int kWayX> HWY_INLINE void put_node(std::uint64_t children, std::uint8
     put(kRow + kSlice, 48);
 }
 
-// Writes all nodes of the brick itself.
 HWY_INLINE void put_brick(const SurfaceOffsets::Brick &brick, const std::uint64_t *sides, BrickScratch &scratch) {
     const std::uint64_t *children = sides + brick.first_node;
     for (std::uint64_t map = brick.node_map; map != 0; map &= map - 1, ++children)
@@ -283,7 +281,7 @@ HWY_INLINE void put_neighbours(const BrickNeighbours &around, const std::uint64_
     put(around.ends[1], around.ends[2], std::integral_constant<int, 1>());
 }
 
-// For four points from `first` on, sums weights and moments of the voxels around that are of the same side.
+// For four points from `first` on, sums weights and moments of the surrounding voxels of the same side.
 #if HWY_TARGET == HWY_SCALAR
 HWY_INLINE void sum_four(const NormalKinds &kinds, const BrickScratch &scratch, std::size_t first, std::uint32_t *to) {
     for (std::size_t i = first; i < first + 4; ++i, to += 2) {
@@ -305,7 +303,7 @@ HWY_INLINE void sum_four(const NormalKinds &kinds, const BrickScratch &scratch, 
     const hn::CappedTag<std::uint8_t, kLanes> d;
     const hn::Repartition<std::uint32_t, decltype(d)> words;
     const hn::Repartition<std::uint64_t, decltype(d)> wide;
-    const auto sums = [&](std::size_t point) { // in each lane: weights, moments x 2^32
+    const auto sums = [&](std::size_t point) { // in each lane: weights + moments x 2^32
         const std::size_t number = kind_number(scratch.normals[point]);
         const NormalKind &kind = kinds.kinds[number];
         const auto near = hn::BitCast(d, hn::Set(words, kinds.near[number])),
@@ -340,7 +338,7 @@ HWY_INLINE void sum_four(const NormalKinds &kinds, const BrickScratch &scratch, 
 }
 #endif
 
-// offset = moments / weights, in steps.
+// offset = moments / weights, in 1 / kOffsetSteps.
 HWY_INLINE void divide_sums(std::size_t points, BrickScratch &scratch) {
     const hn::CappedTag<float, kMaxLanes> d;
     const hn::RebindToUnsigned<decltype(d)> words;
@@ -360,7 +358,7 @@ HWY_INLINE void divide_sums(std::size_t points, BrickScratch &scratch) {
     }
 }
 
-// `to` has the offsets of all points of the chunk.
+// `to` holds the offsets of all points of the chunk.
 void estimate_brick(const SurfaceOffsets::Brick &brick, const BrickNeighbours &around, const ChunkPoints &chunk,
                     BrickScratch &scratch, std::int8_t *to) {
     const NormalKinds &kinds = normal_kinds();
@@ -395,7 +393,7 @@ namespace {
 
 constexpr std::size_t kMinSlots = 4096;
 
-// Different for all bricks of a cube of 16x16x16 bricks, which holds most chunks.
+// Free of collisions within a cube of 16x16x16 bricks, which holds most chunks.
 std::size_t hash(std::uint64_t place) {
     constexpr std::uint64_t kLow = 0x000F000F000F;
     return static_cast<std::size_t>((place & 15) + (place >> 12 & 0xF0) + (place >> 24 & 0xF00) +
@@ -442,7 +440,7 @@ const SurfaceOffsets::Brick &SurfaceOffsets::find(std::uint64_t place) const {
 
 void SurfaceOffsets::list_sides(const ChunkView &chunk) {
     const NormalKinds &kinds = normal_kinds();
-    point_sides_.resize(chunk.normals.size() + 16); // whole vectors are read
+    point_sides_.resize(chunk.normals.size() + 16); // reads whole vectors
     for (std::size_t i = 0; i < chunk.normals.size(); ++i)
         point_sides_[i] = kinds.far[kind_number(chunk.normals[i])];
     sides_.resize(masks_.size());

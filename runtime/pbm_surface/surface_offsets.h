@@ -1,13 +1,13 @@
-// Estimates where in its voxel the surface lies, for the points of a chunk: the estimate of the renderers.
+// Estimates the surface offsets of the points of a chunk, for the renderers.
 //
-// A point stands for the centre of its voxel, up to 0.87 edges off the surface: 0.42 on scans (root mean square). The
-// same surface touches the voxels around it, and the mean of their centres lies nearer to it: 0.14 voxels, on rough
-// scans too. Splats at these offsets have smooth outlines and true depths.
+// A point stands for the centre of its voxel, which lies up to 0.87 edges off the surface: 0.42 on scans (root mean
+// square). The mean of the occupied voxels around it lies nearer to the surface: 0.14 voxels, on rough scans too.
+// Splats at these offsets have smooth outlines and true depths.
 //
-// The baker has an estimate of its own, carried_offsets.h, since the two have different aims. A renderer estimates
-// while it draws: one pass of integers, the same on every SIMD target, over the voxels of one chunk, with voxels of the
-// other side of thin walls left out. The baker runs once: two passes over the whole level leave less error on smooth
-// parts. Neither can replace the other without changing pixels or baked bytes; they share brick_neighbours.h.
+// The baker has its own estimate, carried_offsets.h. A renderer estimates while it draws: one pass of integers, the
+// same on every SIMD target, over the voxels of one chunk, without voxels of the other side of thin walls. The baker
+// runs once: two passes over the whole level leave less error on smooth parts. Replacing one by the other would change
+// pixels or baked bytes. Both use brick_neighbours.h.
 #pragma once
 
 #include "pbm_format/chunks/mapped_chunk.h"
@@ -26,11 +26,11 @@ inline constexpr float kOffsetSteps = 127 / kMaxOffset;
 
 struct BrickNeighbours;
 
-// Estimates one chunk after the other and reuses its memory.
+// Estimates one chunk at a time; reuses its memory for the next one.
 class SurfaceOffsets {
   public:
-    // For each point, estimates the way from the centre of its voxel to the surface along its normal n, in
-    // kOffsetSteps-ths of a voxel edge. Let d be the way to each of the 27 voxels around that is occupied and of the
+    // For each point, estimates the distance from the centre of its voxel to the surface along its normal n, in 1 /
+    // kOffsetSteps voxel edges. Let d be the vectors to those of the 27 voxels around it that are occupied and of the
     // same side, and w = 3 - (d.d - (n.d)^2):
     //
     //   offset = sum(w n.d) / sum(w)
@@ -38,7 +38,7 @@ class SurfaceOffsets {
     // A point with normal m is of the same side if m.a > 0.5 on at least one signed axis a with n.a > 0.38, and on no
     // such axis m.a < -0.5. Two-sided points get 0, since their normal does not tell the side. Normals are rounded to 6
     // degrees, w to 1/84, w (n.d + 1.75) to 1/24; the result is the same on every machine. Voxels of other chunks count
-    // as empty. Stays in bounds whatever the bytes of a mapped chunk became.
+    // as empty. Accesses stay in bounds if the bytes of a mapped chunk change.
     //
     // bricks  indices of the bricks whose points are estimated
     // to      [points of the chunk]; offsets of other bricks are left unchanged
@@ -50,20 +50,20 @@ class SurfaceOffsets {
         std::uint64_t place = 0;    // x, y, z in 16 bits each
         std::uint64_t node_map = 0; // as in the BrickRecord
         std::uint32_t first_node = 0, first_point = 0;
-        std::uint32_t ways = 0; // bit i: some of its points lie on the side that way i leads to (kWays)
+        std::uint32_t ways = 0; // bit i: the brick has points on the side of direction i (kWays)
     };
 
   private:
     void list_bricks(const ChunkView &chunk);
     void list_sides(const ChunkView &chunk);
-    const Brick &find(std::uint64_t place) const; // the first one if there is no such brick
+    const Brick &find(std::uint64_t place) const; // the empty brick if there is none
     void find_neighbours(const Brick &brick, BrickNeighbours &to) const;
 
     std::vector<Brick> bricks_;             // [0] is an empty brick; those of the chunk follow
-    std::vector<std::uint8_t> masks_;       // of all bricks' nodes; 0 where points are missing
+    std::vector<std::uint8_t> masks_;       // of all bricks' nodes; 0 if points are missing
     std::vector<std::uint8_t> point_sides_; // [points]: directions of their normals
-    std::vector<std::uint64_t> sides_;      // [nodes]: the same of their children, a byte each
-    std::vector<std::uint32_t> table_;      // hash table of bricks by place; 0 is free
+    std::vector<std::uint64_t> sides_;      // [nodes]: directions of the normals of their children, a byte each
+    std::vector<std::uint32_t> table_;      // hash table of bricks by place; 0: free slot
 };
 
 } // namespace pbm

@@ -1,4 +1,4 @@
-// Open files as the system counts them, and what its calls say when they fail.
+// File descriptors, and errors of system calls.
 #pragma once
 
 #include "system/bytes.h"
@@ -9,7 +9,7 @@
 
 namespace pbm {
 
-// Closes at the end of a scope; `close()` early to see its error.
+// Owns a file descriptor and closes it at the end of a scope; `close()` reports the error.
 class Descriptor {
   public:
     explicit Descriptor(int number = -1) : number_(number) {}
@@ -28,10 +28,10 @@ class Descriptor {
     int number_;
 };
 
-// Writes all of it, whatever the system takes at once. 0, or errno.
+// Writes all bytes, in as many calls as the system needs. Returns 0 or errno.
 int write_all(int file, ByteView bytes);
 
-// "`what`: " and the system's own text for an errno; `memory` for ENOMEM, else `io`.
+// Message: `what`, ": " and the system's text for the errno. Code: `memory` for ENOMEM, else `io`.
 Error io_error(const std::string &what, int number);
 
 } // namespace pbm

@@ -25,9 +25,9 @@ std::string folder_of(const std::string &path) {
     return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
 }
 
-// The number of an open file of this process that `path` stands for: /dev/stdout and its like, "-" for standard output.
-// Opening such a name anew would start at the beginning of a file that others append to, or fail where only this
-// process may write; replacing what it names would break the name for everybody.
+// The descriptor of this process that `path` stands for: /dev/stdout and the like, "-" for standard output. Opening
+// such a name again would start at the beginning of a file that others append to, or fail if only this process may
+// write. Replacing its target would break the name for everybody.
 std::optional<int> open_file_of(const std::string &path) {
     if (path == "-" || path == "/dev/stdout")
         return STDOUT_FILENO;
@@ -45,14 +45,14 @@ std::optional<int> open_file_of(const std::string &path) {
     return std::nullopt;
 }
 
-// Where a chain of links ends, whether or not there is something: the file that is replaced while the links stay.
+// Follows a chain of links to its end, which may not exist: the file that is replaced while the links stay.
 Result<std::string> follow_links(std::string path) {
     constexpr int kMaxLinks = 40;
     std::array<char, PATH_MAX> text{};
     for (int i = 0; i < kMaxLinks; ++i) {
         const ssize_t length = ::readlink(path.c_str(), text.data(), text.size());
         if (length < 0)
-            return path; // no link, or not there
+            return path; // not a link, or missing
         const std::string_view next(text.data(), static_cast<std::size_t>(length));
         path = next.starts_with('/') ? std::string() : folder_of(path) + '/';
         path += next;
@@ -89,7 +89,7 @@ namespace {
 
 std::string base_of(const std::string &path) { return path.substr(path.find_last_of('/') + 1); }
 
-// Whether the open file `number` is what `name` stands for in `folder`: a file of ours with no other name.
+// Whether the open file `number` is still `name` in `folder`, a regular file of this user without other names.
 bool is_own_file(int folder, const std::string &name, int number) {
     struct stat held {
     }, named{};
@@ -98,13 +98,12 @@ bool is_own_file(int folder, const std::string &name, int number) {
            held.st_uid == ::geteuid();
 }
 
-// What a process left that was killed while it wrote: locked, or nothing (errno says why) if another one is at it, or
-// it is nobody's sibling.
+// Locks a file that a killed writer left. Not ok() (see errno) if another process holds it or it is no sibling of ours.
 Descriptor take_stale(int folder, const std::string &name) {
     Descriptor file(::openat(folder, name.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
     if (!file.ok())
         return file;
-    // It may have become the target meanwhile, so the name is looked at under the lock.
+    // The file may have become the target meanwhile, so check the name under the lock.
     if (::flock(file.number(), LOCK_EX | LOCK_NB) == 0 && is_own_file(folder, name, file.number()))
         return file;
     static_cast<void>(file.close());
@@ -112,8 +111,8 @@ Descriptor take_stale(int folder, const std::string &name) {
     return file;
 }
 
-// A file that only this process writes, empty, and its name. The lock tells others, as long as this process lives; a
-// file system without locks has none to tell.
+// Creates or takes over an empty sibling that only this process writes; returns it with its name. The lock lasts as
+// long as this process; on file systems without locks there is no protection.
 Result<std::pair<Descriptor, std::string>> open_sibling(int folder, const std::string &base) {
     constexpr int kMaxWriters = 99; // of one file at once
     const auto numbered = [&](int i) { return base + ".pbm-" + std::to_string(i); };
@@ -123,7 +122,7 @@ Result<std::pair<Descriptor, std::string>> open_sibling(int folder, const std::s
         if (!file.ok() && errno != EEXIST)
             return io_error("cannot write", errno);
         if (file.ok() && ::flock(file.number(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-            continue; // another process was quicker and has taken it for stale
+            continue; // another process was quicker and has locked it as stale
         if (!file.ok()) {
             file = take_stale(folder, name);
             if (!file.ok() || ::ftruncate(file.number(), 0) != 0)
@@ -148,7 +147,7 @@ FileReplacement::FileReplacement(FileReplacement &&other) noexcept
       target_(std::move(other.target_)), sibling_(std::exchange(other.sibling_, {})), mode_(other.mode_) {}
 
 FileReplacement::~FileReplacement() {
-    if (!sibling_.empty()) // before its lock ends with the file
+    if (!sibling_.empty()) // unlink before closing releases the lock
         ::unlinkat(folder_, base_of(sibling_).c_str(), 0);
     if (file_ >= 0)
         ::close(file_);
@@ -224,8 +223,8 @@ Status FileReplacement::finish(Durability durability) {
         return ::close(std::exchange(file_, -1)) == 0 ? Status() : io_error("cannot write", errno);
     if (::fchmod(file_, mode_) != 0 || (synced && sync(file_) != 0))
         return io_error("cannot write", errno);
-    // Some file systems tell only at the end of a descriptor that the disk is full; the file itself stays open, since
-    // its lock must last until it has its name.
+    // Some file systems report a full disk only when a descriptor is closed, so close a duplicate. The file itself
+    // stays open: its lock must last until the rename.
     if (::close(::fcntl(file_, F_DUPFD_CLOEXEC, 0)) != 0)
         return io_error("cannot write", errno);
     struct stat held {
@@ -234,13 +233,13 @@ Status FileReplacement::finish(Durability durability) {
     if (::fstat(folder_, &held) != 0 || ::stat(folder.c_str(), &named) != 0)
         return io_error("cannot write into " + folder, errno);
     if (held.st_dev != named.st_dev || held.st_ino != named.st_ino)
-        return io_error("cannot write into " + folder, ENOENT); // another one has its name now
+        return io_error("cannot write into " + folder, ENOENT); // another folder has its name now
     if (::renameat(folder_, base_of(sibling_).c_str(), folder_, base_of(target_).c_str()) != 0)
         return io_error("cannot write", errno);
     sibling_.clear();
     if (!synced)
         return {};
-    // The rename itself survives a power cut only when the folder reached the disk; some file systems cannot do it.
+    // The rename survives a power cut only after the folder is synced; some file systems do not support that.
     const Descriptor readable(::openat(folder_, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (readable.ok())
         static_cast<void>(sync(readable.number()));

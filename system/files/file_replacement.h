@@ -1,4 +1,4 @@
-// Files that are replaced atomically: readers see the old content or the new one, never a part.
+// Replaces files atomically: readers see the old content or the new one, never a part.
 #pragma once
 
 #include "system/bytes.h"
@@ -9,28 +9,28 @@
 
 namespace pbm {
 
-// Whether a replaced file survives a power cut right after. `cached` is for what is quickly made again, as pictures
-// are: the system writes it to the disk in its own time.
+// Whether a replaced file survives a power cut immediately afterwards. `cached` leaves the write to disk to the system,
+// for files that are quickly made again, such as pictures.
 enum class Durability { synced, cached };
 
-// Writes a file piece by piece and makes `path` name it at the end, or leaves `path` as it was: temporary sibling,
-// writes, fsync, rename, fsync of the folder (both where `synced`). Links stay; the file that they name is replaced, or
-// made. Written to directly: open files of this process ("-", which is standard output, /dev/stdout, /dev/stderr,
-// /dev/fd/N), character devices, pipes.
+// Writes a file piece by piece, then renames it to `path`; on failure `path` stays as it was. Steps: create a temporary
+// sibling, write, fsync, rename, fsync the folder (fsync only if `synced`). Symbolic links stay; the file that they
+// name is replaced or created. Written directly: open files of this process ("-", which is standard output,
+// /dev/stdout, /dev/stderr, /dev/fd/N), character devices, pipes.
 //
-// The sibling is `path`.pbm-1, locked, or the first such number that no process holds. One that a killed process left
-// is written over by the next that writes the same file, or removed.
+// The sibling is `path`.pbm-1, locked, or the first such number that no process holds. A sibling that a killed process
+// left is overwritten or removed by the next process that writes the same file.
 class FileReplacement {
   public:
     static Result<FileReplacement> begin(const std::string &path);
     Status write(ByteView bytes);
-    // Writes over what was written before; `offset` bytes from the start.
+    // Overwrites bytes written before; `offset` bytes from the start.
     //
-    // errors  io  also where it is written to directly and has no places, as a pipe
+    // errors  io  also if the file is written directly and cannot seek, as a pipe
     Status overwrite(std::uint64_t offset, ByteView bytes);
-    // The name under which another program may fill the file before `finish`.
+    // The name of the file until `finish`; another program may fill it under this name.
     const std::string &name_until_finished() const { return sibling_.empty() ? target_ : sibling_; }
-    Status finish(Durability durability = Durability::synced); // the last call
+    Status finish(Durability durability = Durability::synced); // must be the last call
 
     FileReplacement(FileReplacement &&other) noexcept;
     FileReplacement &operator=(FileReplacement &&) = delete;
@@ -41,15 +41,15 @@ class FileReplacement {
   private:
     FileReplacement() = default;
 
-    int file_ = -1, folder_ = -1;  // the folder of both names, wherever it is moved to
-    std::string target_, sibling_; // `sibling_` is empty where it is written to directly
+    int file_ = -1, folder_ = -1;  // the folder of both names, wherever it is moved
+    std::string target_, sibling_; // `sibling_` is empty if the file is written directly
     unsigned mode_ = 0;
 };
 
-// The same in one piece.
+// The same in one call.
 Status replace_file(const std::string &path, ByteView bytes, Durability durability = Durability::synced);
 
-// Says early whether `path` can be replaced: the folder exists and takes a file, `path` is no folder.
+// Checks early whether `path` can be replaced: the folder exists and is writable, `path` is not a folder.
 Status check_replaceable(const std::string &path);
 
 } // namespace pbm

@@ -29,7 +29,7 @@ Error not_a_file(const char *text) { return {.code = ErrorCode::io, .message = t
 Result<MappedFile> MappedFile::open(const std::string &path) {
     if (path == "-")
         return not_a_file("standard input cannot be read here; write it to a file first");
-    // O_NONBLOCK: a pipe without a writer is refused below instead of waited for.
+    // O_NONBLOCK: refuse a pipe without a writer below instead of waiting for one.
     const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (!file.ok())
         return cannot_open(errno);
@@ -67,7 +67,7 @@ Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_
         return Error{ErrorCode::memory, 0,
                      "more than " + std::to_string(max_bytes >> 20) + " MiB from a stream; write it to a file first"};
     };
-    bool seen = false; // another byte than zero, among the first
+    bool seen = false; // whether the first bytes hold a nonzero one
     std::size_t room = kFirst, size = 0;
     std::uint64_t most = ~std::uint64_t{0};
     void *data = ::mmap(nullptr, room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -104,7 +104,7 @@ Result<MappedFile> MappedFile::read_stream(const std::string &path, std::uint64_
             continue;
         const int error = got < 0 ? errno : 0;
         if ((got == 0 && size > 0) || size >= most) {
-            // Whole pages: what is beyond the last one goes back.
+            // Unmap the pages behind the last one used.
             const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
             const std::size_t kept = (size + page - 1) / page * page;
             if (kept < room)

@@ -1,4 +1,4 @@
-// Files mapped into memory, read-only, and streams read to their end.
+// Maps files into memory, read-only, and reads streams to their end.
 #pragma once
 
 #include "system/bytes.h"
@@ -10,16 +10,16 @@
 
 namespace pbm {
 
-// A file mapped read-only. Refuses what is not a regular file. Moves, never copies; the view lives as long as it.
+// A file mapped read-only; regular files only. Movable, not copyable; views live as long as the object.
 class MappedFile {
   public:
     static Result<MappedFile> open(const std::string &path);
-    // Reads a stream (is_stream) to its end, into memory that this then holds. `wanted` is asked once, when
-    // kStreamStart bytes or all there are have come, how many bytes to read at most: the rest stays unread.
+    // Reads a stream (is_stream) to its end into memory owned by the result. `wanted` is called once at least
+    // kStreamStart bytes are read; it returns the number of bytes to read at most, and the rest stays unread.
     //
-    // errors  io      the system's own text; standard input is a terminal
-    //         bad_input  a megabyte of zeros to begin with, as from a device that would never end
-    //         memory  more than `max_bytes`, or more than there is
+    // errors  io         the system's text; standard input is a terminal
+    //         bad_input  the first megabyte is zeros, as from a device that never ends
+    //         memory     more than `max_bytes`, or out of memory
     static Result<MappedFile> read_stream(const std::string &path, std::uint64_t max_bytes,
                                           const std::function<std::uint64_t(ByteView start)> &wanted = {});
     static constexpr std::size_t kStreamStart = 128;
@@ -39,7 +39,7 @@ class MappedFile {
     std::size_t size_ = 0;
 };
 
-// "-", which is standard input, and whatever has no size before it is read: a pipe, a socket, a character device.
+// True for "-" (standard input) and for files without a known size: pipes, sockets, character devices.
 bool is_stream(const std::string &path);
 
 } // namespace pbm

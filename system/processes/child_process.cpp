@@ -39,7 +39,7 @@ namespace pbm {
 namespace {
 
 #ifdef PBM_SANITIZED
-constexpr bool kSanitized = true; // shadow memory is address space, and crashes are the sanitizer's to report
+constexpr bool kSanitized = true; // shadow memory is address space, and the sanitizer must report crashes
 #else
 constexpr bool kSanitized = false;
 #endif
@@ -50,7 +50,7 @@ struct Pipe {
     Descriptor read, write;
 };
 
-// The number of the write end is at least 10, where it is not in the way of those that the child gets.
+// The write end has a number of at least 10, so that it does not collide with the child's descriptors.
 Result<Pipe> make_pipe() {
     std::array<int, 2> ends{};
     if (::pipe2(ends.data(), O_CLOEXEC) != 0)
@@ -58,27 +58,27 @@ Result<Pipe> make_pipe() {
     Pipe pipe{Descriptor(ends[0]), Descriptor(ends[1])};
     Descriptor high(::fcntl(ends[1], F_DUPFD_CLOEXEC, 10));
     if (!high.ok() && errno == EINVAL)
-        return io_error("cannot make a pipe", EMFILE); // the limit of open files is below that number
+        return io_error("cannot make a pipe", EMFILE); // the limit of open files is below 10
     if (!high.ok() || ::fcntl(ends[0], F_SETFL, O_NONBLOCK) != 0)
         return io_error("cannot make a pipe", errno);
     pipe.write = std::move(high);
     return pipe;
 }
 
-// How the child's work ended: one write that fits into a pipe.
+// The outcome of the child's work; small enough for one write into a pipe.
 struct Verdict {
     enum class Kind : std::uint8_t { done, error, no_memory, exception };
     Kind kind = Kind::done;
     ErrorCode code{};
     std::uint64_t offset = 0;
-    std::array<char, 1000> text{}; // ends in a zero
+    std::array<char, 1000> text{}; // zero-terminated
 
     void say(std::string_view message) { message.copy(text.data(), text.size() - 1); }
 };
 
 constexpr int kData = 3, kVerdict = 4; // the child's descriptors, beside the standard three
 
-// The bytes of address space that this process has mapped; nothing without /proc.
+// Bytes of address space that this process has mapped; absent without /proc.
 std::optional<std::uint64_t> mapped_memory() {
     const Descriptor file(::open("/proc/self/statm", O_RDONLY | O_CLOEXEC));
     std::array<char, 64> text{};
@@ -99,7 +99,7 @@ void lower_limit(decltype(RLIMIT_AS) resource, rlim_t soft, rlim_t hard) {
 void enter_child(const ChildLimits &limits, pid_t caller, int data, int messages, int verdict) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != caller)
-        ::_exit(1); // it ended before the line above
+        ::_exit(1); // the caller ended before prctl
     const int nothing = ::open("/dev/null", O_RDWR);
     if (nothing < 0 || ::dup2(nothing, STDIN_FILENO) < 0 || ::dup2(nothing, STDOUT_FILENO) < 0 ||
         ::dup2(messages, STDERR_FILENO) < 0 || ::dup2(data, kData) < 0 || ::dup2(verdict, kVerdict) < 0)
@@ -117,8 +117,8 @@ void enter_child(const ChildLimits &limits, pid_t caller, int data, int messages
     lower_limit(RLIMIT_CPU, limits.cpu_seconds, limits.cpu_seconds + 1);
     if (const std::optional<std::uint64_t> mapped = mapped_memory(); mapped && !kSanitized)
         lower_limit(RLIMIT_AS, *mapped + limits.memory, RLIM_INFINITY);
-    std::atexit([] { ::_exit(1); }); // `exit` in the work: first of all handlers, and the caller's do not run
-    ::prctl(PR_SET_DUMPABLE, 0);     // a core file limit of zero does not hold for a system that collects crashes
+    std::atexit([] { ::_exit(1); }); // `exit` in `work`: this handler runs first, and the caller's do not run
+    ::prctl(PR_SET_DUMPABLE, 0);     // crash collectors ignore a core file limit of zero
 }
 
 [[noreturn]] void be_child(const ChildTask &task) {
@@ -146,7 +146,7 @@ void enter_child(const ChildLimits &limits, pid_t caller, int data, int messages
     ::_exit(write_all(kVerdict, {reinterpret_cast<const std::uint8_t *>(&verdict), sizeof verdict}) == 0 ? 0 : 1);
 }
 
-// A child that is killed and waited for at the latest at the end of a scope.
+// A child process; it is killed, if necessary, and waited for at the end of the scope.
 class Child {
   public:
     explicit Child(pid_t id) : id_(id) {}
@@ -154,7 +154,7 @@ class Child {
     Child &operator=(const Child &) = delete;
     ~Child() { end(); }
 
-    // Whether it has ended; never waits.
+    // Whether it has ended. Does not wait.
     bool ended() { return wait(WNOHANG); }
     void end() {
         if (!ended()) {
@@ -162,7 +162,7 @@ class Child {
             wait(0);
         }
     }
-    // What waitpid said of it; zero where the caller ignores SIGCHLD, so that nobody knows.
+    // Status from waitpid; zero, which is unknown, if the caller ignores SIGCHLD.
     int status() const { return status_; }
     double cpu_seconds() const {
         const auto seconds = [](const struct timeval &t) {
@@ -188,7 +188,7 @@ class Child {
     struct rusage usage_ {};
 };
 
-// The first line of what the child printed, without what a terminal would obey.
+// The first line of the child's output; replaces bytes that are not printable ASCII.
 std::string first_line(std::string_view text) {
     constexpr std::size_t kMost = 160;
     text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
@@ -198,20 +198,20 @@ std::string first_line(std::string_view text) {
     return line;
 }
 
-// Both ways that a child's bytes come.
+// Receives the child's data and messages.
 class Conversation {
   public:
     Conversation(const ChildTask &task, Descriptor data, Descriptor messages)
         : task_(task), data_(std::move(data)), messages_(std::move(messages)), buffer_(std::size_t{1} << 18) {}
 
-    // Until the child has ended or the time is up: then it is killed, and `out_of_time` true.
+    // Receives until the child has ended. Kills it when the time is up, and sets `out_of_time`.
     Status follow(Child &child, int child_descriptor);
 
     bool out_of_time = false;
-    std::string printed; // on standard error, its beginning
+    std::string printed; // start of its standard error
 
   private:
-    // Reads what is there, but at most so many times: the deadline waits. False at the end of the pipe.
+    // Reads what is available, at most `max_reads` times, so that the deadline is met. False at the end of the pipe.
     template <class Use> bool drain(const Descriptor &from, int max_reads, Use &&use);
     Status read_some(int max_reads);
 
@@ -252,8 +252,8 @@ Status Conversation::read_some(int max_reads) {
 Status Conversation::follow(Child &child, int child_descriptor) {
     const Clock::time_point deadline = Clock::now() + std::chrono::seconds(task_.limits.wall_seconds);
     while (true) {
-        // In this order: what it sent before its end is read after its end is known. The ends of the pipes tell
-        // nothing, since another thread's child may have inherited them.
+        // Check for the end first, then read: all data sent before the end are read. End-of-file on the pipes is no
+        // sign of the end, since another thread's child may have inherited them.
         const bool ended = child.ended();
         constexpr int kSome = 8, kAll = std::numeric_limits<int>::max();
         if (Status status = read_some(ended ? kAll : kSome); !status || ended)
@@ -266,7 +266,7 @@ Status Conversation::follow(Child &child, int child_descriptor) {
         }
         constexpr int kTick = 10, kMaxWaited = 60'000;
         std::array<struct pollfd, 3> events{};
-        events[0] = {data_.number(), POLLIN, 0}; // negative numbers are passed over
+        events[0] = {data_.number(), POLLIN, 0}; // poll ignores negative descriptors
         events[1] = {messages_.number(), POLLIN, 0};
         events[2] = {child_descriptor, POLLIN, 0};
         const auto wait = static_cast<int>(std::min<decltype(left)>(left, child_descriptor >= 0 ? kMaxWaited : kTick));
@@ -274,7 +274,7 @@ Status Conversation::follow(Child &child, int child_descriptor) {
     }
 }
 
-// What became of a child that has ended.
+// The result of a child that has ended.
 Status judge(const ChildTask &task, const Child &child, const Conversation &talk,
              const std::optional<Verdict> &verdict) {
     const std::string printed = first_line(talk.printed);
@@ -326,7 +326,7 @@ Status run_in_child(const ChildTask &task) {
     for (const Result<Pipe> *pipe : {&data, &messages, &verdict})
         if (!*pipe)
             return pipe->error();
-    ::fcntl(data->write.number(), F_SETPIPE_SZ, 1 << 20); // fewer turns; the smaller default will do
+    ::fcntl(data->write.number(), F_SETPIPE_SZ, 1 << 20); // for speed; the smaller default also works
     Conversation talk(task, std::move(data->read), std::move(messages->read));
     const pid_t caller = ::getpid();
     const pid_t id = ::fork();
@@ -339,7 +339,7 @@ Status run_in_child(const ChildTask &task) {
     }
     Child child(id);
     const Descriptor child_descriptor(
-        static_cast<int>(::syscall(SYS_pidfd_open, id, 0))); // from Linux 5.3 on, and where it is allowed
+        static_cast<int>(::syscall(SYS_pidfd_open, id, 0))); // needs Linux 5.3, and may be forbidden
     for (Result<Pipe> *pipe : {&data, &messages, &verdict})
         static_cast<void>((*pipe)->write.close());
     if (Status status = talk.follow(child, child_descriptor.number()); !status)

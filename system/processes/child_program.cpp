@@ -16,7 +16,7 @@
 namespace pbm {
 namespace {
 
-// What a program is started with: its standard streams, and signals as they are by default.
+// What a program starts with: its standard streams, and default signal handlers.
 class Start {
   public:
     Start(int input, int messages) {
@@ -27,7 +27,7 @@ class Start {
         ::posix_spawnattr_init(&attributes_);
         sigset_t ignored;
         ::sigemptyset(&ignored);
-        ::sigaddset(&ignored, SIGPIPE); // ignored by us, and so by those we start
+        ::sigaddset(&ignored, SIGPIPE); // ignored by this process, and ignored signals are inherited
         ::sigaddset(&ignored, SIGXFSZ);
         ::posix_spawnattr_setsigdefault(&attributes_, &ignored);
         ::posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGDEF);
@@ -44,7 +44,7 @@ class Start {
         std::vector<char *> words;
         words.reserve(arguments.size() + 1);
         for (const std::string &argument : arguments)
-            words.push_back(const_cast<char *>(argument.c_str())); // not written to: POSIX has no better type
+            words.push_back(const_cast<char *>(argument.c_str())); // not modified: POSIX lacks a const type
         words.push_back(nullptr);
         return ::posix_spawnp(&id, words.front(), &actions_, &attributes_, words.data(), environ);
     }
@@ -54,7 +54,7 @@ class Start {
     posix_spawnattr_t attributes_{};
 };
 
-// The first line of what was printed, without what a terminal would obey.
+// The first line of the output; replaces bytes that are not printable ASCII.
 std::string first_line(const Descriptor &file) {
     std::array<char, 200> text{};
     const ssize_t size = ::pread(file.number(), text.data(), text.size(), 0);
@@ -75,7 +75,7 @@ Result<ChildProgram> ChildProgram::start(const std::vector<std::string> &argumen
         return io_error("cannot make a pipe", errno);
     const Descriptor read_end(ends[0]);
     program.input_ = Descriptor(ends[1]);
-    ::fcntl(ends[1], F_SETPIPE_SZ, 1 << 20); // fewer turns; the smaller default will do
+    ::fcntl(ends[1], F_SETPIPE_SZ, 1 << 20); // for speed; the smaller default also works
     program.messages_ = Descriptor(::memfd_create("messages", MFD_CLOEXEC));
     if (!program.messages_.ok())
         return io_error("cannot start " + program.name_, errno);

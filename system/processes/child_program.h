@@ -1,4 +1,4 @@
-// Another program that is fed through its standard input.
+// Runs another program and feeds its standard input.
 #pragma once
 
 #include "system/bytes.h"
@@ -12,29 +12,28 @@ namespace pbm {
 
 class ChildProgram {
   public:
-    // Starts `arguments[0]`, which is looked for in PATH. Its standard output is dropped, the first line of its
-    // standard error becomes part of messages.
+    // Starts `arguments[0]`, searched in PATH. Drops standard output; standard error's first line goes into messages.
     //
-    // errors  memory (exit code 4)  there is no such program, or no process to be had
-    //         io                    the system refuses pipes
+    // errors  memory (exit code 4)  the program is not installed, or no process can be started
+    //         io                    no pipes
     static Result<ChildProgram> start(const std::vector<std::string> &arguments);
 
-    // errors  memory  it has ended or takes no more: why
+    // errors  memory  the program has ended or reads no more; the message says why
     Status write(ByteView bytes);
-    // Closes its input and waits for its end. The last call.
+    // Closes the program's input and waits for its end. Must be the last call.
     //
-    // errors  memory  it ended by a signal or not with 0: why
+    // errors  memory  a signal or a nonzero exit code; the message says why
     Status finish();
 
     ChildProgram(ChildProgram &&other) noexcept;
     ChildProgram &operator=(ChildProgram &&) = delete;
     ChildProgram(const ChildProgram &) = delete;
     ChildProgram &operator=(const ChildProgram &) = delete;
-    ~ChildProgram(); // without `finish` it is killed
+    ~ChildProgram(); // kills the program if `finish` was not called
 
   private:
     ChildProgram() = default;
-    int wait(); // its status
+    int wait(); // exit status
 
     std::string name_;
     Descriptor input_, messages_;

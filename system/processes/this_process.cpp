@@ -22,7 +22,7 @@
 namespace pbm {
 
 void make_write_errors_returns() {
-    // A standard stream that is closed gets a number whose use fails, or the next file would be taken for it.
+    // Open /dev/null in the wrong mode for each closed stream: its use fails, and no later file gets its number.
     for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         if (::fcntl(number, F_GETFD) < 0)
             static_cast<void>(::open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY));
@@ -32,13 +32,13 @@ void make_write_errors_returns() {
 
 namespace {
 
-// What the handler says; only async-signal-safe calls are allowed in it.
+// The signal handler's message; the handler may use async-signal-safe calls only.
 std::array<char, 160> shrink_message{};
 
 std::atomic_flag has_shrunk;
 
 extern "C" void report_shrunk_file(int) {
-    if (has_shrunk.test_and_set()) // another thread is about to end the program
+    if (has_shrunk.test_and_set()) // another thread is ending the program
         for (;;)
             ::pause();
     const ssize_t written = ::write(STDERR_FILENO, shrink_message.data(), ::strlen(shrink_message.data()));
@@ -59,18 +59,18 @@ void end_when_mapped_file_shrinks(std::string_view program) {
 
 void use_large_pages() {
 #ifdef __GLIBC__
-    constexpr int kMaxAtOnce = 32 << 20; // the largest threshold that there is
-    constexpr int kHeap = 256 << 20;     // addresses, not memory
+    constexpr int kMaxAtOnce = 32 << 20; // the largest threshold allowed
+    constexpr int kHeap = 256 << 20;     // address space, not memory
     ::mallopt(M_ARENA_MAX, 1);
     ::mallopt(M_MMAP_THRESHOLD, kMaxAtOnce);
     ::mallopt(M_TRIM_THRESHOLD, kHeap);
     ::mallopt(M_TOP_PAD, kHeap);
-    // The next block that the heap has no room for makes it grow.
+    // A block that does not fit makes the heap grow.
     const std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kMaxAtOnce / 2), std::free);
     const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
     const auto address = reinterpret_cast<std::uintptr_t>(block.get());
     const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(::sbrk(0)), gap = (page - address % page) % page;
-    // Elsewhere if the heap cannot grow.
+    // If the heap cannot grow, the block lies elsewhere.
     if (block != nullptr && address < end && end - address <= 2 * std::uintptr_t{kHeap})
         static_cast<void>(::madvise(static_cast<char *>(block.get()) + gap, end - address - gap, MADV_HUGEPAGE));
 #endif

@@ -1,4 +1,4 @@
-// What a program asks of the operating system for itself: signals, heap, memory.
+// Settings of the program's own process: signals, heap, memory.
 #pragma once
 
 #include <cstdint>
@@ -6,16 +6,16 @@
 
 namespace pbm {
 
-// Signals that would end a program whose write fails (SIGPIPE, SIGXFSZ) become error returns, and so does the use of a
-// standard stream that the caller has closed. Call first in `main`.
+// Makes failed writes return errors instead of raising SIGPIPE or SIGXFSZ. Also makes the use of a standard stream that
+// the caller has closed an error. Call first in `main`.
 void make_write_errors_returns();
 
-// A mapped file that another process makes shorter ends the program with a line on standard error and exit code 2
-// instead of SIGBUS. Call first in `main`.
+// If another process truncates a mapped file, the program ends with a line on standard error and exit code 2 instead of
+// SIGBUS. Call first in `main`.
 void end_when_mapped_file_shrinks(std::string_view program);
 
-// Lets the heap of a program that soon fills some 10 MB and then ends grow at once and in pages of 2 MB, where C
-// library and kernel can: touching a small page for the first time takes a microsecond. Call first in `main`.
+// Lets the heap grow at once and in pages of 2 MB, if C library and kernel support that: touching a small page for the
+// first time takes a microsecond. For programs that soon use some 10 MB and then end. Call first in `main`.
 void use_large_pages();
 
 // Largest resident memory of this process so far, bytes.

@@ -1,5 +1,5 @@
-// 16 or 32 bytes side by side, with the best instructions of the target: for files that Highway compiles for several
-// targets; include it after highway.h, and not only once.
+// Vectors of 16 or 32 bytes with the best instructions of the target. For files that Highway compiles for several
+// targets: include it after highway.h, once per target.
 #if defined(PBM_FORMAT_BYTE_LANES_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_FORMAT_BYTE_LANES_H
 #undef PBM_FORMAT_BYTE_LANES_H
@@ -18,13 +18,13 @@
 HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 
-constexpr std::size_t kBlock = 16; // bytes that one shuffle takes its own from
+constexpr std::size_t kBlock = 16; // bytes within which one shuffle selects
 
 #if HWY_TARGET == HWY_SCALAR
 
 constexpr std::size_t kLanes = 16;
 
-// 16 bytes side by side, for processors without anything better.
+// 16 bytes, for targets without SIMD.
 struct Lanes {
     std::uint8_t lane[kLanes];
 };
@@ -64,21 +64,21 @@ template <int kBits> HWY_INLINE Lanes shift_left(Lanes a) {
 template <int kBits> HWY_INLINE Lanes shift_right(Lanes a) {
     return for_lanes([&](std::size_t i) { return a.lane[i] >> kBits; });
 }
-// Lane i of a block becomes lane i + kBy.
+// Within a block, lane i becomes lane i + kBy.
 template <int kBy> HWY_INLINE Lanes shift_lanes(Lanes a) {
     return for_lanes([&](std::size_t i) { return i < kBy ? 0 : a.lane[i - kBy]; });
 }
-// 255 where lanes are equal.
+// 255 in lanes that are equal, else 0.
 HWY_INLINE Lanes equal_bytes(Lanes a, Lanes b) {
     return for_lanes([&](std::size_t i) { return a.lane[i] == b.lane[i] ? 255 : 0; });
 }
 // A table of 16 bytes for each block.
 HWY_INLINE Lanes load_tables(const std::uint8_t *const from[]) { return load(from[0]); }
-// table[index] within each block; 0 where an index has bit 7 set
+// table[index] within each block; 0 if bit 7 of the index is set
 HWY_INLINE Lanes lookup(Lanes table, Lanes index) {
     return for_lanes([&](std::size_t i) { return index.lane[i] > 127 ? 0 : table.lane[index.lane[i] & 15]; });
 }
-// Bit i set: lanes i are equal.
+// Bit i is set if lanes i are equal.
 HWY_INLINE unsigned equal_lanes(Lanes a, Lanes b) {
     unsigned bits = 0;
     for (unsigned i = 0; i < kLanes; ++i)
@@ -115,14 +115,14 @@ HWY_INLINE void store_interleaved(Lanes a, Lanes b, Lanes c, std::uint8_t *to) {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Two blocks where the machine has vectors of 32 bytes, else one.
+// Two blocks if the target has vectors of 32 bytes, else one.
 #if HWY_MAX_BYTES >= 32
 constexpr std::size_t kLanes = 32;
 #else
 constexpr std::size_t kLanes = 16;
 #endif
 using Tag = hn::FixedTag<std::uint8_t, kLanes>;
-// A class of its own, so that it has operators on every target.
+// A wrapper class, so that operators exist on every target.
 struct Lanes {
     hn::Vec<Tag> v;
 };
@@ -137,11 +137,8 @@ HWY_INLINE Lanes operator|(Lanes a, Lanes b) { return {hn::Or(a.v, b.v)}; }
 HWY_INLINE Lanes operator^(Lanes a, Lanes b) { return {hn::Xor(a.v, b.v)}; }
 template <int kBits> HWY_INLINE Lanes shift_left(Lanes a) { return {hn::ShiftLeft<kBits>(a.v)}; }
 template <int kBits> HWY_INLINE Lanes shift_right(Lanes a) { return {hn::ShiftRight<kBits>(a.v)}; }
-// Lane i of each block becomes lane i + kBy.
 template <int kBy> HWY_INLINE Lanes shift_lanes(Lanes a) { return {hn::ShiftLeftBytes<kBy>(Tag(), a.v)}; }
-// 255 where lanes are equal.
 HWY_INLINE Lanes equal_bytes(Lanes a, Lanes b) { return {hn::VecFromMask(Tag(), hn::Eq(a.v, b.v))}; }
-// A table of 16 bytes for each block.
 HWY_INLINE Lanes load_tables(const std::uint8_t *const from[]) {
 #if HWY_MAX_BYTES >= 32
     const hn::Half<Tag> half;
@@ -150,9 +147,7 @@ HWY_INLINE Lanes load_tables(const std::uint8_t *const from[]) {
     return load(from[0]);
 #endif
 }
-// table[index] within each block; 0 where an index has bit 7 set
 HWY_INLINE Lanes lookup(Lanes table, Lanes index) { return {lookup_bytes(table.v, index.v)}; }
-// Bit i set: lanes i are equal.
 HWY_INLINE unsigned equal_lanes(Lanes a, Lanes b) {
     std::uint8_t bits[8] = {};
     hn::StoreMaskBits(Tag(), hn::Eq(a.v, b.v), bits);

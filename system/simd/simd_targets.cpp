@@ -1,6 +1,6 @@
-// Which of Highway's targets the processor has: the functions of Highway's library that its dispatch calls. The library
-// itself would cost the start of every program 3 ms, in which it measures the processor's clock; its headers suffice.
-// Weak, so that a program that does link the library has one of each.
+// Detects the processor's Highway targets: defines the functions of Highway's library that its dispatch calls. The
+// library itself would add 3 ms to every program's start, since it measures the processor's clock; its headers suffice.
+// The symbols are weak, so that a program may also link the library.
 #include <hwy/targets.h>
 
 #include <atomic>
@@ -17,7 +17,7 @@ std::int64_t find_targets() {
     std::int64_t targets = HWY_STATIC_TARGET;
 #if HWY_ARCH_X86
     __builtin_cpu_init();
-    // A processor that has the last of a group has all that Highway uses of it.
+    // A processor with the last feature of a group has all features of the group that Highway uses.
     const bool ssse3 = __builtin_cpu_supports("ssse3") != 0;
     const bool sse4 = ssse3 && __builtin_cpu_supports("sse4.2") != 0 && __builtin_cpu_supports("pclmul") != 0 &&
                       __builtin_cpu_supports("aes") != 0;
@@ -49,7 +49,7 @@ __attribute__((weak)) void SetSupportedTargetsForTest(std::int64_t targets) {
     GetChosenTarget().DeInit();
 }
 
-// Where Highway's own checks end, which builds with sanitizers have.
+// Called by Highway's own checks, which builds with sanitizers enable.
 __attribute__((weak)) void Abort(const char *file, int line, const char *, ...) {
     std::fprintf(stderr, "%s:%d: a check of Highway's failed\n", file, line);
     std::abort();

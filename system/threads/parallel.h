@@ -1,5 +1,4 @@
-// Loops on a few threads: each item is done once, by whichever thread comes first, and writes only its own slot, so
-// results never depend on the number of threads.
+// Parallel loops. Each item is processed once and writes its own slot only, so results do not depend on the threads.
 #pragma once
 
 #include <cstddef>
@@ -9,17 +8,17 @@ namespace pbm {
 
 inline constexpr int kMaxThreads = 64;
 
-// At most kMaxThreads; 0 asks for one thread per processor.
+// Returns 1..kMaxThreads; 0 asks for one thread per processor.
 int resolve_threads(int threads);
 
-// Calls `work(i)` for 0 <= i < count, on a ThreadPool of its own, and rethrows the first exception of any item.
+// Calls `work(i)` for 0 <= i < count on a temporary ThreadPool, and rethrows the first exception of any item.
 void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)> &work);
 
-// Shares `block` items out at a time: calls `work(begin, end)` for each block.
+// Distributes blocks of `block` items: calls `work(begin, end)` for each block.
 void parallel_blocks(std::size_t count, std::size_t block, int threads,
                      const std::function<void(std::size_t, std::size_t)> &work);
 
-// Shares `block` items out at a time, and calls `work(i)` for each of them.
+// Distributes blocks of `block` items, and calls `work(i)` for each item.
 template <class Work> void parallel_for(std::size_t count, std::size_t block, int threads, const Work &work) {
     parallel_blocks(count, block, threads, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)

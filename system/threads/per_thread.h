@@ -1,5 +1,5 @@
-// What each thread keeps from call to call. As thread_local, but where there is no memory this throws std::bad_alloc,
-// while C libraries end the process that cannot note down the destructor of a thread_local.
+// Per-thread objects, as thread_local. But if memory runs out this throws std::bad_alloc, while some C libraries abort
+// when they cannot register the destructor of a thread_local.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace pbm {
 
-// The calling thread's T, which is made when it is first asked for and ends with the thread. One for each type.
+// The calling thread's object of type T, created on first use and destroyed with the thread.
 template <class T> T &per_thread() {
     struct Key {
         Key() {

@@ -13,8 +13,8 @@ struct ThreadPool::Loop {
     const std::function<void(std::size_t, std::size_t)> &work;
     const std::size_t count;
     std::atomic<std::size_t> next{0};
-    std::size_t helpers = 0;         // workers in it; with the pool's mutex_ held
-    std::exception_ptr failure = {}; // the same
+    std::size_t helpers = 0;         // workers in the loop; guarded by the pool's mutex_
+    std::exception_ptr failure = {}; // likewise
 };
 
 ThreadPool::ThreadPool(int threads) {
@@ -48,7 +48,7 @@ void ThreadPool::run(std::size_t count, const std::function<void(std::size_t, st
     }
     take_items(loop, 0);
     std::unique_lock lock(mutex_);
-    loop_ = nullptr; // nothing is left for workers that wake up late
+    loop_ = nullptr; // workers that wake up late find no loop
     end_.wait(lock, [&] { return loop.helpers == 0; });
     if (loop.failure)
         std::rethrow_exception(loop.failure);
@@ -86,7 +86,7 @@ void ThreadPool::serve(std::size_t thread) {
             queue_.pop_front();
             lock.unlock();
             work();
-            work = nullptr; // frees what it holds before others learn that it is done
+            work = nullptr; // frees its captures before posted_ changes
             lock.lock();
             --posted_;
             if (wake_)

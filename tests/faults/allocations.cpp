@@ -4,6 +4,7 @@
 #include "goldens.h"
 #include "judge.h"
 
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 
 #include <array>

@@ -7,6 +7,7 @@
 #include "judge.h"
 
 #include "pbm_format/container/section_encoder.h"
+#include "pbm_format/reading/load_model.h"
 #include "unit/support/file_editor.h"
 
 #include <algorithm>

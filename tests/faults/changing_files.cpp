@@ -4,6 +4,7 @@
 #include "goldens.h"
 #include "judge.h"
 
+#include "pbm_format/reading/load_model.h"
 #include "system/files/mapped_file.h"
 #include "system/processes/this_process.h"
 #include "unit/support/test_models.h"

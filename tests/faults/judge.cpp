@@ -1,5 +1,6 @@
 #include "judge.h"
 
+#include "pbm_format/reading/images.h"
 #include "pbm_render/fast/fast_renderer.h"
 
 namespace pbm::faults {
@@ -26,7 +27,7 @@ Result<Shown> show(ByteView file, const DetailView &view, int threads) {
     Result<Reader> reader = Reader::open(file);
     if (!reader)
         return std::move(reader).error();
-    Result<TiledImages> images = reader->images();
+    Result<TiledImages> images = read_images(*reader);
     if (!images)
         return std::move(images).error();
     Shown shown;

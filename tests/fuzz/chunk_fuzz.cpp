@@ -4,7 +4,7 @@
 // The first bytes choose model, level and whether the chunk keeps its normal cone. Then for each stream a byte says
 // what becomes of it; at last come bytes to change, each with its place.
 #include "pbm_format/chunks/stream_rules.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/streams/frame.h"
 #include "pbm_format/writing/chunk_encoder.h"
 #include "pbm_format/writing/frame_encoder.h"

@@ -2,7 +2,7 @@
 // model that encodes, packed and mapped, to a file with the same content_id. Reading an invalid file ends with an error
 // or a model, too.
 #include "pbm_format/checking/validate.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 
 #include <cstdlib>

@@ -5,7 +5,7 @@
 #include "depth_by_angle.h"
 #include "difference_pictures.h"
 #include "fidelity.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_render/appearance/shade_table.h"
 #include "pbm_scan/surface_reader.h"
 #include "shadow_truth.h"

@@ -11,7 +11,7 @@ import sys
 import time
 
 parser = argparse.ArgumentParser(description=__doc__)
-for option in ("cmake", "build", "project", "compiler", "sanitize"):
+for option in ("cmake", "build", "project", "compiler"):
     parser.add_argument("--" + option, required=True)
 arguments = parser.parse_args()
 

@@ -1,5 +1,6 @@
 // All that pbm_render alone can do, linked without anything that needs an operating system: draws the file on standard
 // input with each renderer, as a whole and range by range, and fails if two pictures differ.
+#include "pbm_format/reading/load_model.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"

@@ -2,7 +2,7 @@
 
 #include "unit/support/file_editor.h"
 
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 
 #include <algorithm>
 #include <array>

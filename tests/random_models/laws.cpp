@@ -1,7 +1,8 @@
 #include "random_models/laws.h"
 
 #include "pbm_format/checking/validate.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/images.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
@@ -21,7 +22,7 @@ Judgement broken(std::string law) { return {.valid = false, .broken = std::move(
 // Draws a small picture of a valid file with all renderers; returns what went wrong.
 std::string draw(ByteView file, const Model &model) {
     Reader reader = Reader::open(file).value();
-    const Result<TiledImages> images = reader.images();
+    const Result<TiledImages> images = read_images(reader);
     if (!images)
         return "valid, but its rasters are not: " + images.error().message;
     const std::uint32_t chunk_points = reader.header().chunk_points;

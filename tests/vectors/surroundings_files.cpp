@@ -1,4 +1,4 @@
-// Files with ground plane, its rasters and a panorama: BVG.md sections 3.9 to 3.11.
+// Files with ground plane, its rasters and a panorama: BVG.md 3.9 to 3.11.
 #include "collection.h"
 #include "unit/support/test_models.h"
 

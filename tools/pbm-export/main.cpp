@@ -1,4 +1,4 @@
-// pbm-export: the points of a .pbvg file as PLY.
+// pbm-export: writes the points of a .pbvg file as PLY.
 #include "command_line/common_options.h"
 #include "ply_points.h"
 #include "system/files/file_replacement.h"
@@ -21,7 +21,7 @@ constexpr std::string_view kProgram = "pbm-export";
 struct Arguments {
     std::string input, output;
     std::string json;         // file, "-" for stdout, empty for none
-    std::optional<int> level; // none: the finest
+    std::optional<int> level; // absent: the finest
     StreamOptions stream;
     PlyFormat format;
     Verbosity verbosity = Verbosity::normal;
@@ -30,7 +30,7 @@ struct Arguments {
 struct Outcome {
     int level = 0;
     std::uint64_t points = 0, bytes = 0;
-    std::vector<std::string> dropped; // what PLY has no place for
+    std::vector<std::string> dropped; // attributes that PLY cannot hold
     double seconds = 0;
 };
 
@@ -59,7 +59,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     return command_line::parse(line, argc, argv, {}, manual);
 }
 
-// Lights, shadows and solid textures belong to no point's row.
+// Lights, shadows and solid textures do not fit into a point's row.
 std::vector<std::string> left_out(const ModelParameters &parameters) {
     std::vector<std::string> lines;
     if (!parameters.lights.empty())
@@ -73,7 +73,7 @@ std::vector<std::string> left_out(const ModelParameters &parameters) {
 
 ByteView view_of(const std::string &text) { return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}; }
 
-// Whose fault it was: the input's, the output's.
+// An error and the file that it concerns: input or output.
 struct Failure {
     const std::string &path;
     Error error;

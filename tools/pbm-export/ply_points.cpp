@@ -10,14 +10,14 @@
 namespace pbm {
 namespace {
 
-// The shortest text that reads back as the same number.
+// Shortest text that reads back as the same number.
 template <class T> std::string text_of(T value) {
     std::array<char, 32> text{};
     const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
     return {text.data(), end};
 }
 
-// A comment ends with its line, whatever the metadata hold.
+// Replaces control characters, so that a comment stays on one line.
 std::string one_line(std::string text) {
     for (char &c : text)
         c = static_cast<unsigned char>(c) < ' ' || c == 0x7F ? ' ' : c;
@@ -33,7 +33,7 @@ std::string credits(std::string_view metadata) {
     return lines;
 }
 
-// Numbers one after the other, as bytes or as words.
+// Writes the numbers of a row, binary or as text.
 class Row {
   public:
     Row(std::uint8_t *at, bool ascii) : begin_(at), at_(at), ascii_(ascii) {}
@@ -64,7 +64,7 @@ class Row {
     bool ascii_;
 };
 
-// So many numbers of type T lie side by side in a voxel at the least: enough to tell its centre from its faces.
+// Whether a voxel spans at least four steps of type T, so that its centre differs from its faces.
 template <class T> bool resolves(double voxel, double farthest) {
     constexpr double kMinSteps = 4;
     const T size = static_cast<T>(farthest);

@@ -9,7 +9,7 @@
 namespace pbm {
 namespace {
 
-// A chunk of the level that is wanted, its parent chunk, and the nodes above its points.
+// A chunk of the wanted level, its parent chunk, and the codes of its points' parents.
 struct Job {
     std::size_t chunk = 0;
     std::shared_ptr<const Chunk> parent;
@@ -18,7 +18,7 @@ struct Job {
     Bytes bytes;
 };
 
-// Depth first through the tree of chunks, which is the Morton order of the points; a batch of jobs at a time.
+// Traverses the tree of chunks depth first, which is the Morton order of the points, and runs jobs in batches.
 class ChunkWalk {
   public:
     ChunkWalk(Reader &reader, const StreamOptions &options, std::size_t batch, const PointSink &sink)
@@ -38,7 +38,7 @@ class ChunkWalk {
     }
 
   private:
-    // The next chunk of `level`; `parents` are codes of the level above from its node `first` on.
+    // Visits the next chunk of `level`; `parents` are the codes of the level above from its node `first` on.
     Status visit(int level, const std::shared_ptr<const Chunk> &parent, std::span<const MortonCode> parents,
                  std::uint64_t first) {
         const auto index = static_cast<std::size_t>(level) - 1;
@@ -97,14 +97,14 @@ class ChunkWalk {
     std::size_t batch_;
     const PointSink &sink_;
     std::vector<const LevelDirectory *> directories_; // [level - 1]
-    std::vector<std::size_t> next_;                   // [level - 1] chunk to visit
+    std::vector<std::size_t> next_;                   // [level - 1]: next chunk
     std::vector<Job> jobs_;
 };
 
-// Bytes of a decoded chunk with the codes of its points, at most.
+// Upper bound of the bytes of a decoded chunk with the codes of its points.
 std::uint64_t chunk_bytes(const Reader &reader) {
     const AttributeSet &set = reader.parameters().attributes;
-    std::uint64_t row = sizeof(MortonCode) + 1; // and a mask
+    std::uint64_t row = sizeof(MortonCode) + 1; // + 1: a mask
     for (const StreamInfo &stream : streams_of(set))
         row += bytes_per_point(stream, set);
     return row * reader.header().chunk_points;
@@ -123,7 +123,7 @@ Status stream_points(Reader &reader, const StreamOptions &options, const PointSi
                  (sizeof(ChunkEntry) + streams_of(reader.parameters().attributes).size() * sizeof(StreamEntry));
         fixed += chunk_bytes(reader);
     }
-    // Its parents' codes, its points twice (stored and decoded), its rows.
+    // Codes of the parents, the points twice (stored and decoded), and the rows.
     const std::uint64_t per_job =
         2 * chunk_bytes(reader) + (sizeof(MortonCode) + sink.row_bytes) * reader.header().chunk_points;
     if (options.max_memory < fixed + per_job)

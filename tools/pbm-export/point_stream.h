@@ -1,4 +1,4 @@
-// The points of one detail level in Morton order, chunk by chunk: what a file of any size needs of memory is bounded.
+// Streams the points of one detail level in Morton order, chunk by chunk, with bounded memory for files of any size.
 #pragma once
 
 #include "pbm_format/reading/reader.h"
@@ -8,10 +8,9 @@
 
 namespace pbm {
 
-// Points that lie in one chunk.
 struct PointBlock {
-    std::span<const MortonCode> codes; // of the level's nodes, ascending
-    const PointAttributes &points;     // as many
+    std::span<const MortonCode> codes; // Morton codes of the points, ascending
+    const PointAttributes &points;     // [codes.size()]
 };
 
 struct StreamOptions {
@@ -20,18 +19,18 @@ struct StreamOptions {
     std::uint64_t max_memory = kDefaultMaxMemory; // bytes
 };
 
-// What becomes of the points.
+// Destination of the points.
 struct PointSink {
-    std::size_t row_bytes;                           // of a point, at most
+    std::size_t row_bytes;                           // upper bound per point
     std::function<Bytes(const PointBlock &)> encode; // called on any thread
     std::function<Status(ByteView)> write;           // called in order, on the calling thread
-    std::function<void(double)> progress = {};       // with 0..1 between blocks; may be empty
+    std::function<void(double)> progress = {};       // receives 0..1 between blocks; may be empty
 };
 
-// Decodes the chunks of `level`, and of the levels above for their masks, each once, verified before use.
+// Decodes each chunk of `level` once, and those of the levels above for their masks; verifies each before use.
 //
-// errors  memory  one block at a time needs more than max_memory
-//         those of the reader and of `write`: nothing more is written then
+// errors  memory  a single block needs more than max_memory
+//         those of the reader and of `write`, after which nothing more is written
 Status stream_points(Reader &reader, const StreamOptions &options, const PointSink &sink);
 
 } // namespace pbm

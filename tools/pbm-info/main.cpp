@@ -1,6 +1,6 @@
-// pbm-info: what is in a .pbvg, from its header, tables and directories; no chunk and no tile is decoded.
+// pbm-info: lists the contents of a .pbvg from its header, tables and directories; decodes no chunk and no tile.
 #include "command_line/common_options.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/images.h"
 #include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-// A stream summed over chunks.
+// Size of a stream, summed over chunks.
 struct StreamSize {
     std::string type;
     std::uint64_t stored_bytes = 0, raw_bytes = 0;
@@ -22,7 +22,7 @@ struct StreamSize {
 
 struct LevelSize {
     int level = 0;
-    std::uint64_t points = 0, directory_bytes = 0, bytes = 0; // of the directory; of directory, bricks and chunks
+    std::uint64_t points = 0, directory_bytes = 0, bytes = 0; // bytes: of directory, bricks and chunks
     std::uint64_t bricks = 0;
     std::size_t chunks = 0;
     std::vector<StreamSize> streams;
@@ -40,12 +40,12 @@ struct FileSizes {
     std::vector<LevelSize> levels;
     std::vector<StreamSize> streams; // over all levels
     std::vector<RasterSize> rasters;
-    std::uint64_t counted_bytes = 0; // of the file without its panorama: what bits per point count
+    std::uint64_t counted_bytes = 0; // of the file without its panorama; base of bits per point
 };
 
 pbm::Status measure_rasters(const pbm::Reader &reader, pbm::ByteView file, FileSizes &sizes) {
     sizes.counted_bytes = reader.header().file_size;
-    for (const pbm::SectionEntry *entry : reader.rasters()) {
+    for (const pbm::SectionEntry *entry : rasters(reader)) {
         const pbm::Result<pbm::ImageDirectory> directory =
             pbm::read_image_directory(file, *entry, reader.header().storage());
         if (!directory)
@@ -234,7 +234,7 @@ std::string texture_text(const pbm::SolidTexture &texture) {
     return out.str();
 }
 
-// Materials, lights, textures, ground: one line each.
+// Prints materials, lights, textures and ground, one line each.
 void print_shading(const pbm::ModelParameters &parameters) {
     std::cout << std::defaultfloat << std::setprecision(4);
     for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
@@ -267,7 +267,7 @@ void print_shading(const pbm::ModelParameters &parameters) {
     }
 }
 
-// Bits of lit fraction and stored bytes, level by level.
+// Prints bits of lit fraction and stored bytes per level.
 void print_shadows(const pbm::Reader &reader, const FileSizes &sizes) {
     const auto lights = static_cast<std::size_t>(reader.parameters().attributes.lights);
     if (lights == 0)

@@ -10,7 +10,7 @@ namespace pbm::validate_program {
 
 namespace {
 
-// Of a file with nothing else wrong.
+// Exit code for a file with only this fault.
 int exit_code_of(const CatalogueEntry &entry) { return entry.severity == Severity::error ? exit_code(entry.kind) : 0; }
 
 std::string padded(std::string_view text, std::size_t width) {

@@ -1,4 +1,4 @@
-// pbm-validate: is this .pbvg valid, and if not, what breaks which rule where.
+// pbm-validate: checks whether a .pbvg is valid, and reports what breaks which rule where.
 #include "command_line/common_options.h"
 #include "system/files/mapped_file.h"
 #include "verdict.h"
@@ -31,11 +31,11 @@ bool names(const std::vector<std::string> &words, const CatalogueEntry &entry) {
                        [&](const std::string &word) { return word == entry.name || word == entry.group(); });
 }
 
-// A stream tells in its first bytes how many it should have: no more are read.
+// Reads the expected size from the first bytes of a stream, to read no more than that.
 std::uint64_t wanted_bytes(pbm::ByteView start) {
     const pbm::Result<pbm::FileHeader> header = pbm::decode_header(start);
     if (header)
-        return header->file_size + 1; // a byte more tells that there are too many
+        return header->file_size + 1; // one more byte shows whether there are too many
     const auto *file_size = std::get_if<std::uint64_t>(&header.error().expected.held());
     return header.error().rule == "2.7" && file_size != nullptr ? *file_size + 1 : start.size();
 }
@@ -71,12 +71,12 @@ Verdict examine(const std::string &path, const Options &options) {
     return verdict;
 }
 
-// .bvg was the extension before .pbvg.
+// .bvg is the former extension.
 bool is_model_name(const std::filesystem::path &name) {
     return name.extension() == ".pbvg" || name.extension() == ".bvg";
 }
 
-// Files named like models below a folder, in the order of their names.
+// Files with the extension of models below a folder, sorted by name.
 pbm::Result<std::vector<std::string>> files_below(const std::string &folder) {
     namespace fs = std::filesystem;
     std::vector<std::string> files;
@@ -108,7 +108,7 @@ void examine_folder(const std::string &folder, const Options &options, const std
     }
 }
 
-// A file that the system did not give has no verdict: it is told as an error of the program.
+// Prints a verdict. A file that could not be read has none: that is an error of the program.
 void print(const Verdict &verdict, const Options &options) {
     if (!verdict.was_read && !verdict.report.findings.empty()) {
         const pbm::Finding &finding = verdict.report.findings.front();
@@ -161,7 +161,7 @@ int write_json(const std::string &path, const std::string &text) {
     return 0;
 }
 
-// --list-codes and --explain, which need no file.
+// Handles --list-codes and --explain, which need no file.
 std::optional<int> tell_codes(const Options &options) {
     namespace program = pbm::validate_program;
     if (!options.explain.empty()) {
@@ -220,7 +220,7 @@ int run(int argc, char **argv) {
     choose(options);
 
     int code = 0;
-    std::vector<Verdict> verdicts; // with JSON
+    std::vector<Verdict> verdicts; // for JSON
     const auto tell = [&](Verdict verdict) {
         code = std::max(code, verdict.exit_code);
         if (options.json_path.empty())

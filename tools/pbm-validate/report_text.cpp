@@ -52,7 +52,7 @@ void print_finding(std::ostream &out, const Finding &finding) {
     out << ": " << command_line::printable(finding.message + compared(finding)) << '\n';
 }
 
-// How many of which code there are beside those that are kept.
+// Prints the number of findings per code that were not kept.
 void print_rest(std::ostream &out, const ValidationReport &report) {
     if (report.total == report.findings.size())
         return;

@@ -24,7 +24,7 @@ bool looks_like_path(std::string_view text) {
            text.starts_with("\\\\") || text.starts_with("file:") || drive();
 }
 
-// Keys whose values differ from run to run.
+// Keys whose values differ between runs.
 bool tells_of_the_run(std::string key) {
     constexpr std::array<std::string_view, 16> kKeys{
         "time", "date",     "timestamp", "created",      "modified", "host", "hostname",   "machine",

@@ -1,4 +1,4 @@
-// Advice: what is allowed in a .pbvg file but odd, wasteful or a slip. Warnings and infos of the catalogue.
+// Advice: warnings and infos of the catalogue on what is allowed in a .pbvg file but odd or wasteful.
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -8,16 +8,16 @@
 namespace pbm {
 
 struct Advice {
-    Error what;              // its code is no error's; `offset` in the file
+    Error what;              // a fault of the catalogue that is no error; `offset` in the file
     std::int64_t chunk = -1; // number within its level, or -1
 };
 
 std::vector<Advice> advise_on_header(const FileHeader &header);
 std::vector<Advice> advise_on_table(std::span<const SectionEntry> sections);
-// `metadata` keeps the rules of 3.3 and starts at `offset` of the file.
+// `metadata` obeys the rules of 3.3 and starts at `offset` of the file.
 std::vector<Advice> advise_on_metadata(ByteView metadata, std::uint64_t offset);
 
-// A whole file without error: `model` as it is stored, and the directories of levels 1..depth.
+// A file without errors: `model` as stored, and the directories of levels 1..depth.
 struct FileContents {
     std::span<const SectionEntry> sections;
     const Model &model;

@@ -8,7 +8,7 @@ namespace pbm {
 
 namespace {
 
-// Low half first, as it lies in the file.
+// Low half first, the order of the file.
 std::string text_of(const ContentId &id) { return to_string(hash_value(id[0])) + " " + to_string(hash_value(id[1])); }
 
 } // namespace

@@ -16,7 +16,7 @@ namespace pbm {
 
 namespace {
 
-// Where the next raster of that type belongs: lit fractions stand in the order of the lights.
+// Where to store the next raster of this type; lit fractions are in the order of the lights.
 Image &next_raster(SectionType type, ModelImages &images) {
     return type == SectionType::panorama         ? images.panorama
            : type == SectionType::ground_texture ? images.ground_texture
@@ -107,9 +107,8 @@ class FileWalk {
     }
 
     ByteView stored(FileRange range) const { return slice(file_, range.offset, range.bytes); }
-    ByteView stored(const SectionEntry &entry) const { return stored({entry.offset, entry.stored_bytes}); }
+    ByteView stored(const SectionEntry &entry) const { return stored(entry.range()); }
 
-    // Padding and hashes.
     void check_stored() {
         std::uint64_t end = kHeaderBytes + sections_.size() * kSectionEntryBytes;
         for (const SectionEntry &entry : sections_) {
@@ -124,7 +123,7 @@ class FileWalk {
             }
     }
 
-    // Its hash does not match, which explains whatever else is wrong with it.
+    // The section's hash does not match, which explains any other fault of the section.
     bool is_changed(const SectionEntry &entry) const {
         return std::find(changed_.begin(), changed_.end(), &entry) != changed_.end();
     }
@@ -140,7 +139,7 @@ class FileWalk {
         fault(status.error(), name(entry));
     }
 
-    // Whether the parameters are known, so that chunks can be read.
+    // Returns whether the parameters are known, so that chunks can be read.
     bool check_small_sections() {
         check_metadata_section();
         const auto read = [&](const SectionEntry &entry, auto &to, const auto &decode) {
@@ -167,7 +166,7 @@ class FileWalk {
         return true;
     }
 
-    // Directories from coarse to fine. An error in one ends the walk, since the next ones refer to it.
+    // Checks directories from coarse to fine. An error ends the walk, since finer directories refer to coarser ones.
     void check_levels() {
         const auto finest = static_cast<std::uint32_t>(header_.depth);
         model_.parameters = parameters_;
@@ -217,10 +216,10 @@ class FileWalk {
         fault(error, name(entry), in_chunk ? static_cast<std::int64_t>(chunk) : -1);
     }
 
-    // The error of a chunk that was refused with the code `entry`.
+    // Reports the error of a chunk that was refused with the code `entry`.
     void tell_of_chunk(const Status &status, const CatalogueEntry &entry, std::size_t chunk, std::uint64_t offset) {
         Error error{.code = entry.kind, .offset = offset, .message = std::string(entry.meaning), .name = entry.name};
-        if (!status) // otherwise another process changed its bytes in the meantime
+        if (!status) // otherwise another process has changed the bytes since
             error = status.error();
         const std::string section = name_at(error.offset); // chunks or bricks of the level
         tell(std::move(error), section, static_cast<std::int64_t>(chunk));
@@ -231,7 +230,7 @@ class FileWalk {
         ImageDirectory directory;
     };
 
-    // The rasters whose tile directories are valid.
+    // Returns the rasters with valid tile directories.
     std::vector<Raster> read_raster_directories() {
         std::vector<Raster> rasters;
         for (const SectionEntry &entry : sections_) {
@@ -259,14 +258,13 @@ class FileWalk {
         }
     }
 
-    // Decodes the chunks whose parent chunks were decoded. `refused` marks the chunks of the level above that were not
-    // decoded, and on return those of this level.
+    // Decodes chunks with decoded parents. `refused` marks refused chunks: of the level above, on return of this one.
     void load_level(const LevelDirectory &directory, const LevelDirectory &directory_above,
                     std::vector<bool> &refused) {
         const AttributeSet &set = parameters_.attributes;
         const Level &above = model_.levels[static_cast<std::size_t>(directory.level) - 1];
         Level &level = model_.levels[static_cast<std::size_t>(directory.level)];
-        // Allocate nothing for levels below one that is refused as a whole, whatever their directories say.
+        // Allocate nothing for levels below a level without valid chunks, whatever their directories say.
         if (std::all_of(refused.begin(), refused.end(), [](bool chunk) { return chunk; })) {
             refused.assign(directory.chunks.size(), true);
             return;
@@ -284,7 +282,7 @@ class FileWalk {
                        : decode_chunk(entry, stored(chunk_range(entry)), rules,
                                       parent_nodes(entry, above.masks, 0, above.points, 0, set), chunk);
         };
-        // Only codes at first: to word an error takes longer than to refuse a chunk.
+        // Collect codes only: formatting an error takes longer than refusing a chunk.
         std::vector<const CatalogueEntry *> failures(directory.chunks.size());
         std::atomic<bool> stopped{false};
         parallel_for(failures.size(), options_.threads, [&](std::size_t i) {
@@ -315,7 +313,7 @@ class FileWalk {
         refused = std::move(refused_here);
     }
 
-    // Verifies a chunk of a mapped file in place and copies it; its parent chunk was not refused.
+    // Verifies a chunk of a mapped file in place and copies it; its parent must not be refused.
     Status load_mapped(const ChunkEntry &entry, const LevelDirectory &directory_above, const ChunkRules &rules,
                        Chunk &to) const {
         const auto level = static_cast<std::uint32_t>(rules.level);
@@ -339,14 +337,14 @@ class FileWalk {
                 .bricks = {stored(brick_range(entry, bricks)), nullptr}};
     }
 
-    // Rules that need the whole model: split into chunks, content_id, averages.
+    // Checks rules of the whole model: split into chunks, content_id, averages.
     void check_whole(const std::vector<LevelDirectory> &directories) {
         LevelMasks masks;
         for (const Level &level : model_.levels)
             masks.push_back(level.masks);
         const auto shapes = split_into_chunks(masks, header_.chunk_points);
         check_split(directories, shapes);
-        if (is_incomplete_ || !changed_.empty()) // the content is not what was written
+        if (is_incomplete_ || !changed_.empty()) // the content is not as written
             return;
         if (const Status status = check_content_id(header_, content_id(model_, shapes, header_.chunk_points)); !status)
             fault(status.error(), "header");
@@ -402,7 +400,7 @@ class FileWalk {
             fault(item.what, name_at(item.what.offset), item.chunk);
     }
 
-    // The last section that starts at or before `offset`.
+    // Name of the last section that starts at or before `offset`.
     std::string name_at(std::uint64_t offset) const {
         const auto after =
             std::upper_bound(sections_.begin(), sections_.end(), offset,
@@ -417,9 +415,9 @@ class FileWalk {
     FileHeader header_;
     std::vector<SectionEntry> sections_;
     ModelParameters parameters_;
-    std::vector<const SectionEntry *> changed_; // their hashes are broken
-    bool found_fault_ = false;                  // an error
-    bool is_incomplete_ = false;                // a part of the model could not be read
+    std::vector<const SectionEntry *> changed_; // their hashes do not match
+    bool found_fault_ = false;                  // of severity error
+    bool is_incomplete_ = false;                // part of the model could not be read
     bool root_is_wrong_ = false;
     Model model_;
 };

@@ -33,7 +33,7 @@ void check_means(const Image &expected, const Image &image, std::uint64_t offset
                       *differ.first, *differ.second));
 }
 
-// Decodes a level. Once something was wrong, checks tiles and keeps no texels.
+// Decodes a level. After a fault it still checks tiles, but keeps no texels.
 Image check_tiles(const StoredRaster &raster, int level, int threads, FaultSink &faults) {
     Image image;
     const auto refused = decode_tiles(raster, level, threads, faults.count == 0 ? &image : nullptr);
@@ -53,8 +53,7 @@ void FaultSink::add(Error error) {
 Image check_raster(const StoredRaster &raster, int threads, bool means, FaultSink &faults) {
     const TileGrid &grid = raster.directory.grid;
     check_padding(raster, faults);
-    // From coarse to fine, as they stand in the file: memory for a level is allocated when the level above, a quarter
-    // of its size, was decoded.
+    // From coarse to fine, as stored: allocate a level only after the one above, a quarter of its size, was decoded.
     std::vector<Image> levels(static_cast<std::size_t>(grid.levels()));
     for (int level = grid.levels() - 1; level >= 0; --level)
         levels[static_cast<std::size_t>(level)] = check_tiles(raster, level, threads, faults);

@@ -1,4 +1,4 @@
-// Everything that can be wrong with a raster whose tile directory was decoded. BVG.md 3.10.12 to 3.10.14
+// Checks a raster whose tile directory was decoded. BVG.md 3.10.12 to 3.10.14
 #pragma once
 
 #include "pbm_format/rasters/image_section.h"
@@ -7,18 +7,18 @@
 
 namespace pbm {
 
-// Counts faults, and passes on those that are wanted.
+// Counts faults, and passes on the wanted ones.
 struct FaultSink {
-    std::function<bool(const CatalogueEntry &)> wants; // called once for each fault: whether `take` shall get it
+    std::function<bool(const CatalogueEntry &)> wants; // called once per fault: whether `take` gets it
     std::function<void(Error)> take;
     std::uint64_t count = 0;
 
-    bool counts(const CatalogueEntry &entry) { return ++count, wants(entry); } // one more; whether it is wanted
+    bool counts(const CatalogueEntry &entry) { return ++count, wants(entry); } // counts; whether it is wanted
     void add(Error error);
 };
 
 // Checks padding (3.10.13), tiles, and with `means` each mip level against the finer one (3.10.14), in the order of the
-// file. Returns level 0, which is the raster if no fault was counted.
+// file. Returns level 0, which is complete if no fault was counted.
 Image check_raster(const StoredRaster &raster, int threads, bool means, FaultSink &faults);
 
 } // namespace pbm

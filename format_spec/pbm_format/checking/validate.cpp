@@ -43,7 +43,7 @@ void ValidationReport::add(Finding finding, const ValidateOptions &options) {
 }
 
 ValidationReport validate(ByteView file, const ValidateOptions &options) {
-    ValidationReport no_verdict; // counted whatever is ignored: nothing was verified
+    ValidationReport no_verdict; // counts even if the code is ignored: nothing was verified
     no_verdict.total = no_verdict.errors = 1;
     no_verdict.exit_code = exit_code(ErrorCode::memory);
     try {

@@ -14,7 +14,7 @@
 #define PBM_FORMAT_BRICK_INDEX_TABLE
 namespace pbm {
 
-// Integer normals, x in the low and y in the high half of a word, z in another: two gathers instead of three.
+// Integer normals for two gathers instead of three: x in the low and y in the high half of a word, z in another word.
 struct GatheredNormals {
     std::array<std::int32_t, kNormalCount> xy{}, z{};
 
@@ -36,7 +36,7 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Number of the triangle of 6.1.2 that holds the direction s; 0 for the zero vector. |s| < 2^25. BVG.md 5.11.3
+// Number of the triangle of 6.1.2 in the direction s; 0 for the zero vector. |s| < 2^25. BVG.md 5.11.3
 HWY_INLINE std::uint16_t triangle_of(const std::array<std::int32_t, 3> &s) {
     std::int32_t a = 32 * std::abs(s[0]), b = 32 * std::abs(s[1]), c = 32 * std::abs(s[2]);
     auto half = static_cast<std::int32_t>((std::int64_t{a} + b + c) / 2);
@@ -44,7 +44,7 @@ HWY_INLINE std::uint16_t triangle_of(const std::array<std::int32_t, 3> &s) {
     for (int digit = 0; digit < 5; ++digit, half /= 2) {
         const bool at_x = a > half, at_y = b > half, at_z = c > half; // at most one
         digits = digits << 2 | (at_x ? 1U : 0U) | (at_y ? 2U : 0U) | (at_z ? 3U : 0U);
-        const std::int32_t flip = at_x || at_y || at_z ? 0 : -1; // the middle triangle: half - a, ..
+        const std::int32_t flip = at_x || at_y || at_z ? 0 : -1; // middle triangle: half - a, ...
         a = ((a ^ flip) - flip) + ((at_x ? -half : 0) + (half & flip));
         b = ((b ^ flip) - flip) + ((at_y ? -half : 0) + (half & flip));
         c = ((c ^ flip) - flip) + ((at_z ? -half : 0) + (half & flip));
@@ -53,19 +53,19 @@ HWY_INLINE std::uint16_t triangle_of(const std::array<std::int32_t, 3> &s) {
                                       (s[2] < 0 ? 1U << 12 : 0U) | digits);
 }
 
-// A brick's normals side by side, filled up to whole SIMD vectors.
+// A brick's normals as coordinates, padded to whole SIMD vectors.
 struct BrickNormals {
     alignas(64) std::array<std::int32_t, 512> x, y, z;
 };
 
-// What there is to know of a brick's points; `normals` was filled.
+// Sums over a brick's points.
 struct PointSums {
     std::array<std::int32_t, 3> normal; // sum
     std::uint8_t largest_radius;
     bool two_sided;
 };
 
-// The first `count` of the points from `stored` and `radii` on, of which `available` may be read.
+// Sums the first `count` of the points at `stored` and `radii`, of which `available` may be read; fills `to`.
 HWY_INLINE PointSums gather_points(const GatheredNormals &table, const std::uint16_t *HWY_RESTRICT stored,
                                    const std::uint8_t *HWY_RESTRICT radii, std::size_t count, std::size_t available,
                                    BrickNormals &to) {
@@ -125,7 +125,7 @@ HWY_INLINE std::int32_t min_product(const BrickNormals &normals, std::size_t cou
     return hn::GetLane(hn::MinOfLanes(d, least));
 }
 
-// Cone, flags and radius of a brick's 1..512 points.
+// Computes cone, flags and largest radius of a brick's 1..512 points.
 HWY_INLINE void bound_points(const PointSums &points, const BrickNormals &normals, std::size_t count, BrickRecord &to) {
     NormalCone cone;
     if (!points.two_sided) {
@@ -141,7 +141,7 @@ HWY_INLINE void bound_points(const PointSums &points, const BrickNormals &normal
     to.flags = points.two_sided ? kTwoSidedBrick : std::uint8_t{0};
 }
 
-// The set bits of the first `count` of `masks`.
+// Number of set bits in the first `count` of `masks`.
 HWY_INLINE std::size_t count_points(ByteView masks, std::size_t count) {
     std::size_t points = 0, i = 0;
     std::uint64_t eight = 0;
@@ -198,8 +198,8 @@ BrickParents brick_parents(const ChunkEntry &entry, const ChunkEntry &above, std
 
 namespace {
 
-// Octants of the bricks above, one after the other: a brick of level L - 1 is a node of level L - 4, whose children
-// are bricks of level L. Byte k of its map holds the nodes of level L - 2 in child k, each of which has a mask.
+// Iterates over the occupied octants of the bricks above: a brick of level L - 1 is a node of level L - 4, whose
+// children are bricks of level L. Byte k of its node map holds the nodes of level L - 2 in child k; each has a mask.
 class OctantWalk {
   public:
     explicit OctantWalk(const BrickParents &parents) : parents_(parents) {
@@ -211,9 +211,9 @@ class OctantWalk {
             node_ = parents.bricks[brick_].first_node;
     }
 
-    std::size_t node() const { return node_; } // the next one's first mask
+    std::size_t node() const { return node_; } // first mask of the next octant
 
-    // Place and node map of the next occupied octant, which is a brick of the level below; false at the end.
+    // Writes position and node map of the next occupied octant, a brick of the level below; returns false at the end.
     bool next(BrickRecord &to) {
         for (; brick_ < parents_.bricks.size(); ++brick_, octant_ = 0) {
             const BrickRecord &above = parents_.bricks[brick_];
@@ -243,9 +243,9 @@ class OctantWalk {
     unsigned octant_ = 0;
 };
 
-// x, y, z and node_map of every record.
+// Writes x, y, z and node_map of every record.
 bool place_bricks(const BrickParents &parents, const ChunkShape &shape, std::span<BrickRecord> to) {
-    if (shape.parents == 0) { // level 1: the cube itself, and in it the one node of level 0
+    if (shape.parents == 0) { // level 1: the cube itself, which holds the one node of level 0
         to[0].x = to[0].y = to[0].z = 0;
         to[0].node_map = 1;
         return to.size() == 1;
@@ -263,7 +263,7 @@ bool place_bricks(const BrickParents &parents, const ChunkShape &shape, std::spa
     return walk.node() == parents.first + shape.parents;
 }
 
-// Below the root, if each is: bricks ascend, so the first and the last tell.
+// Whether a brick lies below the chunk's root. Bricks ascend, so testing the first and the last one suffices.
 bool below_root(const ChunkShape &shape, int brick_level, const BrickRecord &brick) {
     return morton_encode(brick.x, brick.y, brick.z) >> 3 * (brick_level - shape.root_depth) == shape.root_prefix;
 }

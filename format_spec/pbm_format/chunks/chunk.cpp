@@ -23,7 +23,6 @@ ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t 
 
 namespace {
 
-// One chunk on its way from the file to `to`.
 class Decoder {
   public:
     Decoder(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ParentNodes &parents, Chunk &to)
@@ -51,7 +50,7 @@ class Decoder {
     }
 
   private:
-    // Kept by each thread, so that a chunk costs no allocation.
+    // Per thread, so that a chunk needs no allocation.
     static UnfilterScratch &scratch() { return per_thread<UnfilterScratch>(); }
 
     bool keeps_lit_bytes() const { return !to_.packs_shadows || !rules_.finest; }
@@ -76,7 +75,7 @@ class Decoder {
     std::size_t packed_bytes(const StreamInfo &stream) const {
         return static_cast<std::size_t>(raw_stream_bytes(stream, rules_.set, rules_.level, 0, entry_.shape.points));
     }
-    // Of lit fractions; `values` may be empty.
+    // Unpacks lit fractions; `values` may be empty.
     Status unpack(ByteView packed, const StreamInfo &stream, std::span<std::uint8_t> values) const {
         const unsigned width = bits(stream, rules_.level);
         Status status = check_packed_tail(packed, entry_.shape.points, width, offset_, rules_.wording);
@@ -85,7 +84,7 @@ class Decoder {
         return status;
     }
 
-    // Plane `index` as `size` bytes with kSlack bytes behind them.
+    // Reads plane `index`: `size` bytes, padded by kSlack bytes.
     Status read_plane(PlaneCursor &planes, std::size_t index, std::size_t size, ByteView &plane) {
         Bytes &memory = scratch_.planes[index];
         memory.resize(std::max(memory.size(), size + kSlack));
@@ -139,7 +138,7 @@ class Decoder {
         return {};
     }
 
-    // For many normals it takes less time to look each up as it is made than to go over them again.
+    // Marks the normals outside of the cone. For many normals a lookup while decoding is faster than a second pass.
     const OutsideCone *outside_cone() {
         if (entry_.cone.cosine == kNoCone || entry_.shape.points < kManyNormals)
             return nullptr;
@@ -160,7 +159,7 @@ class Decoder {
         return {};
     }
 
-    // The filters of one plane.
+    // Reads streams whose filters have one plane.
     Status read_values(PlaneCursor &planes, const StreamInfo &stream, Filter filter) {
         if (filter == Filter::shadow)
             return read_shadows(planes, stream);
@@ -199,7 +198,7 @@ class Decoder {
         return {};
     }
 
-    // Masks first: they say where the points of the other streams have their parents.
+    // Verifies a stream. Masks come first: they determine the parents of the points in the other streams.
     Status prove(const StreamInfo &stream) {
         if (stream.kind == StreamKind::masks)
             return verify_masks();

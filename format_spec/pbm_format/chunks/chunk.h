@@ -1,4 +1,4 @@
-// One chunk between memory and file: streams, filters, frames, hash. BVG.md sections 5 and 6.
+// Decodes one chunk: streams, filters, frames, hash. BVG.md 5 and 6
 #pragma once
 
 #include "pbm_format/chunks/stream_rules.h"
@@ -6,27 +6,27 @@
 
 namespace pbm {
 
-// A subtree of one level, decoded and verified. Keep it and hand it in again: memory is reused.
+// A subtree of one level, decoded and verified. Pass the same object again to reuse its memory.
 struct Chunk {
     Bytes masks; // one per node of the level above
     PointAttributes points;
-    // Lit fractions as a file packs them (BVG.md 6.6). decode_chunk fills them if the caller has set `packs_shadows`;
-    // then it leaves points.shadows of the finest level empty, since no chunk below needs them.
+    // Lit fractions as packed in a file (BVG.md 6.6). decode_chunk fills them if the caller has set `packs_shadows`. It
+    // then leaves points.shadows of the finest level empty, since no chunk below needs them.
     std::array<Bytes, kMaxLights> packed_shadows{};
     bool packs_shadows = false;
 };
 
-// Where the streams of a chunk lie in the file.
+// The streams of a chunk in the file.
 inline FileRange chunk_range(const ChunkEntry &entry) { return {entry.offset, entry.stored_bytes}; }
 
-// The parent nodes of the chunk `entry` among masks and points of the level above, of which `first_mask` and
-// `first_point` are the numbers of the first that there are: 0 for a whole level, else those of the parent chunk.
+// The parent nodes of the chunk `entry` in masks and points of the level above. `first_mask` and `first_point` are the
+// numbers of the first mask and point given: 0 for a whole level, else those of the parent chunk.
 ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t first_mask,
                          const PointAttributes &points, std::uint64_t first_point, const AttributeSet &set);
 
-// Decodes the chunk whose stored bytes are `stored` and proves it before anyone uses it: hash, frames, masks, counts,
-// ranges of every attribute, normal cone. Allocates what `entry` promises, which decode_directory has bounded.
-// `parents` were decoded and verified before. Error offsets are file offsets. After an error `to` holds anything.
+// Decodes the chunk with the stored bytes `stored` and verifies it: hash, frames, masks, counts, ranges of every
+// attribute, normal cone. Allocates the sizes in `entry`, which decode_directory has bounded. `parents` must be decoded
+// and verified. Error offsets are file offsets. After an error the contents of `to` are undefined.
 //
 // errors  bad_hash (5.6.4), bad_octree (4.2, 4.4), bad_attribute (5.6 frames, 5.7 cone, 5.8 filters, section 6 values)
 Status decode_chunk(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ParentNodes &parents,

@@ -9,7 +9,7 @@ namespace pbm {
 
 namespace {
 
-// Calls `visit(stream, place, bytes)` for each stream, its place counted from the chunk's start.
+// Calls `visit(stream, place, bytes)` for each stream; `place` counts from the chunk's start.
 template <class Visit> void for_streams(const ChunkEntry &entry, const AttributeSet &set, Visit &&visit) {
     std::uint64_t at = 0;
     const StreamList streams = streams_of(set);
@@ -19,7 +19,7 @@ template <class Visit> void for_streams(const ChunkEntry &entry, const Attribute
     }
 }
 
-// `count` records of T that lie in a file.
+// Views bytes of a file as `count` records of T.
 template <class T> std::span<const T> view_as(ByteView bytes, std::size_t count) {
     assert(bytes.size() >= count * sizeof(T));
     assert(reinterpret_cast<std::uintptr_t>(bytes.data()) % alignof(T) == 0);
@@ -52,7 +52,7 @@ ChunkView view_chunk(const ChunkEntry &entry, const ChunkBytes &stored, const At
 
 namespace {
 
-// Kept by each thread, so that a proof costs no allocation.
+// Per thread, so that verifying needs no allocation.
 struct ProofScratch {
     OutsideCone outside;
     std::vector<BrickRecord> bricks;
@@ -95,7 +95,7 @@ std::string list(std::initializer_list<int> numbers) {
     return text;
 }
 
-// The field of a record that differs, as the rule and the place it breaks.
+// The error for the first field of a record that differs, with its rule and offset.
 Error describe_difference(const BrickRecord &stored, const BrickRecord &expected, std::uint64_t offset) {
     const auto place = [](const BrickRecord &brick) { return list({brick.x, brick.y, brick.z}); };
     const auto first = [](const BrickRecord &brick) { return list({brick.first_point, brick.first_node}); };

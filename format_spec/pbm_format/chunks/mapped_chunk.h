@@ -1,4 +1,4 @@
-// One chunk of a mapped file: streams that are used where they lie, verified at first touch. BVG.md 5.10 and 5.11.
+// One chunk of a mapped file: its streams are used in place and verified at first touch. BVG.md 5.10 and 5.11
 #pragma once
 
 #include "pbm_format/chunks/brick_index.h"
@@ -8,11 +8,11 @@
 
 namespace pbm {
 
-// Where the streams and bricks of a chunk lie in the file. Lit fractions are packed, lowest bits first: BVG.md 6.6
+// Streams and bricks of a chunk in the file. Lit fractions are packed, lowest bits first: BVG.md 6.6
 struct ChunkView : PointView {
     ByteView masks;
     std::span<const BrickRecord> bricks;
-    std::array<std::shared_ptr<const void>, 2> owners; // keep all that readable; null where the file does
+    std::array<std::shared_ptr<const void>, 2> owners; // keep the bytes readable; null if the file does
 };
 
 // The bytes of a chunk; the bricks are those of a mapped file.
@@ -20,22 +20,22 @@ struct ChunkBytes {
     HeldBytes streams, bricks;
 };
 
-// Where the brick records of a chunk of a mapped file lie; `bricks` is its level's section of them.
+// The brick records of a chunk in a mapped file; `bricks` is its level's section of bricks.
 FileRange brick_range(const ChunkEntry &entry, const SectionEntry &bricks);
 
-// The chunk `entry` of a mapped file, whose directory was verified. Verifies nothing.
+// Views the chunk `entry` of a mapped file, whose directory was verified. Verifies nothing.
 ChunkView view_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const AttributeSet &set, int level);
 
-// Proves all of a chunk: hash, padding, masks, counts, ranges of every attribute, normal cone, bricks. `parents` were
-// verified before; `bricks` is the level's section of bricks. In bounds even if the bytes change meanwhile. Error
-// offsets are file offsets.
+// Verifies hash, padding, masks, counts, ranges of every attribute, normal cone and bricks of a chunk. `parents` must
+// be verified; `bricks` is the level's section. Accesses stay in bounds if bytes change. Error offsets are file
+// offsets.
 //
 // errors  bad_hash (5.6.4), bad_octree (4.2, 4.4), bad_directory (5.11.1), bad_content (5.11.2 to 5.11.4),
 //         bad_attribute (5.7 cone, 5.10.1 padding, section 6 values)
 Status verify_chunk(const ChunkEntry &entry, const ChunkBytes &bytes, const SectionEntry &bricks,
                     const ChunkRules &rules, const BrickParents &parents);
 
-// A chunk as load_chunk gives it.
+// Copies a chunk to the form that load_chunk returns.
 void copy_chunk(const ChunkView &view, const AttributeSet &set, int level, Chunk &to);
 
 } // namespace pbm

@@ -15,9 +15,9 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// outside[i]: not 0 if n . axis < least for the normal n of index i. Octants mirror each other, so that the products of
-// coordinates of one do for all. `quarters` has those of normal 4 i + j of the first octant at [j][coordinate][i]: the
-// signs of four differences, side by side in a word, are the bytes of four normals.
+// outside[i] becomes nonzero if n . axis < least for the normal n of index i. Octants are mirror images, so the
+// products of one octant's coordinates serve all. `quarters` holds normal 4 i + j of the first octant at
+// [j][coordinate][i]: the signs of four differences, combined in a word, are the bytes of four normals.
 void compare_with_axis(const std::int32_t *quarters, const IntegerNormal &axis, std::int32_t least,
                        std::uint8_t *outside) {
     constexpr std::size_t kOctant = kNormalCount / 8, kQuarter = kOctant / 4;
@@ -25,7 +25,7 @@ void compare_with_axis(const std::int32_t *quarters, const IntegerNormal &axis, 
     using Vector = hn::Vec<decltype(d)>;
     const Vector limit = hn::Set(d, least);
     for (std::size_t i = 0; i < kQuarter; i += hn::Lanes(d)) {
-        Vector sum[4], difference[4], above[4], below[4]; // of x and y; z and -z less the limit
+        Vector sum[4], difference[4], above[4], below[4]; // of x and y; z and -z minus the limit
         for (std::size_t j = 0; j < 4; ++j) {
             const auto product = [&](std::size_t c) {
                 return hn::Mul(hn::LoadU(d, quarters + (3 * j + c) * kQuarter + i), hn::Set(d, axis[c]));
@@ -66,7 +66,7 @@ HWY_EXPORT(compare_with_axis);
 
 namespace {
 
-// Integer normals of the first octant as compare_with_axis takes them.
+// Integer normals of the first octant in the layout of compare_with_axis.
 std::vector<std::int32_t> first_octant() {
     constexpr std::size_t kQuarter = kNormalCount / 8 / 4;
     std::vector<std::int32_t> quarters;
@@ -79,7 +79,7 @@ std::vector<std::int32_t> first_octant() {
 
 std::int32_t min_product(const NormalCone &cone) { return cone.cosine * 32767; }
 
-// Of one-sided normals with the axis, x 32,767 and rounded down; at most 32,767.
+// Minimum cosine between one-sided normals and the axis, x 32,767, rounded down; at most 32,767.
 std::int32_t min_cosine(std::uint16_t axis_index, std::span<const std::uint16_t> normals) {
     const std::span<const IntegerNormal> table = integer_normal_table();
     const IntegerNormal axis = table[axis_index];
@@ -97,7 +97,7 @@ void mark_outside(const NormalCone &cone, OutsideCone &outside) {
     static const std::vector<std::int32_t> quarters = first_octant();
     HWY_DYNAMIC_DISPATCH(compare_with_axis)
     (quarters.data(), integer_normal_table()[cone.axis], min_product(cone), outside.data());
-    std::fill(outside.begin() + kTwoSidedBit, outside.end(), std::uint8_t{1}); // seen from anywhere
+    std::fill(outside.begin() + kTwoSidedBit, outside.end(), std::uint8_t{1}); // two-sided: visible from anywhere
 }
 
 bool cone_holds(const NormalCone &cone, std::span<const std::uint16_t> normals, OutsideCone &memory) {

@@ -1,4 +1,4 @@
-// Whether normals lie within a chunk's normal cone. BVG.md 5.7
+// Tests whether normals lie within a chunk's normal cone. BVG.md 5.7
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -6,17 +6,17 @@
 
 namespace pbm {
 
-// For a cone that is one: its cosine is not kNoCone. Takes as long as to compare a hundred normals.
+// Marks the normals outside of `cone`, whose cosine must not be kNoCone. Costs as much as comparing a hundred normals.
 void mark_outside(const NormalCone &cone, OutsideCone &outside);
-inline constexpr std::size_t kManyNormals = 512; // it pays from here on
+inline constexpr std::size_t kManyNormals = 512; // normals from which mark_outside is faster than comparing
 
-// Whether the cone, which is one, holds all of these stored normals. `memory` is for many of them.
+// Whether `cone`, whose cosine must not be kNoCone, holds all of these normals. `memory` is scratch for many normals.
 bool cone_holds(const NormalCone &cone, std::span<const std::uint16_t> normals, OutsideCone &memory);
 
-// Narrowest cone around the mean of `normals` that holds them all.
+// The narrowest cone around the mean of `normals` that holds all of them.
 NormalCone bound_normals(std::span<const std::uint16_t> normals);
 
-// The cosine that the cone would need to hold all of them, x 32,767 and rounded down; none if a point is two-sided.
+// The cosine with which the cone would hold all normals, x 32,767, rounded down; text if a point is two-sided.
 Value needed_cosine(const NormalCone &cone, std::span<const std::uint16_t> normals);
 
 } // namespace pbm

@@ -1,5 +1,5 @@
-// The unfiltered streams of a chunk: their bytes, and the rules for their values. BVG.md sections 4 and 6.
-// Whoever reads chunks, from frames or where they lie, proves these.
+// The unfiltered streams of a chunk: rules for their values. BVG.md 4 and 6
+// All readers of chunks, packed or mapped, check these.
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -8,25 +8,25 @@
 
 namespace pbm {
 
-// What the rules of a chunk need to know of its file.
+// Properties of the file that the rules of a chunk depend on.
 struct ChunkRules {
     const AttributeSet &set;
     std::size_t material_count;
     int level;
     bool finest;                     // level is the depth
-    Wording wording = Wording::full; // of errors; those of padding and bricks always say all
+    Wording wording = Wording::full; // of errors; errors of padding and bricks are always full
 };
 
-// `offset` is that of the chunk for masks, else of the stream, in the file.
+// `offset` in the file is that of the chunk for masks, else that of the stream.
 Status check_masks(const MaskSummary &summary, std::uint32_t points, std::uint64_t offset,
                    Wording wording = Wording::full);
-// Un-filtering cannot break this rule.
+// Unfiltering cannot break this rule.
 Status check_normals(std::span<const std::uint16_t> normals, std::uint64_t offset, Wording wording = Wording::full);
 Status check_cone(std::span<const std::uint16_t> normals, const NormalCone &cone, OutsideCone &memory,
                   std::uint64_t offset, Wording wording = Wording::full);
-// The largest value that the stream may have; normals and the padding of lit fractions have rules of their own.
+// Checks the largest value of the stream; normals and the padding of lit fractions have their own functions.
 Status check_values(const StreamInfo &stream, ByteView values, const ChunkRules &rules, std::uint64_t offset);
-// Of lit fractions, `bits` each: nothing behind the last.
+// Checks that the bits behind the last of the lit fractions, `bits` each, are zero.
 Status check_packed_tail(ByteView packed, std::uint32_t points, unsigned bits, std::uint64_t offset,
                          Wording wording = Wording::full);
 

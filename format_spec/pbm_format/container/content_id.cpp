@@ -6,7 +6,7 @@ namespace pbm {
 
 namespace {
 
-// Its mip levels follow from it.
+// Level 0 only: mip levels follow from it.
 void add_raster(const Image &image, SectionType type, std::uint32_t instance, StreamingHash &hash) {
     ByteWriter head;
     head.u32(static_cast<std::uint32_t>(type));

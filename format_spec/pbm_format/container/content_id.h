@@ -1,4 +1,4 @@
-// What a file shows, as one number: equal for every codec, compression level and storage profile. BVG.md section 8.
+// A hash of what a file shows: equal for every codec, compression level and storage profile. BVG.md 8
 #pragma once
 
 #include "pbm_format/container/hash.h"
@@ -11,9 +11,8 @@ namespace pbm {
 
 using ContentId = Hash128;
 
-// Hash over parameters, chunk roots, masks of every level, attributes of the finest and level 0 of rasters (the others
-// follow from them).
-// `chunks` is split_into_chunks() of the model's octree.
+// Hashes parameters, chunk roots, masks of every level, attributes of the finest level, and level 0 of rasters; the
+// rest follows from these. `chunks` is split_into_chunks() of the model's octree.
 ContentId content_id(const Model &model, std::span<const std::vector<ChunkShape>> chunks, std::uint32_t chunk_points);
 
 } // namespace pbm

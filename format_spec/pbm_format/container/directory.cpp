@@ -1,4 +1,4 @@
-// The chunk directory of a level. BVG.md 5.3 to 5.5.
+// Decodes the chunk directory of a level. BVG.md 5.3 to 5.5
 #include "pbm_format/container/layout.h"
 #include "pbm_format/law/catalogue.h"
 
@@ -38,7 +38,7 @@ void read_chunk_entry(ByteReader &in, std::size_t stream_count, ChunkEntry &chun
     }
 }
 
-// Rules of one entry that need nothing but the level and N. BVG.md 5.3
+// Rules of one entry that depend only on the level and the chunk limit N. BVG.md 5.3
 Status check_chunk_entry(const ChunkEntry &chunk, int level, std::uint32_t chunk_points, std::uint64_t at) {
     const ChunkShape &shape = chunk.shape;
     const auto range = [](std::uint64_t low, std::uint64_t high) {
@@ -74,7 +74,7 @@ Status check_chunk_entry(const ChunkEntry &chunk, int level, std::uint32_t chunk
     return {};
 }
 
-// 5.4.2 in words.
+// 5.4.2 as text.
 std::string possible_sizes(const StreamEntry &stream, Filter filter, std::uint64_t raw) {
     if (stream.filter == Filter::none && !stream.zstd)
         return std::to_string(raw);
@@ -83,7 +83,7 @@ std::string possible_sizes(const StreamEntry &stream, Filter filter, std::uint64
            (stream.filter == Filter::none ? "" : ", without zstd");
 }
 
-// Sizes of the streams against what they expand to. BVG.md 5.4
+// Checks the stored sizes of the streams against their raw sizes. BVG.md 5.4
 Status check_stream_sizes(const ChunkEntry &chunk, std::span<const StreamInfo> streams, int level,
                           const AttributeSet &set, std::uint64_t at) {
     for (std::size_t s = 0; s < streams.size(); ++s) {
@@ -146,9 +146,9 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
     ByteReader in(bytes);
     const bool mapped = section.codec == Codec::raw;
     std::uint64_t offset = 0, raw_bytes = 0, parents = 0, bricks = 0;
-    std::uint64_t next_place = 0;                      // first finest cell after the chunk before
-    std::size_t parent_index = 0;                      // chunk above that is being filled
-    std::uint64_t parent_points = 0, parent_nodes = 0; // of it that the chunks so far hold
+    std::uint64_t next_place = 0;                      // first finest cell behind the previous chunk
+    std::size_t parent_index = 0;                      // parent chunk that is being filled
+    std::uint64_t parent_points = 0, parent_nodes = 0; // of the parent, covered by the chunks so far
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint64_t at = in.offset();
         ChunkEntry &chunk = directory.chunks.emplace_back();

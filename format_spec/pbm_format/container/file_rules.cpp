@@ -29,6 +29,16 @@ Status check_chunk_count(const LevelDirectory &directory, const SectionEntry &en
                   "the section table counts other chunks than there are", directory.chunks.size(), entry.count);
 }
 
+Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks) {
+    const std::uint64_t count =
+        directory.chunks.empty() ? 0 : directory.chunks.back().first_brick + directory.chunks.back().shape.bricks;
+    if (bricks.element_bytes == kBrickRecordBytes && bricks.count == count)
+        return {};
+    return broken("5.10.2", bricks.offset, "the bricks section does not hold the bricks that the directory counts",
+                  std::to_string(count) + " of 24 bytes",
+                  std::to_string(bricks.count) + " of " + std::to_string(bricks.element_bytes) + " bytes");
+}
+
 Error wrong_split(std::uint64_t offset, const ChunkShape *expected, const ChunkShape *actual) {
     const auto text = [](const ChunkShape *shape) {
         return shape == nullptr

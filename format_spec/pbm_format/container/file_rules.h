@@ -1,24 +1,26 @@
-// Rules that tie the parts of a file together and that a reader checks as well as a validator: hashes of sections, and
-// counts that stand in two places. BVG.md 2.18, 3.2.14, 5.2, 5.5.11
+// Rules that tie the parts of a file together: hashes of sections, counts that two parts state, the split into chunks.
+// Reader and validator verify 2.18, 3.2.14, 5.5.11 and 5.10.2. The validator alone verifies 5.2; a renderer reports it
+// for a packed chunk whose bricks it cannot index. BVG.md 2.18, 3.2.14, 5.2, 5.5.11, 5.10.2
 #pragma once
 
 #include "pbm_format/container/layout.h"
 
 namespace pbm {
 
-// `stored` are the bytes of the section.
+// `stored`: the bytes of the section.
 Status verify_hash(ByteView stored, const SectionEntry &section);
 Status check_point_count(const FileHeader &header, const SectionEntry &finest_chunks);
-// `entry` is one of `sections`: the section table is what the directory contradicts.
+// `entry` must be an element of `sections`: the error lies in the section table.
 Status check_chunk_count(const LevelDirectory &directory, const SectionEntry &entry,
                          std::span<const SectionEntry> sections);
+Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks);
 
-// The error of a chunk that differs from the one that the octree gives; null where there is none.
+// 5.2: the error of a chunk that differs from the one that the octree gives; null if there is no such chunk.
 Error wrong_split(std::uint64_t offset, const ChunkShape *expected, const ChunkShape *actual);
 
-// Reads the small sections that describe a model, all but metadata, in the order of the file. Calls
-// `read(entry, to, decode)` for each: it decodes the entry's bytes into the parameter `to` and returns whether that
-// succeeded. Returns whether all did.
+// Reads the small sections that describe a model, all but metadata, in the order of the file. Calls `read(entry, to,
+// decode)` for each, which decodes the entry's bytes into the parameter `to` and returns whether that succeeded.
+// Returns whether all succeeded.
 template <class Read>
 bool read_small_sections(const FileHeader &header, std::span<const SectionEntry> sections, ModelParameters &parameters,
                          Read &&read) {

@@ -1,4 +1,4 @@
-// XXH3 of bytes: what proves that nothing was changed. BVG.md section 1.3.
+// XXH3 hashes, which detect changed bytes. BVG.md 1.3
 #pragma once
 
 #include "system/bytes.h"
@@ -15,7 +15,7 @@ namespace pbm {
 // XXH3, 128 bits, low half first.
 using Hash128 = std::array<std::uint64_t, 2>;
 
-// XXH3-128 of bytes that come in pieces; where the pieces end does not matter.
+// XXH3-128 of bytes in pieces; the result does not depend on how they are split.
 class StreamingHash {
   public:
     StreamingHash();

@@ -1,5 +1,5 @@
-// XXH3 with vectors of 64 bytes. Compiled for processors that have them: nothing may be included here of which the
-// linker keeps one copy for all files.
+// XXH3 with vectors of 64 bytes. Compiled for processors that have them: include nothing here that defines inline
+// functions shared with other files, since the linker keeps only one copy.
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 

@@ -1,4 +1,4 @@
-// The ways to XXH3, one for each width of vectors: what hash64 takes its own from, and what tests compare.
+// The implementations of XXH3, one per vector width: hash64 selects one, tests compare them.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ struct HashWay {
     bool supported; // by this processor
 };
 
-// The widest first; the last is for every processor.
+// The widest first; the last one runs on every processor.
 std::span<const HashWay> hash_ways();
 
 } // namespace pbm

@@ -35,7 +35,7 @@ std::string_view to_string(Storage storage) { return storage == Storage::mapped 
 
 namespace {
 
-// What a file that is not .pbvg seems to be, for the message.
+// Guesses the format of a file that is not .pbvg, for the message.
 std::string describe_magic(ByteView file) {
     const std::string_view text(reinterpret_cast<const char *>(file.data()), file.size());
     const auto starts = [&](std::string_view magic) { return text.starts_with(magic); };
@@ -50,7 +50,7 @@ std::string describe_magic(ByteView file) {
     if (starts("\x89"
                "BVG"))
         return "the file was damaged by a text-mode transfer";
-    // Easy3D's Binary Vertex Group has no magic number: a count of points, then three floats for each.
+    // Easy3D's Binary Vertex Group has no magic number: a number of points, then three floats per point.
     const std::uint64_t points = ByteReader(file).u32();
     if (points > 0 && 4 + 12 * points <= file.size())
         return "not a binary voxel grid (.pbvg); if this is a Binary Vertex Group (.bvg) of Easy3D, Mapple or PolyFit, "
@@ -71,7 +71,7 @@ std::string hex(ByteView bytes) {
 
 std::string version(unsigned major, unsigned minor) { return std::to_string(major) + "." + std::to_string(minor); }
 
-// What to do about a version that is not read, for the message.
+// Advice on an unsupported version, for the message.
 std::string describe_version(unsigned major, const std::string &version) {
     if (major == 0)
         return "format version " + version + ", a draft: build the model again from its scan";
@@ -112,13 +112,13 @@ Result<FileHeader> decode_header(ByteView start, std::uint64_t file_size) {
     header.table_hash = in.u64();
     const std::uint64_t stored_hash = in.u64();
 
-    // The hash comes before everything else: a flipped bit in the version is damage, not a new version.
+    // Verify the hash first: a flipped bit in the version is damage, not a new version.
     if (const std::uint64_t hash = hash64(start.first(kHeaderBytes - 8)); stored_hash != hash)
         return broken("2.3", 0, "the header was changed: its hash does not match", hash_value(stored_hash),
                       hash_value(hash));
     if (header.endian != kEndianTag)
         return broken("2.4", 12, "the endian tag is not 0x01020304", kEndianTag, header.endian);
-    // A later minor version adds only what may be ignored, or sets a required feature bit (section 11).
+    // A later minor version adds only what may be ignored, or it sets a required feature bit (section 11).
     if (header.major != kMajorVersion) {
         const std::string found = version(header.major, header.minor);
         return broken("2.5", 8, describe_version(header.major, found), version(kMajorVersion, kMinorVersion), found);
@@ -132,7 +132,7 @@ Result<FileHeader> decode_header(ByteView start, std::uint64_t file_size) {
                       header.file_size, file_size);
     if (header.file_size < file_size) {
         Error error = broken("2.7", header.file_size, "bytes after the end of the file", header.file_size, file_size);
-        error.code = ErrorCode::bad_header; // nothing is missing
+        error.code = ErrorCode::bad_header; // no byte is missing
         return error;
     }
     if (!in.reserved_clear())
@@ -162,7 +162,7 @@ std::array<std::uint32_t, 3> SectionEntry::order() const {
 
 namespace {
 
-// "chunks 3": which section an entry is of.
+// Name of an entry's section, "chunks 3".
 std::string place_name(const SectionEntry &entry) {
     return (is_known(entry.type) ? std::string(to_string(entry.type))
                                  : "type " + std::to_string(static_cast<std::uint32_t>(entry.type))) +
@@ -182,7 +182,7 @@ Status check_storage(const SectionEntry &entry, Storage storage, std::uint64_t a
     return {};
 }
 
-// Rules of one entry that need nothing but itself and the header.
+// Rules of one entry that depend only on the entry and the header.
 Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uint64_t at) {
     const std::string name(to_string(entry.type));
     const bool chunks = entry.type == SectionType::level_chunks;
@@ -244,7 +244,7 @@ Result<std::vector<SectionEntry>> decode_section_table(ByteView start, const Fil
     ByteReader in(table);
     std::vector<SectionEntry> entries;
     entries.reserve(header.table_count);
-    std::uint64_t end = kHeaderBytes + table_bytes; // of the section before
+    std::uint64_t end = kHeaderBytes + table_bytes; // of the previous section
     std::uint64_t raw_bytes = 0;
     for (std::uint32_t i = 0; i < header.table_count; ++i) {
         const std::uint64_t at = kHeaderBytes + in.offset();

@@ -1,14 +1,14 @@
-// Byte layout of a .pbvg file: header, section table and the small records. BVG.md sections 2, 3 and 5.
+// Byte layout of a .pbvg file: header, section table and the small records. BVG.md 2, 3 and 5.
 //
 //   0      header, 128 bytes
-//   128    section table, 64 bytes per entry, sorted by place in the file
+//   128    section table, 64 bytes per entry, sorted by offset
 //          metadata, grid, attributes, materials, lights, texture, ground  (small, raw)
 //          directory of level 1, bricks of level 1, chunks of level 1      (coarse)
 //          ...
 //          directory, bricks, chunks of level depth                        (fine)
 //          rasters: ground texture, lit fractions of the ground, panorama
 //
-// Bricks are in mapped files only.
+// Only mapped files have bricks.
 #pragma once
 
 #include "pbm_format/container/content_id.h"
@@ -37,12 +37,12 @@ inline constexpr std::uint64_t kMaxExpansion = 32768; // raw bytes per stored by
 inline constexpr std::uint32_t kDefaultChunkPoints = 65536;
 inline constexpr std::uint32_t kMinChunkPoints = 512;
 
-// The two storage profiles of one model: coded to be small, or raw and aligned to be drawn where it lies. BVG.md 5.10
+// The two storage profiles of a model: compressed, or raw and aligned to be drawn in place. BVG.md 5.10
 enum class Storage : std::uint8_t { packed, mapped };
 std::string_view to_string(Storage storage);
 inline constexpr std::uint64_t kMappedFeature = 1;            // required feature bit of mapped files
-inline constexpr std::uint32_t kMappedChunksAlignment = 4096; // of their chunks sections: a page
-inline constexpr std::uint32_t kMappedStreamAlignment = 64;   // of their streams and brick sections: a cache line
+inline constexpr std::uint32_t kMappedChunksAlignment = 4096; // of their sections of chunks: a page
+inline constexpr std::uint32_t kMappedStreamAlignment = 64;   // of their streams and sections of bricks: a cache line
 
 struct FileHeader {
     std::uint16_t major = kMajorVersion;
@@ -64,8 +64,8 @@ struct FileHeader {
     Storage storage() const { return (required_features & kMappedFeature) != 0 ? Storage::mapped : Storage::packed; }
 };
 
-// Proves rules 2.1 to 2.12: length, magic, hash, version, features, limits. `start` holds the first 128 bytes of the
-// file, or all of one that is shorter.
+// Verifies rules 2.1 to 2.12: length, magic, hash, version, features, limits. `start` holds the first 128 bytes of the
+// file, or the whole file if it is shorter.
 Result<FileHeader> decode_header(ByteView start, std::uint64_t file_size);
 inline Result<FileHeader> decode_header(ByteView file) { return decode_header(file, file.size()); }
 
@@ -85,8 +85,8 @@ enum class SectionType : std::uint32_t {
     panorama = 32,        // raster
 };
 std::string_view to_string(SectionType type);
-bool is_known(SectionType type); // a type of this version
-// Sections that image_section.h lays out.
+bool is_known(SectionType type); // in this version
+// Whether image_section.h lays out the section.
 inline bool is_raster(SectionType type) {
     return type == SectionType::ground_texture || type == SectionType::ground_lit || type == SectionType::panorama;
 }
@@ -100,7 +100,7 @@ struct SectionEntry {
     Codec codec{};
     std::uint16_t flags = 0;
     std::uint32_t instance = 0;
-    std::uint32_t element_bytes = 1; // of the raw form; 0 where elements differ
+    std::uint32_t element_bytes = 1; // of the raw form; 0 if elements differ in size
     std::uint32_t alignment = kSectionAlignment;
     std::uint64_t offset = 0;
     std::uint64_t stored_bytes = 0;
@@ -108,40 +108,40 @@ struct SectionEntry {
     std::uint64_t count = 0; // elements: records, chunks (directory), points (chunks), tiles (rasters)
     std::uint64_t hash = 0;  // XXH3-64 of the stored bytes
 
-    // Place in the file: small sections by type, then directory, bricks and chunks level by level, then rasters.
+    FileRange range() const { return {offset, stored_bytes}; }
+    // Sort key: small sections by type, then directory, bricks and chunks level by level, then rasters.
     std::array<std::uint32_t, 3> order() const;
 };
 
-// Proves rules 3.1 and 3.2 (but for padding) for the table that `header` points at: hash, order, places, sizes, known
-// codecs, and that every section the model needs is there exactly once. `start` holds the file up to the end of the
-// table, as far as the file goes.
+// Verifies rules 3.1 and 3.2, except padding, of the table of `header`: hash, order, offsets, sizes, known codecs, and
+// necessary sections, each exactly once. `start` holds the file up to the end of the table or of the file.
 Result<std::vector<SectionEntry>> decode_section_table(ByteView start, const FileHeader &header);
 
-// The one section of this type and instance, or null.
+// The section of this type and instance, or null.
 const SectionEntry *find_section(std::span<const SectionEntry> sections, SectionType type, std::uint32_t instance = 0);
 
-// The small sections. `offset` of an error counts from the section's start.
+// Decode the small sections. `offset` of an error counts from the section's start.
 Result<Grid> decode_grid(ByteView bytes, int depth);
 Result<AttributeSet> decode_attributes(ByteView bytes, int depth);
 Result<std::vector<Material>> decode_materials(ByteView bytes);
 Result<std::vector<Light>> decode_lights(ByteView bytes);
 Result<SolidTexture> decode_texture(ByteView bytes);
 Result<GroundPlane> decode_ground_plane(ByteView bytes);
-// UTF-8 JSON object of at most kMaxMetadataBytes.
+// Checks for a UTF-8 JSON object of at most kMaxMetadataBytes.
 Status check_metadata(ByteView bytes);
-// Members of metadata that keep these rules, those of nested objects too, in the order of the text.
+// A member of metadata that obeys these rules, including members of nested objects, in the order of the text.
 struct MetadataMember {
     std::string key;
-    std::string text; // of a string; else empty
-    bool again;       // its object has the key already
+    std::string text; // value if it is a string; else empty
+    bool again;       // the same object has this key already
 };
 std::vector<MetadataMember> list_metadata(ByteView bytes);
-// Rules 3.9, which tie parameters together: shadow streams <= lights, material indices need more than one material, ...
+// Rules 3.9, between parameters: shadow streams <= lights, material indices need more than one material, ...
 Status check_parameters(const ModelParameters &parameters);
-// Rules 3.9.5 and 3.9.6: the rasters of the ground plane are those that the parameters ask for. `lit` of them hold lit
-// fractions, of lights 0, 1, ..
+// Rules 3.9.5 and 3.9.6: the ground plane has the rasters that the parameters require. `lit` of them hold lit
+// fractions, of lights 0, 1, ...
 Status check_rasters(const ModelParameters &parameters, bool ground_texture, std::size_t lit);
-// Both, for the rasters of a file; the offset of an error is that of the attributes section in the file.
+// Both, for the rasters of a file. Error offsets are that of the attributes section in the file.
 Status check_parameters(const ModelParameters &parameters, std::span<const SectionEntry> sections);
 // Rules 2.13 to 2.17: the root record names existing attributes only.
 Status check_root(const RootRecord &root, const ModelParameters &parameters);
@@ -150,24 +150,24 @@ Status check_root(const RootRecord &root, const ModelParameters &parameters);
 struct StreamEntry {
     std::uint32_t stored_bytes = 0;
     Filter filter = Filter::none;
-    bool zstd = false; // one frame, else the raw bytes; planes of filters say it for themselves
+    bool zstd = false; // one zstd frame, else raw bytes; filters have this flag per plane
     bool operator==(const StreamEntry &) const = default;
 };
 
-// In front of the planes of a filtered stream, for each: size (24 bits), zero (7 bits), zstd flag (1 bit).
+// Entry per plane, in front of the planes of a filtered stream: size (24 bits), zero (7 bits), zstd flag (1 bit).
 inline constexpr std::size_t kPlaneEntryBytes = 4;
 
-// Cosine of a chunk whose normals no cone holds: a point is two-sided, or they point everywhere.
+// Cosine of a chunk without normal cone: a point is two-sided, or the normals point everywhere.
 inline constexpr std::int16_t kNoCone = -32767;
 
 // All integer normals n of the chunk's points satisfy n . axis >= 32,767 x cosine, unless it is kNoCone (BVG.md 5.7).
 struct NormalCone {
-    std::uint16_t axis = 0; // normal index; 0 without cone
+    std::uint16_t axis = 0; // normal index; 0 if there is no cone
     std::int16_t cosine = kNoCone;
     bool operator==(const NormalCone &) const = default;
 };
 
-// Where the next stream of a mapped chunk starts, or the chunk ends. BVG.md 5.10.1
+// Start of the next stream of a mapped chunk, or end of the chunk. BVG.md 5.10.1
 constexpr std::uint64_t align_stream(std::uint64_t end) {
     return (end + kMappedStreamAlignment - 1) / kMappedStreamAlignment * kMappedStreamAlignment;
 }
@@ -178,7 +178,7 @@ struct ChunkEntry {
     NormalCone cone;
     std::uint64_t hash = 0;           // XXH3-64 of the chunk's stored bytes
     std::vector<StreamEntry> streams; // in the order of streams_of()
-    // Derived in one pass by decode_directory:
+    // Computed by decode_directory in one pass:
     std::uint64_t offset = 0; // of the stored bytes, in the file
     std::uint64_t stored_bytes = 0;
     std::uint64_t first_point = 0;  // index of the chunk's first point in its level
@@ -187,21 +187,21 @@ struct ChunkEntry {
     std::uint64_t first_brick = 0;  // index of its first brick in its level
 };
 
-inline constexpr std::size_t kChunkEntryFixedBytes = 48;
+inline constexpr std::size_t kChunkEntryFixedBytes = 48, kBrickRecordBytes = 24;
 std::size_t chunk_entry_bytes(const AttributeSet &set);
 
 struct LevelDirectory {
     int level = 0;
-    std::vector<ChunkEntry> chunks; // ascending, tiling the level
+    std::vector<ChunkEntry> chunks; // ascending; they tile the level
     std::uint64_t points = 0;       // of the level
     std::uint64_t nodes = 0;        // of the level above
 };
 
-// Bytes of a level's streams in memory: masks and PointAttributes.
+// Memory for a level's decoded streams: masks and PointAttributes.
 std::uint64_t decoded_bytes(const LevelDirectory &directory, const AttributeSet &set);
 
-// Proves the rules of 5.3 to 5.5, which need no chunk: order, nesting in `above` (null for level 1), counts and running
-// sums against `chunks` (the section that holds them, packed or mapped), sizes against kMaxExpansion.
+// Verifies the rules of 5.3 to 5.5, which need no chunk: order, nesting in `above` (null for level 1), counts and
+// running sums against the section `chunks`, packed or mapped, and sizes against kMaxExpansion.
 Result<LevelDirectory> decode_directory(ByteView bytes, int level, const AttributeSet &set, std::uint32_t chunk_points,
                                         const LevelDirectory *above, const SectionEntry &chunks);
 

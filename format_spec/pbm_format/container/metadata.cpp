@@ -1,4 +1,4 @@
-// The one place of the format library that reads JSON.
+// Checks and lists metadata. The only code of the format library that parses JSON.
 #include "pbm_format/container/layout.h"
 #include "pbm_format/law/catalogue.h"
 
@@ -11,8 +11,8 @@ namespace pbm {
 
 namespace {
 
-// Looks on while the library reads, and keeps no value: the library's values take memory when they are destroyed, where
-// nobody could be told that there is none.
+// A JSON handler that stores no values: the library's values allocate memory in their destructors, where an allocation
+// failure cannot be reported.
 class Onlooker : public nlohmann::json_sax<nlohmann::json> {
   public:
     bool null() override { return true; }
@@ -78,7 +78,7 @@ class Members : public Onlooker {
 
   private:
     std::vector<MetadataMember> members_;
-    std::vector<std::set<std::string>> open_; // keys of the objects around
+    std::vector<std::set<std::string>> open_; // keys of the enclosing objects
 };
 
 } // namespace
@@ -86,7 +86,7 @@ class Members : public Onlooker {
 Status check_metadata(ByteView bytes) {
     if (bytes.size() > kMaxMetadataBytes)
         return broken("3.3.1", 0, "metadata is longer than 4,096 bytes", kMaxMetadataBytes, bytes.size());
-    // The library skips a byte order mark and takes a zero byte for the end: neither is JSON.
+    // The library skips a byte order mark and takes a zero byte as the end; neither is valid JSON.
     const bool foreign =
         (!bytes.empty() && bytes[0] == 0xEF) || std::find(bytes.begin(), bytes.end(), 0) != bytes.end();
     Shape shape;

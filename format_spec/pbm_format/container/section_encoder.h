@@ -1,11 +1,11 @@
-// The encoders of header, section table, small sections and chunk directories; layout.h decodes them. BVG.md 2, 3, 5.3
+// Encoders of header, section table, small sections and chunk directories; layout.h has the decoders. BVG.md 2, 3, 5.3
 #pragma once
 
 #include "pbm_format/container/layout.h"
 
 namespace pbm {
 
-// 128 bytes, the header's own hash last.
+// 128 bytes; the header's own hash is last.
 Bytes encode_header(const FileHeader &header);
 Bytes encode_section_table(std::span<const SectionEntry> entries);
 Bytes encode_grid(const Grid &grid);

@@ -1,4 +1,4 @@
-// The small sections: grid, attributes, materials, lights, texture, ground plane.
+// Decodes the small sections: grid, attributes, materials, lights, texture, ground plane.
 #include "pbm_format/container/layout.h"
 
 #include "pbm_format/law/catalogue.h"
@@ -15,7 +15,7 @@ constexpr std::size_t kAttributeBytes = 24;
 constexpr std::size_t kMaterialBytes = 32;
 constexpr std::size_t kLightBytes = 48;
 constexpr std::size_t kTextureBytes = 32 + 3 * 256;
-constexpr std::size_t kGroundBytes = 32; // without its texture
+constexpr std::size_t kGroundBytes = 32; // without texture
 
 bool in_range(float value, float low, float high) { return value >= low && value <= high; }
 
@@ -77,7 +77,7 @@ Result<AttributeSet> decode_attributes(ByteView bytes, int depth) {
                           "1.." + std::to_string(kStreams.size() - 1), kind);
         const auto stream = StreamKind{kind};
         const bool shadow = stream == StreamKind::shadow;
-        // Shadow streams are the last kind: nothing of a greater one can stand before them.
+        // Shadow streams are the last kind: no greater kind can precede them.
         if (shadow ? light != set.lights || light >= kMaxLights : previous >= row || light != 0)
             return broken("3.5.3", at, "attributes are not in order, or one is there twice",
                           shadow ? "light " + std::to_string(set.lights)
@@ -258,7 +258,7 @@ Status check_parameters(const ModelParameters &parameters) {
                       parameters.attributes.texture ? "a texture section" : "none",
                       parameters.texture.empty() ? "none" : "a texture section");
     const std::optional<GroundPlane> &ground = parameters.ground;
-    const std::size_t used = ground && ground->material == 1 ? 2 : 1; // without stream
+    const std::size_t used = ground && ground->material == 1 ? 2 : 1; // without a material stream
     if (!parameters.attributes.material && parameters.materials.size() > used)
         return broken("3.9.3", 0, "a material that neither a material stream nor the ground plane can use", used,
                       parameters.materials.size());
@@ -273,7 +273,7 @@ Status check_parameters(const ModelParameters &parameters, std::span<const Secti
     std::size_t lit = 0;
     for (const SectionEntry &entry : sections) {
         ground_texture |= entry.type == SectionType::ground_texture;
-        if (entry.type == SectionType::ground_lit) // a gap is more lights than there are
+        if (entry.type == SectionType::ground_lit) // a gap counts as too many lights
             lit = entry.instance == lit ? lit + 1 : kMaxLights + 1;
     }
     Status status = check_parameters(parameters);

@@ -28,7 +28,7 @@ const CatalogueEntry *find_rule(std::string_view rule) {
 }
 
 const CatalogueEntry *entry_of(const Error &error) {
-    // The name of an error that `broken` made is the very string of its entry.
+    // Errors from `broken` share the name's string with their entry.
     for (const CatalogueEntry &entry : kCatalogue)
         if (entry.name.data() == error.name.data())
             return &entry;

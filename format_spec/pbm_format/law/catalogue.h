@@ -1,8 +1,7 @@
-// The catalogue: everything that can be found wrong, or worth a word, in a .pbvg file, under names that stay.
-// BVG.md section 9; `pbm-validate --list-codes` prints it.
+// The catalogue: all faults and remarks on .pbvg files under permanent names.
+// BVG.md 9; `pbm-validate --list-codes` prints it.
 //
-// A code stands for rules of BVG.md, and each rule belongs to one code. Codes are added, never renamed or given another
-// meaning.
+// A code stands for rules of BVG.md; each rule belongs to one code. Codes are added, but never renamed or redefined.
 #pragma once
 
 #include "system/error.h"
@@ -21,10 +20,10 @@ std::string_view to_string(Severity severity);
 struct CatalogueEntry {
     std::string_view name; // "group.what"
     Severity severity;
-    ErrorCode kind;           // of its errors, and so their exit code
-    std::string_view rules;   // of BVG.md, a space between them; empty where no rule is broken
+    ErrorCode kind;           // of its errors, which determines their exit code
+    std::string_view rules;   // of BVG.md, separated by spaces; empty if no rule is broken
     std::string_view meaning; // one line
-    std::string_view remedy;  // one line: what to do
+    std::string_view remedy;  // one line of advice
 
     constexpr std::string_view group() const { return name.substr(0, name.find('.')); }
     constexpr bool stands_for(std::string_view rule) const {
@@ -229,21 +228,21 @@ inline constexpr std::array kCatalogue = std::to_array<CatalogueEntry>({
      "A normal lies outside the normal cone of its chunk.",
      "Writer: widen the cone; renderers would cull what is seen."},
     {"point.average", Severity::error, ErrorCode::bad_content, "7.1",
-     "A coarser level does not hold the averages of the finest points.", "Writer: compute the levels by section 7."},
+     "A coarser level does not hold the averages of the finest points.", "Writer: compute the levels by BVG.md 7."},
     {"point.loose_cone", Severity::warning, ErrorCode::bad_attribute, "",
      "The normal cone of a chunk is wider than its normals need: renderers cull less than they could.",
      "Writer: take the narrowest cone."},
 });
 
 std::span<const CatalogueEntry> catalogue();
-// Of a name, or of a rule ("4.2"); null if there is none.
+// Entry of a name, or of a rule ("4.2"); null if there is none.
 const CatalogueEntry *find_code(std::string_view name);
 const CatalogueEntry *find_rule(std::string_view rule);
-// Of an error; those that carry none get the code that is nearest to their kind. Never null.
+// Entry of an error; for an error without a name, the entry nearest to its kind. Never null.
 const CatalogueEntry *entry_of(const Error &error);
 
-// What a check stands for: a rule of BVG.md, or the name of a code that has none. Written as a literal and looked up
-// while compiling: what the catalogue does not hold does not compile.
+// Identifies a check by a rule of BVG.md, or by the name of a code that has no rule. It is a literal and is looked up
+// at compile time: a literal that is not in the catalogue does not compile.
 class Reason {
   public:
     template <std::size_t kSize> consteval Reason(const char (&literal)[kSize]) {
@@ -260,18 +259,18 @@ class Reason {
     std::string_view rule() const { return rule_; }
 
   private:
-    static void not_in_the_catalogue() {} // not constexpr: ends the compilation
+    static void not_in_the_catalogue() {} // not constexpr, so that compilation fails
 
     std::size_t index_ = kCatalogue.size();
     std::string_view rule_;
 };
 
-// The error of a check that failed. Its message is the rule and `text`. `expected` and `actual` say what was compared.
+// The error of a failed check. The message is the rule and `text`; `expected` and `actual` are the compared values.
 [[gnu::cold]] Error broken(Reason reason, std::uint64_t offset, std::string_view text, Value expected = {},
                            Value actual = {});
 
-// How much an error says: all, or to those who only count no more than code, rule and place, which takes no memory. A
-// small file can have tens of thousands of faults.
+// How much an error says. `none` gives only code, rule and offset and allocates nothing, for callers that count faults:
+// a small file can have tens of thousands.
 enum class Wording : std::uint8_t { none, full };
 [[gnu::cold]] Error broken(Wording wording, Reason reason, std::uint64_t offset, std::string_view text,
                            Value expected = {}, Value actual = {});

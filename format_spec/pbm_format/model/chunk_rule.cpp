@@ -1,4 +1,4 @@
-// The rule that splits levels into chunks (BVG.md 5.1, 5.2), as a function of the octree.
+// Splits levels into chunks: the rule of BVG.md 5.1 and 5.2 as a function of the octree.
 #include "pbm_format/model/octree.h"
 
 #include <algorithm>
@@ -7,7 +7,7 @@ namespace pbm {
 
 namespace {
 
-// counts[r][i]: nodes of `level` below node i of level r, for r = level - 1 .. 0.
+// counts[r][i]: number of nodes of `level` below node i of level r, for r = level - 1 .. 0.
 std::vector<std::vector<std::uint32_t>> descendants_at(const LevelMasks &masks, int level) {
     std::vector<std::vector<std::uint32_t>> counts(static_cast<std::size_t>(level));
     for (int r = level - 1; r >= 0; --r) {
@@ -39,13 +39,13 @@ std::vector<ChunkShape> find_roots(const LevelMasks &masks, int level, std::uint
         std::size_t index;
         MortonCode code;
     };
-    std::vector<OpenNode> open{{0, 0}}; // nodes of level r that are not inside a chunk yet
+    std::vector<OpenNode> open{{0, 0}}; // nodes of level r that are not in a chunk yet
     for (int r = 0; !open.empty(); ++r) {
         assert(r < level);
         const auto &here = counts[static_cast<std::size_t>(r)];
         std::vector<OpenNode> next;
         const Bytes &below = masks[static_cast<std::size_t>(r) + 1];
-        std::size_t cursor = 0, first_child = 0; // children of nodes before `cursor`
+        std::size_t cursor = 0, first_child = 0; // first child of node `cursor`
         for (const OpenNode &node : open) {
             if (here[node.index] <= limit) {
                 roots.push_back(
@@ -66,7 +66,7 @@ std::vector<ChunkShape> find_roots(const LevelMasks &masks, int level, std::uint
     return roots;
 }
 
-// Takes masks from `at` on until they announce `children` children; returns how many masks that were.
+// Advances `at` over masks with `children` children in total; returns the number of masks.
 std::uint32_t take_masks(ByteView masks, std::size_t &at, std::uint32_t children) {
     const std::size_t first = at;
     for (std::uint32_t sum = 0; sum < children; ++at)
@@ -77,7 +77,7 @@ std::uint32_t take_masks(ByteView masks, std::size_t &at, std::uint32_t children
 } // namespace
 
 std::vector<std::vector<ChunkShape>> split_into_chunks(const LevelMasks &masks, std::uint32_t chunk_points) {
-    // With at least 512 points per chunk every chunk holds whole bricks, whole parents and whole grandparents.
+    // At least 512 points per chunk ensure that every chunk holds whole bricks, parents and grandparents.
     assert(chunk_points >= 512);
     std::vector<std::vector<ChunkShape>> levels(masks.size());
     for (std::size_t level = 1; level < masks.size(); ++level) {

@@ -1,4 +1,4 @@
-// Averages of the coarser levels. BVG.md section 7.
+// Computes the averages of the coarser levels. BVG.md 7
 #include "pbm_format/model/model.h"
 #include "system/threads/parallel.h"
 
@@ -12,7 +12,8 @@ namespace pbm {
 
 namespace {
 
-// Sums over the finest points below one node, of what nearly every model has. 2^32 votes of 2^30 fit into 63 bits.
+// Sums over the finest points below one node, for streams that nearly every model has. The sums fit into 63 bits: at
+// most 2^32 votes of at most 2^30.
 struct CommonSums {
     std::uint64_t votes = 0;
     std::array<std::int64_t, 3> normal{};
@@ -22,19 +23,19 @@ struct CommonSums {
     bool two_sided = false;        // any child is
 };
 
-// Of the rest.
+// Adds the sums of the remaining streams.
 struct EverySum : CommonSums {
     std::array<std::uint64_t, kMaxMaterials> materials{}; // votes
-    std::array<std::uint64_t, kMaxStreams> means{};       // of the streams that the model has, on the scale of 8 bits
+    std::array<std::uint64_t, kMaxStreams> means{};       // of the model's streams, scaled to 8 bits
 };
 
-// Values of 1, 2, 4 and 8 bits on one scale: 2^bits - 1 divides 255.
+// Factor that scales values of 1, 2, 4 or 8 bits to 0..255: 2^bits - 1 divides 255.
 std::uint32_t scale_to_byte(unsigned bits) { return 255U / ((1U << bits) - 1U); }
 
-// Mean, halves up.
+// Mean, rounded half up.
 std::uint64_t mean(std::uint64_t sum, std::uint64_t votes) { return (2 * sum + votes) / (2 * votes); }
 
-// More than 64 bits, as two digits to the base of 2^48: 32-bit machines have no wider integers.
+// A number of more than 64 bits as two digits to the base 2^48: 32-bit machines have no wider integers.
 struct Wide {
     std::uint64_t high = 0, low = 0;
     auto operator<=>(const Wide &) const = default;
@@ -51,16 +52,16 @@ Wide sum_squares(std::initializer_list<std::uint64_t> numbers) {
     return {sum.high + (sum.low >> 48), sum.low & 0xFFFFFFFFFFFF};
 }
 
-// The sum of the normals is at least half as long as it can be: 4 |normal|^2 >= (32767 votes)^2.
+// Whether |normal sum| is at least half of its maximum: 4 |normal|^2 >= (32767 votes)^2.
 bool is_half_as_long(const CommonSums &sums) {
     const auto twice = [&](std::size_t c) { return 2 * static_cast<std::uint64_t>(std::abs(sums.normal[c])); };
     const std::uint64_t x = twice(0), y = twice(1), z = twice(2), full = 32767 * sums.votes;
-    if (sums.votes < 32768) // no number is above 2^31: both sides fit into 64 bits
+    if (sums.votes < 32768) // all numbers are at most 2^31: both sides fit into 64 bits
         return x * x + y * y + z * z >= full * full;
-    return sum_squares({x, y, z}) >= sum_squares({full}); // none is above 2^48
+    return sum_squares({x, y, z}) >= sum_squares({full}); // all numbers are below 2^48
 }
 
-// BVG.md 7.3: thin walls, whose normals cancel, become two-sided points with the normal of their plane.
+// BVG.md 7.3: points of thin walls, whose normals cancel, become two-sided with the normal of the wall's plane.
 std::uint16_t average_normal(const CommonSums &sums) {
     if (!sums.two_sided && is_half_as_long(sums))
         return quantise_normal(sums.normal);
@@ -71,7 +72,7 @@ std::uint16_t average_normal(const CommonSums &sums) {
     for (std::size_t k = 1; k < 3; ++k)
         if (columns[k][k] > columns[axis][axis])
             axis = k;
-    // Of the two normals of the plane, the one on the side of the sum: an only child hands its normal up unchanged.
+    // Of the plane's two normals, take the one on the side of the sum: an only child's normal then stays the same.
     double along = 0;
     for (std::size_t c = 0; c < 3; ++c)
         along += static_cast<double>(columns[axis][c]) * static_cast<double>(sums.normal[c]);
@@ -82,7 +83,7 @@ std::uint16_t average_normal(const CommonSums &sums) {
     return quantise_normal(normal) | kTwoSidedBit;
 }
 
-// Depth-first walk below some nodes of one level, with one cursor per level.
+// Averages nodes depth first, with one cursor per level.
 template <class Sums> class Averager {
     static constexpr bool kEverything = std::is_same_v<Sums, EverySum>;
 
@@ -98,7 +99,7 @@ template <class Sums> class Averager {
                                   .scale = scale_to_byte(bits_per_point(stream, set_, depth_))});
     }
 
-    // Averages the next node of `level` and everything below it, down to the finest level, or to `last_level`, whose
+    // Averages the next node of `level` and everything below it, down to the finest level or to `last_level`, whose
     // sums by node index are in `finished`.
     void node(int level, const std::vector<Sums> *finished, int last_level, Sums &parent) {
         const auto index = static_cast<std::size_t>(cursors_[static_cast<std::size_t>(level)]++);
@@ -110,7 +111,7 @@ template <class Sums> class Averager {
         store(level, index, sums, parent);
     }
 
-    // The sums of one node without storing them: its children are done.
+    // Returns the sums of one node whose children are done, without storing them.
     Sums below(int level) {
         Sums sums;
         add_children(level, static_cast<std::size_t>(cursors_[static_cast<std::size_t>(level)]++), nullptr, depth_,
@@ -132,7 +133,7 @@ template <class Sums> class Averager {
         }
     }
 
-    // All but the vote.
+    // Adds a point's values; the caller counts its vote.
     void add_point(std::size_t point, Sums &to) const {
         const std::uint16_t stored = finest_.normals[point];
         const IntegerNormal &n = normals_[stored & kNormalIndexMask];
@@ -157,7 +158,7 @@ template <class Sums> class Averager {
         }
     }
 
-    // The averages of one node, and what they add to its parent.
+    // Stores the averages of one node and adds its sums to its parent.
     void store(int level, std::size_t index, const Sums &sums, Sums &parent) {
         PointAttributes &points = model_.levels[static_cast<std::size_t>(level)].points;
         const std::uint16_t normal = average_normal(sums);
@@ -198,7 +199,7 @@ template <class Sums> class Averager {
         }
     }
 
-    // covering_radius, which is never 0, remembered: a level has few classes of radii.
+    // covering_radius with a cache (0: not cached; radii are never 0), since a level has few different radii.
     std::uint8_t covering(std::uint8_t child_radius, int level) {
         std::uint8_t &radius = covering_[static_cast<std::size_t>(level)][child_radius];
         if (radius == 0)
@@ -216,13 +217,13 @@ template <class Sums> class Averager {
     struct Mean {
         StreamInfo stream;
         const std::uint8_t *finest;
-        std::uint32_t scale; // of its values to 0..255
+        std::uint32_t scale; // scales its values to 0..255
     };
     std::vector<Mean> means_;
     std::array<std::array<std::uint8_t, 256>, kMaxDepth + 1> covering_{};
 };
 
-// The subtrees below one level side by side, each into its own slots; then the few nodes above them.
+// Averages the subtrees below one level in parallel, each into its own slots, then the few nodes above them.
 template <class Sums> void average_masks(Model &model, const LevelMasks &masks, int threads) {
     const int split_level = std::min(4, model.parameters.grid.depth - 1);
     const auto starts = subtree_starts(masks, split_level);

@@ -17,7 +17,7 @@ int mip_levels(std::uint32_t height) { return static_cast<int>(std::bit_width(he
 
 namespace {
 
-// Sum of the four texels of channel `c` at (2x, 2y), each as `value` gives it.
+// Sum of `value` over the four texels of channel `c` at (2x, 2y).
 template <class Value>
 std::uint32_t sum_of_four(const Image &finer, std::uint32_t x, std::uint32_t y, std::uint32_t c, Value &&value) {
     const std::size_t row = std::size_t{finer.width} * finer.channels;

@@ -1,4 +1,4 @@
-// A raster in memory and its mip levels. BVG.md section 3.10
+// A raster in memory and its mip levels. BVG.md 3.10
 #pragma once
 
 #include "system/bytes.h"
@@ -7,8 +7,8 @@
 
 namespace pbm {
 
-// Sides are powers of two, so that mip levels are exact: panoramas kMaxPanoramaWidth x half of it at most, rasters of
-// the ground plane square, kMaxGroundRaster at most.
+// Sides are powers of two, so that mip levels are exact. Panoramas are at most kMaxPanoramaWidth wide and half as high;
+// rasters of the ground plane are squares of at most kMaxGroundRaster.
 inline constexpr std::uint32_t kMaxPanoramaWidth = 16384;
 inline constexpr std::uint32_t kMaxGroundRaster = 4096;
 
@@ -25,12 +25,12 @@ struct Image {
 // width <= kMaxPanoramaWidth.
 bool is_storable(std::uint32_t width, std::uint32_t height, std::uint32_t channels);
 
-// Levels of a raster that is_storable: from level 0, the raster itself, to the one of height 1.
+// Number of mip levels of a storable raster: from level 0, the raster itself, to the level of height 1.
 int mip_levels(std::uint32_t height);
 
-// The next mip level of a raster of height >= 2: each texel the mean of 2x2. Three channels are averaged in linear
-// light through the table of 6.3, one channel as it is, also where it is an index: a palette is a ramp. Normative:
-// BVG.md 3.10.14.
+// The next mip level of a raster of height >= 2: each texel is the mean of 2x2. Three channels are averaged in linear
+// light by the table of 6.3. One channel is averaged directly, even if it holds palette indices, because palettes are
+// ramps. Normative: BVG.md 3.10.14
 Image halved(const Image &finer);
 
 } // namespace pbm

@@ -1,4 +1,4 @@
-// A whole voxel grid model in memory: what the builder hands to the writer and what `load_model` returns.
+// A voxel grid model in memory: the writer's input, and the result of `load_model`.
 #pragma once
 
 #include "pbm_format/model/image.h"
@@ -34,7 +34,7 @@ inline std::string_view to_string(UpAxis up) {
     return kNames[static_cast<std::size_t>(up)];
 }
 
-// Where the cube of 2^depth voxels per edge lies in model space (right-handed). BVG.md section 3.4.
+// Position of the cube of 2^depth voxels per edge in model space (right-handed). BVG.md 3.4
 struct Grid {
     int depth = kMinDepth;          // kMinDepth..kMaxDepth
     std::array<double, 3> origin{}; // minimum corner, model units
@@ -49,30 +49,30 @@ struct Grid {
     bool operator==(const Grid &) const = default;
 };
 
-// Phong coefficients (dissertation section 4.6). BVG.md section 3.6.
+// Phong coefficients (dissertation section 4.6). BVG.md 3.6.
 struct Material {
     float ka = 0.2F, kd = 0.7F, ks = 0.1F; // each 0..1
     float power = 16;                      // specular exponent, 0 < power <= 1024
-    Rgb8 colour{204, 204, 204};            // sRGB, where points carry no colour
+    Rgb8 colour{204, 204, 204};            // sRGB, for points without a colour
     float environment = 0;                 // environment blending factor, 0..1
     bool operator==(const Material &) const = default;
 };
 
 enum class LightKind : std::uint8_t { directional = 0, point = 1, spot = 2 };
 
-// BVG.md section 3.7. Lights are fixed to the model; `direction` points along the light's travel.
+// BVG.md 3.7. Lights are fixed to the model; `direction` points along the light's travel.
 struct Light {
     LightKind kind = LightKind::directional;
     std::array<float, 3> intensity{1, 1, 1};  // linear RGB, >= 0
     std::array<float, 3> position{};          // model units from the grid's minimum corner; point and spot lights
     std::array<float, 3> direction{0, 0, -1}; // unit length; directional and spot lights
-    float exponent = 0;                       // spot lights: intensity x cos^exponent
+    float exponent = 0;                       // spot lights: intensity times cos^exponent
     bool operator==(const Light &) const = default;
 };
 
 enum class TextureKind : std::uint8_t { marble = 1, wood = 2 };
 
-// Parameters of the baked solid texture and the palette that turns its values into colours. BVG.md section 3.8.
+// Parameters of the baked solid texture, and the palette that maps its values to colours. BVG.md 3.8
 struct SolidTexture {
     TextureKind kind = TextureKind::marble;
     std::uint32_t seed = 0;
@@ -82,8 +82,8 @@ struct SolidTexture {
     bool operator==(const SolidTexture &) const = default;
 };
 
-// A square under the object, perpendicular to the up axis. Its own coordinates u and v run along the axes that follow
-// the up axis in the cycle x, y, z, so that u x v is up. BVG.md section 3.11.
+// A square under the object, perpendicular to the up axis. Its coordinates u and v run along the two axes after the up
+// axis in the cycle x, y, z, so that u x v points up. BVG.md 3.11
 struct GroundPlane {
     std::array<float, 3> centre{};       // model units from the grid's minimum corner
     float half_edge = 1;                 // model units, > 0
@@ -92,16 +92,16 @@ struct GroundPlane {
     bool operator==(const GroundPlane &) const = default;
 };
 
-// The rasters of a file. Texel (0, 0) of those of the ground plane lies at its least u and v, columns along u.
+// The rasters of a file. Texel (0, 0) of a raster of the ground plane has the lowest u and v; columns run along u.
 struct ModelImages {
-    // Equirectangular, width 2 x height, 3 channels; empty without. The default camera looks at its middle, up is up.
+    // Equirectangular, width 2 x height, 3 channels; may be empty. The default camera looks at its middle; top is up.
     Image panorama;
-    Image ground_texture;          // 1 channel, indices into the palette of GroundPlane::texture; empty without
-    std::vector<Image> ground_lit; // 1 channel, lit fraction x 255; one for each light with a shadow stream, or none
+    Image ground_texture;          // 1 channel, indices into the palette of GroundPlane::texture; may be empty
+    std::vector<Image> ground_lit; // 1 channel, lit fraction x 255; one per light with a shadow stream, or none
     bool operator==(const ModelImages &) const = default;
 };
 
-// Everything of a file that is neither per point nor per texel and changes its pictures.
+// All data of a file that affect its pictures, except those per point or per texel.
 struct ModelParameters {
     Grid grid;
     AttributeSet attributes;
@@ -112,7 +112,7 @@ struct ModelParameters {
     bool operator==(const ModelParameters &) const = default;
 };
 
-// One detail level as a grid of its own.
+// One detail level, which is a complete grid.
 struct Level {
     Bytes masks;            // one per node of the level above
     PointAttributes points; // one record per node of this level
@@ -130,9 +130,8 @@ struct Model {
     bool operator==(const Model &) const = default;
 };
 
-// Fills levels depth-1 .. 0 with the averages of the finest points (BVG.md section 7): integer sums, one vote per
-// finest point, so that nothing depends on order, compiler or thread count. `levels[L].masks` and
-// `levels.back().points` must be there.
+// Fills levels depth-1 .. 0 with the averages of the finest points (BVG.md 7): integer sums, one vote per
+// finest point, independent of order, compiler and threads. Requires all `levels[L].masks` and `levels.back().points`.
 void average_levels(Model &model, int threads);
 
 } // namespace pbm

@@ -60,7 +60,7 @@ const NormalTables &tables() {
     return instance;
 }
 
-// The octahedron unfolded. BVG.md 5.8.3
+// The tables of the unfolded octahedron. BVG.md 5.8.3
 struct CellTables {
     std::array<std::uint16_t, kNormalCount> cell_of{};
     std::array<std::uint16_t, kNormalCount> normal_at{};
@@ -86,24 +86,24 @@ const CellTables &cell_tables() {
     return instance;
 }
 
-// The triangles of the positive octant stand in rows, x upwards; a direction's coordinates on the octahedron's face,
-// times 32, name its own by their whole parts.
+// Number of a triangle of the positive octant. Triangles are in rows, x upwards; the integer parts of a direction's
+// coordinates on the octahedron's face, times 32, determine its triangle.
 constexpr std::size_t facet_of(int i, int j, int down) {
     const int facet = i * (2 * kCornerScale - i) + 2 * j + down;
     return static_cast<std::size_t>(facet);
 }
 
-// A triangle of the positive octant: which normals can be the nearest of a direction in it. Weights are barycentric in
-// it, one per corner. Scores are linear in them, so what holds at the corners of a convex region holds inside.
+// A triangle of the positive octant, and the normals that can be nearest to a direction in it. Weights are barycentric,
+// one per corner. Scores are linear in them: an order at the corners of a convex region holds inside.
 struct Facet {
-    float core = 0; // where every weight is larger, its own normal is the nearest
-    float side = 1; // else where two are larger than this one, it is its own or the one across the third's edge
+    float core = 0; // if every weight exceeds this, `own` is the nearest normal
+    float side = 1; // else, if two weights exceed this, it is `own` or the neighbour across the third one's edge
     std::uint16_t own = 0;
     std::array<std::uint16_t, 3> across{};
 };
 
-// Itself and all triangles that share a corner with it, ascending: the nearest is always among them (the tests prove
-// it by brute force).
+// The triangle and all triangles that share a corner with it, ascending. The nearest normal is always among them, which
+// the tests verify by brute force.
 struct Candidates {
     static constexpr int kMost = 16;
     std::uint16_t count = 0;
@@ -130,9 +130,9 @@ class FacetTable {
 
   private:
     static constexpr int kSide = 2 * kCornerScale + 1;
-    static constexpr double kSure = 1e-6; // of a score: far above what rounding can do to it
+    static constexpr double kSure = 1e-6; // of a score: far above its rounding error
 
-    static std::size_t place(const LatticePoint &p) { // |x| + |y| + |z| is known
+    static std::size_t place(const LatticePoint &p) { // |x| + |y| + |z| is fixed
         const int at = ((p[2] < 0 ? kSide : 0) + p[1] + kCornerScale) * kSide + p[0] + kCornerScale;
         return static_cast<std::size_t>(at);
     }
@@ -165,7 +165,7 @@ class FacetTable {
         return std::find(there.begin(), there.end(), index) != there.end();
     }
 
-    // By how much `one` scores more than `other` at each corner of a triangle.
+    // The score of `one` minus that of `other`, at each corner of a triangle.
     static std::array<double, 3> lead(std::uint16_t one, std::uint16_t other, const Triangle &triangle) {
         const UnitVector &m = tables().unit[one], &n = tables().unit[other];
         std::array<double, 3> by{};
@@ -191,7 +191,7 @@ class FacetTable {
                 {{top, core, core}, {core, top, core}, {core, core, top}}};
             return other == facet.own || surely_leads(facet.own, other, region);
         };
-        // Smaller regions are sure where larger ones are: each normal goes on from where the one before it was content.
+        // What holds for a region holds for smaller ones, so each normal continues with the previous one's result.
         for (const std::uint16_t other : others)
             while (!core_is_sure(other))
                 core += kStep;
@@ -217,7 +217,7 @@ class FacetTable {
         for (const std::uint16_t other : others)
             while (2 * side + core < 1 && !sides_are_sure(other))
                 side += kStep;
-        // Weights are computed to about 1e-14.
+        // The margin exceeds the error of the weights, about 1e-14.
         facet.core = static_cast<float>(core + kStep / 16);
         facet.side = static_cast<float>(2 * side + core < 1 ? side + kStep / 16 : 1);
     }
@@ -231,20 +231,20 @@ const FacetTable &facet_table() {
     return instance;
 }
 
-// A direction on the face of the positive octant.
+// The position of a direction on the face of the positive octant.
 struct Place {
     std::size_t facet;
     std::array<double, 3> weights; // of the facet's corners
 };
 
-// a + b + c = 32, but for rounding.
+// Requires a + b + c = 32, up to rounding.
 Place place_on_face(double a, double b, double c) {
     const int i = static_cast<int>(a), j = static_cast<int>(b), k = static_cast<int>(c);
     const int down = kCornerScale - 1 - (i + j + k);
     if (down == 0 || down == 1)
         return {facet_of(i, j, down),
                 {std::fabs(down - (a - i)), std::fabs(down - (b - j)), std::fabs(down - (c - k))}};
-    // A corner of triangles, hit or missed by rounding: any of them will do, near all others.
+    // A corner of triangles, up to rounding. Any of its triangles will do: all others are among the candidates.
     if (down < 0)
         return {i > 0 ? facet_of(i - 1, j, 0) : j > 0 ? facet_of(i, j - 1, 0) : facet_of(i, j, 0), {}};
     return {facet_of(i + 1, j, 1), {}};
@@ -273,7 +273,7 @@ std::uint16_t quantise_normal(double x, double y, double z) {
     if (!(sum / 2 > 0))
         return 0;
     const unsigned octant = (x < 0 ? 1U : 0U) | (y < 0 ? 2U : 0U) | (z < 0 ? 4U : 0U);
-    // Mirroring a triangle flips its octant bits only.
+    // Mirroring a normal changes its octant bits only.
     const auto mirrored = [&](std::uint16_t index) { return static_cast<std::uint16_t>(index ^ octant << 10); };
     const double scale = kCornerScale / sum;
     const Place place = scale < HUGE_VAL
@@ -286,7 +286,7 @@ std::uint16_t quantise_normal(double x, double y, double z) {
         const UnitVector &n = units[index];
         return (x * n[0] + y * n[1]) + z * n[2];
     };
-    // No branches here that directions side by side would take in turn.
+    // Avoid branches: successive directions would take them in turn and mispredict.
     const auto &[u, v, w] = place.weights;
     const double min_of_two = std::min(u, v), least = std::min(min_of_two, w);
     const double middle = std::max(min_of_two, std::min(std::max(u, v), w));

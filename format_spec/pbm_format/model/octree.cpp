@@ -9,7 +9,7 @@ namespace pbm {
 LevelMasks encode_octree(std::span<const MortonCode> codes, int depth) {
     assert(depth >= 1 && depth <= kMaxDepth && !codes.empty());
     LevelMasks masks(static_cast<std::size_t>(depth) + 1);
-    // One pass over the finest codes: a mask bit is set at each level where the path leaves the previous code's.
+    // One pass over the finest codes: sets a mask bit at each level where the path differs from the previous code's.
     MortonCode previous = ~MortonCode{0};
     for (const MortonCode code : codes) {
         assert(previous == ~MortonCode{0} || previous < code);
@@ -34,7 +34,7 @@ std::uint64_t count_children(ByteView masks) {
     std::uint64_t count = 0;
     std::size_t i = 0;
     while (i + 8 <= masks.size()) {
-        // Sums of 8 bits each in every byte, which 31 rounds cannot overflow.
+        // Each byte sums counts of at most 8; 31 rounds cannot overflow it.
         std::uint64_t sums = 0;
         for (const std::size_t end = i + 8 * std::min<std::size_t>(31, (masks.size() - i) / 8); i < end; i += 8) {
             std::uint64_t eight;

@@ -1,12 +1,12 @@
-// Octree topology as bytes, level by level: one child mask per node. BVG.md section 4.
+// Octree topology as bytes, level by level: one child mask per node. BVG.md 4.
 // Based on: Botsch, Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002
 //
 //   level 0        [root]                  masks[1] = { mask of the root }            1 byte
 //   level 1     [o0] [o3] ..               masks[2] = { mask of o0, mask of o3, .. }  one byte per octant
 //   level 2   [..][..] [..]                masks[3] = ...
 //
-// Bit i of a mask says that child i exists; i = x + 2 y + 4 z of the child's half. Nodes of every level stand in
-// Morton order, so a depth-first walk needs nothing but one cursor per level.
+// Bit i of a mask: child i exists; i = x + 2 y + 4 z of the child's half. Nodes of every level are in Morton order, so
+// a depth-first walk needs only one cursor per level.
 #pragma once
 
 #include "system/bytes.h"
@@ -26,7 +26,7 @@ inline constexpr int kMaxDepth = 16;
 // Node address inside a level: x, y, z bits interleaved, x lowest; 3 * level bits used.
 using MortonCode = std::uint64_t;
 
-// Spreads the low 21 bits of `v` to every third bit, and back.
+// Moves the low 21 bits of `v` to every third bit, and back.
 constexpr std::uint64_t spread_bits(std::uint64_t v) {
     v &= 0x1FFFFF;
     v = (v | v << 32) & 0x1F00000000FFFF;
@@ -59,7 +59,7 @@ using LevelMasks = std::vector<Bytes>;
 // Masks of all levels of the octree whose finest nodes are `codes` (ascending, unique, not empty).
 LevelMasks encode_octree(std::span<const MortonCode> codes, int depth);
 
-// Codes of level L from those of level L - 1 and the masks between them, ascending. `masks` may be untrusted.
+// Codes of level L, ascending, from those of level L - 1 and the masks between them. `masks` may be untrusted.
 //
 // errors  truncated (4.3)  masks and parents differ in number
 //         bad_octree (4.2) a mask is zero
@@ -67,7 +67,7 @@ LevelMasks encode_octree(std::span<const MortonCode> codes, int depth);
 Result<std::vector<MortonCode>> expand_level(std::span<const MortonCode> parents, ByteView masks,
                                              std::size_t max_codes);
 
-// Number of children that a mask announces. A table, since not every processor of an architecture counts bits.
+// Number of children of a mask. A table, since some processors lack an instruction that counts bits.
 inline constexpr std::array<std::uint8_t, 256> kChildren = [] {
     std::array<std::uint8_t, 256> children{};
     for (unsigned mask = 0; mask < children.size(); ++mask)
@@ -75,15 +75,15 @@ inline constexpr std::array<std::uint8_t, 256> kChildren = [] {
     return children;
 }();
 
-// Number of children that `masks` announce.
+// Sum of the children of `masks`.
 std::uint64_t count_children(ByteView masks);
 
-// Where the subtrees below the nodes of level `root_level` lie: result[L][i] is the index, among the nodes of level
-// L >= root_level, of the first descendant of node i; result[L] ends with the number of nodes of level L.
-// Levels above `root_level` are empty. Level 1 gives the eight octant grids.
+// Starts of the subtrees below the nodes of level `root_level`: result[L][i] is the index, among the nodes of level L
+// >= root_level, of the first descendant of node i; result[L] ends with the number of nodes of level L. Entries of
+// levels above `root_level` are empty. Level 1 gives the eight octant grids.
 std::vector<std::vector<std::uint64_t>> subtree_starts(const LevelMasks &masks, int root_level);
 
-// One chunk of a level: a maximal subtree with at most N points of that level. BVG.md section 5.
+// One chunk of a level: a maximal subtree with at most N points of that level. BVG.md 5.
 struct ChunkShape {
     std::uint8_t root_depth = 0;    // level of the chunk's root
     MortonCode root_prefix = 0;     // Morton code of the root within its level
@@ -96,8 +96,8 @@ struct ChunkShape {
     bool operator==(const ChunkShape &) const = default;
 };
 
-// Splits every level 1..depth into chunks; result[0] is empty. `masks` must be a well-formed octree.
-// A function of the octree and `chunk_points` alone: the writer uses it, the validator proves it (rule 5.2).
+// Splits every level 1..depth into chunks; result[0] is empty. `masks` must be a well-formed octree. Depends only on
+// the octree and `chunk_points`: the writer applies it, the validator verifies it (rule 5.2).
 std::vector<std::vector<ChunkShape>> split_into_chunks(const LevelMasks &masks, std::uint32_t chunk_points);
 
 } // namespace pbm

@@ -26,11 +26,11 @@ constexpr std::array<std::uint16_t, 256> kLinear{
     48850, 49344, 49841, 50341, 50844, 51349, 51858, 52369, 52884, 53401, 53921, 54445, 54971, 55500, 56032, 56567,
     57105, 57646, 58190, 58737, 59287, 59840, 60396, 60955, 61517, 62082, 62650, 63221, 63795, 64372, 64952, 65535};
 
-// The way back, so that it takes one step.
+// Tables for the inverse of kLinear, which then takes one step.
 struct SrgbSteps {
     static constexpr std::uint32_t kWidth = 16;
-    std::array<std::uint16_t, 256> last{};            // largest linear value that is nearest to each
-    std::array<std::uint8_t, 65536 / kWidth> first{}; // of the linear values from kWidth x i on
+    std::array<std::uint16_t, 256> last{};            // largest linear value that rounds to each sRGB value
+    std::array<std::uint8_t, 65536 / kWidth> first{}; // sRGB value of linear value kWidth x i
 
     constexpr SrgbSteps() {
         for (std::size_t i = 0; i < 255; ++i)
@@ -45,7 +45,7 @@ struct SrgbSteps {
     }
 };
 constexpr SrgbSteps kSteps;
-// No window of kWidth holds two steps.
+// A window of kWidth contains at most one step.
 static_assert([] {
     for (std::size_t i = 0; i < 255; ++i)
         if (kSteps.last[i + 1] - kSteps.last[i] < static_cast<int>(SrgbSteps::kWidth))
@@ -58,7 +58,7 @@ constexpr std::array<std::uint64_t, 12> kRadiusOctave{1099511627776, 11648919914
                                                       1385297844439, 1467671940878, 1554944255987, 1647406053004,
                                                       1745365914582, 1849150772653, 1959106999532, 2075601563905};
 
-// floor(2^40 x sqrt(3) / 4): from the centre of a node with edge 1 to the centre of a child.
+// floor(2^40 x sqrt(3) / 4): distance between the centres of a node with edge 1 and of its child.
 constexpr std::uint64_t kChildDistance = 476102500705;
 
 } // namespace
@@ -84,7 +84,7 @@ std::uint8_t linear_to_srgb(std::uint32_t linear) {
 }
 
 std::uint64_t radius_fixed(std::uint8_t index) {
-    const unsigned place = index + 9U; // index 255 is place 264 = 22 octaves: the grid's edge
+    const unsigned place = index + 9U; // index 255 is place 264 = 22 octaves, the grid's edge
     return kRadiusOctave[place % 12] >> (22 - place / 12);
 }
 

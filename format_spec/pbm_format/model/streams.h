@@ -1,8 +1,8 @@
-// THE TABLE OF STREAMS: what a point carries besides its place, one stream per attribute, described once. Whatever
-// treats all streams alike (filters, averages, hashes, copies, counts, texts) is a loop over it. BVG.md section 6.
+// THE TABLE OF STREAMS: the attributes of a point besides its position, one stream each, described once. Code that
+// treats all streams alike (filters, averages, hashes, copies, counts, texts) loops over it. BVG.md 6
 //
-// A new attribute is a StreamKind, a flag of AttributeSet, a column of PointColumns and a row of kStreams.
-// docs/how-to/add-an-attribute.md shows one from a scan to a picture.
+// A new attribute needs a StreamKind, a flag of AttributeSet, a column of PointColumns and a row of kStreams;
+// docs/how-to/add-an-attribute.md shows one from scan to picture.
 #pragma once
 
 #include "pbm_format/model/normal.h"
@@ -22,20 +22,20 @@ namespace pbm {
 inline constexpr int kMaxLights = 8;
 inline constexpr int kMaxMaterials = 8;
 
-// Which attributes the points of a file carry. Normal and radius always.
+// The attributes of a file's points. Normal and radius always exist.
 struct AttributeSet {
     ColourFormat colour = ColourFormat::none;
-    bool material = false; // 3-bit index; without it every point has material 0
+    bool material = false; // 3-bit index; without it, all points have material 0
     bool texture = false;  // 8-bit solid-texture value
     int lights = 0;        // shadow streams, one per light 0..lights-1
-    // Bits of lit fraction per light and level: 1, 2, 4 or 8; index 0 is the root. Unused lights hold zeros.
+    // Bits of lit fraction per light and level: 1, 2, 4 or 8; index 0 is the root. Zero for unused lights.
     std::array<std::array<std::uint8_t, kMaxDepth + 1>, kMaxLights> shadow_bits{};
 
     int colour_bytes() const { return colour == ColourFormat::none ? 0 : colour == ColourFormat::rgb565 ? 2 : 3; }
     bool operator==(const AttributeSet &) const = default;
 };
 
-// The number of an attribute in a file: BVG.md 3.5. Masks are no attribute of points.
+// Numbers of attributes in a file, BVG.md 3.5; masks are not an attribute of points.
 enum class StreamKind : std::uint8_t {
     masks = 0,
     normal = 1,
@@ -62,25 +62,25 @@ enum class Filter : std::uint8_t {
     material = 6,
     texture = 7,
     shadow = 8,
-    texels = 9 // of tiles of rasters: texel_filter.h
+    texels = 9 // for tiles of rasters: texel_filter.h
 };
 
-// How the value of a coarser point follows from the points below it: the normal of their sum or plane, the smallest
-// radius that covers them, the mean in linear light, the value of most of them, or their mean. BVG.md section 7
+// How a coarser point gets its value from the points below it: the normal of their sum or plane, the smallest covering
+// radius, the mean in linear light, the most frequent value, or the mean. BVG.md 7
 enum class Average : std::uint8_t { none, normal, covering, linear_light, vote, mean };
 
 struct StreamTraits {
     StreamKind kind;
-    std::string_view name;       // of the stream, in tables
-    std::string_view value_name; // of one value, in messages
-    Filter filter;               // the only one besides none; colours of 24 bits have the next one
+    std::string_view name;       // of the stream, for tables
+    std::string_view value_name; // of one value, for messages
+    Filter filter;               // the only one besides none; 24-bit colours have the next one
     Average average;
-    std::uint8_t root_at = 0;           // byte of the header's root record at which its value stands
-    bool AttributeSet::*flag = nullptr; // set where files have the stream; null where there is no choice, or a format
-    std::string_view ply_property = {}; // of exported points that takes the value as it is; empty: none
+    std::uint8_t root_at = 0;           // offset of its value in the header's root record
+    bool AttributeSet::*flag = nullptr; // set if a file has the stream; null if mandatory, or if there are formats
+    std::string_view ply_property = {}; // property of exported points that takes the value; empty: none
 };
 
-// In the order in which a chunk stores them.
+// In the order of storage in a chunk.
 inline constexpr std::array kStreams{
     StreamTraits{StreamKind::masks, "masks", "mask", Filter::mask_rank, Average::none},
     StreamTraits{StreamKind::normal, "normal", "normal", Filter::normal, Average::normal, 0},
@@ -93,17 +93,17 @@ inline constexpr std::array kStreams{
     StreamTraits{StreamKind::shadow, "shadow", "lit fraction", Filter::shadow, Average::mean, 8},
 };
 
-// Values of points, in Morton order: a column per stream, empty where the AttributeSet lacks it. Normals are numbers of
-// 16 bits, everything else is bytes.
+// Values of points in Morton order: one column per stream, empty if the AttributeSet lacks it. Normals are 16-bit
+// numbers; all others are bytes.
 template <class Normals, class Values> struct PointColumns {
     Normals normals;  // normal index | kTwoSidedBit
     Values radii;     // index into the radius table
     Values colours;   // [points][colour_bytes], 565 little-endian (red high) or R G B
     Values materials; // index
     Values textures;
-    std::array<Values, kMaxLights> shadows; // lit fraction x (2^bits - 1), 0 = in shadow; a byte per point
+    std::array<Values, kMaxLights> shadows; // lit fraction x (2^bits - 1), 0 = in shadow; one byte per point
 
-    // The column of a stream, which is not that of normals. `column` knows none of the shadow streams either.
+    // The column of a stream other than normals. `column` does not accept shadow streams either.
     Values &values(const StreamInfo &stream) {
         return stream.kind == StreamKind::shadow ? shadows[stream.light] : this->*column(stream.kind);
     }
@@ -124,7 +124,6 @@ template <class Normals, class Values> struct PointColumns {
     bool operator==(const PointColumns &) const = default;
 };
 
-// Values where they lie.
 using PointView = PointColumns<std::span<const std::uint16_t>, ByteView>;
 
 // Values of the points of one chunk or one level.
@@ -136,7 +135,7 @@ struct PointAttributes : PointColumns<std::vector<std::uint16_t>, Bytes> {
 
 inline constexpr std::size_t kMaxStreams = kStreams.size() - 1 + kMaxLights;
 
-// Each chunk asks for them, so they take no memory from the heap.
+// A list without heap memory: it is made for every chunk.
 class StreamList {
   public:
     constexpr void add(StreamKind kind, std::uint8_t light = 0) { all_[size_++] = {kind, light}; }
@@ -151,22 +150,22 @@ class StreamList {
     std::size_t size_ = 0;
 };
 
-// Streams of an AttributeSet in the order in which a chunk stores them, masks first.
+// Streams of an AttributeSet in the order of storage, masks first.
 StreamList streams_of(const AttributeSet &set);
-// All that points can have.
+// All streams that points can have.
 const StreamList &point_streams();
 
 const StreamTraits &traits_of(StreamKind kind);
 inline std::string_view to_string(StreamKind kind) { return traits_of(kind).name; }
-// "shadow 2"; that of other streams is their kind's.
+// "shadow 2"; other streams have the name of their kind.
 std::string name_of(const StreamInfo &stream);
 
-// The one filter that a stream of a chunk may have besides none.
+// The filter that a chunk's stream may have besides none.
 Filter filter_of(const StreamInfo &stream, const AttributeSet &set);
-// Planes of a stream of a chunk with that filter: 1 to 3, 0 for none. Those of tiles have one for each channel.
+// Number of planes of a chunk's stream with this filter: 1 to 3; 0 for none. (Tiles have one per channel.)
 std::size_t plane_count(Filter filter);
 
-// Bytes of one point in the stream's column; 0 of masks and where the set lacks the stream.
+// Bytes of one point in the stream's column; 0 for masks and for streams that the set lacks.
 std::size_t bytes_per_point(const StreamInfo &stream, const AttributeSet &set);
 // Bits of one point in the unfiltered stream of a level; lit fractions are packed there.
 unsigned bits_per_point(const StreamInfo &stream, const AttributeSet &set, int level);
@@ -174,8 +173,8 @@ unsigned bits_per_point(const StreamInfo &stream, const AttributeSet &set, int l
 std::uint64_t raw_stream_bytes(const StreamInfo &stream, const AttributeSet &set, int level, std::uint64_t nodes,
                                std::uint64_t points);
 
-// Calls `visit(stream, width, columns of it ..)` for every stream that points can have; `width` entries of a column
-// belong to a point, none where the set lacks the stream.
+// Calls `visit(stream, width, its columns ..)` for every stream that points can have; a point has `width` entries in a
+// column, none if the set lacks the stream.
 template <class Visit, class... Columns> void for_columns(const AttributeSet &set, Visit &&visit, Columns &...points) {
     for (const StreamInfo &stream : point_streams())
         if (stream.kind == StreamKind::normal)
@@ -184,19 +183,19 @@ template <class Visit, class... Columns> void for_columns(const AttributeSet &se
             visit(stream, bytes_per_point(stream, set), points.values(stream)...);
 }
 
-// A range of points.
+// Views a range of points.
 PointView view_points(const PointAttributes &points, std::size_t first, std::size_t count, const AttributeSet &set);
 // The bytes of any stream, normals included.
 std::span<std::uint8_t> bytes_of(PointAttributes &points, const StreamInfo &stream);
 ByteView bytes_of(const PointView &points, const StreamInfo &stream);
 
-// The nodes of level L - 1 below a chunk's root, whose children are the chunk's points.
+// Nodes of level L - 1 below a chunk's root: the parents of the chunk's points.
 struct ParentNodes {
-    ByteView masks;  // of level L - 1, one per node of level L - 2, whose children these nodes are; empty for L = 1
+    ByteView masks;  // of level L - 1: one per node of level L - 2, the parents of these nodes; empty for L = 1
     PointView nodes; // one per mask of the chunk
 };
 
-// What there is to know about a stream besides its points.
+// A stream and its place in the file.
 struct StreamContext {
     const AttributeSet &set;
     StreamInfo stream;
@@ -204,22 +203,22 @@ struct StreamContext {
     bool finest; // level is the depth
 };
 
-// Lit fractions of `bits` bits each, lowest bits first, and back. BVG.md 6.6
+// Packs lit fractions of `bits` bits each, lowest bits first, and unpacks them. BVG.md 6.6
 Bytes pack_bits(ByteView values, unsigned bits);
 void unpack_bits(ByteView packed, unsigned bits, std::span<std::uint8_t> values);
 
 void set_point_colour(PointAttributes &points, std::size_t i, ColourFormat format, Rgb8 colour);
 
-// The root, the whole model as one point, as the header has it: kStreams says where each value stands.
+// The root, the whole model as one point, as stored in the header; kStreams has the offsets of the values.
 struct RootRecord {
     std::array<std::uint8_t, 16> bytes{};
 
     std::uint16_t normal() const { return static_cast<std::uint16_t>(bytes[0] | bytes[1] << 8); }
-    Rgb8 colour() const { return {bytes[2], bytes[3], bytes[4]}; } // of 24 bits in every file
+    Rgb8 colour() const { return {bytes[2], bytes[3], bytes[4]}; } // 24 bits in every file
     std::uint8_t value(const StreamInfo &stream) const { return bytes[traits_of(stream.kind).root_at + stream.light]; }
     bool operator==(const RootRecord &) const = default;
 };
-// The root record as a level of one point, and back.
+// Converts the root record to a level of one point, and back.
 PointAttributes root_points(const RootRecord &root, const AttributeSet &set);
 RootRecord root_record(const PointAttributes &points, const AttributeSet &set);
 

@@ -164,11 +164,10 @@ Result<ImageDirectory> decode_image_directory(ByteView start, std::uint64_t sect
 
 Result<ImageDirectory> read_image_directory(const ByteSource &file, const SectionEntry &entry, Storage storage) {
     // Of a whole file all of the section, so that a wrong number of tiles in the table is found as such.
-    const FileRange range =
-        file.is_whole() ? FileRange{entry.offset, entry.stored_bytes} : image_directory_range(entry);
-    const std::optional<HeldBytes> start = file.view(range);
+    const FileRange range = file.is_whole() ? entry.range() : image_directory_range(entry);
+    const Result<HeldBytes> start = file.require(range);
     if (!start)
-        return not_there_yet(range);
+        return start.error();
     Result<ImageDirectory> directory = decode_image_directory(start->bytes, entry.stored_bytes, entry.offset);
     if (!directory)
         return directory;

@@ -1,4 +1,4 @@
-// The bytes of a raster in a file: header, tile directory, tiles, every mip level, coarse to fine. BVG.md section 3.10.
+// The bytes of a raster in a file: header, tile directory, tiles, every mip level, coarse to fine. BVG.md 3.10.
 //
 //   0     32 bytes: XXH3-64 of all that follows up to the first tile; width, height, tiles, alignment, channels
 //   32    16 bytes for each tile: XXH3-64 of its stored bytes; stored bytes, filter, zstd

@@ -164,9 +164,9 @@ const std::uint8_t *TiledImage::texel(int level, std::uint32_t x, std::uint32_t 
 
 Result<Image> TiledImage::level_image(int level, int threads) const {
     if (state_->file) { // past the tiles that are kept: whoever copies a level wants no second copy of it
-        const std::optional<HeldBytes> section = state_->file->view(state_->section);
+        const Result<HeldBytes> section = state_->file->require(state_->section);
         if (!section)
-            return not_there_yet(state_->section);
+            return section.error();
         return decode_level(section->bytes, state_->offset, state_->directory, level, threads);
     }
     Image image{.width = width(level), .height = height(level), .channels = channels(), .texels = {}};

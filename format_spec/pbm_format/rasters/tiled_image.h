@@ -1,4 +1,4 @@
-// A raster with its mip levels in tiles: what pictures are sampled from. BVG.md section 3.10.
+// A raster with its mip levels in tiles: what pictures are sampled from. BVG.md 3.10.
 //
 // From memory, or from a file where a tile is verified and decoded when it is first asked for. Immutable to look at;
 // safe to use from several threads. Texel (x, y) of a level lies in tile (x / kTileEdge, y / kTileEdge) at row y %
@@ -27,8 +27,8 @@ class TiledImage {
 
     // In memory, with its mip levels. The image is_storable.
     static TiledImage of(const Image &image);
-    // Proves header and tile directory of a section that starts at `offset_in_file`. The bytes stay readable as long as
-    // this lives; raw tiles are used where they lie.
+    // Verifies header and tile directory of a section that starts at `offset_in_file`. The bytes stay readable as long
+    // as this lives; raw tiles are used where they lie.
     static Result<TiledImage> open(ByteView section, std::uint64_t offset_in_file);
 
     // A section of a file, with its directory, which was verified. Drops tiles from a source that is not whole as soon
@@ -73,6 +73,15 @@ struct TiledImages {
     std::vector<std::shared_ptr<const TiledImage>> ground_lit; // one for each light with a shadow stream, or none
 
     static TiledImages of(const ModelImages &images);
+
+    // Calls use(image) for those that there are.
+    template <class Use> void for_each(Use &&use) const {
+        for (const auto &image : {panorama, ground_texture})
+            if (image)
+                use(*image);
+        for (const auto &lit : ground_lit)
+            use(*lit);
+    }
 };
 
 } // namespace pbm

@@ -1,9 +1,6 @@
 #include "pbm_format/reading/reader.h"
 
 #include "pbm_format/container/file_rules.h"
-#include "pbm_format/law/catalogue.h"
-#include "system/threads/parallel.h"
-#include "system/threads/per_thread.h"
 
 #include <algorithm>
 #include <atomic>
@@ -19,18 +16,9 @@ Error at_section(Error error, const SectionEntry &section) {
     return error;
 }
 
-FileRange range_of(const SectionEntry &section) { return {section.offset, section.stored_bytes}; }
-
-Result<HeldBytes> require(const ByteSource &file, FileRange range) {
-    std::optional<HeldBytes> bytes = file.view(range);
-    if (!bytes)
-        return not_there_yet(range);
-    return std::move(*bytes);
-}
-
 // The bytes of a section, whose hash is right.
 Result<HeldBytes> verify_section(const ByteSource &file, const SectionEntry &section) {
-    Result<HeldBytes> stored = require(file, range_of(section));
+    Result<HeldBytes> stored = file.require(section.range());
     if (!stored)
         return stored;
     if (Status status = verify_hash(stored->bytes, section); !status)
@@ -38,7 +26,7 @@ Result<HeldBytes> verify_section(const ByteSource &file, const SectionEntry &sec
     return stored;
 }
 
-// Decodes a small section into `to` after proving its hash.
+// Decodes a small section into `to` after verifying its hash.
 template <class T, class Decode>
 Status read_section(const ByteSource &file, const SectionEntry &section, T &to, Decode &&decode) {
     const Result<HeldBytes> stored = verify_section(file, section);
@@ -96,14 +84,14 @@ FileRange Reader::opening_range(const ByteSource &file) {
 Result<Reader> Reader::open(ByteSource source) try {
     Reader reader(std::move(source));
     const ByteSource &file = reader.source_;
-    const Result<HeldBytes> start = require(file, header_range(file));
+    const Result<HeldBytes> start = file.require(header_range(file));
     if (!start)
         return start.error();
     Result<FileHeader> header = decode_header(start->bytes, file.size());
     if (!header)
         return std::move(header).error();
     reader.header_ = *header;
-    const Result<HeldBytes> table = require(file, table_range(*header));
+    const Result<HeldBytes> table = file.require(table_range(*header));
     if (!table)
         return table.error();
     Result<std::vector<SectionEntry>> sections = decode_section_table(table->bytes, reader.header_);
@@ -164,7 +152,7 @@ Result<const LevelDirectory *> Reader::directory(int level) try {
         }
         directories_[at] = std::move(read);
         verified_[at] = std::move(verified);
-        source_.drop(range_of(entry));
+        source_.drop(entry.range());
     }
     return &directories_[static_cast<std::size_t>(level)];
 } catch (const std::bad_alloc &) {
@@ -174,7 +162,7 @@ Result<const LevelDirectory *> Reader::directory(int level) try {
 Chunk Reader::root_chunk() const { return {.masks = {}, .points = root_points(header_.root, parameters_.attributes)}; }
 
 FileRange Reader::directory_range(int level) const {
-    return range_of(*section(SectionType::level_directory, static_cast<std::uint32_t>(level)));
+    return section(SectionType::level_directory, static_cast<std::uint32_t>(level))->range();
 }
 
 Status Reader::check_chunk(int level, std::size_t index, std::optional<Storage> storage) const {
@@ -288,164 +276,6 @@ Result<ChunkView> Reader::view_chunk(int level, std::size_t index, const ChunkBy
             verified[index].store(true, std::memory_order_release);
     }
     return pbm::view_chunk(entry, bytes, parameters_.attributes, level);
-} catch (const std::bad_alloc &) {
-    return out_of_memory();
-}
-
-std::vector<const SectionEntry *> Reader::rasters() const {
-    std::vector<const SectionEntry *> rasters;
-    for (const SectionEntry &entry : sections_)
-        if (is_raster(entry.type))
-            rasters.push_back(&entry);
-    return rasters;
-}
-
-std::vector<FileRange> Reader::raster_ranges() const {
-    std::vector<FileRange> ranges;
-    for (const SectionEntry *entry : rasters())
-        ranges.push_back(image_directory_range(*entry));
-    return ranges;
-}
-
-Result<TiledImages> Reader::images() const try {
-    TiledImages images;
-    for (const SectionEntry *entry : rasters()) {
-        Result<ImageDirectory> directory = read_image_directory(source_, *entry, header_.storage());
-        if (!directory)
-            return std::move(directory).error();
-        auto image =
-            std::make_shared<const TiledImage>(TiledImage::open(source_, range_of(*entry), std::move(*directory)));
-        if (entry->type == SectionType::panorama)
-            images.panorama = std::move(image);
-        else if (entry->type == SectionType::ground_texture)
-            images.ground_texture = std::move(image);
-        else
-            images.ground_lit.push_back(std::move(image));
-    }
-    return images;
-} catch (const std::bad_alloc &) {
-    return out_of_memory();
-}
-
-Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks) {
-    const std::uint64_t count =
-        directory.chunks.empty() ? 0 : directory.chunks.back().first_brick + directory.chunks.back().shape.bricks;
-    if (bricks.element_bytes == kBrickRecordBytes && bricks.count == count)
-        return {};
-    return broken("5.10.2", bricks.offset, "the bricks section does not hold the bricks that the directory counts",
-                  std::to_string(count) + " of 24 bytes",
-                  std::to_string(bricks.count) + " of " + std::to_string(bricks.element_bytes) + " bytes");
-}
-
-namespace {
-
-// Decodes all chunks of a level into `model`, which has the level above.
-Status load_level(const Reader &reader, const LevelDirectory &directory, int threads, Model &model) {
-    const AttributeSet &set = model.parameters.attributes;
-    const Level &above = model.levels[static_cast<std::size_t>(directory.level) - 1];
-    Level &level = model.levels[static_cast<std::size_t>(directory.level)];
-    // Fits: load_levels has compared it with the memory allowed.
-    level.masks.resize(static_cast<std::size_t>(directory.nodes));
-    level.points.resize(static_cast<std::size_t>(directory.points), set);
-    const bool mapped = reader.header().storage() == Storage::mapped;
-    const auto load = [&](const ChunkEntry &entry, std::size_t index, Chunk &to) -> Status {
-        if (mapped) // lies in the file as a whole
-            return reader.load_chunk(directory.level, index, {}, to);
-        const Result<HeldBytes> stored = require(reader.source(), chunk_range(entry));
-        if (!stored)
-            return stored.error();
-        const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
-        return decode_chunk(entry, stored->bytes, reader.chunk_rules(directory.level), parents, to);
-    };
-    std::vector<std::optional<Error>> failures(directory.chunks.size());
-    std::atomic<bool> failed{false};
-    parallel_for(failures.size(), threads, [&](std::size_t i) {
-        if (failed)
-            return;
-        Chunk &chunk = per_thread<Chunk>();
-        const ChunkEntry &entry = directory.chunks[i];
-        const Status status = load(entry, i, chunk);
-        if (status) {
-            place_chunk(chunk, entry, set, level);
-        } else {
-            failures[i] = status.error();
-            failed = true;
-        }
-    });
-    for (std::optional<Error> &failure : failures)
-        if (failure)
-            return std::move(*failure);
-    return {};
-}
-
-// Level 0 of all rasters.
-Status load_images(const TiledImages &images, int threads, ModelImages &to) {
-    Status status;
-    const auto load = [&](const std::shared_ptr<const TiledImage> &image, Image &into) {
-        if (!status || image == nullptr)
-            return;
-        Result<Image> level = image->level_image(0, threads);
-        if (level)
-            into = std::move(level).value();
-        else
-            status = std::move(level).error();
-    };
-    load(images.ground_texture, to.ground_texture);
-    to.ground_lit.resize(images.ground_lit.size());
-    for (std::size_t light = 0; light < images.ground_lit.size(); ++light)
-        load(images.ground_lit[light], to.ground_lit[light]);
-    load(images.panorama, to.panorama);
-    return status;
-}
-
-} // namespace
-
-std::uint64_t decoded_bytes(const TiledImages &images) {
-    std::uint64_t bytes = 0;
-    const auto add = [&](const std::shared_ptr<const TiledImage> &image) {
-        bytes += image == nullptr ? 0 : image->grid().texel_bytes();
-    };
-    add(images.panorama);
-    add(images.ground_texture);
-    for (const auto &lit : images.ground_lit)
-        add(lit);
-    return bytes;
-}
-
-Result<Model> load_model(Reader &reader, const LoadOptions &options) try {
-    const Result<TiledImages> images = reader.images();
-    if (!images)
-        return images.error();
-    const AttributeSet &set = reader.parameters().attributes;
-    const int last = std::min(options.max_level, reader.depth());
-    std::uint64_t memory = decoded_bytes(*images);
-    std::vector<const LevelDirectory *> directories{nullptr};
-    for (int level = 1; level <= last; ++level) {
-        const Result<const LevelDirectory *> directory = reader.directory(level);
-        if (!directory)
-            return directory.error();
-        directories.push_back(*directory);
-        memory += decoded_bytes(**directory, set);
-    }
-    if (memory > addressable(options.max_memory))
-        return broken("system.memory", 0,
-                      "the model needs " + std::to_string(memory >> 20) + " MiB of memory, more than allowed (" +
-                          std::to_string(options.max_memory >> 20) + " MiB): draw a coarser level or allow more",
-                      options.max_memory, memory);
-    Model model;
-    model.parameters = reader.parameters();
-    model.metadata = reader.metadata();
-    model.levels.resize(static_cast<std::size_t>(last) + 1);
-    model.levels[0].points = root_points(reader.header().root, set);
-
-    // Level by level, since chunks need their parents.
-    for (int level = 1; level <= last; ++level)
-        if (Status status = load_level(reader, *directories[static_cast<std::size_t>(level)], options.threads, model);
-            !status)
-            return std::move(status).error();
-    if (Status status = load_images(*images, options.threads, model.images); !status)
-        return std::move(status).error();
-    return model;
 } catch (const std::bad_alloc &) {
     return out_of_memory();
 }

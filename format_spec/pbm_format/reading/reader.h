@@ -1,27 +1,27 @@
-// Reading .pbvg files: three calls, three promises. BVG.md section 8.
+// Reading .pbvg files: three calls, three promises. BVG.md 8.
 //
-//   open        proves header, section table and the small sections; touches nothing else
-//   directory   proves the chunk directory of a level (and of those above) when it is first needed
-//   load_chunk  proves a chunk before first use: hash, masks, counts, ranges
+//   open        verifies header, section table and the small sections; touches nothing else
+//   directory   verifies the chunk directory of a level (and of those above) when it is first needed
+//   load_chunk  verifies a chunk before first use: hash, masks, counts, ranges
 //   view_chunk  the same for a chunk of a mapped file, once, and hands it out where it lies
-//   images      proves the tile directories of the rasters; a tile proves itself when it is first looked at
+//   images      verifies the tile directories of the rasters; a tile verifies itself when it is first looked at
 //
 // A source need not be whole (system/byte_source.h): what is not there yet is asked for by range, and is no error.
 //
-//   opening_range, directory_range, chunk_range, brick_range, raster_ranges     what each of these calls reads
-//   chunk_bytes                                                                 a chunk's bytes, or none
+//   opening_range, directory_range, chunk_range, brick_range     what each of these calls reads
+//   chunk_bytes                                                  a chunk's bytes, or none
 //
 // A call whose bytes are not there is refused with ErrorCode::usage (not_there_yet) and may be made again. A call that
 // may not be made, such as a chunk before its directory, is refused with ErrorCode::usage too; ranges are then empty.
 //
-// Each proves what it hands out. Whether the whole file is valid is asked of `verify` in checking/validate.h.
+// Each verifies what it hands out. Whether the whole file is valid is asked of `verify` in checking/validate.h.
+// Rasters: images.h. A model as a whole: load_model.h.
 #pragma once
 
 #include "pbm_format/chunks/chunk.h"
 #include "pbm_format/chunks/mapped_chunk.h"
 #include "pbm_format/container/layout.h"
 #include "pbm_format/model/model.h"
-#include "pbm_format/rasters/tiled_image.h"
 #include "system/byte_source.h"
 
 #include <atomic>
@@ -79,22 +79,14 @@ class Reader {
     // The same from the chunk's bytes, in a packed file.
     Status load_chunk(int level, std::size_t index, const ChunkBytes &bytes, const Chunk &parent, Chunk &to) const;
 
-    // Chunk `index` of `level` of a mapped file, whose directory was read before, where it lies. At first touch proves
-    // it and the chunks above it, and remembers; after that it costs next to nothing. What is verified holds as long as
-    // the bytes stay as they are: where another process could change them, a loop over them must stay in bounds for
-    // any. Where the source is not whole, nothing is remembered: the bytes of all chunks above it must be there too.
-    // Safe to call from several threads.
+    // Chunk `index` of `level` of a mapped file, whose directory was read before, where it lies. At first touch
+    // verifies it and the chunks above it, and remembers; after that it costs next to nothing. What is verified holds
+    // as long as the bytes stay as they are: where another process could change them, a loop over them must stay in
+    // bounds for any. Where the source is not whole, nothing is remembered: the bytes of all chunks above it must be
+    // there too. Safe to call from several threads.
     Result<ChunkView> view_chunk(int level, std::size_t index) const;
     // The same from the chunk's bytes, with its parent chunk as it was viewed before; null for level 1.
     Result<ChunkView> view_chunk(int level, std::size_t index, const ChunkBytes &bytes, const ChunkView *parent) const;
-
-    // The rasters of the file, none of whose tiles is read yet. Opened anew by each call: hold on to them. They need
-    // the file's bytes, not the reader.
-    Result<TiledImages> images() const;
-    // Headers and tile directories of all rasters: what `images` reads.
-    std::vector<FileRange> raster_ranges() const;
-    // Rasters in the order of the file.
-    std::vector<const SectionEntry *> rasters() const;
 
     ChunkRules chunk_rules(int level) const {
         return {.set = parameters_.attributes,
@@ -126,20 +118,5 @@ class Reader {
     std::vector<LevelDirectory> directories_; // [depth + 1]; [0] unused, without chunks where not read yet
     std::vector<VerifiedChunks> verified_;    // [depth + 1]; empty unless the file is mapped and its source whole
 };
-
-struct LoadOptions {
-    int max_level = kMaxDepth; // levels 0..min(max_level, depth) are loaded
-    int threads = 0;
-    std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded streams; more is ErrorCode::memory
-};
-
-// Bytes of all levels of all rasters.
-std::uint64_t decoded_bytes(const TiledImages &images);
-
-// The level's bricks are as many as its directory says. BVG.md 5.10.2
-Status check_brick_count(const LevelDirectory &directory, const SectionEntry &bricks);
-
-// All levels up to `max_level`, each as contiguous streams, and all rasters.
-Result<Model> load_model(Reader &reader, const LoadOptions &options = {});
 
 } // namespace pbm

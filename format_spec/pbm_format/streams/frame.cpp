@@ -23,8 +23,8 @@ struct DecompressionContext {
     std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx *)> context;
 };
 
-// Magic number of RFC 8878 (libraries may also read older ones), single segment (so that no window is larger than the
-// content), reserved bit clear, no dictionary.
+// Requires the magic number of RFC 8878 (libraries may also read older ones), a single segment (so that the window is
+// no larger than the content), a clear reserved bit, and no dictionary.
 bool is_plain_frame(ByteView stored) {
     constexpr std::array<std::uint8_t, 4> kFrameMagic{0x28, 0xB5, 0x2F, 0xFD};
     constexpr unsigned kSingleSegment = 0x20, kReserved = 0x08, kDictionary = 0x03;

@@ -1,4 +1,4 @@
-// Entropy coding of one run of bytes: a zstd frame, or the bytes as they are. BVG.md 5.6. The only user of zstd.
+// Decodes one run of bytes: a zstd frame, or raw bytes. BVG.md 5.6. The only user of zstd's decoder.
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -8,18 +8,18 @@
 
 namespace pbm {
 
-// Undoes append_frame; `raw` has the size that the file promises. `offset` is that of `stored` in the file.
+// Decodes the output of append_frame; `raw` has the expected size. `offset` is that of `stored` in the file.
 //
 // errors  bad_attribute  5.6.1 not one whole frame of a single segment, 5.6.2 another content size, 5.6.3 no frame
 Status decode_frame(ByteView stored, bool zstd, std::span<std::uint8_t> raw, std::uint64_t offset,
                     Wording wording = Wording::full);
 
-// Cuts planes apart, one after the other, each with the size that those before give it.
+// Splits a filtered stream into planes, in order; earlier planes determine the sizes of later ones.
 class PlaneCursor {
   public:
     PlaneCursor(ByteView bytes, std::size_t count) : bytes_(bytes), at_(kPlaneEntryBytes * count) {}
 
-    // False if the next plane cannot be one of `raw_bytes`.
+    // Returns false if the next plane cannot have `raw_bytes` bytes.
     bool next(std::size_t raw_bytes, ByteView &stored, bool &zstd);
     bool finished() const { return at_ == bytes_.size(); }
 

@@ -30,7 +30,7 @@ constexpr const std::uint8_t *kRankingOf = kTable;
 constexpr const std::uint8_t *kMaskOf = kTable + kMaskContexts; // [ranking][code]
 
 using AxisOrder = std::array<std::size_t, 3>;
-// Ascending; of several orders that sort a normal the first is taken.
+// In ascending order; if several sort a normal, the first is taken.
 constexpr std::array<AxisOrder, 6> kAxisOrders{
     {AxisOrder{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
 
@@ -44,11 +44,11 @@ std::uint8_t place_image(std::size_t place, std::size_t symmetry) {
     return static_cast<std::uint8_t>(image);
 }
 
-// Place << 7 | (parent's mask, mirrored so that the place comes to corner 0) >> 1: the lower part of a context, before
-// its symmetry is known. Zero is place 0 of parent mask 1.
+// The lower part of a context before its symmetry is known: place << 7 | (parent's mask, mirrored so that the place
+// becomes corner 0) >> 1. Zero is place 0 of parent mask 1.
 using Surroundings = std::uint16_t;
 
-// What orders the axes of a normal. Both fields are ready to be added to an index.
+// The class of a normal and the order of its axes, shifted so that they can be added to an index.
 struct SortedNormal {
     std::uint16_t normal_class = 0; // << kNearbyBits
     std::uint16_t order = 0;        // << kNearbyBits
@@ -57,8 +57,8 @@ struct SortedNormal {
 struct SymmetryTables {
     std::array<std::uint8_t, kSymmetries * kMasks> image{}, original{}; // [symmetry][mask], of masks
     std::array<SortedNormal, 1024> normal{};                            // by index bits 0..9
-    std::array<Surroundings, 6 * kNearby> turned{}; // [order of the axes][surroundings, the place mirrored before]
-    // Of the children of a parent's mask, one after the other.
+    std::array<Surroundings, 6 * kNearby> turned{}; // [order of the axes][surroundings whose place is mirrored]
+    // For each parent mask, the surroundings of its children in order.
     std::array<std::array<Surroundings, 8>, kMasks> children{};
     std::array<std::uint8_t, kMasks> child_count{};
 
@@ -114,7 +114,7 @@ const SymmetryTables &symmetries() {
     return instance;
 }
 
-// A PlacedMask as the loops want it.
+// A PlacedMask as indices of tables.
 struct Lookup {
     std::size_t context = 0;
     std::size_t images = 0; // symmetry x kMasks
@@ -123,13 +123,12 @@ struct Lookup {
 inline Lookup look_up(const SymmetryTables &tables, Surroundings parent, std::size_t normal) {
     const SortedNormal sorted = tables.normal[normal & 1023U];
     const std::size_t symmetry = sorted.order | (normal >> 3 & 7U << kPlaceShift);
-    // One number is both an index into `turned`, where it mirrors the place, and the symmetry.
+    // This number is both the symmetry and, combined with the parent's surroundings, the index into `turned`.
     return {.context = sorted.normal_class | std::size_t{tables.turned[symmetry ^ parent]}, .images = 2 * symmetry};
 }
 
-// Calls visit(i, lookup) for every node, i ascending; `visit` is a copy, so that its pointers stay in registers
-// whatever bytes it writes. Blocks keep the expanded surroundings in the nearest cache and the loops free of branches
-// that depend on the data.
+// Calls visit(i, lookup) for every node, i ascending. `visit` is a copy, so that its pointers stay in registers.
+// Working in blocks keeps surroundings in the first-level cache and the loops free of branches that depend on data.
 template <class Visit> void for_each_node(const MaskContext &context, const Visit visit) {
     constexpr std::size_t kBlock = 1024;
     const SymmetryTables &tables = symmetries();
@@ -144,7 +143,7 @@ template <class Visit> void for_each_node(const MaskContext &context, const Visi
             std::memcpy(&block[filled], &tables.children[mask], sizeof(tables.children[mask]));
             filled += tables.child_count[mask];
         }
-        if (filled == 0) { // no parents are left
+        if (filled == 0) { // no more parents
             filled = kBlock;
             block.fill(0);
         }

@@ -37,7 +37,7 @@ MaskSummary summarise_masks(ByteView masks) {
     return summary;
 }
 
-// Bits 0..7 of each point's node; eight at a time, of which the next node overwrites those that are not its own.
+// Writes the low 8 bits of each point's node number, eight bytes per node; the next node overwrites the surplus.
 void number_parents(ByteView masks, std::uint8_t *numbers) {
     constexpr std::uint64_t kOnes = 0x0101010101010101;
     for (std::size_t node = 0; node < masks.size(); ++node) {
@@ -47,8 +47,8 @@ void number_parents(ByteView masks, std::uint8_t *numbers) {
     }
 }
 
-// Points have siblings if one of their neighbours has the same parent. `numbers` has one byte before and kSlack
-// behind, the others have room for whole strides.
+// A point has siblings if a neighbour has the same parent. `numbers` is padded by one byte in front and kSlack behind,
+// the other arrays to whole strides.
 void lay_out_siblings(const std::uint8_t *numbers, std::size_t points, SiblingLayout::Block *blocks,
                       std::uint8_t *parents, std::uint8_t *codes_of_points) {
     std::uint32_t first_node = 0, first_code = 0;
@@ -57,7 +57,7 @@ void lay_out_siblings(const std::uint8_t *numbers, std::size_t points, SiblingLa
         const Lanes siblings =
             equal_bytes(number, load(numbers + at - 1)) | equal_bytes(number, load(numbers + at + 1));
         const Lanes one = siblings & set(1);
-        Lanes codes = one; // up to each point of a block, it included
+        Lanes codes = one; // inclusive prefix sums within a block
         codes = codes + shift_lanes<1>(codes);
         codes = codes + shift_lanes<2>(codes);
         codes = codes + shift_lanes<4>(codes);
@@ -69,7 +69,7 @@ void lay_out_siblings(const std::uint8_t *numbers, std::size_t points, SiblingLa
         for (std::size_t block = 0; block < kLanes; block += kBlock) {
             *blocks++ = {first_node, first_code};
             if (at + block + kBlock >= points)
-                continue; // a last block that is there only to complete the stride looks up what this one does
+                continue; // a block that only pads the stride repeats this one
             first_node += static_cast<std::uint8_t>(numbers[at + block + kBlock] - numbers[at + block]);
             first_code += counts[block + kBlock - 1];
         }
@@ -100,7 +100,7 @@ void SiblingLayout::build(ByteView masks, const MaskSummary &summary) {
     blocks_.resize(std::max(blocks_.size(), room / 16));
     std::uint8_t *numbers = numbers_.data() + 1;
     HWY_DYNAMIC_DISPATCH(number_parents)(masks, numbers);
-    // Neighbours of the first and of the last point that are no siblings.
+    // Make sure that the first and the last point have no siblings outside.
     numbers[-1] = static_cast<std::uint8_t>(numbers[0] - 1);
     numbers[points_] = static_cast<std::uint8_t>(numbers[points_ - 1] + 1);
     HWY_DYNAMIC_DISPATCH(lay_out_siblings)

@@ -1,5 +1,5 @@
-// Where the points of a chunk find their parents and codes, from the child masks; 16 or 32 at a time, with the best
-// instructions the processor has (Highway), and the same on every processor. BVG.md 4 and 5.8.
+// Computes the parents and codes of a chunk's points from its child masks, 16 or 32 points at a time. SIMD (Highway);
+// the result is the same on every processor. BVG.md 4 and 5.8
 #pragma once
 
 #include "system/bytes.h"
@@ -10,21 +10,21 @@
 
 namespace pbm {
 
-// Bytes that may be read behind codes, and written behind scratch memory.
+// Bytes that may be read behind codes and written behind scratch memory.
 inline constexpr std::size_t kSlack = 64;
 
 struct MaskSummary {
     std::uint64_t children = 0;
     std::uint64_t only_children = 0;
-    bool zero = false; // one of the masks is
+    bool zero = false; // a mask is zero
 };
 MaskSummary summarise_masks(ByteView masks);
 
-// Where each point finds its parent node and its code. Points stand in blocks of 16, which have at most 16 parents and
-// at most 16 codes, so that a shuffle of 16 bytes hands each point its own.
+// The parent node and the code of each point. Points are in blocks of 16 with at most 16 parents and 16 codes, so that
+// a shuffle of 16 bytes selects each point's own.
 class SiblingLayout {
   public:
-    // For masks of which none is zero and which have `summary.children` children.
+    // `masks` must have `summary.children` children and no zero.
     void build(ByteView masks, const MaskSummary &summary);
 
     std::size_t nodes() const { return nodes_; }
@@ -37,8 +37,8 @@ class SiblingLayout {
     };
     // [points / 16, rounded up to an even number]
     const Block *blocks() const { return blocks_.data(); }
-    // Of each point, in whole pairs of blocks: its node, counted from its block's first; and its code, counted from
-    // its block's first, with bit 7 set if it has none.
+    // For each point, padded to whole pairs of blocks: its node relative to the block's first node, and its code
+    // relative to the block's first code; bit 7 is set if it has no code.
     const std::uint8_t *parents() const { return parents_.data(); }
     const std::uint8_t *codes_of_points() const { return codes_of_points_.data(); }
 
@@ -46,7 +46,7 @@ class SiblingLayout {
     std::size_t nodes_ = 0, points_ = 0, codes_ = 0;
     std::vector<Block> blocks_;
     Bytes parents_, codes_of_points_;
-    Bytes numbers_; // one byte before, then bits 0..7 of the number of each point's node
+    Bytes numbers_; // one byte in front; then the low 8 bits of each point's node number
 };
 
 } // namespace pbm

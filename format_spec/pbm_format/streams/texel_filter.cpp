@@ -15,7 +15,7 @@ using Texel = std::array<std::uint8_t, kMaxChannels>;
 void unfilter_texels(const TexelPlanes &planes, std::size_t width, std::size_t channels,
                      std::span<std::uint8_t> texels) {
     assert(channels == 1 || channels == 3);
-    Texel first{}; // of the row
+    Texel first{}; // of the current row
     std::uint8_t *to = texels.data();
     for (std::size_t row = 0; row * width * channels < texels.size(); ++row) {
         Texel sum = first;

@@ -15,7 +15,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 
-// Walks over the points of a chunk, kLanes at a time.
+// Iterates over the points of a chunk, kLanes at a time.
 class Strides {
   public:
     explicit Strides(const SiblingLayout &layout)
@@ -56,7 +56,7 @@ class Strides {
 HWY_INLINE Lanes unzigzag(Lanes code) { return shift_right<1>(code) ^ (set(0) - (code & set(1))); }
 HWY_INLINE std::uint8_t unzigzag(unsigned code) { return static_cast<std::uint8_t>(code >> 1 ^ (0U - (code & 1U))); }
 
-// Writes a whole stride, or the part of it that there is.
+// Writes a whole stride, or its part before the end.
 HWY_INLINE void store(Lanes values, const Strides &stride, std::uint8_t *points) {
     if (stride.whole())
         return store(values, points + stride.at());
@@ -80,7 +80,7 @@ std::uint8_t largest_value(ByteView values) {
 
 EscapeCount count_escapes(ByteView codes) {
     std::size_t count = 0, at = 0;
-    unsigned strange = 0; // low half 15, high half not 0
+    unsigned strange = 0; // low half 15 but high half not 0
     for (; at + kLanes <= codes.size(); at += kLanes) {
         const Lanes some = load(codes.data() + at);
         const unsigned escapes = equal_lanes(some & set(15), set(15));
@@ -95,7 +95,7 @@ EscapeCount count_escapes(ByteView codes) {
     return {count, strange == 0};
 }
 
-// Cells of the normals of the positive octant.
+// Cells (u, v) of the normals of the positive octant.
 struct PositiveCells {
     std::array<std::uint8_t, 1024> u{}, v{};
 
@@ -107,8 +107,7 @@ struct PositiveCells {
     }
 };
 
-// Of each parent node its cell when mirrored into the positive octant, and the bits that mirror it back: octant and
-// two-sided.
+// For each parent node: its cell when mirrored into the positive octant; its octant and two-sided bits, to mirror back.
 void split_parents(std::span<const std::uint16_t> parents, std::uint8_t *us, std::uint8_t *vs, std::uint8_t *mirrors) {
     static const PositiveCells cells;
     const std::uint8_t *u = cells.u.data(), *v = cells.v.data();
@@ -135,7 +134,7 @@ UnfilteredNormals unfilter_and_compare(UnfilterScratch &scratch, std::span<const
         const Lanes low = code & set(15);
         const Lanes u = (stride.of_parents(us) + unzigzag(low)) & set(127);
         const Lanes v = (stride.of_parents(vs) + unzigzag(shift_right<4>(code))) & set(63);
-        // u + 128 v from bytes: the low byte takes v's lowest bit, the high byte the others.
+        // u + 128 v as bytes: the lowest bit of v belongs to the low byte, the others to the high byte.
         store_interleaved(u | shift_left<7>(v), shift_right<1>(v), reinterpret_cast<std::uint8_t *>(cell));
         store_interleaved(set(0), shift_left<2>(stride.of_parents(mirrors)), reinterpret_cast<std::uint8_t *>(mirror));
 
@@ -153,20 +152,20 @@ UnfilteredNormals unfilter_and_compare(UnfilterScratch &scratch, std::span<const
         }
         const bool whole = stride.whole();
         std::uint16_t *to = whole ? points.data() + stride.at() : last;
-        if (!whole) // what is past the end is the first again
+        if (!whole) // repeat the first one past the end
             for (std::size_t i = stride.count(); i < kLanes; ++i) {
                 cell[i] = cell[0];
                 mirror[i] = mirror[0];
             }
-        for (std::size_t eight = 0; eight < kLanes; eight += 8) { // so few that compilers unroll the inner loop
+        for (std::size_t eight = 0; eight < kLanes; eight += 8) { // eight, so that compilers unroll the inner loop
             std::uint8_t marks_of_eight = 0;
-            for (std::size_t i = eight; i < eight + 8; i += 2) { // a store for two
+            for (std::size_t i = eight; i < eight + 8; i += 2) { // two per store
                 std::uint32_t mirrors_of_both;
                 std::memcpy(&mirrors_of_both, mirror + i, sizeof mirrors_of_both);
                 const std::uint32_t both =
                     (normals[cell[i]] | static_cast<std::uint32_t>(normals[cell[i + 1]]) << 16) ^ mirrors_of_both;
                 std::memcpy(to + i, &both, sizeof both);
-                if constexpr (kCompares) // indices are below 2 x kNormalCount, whatever the bytes
+                if constexpr (kCompares) // indices stay below 2 x kNormalCount for any bytes
                     marks_of_eight |= static_cast<std::uint8_t>(outside[both & 0xFFFF] | outside[both >> 16]);
             }
             marks |= marks_of_eight;
@@ -272,7 +271,7 @@ void unfilter_colours_565(UnfilterScratch &scratch, ByteView parents, ByteView g
             r = load(red);
             b = load(blue);
         }
-        // red in bits 3..7 of the high byte; green's high half below it, its low half above blue in the low byte
+        // High byte: red, then green's high half. Low byte: green's low half, then blue.
         const Lanes high = shift_left<3>(r) | shift_right<3>(g);
         const Lanes lower = shift_left<5>(g) | (b & set(31));
         std::uint8_t *to = points.data() + 2 * stride.at();

@@ -20,10 +20,10 @@ Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &
 
 namespace {
 
-// Plain streams are worth a search for matches only where they come near to filtered ones without it.
+// Whether a search for matches in the plain stream can pay: not if it has twice the filtered size without them.
 bool may_become_smaller(std::size_t plain, std::size_t filtered) { return plain / 2 < filtered; }
 
-// The smaller of filtered and plain.
+// Appends the smaller of the filtered and the plain stream.
 StreamEntry append_stream(const StreamContext &context, ByteView masks, const PointView &points,
                           const ParentNodes &parents, const ChunkCoding &coding, Bytes &out) {
     struct Coded {
@@ -53,7 +53,7 @@ StreamEntry append_stream(const StreamContext &context, ByteView masks, const Po
     return entry;
 }
 
-// As it is, padded with zeros to the alignment of mapped streams; `start` is where the chunk starts in `out`.
+// Appends the raw stream, padded with zeros to the alignment of mapped streams. The chunk starts at `start` in `out`.
 StreamEntry append_aligned(const StreamContext &context, ByteView masks, const PointView &points, std::size_t start,
                            Bytes &out) {
     const Bytes raw = raw_stream(context, masks, points);

@@ -1,4 +1,4 @@
-// The encoder of chunks; chunk.h undoes it. BVG.md sections 5 and 6
+// Encodes chunks; chunk.h decodes them. BVG.md 5 and 6
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -10,13 +10,13 @@ namespace pbm {
 Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &points);
 
 struct ChunkCoding {
-    Storage storage = Storage::packed; // mapped streams are raw and aligned (5.10); the rest is for packed ones
+    Storage storage = Storage::packed; // mapped streams are raw and aligned (5.10), packed ones as below
     int compression_level = 1;         // 1..19, see frame_encoder.h
-    bool filters = true;               // try them
+    bool filters = true;               // try filters
 };
 
-// Codes the streams of one chunk, whose shape and places in `model` stand in `entry`. Deterministic for a zstd version.
-// Fills the rest of `entry` and appends the stored bytes to `out`.
+// Encodes the streams of one chunk, whose shape and place in `model` are in `entry`. Fills the rest of `entry` and
+// appends the stored bytes to `out`. Deterministic for one version of zstd.
 void encode_chunk(const Model &model, int level, const ChunkCoding &coding, ChunkEntry &entry, Bytes &out);
 
 } // namespace pbm

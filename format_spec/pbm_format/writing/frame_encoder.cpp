@@ -16,7 +16,7 @@ namespace pbm {
 
 namespace {
 
-// One context per thread: frames do not depend on what a context compressed before.
+// One context per thread; frames do not depend on earlier ones.
 struct CompressionContext {
     CompressionContext() : context(ZSTD_createCCtx(), ZSTD_freeCCtx) {
         if (!context)
@@ -25,23 +25,23 @@ struct CompressionContext {
     std::unique_ptr<ZSTD_CCtx, std::size_t (*)(ZSTD_CCtx *)> context;
 };
 
-// zstd's fast mode steps over `targetLength` bytes where it finds no match: this many, and it never looks for one.
+// zstd's fast mode skips `targetLength` bytes where it finds no match: with this level it never searches.
 constexpr int kNoMatches = -(1 << 17);
 
-// Returns the frame, which lies in `memory`.
+// Compresses `raw` into `memory` and returns the frame there.
 ByteView compress(ByteView raw, int zstd_level, Bytes &memory) {
     ZSTD_CCtx *context = per_thread<CompressionContext>().context.get();
     ZSTD_CCtx_reset(context, ZSTD_reset_session_and_parameters);
     ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, zstd_level);
     ZSTD_CCtx_setParameter(context, ZSTD_c_literalCompressionMode, ZSTD_ps_enable);
-    memory.resize(std::max(memory.size(), ZSTD_compressBound(raw.size()))); // never less: zeros would be written anew
+    memory.resize(std::max(memory.size(), ZSTD_compressBound(raw.size()))); // does not shrink: growing zeroes it
     const std::size_t size = ZSTD_compress2(context, memory.data(), memory.size(), raw.data(), raw.size());
     if (ZSTD_isError(size) != 0)
-        throw std::bad_alloc(); // the only way to fail with a buffer of compressBound bytes
+        throw std::bad_alloc(); // the only possible error with a buffer of compressBound bytes
     return ByteView(memory).first(size);
 }
 
-// Matches must save this share to be worth their slower decoding.
+// Whether matches save enough to justify slower decoding: a fifth.
 bool matches_pay(std::size_t with_matches, std::size_t without) { return with_matches + without / 5 < without; }
 
 } // namespace
@@ -58,7 +58,7 @@ StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out) {
         if (matches_pay(other.size(), frame.size()))
             frame = other;
     }
-    // A frame may not be larger than its raw bytes, nor expand beyond the limit readers accept.
+    // A frame must be smaller than its raw bytes, and within the expansion limit of readers.
     const bool smaller = frame.size() < raw.size() && raw.size() / kMaxExpansion <= frame.size();
     const ByteView stored = smaller ? frame : raw;
     out.insert(out.end(), stored.begin(), stored.end());

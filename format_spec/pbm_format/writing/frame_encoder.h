@@ -1,4 +1,4 @@
-// The encoder of frames; frame.h undoes it. BVG.md 5.6 and 5.8.1
+// Encodes frames; frame.h decodes them. BVG.md 5.6 and 5.8.1
 #pragma once
 
 #include "system/bytes.h"
@@ -10,16 +10,16 @@ namespace pbm {
 
 struct StoredFrame {
     std::uint32_t stored_bytes = 0;
-    bool zstd = false; // else the raw bytes
+    bool zstd = false; // false: raw bytes
 };
 
-// Appends `raw` to `out` in the form that is smallest, or nearly smallest and much faster to decode: what filters leave
-// is noise in which matches are rare, so a frame of nothing but Huffman-coded literals (1.5 GB/s) is preferred to one
-// with matches (0.5 to 1 GB/s) unless matches save a fifth. Level 1 makes no other than Huffman frames; 2..19 try
-// matches with zstd's level of that number. Deterministic for a version of zstd.
+// Appends `raw` to `out` in the smallest form, or in a nearly smallest one that decodes much faster. Filtered data are
+// noise in which matches are rare. So a frame of only Huffman-coded literals (1.5 GB/s) is preferred to one with
+// matches (0.5 to 1 GB/s) unless matches save a fifth. Level 1 makes only Huffman frames; levels 2..19 also try matches
+// with zstd's level of that number. Deterministic for one version of zstd.
 StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out);
 
-// Appends planes of a filter with their entries in front. BVG.md 5.8.1
+// Appends planes of a filter after their entries. BVG.md 5.8.1
 void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &out);
 
 } // namespace pbm

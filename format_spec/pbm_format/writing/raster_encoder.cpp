@@ -15,7 +15,7 @@ std::uint8_t zigzag(unsigned difference) {
 
 using Texel = std::array<std::uint8_t, kMaxChannels>;
 
-// What planes hold of a texel: channel 1 (or the only one), and the others less it.
+// The values of a texel in the planes: channel 1 (or the only one), and the others minus it.
 Texel decorrelated(const std::uint8_t *texel, std::size_t channels) {
     if (channels == 1)
         return {texel[0]};
@@ -44,7 +44,7 @@ Bytes encode_directory(const ImageDirectory &directory) {
     return whole.take();
 }
 
-// The smaller of filtered and plain.
+// Stores the smaller of the filtered and the plain tile.
 StreamEntry pack_tile(ByteView texels, const TileGrid &grid, int level, int compression_level, Bytes &stored) {
     Bytes filtered;
     append_planes(filter_texels(texels, grid.tile_width(level), grid.channels()), compression_level, filtered);

@@ -1,5 +1,4 @@
-// The encoder of rasters and of the filter of their tiles; image_section.h and texel_filter.h undo them. BVG.md 3.10
-// and 5.8.9
+// Encodes rasters and filters their tiles; image_section.h and texel_filter.h invert that. BVG.md 3.10 and 5.8.9
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -9,11 +8,10 @@
 
 namespace pbm {
 
-// Planes of the zigzags of differences: of the value for one channel; of G, R - G, B - G for three. `width` texels a
-// row.
+// Planes of zigzag-coded differences: of one channel, or of G, R - G, B - G. Rows have `width` texels.
 std::vector<Bytes> filter_texels(ByteView texels, std::size_t width, std::size_t channels);
 
-// The whole section, mip levels included. The image is_storable. The same bytes for any thread count.
+// Encodes the whole section with its mip levels. `image` must be storable. The result is the same for any thread count.
 Bytes encode_image(const Image &image, Storage storage, int compression_level, int threads);
 
 } // namespace pbm

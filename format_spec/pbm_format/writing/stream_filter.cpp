@@ -11,20 +11,19 @@ namespace pbm {
 
 namespace {
 
-// Small differences of either sign become small numbers: 0, -1, 1, -2 .. are 0, 1, 2, 3 ..
-// `bits` is the width of the wheel on which differences wrap.
+// Maps differences modulo 2^bits to numbers, small to small: 0, -1, 1, -2 .. to 0, 1, 2, 3 ..
 unsigned zigzag(int difference, int bits) {
     const int half = 1 << (bits - 1);
     const int wrapped = ((difference + half) & (2 * half - 1)) - half;
     return static_cast<unsigned>(wrapped < 0 ? -2 * wrapped - 1 : 2 * wrapped);
 }
 
-// Two small numbers in one byte. Low half 15 says that they follow as an escape.
+// Two small numbers in one byte. Low half 15 means that both follow as an escape.
 constexpr unsigned kEscape = 15;
 bool fits_pair(unsigned low, unsigned high) { return low < kEscape && high < 16; }
 std::uint8_t pair_code(unsigned low, unsigned high) { return static_cast<std::uint8_t>(low | high << 4); }
 
-// Bytes of a plane that has its final size, one after the other.
+// Writes the bytes of a plane in order; its size is known.
 class PlaneWriter {
   public:
     PlaneWriter(Bytes &plane, std::size_t size) {
@@ -49,7 +48,7 @@ std::size_t count_siblings(ByteView masks) {
     return count;
 }
 
-// Calls visit(parent, point) for every point that has siblings. False if an only child is not `same` as its parent.
+// Calls visit(parent, point) for points with siblings. Returns false if an only child is not the `same` as its parent.
 template <class Same, class Visit> bool for_siblings(ByteView masks, Same &&same, Visit &&visit) {
     std::size_t point = 0;
     for (std::size_t node = 0; node < masks.size(); ++node) {
@@ -121,7 +120,7 @@ bool filter_colours_565(ByteView masks, ByteView points, ByteView parents, std::
         [&](std::size_t node, std::size_t point) {
             const int to = packed(points, point), from = packed(parents, node);
             const unsigned green = zigzag((to >> 5 & 63) - (from >> 5 & 63), 6);
-            // Red and blue have half as many steps as green: half its difference, towards zero.
+            // Red and blue have half as many steps as green: half of green's difference, rounded towards zero.
             const auto half_size = static_cast<int>((green + 1) >> 2);
             const int half = (green & 1) != 0 ? -half_size : half_size;
             greens.push(green);
@@ -130,7 +129,7 @@ bool filter_colours_565(ByteView masks, ByteView points, ByteView parents, std::
         });
 }
 
-// Streams of a byte per point: `code(to, from)` says how a point differs from its parent.
+// Filters streams of one byte per point: `code(to, from)` encodes the difference of a point to its parent.
 template <class Code>
 bool filter_bytes(ByteView masks, ByteView points, ByteView parents, std::vector<Bytes> &planes, Code &&code) {
     PlaneWriter codes(planes[0], count_siblings(masks));
@@ -139,7 +138,7 @@ bool filter_bytes(ByteView masks, ByteView points, ByteView parents, std::vector
         [&](std::size_t node, std::size_t point) { codes.push(code(points[point], parents[node])); });
 }
 
-// Radii and lit fractions of only children are no copies of their parents': every point has a code.
+// Visits all points: radii and lit fractions of only children differ from their parents', so every point has a code.
 template <class Visit> void for_children(ByteView masks, Visit &&visit) {
     std::size_t point = 0;
     for (std::size_t node = 0; node < masks.size(); ++node)

@@ -1,4 +1,4 @@
-// The encoder of the filters of streams; unfilter.h undoes them. BVG.md 5.8
+// Filters streams; unfilter.h inverts that. BVG.md 5.8
 #pragma once
 
 #include "pbm_format/model/streams.h"
@@ -8,7 +8,7 @@
 
 namespace pbm {
 
-// Planes of the stream of `points` with filter_of(stream); nothing if the filter cannot say them: an only child
+// Planes of the stream of `points` with filter_of(stream). Empty if the filter cannot represent it: an only child
 // differs from its parent. `masks` are the chunk's.
 std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, ByteView masks, const PointView &points,
                                                 const ParentNodes &parents);

@@ -19,10 +19,10 @@ namespace pbm {
 
 namespace {
 
-// Sections in the order of the file, placed one after the other.
+// Collects sections in the order of the file and places them one behind the other.
 class FileLayout {
   public:
-    // The fields of `entry` that follow from its bytes are filled.
+    // Adds a section; fills the fields of `entry` that follow from its bytes.
     void add(SectionEntry entry, Bytes stored) {
         entry.flags = kCriticalFlag;
         entry.stored_bytes = stored.size();
@@ -31,7 +31,6 @@ class FileLayout {
         stored_.push_back(std::move(stored));
     }
 
-    // A raw section of records of one size.
     void add_records(SectionType type, std::uint32_t instance, std::uint32_t record_bytes, Bytes stored,
                      std::uint32_t alignment = kSectionAlignment) {
         const std::uint64_t bytes = stored.size();
@@ -44,7 +43,7 @@ class FileLayout {
             std::move(stored));
     }
 
-    // Header, table, sections; fills the fields of `header` that follow from the sections.
+    // Returns header, table and sections; fills the fields of `header` that follow from the sections.
     Bytes assemble(FileHeader header) {
         std::uint64_t end = kHeaderBytes + entries_.size() * kSectionEntryBytes;
         for (SectionEntry &entry : entries_) {
@@ -74,7 +73,7 @@ class FileLayout {
     std::vector<Bytes> stored_;
 };
 
-// Rasters that a file can hold: 3.10.4 and 3.10.15.
+// Checks whether a file can hold the rasters: 3.10.4 and 3.10.15.
 Status check_shapes(const ModelImages &images) {
     const auto whole = [](const Image &image) {
         return is_storable(image.width, image.height, image.channels) &&
@@ -117,7 +116,7 @@ void add_rasters(FileLayout &layout, const ModelImages &images, const WriteOptio
     add_raster(layout, SectionType::panorama, 0, images.panorama, options);
 }
 
-// Parameters as their own bytes say them: what a reader would refuse is refused before any work.
+// Checks the parameters by decoding their encoded form, so that what a reader would refuse is refused before any work.
 Status check_encodable(const Model &model) {
     const ModelParameters &parameters = model.parameters;
     const int depth = parameters.grid.depth;
@@ -144,10 +143,10 @@ Status check_encodable(const Model &model) {
 struct EncodedChunk {
     ChunkEntry entry;
     Bytes stored;
-    std::vector<BrickRecord> bricks; // of mapped files
+    std::vector<BrickRecord> bricks; // only for mapped files
 };
 
-// Fills the bricks of the chunks of `level`, from those of the level above.
+// Computes the bricks of the chunks of `level` from those of the level above.
 void index_level(const Model &model, std::size_t level, std::span<const EncodedChunk> above, int threads,
                  std::span<EncodedChunk> chunks) {
     const Level &here = model.levels[level];
@@ -171,7 +170,7 @@ void index_level(const Model &model, std::size_t level, std::span<const EncodedC
     });
 }
 
-// The sections of a level; takes what `chunks` hold.
+// Adds the sections of a level; moves the contents out of `chunks`.
 void add_level(FileLayout &layout, const AttributeSet &set, int level, Storage storage,
                std::span<EncodedChunk> chunks) {
     LevelDirectory directory{.level = level, .chunks = {}};

@@ -1,4 +1,4 @@
-// Writing .pbvg files. BVG.md sections 2 to 8.
+// Encodes and writes .pbvg files. BVG.md 2 to 8
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -12,19 +12,19 @@ namespace pbm {
 inline constexpr int kDefaultCompressionLevel = 3; // of 1..19, see frame_encoder.h
 
 struct WriteOptions {
-    Storage storage = Storage::packed; // mapped: compression_level and filters do not matter
+    Storage storage = Storage::packed; // mapped: ignores compression_level and filters
     int compression_level = kDefaultCompressionLevel;
-    bool filters = true; // store streams as differences to the level above where smaller
+    bool filters = true; // store streams as differences to the level above if that is smaller
     std::uint32_t chunk_points = kDefaultChunkPoints;
     int threads = 0;
-    std::function<void(double)> progress{}; // 0..1, from any of the threads
+    std::function<void(double)> progress{}; // receives 0..1, on any of the threads
 };
 
-// The file as bytes: the same for any thread count. The model must be complete (average_levels done);
-// broken parameters are refused as the reader would refuse them.
+// Returns the file's bytes, the same for any thread count. The model must be complete (average_levels done). Parameters
+// that the reader would refuse are errors.
 Result<Bytes> encode_model(const Model &model, const WriteOptions &options = {});
 
-// encode_model, then verify what came out, then replace `path` atomically. Returns the file's size.
+// Encodes the model, verifies the result, then replaces `path` atomically. Returns the file's size.
 Result<std::uint64_t> write_model(const std::string &path, const Model &model, const WriteOptions &options = {});
 
 } // namespace pbm

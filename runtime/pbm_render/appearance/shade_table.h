@@ -1,4 +1,4 @@
-// Phong's reflection per normal instead of per point. Linear light throughout; sRGB only at both ends.
+// Phong reflection per normal instead of per point. All values are linear light; only inputs and outputs are sRGB.
 // Based on: Phong. Illumination for Computer Generated Pictures. 1975; dissertation sections 4.2 and 4.6
 #pragma once
 
@@ -12,23 +12,23 @@
 
 namespace pbm {
 
-// Two directional lights that show the shape, for files that have none: a key light from the upper left front, a dimmer
-// fill from the right. Fixed to the model, as seen by the default camera.
+// Two directional lights that show the shape, for files without lights: a key light from the upper left front and a
+// dimmer fill light from the right, as seen by the default camera. They do not move with the camera.
 std::vector<Light> default_lights(UpAxis up);
 
 // What a light adds to the reflection of a point: kd * diffuse + ks * specular, times the light's intensity.
 // `to_light` and `to_eye` are unit vectors.
 glm::vec3 phong(const Material &material, const Light &light, glm::vec3 normal, glm::vec3 to_light, glm::vec3 to_eye);
 
-// Reflection of directional lights for one view direction (the eye counts as infinitely far away, so the table depends
-// on no point), as factors of a point's linear colour.
+// Reflection of directional lights for one view direction, as factors of a point's linear colour. The eye counts as
+// infinitely far away, so that the table is the same for all points.
 class ShadeTable {
   public:
-    // Lights whose index is below `shadowed_lights` have a shadow stream and stay apart from the others.
+    // Lights with an index below `shadowed_lights` have a shadow stream and are stored separately.
     ShadeTable(std::span<const Material> materials, std::span<const Light> lights, int shadowed_lights,
                glm::vec3 to_eye);
 
-    // Red, green, blue and an unused number each: the ambient term and every unshadowed directional light.
+    // Red, green, blue, unused: the ambient term and all unshadowed directional lights.
     const Float4 &unshadowed(std::size_t material, std::size_t normal) const {
         return unshadowed_[material * kNormalCount + normal];
     }
@@ -43,7 +43,7 @@ class ShadeTable {
     std::vector<Float4> shadowed_;   // [shadowed lights][materials][kNormalCount]
 };
 
-// sRGB bytes to linear light 0..1, and back: nearest of 4,096 steps, clamped.
+// Converts sRGB bytes to linear light 0..1, and back: rounded to 4,096 steps, clamped.
 class ColourTable {
   public:
     ColourTable();
@@ -51,7 +51,7 @@ class ColourTable {
     Float4 linear(std::uint32_t srgb) const {
         return Float4{linear_[srgb & 255], linear_[srgb >> 8 & 255], linear_[srgb >> 16 & 255], 0};
     }
-    // [kSteps + 1] of linear light, with room behind for reading four bytes at once.
+    // sRGB by linear light: [kSteps + 1], padded for reads of four bytes.
     const std::uint8_t *srgb() const { return srgb_.data(); }
 
     // Opaque, packed as pack_rgba does.

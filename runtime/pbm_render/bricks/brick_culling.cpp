@@ -11,13 +11,13 @@ namespace pbm {
 namespace {
 
 constexpr float kBrickVoxels = 8;
-// Eyes nearer than so many times what the brick reaches see it under an angle that nothing here is made for.
+// The bounds below do not hold for eyes nearer than this many times the brick's reach: such bricks are not culled.
 constexpr float kNear = 8;
-// Points up to this fraction of 2 pixels apart leave no gap between blocks, however they lie.
+// Blocks of points up to this fraction of 2 pixels apart leave no gap, at any angle.
 constexpr float kBlockRoom = 0.8F;
 
-// Whether no normal of the cone faces the eye anywhere in the brick. `sight` is the way from the eye to its centre,
-// `reach` the brick's, both eye space.
+// Whether no normal of the cone faces the eye anywhere in the brick. `sight`: from the eye to the brick's centre;
+// `reach`: the brick's radius; both in eye space.
 bool faces_away(const BrickRecord &brick, const EyeNormal &axis, glm::vec3 sight, float reach) {
     const float inverse_length = 1 / glm::length(sight);
     const float cosine = static_cast<float>(brick.cone_cosine) / 32767.0F;
@@ -25,7 +25,7 @@ bool faces_away(const BrickRecord &brick, const EyeNormal &axis, glm::vec3 sight
     if (along <= 0)
         return false;
     const float sines = std::sqrt(std::max(0.0F, (1 - cosine * cosine) * (1 - along * along)));
-    // The reference's rule says "slack" for rays as long as depth 1 takes: at least as long as the unit ray here.
+    // The reference's slack refers to rays of depth 1, which are at least as long as the unit ray here.
     return along * cosine - sines > kFacingSlack + reach * inverse_length;
 }
 
@@ -80,7 +80,7 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
             if (brick.cone_cosine != kNoCone &&
                 faces_away(brick, frame.normals[brick.cone_axis & kNormalIndexMask], centre, reach))
                 continue;
-            // Away from the middle of the picture a length across the ray takes more pixels; blocks have room for some.
+            // Off the picture's middle, a length across the ray covers more pixels; blocks leave some room for that.
             const float stretch = std::sqrt(1 + (x * x + y * y) * frame.inverse_focal * frame.inverse_focal);
             it.large = radius * frame.focal * std::max(1.0F, kBlockRoom * stretch) > kBlockRadius * nearest;
             it.top = static_cast<std::int32_t>(std::max(y + frame.middle_y - reach_y, 0.0F));

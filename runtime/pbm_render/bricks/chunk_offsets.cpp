@@ -17,7 +17,7 @@ const std::int8_t *ChunkOffsets::of(const ChunkView &chunk, std::span<const Seen
             missing.push_back(brick.brick);
     if (missing.empty())
         return offsets_.data();
-    if (!std::exchange(is_first_, false)) { // most of the cost is one listing of the chunk's bricks: avoid a third one
+    if (!std::exchange(is_first_, false)) { // each estimate lists all bricks, its main cost: make at most two
         missing.clear();
         for (std::uint32_t i = 0; i < known_.size(); ++i)
             if (known_[i] == 0)

@@ -1,4 +1,4 @@
-// The surface offsets of one chunk's points, as long as the chunk is resident.
+// The surface offsets of one chunk's points; they live as long as the chunk is resident.
 #pragma once
 
 #include "pbm_render/bricks/brick_culling.h"

@@ -1,4 +1,4 @@
-// The runs of a picture and what a view sees of them: what every renderer of runs starts with.
+// The runs of a picture and their visible bricks: the first step of every renderer of runs.
 #pragma once
 
 #include "pbm_render/bricks/brick_culling.h"
@@ -12,14 +12,14 @@
 
 namespace pbm {
 
-// Where a run's part of the picture is.
+// Visible bricks of a run, and the rows that they touch.
 struct DrawnRun {
     RunGeometry geometry;
-    std::size_t first_brick = 0, seen = 0; // in the list's bricks
+    std::size_t first_brick = 0, seen = 0; // range in the list's bricks
     int top = 0, bottom = 0;               // rows
 };
 
-// Ids of points: the number of a run and, below, that of the point within its chunk.
+// Point ids: the run's number in the high bits, the point's index within its chunk in the low bits.
 struct PointIds {
     int point_bits;
 
@@ -30,18 +30,17 @@ struct PointIds {
 
 class DrawnRuns {
   public:
-    // Chunks hold `chunk_points` points at most.
+    // `chunk_points`: the maximum number of points per chunk.
     explicit DrawnRuns(std::uint32_t chunk_points);
 
-    // What is drawn from now on: copies of as many runs as ids can tell.
+    // Copies the runs to draw, as many as ids can number.
     void set(std::span<const PointRun> runs);
-    // Of all runs: level and points.
+    // Level and points of all runs.
     RenderStatistics statistics() const;
     std::size_t size() const { return runs_.size(); }
 
-    // For a view: makes room first, then find what each run shows; runs may be culled by several threads at a time,
-    // each with a workplace of its own. `frame` must outlive what is done with them. `widen(run, bricks)` may change
-    // the bricks' rows.
+    // Starts a view. Then `cull` finds the visible bricks of a run; threads may cull different runs, each with its own
+    // workplace. `frame` must outlive the use of the results. `widen(run, bricks)` may change the rows of bricks.
     void begin_view(const FrameGeometry &frame);
     template <class Widen>
     void cull(std::size_t run, const FrameGeometry &frame, SurfaceOffsets &workplace, Widen &&widen) {
@@ -52,14 +51,14 @@ class DrawnRuns {
         cull(run, frame, workplace, [](const RunGeometry &, std::span<SeenBrick>) {});
     }
 
-    // work(run, its seen bricks, id of its chunk's first point) for runs that touch rows top .. bottom - 1.
+    // Calls work(run, its seen bricks, id of its chunk's first point) for runs that touch rows top .. bottom - 1.
     template <class Work> void for_each_in_rows(int top, int bottom, Work &&work) const {
         for (std::size_t i = 0; i < drawn_.size(); ++i)
             if (const DrawnRun &run = drawn_[i]; run.top < bottom && run.bottom > top)
                 work(run.geometry, std::span(bricks_).subspan(run.first_brick, run.seen), ids_.first_of(i));
     }
 
-    // A copy for loops that write: they need not read it again.
+    // A copy, so that loops which write need not read it again.
     PointIds ids() const { return ids_; }
     const PointRun &operator[](std::size_t run) const { return runs_[run]; }
 

@@ -1,4 +1,4 @@
-// What is the same for all points of a frame: camera, normals as the eye sees them, radii. All lengths in grid edges.
+// Values that all points of a frame share: camera, normals in eye space, radii. All lengths in grid edges.
 #pragma once
 
 #include "pbm_format/model/normal.h"
@@ -21,14 +21,14 @@ struct EyeNormal {
     float inset; // ScreenNormal::inset
 };
 
-// The same in one word, so that SIMD code fetches all of it at once: x, y, z as signed 9-bit numbers of 255ths from the
-// highest bit down, 4 bits of inset, and the lowest bit free for a point to say that it is two-sided.
+// An EyeNormal in one word, so that SIMD code fetches it at once. From the highest bit: x, y, z as signed 9-bit
+// multiples of 1/255, 4 bits of inset, and one bit that a point sets if it is two-sided.
 inline constexpr float kPackedNormalScale = 255;
 inline constexpr std::int32_t kPackedInsetMask = 15 << 1, kPackedTwoSided = 1;
 inline constexpr float kPackedInsetScale = 25 * 2;
 
 struct FrameGeometry {
-    // `projection` takes the unit grid to the screen.
+    // `projection` maps the unit grid to the screen.
     FrameGeometry(const Projection &projection, int width, int height);
 
     Projection projection;

@@ -31,7 +31,7 @@ std::vector<glm::dvec3> voxel_corners(std::span<const ByteView> masks, int level
     return corners;
 }
 
-// The corner of all voxels that is farthest from a point.
+// The corner, among those of all voxels, that is farthest from a point.
 glm::dvec3 farthest_corner(const std::vector<glm::dvec3> &voxels, glm::dvec3 from) {
     const glm::dvec3 to_centre = 0.5 - from;
     double longest = 0;
@@ -46,7 +46,7 @@ glm::dvec3 farthest_corner(const std::vector<glm::dvec3> &voxels, glm::dvec3 fro
     return *farthest + glm::dvec3(glm::greaterThan(*farthest + to_centre, glm::dvec3(0)));
 }
 
-// Centre of the smallest sphere around a few points: walks towards the farthest in shrinking steps.
+// Centre of the smallest sphere around a few points: moves towards the farthest point in shrinking steps.
 glm::dvec3 middle_of(const std::vector<glm::dvec3> &points, glm::dvec3 start) {
     const auto squared_distance = [](glm::dvec3 a, glm::dvec3 b) { return glm::dot(a - b, a - b); };
     glm::dvec3 centre = start;
@@ -61,8 +61,9 @@ glm::dvec3 middle_of(const std::vector<glm::dvec3> &points, glm::dvec3 start) {
     return centre;
 }
 
-// The smallest sphere around voxels, nearly: around a few of their corners, to which the farthest is added until none
-// stands out. Based on: Badoiu, Clarkson. Smaller core-sets for balls. 2003
+// An approximation of the smallest sphere around voxels: the sphere around a few of their corners, to which the
+// farthest corner is added until it lies inside.
+// Based on: Badoiu, Clarkson. Smaller core-sets for balls. 2003
 Sphere enclose(const std::vector<glm::dvec3> &voxels) {
     constexpr int kMaxSteps = 32;
     constexpr double kWider = 1.001;
@@ -79,7 +80,7 @@ Sphere enclose(const std::vector<glm::dvec3> &voxels) {
         const double reach = glm::length(corner - centre);
         if (reach < best.radius)
             best = {.centre = centre, .radius = reach};
-        double inner = 0; // no sphere is smaller than that around the support
+        double inner = 0; // lower bound of the radius of any sphere around the support
         for (const glm::dvec3 &point : support)
             inner = std::max(inner, glm::length(point - centre));
         if (best.radius <= kWider * inner)

@@ -1,4 +1,4 @@
-// Where the picture is taken from. Model space is right-handed; angles are radians.
+// The camera. Model space is right-handed; angles are radians.
 #pragma once
 
 #include "pbm_format/model/model.h"
@@ -35,25 +35,23 @@ struct Sphere {
     double radius = 0;
 };
 
-// Deepest level that bounding spheres are made of, so that a view is chosen before much is loaded: about 6,000 voxels.
+// Deepest level used for bounding spheres, at most about 6,000 voxels: a view is chosen before much is loaded.
 inline constexpr int kBoundsLevel = 6;
 
-// A sphere around all occupied voxels of `level`, 0..kBoundsLevel, and so around the model: at most 0.2 % wider than
-// the smallest one around them, which is 1 to 2 % wider than the smallest around the finest voxels where few of them
-// stand out, 5 % for a ball that fills the cube. masks[L] are those of a model's levels 1..level. BVG.md section 4
+// A sphere around all occupied voxels of `level`, 0..kBoundsLevel, and so around the model; at most 0.2 % larger than
+// their smallest sphere. That is 1 to 2 % larger than the smallest sphere of the finest voxels where few stand out, 5 %
+// for a ball that fills the cube. masks[L] are the child masks of levels 1..level. BVG.md 4
 Sphere bounding_sphere(const Grid &grid, std::span<const ByteView> masks, int level);
-// Of the finest level present, at most kBoundsLevel.
+// Uses the finest level present, at most kBoundsLevel.
 Sphere bounding_sphere(const Model &model);
 
-// Directions in model space that a viewer calls up and front; the front is where the default camera stands:
-// +Z for Y up, -Y for Z up, +Z for X up.
+// Up and front directions in model space. The default camera stands in front: +Z for Y up, -Y for Z up, +Z for X up.
 glm::dvec3 up_direction(UpAxis up);
 glm::dvec3 front_direction(UpAxis up);
 
-// Looks from the front at the whole model: its bounding sphere touches the nearer borders of a picture of width x
-// height.
+// Looks from the front at the whole model: its bounding sphere touches the nearer borders of the picture.
 Camera default_camera(const Model &model, int width, int height, double view_angle = kDefaultViewAngle);
-// The same where the bounding sphere is known.
+// The same for a known bounding sphere.
 Camera default_camera(const Sphere &bounds, UpAxis up, int width, int height, double view_angle = kDefaultViewAngle);
 
 } // namespace pbm

@@ -10,16 +10,16 @@
 namespace pbm {
 namespace {
 
-// A plane seen as all voxels it passes through is a flight of stairs; a splat must be thick enough to close the risers.
-// Least thickness without a gap for radius 0.89, any view and any place of the plane, found by search: 0.55 voxel edges
-// for normals near an axis, 0.37 elsewhere; a little more, because surfaces are no planes.
+// The voxels along a plane form a staircase, and splats must be thick enough to close its risers. The thickness that
+// closes them for radius 0.89, any view and any position of the plane was found by search: 0.55 voxel edges for normals
+// near an axis, 0.37 elsewhere. The function adds a little, because surfaces are not planes.
 double min_thickness(const UnitVector &n) {
     const double steepest = std::max({std::abs(n[0]), std::abs(n[1]), std::abs(n[2])});
     return std::clamp(0.47 + 1.9 * (steepest - 0.87), 0.47, 0.64);
 }
 
-// The centres of those voxels lie up to (|x| + |y| + |z|) / 2 in front of the plane, and the z-buffer shows the
-// foremost: their mean distance, found by the same search.
+// The centres of these voxels lie up to (|x| + |y| + |z|) / 2 in front of the plane, and the z-buffer shows the
+// foremost ones. Returns their mean distance, found by the same search.
 double mean_front(const UnitVector &n) { return std::min(std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]) - 1, 0.58); }
 
 } // namespace
@@ -72,7 +72,7 @@ std::vector<ScreenNormal> transform_normals(const Projection &projection) {
 void mark_facing(const glm::dvec3 &eye, const glm::dvec3 &centre, double half_edge, std::vector<Facing> &facing) {
     facing.assign(2 * kNormalCount, Facing::both);
     const glm::dvec3 sight = centre - eye;
-    // n . (x - eye) over the cube has its extremes at corners; the slack grows with the distance of the point.
+    // n . (x - eye) has its extremes over the cube at corners; the slack grows with the distance of the point.
     const double slack = static_cast<double>(kFacingSlack) * (glm::length(sight) + half_edge * std::sqrt(3.0));
     const std::span<const UnitVector> table = normal_table();
     for (std::size_t i = 0; i < kNormalCount; ++i) {

@@ -16,7 +16,7 @@ glm::dvec3 Projection::vector(glm::dvec3 model) const {
             -focal * glm::dot(axes.up, model) + middle.y * depth, depth};
 }
 
-// Through the difference to the eye, in doubles: georeferenced models lie millions of units from their origin.
+// Subtract the eye first, in doubles: georeferenced models lie millions of units from their origin.
 glm::dvec3 Projection::point(glm::dvec3 model) const { return vector(model - eye); }
 
 glm::dvec3 Projection::plane(glm::dvec3 normal) const {

@@ -1,5 +1,4 @@
-// Renderers see a cube of edge 1 at the origin, so that floats suffice and a picture depends neither on the unit of the
-// scan nor on where in the world it lies.
+// Renderers draw in a cube of edge 1 at the origin: floats suffice, and the scan's unit and position do not matter.
 #pragma once
 
 #include "pbm_format/model/model.h"

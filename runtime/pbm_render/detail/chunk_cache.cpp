@@ -49,8 +49,8 @@ void ChunkCache::remove_child(ChunkPlace place) {
         --slot(parent_of(place)).children;
 }
 
-// Evicts chunks until `memory` more bytes fit: first those that no view needed for the longest time, and of these the
-// ones that no other chunk nests in. False if that would take what the last view needs, or what pictures still hold.
+// Evicts chunks until `memory` more bytes fit: the longest unused first, and only chunks in which no other chunk nests.
+// Returns false if that would evict chunks that the last view needs or that pictures still hold.
 bool ChunkCache::make_room(std::uint64_t memory) {
     while (memory_ + memory > max_memory_) {
         ChunkPlace oldest{.level = 0};

@@ -1,5 +1,5 @@
-// The chunks of a model that are in memory: which there are, which view needed each last, and which one is evicted when
-// memory runs out. One thread at a time may use a cache, but for memory().
+// The resident chunks of a model, the last view that needed each, and the choice of the chunk to evict when memory runs
+// out. Only one thread at a time may use a cache, except for memory().
 #pragma once
 
 #include "pbm_render/detail/chunk_loader.h"
@@ -16,12 +16,12 @@ class ChunkCache {
   public:
     explicit ChunkCache(std::uint64_t max_memory) : max_memory_(addressable(max_memory)) {}
 
-    // Adds the level below those that the cache knows.
+    // Adds the next finer level.
     void add_level(const LevelDirectory &directory);
     int known_levels() const { return static_cast<int>(levels_.size()) - 1; }
     const std::vector<LevelState> &levels() const { return levels_; } // as select_detail takes them
 
-    // The chunks that `use` names after a begin_view stay until the next one.
+    // A chunk named by `use` is not evicted until the next begin_view.
     void begin_view() { ++view_; }
     void use(ChunkPlace place) { slot(place).last_view = view_; }
 
@@ -30,10 +30,10 @@ class ChunkCache {
     // Whether a chunk is resident, being loaded or refused.
     bool is_settled(ChunkPlace place) const;
 
-    // Begins to load a chunk that is not settled and has its parent. None if there is no room for it: see make_room.
-    // May throw std::bad_alloc and then changes nothing.
+    // Starts to load a chunk that is not settled and whose parent is resident. Empty if there is no room for it, see
+    // make_room. May throw std::bad_alloc and then changes nothing.
     std::optional<ChunkTask> begin_loading(ChunkPlace place, const ChunkLoader &loader);
-    // Ends it: `loaded` becomes resident; null: it is refused from now on.
+    // Ends loading: `loaded` becomes resident; null refuses the chunk from now on.
     void finish_loading(const ChunkTask &task, ResidentPointer loaded);
 
     std::uint64_t max_memory() const { return max_memory_; }
@@ -53,9 +53,9 @@ class ChunkCache {
     bool make_room(std::uint64_t memory);
 
     const std::uint64_t max_memory_;
-    std::atomic<std::uint64_t> memory_{0}; // before the chunks, which count towards it
+    std::atomic<std::uint64_t> memory_{0}; // before the chunks, whose destructors change it
     std::vector<LevelState> levels_ = std::vector<LevelState>(1);
-    std::uint64_t view_ = 0; // number of the last one
+    std::uint64_t view_ = 0; // number of the last view
 };
 
 } // namespace pbm

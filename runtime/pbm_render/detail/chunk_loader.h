@@ -7,7 +7,6 @@
 
 namespace pbm {
 
-// One chunk to load.
 struct ChunkTask {
     ChunkPlace place;
     const ChunkEntry *entry = nullptr;
@@ -17,10 +16,9 @@ struct ChunkTask {
     ChunkBytes bytes;                         // bytes_of(place)
 };
 
-// All functions may be called by several threads at once.
 class ChunkLoader {
   public:
-    // `reader` must outlive the loader. Chunks are loaded of levels whose directories it has read.
+    // `reader` must outlive the loader and must have read the directories of the levels that are loaded. Thread-safe.
     explicit ChunkLoader(const Reader &reader) : reader_(reader), root_(reader.root_chunk()) {}
 
     // errors  as Reader::load_chunk; bad_directory: the chunk does not hold whole bricks below its root; memory
@@ -28,12 +26,12 @@ class ChunkLoader {
 
     // Bytes that a chunk takes while it is resident, with surface offsets for all of its points.
     std::uint64_t memory_of(int level, const ChunkEntry &entry) const;
-    // The stored bytes of a chunk; none if some of them are not there yet.
+    // The stored bytes of a chunk; empty if the source lacks some of them.
     std::optional<ChunkBytes> bytes_of(ChunkPlace place) const { return reader_.chunk_bytes(place.level, place.index); }
     bool has_bytes(ChunkPlace place) const;
-    // Those of their ranges in the file that are not there yet.
+    // Appends those ranges of the chunk in the file that the source lacks.
     void list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const;
-    // Drops them from the source: a task has them.
+    // Drops the chunk's bytes from the source; a task has its own.
     void drop_bytes(ChunkPlace place) const;
 
     // Bytes of the file that `load` reads.

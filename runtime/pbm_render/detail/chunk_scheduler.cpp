@@ -48,7 +48,7 @@ void ChunkScheduler::request(std::vector<MissingChunk> missing) {
     }
     changed_.notify_all();
     if (!threads_)
-        threads_.emplace(thread_count_ + 1); // the calling thread goes on
+        threads_.emplace(thread_count_ + 1); // the calling thread does not take part
     for (; loops_ < threads_->threads() - 1; ++loops_)
         threads_->post([this] { work(false); });
     if (threads_->threads() == 1) {
@@ -63,7 +63,7 @@ bool ChunkScheduler::is_loading() const {
     return loading_ > 0 || find_next() < queue_.size();
 }
 
-// Loads what is queued. Returns when all of that is done, or, if not `until_done`, when it is stopped.
+// Loads the queued chunks. Returns when they are done or, unless `until_done`, when the scheduler stops.
 void ChunkScheduler::work(bool until_done) {
     std::unique_lock lock(mutex_);
     while (!stopped_) {
@@ -92,7 +92,7 @@ void ChunkScheduler::enqueue(std::vector<MissingChunk> missing) {
     full_ = false;
 }
 
-// Index of the first chunk in the queue that a thread can load now; the queue's size if there is none.
+// Index of the first queued chunk that a thread can load now; the queue's size if there is none.
 std::size_t ChunkScheduler::find_next() const {
     if (full_)
         return queue_.size();
@@ -112,7 +112,7 @@ std::optional<ChunkTask> ChunkScheduler::take_task() try {
         return std::nullopt;
     const ChunkPlace place = queue_[next].place;
     std::optional<ChunkBytes> bytes = loader_.bytes_of(place);
-    if (!bytes) // dropped by another thread meanwhile: the next view wants it again
+    if (!bytes) // dropped by another thread: the next view wants it again
         return std::nullopt;
     std::optional<ChunkTask> task = cache_.begin_loading(place, loader_);
     if (task) {
@@ -138,7 +138,7 @@ void ChunkScheduler::finish(const ChunkTask &task, Result<ResidentPointer> loade
     changed_.notify_all();
 }
 
-// Background threads call it, and nobody learns what they throw.
+// Called by background threads, where an exception would be lost.
 void ChunkScheduler::add_error(Error error) try {
     errors_.push_back(std::move(error));
 } catch (const std::bad_alloc &) {

@@ -1,4 +1,4 @@
-// Loads chunks into a cache on several threads: most urgent first, each after the chunk that it nests in.
+// Loads chunks into a cache on several threads: most urgent first, and each after its parent.
 #pragma once
 
 #include "pbm_render/detail/chunk_cache.h"
@@ -14,22 +14,22 @@ namespace pbm {
 
 class ChunkScheduler {
   public:
-    // `mutex` guards `cache`; whoever uses the cache holds it. `threads`: 0 asks for one per processor. Background
+    // `mutex` guards `cache`; every user of the cache holds it. `threads`: 0 asks for one per processor. Background
     // threads call `arrived` after each chunk. All references must outlive the scheduler.
     ChunkScheduler(const ChunkLoader &loader, ChunkCache &cache, std::mutex &mutex, int threads,
                    std::function<void()> arrived);
     // Waits for the chunks that are being loaded.
     ~ChunkScheduler();
 
-    // Loads all of these chunks and returns when that is done. After an error of a chunk it still tries all others.
+    // Loads all of these chunks before it returns. After an error it continues with the other chunks.
     //
     // errors  as ChunkLoader::load, the one with the lowest offset; memory: they do not fit
     Status load_all(std::vector<MissingChunk> missing);
 
-    // Loads these chunks in the background, instead of those of former calls that no thread has begun to load, until
-    // all are resident or no more fit. If the system gives no thread, it loads them before it returns.
+    // Loads these chunks in the background until all are resident or no more fit. They replace chunks of earlier calls
+    // that no thread has started. If the system gives no thread, it loads them before it returns.
     void request(std::vector<MissingChunk> missing);
-    // Whether something that was requested is still to come.
+    // Whether a requested chunk is still to come.
     bool is_loading() const;
 
     // The caller holds the mutex:
@@ -56,13 +56,13 @@ class ChunkScheduler {
     std::vector<MissingChunk> queue_;
     std::size_t queue_start_ = 0; // the chunks before it are settled
     int loading_ = 0;             // chunks
-    bool full_ = false;           // what is queued does not fit
+    bool full_ = false;           // the next queued chunk does not fit
     bool stopped_ = false;
     std::vector<Error> errors_;
     std::uint64_t bytes_read_ = 0, points_decoded_ = 0;
 
-    int loops_ = 0;                     // of `work` that were posted
-    std::optional<ThreadPool> threads_; // last: its work uses the above
+    int loops_ = 0;                     // running calls of `work`
+    std::optional<ThreadPool> threads_; // last member: its work uses the others
 };
 
 } // namespace pbm

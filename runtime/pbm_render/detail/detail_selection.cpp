@@ -17,9 +17,9 @@
 namespace pbm {
 namespace {
 
-// Voxel edges: a splat reaches at most its radius and this far beyond its voxel's centre.
+// Voxel edges: a splat reaches beyond its voxel's centre by at most its radius and this margin.
 constexpr double kSplatMargin = 2;
-// Upper bound of the error of cosines between integer normals, which are rounded.
+// Upper bound of the rounding error of cosines between integer normals.
 constexpr double kRounding = 1e-4;
 
 Box root_box(const ChunkShape &shape) {
@@ -45,14 +45,14 @@ class Frustum {
         min_cosine_ = 1 / std::sqrt(1 + x * x + y * y);
     }
 
-    // Whether the camera sees nothing of a box and of `margin` around it. May be false where it sees nothing.
+    // Whether a box and a `margin` around it lie outside the frustum. May return false for such a box.
     bool misses(const Box &box, double margin) const {
         return std::any_of(inwards_.begin(), inwards_.end(), [&](const glm::dvec3 &inwards) {
             return glm::dot(inwards, box.centre() - eye_) + reach(box, inwards) + margin < 0;
         });
     }
 
-    // Upper bound of the length of `edge` on the screen, pixels, anywhere in the box; infinite around the eye.
+    // Upper bound of the length of `edge` on the screen, in pixels, anywhere in the box; infinite around the eye.
     double largest_image(const Box &box, double edge) const {
         const glm::dvec3 to_centre = box.centre() - eye_;
         const double distance = glm::length(glm::max(glm::abs(to_centre) - box.half(), glm::dvec3(0)));
@@ -60,7 +60,7 @@ class Frustum {
         return depth > 0 ? edge * projection_.focal / depth : std::numeric_limits<double>::infinity();
     }
 
-    // Whether every normal of the cone, anywhere in the box, is turned away so far that no renderer draws its point.
+    // Whether every normal of the cone, anywhere in the box, faces so far away that no renderer draws its point.
     bool sees_backs(const NormalCone &cone, const Box &box) const {
         const glm::dvec3 to_centre = box.centre() - eye_;
         const double distance = glm::length(to_centre), radius = glm::length(box.half());
@@ -91,9 +91,8 @@ class Selector {
         : frustum_(in_unit_grid(view.camera, grid), view.width, view.height), levels_(levels), depth_(grid.depth),
           finest_(std::clamp(view.finest, 1, grid.depth)), max_error_(view.max_error) {}
 
-    // Shows the place of a chunk; false if the points of its parent chunk must show it. All points of the chunk lie in
-    // `box`. `radius_above` bounds the radius indices of the parent chunk. The recursion is as deep as the grid: at
-    // most 16.
+    // Shows the place of a chunk. Returns false if its parent's points must show it. All points of the chunk lie in
+    // `box`. `radius_above` bounds the radius indices of the parent. The recursion is as deep as the grid: at most 16.
     bool show(ChunkPlace place, Box box, std::uint8_t radius_above);
 
     DetailSelection take() {
@@ -105,7 +104,7 @@ class Selector {
     }
 
   private:
-    // Shows each part of a chunk by the chunk below it or, where that is not needed or not resident, by the chunk's own
+    // Shows each part of a chunk by the chunk below it or, if that is not needed or not resident, by the chunk's own
     // points, if it is resident itself. Returns whether some part needs these points.
     bool show_children(ChunkPlace place, const Box &box, const ResidentChunk *chunk, std::uint8_t radius);
     void draw(const ResidentChunk &chunk, ChunkPlace place, std::uint32_t first, std::uint32_t last);
@@ -144,7 +143,7 @@ bool Selector::show(ChunkPlace place, Box box, std::uint8_t radius_above) {
     selection_.needs_directory |= too_coarse && !has_directory;
     if (too_coarse && has_directory) {
         const std::size_t before = chosen();
-        if (!show_children(place, box, chunk, radius) && chosen() == before) // all of it is outside or turned away
+        if (!show_children(place, box, chunk, radius) && chosen() == before) // all of it is outside or faces away
             return true;
     } else if (chunk != nullptr) {
         draw(*chunk, place, 0, entry.shape.points);
@@ -159,7 +158,7 @@ bool Selector::show(ChunkPlace place, Box box, std::uint8_t radius_above) {
 bool Selector::show_children(ChunkPlace place, const Box &box, const ResidentChunk *chunk, std::uint8_t radius) {
     const double voxel = std::ldexp(1.0, -place.level);
     const std::vector<ChunkEntry> &below = levels_[static_cast<std::size_t>(place.level) + 1].directory->chunks;
-    // Chunks of the level below stand in the order of those they nest in.
+    // Chunks of the level below are sorted by their parents.
     const auto first = std::partition_point(
         below.begin(), below.end(), [&](const ChunkEntry &child) { return child.shape.parent_chunk < place.index; });
     bool asked = false;

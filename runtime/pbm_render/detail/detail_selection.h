@@ -1,4 +1,4 @@
-// Chooses the points of a picture: shows every place of the model once, at the detail level that its distance asks for.
+// Chooses the points of a picture: it shows every place of the model once, at the detail level that its distance needs.
 // Based on: Rusinkiewicz, Levoy. QSplat. 2000 (level by projected size, cones of normals)
 //
 //   level 8    |---------- A ----------|
@@ -7,7 +7,7 @@
 //
 //   runs: B, the points of C above D, E        missing: D
 //
-// Chunks nest (BVG.md 5.1), so the runs show no place twice and leave none out.
+// Chunks nest (BVG.md 5.1), so the runs show every place exactly once.
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -20,32 +20,32 @@
 
 namespace pbm {
 
-// What the cache knows of one chunk.
+// Cache state of one chunk.
 struct ChunkSlot {
     ResidentPointer chunk;       // null: not resident
     std::uint64_t last_view = 0; // number of the last view that needed it
     std::uint32_t children = 0;  // chunks that nest in it and are resident or being loaded
     bool is_loading = false;
-    bool refused = false; // damaged: neither this chunk nor those below it may be asked for
+    bool refused = false; // damaged: neither it nor the chunks below it are requested
 };
 
-// What the cache knows of one level.
+// Cache state of one level.
 struct LevelState {
     const LevelDirectory *directory = nullptr; // verified
-    std::vector<ChunkSlot> chunks;             // as many as in the directory; resident only where their parents are
+    std::vector<ChunkSlot> chunks;             // [chunks of the directory]; resident only if their parents are
 };
 
 struct DetailSelection {
     std::vector<PointRun> runs;        // what to draw now, in Morton order
-    std::vector<ChunkPlace> present;   // resident and needed: the chunks of the runs and all above them
+    std::vector<ChunkPlace> present;   // resident and needed: the chunks of the runs, and their ancestors
     std::vector<MissingChunk> missing; // what the picture lacks, most urgent (largest error) first: parents before
                                        // children, near before far
-    bool needs_directory = false;      // the picture may lack chunks of the first level whose directory is not known
+    bool needs_directory = false;      // the picture may need chunks of the first level without a known directory
 };
 
-// `levels` [0] is unused; the levels whose directories are known follow from level 1 on. `root_radius` is the radius
-// index of the model as one point. The selection leaves out what lies outside the view, and chunks whose normal cone
-// is turned away as a whole. It takes time for each chunk whose parent is too coarse, and for no other.
+// `levels` [0] is unused; the levels with known directories follow from level 1 on. `root_radius` is the radius index
+// of the model as one point. The selection leaves out chunks outside the view and chunks whose whole normal cone faces
+// away. Its time grows with the number of chunks whose parents are too coarse.
 DetailSelection select_detail(const Grid &grid, std::uint8_t root_radius, std::span<const LevelState> levels,
                               const DetailView &view);
 

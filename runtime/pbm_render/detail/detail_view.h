@@ -1,4 +1,4 @@
-// The picture that a view asks for, and what it lacks.
+// A view that asks for a picture, and a chunk that the picture lacks.
 #pragma once
 
 #include "pbm_format/model/octree.h"
@@ -17,7 +17,7 @@ struct DetailView {
     int finest = kMaxDepth;              // the finest level that may be drawn, 1 or more
 };
 
-// Number of a chunk: index within the directory of its level.
+// A chunk's level, and its index within the directory of that level.
 struct ChunkPlace {
     int level = 1;
     std::uint32_t index = 0;

@@ -1,4 +1,4 @@
-// A chunk in memory: one record of what drawing it and loading the chunks below it take.
+// A chunk in memory: all data for drawing it and for loading the chunks below it.
 #pragma once
 
 #include "pbm_format/chunks/mapped_chunk.h"
@@ -23,10 +23,10 @@ struct Box {
     glm::dvec3 half() const { return (most - least) / 2.0; }
 };
 
-// The voxels of a chunk's bricks; one or more.
+// Bounds of one or more bricks.
 Box bounds_of(std::span<const BrickRecord> bricks, int level);
 
-// Bytes that count towards a total as long as the claim lives.
+// Counts bytes towards a total as long as it lives.
 class MemoryClaim {
   public:
     MemoryClaim() = default;
@@ -50,10 +50,10 @@ class MemoryClaim {
 };
 
 struct ResidentChunk {
-    ChunkView view;                  // of `decoded` and `bricks`, or of the bytes of a mapped file
+    ChunkView view;                  // spans of `decoded` and `bricks`, or of a mapped file
     ChunkOffsets offsets;            // of its points
-    Box bounds;                      // of its bricks
-    std::uint8_t largest_radius = 0; // index, of its points
+    Box bounds;                      // of the bricks
+    std::uint8_t largest_radius = 0; // index, of all points
     Chunk decoded;                   // of a packed file; its lit fractions are packed
     std::vector<BrickRecord> bricks; // of a packed file
     MemoryClaim memory;

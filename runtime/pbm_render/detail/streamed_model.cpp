@@ -11,7 +11,7 @@
 namespace pbm {
 namespace {
 
-// Header, table and small sections: what Reader::open has read.
+// Bytes of header, table and small sections: what Reader::open has read.
 std::uint64_t opening_bytes(const Reader &reader) {
     std::uint64_t bytes = kHeaderBytes + reader.sections().size() * kSectionEntryBytes;
     for (const SectionEntry &section : reader.sections())
@@ -31,17 +31,17 @@ struct StreamedModel::Parts {
     Status read_directory(int level);
     // The caller holds the mutex:
     DetailSelection select(const DetailView &view) const;
-    // The ranges that are not there yet of a chunk that is neither resident nor being loaded; of a level's chunks.
+    // Appends the ranges that the source lacks: of a chunk that is not settled, or of all such chunks of a level.
     void list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const;
     void list_wanted(int level, std::vector<FileRange> &wanted) const;
 
     Reader reader;
     const ChunkLoader loader;
-    std::mutex mutex; // of cache and errors
+    std::mutex mutex; // guards cache and errors
     ChunkCache cache;
-    int finest;               // no level below it is read: its directory is damaged
+    int finest;               // levels below it are not read: a directory is damaged
     std::uint64_t bytes_read; // for opening and directories
-    ChunkScheduler scheduler; // last: its threads use what stands above
+    ChunkScheduler scheduler; // last member: its threads use the others
 };
 
 StreamedModel::StreamedModel(Reader reader, StreamingOptions options)
@@ -54,7 +54,7 @@ Status StreamedModel::Parts::read_directory(int level) {
     const Result<const LevelDirectory *> read = reader.directory(level);
     const std::lock_guard lock(mutex);
     if (!read) {
-        if (read.error().code != ErrorCode::usage) // dropped by another thread meanwhile: no damage
+        if (read.error().code != ErrorCode::usage) // dropped by another thread: no damage
             finest = level - 1;
         return read.error();
     }
@@ -162,8 +162,8 @@ Detail StreamedModel::choose(const DetailView &view) {
 }
 
 Result<Detail> StreamedModel::load(const DetailView &view) try {
-    // Where chunks lie is known exactly when those above them are resident: the loop loads no others. One level after
-    // the other costs next to nothing, since a chunk is decoded after the one that it nests in.
+    // A chunk's bounds are exact once its parent is resident, so the loop loads no chunk in vain. Loading level by
+    // level costs little, since a chunk is decoded after its parent anyway.
     while (true) {
         Detail detail = choose(view);
         {

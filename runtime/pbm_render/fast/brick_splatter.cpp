@@ -15,9 +15,9 @@
 #define PBM_RENDER_BRICK_SPLATTER_TABLES
 namespace pbm {
 
-// Replace kOutlineInset and kPlacedOutlineInset: blocks reach farther than the ellipses that they stand for.
+// Replace kOutlineInset and kPlacedOutlineInset: blocks are larger than the ellipses that they stand for.
 inline constexpr float kBlockOutlineInset = 0.6F, kPlacedBlockOutlineInset = 0.5F;
-// Depth of a placed block behind its plane one pixel away from its middle, voxel edges.
+// How far a placed block lies behind its plane one pixel from its middle, in voxel edges.
 inline constexpr float kPlacedBlockCone = 1.2F;
 
 } // namespace pbm
@@ -28,7 +28,6 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Small splats are drawn as blocks of 2 x 2 pixels.
 struct Blocks {
     alignas(64) std::array<std::int32_t, FacingPoints::kCapacity> offset; // of the upper left pixel
     alignas(64) std::array<float, 4 * FacingPoints::kCapacity> depths;    // upper left and right, lower left and right
@@ -62,7 +61,7 @@ HWY_INLINE void draw_block(const float *depths, std::uint32_t id, double *upper,
 #endif
 }
 
-// Lays the blocks of a vector of points from `first` on. Lanes behind the last point get blocks outside the picture.
+// Computes the blocks of a vector of points from `first` on. Lanes behind the last point get unused blocks.
 template <bool kPlaced>
 HWY_INLINE void lay_blocks(const StripRun &at, const FacingPoints &points, std::size_t first, Blocks &blocks) {
     const FrameGeometry &frame = at.frame;
@@ -87,7 +86,7 @@ HWY_INLINE void lay_blocks(const StripRun &at, const FacingPoints &points, std::
     const Vector at_z = depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y);
     const Vector slope_x = hn::Mul(plane_x, s.pixel_size), slope_y = hn::Mul(plane_y, s.pixel_size);
 
-    // The block whose pixels' centres lie around the point. A block outside the strip goes to an unused place.
+    // The 2 x 2 pixels whose centres surround the point. A block outside of the strip is drawn to an unused place.
     const auto within = [&](Vector v, int from, int to) {
         return hn::And(hn::Ge(v, set(static_cast<float>(from))), hn::Lt(v, set(static_cast<float>(to))));
     };
@@ -117,7 +116,7 @@ HWY_INLINE void lay_blocks(const StripRun &at, const FacingPoints &points, std::
     hn::StoreInterleaved4(depths[0], depths[1], depths[2], depths[3], d, blocks.depths.data() + 4 * first);
 }
 
-// Draws all points as blocks. It lays all blocks before it draws the first, so that the latencies of laying overlap.
+// Draws all points as blocks. All blocks are computed before the first is drawn, so that latencies overlap.
 template <bool kPlaced>
 HWY_INLINE void draw_blocks(const StripRun &at, Blocks &blocks, FacingPoints &points, DepthStrip &strip) {
     for (std::size_t i = 0; i < points.count; i += hn::Lanes(Floats()))

@@ -14,8 +14,7 @@
 namespace pbm {
 namespace {
 
-// A megabyte fits the cache and is large enough that few bricks lie in two strips. Several threads share the work more
-// evenly in smaller strips.
+// A strip of one megabyte fits the cache; few bricks lie in two. With several threads, smaller strips balance the load.
 constexpr int kStripPixels = 128 * 1024, kSharedStripPixels = 80 * 1024;
 constexpr int kMinStripRows = 16;
 
@@ -23,10 +22,10 @@ int strip_rows(int width, int threads) {
     return std::max(kMinStripRows, (threads == 1 ? kStripPixels : kSharedStripPixels) / width);
 }
 
-// The streams of a run's chunk, close together since every pixel reads them.
+// Pointers to the streams of a run's chunk, in one struct since every pixel reads them.
 struct StreamPointers {
     const std::uint16_t *normals;
-    const std::uint8_t *colours, *materials, *indices; // null: the model lacks them
+    const std::uint8_t *colours, *materials, *indices; // null: the model lacks the stream
 };
 
 // Memory of one thread.
@@ -35,7 +34,7 @@ struct Workplace {
     DepthStrip strip;
 };
 
-// The same for all strips of a frame.
+// Values that all strips of a frame share.
 struct FrameView {
     const RenderOptions &options;
     const FrameGeometry &geometry;
@@ -97,7 +96,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     std::optional<PointShader> shader;
     frame.pool.run(frame.runs.size() + 1, [&](std::size_t item, std::size_t thread) {
         if (item == 0) // first, since it takes longest
-            shader.emplace(frame.parameters, frame.appearance, projection, surroundings, options);
+            shader.emplace(frame.parameters, frame.appearance, projection, &surroundings, options);
         else
             frame.runs.cull(item - 1, geometry, frame.workplaces[thread].offsets);
     });
@@ -115,7 +114,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     return statistics;
 }
 
-// Draws the strip of `rows` rows from row `top` on. Returns the points drawn.
+// Draws `rows` rows from row `top` on. Returns the number of points drawn.
 std::uint64_t FastRenderer::Frame::draw(int top, int rows, const FrameView &view, DepthStrip &strip) const {
     strip.begin(view.target.width, top, std::min(top + rows, view.target.height));
     std::uint64_t drawn = 0;

@@ -1,7 +1,7 @@
-// The fast renderer: it culls bricks, projects their points and draws them with SIMD into strips of the picture that
-// stay in the cache; it shades visible pixels only. Its pictures show what those of the reference renderer show. Based
-// on: Rusinkiewicz, Levoy. QSplat. 2000 (level by projected size, normal cones); Zwicker, Pfister, van Baar,
-//           Gross. EWA Splatting. 2002 (the shape of a splat, see splat.h)
+// The fast renderer: culls bricks, projects their points and draws them with SIMD into strips of the picture that stay
+// in the cache; it shades visible pixels only. Its pictures show what those of the reference renderer show.
+// Based on: Rusinkiewicz, Levoy. QSplat. 2000 (level by projected size, normal cones); Zwicker, Pfister, van Baar,
+// Gross. EWA Splatting. 2002 (shape of a splat, see splat.h)
 #pragma once
 
 #include "pbm_format/model/model.h"
@@ -18,23 +18,22 @@ namespace pbm {
 
 class FastRenderer {
   public:
-    // `parameters` must outlive the renderer. `chunk_points`, of the file's header, bounds the points of a chunk.
-    // `threads`: 0 asks for one per processor. Without `surroundings` the renderer fills the background with one
-    // colour.
+    // `parameters` must outlive the renderer. `chunk_points` is that of the file's header. `threads`: 0 asks for one
+    // per processor. Without `surroundings` the background has one colour.
     FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
                  std::shared_ptr<const Surroundings> surroundings = nullptr);
     ~FastRenderer();
     FastRenderer(const FastRenderer &) = delete;
     FastRenderer &operator=(const FastRenderer &) = delete;
 
-    // Takes effect with the next frame: only tables that each frame computes depend on the appearance.
+    // Takes effect with the next frame: only per-frame tables depend on the appearance.
     void set_appearance(Appearance appearance);
 
-    // Draws one frame into `target` and overwrites all of it. If `target` has depths, those of object and ground are
-    // written; the panorama has none. The camera must be usable. The chunks of `runs` were verified; if the bytes of a
-    // mapped file change afterwards, the picture is wrong, and nothing else happens. The first frame that shows a run
-    // with offsets estimates them. The function draws the first 2^32 / `chunk_points` runs; no model has more. The
-    // picture is the same for any number of threads and any SIMD target. One thread at a time may call it.
+    // Draws one frame; overwrites all of `target`. Depths, if `target` has them, are those of object and ground; the
+    // panorama has none. The camera must be usable. The chunks of `runs` must be verified; if the bytes of a mapped
+    // file change later, only the picture is wrong. The first frame that shows a run with offsets estimates them. Draws
+    // the first 2^32 / `chunk_points` runs; no model has more. The picture is the same for any number of threads and
+    // any SIMD target. Only one thread at a time may call it.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                             Framebuffer &target);
 

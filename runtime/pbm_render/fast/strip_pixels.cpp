@@ -14,7 +14,7 @@ namespace pbm::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 void read_row(const DepthStrip &strip, int y, std::uint32_t background, const PixelRow &to, CoveredPixels &covered) {
-    const auto [colours, depths, width, scale] = to; // copies, which no store of the loop can change
+    const auto [colours, depths, width, scale] = to; // copies: the stores below cannot alias them
     const Floats d;
     const Ints di;
     const hn::RebindToUnsigned<Floats> du;
@@ -24,7 +24,7 @@ void read_row(const DepthStrip &strip, int y, std::uint32_t background, const Pi
     covered.count = 0;
     for (std::size_t x = 0; x < width; x += lanes) {
         Vector id, depth;
-        hn::LoadInterleaved2(d, pixels + 2 * x, id, depth); // the row has room behind for whole vectors
+        hn::LoadInterleaved2(d, pixels + 2 * x, id, depth); // rows are padded for whole vectors
         const std::size_t left = width - x;
         if (left >= lanes)
             hn::StoreU(hn::Set(du, background), du, colours + x);
@@ -56,7 +56,7 @@ namespace pbm {
 
 HWY_EXPORT(read_row);
 
-// The last store of a row writes a whole SIMD vector.
+// Padded: the last store of a row writes a whole SIMD vector.
 CoveredPixels::CoveredPixels(int width)
     : x(static_cast<std::size_t>(width) + kLaneNumbers.size()), id(x.size()), depth(x.size()) {}
 

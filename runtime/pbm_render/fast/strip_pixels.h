@@ -1,4 +1,4 @@
-// Reads a finished strip: writes depths and finds the pixels that show a point. SIMD (Highway).
+// Reads a finished strip: writes its depths and lists the pixels that show a point. SIMD (Highway).
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"
@@ -13,14 +13,14 @@ namespace pbm {
 struct CoveredPixels {
     explicit CoveredPixels(int width);
 
-    std::size_t count = 0; // of entries; the arrays have room behind for whole SIMD vectors
+    std::size_t count = 0; // entries; the arrays are padded for whole SIMD vectors
     std::vector<std::int32_t> x;
     std::vector<std::int32_t> id; // of the point
     std::vector<float> depth;     // grid edges
 };
 
-// Reads row `y` of the strip: fills the colours of `to` with `background`, writes its depths if it has some (+infinity
-// stays +infinity), and lists the pixels that show a point.
+// Reads row `y` of the strip: fills the colours of `to` with `background`, writes the depths if `to` has them
+// (+infinity stays +infinity), and lists the pixels that show a point.
 void read_row(const DepthStrip &strip, int y, std::uint32_t background, const PixelRow &to, CoveredPixels &covered);
 
 } // namespace pbm

@@ -21,12 +21,13 @@
 namespace pbm {
 namespace {
 
-// Pixels of a strip: their sums and depths stay in the cache.
+// Pixels of a strip, so that its sums and depths fit the cache.
 constexpr int kStripPixels = 32 * 1024;
 constexpr int kMinStripRows = 16;
 
-// Offset of sample `i` from the pixel's centre. The R2 sequence spreads any number of samples evenly; the first one is
-// the centre. Based on: Roberts. The Unreasonable Effectiveness of Quasirandom Sequences. 2018
+// Offset of sample `i` from the pixel's centre: 0 for the first one. The R2 sequence spreads any number of samples
+// evenly.
+// Based on: Roberts. The Unreasonable Effectiveness of Quasirandom Sequences. 2018
 glm::dvec2 sample_offset(int i) {
     constexpr double kPlastic = 1.32471795724474602596;
     const auto fraction = [&](double step) { return std::fmod(0.5 + i * step, 1.0) - 0.5; };
@@ -44,13 +45,13 @@ struct Workplace {
     SurroundingsRow around;
 };
 
-// The same for all strips of a sample.
+// Values that all strips of a sample share.
 struct Sample {
     glm::dvec2 offset;
     const FrameGeometry &geometry;
 };
 
-// The same for all samples of a picture.
+// Values that all samples of a picture share.
 struct Picture {
     Picture(const ModelParameters &parameters, const Appearance &look, const Surroundings *surroundings,
             const Camera &camera, const RenderOptions &asked, const Framebuffer &target)
@@ -93,10 +94,9 @@ struct FineRenderer::Frame {
 
     std::optional<Picture> picture;
     std::vector<Workplace> workplaces; // [thread]
-    // [height][width]: sums over the samples of light times alpha, and of alpha. A background of one colour is added
-    // when the picture is resolved.
+    // [height][width]: sums over samples of light x alpha, and of alpha. resolve() adds a plain background.
     PixelArray<Float4> sum_of_light;
-    PixelArray<float> first_depth; // the same, of the first sample, grid edges
+    PixelArray<float> first_depth; // [height][width], of the first sample, grid edges
 };
 
 FineRenderer::FineRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
@@ -164,7 +164,7 @@ void FineRenderer::resolve(Framebuffer &target) {
                      [&](std::size_t y, std::size_t) { frame_->resolve_row(static_cast<int>(y), colours, target); });
 }
 
-// Adds a sample to the strip of `rows` rows from row `top` on. Returns the points drawn.
+// Adds a sample to `rows` rows from row `top` on. Returns the number of points drawn.
 std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample, Workplace &at) {
     at.visible.begin(picture->width, top, std::min(top + rows, picture->height));
     std::uint64_t drawn = 0;
@@ -189,7 +189,7 @@ std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample,
     return drawn;
 }
 
-// Reads the visible point of a pixel, for a pixel that has no usable sums.
+// Reads the visible point of a pixel that has no usable sums.
 void FineRenderer::Frame::read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel,
                                              SurfacePoint &to) const {
     const PointRun &run = runs[runs.ids().run(id)];
@@ -262,7 +262,7 @@ void FineRenderer::Frame::mirror(const Sample &sample, float screen_y, SurfaceRo
         const glm::vec3 ray = glm::normalize(glm::vec3((row.screen_x[i] - geometry.middle_x) * geometry.inverse_focal,
                                                        (screen_y - geometry.middle_y) * geometry.inverse_focal, 1));
         const glm::vec3 mirrored = ray - 2 * glm::dot(n, ray) * n;
-        // A mirrored ray turns twice as far as the normal does from pixel to pixel, edges between surfaces left out.
+        // The mirrored ray turns by twice the angle between the normals of neighbouring pixels, edges excluded.
         float turn = 1;
         if (i > 0 && row.x[i] == row.x[i - 1] + 1)
             turn = glm::distance(n, normal(i - 1));
@@ -277,7 +277,6 @@ void FineRenderer::Frame::mirror(const Sample &sample, float screen_y, SurfaceRo
     }
 }
 
-// Adds a row of a sample to the picture.
 void FineRenderer::Frame::add_row(int y, const Sample &sample, Workplace &at) {
     const SurfaceRow &row = at.row;
     const auto width = static_cast<std::size_t>(picture->width);

@@ -1,17 +1,17 @@
-// The fine renderer, for still pictures: it blends points into a smooth surface, shades every pixel on its own, and
-// takes several samples per pixel for soft edges. Based on: Botsch, Wiratanaya, Kobbelt 2002; Zwicker, Pfister, van
-// Baar, Gross. EWA Splatting. 2002;
-//           Botsch, Spernat, Kobbelt. Phong Splatting. 2004; Botsch, Hornung, Zwicker, Kobbelt. High-Quality Surface
-//           Splatting on Today's GPUs. 2005
+// The fine renderer, for still pictures: blends points into a smooth surface, shades every pixel separately, and takes
+// several samples per pixel for soft edges.
+// Based on: Botsch, Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002; Zwicker,
+// Pfister, van Baar, Gross. EWA Splatting. 2002; Botsch, Spernat, Kobbelt. Phong Splatting. 2004; Botsch, Hornung,
+// Zwicker, Kobbelt. High-Quality Surface Splatting on Today's GPUs. 2005
 //
 // Every point moves by its surface offset (SurfaceOffsets). The renderer draws one sample after the other, each shifted
 // by a fraction of a pixel, strip by strip:
 //
-//   visibility   splats into the z-buffer: which pixels are covered, and their depths
-//   blending     splats again, larger and soft: those near the visible surface add normal, colour, lit fractions
-//   shading      Phong and reflection once per pixel, with the blended normal at the place of the pixel
+//   visibility   draws splats into the z-buffer: covered pixels and their depths
+//   blending     draws larger, soft splats: those near the visible surface add normal, colour and lit fractions
+//   shading      computes Phong reflection and mirrored light once per pixel, with the blended normal
 //
-// Samples are averaged in linear light, their alpha too.
+// The result is the mean of the samples in linear light, alpha included.
 #pragma once
 
 #include "pbm_format/model/model.h"
@@ -30,9 +30,8 @@ inline constexpr int kDefaultSamples = 8; // per pixel
 
 class FineRenderer {
   public:
-    // `parameters` must outlive the renderer. `chunk_points`, of the file's header, bounds the points of a chunk.
-    // `threads`: 0 asks for one per processor. Without `surroundings` the renderer fills the background with one
-    // colour.
+    // `parameters` must outlive the renderer. `chunk_points` is that of the file's header. `threads`: 0 asks for one
+    // per processor. Without `surroundings` the background has one colour.
     FineRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
                  std::shared_ptr<const Surroundings> surroundings = nullptr);
     ~FineRenderer();
@@ -42,29 +41,28 @@ class FineRenderer {
     // Takes effect with the next picture.
     void set_appearance(Appearance appearance);
 
-    // Draws a whole picture of `samples` samples per pixel (1 or more) into `target`. What FastRenderer::render says of
-    // cameras, bytes of mapped files, numbers of threads and SIMD targets holds here too. All runs must have offsets.
-    // Depths are those of the first sample, which lies at the centres of the pixels.
+    // Draws a picture of `samples` samples per pixel, 1 or more, into `target`. FastRenderer::render documents cameras,
+    // bytes of mapped files, threads and SIMD targets. All runs must have offsets. Depths are those of the first
+    // sample, which lies at the centres of the pixels.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                             Framebuffer &target, int samples = kDefaultSamples);
 
     // Draws the same picture sample by sample, for a window at rest: between two samples the window may show the mean
-    // so far, or begin another picture. Takes 16 bytes per pixel, 20 with depths.
+    // so far or start another picture. Needs 16 bytes per pixel, 20 with depths.
     //
     //   renderer.begin(runs, camera, options, target);
     //   while (renderer.samples() < kDefaultSamples && nothing_else_to_do())
     //       renderer.add_sample();
     //   renderer.resolve(target);
     //
-    // The chunks of `runs` must stay resident until the last sample is added. `target` tells the picture's size, and
-    // whether it has depths.
+    // The chunks of `runs` must stay resident until the last sample. `target` gives size and presence of depths.
     void begin(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                const Framebuffer &target);
-    // Adds one sample; the caller may add any number of them.
+    // Adds one sample; any number may be added.
     RenderStatistics add_sample();
     // Number of samples added since `begin`.
     int samples() const;
-    // Writes the mean of the samples so far, one or more, into a picture like that of `begin`.
+    // Writes the mean of the samples so far, at least one, to a picture like that of `begin`.
     void resolve(Framebuffer &target);
 
   private:

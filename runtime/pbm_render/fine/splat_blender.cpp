@@ -20,16 +20,15 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Group = hn::CappedTag<float, kGroupChannels>;
 
-// Splats of a group: the same on every target, so that all targets add in the same order.
+// Splats of a group: the same number on every target, so that all targets add in the same order.
 inline constexpr std::size_t kGroupSplats = kMaxLanes;
-// Largest block, pixels, for which a group is drawn pixel by pixel of the block, all splats at once.
+// Edge, in pixels, of the largest block for which a group is drawn pixel by pixel, all splats at once.
 inline constexpr std::int32_t kSmallBlock = 7;
 
-// A group of laid splats.
 struct SplatGroup {
     Ellipses ellipses;
-    alignas(64) std::array<float, kGroupSplats> across; // turns depths into halves of kBlendBand
-    std::int32_t columns, rows;                         // pixels, of the largest box
+    alignas(64) std::array<float, kGroupSplats> across; // converts differences of depths to halves of kBlendBand
+    std::int32_t columns, rows;                         // pixels of the largest box
 };
 
 HWY_INLINE void measure_group(SplatGroup &group) {
@@ -41,7 +40,7 @@ HWY_INLINE void measure_group(SplatGroup &group) {
     }
 }
 
-// Pixels of the small splats of a group: [splats * pixels of a block], and room for a vector behind.
+// Pixels of the small splats of a group: [splats * pixels of a block], padded by one vector.
 struct SmallPixels {
     static constexpr std::size_t kCapacity = kGroupSplats * kSmallBlock * kSmallBlock + kMaxLanes;
     std::size_t count = 0;
@@ -51,18 +50,17 @@ struct SmallPixels {
 
 // One pixel of each splat's box.
 struct BoxPixels {
-    Vector form, depth; // the quadratic form, 1 on the outline; of the plane
+    Vector form, depth; // quadratic form, 1 on the outline; depth of the plane
     IntVector offset;
-    Mask inside; // the box
+    Mask inside; // of the box
 };
 
-// A buffer of pixels: pixel (x, y) has the offset origin + x + (y - top) * stride.
+// Pixel (x, y) of a buffer has the index origin + x + (y - top) * stride.
 struct BufferRows {
     std::int32_t origin, top, stride;
 };
 
-// Visits pixel after pixel of the boxes of a group; `visit(first splat, pixels)` says which of them to keep, and with
-// what value.
+// Visits the boxes of a group pixel by pixel. `visit(first splat, pixels)` returns pixels to keep, and values.
 template <class Visit>
 HWY_INLINE void list_small_pixels(const SplatGroup &group, const BufferRows &buffer, SmallPixels &to,
                                   const Visit &visit) {
@@ -105,7 +103,7 @@ struct Kept {
     Vector value;
 };
 
-// The same for all splats of a run.
+// Values that all splats of a run share.
 struct Blending {
     const StripRun &at;
     const SurfacePoints &points;
@@ -135,7 +133,7 @@ template <std::size_t kGroups> HWY_INLINE void add_point(const SurfacePoint &poi
 }
 
 // The weight of a splat at a pixel. `form`: the quadratic form there; `behind`: distance of the visible surface from
-// the plane, halves of kBlendBand. 0 outside the splat and where no surface is.
+// the plane in halves of kBlendBand. The weight is 0 outside the splat and where there is no surface.
 template <class D, class V = hn::Vec<D>> HWY_INLINE V blend_weight(D d, V form, V behind) {
     const auto zero = hn::Zero(d), one = hn::Set(d, 1);
     const V near = hn::Max(hn::Sub(hn::Set(d, 2), hn::Abs(behind)), zero), inside = hn::Max(hn::Sub(one, form), zero);
@@ -154,7 +152,7 @@ HWY_INLINE void blend_splat(const Blending &blending, const SplatGroup &group, s
     const auto middle = set(e.x[lane]);
     SurfaceBuffer &surface = blending.surface;
     SurfacePoint point;
-    bool is_read = false; // most splats behind the surface need not be read
+    bool is_read = false; // read lazily: most splats behind the surface are not needed
     for (std::int32_t row = e.top[lane]; row < e.bottom[lane]; ++row) {
         const float y = static_cast<float>(row) + 0.5F - e.y[lane];
         const auto row_xy = set(e.xy[lane] * y), row_yy = set(e.yy[lane] * y * y),
@@ -328,7 +326,7 @@ void blend_bricks(const StripRun &at, std::span<const SeenBrick> seen, const Sur
 
 void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> seen) {
     const auto height = static_cast<float>(frame.height);
-    const float stretch = 1 + frame.middle_y * frame.inverse_focal; // at the upper and the lower border
+    const float stretch = 1 + frame.middle_y * frame.inverse_focal; // at the upper and lower borders
     for (SeenBrick &it : seen) {
         const float radius = frame.radii[run.run->chunk->bricks[it.brick].largest_radius];
         const float nearest = it.w - kBrickReach * run.voxel - radius;

@@ -1,8 +1,7 @@
-// Draws the visible surface, then blends the points of bricks into it: each point adds its look to the pixels around
-// it, with a weight that falls with the distance, where the visible surface passes near the point's plane. SIMD
-// (Highway); the sums are the same on every target. Based on: Zwicker, Pfister, van Baar, Gross. EWA Splatting. 2002
-// (soft ellipses, low-pass); Botsch, Wiratanaya,
-//           Kobbelt 2002 (visibility first, then blending within a depth band)
+// Draws the visible surface, then blends the points of bricks into it: each adds its look to the pixels around it where
+// the surface is near its plane, weighted by distance. SIMD (Highway); the sums are the same on every target.
+// Based on: Zwicker, Pfister, van Baar, Gross. EWA Splatting. 2002 (soft ellipses, low-pass); Botsch, Wiratanaya,
+// Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002 (visibility, then blending)
 #pragma once
 
 #include "pbm_render/fine/surface_buffer.h"
@@ -13,34 +12,33 @@
 
 namespace pbm {
 
-// A soft splat's weight is (1 - (d / r)^2)^2 at distance d from its middle: close to a Gaussian of deviation r / 2, but
-// zero from r on. r is kKernelRadius times the splat's radius.
+// The weight of a soft splat at distance d from its middle is (1 - (d / r)^2)^2 for d < r, else 0; r is kKernelRadius
+// times the splat radius. It is close to a Gaussian of deviation r / 2.
 inline constexpr float kKernelRadius = 2.0F;
-// Low-pass filter, pixels: a radius r of an ellipse becomes sqrt(r^2 + kLowPass^2).
+// Low-pass filter in pixels: replaces the radius r of an ellipse by sqrt(r^2 + kLowPass^2).
 inline constexpr float kLowPass = 1.0F;
-// Largest distance between a splat's plane and the visible surface, in splat radii, across the plane. From half of that
-// on, the splat's weight falls.
+// Largest distance between a splat's plane and the visible surface, in splat radii, along the normal. The weight falls
+// from half of that distance on.
 inline constexpr float kBlendBand = 0.75F;
-// Lower bound of the cosine with which that distance becomes a difference of depths.
+// Lower bound of the cosine that converts that distance to a difference of depths.
 inline constexpr float kBandCosine = 0.25F;
 
 // All functions below expect runs with surface offsets.
 
 // Draws those of the run's `seen` bricks that touch the strip, every point as an ellipse. The id of point i of the
-// chunk is `first_id` + i. Returns how many points were drawn; one strip counts each point.
+// chunk is `first_id` + i. Returns the number of points drawn; only one strip counts a point.
 std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
                            std::uint32_t first_id, DepthStrip &strip);
 
-// Adds those of the run's `seen` bricks that touch the rows of the strip to `surface`, which has the strip's depths.
-// The rows of the bricks must include those of soft splats: see widen_bricks. Stays in bounds whatever the bytes of a
-// mapped chunk became.
+// Adds those of the run's `seen` bricks that touch the strip's rows to `surface`, which has the strip's depths. The
+// rows of bricks must include those of soft splats, see widen_bricks. Accesses stay in bounds if mapped bytes change.
 void blend_bricks(const StripRun &at, std::span<const SeenBrick> seen, const SurfacePoints &points,
                   SurfaceBuffer &surface);
 
 // Upper bound of the distance between two points of a brick, voxel edges.
 inline constexpr float kBrickReach = 12.2F;
 
-// Widens the rows of bricks that find_seen_bricks found to those of soft splats, and marks all bricks as large.
+// Widens the rows that find_seen_bricks found to those of soft splats, and marks all bricks as large.
 void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> seen);
 
 } // namespace pbm

@@ -1,4 +1,4 @@
-// Some rows of the picture while splats are blended into one surface: few enough to stay in the cache.
+// Rows of the picture into which splats are blended, few enough to stay in the cache.
 #pragma once
 
 #include "pbm_render/splats/depth_strip.h"
@@ -12,18 +12,17 @@
 
 namespace pbm {
 
-// What a point adds to a pixel, times its weight, and so what a pixel sums up. Groups that a model does not need are
-// left out; each is as wide as a SIMD vector.
+// What a point adds to a pixel, times its weight; a pixel holds the sums. Each group is as wide as a SIMD vector;
+// groups that the model does not need are left out.
 //
 //   group 0   normal x, y, z (eye space), 1; colour red, green, blue (linear), environment factor
 //   group 1   ka, kd, ks, power; lit fractions of lights 0 to 3
-//   group 2   lit fractions of lights 4 to 7; nothing
+//   group 2   lit fractions of lights 4 to 7; unused
 inline constexpr std::size_t kGroupChannels = 8, kMaxGroups = 3;
 namespace channel {
 inline constexpr std::size_t kNormal = 0, kWeight = 3, kColour = 4, kEnvironment = 7, kPhong = 8, kLit = 12;
 }
 
-// A point as it is blended.
 struct SurfacePoint {
     alignas(32) std::array<float, kMaxGroups * kGroupChannels> channels;
 };
@@ -33,9 +32,9 @@ struct alignas(32) SurfaceGroup {
 };
 
 struct SurfaceBuffer {
-    static constexpr int kMarginRight = 16; // columns beside the picture, empty: room for whole SIMD vectors
+    static constexpr int kMarginRight = 16; // empty columns beside the picture, for whole SIMD vectors
 
-    // For the rows of a strip where all that is visible was drawn.
+    // Starts with the depths of a strip after all visible splats were drawn.
     void begin(const DepthStrip &strip, std::size_t groups_of_pixel) {
         width = strip.width;
         top = strip.top;
@@ -57,8 +56,8 @@ struct SurfaceBuffer {
 
     int width = 0, top = 0, bottom = 0;
     int stride = 0;                 // pixels
-    std::size_t groups = 1;         // of a pixel
-    std::vector<float> depth;       // [rows][stride], of the visible surface, grid edges; +infinity where there is none
+    std::size_t groups = 1;         // per pixel
+    std::vector<float> depth;       // [rows][stride] of the visible surface, grid edges; +infinity: no surface
     std::vector<SurfaceGroup> sums; // [rows][stride][groups]
 };
 

@@ -1,4 +1,4 @@
-// What the points of a model look like, as numbers that can be blended.
+// The looks of a model's points as numbers that can be blended.
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
@@ -10,24 +10,24 @@
 
 namespace pbm {
 
-// Flags of hard shadows, 0 and 1, are drawn so far apart about a half, and cut to 0..1 once they are blended: the edge
-// stays where it is and becomes as sharp as the flags can tell.
+// Lit flags of hard shadows are stretched by this factor about 0.5 before blending and clamped to 0..1 afterwards. That
+// keeps the shadow's edge in place and makes it as sharp as the flags allow.
 // Based on: Green. Improved Alpha-Tested Magnification for Vector Textures and Special Effects. 2007
 inline constexpr float kFlagContrast = 2;
 
 class SurfacePoints {
   public:
-    // `parameters` must outlive it.
+    // `parameters` must outlive this object.
     SurfacePoints(const ModelParameters &parameters, const Appearance &appearance, const RenderOptions &options);
 
     std::size_t groups() const { return 1 + (has_phong_ || shadowed_ > 0) + (shadowed_ > 4); }
     // Whether points differ in ka, kd, ks and power.
     bool has_phong() const { return has_phong_; }
-    // Lights that have a shadow stream which is wanted.
+    // Number of lights whose shadow streams are used.
     std::size_t shadowed() const { return shadowed_; }
 
-    // Everything of point `i` of the run's chunk but normal and weight, in as many groups as there are; lit fractions
-    // to be cut to 0..1. In bounds whatever the bytes of a mapped chunk became.
+    // Reads all channels of point `i` of the run's chunk but normal and weight, in groups() groups; clamp lit fractions
+    // to 0..1 after blending. Accesses stay in bounds if the bytes of a mapped chunk change.
     void read(const PointRun &run, std::size_t i, SurfacePoint &to) const {
         float *const channels = to.channels.data();
         const std::size_t material =
@@ -58,11 +58,11 @@ class SurfacePoints {
     }
 
     ColourFormat colour_;
-    ByteView PointView::*indices_; // of the palette; null where colours come from elsewhere
+    ByteView PointView::*indices_; // into the palette; null: the colour has another source
     bool has_phong_;
     std::size_t shadowed_, last_material_;
     const std::array<std::array<std::uint8_t, kMaxDepth + 1>, kMaxLights> &shadow_bits_;
-    std::array<float, 256> linear_;                        // of sRGB bytes
+    std::array<float, 256> linear_;                        // by sRGB byte
     std::array<Float4, 256> palette_{};                    // linear
     std::array<Float4, kMaxMaterials> material_colours_{}; // linear
     std::array<Float4, kMaxMaterials> phong_{};            // ka, kd, ks, power

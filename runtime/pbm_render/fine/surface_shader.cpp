@@ -15,13 +15,13 @@ namespace pbm::HWY_NAMESPACE {
 
 HWY_INLINE Vector3 broadcast(const std::array<float, 3> &v) { return broadcast(v[0], v[1], v[2]); }
 
-// What is the same for all lights of a vector of pixels.
+// Values of a vector of pixels that all lights share.
 struct Pixels {
     Vector3 place, normal, to_eye;
     Vector kd, ks, power;
 };
 
-// What a light adds to the reflection of a white surface, but for the light's colour.
+// What a light of intensity 1 adds to the reflection of a white surface.
 HWY_INLINE Vector reflect(const EyeLight &light, const Pixels &pixels) {
     const Floats d;
     const Vector zero = hn::Zero(d);

@@ -1,4 +1,4 @@
-// The picture while it is drawn: colour and z-buffer.
+// The picture being drawn: colours and z-buffer.
 #pragma once
 
 #include "pbm_format/model/point_values.h"
@@ -14,7 +14,7 @@
 
 namespace pbm {
 
-// Four numbers, or two, that are worked on at once.
+// SIMD vectors of four numbers, or two.
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 using Long2 = std::int64_t __attribute__((vector_size(16)));
@@ -32,7 +32,7 @@ constexpr Rgba8 unpack_rgba(std::uint32_t c) {
             static_cast<std::uint8_t>(c >> 24)};
 }
 
-// std::vector's memory without its zeros: the first to write a page is who draws there, on whatever thread.
+// Leaves new elements uninitialized, so that the drawing thread is the first to touch a page.
 template <class T> struct UninitializedAllocator : std::allocator<T> {
     template <class U> struct rebind { using other = UninitializedAllocator<U>; };
     using std::allocator<T>::allocator;
@@ -55,9 +55,8 @@ struct PixelRow {
 
 // Both arrays are [height][width], top row first; the centre of pixel (x, y) is at (x + 0.5, y + 0.5).
 struct Framebuffer {
-    // With depths everything is cleared, and there is padding behind, so that blocks of 2 x 2 pixels can be read and
-    // written wherever one of them is. Without, for renderers that need none (`depth` is empty then), pixels hold
-    // anything until they are drawn.
+    // With depths, everything is cleared and padding follows, so that any 2 x 2 block that starts inside can be read
+    // and written. Without depths, `depth` is empty and pixels are uninitialized.
     Framebuffer(int width, int height, bool with_depths = true);
 
     // Fills colour with `background` and depth with +infinity.
@@ -73,7 +72,7 @@ struct Framebuffer {
     int width, height;                // pixels, each 1..kMaxPictureEdge
     Float4 limits;                    // width, width, height, height
     PixelArray<std::uint32_t> colour; // pack_rgba
-    PixelArray<float> depth; // the same; eye space: distance along the view direction, model units; +infinity if empty
+    PixelArray<float> depth;          // as colour; distance along the view direction, model units; +infinity: empty
 };
 
 } // namespace pbm

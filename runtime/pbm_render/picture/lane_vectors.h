@@ -1,5 +1,5 @@
-// Vectors of space in lanes, and powers: for files that Highway compiles for several targets; include it after
-// highway.h, and not only once.
+// Three-dimensional vectors in SIMD lanes, and powers. For files that Highway compiles for several targets: include it
+// after highway.h, once per target.
 #if defined(PBM_RENDER_LANE_VECTORS_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_RENDER_LANE_VECTORS_H
 #undef PBM_RENDER_LANE_VECTORS_H
@@ -14,7 +14,7 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// One of space in each lane.
+// One three-dimensional vector per lane.
 struct Vector3 {
     Vector x, y, z;
 };
@@ -38,9 +38,8 @@ HWY_INLINE Vector3 normalised(const Vector3 &v) {
     return scaled(v, hn::Div(hn::Set(d, 1), hn::Sqrt(hn::Max(dot(v, v), hn::Set(d, 1e-30F)))));
 }
 
-// base^exponent for 0 <= base <= 1 (and what rounding adds) and 0 < exponent; 0^0 is 0. Relative error below 2e-6 where
-// results are seen: 2^(exponent log2 base), both by polynomials, since no two libraries agree in the last bits of
-// theirs.
+// base^exponent for 0 <= base <= 1 (plus rounding) and 0 < exponent; 0^0 is 0. Computes 2^(exponent log2 base) by
+// polynomials, since libraries differ in the last bits. The relative error of visible results is below 2e-6.
 HWY_INLINE Vector power_of(Vector base, Vector exponent) {
     const Floats d;
     const Ints di;

@@ -1,5 +1,5 @@
-// Vectors of numbers of lanes and of lanes brought to the front: for files that Highway compiles for several targets;
-// include it after highway.h, and not only once.
+// SIMD vector types, lane numbers, and packing of selected lanes to the front. For files that Highway compiles for
+// several targets: include it after highway.h, once per target.
 #if defined(PBM_RENDER_PACKING_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_RENDER_PACKING_H
 #undef PBM_RENDER_PACKING_H
@@ -14,7 +14,7 @@
 #define PBM_RENDER_PACKING_TABLE
 namespace pbm {
 
-// Lanes whose bits are set in a byte, in order.
+// [byte]: the lanes whose bits are set, in order.
 inline constexpr std::array<std::array<std::int32_t, 8>, 256> kPackedLanes = [] {
     std::array<std::array<std::int32_t, 8>, 256> lanes{};
     for (std::size_t bits = 0; bits < 256; ++bits) {
@@ -34,14 +34,14 @@ inline constexpr std::array<std::int32_t, 16> kLaneNumbers{0, 1, 2, 3, 4, 5, 6, 
 HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 
-// Vectors of four-byte lanes, at most 16.
+// Vectors of at most 16 four-byte lanes.
 using Floats = hwy::HWY_NAMESPACE::CappedTag<float, 16>;
 using Ints = hwy::HWY_NAMESPACE::RebindToSigned<Floats>;
 using Vector = hwy::HWY_NAMESPACE::Vec<Floats>;
 using IntVector = hwy::HWY_NAMESPACE::Vec<Ints>;
 using Mask = hwy::HWY_NAMESPACE::Mask<Floats>;
 
-// first, first + 1, .. : Iota of Highway 1.0 goes through memory lane by lane.
+// first, first + 1, ...: Highway 1.0's Iota fills the lanes one by one through memory.
 HWY_INLINE IntVector count_from(std::int32_t first) {
     namespace hn = hwy::HWY_NAMESPACE;
     return hn::Add(hn::Set(Ints(), first), hn::LoadU(Ints(), kLaneNumbers.data()));

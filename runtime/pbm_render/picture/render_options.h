@@ -1,4 +1,4 @@
-// What every renderer takes besides a camera, and what it returns. Options of one renderer stand in its own header.
+// Options that every renderer takes, and statistics that it returns. Options of one renderer are in its own header.
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"
@@ -7,21 +7,21 @@
 
 namespace pbm {
 
-// Whatever these options say, a renderer leaves out what the file does not hold.
+// A renderer leaves out what the file does not hold, whatever these options say.
 struct RenderOptions {
-    Rgba8 background{51, 51, 51, 255}; // sRGB; drawn where no panorama is
-    bool texture = true;               // points and ground plane have the colours of their solid texture
-    bool point_colours = true;         // points without texture have their own colour; false: that of their material
-    bool shadows = true;               // false: every light reaches every point
-    bool panorama = true;              // the panorama is drawn behind everything
-    bool ground = true;                // the ground plane is drawn
-    bool reflections = true;           // materials that ask for it reflect the panorama
+    Rgba8 background{51, 51, 51, 255}; // sRGB; drawn where there is no panorama
+    bool texture = true;               // draw points and ground plane in the colours of their solid texture
+    bool point_colours = true; // draw points without texture in their own colour; false: in that of their material
+    bool shadows = true;       // false: every light reaches every point
+    bool panorama = true;      // the panorama is drawn behind everything
+    bool ground = true;        // the ground plane is drawn
+    bool reflections = true;   // materials with an environment factor reflect the panorama
 };
 
 struct RenderStatistics {
-    int level = 0;                  // detail level that was drawn; where levels are mixed, the finest one
-    std::uint64_t points = 0;       // points that the picture was made of
-    std::uint64_t drawn_points = 0; // points of these that face the eye and lie in front of it
+    int level = 0;                  // finest detail level drawn
+    std::uint64_t points = 0;       // points of all runs
+    std::uint64_t drawn_points = 0; // those that face the eye and lie in front of it
 };
 
 } // namespace pbm

@@ -21,20 +21,20 @@
 namespace pbm {
 namespace {
 
-// Splat radius that the builder gives points where the scan is dense, voxel edges.
+// The builder's splat radius where the scan is dense, voxel edges.
 constexpr double kDenseRadius = 0.87;
-constexpr std::size_t kNoRadius = 256; // no index
-// Factor on the splat radius: the dissertation's discs reach the neighbours beyond all corners of the voxel.
+constexpr std::size_t kNoRadius = 256; // not an index
+// Factor on the splat radius: the dissertation's discs reach the neighbours across all corners of the voxel.
 constexpr float kNeighbourReach = 2;
 
-// Kernels for the depths in front of the eye between which the whole grid lies.
+// Kernels for the range of depths that the grid covers.
 SplatKernels make_kernels(const Grid &grid, const Projection &projection, int width, int height) {
     const double middle = projection.point(glm::dvec3(grid.edge() / 2)).z, half = grid.edge() * std::sqrt(0.75);
     const double rear = std::max(middle + half, grid.edge());
     return {projection, width, height, std::clamp(middle - half, 0.001 * rear, 0.999 * rear), rear};
 }
 
-// One walk over the octree: what is the same for a whole frame, and the cursors.
+// One traversal of the octree: values of the whole frame, and the cursors.
 class Walk {
   public:
     // `own.level` is a level of the model.
@@ -42,7 +42,7 @@ class Walk {
          std::span<const std::int8_t> offsets, Framebuffer &target);
 
     void draw_root() { draw_odd_point(0, table_.centre); }
-    // Draws octant grid number `octant` among those that hold points; `place` is its child number.
+    // Draws octant grid number `octant` of those with points; `place` is its child number.
     void draw_octant(std::size_t octant, unsigned place, const std::vector<std::vector<std::uint64_t>> &starts);
 
     std::uint64_t drawn_points = 0;
@@ -61,17 +61,17 @@ class Walk {
     const int level_;
     const std::uint16_t *const point_normals_; // attributes of the points drawn
     const std::uint8_t *const point_radii_;
-    const std::span<const std::int8_t> offsets_; // the same; empty without
+    const std::span<const std::int8_t> offsets_; // of the points drawn; may be empty
     Framebuffer &target_;
 
     TransformTable table_;
     std::vector<ScreenNormal> normals_;
     const std::array<float, 256> &radii_; // grid edges
-    std::array<float, 256> pixel_splats_; // 1 / depth below which a splat of that radius is one pixel
-    float voxel_;                         // edge at this level
+    std::array<float, 256> pixel_splats_; // 1 / depth below which a splat of this radius covers one pixel
+    float voxel_;                         // edge, this level
     std::optional<SplatKernels> kernels_; // for Splats::kernels
 
-    // Of the octant grid being drawn:
+    // State of the current octant grid:
     std::vector<Facing> facing_;           // mark_facing
     std::vector<SplatShape> shapes_;       // [kNormalCount], for points of radius table_radius_
     std::size_t table_radius_ = kNoRadius; // index
@@ -109,9 +109,8 @@ void Walk::draw_octant(std::size_t octant, unsigned place, const std::vector<std
         draw_node(1, centre);
 }
 
-// Lays the splats that all points of an octant grid share: marks which normals face away, and computes the shape of
-// each normal's splats in the middle of the octant, for the radius of dense parts. For points of other radii, and where
-// the octant covers a wide angle, the walk computes the shape point by point.
+// Prepares an octant grid: marks the normals that face away, and computes each other normal's splat at the octant's
+// centre for the radius of dense parts. Other radii, and octants that cover a wide angle, get shapes point by point.
 void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
     constexpr double kNarrow = 0.3; // radians, half the angle of the octant
     mark_facing(projection_.eye, centre, half_edge, facing_);
@@ -134,8 +133,7 @@ void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
     }
 }
 
-// Walks depth first. One cursor per level is enough, since nodes are stored in the order of the walk. The recursion is
-// as deep as the grid: at most 16.
+// Traverses depth first, the order of the nodes, so one cursor per level suffices. Recursion is as deep as the grid.
 void Walk::draw_node(int level, const glm::vec4 &centre) {
     const auto below = static_cast<std::size_t>(level) + 1;
     const auto &offset = table_.child[below];
@@ -158,7 +156,7 @@ void Walk::draw_points(unsigned mask, const glm::vec4 &centre) {
     cursor_[static_cast<std::size_t>(level_)] = point;
 }
 
-// `centre` is the voxel's centre in screen space (u, v, w). Marks the splat's visible pixels with the point's index.
+// `centre`: the voxel's centre in screen space (u, v, w). Writes the point's index to the splat's visible pixels.
 inline void Walk::draw_point(std::size_t index, Facing facing, const glm::vec4 &centre) {
     const std::size_t normal = point_normals_[index];
     const std::size_t radius = point_radii_[index];
@@ -176,12 +174,12 @@ inline void Walk::draw_point(std::size_t index, Facing facing, const glm::vec4 &
     draw(shapes_[normal], {pixel, depth, inverse_depth, static_cast<std::uint32_t>(index)});
 }
 
-// Draws a point that has no shape in the table.
+// Draws a point whose shape is not in the table.
 void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0;
     const float radius = radii_[point_radii_[index]];
     const float depth = centre.z;
-    if (depth <= kMinRadii * radius + kMinVoxels * voxel_) // behind the eye, or around it
+    if (depth <= kMinRadii * radius + kMinVoxels * voxel_) // around the eye or behind it
         return;
     const glm::vec2 pixel(centre.x / depth, centre.y / depth);
     std::size_t normal = point_normals_[index] & kNormalIndexMask;
@@ -210,7 +208,7 @@ inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
         draw_splat<false>(shape, point, target_);
 }
 
-// Draws a splat at its surface offset. Not inlined, so that splats without offsets do not pay for it.
+// Draws a splat at its surface offset. Not inlined, so that splats without offsets do not slow down.
 [[gnu::noinline]] void Walk::draw_placed(std::size_t normal, const ScreenPoint &point, float facing) {
     ++drawn_points;
     const std::size_t index = point.index;
@@ -225,7 +223,7 @@ inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
         draw_splat<true>(shape, point, target_, kPlacedCone * voxel_);
 }
 
-// Turns the point indices in `target` into colours: shades visible pixels only.
+// Replaces the point indices in `target` by colours; so it shades visible pixels only.
 class Shading {
   public:
     Shading(const Model &model, const PointShader &shader, int level)
@@ -247,7 +245,7 @@ class Shading {
     const PointAttributes &points_;
     const double edge_; // of the grid, model units
     const PointShader &shader_;
-    const std::uint8_t *const indices_; // of the palette; null where colours come from elsewhere
+    const std::uint8_t *const indices_; // into the palette; null: the colour has another source
 };
 
 // Whether four pixels are all empty.
@@ -266,8 +264,8 @@ void Shading::resolve(Framebuffer &target) const {
     constexpr auto kEmpty = std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity());
     std::uint32_t last = 0xFFFFFFFF, shaded = 0; // neighbours often show the same point
     for (std::size_t at = 0; at < pixels; ++at) {
-        if (std::bit_cast<std::uint32_t>(depths[at]) == kEmpty) { // as an integer: one instruction
-            while (at + 4 < pixels && are_empty(depths + at + 1)) // most of the background, four pixels at once
+        if (std::bit_cast<std::uint32_t>(depths[at]) == kEmpty) { // one integer comparison
+            while (at + 4 < pixels && are_empty(depths + at + 1)) // skips most of the background, four pixels at once
                 at += 4;
             continue;
         }
@@ -276,11 +274,11 @@ void Shading::resolve(Framebuffer &target) const {
             shaded = shader_.is_special() ? shade<true>(last, at, target) : shade<false>(last, at, target);
         }
         colours[at] = shaded;
-        depths[at] *= edge; // from here on in model units
+        depths[at] *= edge; // to model units
     }
 }
 
-// The colour of point `index` in pixel `at`. Not inlined, since the scan over empty pixels needs the registers.
+// The colour of point `index` in pixel `at`. Not inlined: the scan over empty pixels needs the registers.
 template <bool kSpecial>
 [[gnu::noinline]] std::uint32_t Shading::shade(std::size_t index, std::size_t at, const Framebuffer &target) const {
     const PointLook look{.colour = colour(index),
@@ -301,18 +299,9 @@ float Shading::lit_fraction(std::size_t light, std::size_t index) const {
     return static_cast<float>(points_.shadows[light][index]) / static_cast<float>((1 << bits) - 1);
 }
 
-void draw_behind(const SurroundingsView &surroundings, float edge, Framebuffer &target) {
-    SurroundingsRow scratch;
-    const auto width = static_cast<std::size_t>(target.width);
-    for (int y = 0; y < target.height && !surroundings.is_plain(); ++y) {
-        const std::size_t row = static_cast<std::size_t>(y) * width;
-        surroundings.draw_row(y, {target.colour.data() + row, target.depth.data() + row, width, edge}, scratch);
-    }
-}
-
 } // namespace
 
-ReferenceRenderer::ReferenceRenderer(const Model &model, std::shared_ptr<const Surroundings> surroundings)
+ReferenceRenderer::ReferenceRenderer(const Model &model, std::shared_ptr<const ModelSurroundings> surroundings)
     : model_(model), surroundings_(std::move(surroundings)), appearance_(model.parameters),
       offsets_(model.levels.size()) {
     LevelMasks masks;
@@ -339,11 +328,11 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
         walk.draw_root();
     } else {
         const unsigned mask = model_.levels[1].masks[0];
-        unsigned nearest = 0; // octant on the eye's side of all three planes that split the cube
+        unsigned nearest = 0; // the octant on the eye's side of all three planes that split the cube
         for (unsigned axis = 0; axis < 3; ++axis)
             if (unit_camera.position[static_cast<int>(axis)] > 0.5)
                 nearest |= 1U << axis;
-        // Front to back: an octant can only be hidden by those that differ from it on axes where it is farther.
+        // Front to back: an octant can be hidden only by octants that are nearer on every axis where they differ.
         for (const unsigned flip : {0U, 1U, 2U, 4U, 3U, 5U, 6U, 7U}) {
             const unsigned place = nearest ^ flip;
             if ((mask >> place & 1U) != 0)
@@ -351,10 +340,13 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
                                  octant_starts_);
         }
     }
-    const SurroundingsView surroundings(surroundings_.get(), appearance_, projection, options);
-    const PointShader shader(model_.parameters, appearance_, projection, surroundings, options);
+    std::unique_ptr<const FrameSurroundings> surroundings;
+    if (surroundings_)
+        surroundings = surroundings_->in_frame(appearance_, projection, options);
+    const PointShader shader(model_.parameters, appearance_, projection, surroundings.get(), options);
     Shading(model_, shader, level).resolve(target);
-    draw_behind(surroundings, static_cast<float>(model_.parameters.grid.edge()), target);
+    if (surroundings)
+        surroundings->draw_behind(target, static_cast<float>(model_.parameters.grid.edge()));
     return {level, model_.levels[static_cast<std::size_t>(level)].points.size(), walk.drawn_points};
 }
 

@@ -17,15 +17,14 @@ namespace pbm {
 namespace {
 
 constexpr float kEmpty = std::numeric_limits<float>::infinity();
-constexpr int kBandRows = 16; // of the picture, the work of one thread at a time
+constexpr int kBandRows = 16; // rows per work item
 
-// Depths with a border, so that neighbours need no test.
+// Depths, clamped to the border outside the picture.
 class Depths {
   public:
     explicit Depths(const Framebuffer &target)
         : width_(target.width), height_(target.height), depth_(target.depth.data()) {}
 
-    // Of the pixel, the nearest one in the picture.
     float at(int x, int y) const {
         const std::ptrdiff_t row = std::clamp(y, 0, height_ - 1);
         return depth_[row * width_ + std::clamp(x, 0, width_ - 1)];
@@ -49,8 +48,8 @@ std::uint32_t darken(const ColourTable &table, std::uint32_t colour, float facto
     return (table.pack_srgb(table.linear(colour) * factor) & 0x00FFFFFFU) | (colour & 0xFF000000U);
 }
 
-// Eye-dome lighting: how much nearer the eight neighbours are, in parts of the pixel's depth, in two rings. Rings grow
-// with the picture, so that its size does not change its look.
+// Eye-dome lighting: sums how much nearer the neighbours on two rings of eight are, relative to the pixel's depth. The
+// rings scale with the picture, so that its size does not change its look.
 class EyeDome {
   public:
     explicit EyeDome(const Framebuffer &target) : depths_(target) {
@@ -76,13 +75,13 @@ class EyeDome {
 
   private:
     static constexpr std::size_t kRings = 2, kDirections = 8;
-    static constexpr float kMaxStep = 0.012F; // a far wall behind an edge is not black
+    static constexpr float kMaxStep = 0.012F; // limits the darkening of a distant wall behind an edge
 
     Depths depths_;
     std::array<glm::ivec2, kRings * kDirections> offsets_;
 };
 
-// Ambient occlusion: how much of the half space over each pixel's surface is filled within some distance.
+// Ambient occlusion: the share of the half space above a pixel's surface that is filled within some distance.
 class Occlusion {
   public:
     Occlusion(const DepthCueView &view, const Framebuffer &target)
@@ -98,13 +97,13 @@ class Occlusion {
             }
     }
 
-    // 0 occluded .. 1 open, noisy: neighbours look in other directions.
+    // 0 (occluded)..1 (open). Noisy: neighbouring pixels sample other directions.
     float openness(int x, int y) const {
         const glm::vec3 here = place(x, y);
         const glm::vec3 normal = facing_normal(x, y, here);
         const float pixels = std::min(reach_ * focal_ / here.z, max_pixels_);
         const float reach = pixels * here.z / focal_;
-        // A 4 x 4 pattern in which each number comes once.
+        // A 4 x 4 pattern of all sixteen numbers.
         static constexpr std::array<std::uint8_t, kTurns> kPattern{0, 8,  2, 10, 12, 4, 14, 6,
                                                                    3, 11, 1, 9,  15, 7, 13, 5};
         const auto &offsets = offsets_[kPattern[static_cast<std::size_t>(y & 3) * 4 + static_cast<std::size_t>(x & 3)]];
@@ -116,7 +115,7 @@ class Occlusion {
                 continue;
             const glm::vec3 to = place(u, v) - here;
             const float square = glm::dot(to, to);
-            const float fade = std::max(0.0F, 1 - square / (reach * reach)); // what is far in front hides nothing
+            const float fade = std::max(0.0F, 1 - square / (reach * reach)); // distant foreground does not occlude
             sum += fade * std::max(0.0F, glm::dot(to, normal) - kSlack * here.z / focal_) /
                    std::sqrt(square + 1e-6F * reach * reach);
         }
@@ -127,16 +126,16 @@ class Occlusion {
     static constexpr double kReach = 0.08; // of the grid's edge
     static constexpr std::size_t kSamples = 16, kTurns = 16;
     static constexpr float kStrength = 8.0F;
-    static constexpr float kSlack = 1.0F; // pixels; steps between voxels are no corners
+    static constexpr float kSlack = 1.0F; // pixels; steps between voxels do not count as corners
 
-    // Eye space, x to the right, y down, z along the view.
+    // Eye space: x to the right, y down, z along the view direction.
     glm::vec3 place(int x, int y) const {
         const float depth = depths_.at(x, y);
         return {(static_cast<float>(x) + 0.5F - middle_x_) / focal_ * depth,
                 (static_cast<float>(y) + 0.5F - middle_y_) / focal_ * depth, depth};
     }
 
-    // Difference to the nearer of two neighbours at (dx, dy) and opposite: not across an edge.
+    // Difference to that of the neighbours at (dx, dy) and (-dx, -dy) whose depth is closer: it does not cross an edge.
     glm::vec3 along(int x, int y, int dx, int dy, const glm::vec3 &here) const {
         const bool ahead =
             std::abs(depths_.at(x + dx, y + dy) - here.z) < std::abs(depths_.at(x - dx, y - dy) - here.z);
@@ -146,7 +145,7 @@ class Occlusion {
     }
 
     glm::vec3 facing_normal(int x, int y, const glm::vec3 &here) const {
-        constexpr int kStep = 4; // pixels: voxels are small against it
+        constexpr int kStep = 4; // pixels: much larger than voxels
         const glm::vec3 normal = glm::cross(along(x, y, 0, kStep, here), along(x, y, kStep, 0, here));
         const float length = glm::length(normal);
         return length > 0 ? normal / length : glm::vec3(0, 0, -1);
@@ -157,7 +156,7 @@ class Occlusion {
     std::array<std::array<glm::vec2, kSamples>, kTurns> offsets_;
 };
 
-// The mean of those of the 4 x 4 pixels around that lie on the same surface: each direction of the pattern once.
+// Mean over those of the surrounding 4 x 4 pixels that lie on the same surface: one of each direction of the pattern.
 float smooth(const std::vector<float> &values, const Framebuffer &target, int x, int y) {
     const auto index = [&](int u, int v) {
         return static_cast<std::size_t>(std::ptrdiff_t{std::clamp(v, 0, target.height - 1)} * target.width +
@@ -175,7 +174,7 @@ float smooth(const std::vector<float> &values, const Framebuffer &target, int x,
     return sum / weight;
 }
 
-// Calls `factor(x, y)` for all pixels where something was drawn.
+// Darkens all drawn pixels by `factor(x, y)`.
 template <class Factor> void darken_all(Framebuffer &target, ThreadPool &pool, const Factor &factor) {
     const ColourTable colours;
     for_each_row(target, pool, [&](int y) {

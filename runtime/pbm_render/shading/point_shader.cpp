@@ -10,12 +10,12 @@
 namespace pbm {
 namespace {
 
-// More tables of shaded normals would take longer than what they save.
+// With more materials, computing the table of shaded normals takes longer than it saves.
 constexpr std::size_t kFewMaterials = 2;
 
-// An angle: twice that between neighbouring normals, which a mirror doubles. What is smaller would flash.
+// Radians: twice the angle between neighbouring normals, which a mirror doubles. Smaller details would flicker.
 constexpr float kMirroredAngle = 0.08F;
-// Cosines of normal and view above this are of points that face away, whatever the perspective.
+// A point faces away, whatever the perspective, if the cosine between its normal and the view direction exceeds this.
 constexpr float kFarAway = 0.7F;
 
 ColourSource choose_source(const AttributeSet &set, const RenderOptions &options) {
@@ -30,8 +30,8 @@ int count_shadowed(const AttributeSet &set, const Appearance &appearance, const 
     return options.shadows ? std::min(set.lights, static_cast<int>(appearance.lights.size())) : 0;
 }
 
-// What the panorama sends to an eye infinitely far away, by normal.
-std::vector<Float4> mirror_panorama(const SurroundingsView &surroundings, glm::vec3 forward) {
+// Panorama light reflected towards an eye infinitely far away: [kNormalCount].
+std::vector<Float4> mirror_panorama(const FrameSurroundings &surroundings, glm::vec3 forward) {
     std::vector<Float4> mirrored(kNormalCount);
     for (std::size_t i = 0; i < kNormalCount; ++i) {
         const UnitVector &n = normal_table()[i];
@@ -45,7 +45,7 @@ std::vector<Float4> mirror_panorama(const SurroundingsView &surroundings, glm::v
 } // namespace
 
 PointShader::PointShader(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection,
-                         const SurroundingsView &surroundings, const RenderOptions &options)
+                         const FrameSurroundings *surroundings, const RenderOptions &options)
     : parameters_(parameters), appearance_(appearance), projection_(projection),
       source_(choose_source(parameters.attributes, options)),
       point_colours_(source_ == ColourSource::material || source_ == ColourSource::texture
@@ -65,8 +65,8 @@ PointShader::PointShader(const ModelParameters &parameters, const Appearance &ap
         palette_[i] = pack_rgb(appearance.palette[i]);
     for (const Light &light : appearance.lights)
         positional_ |= light.kind != LightKind::directional;
-    if (mirrors && surroundings.has_reflections())
-        mirrored_ = mirror_panorama(surroundings, projection.axes.forward);
+    if (mirrors && surroundings != nullptr && surroundings->has_reflections())
+        mirrored_ = mirror_panorama(*surroundings, projection.axes.forward);
     if (source_ != ColourSource::material || shadowed_ > 0 || positional_ ||
         appearance.materials.size() > kFewMaterials)
         return;
@@ -77,7 +77,7 @@ PointShader::PointShader(const ModelParameters &parameters, const Appearance &ap
                 mirror(material_colours_[material] * table_.unshadowed(material, normal), material, normal)));
 }
 
-// The panorama over a colour that is no brighter than white, as the material asks.
+// Blends the panorama over a colour, clamped to white, with the material's environment factor.
 Float4 PointShader::mirror(Float4 colour, std::size_t material, std::size_t normal) const {
     if (mirrored_.empty())
         return colour;
@@ -86,7 +86,7 @@ Float4 PointShader::mirror(Float4 colour, std::size_t material, std::size_t norm
     return own + appearance_.materials[material].environment * (mirrored_[normal] - own);
 }
 
-// The normal of a two-sided point, turned towards the eye.
+// Index of a two-sided point's normal that faces the eye.
 std::size_t PointShader::side_seen(std::size_t normal, glm::vec2 pixel) const {
     const SplatNormal &n = normals_[normal];
     const glm::vec3 ray = first_ray_ + pixel.x * ray_right_ + pixel.y * ray_down_;
@@ -94,7 +94,7 @@ std::size_t PointShader::side_seen(std::size_t normal, glm::vec2 pixel) const {
     return away ? normal ^ kOppositeNormal : normal;
 }
 
-// Point and spot lights depend on the place: not in the table. Light does not weaken with distance.
+// Point and spot lights depend on the position and so are not in the table. They do not weaken with distance.
 Float4 PointShader::reflect(const Light &light, std::size_t material, std::size_t normal, glm::vec2 pixel,
                             float depth) const {
     const glm::dvec3 from_eye = projection_.ray(pixel) * static_cast<double>(depth);

@@ -1,12 +1,13 @@
-// What a point looks like in a pixel: Phong's reflection times its colour, blended with the panorama that its normal
-// mirrors. One frame's lights, materials and view. Based on: dissertation sections 4.6 and 5.8
+// Computes the colour of a point in a pixel: Phong reflection times the point's colour, blended with the panorama that
+// its normal mirrors. Holds the lights, materials and view of one frame.
+// Based on: dissertation sections 4.6 and 5.8
 #pragma once
 
 #include "pbm_render/appearance/shade_table.h"
 #include "pbm_render/camera/normal_table.h"
 #include "pbm_render/camera/transform_table.h"
 #include "pbm_render/picture/render_options.h"
-#include "pbm_render/surroundings/surroundings.h"
+#include "pbm_render/surroundings/frame_surroundings.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -16,35 +17,35 @@
 
 namespace pbm {
 
-// Where the colour of a point comes from: its material, its colour stream or its value of the solid texture.
+// Source of a point's colour: its material, its colour stream or its value of the solid texture.
 enum class ColourSource : std::uint8_t { material, rgb565, rgb888, texture };
 
-// What a point says of itself.
+// Attributes of a point that shading needs.
 struct PointLook {
-    std::uint32_t colour;   // sRGB, red in the lowest byte; not used if it is that of the material
+    std::uint32_t colour;   // sRGB, red in the lowest byte; unused if the source is the material
     std::uint16_t normal;   // index | kTwoSidedBit
     std::uint16_t material; // index
 };
 
 class PointShader {
   public:
-    // `projection` takes the unit grid to the screen, `surroundings` are those of the same frame. All arguments must
+    // `projection` maps the unit grid to the screen; `surroundings` are those of the frame, or null. All must
     // outlive the shader.
     PointShader(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection,
-                const SurroundingsView &surroundings, const RenderOptions &options);
+                const FrameSurroundings *surroundings, const RenderOptions &options);
 
     ColourSource colour_source() const { return source_; }
-    // The format of the colour stream where it is used, else none.
+    // Format of the colour stream if it is used, else none.
     ColourFormat point_colours() const { return point_colours_; }
     // sRGB, red in the lowest byte, by value of the solid texture.
     const std::array<std::uint32_t, 256> &palette() const { return palette_; }
-    // Whether a light is nearer than infinitely far away: pixels of one point may then differ.
+    // Whether there are point or spot lights: the pixels of one point may then differ.
     bool is_positional() const { return positional_; }
-    // Whether there is what plain models lack: lights at places, mirrors. shade() must be told so.
+    // Whether there are point or spot lights, or mirroring materials. Selects the template argument of shade().
     bool is_special() const { return positional_ || !mirrored_.empty(); }
 
-    // sRGB, opaque, as pack_rgba. `pixel` as Projection has them; `depth` in grid edges. `lit(l)`: the lit fraction
-    // 0..1 of light l, asked for lights that have a shadow stream.
+    // Returns the opaque sRGB colour, as pack_rgba. `pixel`: in the coordinates of Projection; `depth`: grid edges.
+    // `lit(l)`: the lit fraction 0..1 of light l, called for lights with a shadow stream.
     template <bool kSpecial, class Lit>
     std::uint32_t shade(PointLook point, glm::vec2 pixel, float depth, Lit &&lit) const {
         std::size_t normal = point.normal & (kNormalIndexMask | kTwoSidedBit);
@@ -79,16 +80,16 @@ class PointShader {
     const Projection &projection_;
     const ColourSource source_;
     const ColourFormat point_colours_;
-    const std::size_t shadowed_; // lights whose shadow streams count
+    const std::size_t shadowed_; // lights whose shadow streams are used
     const std::span<const SplatNormal> normals_;
-    const glm::vec3 first_ray_, ray_right_, ray_down_; // through pixel (0, 0), and from pixel to pixel
+    const glm::vec3 first_ray_, ray_right_, ray_down_; // of pixel (0, 0); steps to the next pixel
     ShadeTable table_;
     ColourTable colours_;
     std::array<Float4, kMaxMaterials> material_colours_{}; // linear
     std::array<std::uint32_t, 256> palette_{};
-    std::vector<Float4> mirrored_; // [kNormalCount], linear; empty where nothing mirrors
+    std::vector<Float4> mirrored_; // [kNormalCount], linear; empty: nothing mirrors
     bool positional_ = false;
-    // [materials][kNormalCount] as pack_rgba, where points differ in nothing else; else empty.
+    // [materials][kNormalCount] as pack_rgba if a point's colour depends on nothing else; otherwise empty.
     std::vector<std::uint32_t> shaded_normals_;
 };
 

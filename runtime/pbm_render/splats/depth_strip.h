@@ -1,4 +1,4 @@
-// A strip of the picture while points are drawn into it: few enough rows to stay in the cache.
+// A strip of the picture into which points are drawn, with few enough rows to stay in the cache.
 #pragma once
 
 #include "pbm_render/bricks/brick_culling.h"
@@ -13,12 +13,11 @@
 namespace pbm {
 
 // A pixel holds depth and point in one number: the bits of a positive float in the upper half, the point's id in the
-// lower half. The smallest number is the nearest point, and the lower id wins a tie; so the order of drawing does not
-// matter. The number is stored as a double, since the minimum of doubles is one instruction on every target. Positive
-// floats never make it a NaN.
+// lower half. The smallest number is the nearest point, and the lower id wins a tie, so the order of drawing does not
+// matter. It is stored as a double (never a NaN), since the minimum of doubles is one instruction on every target.
 struct DepthStrip {
     static constexpr int kMarginLeft = 1,
-                         kMarginRight = 16; // columns beside the picture: room for blocks and whole SIMD vectors
+                         kMarginRight = 16; // columns beside the picture, for blocks and whole SIMD vectors
 
     static constexpr double pixel(float depth, std::uint32_t id) {
         return std::bit_cast<double>(std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 | id);
@@ -34,7 +33,7 @@ struct DepthStrip {
         pixels.assign(static_cast<std::size_t>(stride) * static_cast<std::size_t>(end - first + 2),
                       pixel(kNothing, 0xFFFFFFFF));
     }
-    // Offset of a block outside the picture.
+    // Offset of an unused block outside the picture.
     int unseen() const { return stride - kMarginRight + 2; }
     std::ptrdiff_t offset(int x, int y) const { return std::ptrdiff_t{y - top + 1} * stride + x + kMarginLeft; }
 
@@ -49,7 +48,7 @@ struct DepthStrip {
     std::vector<double> pixels;
 };
 
-// The run whose bricks are drawn, and the strip that they are drawn into.
+// A run, the strip that it is drawn into, and the frame.
 struct StripRun {
     const FrameGeometry &frame;
     const RunGeometry &run;

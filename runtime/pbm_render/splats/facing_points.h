@@ -1,5 +1,5 @@
-// Collects the points of bricks that face the eye, on the screen. For files that Highway compiles for several targets:
-// include it after highway.h, once per target. Results are the same on every target.
+// Collects the points of bricks that face the eye, in screen space. For files that Highway compiles for several
+// targets: include it after highway.h, once per target. Results are the same on every target.
 #if defined(PBM_RENDER_FACING_POINTS_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_RENDER_FACING_POINTS_H
 #undef PBM_RENDER_FACING_POINTS_H
@@ -37,7 +37,7 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Points of several bricks side by side, so that SIMD vectors are full although bricks differ in size.
+// Points of several bricks, contiguous, so that SIMD vectors are full although bricks differ in size.
 inline constexpr std::size_t kWaiting = 512; // points that are collected before they are drawn
 struct FacingPoints {
     static constexpr std::size_t kCapacity = kWaiting + kBrickPoints + kMaxLanes;
@@ -45,9 +45,9 @@ struct FacingPoints {
     alignas(64) std::array<float, kCapacity> x, y, w;       // pixel and depth
     alignas(64) std::array<std::int32_t, kCapacity> normal; // packed; bit 0 is set for two-sided points
     alignas(64) std::array<std::int32_t, kCapacity> id;
-    // Of placed splats only:
+    // Only for placed splats:
     alignas(64) std::array<float, kCapacity> offset; // voxel edges
-    // Of large splats only:
+    // Only for large splats:
     alignas(64) std::array<float, kCapacity> radius; // grid edges
     alignas(64) std::array<std::int32_t, kCapacity> normal_index;
 };
@@ -80,7 +80,7 @@ HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, V
     return n;
 }
 
-// A brick's points as they lie in the chunk. The points begin .. end - 1 are drawn; `available` of them may be read.
+// The points of a brick in the chunk's streams: points begin .. end - 1 are drawn, `available` points may be read.
 struct BrickPoints {
     const std::uint16_t *normals;
     const std::uint8_t *radii;
@@ -91,7 +91,7 @@ struct BrickPoints {
 };
 
 // Projects points of a brick to the screen and appends to `to` those that face the eye and may touch the strip. Returns
-// how many of these have their centre in the strip. kPlaced: the points have surface offsets.
+// how many of them have their centres in the strip. kPlaced: the points have surface offsets.
 template <bool kLarge, bool kPlaced>
 HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &brick, const BrickPlaces &places,
                                           const BrickPoints &points, FacingPoints &to) {
@@ -104,7 +104,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
     const std::size_t lanes = hn::Lanes(d);
     const auto set = [&](float value) { return hn::Set(d, value); };
     const auto &[step_x, step_y, step_z] = run.steps;
-    // Largest distance of a block from its point, pixels, rounding included: a voxel is at most 1.42 pixels wide.
+    // Largest distance in pixels between a block and its point, with rounding: a voxel is at most 1.42 pixels wide.
     constexpr float kShift = kPlaced ? 3 : 2;
     const Vector above = set(static_cast<float>(strip.top) - kShift),
                  below = set(static_cast<float>(strip.bottom) + kShift);
@@ -179,8 +179,8 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
     return at_home;
 }
 
-// Appends the points of a seen brick that find_facing_points keeps, and returns what it returns. The id of point i of
-// the chunk is `first_id` + i. Stays in bounds whatever the bytes of a mapped chunk became.
+// Appends those points of a brick that find_facing_points keeps, and returns its result. The id of point i of the chunk
+// is `first_id` + i. Accesses stay in bounds if the bytes of a mapped chunk change.
 template <bool kLarge, bool kPlaced>
 HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std::uint32_t first_id, FacingPoints &to) {
     const PointRun &run = *at.run.run;

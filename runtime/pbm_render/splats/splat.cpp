@@ -10,7 +10,7 @@ SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, g
     const glm::vec2 o = pixel - glm::vec2(projection.middle);
     // The normal through the Jacobian of the projection at depth 1.
     const glm::vec2 n(normal.image.x - pixel.x * normal.image.z, normal.image.y - pixel.y * normal.image.z);
-    // The same of the ellipsoid r^2 I - (r^2 - t^2) n n^T: a covariance matrix; the ellipse is its inverse.
+    // The covariance matrix r^2 I - (r^2 - t^2) n n^T of the ellipsoid, projected likewise; the ellipse is its inverse.
     const bool placed = size.offset.has_value();
     float r2 = size.radius * size.radius;
     if (placed) {
@@ -31,7 +31,7 @@ SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, g
     glm::vec2 shift(0);
     float depth_shift = 0;
     if (!size.two_sided) {
-        // The outline's inset grows from 0 at 45 degrees to outline_inset edge-on.
+        // edge_on: 0 for a splat seen from the front, 1 edge-on.
         const float edge_on = std::clamp(1 + facing, 0.0F, 1.0F);
         const float inset =
             (placed ? -*size.offset : normal.inset + kGrazingInset * edge_on * edge_on * edge_on) * size.voxel;
@@ -54,7 +54,7 @@ SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, g
 
 namespace {
 
-// At the right border, a block's second column belongs to the next row: the function must not draw it.
+// At the right border, the second column of a block would be the next row's first pixel: it must not be drawn.
 template <bool kCone, bool kAtRightBorder>
 void draw_all_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
                      Framebuffer &target) {

@@ -1,16 +1,16 @@
-// Points as ellipses on the screen: projection and drawing.
-// Based on: Zwicker, Pfister, van Baar, Gross. EWA Splatting. 2002 (an ellipsoid through the local affine map);
-//           Botsch, Wiratanaya, Kobbelt 2002; Rusinkiewicz, Levoy. QSplat. 2000
+// Computes and draws the image of a point on the screen: an ellipse.
+// Based on: Zwicker, Pfister, van Baar, Gross. EWA Splatting. 2002 (an ellipsoid under the local affine map); Botsch,
+// Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002; Rusinkiewicz, Levoy. QSplat.
+// 2000
 //
-// A splat is a disc around the point, flattened but never flat: an ellipsoid with the splat radius r along the surface
-// and a thickness t along the normal. Its image is an ellipse that cannot degenerate; its depth is that of a plane.
-// The foremost voxels that a surface passes through have their centres in front of it, so both go a little back:
+// A splat is an ellipsoid around the point: its radius is the splat radius r along the surface and the thickness t
+// along the normal. So its image is an ellipse that cannot degenerate. Its depth is that of a plane. The visible voxels
+// of a surface have their centres in front of the surface, so ellipse and plane move back along the normal:
 //
-//      ======== voxel's centre ========
-//      - - - -  depth plane  - - - - -    ScreenNormal::inset behind the centre: right on average
-//      (     middle of the ellipse    )   up to kOutlineInset behind it at silhouettes, so that they keep their size
+//   depth plane            by ScreenNormal::inset: the mean distance between these centres and the surface
+//   middle of the ellipse  by 0 to kOutlineInset, most at silhouettes, so that outlines keep their size
 //
-// Placed splats are those of points with a surface offset (SurfaceOffsets): they lie on the estimated surface.
+// Placed splats belong to points with a surface offset (SurfaceOffsets): they lie on the estimated surface.
 #pragma once
 
 #include "pbm_render/camera/normal_table.h"
@@ -27,54 +27,53 @@
 
 namespace pbm {
 
-// Voxel edges. The depth plane of a surface seen edge-on lies kGrazingInset farther back: there, the foremost of more
-// voxels is visible.
+// Voxel edges. The depth plane of a surface seen edge-on moves back by kGrazingInset more: more voxels lie behind each
+// other there, and the foremost one is visible.
 inline constexpr float kOutlineInset = 0.5F;
 inline constexpr float kGrazingInset = 0.7F;
-// The outline moves back by kOutlineInset * clamp(1 + kOutlineSlope * cosine of normal and ray, 0, 1).
+// Inset of the ellipse: kOutlineInset * clamp(1 + kOutlineSlope * cosine of normal and ray, 0, 1).
 inline constexpr float kOutlineSlope = 1.4F;
 // Lower bound of the cosine between a plane's normal and the ray.
 inline constexpr float kEdgeOn = 0.02F;
-// Clamps the depth slope of a plane per screen axis: beyond 70 degrees, normals are too noisy to tell the depth a pixel
-// away from the point.
+// Clamps the depth slope of a plane per screen axis: beyond 70 degrees, normals are too noisy to determine the depth
+// one pixel away from the point.
 inline constexpr float kSteepest = 3;
-// Placed splats are thinner by kPlacedThickness, flatter (kPlacedSteepest replaces kSteepest) and smaller, since a disc
-// on the surface covers its voxel with a smaller radius r than a disc beside it: r^2 = max(r^2 - (kPlacedShrink *
-// offset)^2, (kPlacedLeast * r)^2).
+// Placed splats are thinner (factor kPlacedThickness) and less steep (kPlacedSteepest replaces kSteepest). They are
+// smaller, because a disc on the surface covers its voxel with a smaller radius r than a disc beside it:
+// r^2 = max(r^2 - (kPlacedShrink * offset)^2, (kPlacedLeast * r)^2).
 inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.3F, kPlacedLeast = 0.3F;
 // Replaces kOutlineInset for placed splats.
 inline constexpr float kPlacedOutlineInset = 0.2F;
-// Depth of a placed splat's outline behind its plane, voxel edges: of two splats that overlap, each is visible around
-// its own middle.
+// How far the outline of a placed splat lies behind its plane, voxel edges. Where two splats overlap, each is then
+// visible around its own middle.
 inline constexpr float kPlacedCone = 0.7F;
-// Points nearer to the eye than kMinRadii splat radii plus kMinVoxels voxels are not drawn: their planes would
-// reach behind the eye.
+// Points closer than kMinRadii splat radii + kMinVoxels voxels are not drawn: their planes would reach behind the eye.
 inline constexpr float kMinRadii = 1.25F, kMinVoxels = 2;
 
-// The image of a splat at depth 1, as its normal, its radius and the ray's direction determine it: the same for all
-// points of one normal and radius in a small part of the screen. At other depths the ellipse shrinks with the depth,
-// and the slope grows with it. Each member but box and shift holds one number four times, for four pixels.
+// The image of a splat at depth 1, for one normal, radius and ray direction; points of one normal and radius in a small
+// part of the screen share it. At depth z the ellipse is scaled by 1 / z, the slope by z. Each member but box and shift
+// holds one number four times, for four pixels.
 struct SplatShape {
     Float4 box;              // left, right, top, bottom of the ellipse, from the point
     Float4 shift;            // from the point to the middle of the ellipse: x, x, y, y
     Float4 xx, xy, yy;       // pixel (x, y) from the middle is inside if x (xx x + xy y) + yy y^2 <= 1
     Float4 slope_x, slope_y; // of the depth, model units per pixel
-    Float4 depth_shift;      // from the point's depth to that in the middle, model units, the same for any depth
+    Float4 depth_shift;      // from the point's depth to the middle's, model units, at any depth
 };
 
-// Sizes in model space. A splat of a two-sided point stays at its voxel's centre.
+// Sizes in model space. A two-sided splat stays at its voxel's centre.
 struct SplatSize {
     float radius;
     float voxel;
     bool two_sided;
-    std::optional<float> offset = {}; // voxel edges; makes it a placed splat
+    std::optional<float> offset = {}; // voxel edges; if present, the splat is placed
 };
 
-// Shape of splats with this normal that are visible through `pixel`. `facing` = normal.plane . (pixel, 1).
+// Shape of a splat with this normal, seen through `pixel`. `facing` = normal.plane . (pixel, 1).
 SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, glm::vec2 pixel, float facing,
                      SplatSize size);
 
-// Two pixels of a row and the two below them.
+// Loads or stores two pixels of a row and the two below them.
 template <class T> Int4 load_block(const T *pixel, std::ptrdiff_t stride) {
     std::int64_t upper, lower;
     std::memcpy(&upper, pixel, sizeof upper);
@@ -88,23 +87,22 @@ template <class T> void store_block(T *pixel, std::ptrdiff_t stride, Int4 block)
     std::memcpy(pixel + stride, &lower, sizeof lower);
 }
 
-// The same for all pixels of one splat.
+// Values that all pixels of one splat share.
 struct SplatPixels {
     Float4 depth, at_middle; // of the point; in the middle of the ellipse
     Float4 inside;           // the quadratic form's value on the outline
-    Float4 cone;             // of the depth, for 1 of the quadratic form
+    Float4 cone;             // added to the depth per unit of the quadratic form
     Int4 indices;            // of the point
 };
 
-// Two pixels of a row of a picture and the two below them.
+// Position of two pixels of a row and the two below them.
 struct PixelBlock {
     float *depths;          // of the upper left pixel
     std::uint32_t *indices; // the same
-    std::ptrdiff_t stride;  // from a row to the next, pixels
+    std::ptrdiff_t stride;  // between rows, pixels
 };
 
-// Draws those pixels of a block for which all bits of `allowed` are set; (x, y) lead from the middle of the ellipse to
-// their centres.
+// Draws those pixels of a block whose bits in `allowed` are all set. (x, y): pixel centres from the ellipse's middle.
 template <bool kCone>
 inline void draw_block(const SplatShape &shape, const SplatPixels &splat, Float4 x, Float4 y, const PixelBlock &to,
                        Int4 allowed = Int4{-1, -1, -1, -1}) {
@@ -116,32 +114,31 @@ inline void draw_block(const SplatShape &shape, const SplatPixels &splat, Float4
     const Int4 old_depths = load_block(depths, stride);
     const Int4 old_indices = load_block(indices, stride);
     const Int4 wins = (form <= splat.inside) & (z < reinterpret_cast<Float4>(old_depths)) & allowed;
-    // The other pixels, and those beside the box, are written back unchanged.
+    // Pixels that do not win, and those beside the box, are written back unchanged.
     store_block(depths, stride, (reinterpret_cast<Int4>(z) & wins) | (old_depths & ~wins));
     store_block(indices, stride, (splat.indices & wins) | (old_indices & ~wins));
 }
 
-// The same for all blocks of a box (left, right, top, bottom).
+// Draws all blocks of a box (left, right, top, bottom).
 template <bool kCone>
 void draw_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
                  Framebuffer &target);
 
-// A point that is drawn: where it is on the screen, and its index.
+// The screen position and index of a point.
 struct ScreenPoint {
     glm::vec2 pixel;
     float depth, inverse_depth; // depth > 0
     std::uint32_t index;
 };
 
-// Draws the splat of a point: the pixels whose centres lie in the ellipse and that are nearer than what is there. Any
-// splat is allowed: its part outside the framebuffer is clipped. kCone: on the outline, depths lie by `cone` behind the
-// plane.
+// Draws a splat: the pixels whose centres lie in the ellipse and that are nearer than the present depth. The part
+// outside the framebuffer is clipped. kCone: depths at the outline lie `cone` behind the plane.
 template <bool kCone>
 inline void draw_splat(const SplatShape &shape, const ScreenPoint &drawn, Framebuffer &target, float cone = 0) {
     const auto [pixel, depth, inverse_depth, index] = drawn;
     const Float4 scale = Float4{} + inverse_depth;
     const Float4 point{pixel.x, pixel.x, pixel.y, pixel.y};
-    // Pixel i is inside the box if its centre i + 0.5 is: the first one is floor(edge + 0.5), kept in the framebuffer.
+    // Pixel i is inside if its centre i + 0.5 is. So the first is floor(edge + 0.5), clamped to the framebuffer.
     const Float4 edges = point + scale * shape.box + 0.5F;
     const Float4 inner = edges > Float4{} ? edges : Float4{};
     const Int4 box = __builtin_convertvector(inner < target.limits ? inner : target.limits, Int4);
@@ -160,12 +157,12 @@ inline void draw_splat(const SplatShape &shape, const ScreenPoint &drawn, Frameb
                             .indices = Int4{} + static_cast<std::int32_t>(index)};
     if (right - left > 2 || bottom - top > 2 || right == target.width)
         return draw_blocks<kCone>(shape, splat, first_x, y, box, target);
-    const std::ptrdiff_t stride = target.width; // one block: most splats of a whole model
+    const std::ptrdiff_t stride = target.width; // a single block suffices for most splats of a whole model
     const std::ptrdiff_t at = top * stride + left;
     draw_block<kCone>(shape, splat, first_x, y, {target.depth.data() + at, target.colour.data() + at, stride});
 }
 
-// Draws the one pixel that holds the splat's middle, which is all of an ellipse at most a pixel wide.
+// Draws the one pixel that holds the splat's middle, for ellipses at most a pixel wide.
 inline void draw_pixel(const SplatShape &shape, const ScreenPoint &drawn, Framebuffer &target) {
     const auto [pixel, depth, inverse_depth, index] = drawn;
     const glm::vec2 middle = pixel + inverse_depth * glm::vec2(shape.shift[0], shape.shift[2]);

@@ -11,11 +11,11 @@ namespace pbm {
 namespace {
 
 constexpr std::size_t kDigits = 64;
-constexpr int kFineBits = 4;      // of a normal's index, below its three coarse digits
+constexpr int kFineBits = 4;      // of a normal's index below its three coarse digits
 constexpr double kRadius = 8;     // of the disc in a kernel, pixels
-constexpr double kEdgeOn = 0.125; // discs are never seen at a flatter angle than with this cosine: none vanishes
+constexpr double kEdgeOn = 0.125; // minimum cosine at which a disc is drawn, so that none vanishes
 
-// The mean direction of the normals of the first octant that share their coarse digits; z towards the eye.
+// Mean direction of the first octant's normals with these coarse digits; z towards the eye.
 glm::dvec3 mean_normal(std::size_t digits) {
     glm::dvec3 sum(0);
     for (std::size_t fine = 0; fine < 1U << kFineBits; ++fine) {
@@ -25,7 +25,7 @@ glm::dvec3 mean_normal(std::size_t digits) {
     return glm::normalize(sum);
 }
 
-// Turned towards the eye until its cosine with the ray is kEdgeOn.
+// Rotates the normal towards the eye until its cosine with the ray is at least kEdgeOn.
 glm::dvec3 not_edge_on(const glm::dvec3 &normal, const glm::dvec3 &ray) {
     const glm::dvec3 to_eye = -glm::normalize(ray);
     const double cosine = glm::dot(normal, to_eye);
@@ -35,8 +35,8 @@ glm::dvec3 not_edge_on(const glm::dvec3 &normal, const glm::dvec3 &ray) {
     return kEdgeOn * to_eye + std::sqrt(1 - kEdgeOn * kEdgeOn) * across;
 }
 
-// The image of a disc around the point `pixel` from the middle of the screen, at `depth`: eye space is x to the right,
-// y down, z along the view.
+// The image of a disc at `depth` whose centre projects to `pixel`, relative to the screen's middle. Eye space: x to the
+// right, y down, z along the view direction.
 SplatKernel project_disc(glm::dvec3 normal, glm::dvec2 pixel, double depth, double focal) {
     const glm::dvec3 ray(pixel / focal, 1);
     const glm::dvec3 centre = ray * depth;
@@ -48,7 +48,7 @@ SplatKernel project_disc(glm::dvec3 normal, glm::dvec2 pixel, double depth, doub
             const glm::dvec2 offset(x + 0.5 - kRadius, y + 0.5 - kRadius);
             const glm::dvec3 through((pixel + offset) / focal, 1);
             const double along = glm::dot(normal, through);
-            if (along >= 0) // the ray never meets the disc's front
+            if (along >= 0) // the ray misses the disc's front
                 continue;
             const glm::dvec3 hit = through * (glm::dot(normal, centre) / along);
             if (glm::length(hit - centre) <= radius)
@@ -95,14 +95,14 @@ void SplatKernels::draw(std::size_t normal, glm::vec2 pixel, float depth, float 
     }();
     const NormalBits bits = normals_[normal];
     const SplatKernel &kernel = radius <= 3 ? kAll : kernels_[index_of(bits, pixel, depth)];
-    int scale = 1, edge = kKernelEdge; // pixels of the picture per pixel of the kernel; of the splat
+    int scale = 1, edge = kKernelEdge; // pixels per kernel pixel; pixels of the splat's edge
     if (radius <= 3)
         edge = radius <= 1 ? 1 : 3;
     else
         for (; static_cast<float>(scale) * static_cast<float>(kRadius) < radius && edge < kMaxPictureEdge; scale *= 2)
             edge = 2 * scale * kKernelEdge;
     const glm::vec2 corner = glm::round(pixel - static_cast<float>(edge) / 2);
-    // Far outside all is clipped; as numbers that integers can hold.
+    // Clamp to integers; positions this far outside are clipped anyway.
     const auto place = [](float at) { return static_cast<int>(std::clamp(at, -1e6F, 1e6F)); };
     const int left = place(corner.x), top = place(corner.y);
     for (int y = std::max(top, 0); y < std::min(top + edge, target.height); ++y) {

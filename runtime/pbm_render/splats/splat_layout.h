@@ -1,5 +1,5 @@
-// Lays a SIMD vector of splats as splat.h lays one. For files that Highway compiles for several targets: include it
-// after highway.h, once per target. Results are the same on every target.
+// Computes a SIMD vector of splats as splat.h computes one. For files that Highway compiles for several targets:
+// include it after highway.h, once per target. Results are the same on every target.
 #if defined(PBM_RENDER_SPLAT_LAYOUT_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_RENDER_SPLAT_LAYOUT_H
 #undef PBM_RENDER_SPLAT_LAYOUT_H
@@ -18,16 +18,16 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A vector of laid splats: what blocks and ellipses have in common.
+// A vector of splats: what blocks and ellipses have in common.
 struct LaidSplats {
     SeenNormal normal;
     Vector image_x, image_y; // image of the normal, for focal length and depth 1
-    Vector pixel_size;       // at the depth of the point
+    Vector pixel_size;       // at the point's depth
     Vector cosine;           // between the plane's normal and the ray
     Vector outline, inset;   // grid edges
 };
 
-// kPlaced: the points have surface offsets; other splats lie at the mean depth of a surface in its voxel.
+// kPlaced: the points have surface offsets; other splats lie at the mean depth of a surface within its voxel.
 template <bool kPlaced>
 HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, float outline_inset,
                                  const FacingPoints &points, std::size_t first) {
@@ -59,35 +59,35 @@ HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, f
     return s;
 }
 
-// Depth per length across the view direction, of one component of a plane's normal.
+// Depth per length across the view direction, for one component of a plane's normal.
 HWY_INLINE Vector plane_slope(Vector component, Vector inverse_cosine, float steepest = kSteepest) {
     const Vector most = hn::Set(Floats(), steepest), least = hn::Set(Floats(), -steepest);
     return hn::Min(hn::Max(hn::Mul(component, inverse_cosine), least), most);
 }
 
-// Depth of the plane, of the given slopes per unit of depth 1, in the middle of the splat.
+// Depth of the plane in the middle of the splat; the slopes are per unit of depth 1.
 HWY_INLINE Vector depth_in_middle(const LaidSplats &s, Vector w, Vector slope_x, Vector slope_y) {
     const Vector along = hn::Add(hn::Mul(slope_x, s.image_x), hn::Mul(slope_y, s.image_y));
     return hn::Add(w, hn::Sub(hn::Mul(along, hn::Sub(s.inset, s.outline)), hn::Mul(s.inset, s.normal.z)));
 }
 
-// How much larger than its splat an ellipse is laid.
+// Factors by which an ellipse is larger than its splat.
 struct Enlargement {
-    float radius = 1;   // times the splat's
-    float low_pass = 0; // pixels: an ellipse's radii become the hypotenuses of themselves and this
+    float radius = 1;   // times the splat radius
+    float low_pass = 0; // pixels: replaces a radius r by sqrt(r^2 + low_pass^2)
 };
 
-// As SplatShape, for the depth where the point is: a vector of splats of any size.
+// As SplatShape, but at the points' depths: a vector of splats of any size.
 struct Ellipses {
     alignas(64) std::array<float, kMaxLanes> x, y, depth;                     // middle
     alignas(64) std::array<float, kMaxLanes> xx, xy, yy;                      // 1 on the outline
     alignas(64) std::array<float, kMaxLanes> slope_x, slope_y;                // of the depth, per pixel
-    float cone = 0;                                                           // depth behind the plane on the outline
+    float cone = 0;                                                           // depth of the outline behind the plane
     alignas(64) std::array<std::int32_t, kMaxLanes> left, right, top, bottom; // pixels, in the strip
 };
 
-// Lays a vector of points, from `first` on, as lay_splat lays one, into the lanes of `to` from `lane` on. Lanes behind
-// the last point get empty ellipses.
+// Computes the ellipses of a vector of points from `first` on, as lay_splat does, into the lanes of `to` from `lane`
+// on. Lanes behind the last point get empty ellipses.
 template <bool kPlaced>
 HWY_INLINE LaidSplats lay_ellipses(const StripRun &at, const FacingPoints &points, std::size_t first, Ellipses &to,
                                    std::size_t lane = 0, const Enlargement &enlarged = {}) {
@@ -103,12 +103,12 @@ HWY_INLINE LaidSplats lay_ellipses(const StripRun &at, const FacingPoints &point
         lay_splats<kPlaced>(frame, voxel_edge, kPlaced ? kPlacedOutlineInset : kOutlineInset, points, first);
     const SeenNormal &n = s.normal;
     const Vector radius = hn::Mul(set(enlarged.radius), hn::Load(d, points.radius.data() + first));
-    // Lanes behind the last point hold anything: the mask keeps their index in the table.
+    // Lanes behind the last point are uninitialized: the mask keeps the index within the table.
     const IntVector normal = hn::And(hn::Load(di, points.normal_index.data() + first), hn::Set(di, kNormalIndexMask));
     const Vector thickness = hn::Mul(set(kPlaced ? kPlacedThickness * voxel_edge : voxel_edge),
                                      hn::GatherIndex(d, frame.thickness.data(), normal));
 
-    // r^2 I - (r^2 - t^2) n n^T through the Jacobian of the projection, for focal length and depth 1.
+    // r^2 I - (r^2 - t^2) n n^T, projected by the Jacobian for focal length and depth 1.
     Vector r2 = hn::Mul(radius, radius);
     if constexpr (kPlaced) {
         const Vector moved = hn::Mul(hn::Load(d, points.offset.data() + first), set(kPlacedShrink * voxel_edge));
@@ -159,7 +159,7 @@ HWY_INLINE LaidSplats lay_ellipses(const StripRun &at, const FacingPoints &point
     return s;
 }
 
-// Draws one splat: the pixels whose centres lie in the ellipse and that are nearer than what is there.
+// Draws one splat: the pixels whose centres lie in the ellipse and that are nearer than the present depth.
 template <bool kCone = false>
 HWY_INLINE void draw_ellipse(const Ellipses &ellipses, std::size_t lane, std::uint32_t id, DepthStrip &strip) {
     const float xx = ellipses.xx[lane], xy = ellipses.xy[lane], yy = ellipses.yy[lane];

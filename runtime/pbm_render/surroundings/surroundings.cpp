@@ -118,17 +118,15 @@ Surroundings::Surroundings(const ModelParameters &parameters, TiledImages images
         ground_.emplace(parameters_, images_);
 }
 
-template <class Use> void Surroundings::for_images(Use &&use) const {
-    for (const auto &image : {images_.panorama, images_.ground_texture})
-        if (image)
-            use(*image);
-    for (const auto &lit : images_.ground_lit)
-        use(*lit);
+std::unique_ptr<const FrameSurroundings> Surroundings::in_frame(const Appearance &appearance,
+                                                                const Projection &projection,
+                                                                const RenderOptions &options) const {
+    return std::make_unique<SurroundingsView>(this, appearance, projection, options);
 }
 
 std::vector<Error> Surroundings::take_errors() const {
     std::vector<Error> errors;
-    for_images([&](const TiledImage &image) {
+    images_.for_each([&](const TiledImage &image) {
         for (Error &error : image.take_errors())
             errors.push_back(std::move(error));
     });
@@ -137,7 +135,7 @@ std::vector<Error> Surroundings::take_errors() const {
 
 std::vector<FileRange> Surroundings::take_wanted() const {
     std::vector<FileRange> wanted;
-    for_images([&](const TiledImage &image) {
+    images_.for_each([&](const TiledImage &image) {
         for (const FileRange &range : image.take_wanted())
             wanted.push_back(range);
     });
@@ -245,6 +243,15 @@ void SurroundingsView::draw_row(int y, const PixelRow &row, SurroundingsRow &scr
         object_depths[x] = row.depths[x] / row.depth_scale;
     look({0.5, y + 0.5}, row.width, object_depths.data(), scratch);
     HWY_DYNAMIC_DISPATCH(pack_row)(scratch, colour_table().srgb(), panorama_ != nullptr, row);
+}
+
+void SurroundingsView::draw_behind(Framebuffer &target, float edge) const {
+    SurroundingsRow scratch;
+    const auto width = static_cast<std::size_t>(target.width);
+    for (int y = 0; y < target.height; ++y) {
+        const std::size_t row = static_cast<std::size_t>(y) * width;
+        draw_row(y, {target.colour.data() + row, target.depth.data() + row, width, edge}, scratch);
+    }
 }
 
 } // namespace pbm

@@ -1,7 +1,7 @@
 // The surroundings of the object: the ground plane under it and the panorama behind everything, or the background
 // colour where there is none. One ray lookup per pixel, all in linear light.
 //
-//   Surroundings surroundings(parameters, images)     once for a model, shared by its renderers: of Reader::images()
+//   Surroundings surroundings(parameters, images)     once for a model, shared by its renderers: of read_images(reader)
 //                                                     or TiledImages::of(model.images)
 //   const SurroundingsView view(surroundings, appearance, projection, options)              per frame
 //   view.draw_row(..) or view.look(..)                                     rows of pixels, on several threads
@@ -15,9 +15,7 @@
 #pragma once
 
 #include "pbm_format/rasters/tiled_image.h"
-#include "pbm_render/appearance/appearance.h"
-#include "pbm_render/camera/transform_table.h"
-#include "pbm_render/picture/render_options.h"
+#include "pbm_render/surroundings/frame_surroundings.h"
 #include "pbm_render/surroundings/ground_sampler.h"
 #include "pbm_render/surroundings/panorama_sampler.h"
 
@@ -29,13 +27,15 @@ namespace pbm {
 
 // Reads texels tile by tile when a picture first shows them. Several threads may use it at once; pictures are the same
 // for any number of them.
-class Surroundings {
+class Surroundings final : public ModelSurroundings {
   public:
     // `parameters` must outlive the surroundings.
     Surroundings(const ModelParameters &parameters, TiledImages images);
     Surroundings(const Surroundings &) = delete;
     Surroundings &operator=(const Surroundings &) = delete;
 
+    std::unique_ptr<const FrameSurroundings> in_frame(const Appearance &appearance, const Projection &projection,
+                                                      const RenderOptions &options) const override;
     bool has_panorama() const { return panorama_.has_value(); }
 
     // The damaged tiles that were found since the last call, each once. Pictures show coarser mip levels in their
@@ -48,7 +48,6 @@ class Surroundings {
 
   private:
     friend class SurroundingsView;
-    template <class Use> void for_images(Use &&use) const;
 
     const ModelParameters &parameters_;
     const TiledImages images_;
@@ -70,7 +69,7 @@ struct SurroundingsRow {
 };
 
 // The surroundings in one frame.
-class SurroundingsView {
+class SurroundingsView final : public FrameSurroundings {
   public:
     // `projection` takes the unit grid to the screen. `surroundings` may be null: then all is background colour. All
     // arguments must outlive the view.
@@ -78,8 +77,11 @@ class SurroundingsView {
                      const RenderOptions &options);
     // Whether rays that miss the object meet nothing but the background colour.
     bool is_plain() const { return panorama_ == nullptr && ground_ == nullptr; }
-    // Whether materials mirror a panorama: there is one, and the options allow it.
-    bool has_reflections() const { return mirrored_ != nullptr; }
+    bool has_reflections() const override { return mirrored_ != nullptr; }
+    Float4 reflection(glm::vec3 direction, float footprint) const override {
+        return mirrored_->sample(direction, footprint);
+    }
+    void draw_behind(Framebuffer &target, float edge) const override;
 
     // Casts rays through `count` points of the screen, one pixel apart from `first` on. `object_depths` are those of
     // the object, grid edges, +infinity where it is not. Colours of pixels with an object and without coverage are
@@ -91,10 +93,6 @@ class SurroundingsView {
     // the depth of the ground where it covers at least half a pixel; the panorama leaves +infinity. The contents of
     // `scratch` do not matter.
     void draw_row(int y, const PixelRow &row, SurroundingsRow &scratch) const;
-
-    // The panorama's light along a direction (model axes, any length), filtered over an angle (radians): linear red,
-    // green, blue and 0. Expects has_reflections().
-    Float4 reflection(glm::vec3 direction, float footprint) const { return mirrored_->sample(direction, footprint); }
 
   private:
     RayRow rays(glm::dvec2 first, std::size_t count) const;

@@ -1,4 +1,4 @@
-// How the viewer draws: the options that every renderer takes, and what the viewer itself chooses.
+// Drawing options: those of every renderer, and the viewer's own.
 #pragma once
 
 #include "pbm_render/fine/fine_renderer.h"

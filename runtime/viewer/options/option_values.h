@@ -1,4 +1,4 @@
-// Values of options as people write them: resolutions, vectors, colours.
+// Parses values of options: resolutions, vectors, colours.
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"
@@ -17,7 +17,7 @@ Result<glm::ivec2> parse_resolution(const std::string &text);
 Result<glm::dvec3> parse_vector(const std::string &text);
 // "r,g,b", each 0..1, sRGB.
 Result<Rgba8> parse_colour(const std::string &text);
-// Frames per second, 1..240, or 0 for any.
+// Frames per second: 1..240, or 0 for any.
 Result<double> parse_frame_rate(const std::string &text);
 
 } // namespace pbm

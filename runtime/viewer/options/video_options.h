@@ -1,4 +1,4 @@
-// The part of a command line that asks for a video; pbm-render and pbm-view share it.
+// Command-line options for videos, shared by pbm-render and pbm-view.
 #pragma once
 
 #include "command_line/command_line.h"
@@ -11,18 +11,18 @@ namespace pbm {
 
 struct VideoChoice {
     VideoOptions video;
-    bool avi = false; // without a name of its own
+    bool avi = false; // --avi was given
 };
 
-// The dissertation's switch.
+// The dissertation's switch for --avi.
 inline constexpr command_line::OldSwitch kOldVideoSwitch{"-AVI", "--avi"};
 
 // Declares --turntable, --avi, --frames, --fps and --video-quality. `choice` must outlive the parsing.
 void add_video_options(command_line::CommandLine &line, VideoChoice &choice);
 
-// To be asked after parsing: fills in the name that --avi stands for, that of the model in the present folder.
+// Call after parsing. Derives the name for --avi: that of the model, in the current folder.
 //
-// errors  usage  an unknown form, two videos, no transparency in this form
+// errors  usage  unknown video format, two videos, or a format without the transparency asked for
 Status complete_video(VideoChoice &choice, const std::string &model, const RenderOptions &render);
 
 } // namespace pbm

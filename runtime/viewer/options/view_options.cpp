@@ -27,7 +27,7 @@ std::string number_text(double number) {
     return {text.data(), end};
 }
 
-// Reads back as the same bytes: each is the nearest to its four digits.
+// Four digits are enough to read back the same bytes.
 std::string colour_text(Rgba8 colour) {
     const auto part = [&](std::size_t channel) { return number_text(std::round(colour[channel] / 255.0 * 1e4) / 1e4); };
     return part(0) + "," + part(1) + "," + part(2);
@@ -61,7 +61,7 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
              stored(parse_colour, options.look.render.background), {.type = "R,G,B"});
 }
 
-// Each can be switched on, too, which is the default: the dissertation's switches ask for what they name.
+// Each switch has a positive form, although on is the default: the dissertation's switches map to it.
 void add_shading_options(CommandLine &line, LookOptions &look) {
     RenderOptions &render = look.render;
     line.topic = "Shading";

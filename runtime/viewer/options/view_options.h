@@ -1,9 +1,9 @@
-// The part of a command line that says which view of which model is wanted; pbm-render and pbm-view share it.
+// Command-line options for a model and a view of it, shared by pbm-render and pbm-view.
 #pragma once
 
 #include "command_line/command_line.h"
 #include "command_line/progress_display.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/detail/detail_selection.h"
 #include "pbm_render/reference/reference_renderer.h"
@@ -38,38 +38,36 @@ struct ViewOptions {
     command_line::Verbosity verbosity = command_line::Verbosity::normal;
 };
 
-// The dissertation's switches that ask for what is in the file; `arguments` of command_line takes them.
-// `more`: those of one program.
+// The dissertation's switches for contents of the file, and `more` of one program, for command_line::parse().
 std::vector<command_line::OldSwitch> old_switches(std::initializer_list<command_line::OldSwitch> more);
 
-// Declares the options of a view and -q, -v; the next option belongs to the group "Options". `options` must outlive the
-// parsing.
+// Declares the options of a view, -q and -v, and returns to the group "Options". `options` must outlive the parsing.
 void add_view_options(command_line::CommandLine &line, ViewOptions &options);
 
-// Declares --renderer, for programs that have both.
+// Declares --renderer and --splats, for programs that have both renderers.
 void add_renderer_option(command_line::CommandLine &line, ViewOptions &options);
 
-// The default camera for a picture of `size`, but for what the command line says. `bounds` is the model's bounding
-// sphere, `up` the axis of its grid.
+// The default camera for a picture of `size`, overridden by the command line. `bounds` is the model's bounding sphere,
+// `up` the up axis of its grid.
 //
-// errors  usage  it sees nothing
+// errors  usage  the camera sees nothing
 Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size);
 
-// The picture of `size` that `camera` takes, no voxel larger than `max_error` pixels.
+// The detail view for a picture of `size` in which no voxel is larger than `max_error` pixels.
 DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error);
 
-// The options that make pbm-render draw this very view: every number reads back as the same double. `view_angle` in
-// degrees, since the camera's radians do not.
+// The options that make pbm-render draw this view. Every number reads back as the same double; so `view_angle` is in
+// degrees, not the camera's radians.
 std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size);
 
-// The words of the command line.
+// The command line's word for a value.
 const std::string &word_of(Quality quality);
 const std::string &word_of(DepthCue cue);
 
-// The options that make it draw with these switches, each with a space in front; those that are as usual are left out.
+// The options that select this look, each after a space; defaults are left out.
 std::string look_as_options(const LookOptions &look);
 
-// Fails if the pictures of that resolution which a program keeps would take more than the memory granted.
+// Fails if the framebuffers for this resolution exceed --max-memory.
 //
 // errors  memory
 Status check_picture_memory(const ViewOptions &options);

@@ -43,13 +43,12 @@ struct Arguments {
     }
 };
 
-// Of the frames of --bench.
 struct BenchStatistics {
     double min_ms = 0, median_ms = 0;
     std::uint64_t drawn_points = 0; // mean
 };
 
-// What a run cost and drew.
+// What a run drew and cost.
 struct RunStatistics {
     RenderStatistics drawn;
     double load_ms = 0, frame_ms = 0, encode_ms = 0;
@@ -67,7 +66,7 @@ int fail(const std::string &file, const Error &error) {
     return command_line::fail(kProgram, file, with_advice(kProgram, error));
 }
 
-// Fills `arguments`, or returns the exit code of a program that has said all it had to say.
+// Fills `arguments`, or returns the exit code if the program is done.
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{std::string(kProgram),
                                    "Draws a binary voxel grid (.pbvg) into a picture or a video."};
@@ -166,13 +165,13 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
     return json.dump(2) + "\n";
 }
 
-// Nothing for fast pictures.
+// Empty for fast pictures.
 std::string quality_text(const LookOptions &look) {
     return look.quality == Quality::fast ? ""
                                          : word_of(look.quality) + ", " + std::to_string(look.samples) + " samples, ";
 }
 
-// What a run told of itself; `camera` is the first one.
+// The report of a run; `camera` is that of the first picture.
 std::string report(const Arguments &arguments, const Camera &camera, const RunStatistics &s) {
     const glm::ivec2 size = arguments.view.resolution;
     const auto shown_name = [](const std::string &name) {
@@ -201,7 +200,7 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
     return text.str();
 }
 
-// Frames from all around the model; what each needs is loaded before its time begins.
+// Times frames from all around the model, without loading.
 Result<BenchStatistics> bench(ModelDrawer &drawer, const Camera &first, int frames, Framebuffer &picture) {
     std::vector<double> times;
     BenchStatistics statistics;
@@ -220,7 +219,7 @@ Result<BenchStatistics> bench(ModelDrawer &drawer, const Camera &first, int fram
     return statistics;
 }
 
-// Draws the one picture and writes what is wanted of it. The exit code if it fails.
+// Draws the picture and writes its outputs. Returns the exit code on failure.
 std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera,
                                 RunStatistics &statistics) {
     const ViewOptions &view = arguments.view;
@@ -255,7 +254,7 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
     return std::nullopt;
 }
 
-// The same for the video.
+// Records the video. Returns the exit code on failure.
 std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera, VideoSink sink,
                               RunStatistics &statistics) {
     const VideoOptions &video = arguments.video();
@@ -304,7 +303,7 @@ int run(const Arguments &arguments) {
     statistics.load_ms = loading.milliseconds();
     statistics.file_bytes = drawer.file_size();
 
-    std::optional<VideoSink> sink; // first: what cannot be written is refused before anything is drawn
+    std::optional<VideoSink> sink; // opened first: an unwritable file is refused before drawing
     if (const std::string &name = arguments.video().output; !name.empty()) {
         auto open = open_video(arguments.video(), view.resolution);
         if (!open)

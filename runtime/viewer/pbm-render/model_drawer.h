@@ -1,4 +1,4 @@
-// The model of a file and the renderer that draws it, with exactly what its pictures need in memory.
+// Opens a model and draws it with one renderer; loads exactly what each picture needs.
 #pragma once
 
 #include "viewer/options/view_options.h"
@@ -13,22 +13,21 @@ namespace pbm {
 
 class ModelDrawer {
   public:
-    // Reads the coarsest levels; `options` say which renderer draws what, with how many threads and how much memory.
+    // Reads the coarsest levels. `options` say which renderer draws what, with how many threads and how much memory.
     static Result<std::unique_ptr<ModelDrawer>> open(const std::string &path, const ViewOptions &options);
 
     const Sphere &bounds() const { return bounds_; }
     const Grid &grid() const { return scene_->model.reader().parameters().grid; }
-    // Whether the renderer draws only into pictures with depths.
+    // Whether the renderer needs framebuffers with depths.
     bool needs_depths() const { return !painter_; }
-    // Of the file, bytes.
     std::uint64_t file_size() const { return scene_->file.bytes().size(); }
 
-    // Loads what a picture of `size` needs: the reference renderer's level is all of it.
+    // Loads what a picture of `size` needs. The reference renderer loads the whole level.
     Status load(const Camera &camera, glm::ivec2 size);
-    // Draws what was loaded for this very view.
+    // Draws what was loaded for this view.
     RenderStatistics draw(const Camera &camera, Framebuffer &target);
 
-    // Of rasters that pictures have seen so far, each found once.
+    // The first error in rasters that pictures have read since the last call.
     Status damage() const;
 
     // What was read and decoded so far.
@@ -42,9 +41,9 @@ class ModelDrawer {
     const ViewOptions options_;
     const std::unique_ptr<StreamedScene> scene_;
     const Sphere bounds_;
-    const Look look_;                    // as the command line and the file say
-    std::optional<Painter> painter_;     // or
-    std::shared_ptr<const Scene> whole_; // for the reference renderer
+    const Look look_;                    // from the command line and the file
+    std::optional<Painter> painter_;     // absent for the reference renderer
+    std::shared_ptr<const Scene> whole_; // only for the reference renderer
 };
 
 } // namespace pbm

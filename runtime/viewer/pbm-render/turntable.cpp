@@ -30,7 +30,7 @@ RecordedVideo record_turntable(ModelDrawer &drawer, VideoRecorder &recorder, con
     }
     if (result.file)
         result.file = recorder.finish();
-    // What ffmpeg made of the frames is in the file.
+    // ffmpeg's output is a file of another size than the frames.
     std::error_code no_single_file;
     const auto size = std::filesystem::file_size(video.output, no_single_file);
     result.bytes = no_single_file ? recorder.bytes() : size;

@@ -30,7 +30,7 @@ int run(int argc, char **argv, std::unique_ptr<ThreadPool> &background) {
             return command_line::fail(kProgram, "", sample.error());
         path = std::move(*sample);
     }
-    // What is no model at all is said before a window opens.
+    // Refuse what is no model before a window opens.
     if (const Status good = check_scene(path); !good)
         return command_line::fail(kProgram, path, with_advice(kProgram, good.error()));
 
@@ -59,7 +59,7 @@ int run(int argc, char **argv, std::unique_ptr<ThreadPool> &background) {
 int main(int argc, char **argv) {
     std::unique_ptr<ThreadPool> background;
     const int code = command_line::run_program(kProgram, [&] { return run(argc, argv, background); });
-    // Who quits while a model is loading or drawn need not wait for it: all that was to be written has been.
+    // Quit without waiting for a model that is loaded or drawn: all output has been written.
     if (background && background->busy())
         std::quick_exit(code);
     return code;

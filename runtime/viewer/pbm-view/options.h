@@ -21,7 +21,7 @@ struct Arguments {
     bool show_panel = false;
 };
 
-// Fills `arguments`, or returns the exit code of a program that has said all it had to say.
+// Fills `arguments`, or returns the exit code if the program is done.
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments);
 
 } // namespace pbm

@@ -1,5 +1,5 @@
-// The fine picture of a view at rest, sample by sample on the background thread: each is shown, and between two of them
-// it can be given up.
+// Refines the picture of a view at rest, sample by sample on the background thread. Each sample yields a picture;
+// refinement can end between two samples.
 #pragma once
 
 #include "system/threads/thread_pool.h"
@@ -16,24 +16,23 @@ class Refinement {
     struct Picture {
         Framebuffer pixels;
         PictureStatistics drawn;
-        int samples; // it is the mean of
+        int samples; // that `pixels` is the mean of
     };
 
-    // Works on `background`, which must outlive it, and begins at once. `detail` was chosen for `view`, nothing
-    // missing.
+    // Starts at once on `background`, which must outlive this object. `detail` was chosen for `view`, nothing missing.
     Refinement(ThreadPool &background, ShownModelPointer model, Detail detail, const DetailView &view,
                LookPointer look);
-    // The sample under way is not waited for.
+    // Does not wait for the sample in progress.
     ~Refinement() = default;
     Refinement(const Refinement &) = delete;
     Refinement &operator=(const Refinement &) = delete;
 
-    // The next picture if it is there; the one after it is then begun, if the look asks for more samples.
+    // The next picture if it is ready; starts the one after it if the look asks for more samples.
     std::optional<Picture> receive();
     bool done() const { return !next_.valid(); }
 
   private:
-    // What a sample under way needs, whether it is still wanted or not.
+    // Data of the sample in progress, which may outlive the refinement.
     struct Work {
         ShownModelPointer model;
         Detail detail;

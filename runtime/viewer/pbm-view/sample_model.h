@@ -1,4 +1,4 @@
-// The model that is shown when none is named.
+// The model that pbm-view shows if none is named.
 #pragma once
 
 #include "system/error.h"
@@ -7,7 +7,7 @@
 
 namespace pbm {
 
-// The sample that was built and installed with this program, found from where the program lies.
+// Finds the sample that was built and installed with this program, by its path relative to the program.
 //
 // errors  io  it is not there; the message says how to make one
 Result<std::string> sample_model();

@@ -17,9 +17,9 @@ namespace pbm {
 namespace {
 
 constexpr double kNoticeTime = 4, kProblemTime = 10;
-constexpr double kBusyPoll = 0.1; // seconds; should a wake-up ever be lost while other threads work
+constexpr double kBusyPoll = 0.1; // seconds; covers a lost wake-up while other threads work
 
-// Where to stand for the model named on the command line says nothing about others.
+// The camera of the command line is for the model of the command line only.
 void forget_camera(ViewOptions &options) { options.position = options.focal_point = options.view_up = std::nullopt; }
 
 } // namespace
@@ -75,7 +75,7 @@ int Viewer::run() {
     return exit_code_;
 }
 
-// Takes the model that was loaded, if one was. The exit code if it is the first one and cannot be shown.
+// Takes the model if loading has ended. Returns the exit code if the first model cannot be shown.
 std::optional<int> Viewer::receive_model() {
     if (!is_ready(loading_))
         return std::nullopt;
@@ -84,7 +84,7 @@ std::optional<int> Viewer::receive_model() {
     stale_ = true;
     if (!loaded) {
         const Error error = with_advice(program_, loaded.error());
-        const int code = command_line::fail(program_, path, error); // into the log, too
+        const int code = command_line::fail(program_, path, error); // stderr gets it too
         if (!model_)
             return code;
         notify(file_name(path) + ": " + error.message, true);
@@ -121,20 +121,20 @@ Status Viewer::show(ShownModelPointer loaded) {
     camera_ = *camera;
     if (picture_size() != glm::ivec2(0))
         view_size_ = picture_size();
-    // The switches stay as they are.
+    // Options that the user has changed survive the change of model.
     if (shown_options)
         look_ = std::make_shared<Look>(*shown_options, model_->parameters());
     panel_.show_model(model_->parameters(), model_->has_panorama(), *model_->first_look());
     ++view_;
     end_refinement();
     scheduler_.emplace(options_.max_error, min_fps_);
-    update_panel(); // learns its size before it is drawn
+    update_panel(); // lays out the panel before it is drawn
     has_told_of_room_ = false;
     window_.set_title(file_name(model_->path()) + " - " + std::string(program_) + " (F1: help)");
     return {};
 }
 
-// Chunks that were loaded make better pictures; what is damaged is named, and coarser levels stay in its place.
+// Newly loaded chunks improve the picture. Damaged ones are reported; coarser levels stay in their place.
 void Viewer::receive_chunks() {
     if (!model_)
         return;
@@ -160,7 +160,7 @@ void Viewer::change_view() {
     scheduler_->view_changed(Window::now());
 }
 
-// For the window as it is; one without pixels has the size it had.
+// The default camera for the window's size, or for its last size while it has no pixels.
 Result<Camera> Viewer::first_camera(const ShownModel &model) const {
     glm::ivec2 size = picture_size();
     if (size == glm::ivec2(0))
@@ -182,7 +182,7 @@ void Viewer::toggle_panel() {
     update_panel();
 }
 
-// Lets the panel have its input.
+// Passes the pending input to the panel.
 void Viewer::update_panel() {
     if (!model_ || !show_panel_ || recording_ || picture_size() == glm::ivec2(0))
         return;
@@ -228,7 +228,7 @@ void Viewer::draw_due_picture() {
         draw_in_background(view);
 }
 
-// What there is of a picture; what it lacks is requested, unless a picture that is to be saved needs other chunks.
+// Chooses what is loaded for a view. Requests what is missing, unless a picture to be saved needs other chunks.
 Detail Viewer::choose(const DetailView &view) {
     Detail detail = model_->streamed().choose(view);
     if (!saver_.is_waiting())
@@ -255,17 +255,17 @@ void Viewer::draw_in_background(const DetailView &view) {
     });
 }
 
-// Shows the picture that was drawn in the background, unless the view is another by now.
+// Shows the picture that was drawn in the background, unless the view has changed.
 void Viewer::receive_picture() {
     if (!is_ready(drawing_))
         return;
     const Picture picture = drawing_.get();
     if (picture.view == view_)
         show_picture(picture.pixels, picture.max_error, picture.drawn);
-    full_view_ = 0; // it held chunks of a view that may be past
+    full_view_ = 0; // the picture held chunks, maybe of an old view
 }
 
-// A view that rests and is exact gets finer, if its look asks for that.
+// Refines a view at rest at full detail, if its look asks for fine pictures.
 void Viewer::refine() {
     if (refinement_) {
         const auto picture = refinement_->receive();
@@ -288,7 +288,7 @@ void Viewer::refine() {
 
 void Viewer::end_refinement() {
     if (refinement_)
-        full_view_ = 0; // it held chunks
+        full_view_ = 0; // the refinement held chunks
     refinement_.reset();
     samples_ = 0;
 }
@@ -307,7 +307,7 @@ void Viewer::show_picture(const Framebuffer &pixels, double max_error, const Pic
     stale_ = true;
 }
 
-// Says so, once for every model, if what the picture lacks does not fit into the memory allowed.
+// Reports, once per model, that the chunks which the picture lacks do not fit into the memory allowed.
 void Viewer::check_room() {
     if (!model_ || !scheduler_->shown() || scheduler_->complete() || scheduler_->due() || drawing_.valid() ||
         saver_.is_waiting() || view_ == full_view_ || model_->streamed().is_loading())
@@ -325,13 +325,13 @@ void Viewer::check_room() {
     notify(file_name(model_->path()) + ": " + error.message, true);
 }
 
-// Draws the view once more, exact, whatever is shown at the moment.
+// Saves the view at full detail, whatever is shown at the moment.
 void Viewer::save() {
     if (model_ && view_size_ != glm::ivec2(0))
         saver_.add(model_, model_->view(camera_, view_size_, options_.max_error), look_);
 }
 
-// Last of all that chooses chunks: those that the last view needs are not let go.
+// Called after everything else that chooses chunks, so that the chunks of the last view are not evicted.
 void Viewer::serve_saver() {
     if (!saver_.is_waiting())
         return;
@@ -340,7 +340,7 @@ void Viewer::serve_saver() {
         scheduler_->arrived(true);
 }
 
-// Tells what became of pictures that were to be saved; waits for those not yet done if `all` are wanted.
+// Reports pictures that were saved or failed. `all`: waits for those not yet done.
 void Viewer::receive_saves(bool all) {
     for (const Result<std::string> &saved : saver_.take_done(all)) {
         if (saved && options_.verbosity != command_line::Verbosity::quiet)
@@ -348,11 +348,11 @@ void Viewer::receive_saves(bool all) {
         if (!saved)
             command_line::fail(program_, "", saved.error());
         notify(saved ? "Saved " + std::filesystem::absolute(*saved).string() : saved.error().message, !saved);
-        full_view_ = 0; // it held chunks
+        full_view_ = 0; // the saved picture held chunks
     }
 }
 
-// Begins the video when the first picture is exact; after that one frame at a time, and the end of the program.
+// Starts the video once the picture has full detail, then draws one frame per call; the last call ends the program.
 void Viewer::record() {
     if (!recording_) {
         if (!scheduler_ || !scheduler_->complete())
@@ -391,7 +391,7 @@ void Viewer::notify(std::string text, bool is_problem) {
     stale_ = true;
 }
 
-// How long nothing is to be done unless something happens.
+// Seconds until something is due without further events; absent: nothing is due.
 std::optional<double> Viewer::timeout() const {
     const double now = Window::now();
     std::optional<double> at;
@@ -406,13 +406,13 @@ std::optional<double> Viewer::timeout() const {
     if (background_.busy() || (model_ && model_->streamed().is_loading()))
         no_later_than(now + kBusyPoll);
     no_later_than(arrows_.next_step(now));
-    // A fine picture that is due waits for the one under way.
+    // A fine picture that is due waits for the one in progress.
     if (scheduler_ && picture_size() != glm::ivec2(0) && !(scheduler_->shown() && drawing_.valid()))
         no_later_than(scheduler_->due());
     return at ? std::optional(std::max(0.0, *at - now)) : std::nullopt;
 }
 
-// Pixels of the window, as far as OpenGL can show them; 0 x 0 if there are none.
+// Size of the window in pixels, clamped to what OpenGL can show; 0 x 0 if there are none.
 glm::ivec2 Viewer::picture_size() const {
     const glm::ivec2 size = window_.framebuffer_size();
     if (size.x <= 0 || size.y <= 0)

@@ -1,8 +1,8 @@
-// What the window shows and how it answers: models, cameras, pictures, cards of text.
+// Connects the window's events with models, cameras, pictures and overlays.
 //
-// Pictures are drawn between two events, on this thread, of what is loaded; opening, pictures that take long and saving
-// happen on the background thread and chunks are decoded by threads of the model, so that the window always answers.
-// FrameScheduler says which picture is due.
+// This thread draws pictures of what is loaded, between two events. Opening, slow pictures and saving run on the
+// background thread; the model's threads decode. So the window always responds. FrameScheduler says which picture is
+// due.
 #pragma once
 
 #include "options.h"
@@ -31,24 +31,24 @@ class Viewer {
   public:
     using Clock = std::chrono::steady_clock;
 
-    // What the program began before it opened the window.
+    // What the program started before it opened the window.
     struct Start {
         std::string_view program;
         Clock::time_point time; // when the program started
         std::string path;
         Loading loading;                // of `path`
-        std::optional<VideoSink> video; // the viewer records it and then ends
+        std::optional<VideoSink> video; // if there is one, the viewer records it and then ends
     };
     Viewer(const Arguments &arguments, Window &window, ThreadPool &background, Start start);
     ~Viewer();
     Viewer(const Viewer &) = delete;
     Viewer &operator=(const Viewer &) = delete;
 
-    // Until the user has had enough; returns the program's exit code.
+    // Runs until the user quits; returns the program's exit code.
     int run();
 
   private:
-    // A picture that took long, and the view it is of.
+    // A picture drawn in the background, and its view.
     struct Picture {
         std::uint64_t view;
         double max_error;
@@ -115,21 +115,21 @@ class Viewer {
     Window &window_;
     ThreadPool &background_;
     const Clock::time_point start_;
-    const double context_; // when the OpenGL context was there, window's clock
+    const double context_; // when the OpenGL context was created, window's clock
     Presenter presenter_;
     Overlay overlay_;
 
     Loading loading_;
     std::string loading_path_;
-    std::string dropped_path_; // to be opened when what is being loaded is there; empty for none
+    std::string dropped_path_; // opened when the present loading ends; empty for none
     ShownModelPointer model_;
     LookPointer look_; // while there is a model
     Camera camera_;
     CameraMode mode_;
     HeldArrows arrows_;
 
-    std::optional<glm::dvec2> mouse_;     // last seen, picture heights
-    std::optional<MouseButton> dragging_; // the button that began it
+    std::optional<glm::dvec2> mouse_;     // last seen, in picture heights
+    std::optional<MouseButton> dragging_; // the button that started the drag
     bool drag_with_shift_ = false;
     double last_click_ = -1;
     glm::dvec2 last_click_place_{0};
@@ -139,13 +139,13 @@ class Viewer {
     glm::ivec2 view_size_{0};
     std::optional<Framebuffer> canvas_; // of pictures drawn on this thread
     std::future<Picture> drawing_;
-    std::unique_ptr<Refinement> refinement_; // of the present view
-    int samples_ = 0;                        // of the picture shown if it is fine
+    std::unique_ptr<Refinement> refinement_; // of the current view
+    int samples_ = 0;                        // of the picture shown, if it is fine
     PictureStatistics drawn_;                // of the picture shown
-    std::uint64_t full_view_ = 0;            // the view for which there is no more memory
-    bool has_told_of_room_ = false;          // that there is too little
+    std::uint64_t full_view_ = 0;            // the view for which memory ran out
+    bool has_told_of_room_ = false;          // has reported that memory is too small
 
-    std::optional<VideoSink> video_; // until it is begun
+    std::optional<VideoSink> video_; // until its recording starts
     const VideoOptions video_options_;
     std::unique_ptr<Recording> recording_;
 
@@ -153,11 +153,11 @@ class Viewer {
     Panel panel_;
     Notice notice_;
     bool show_help_ = false, show_frame_time_, show_panel_;
-    bool stale_ = true; // what the window shows
+    bool stale_ = true; // the window must be presented anew
     bool quit_ = false;
     int exit_code_ = 0;
     std::uint64_t frames_ = 0;                         // shown
-    bool first_picture_ = true, exact_picture_ = true; // are still to come
+    bool first_picture_ = true, exact_picture_ = true; // not yet reported
 };
 
 } // namespace pbm

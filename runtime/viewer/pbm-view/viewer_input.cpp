@@ -1,4 +1,4 @@
-// What the user does to the window: first to its panel, else to the view.
+// Handles the window's events: the panel gets them first, then the view.
 #include "viewer.h"
 #include "window/view_text.h"
 
@@ -80,7 +80,7 @@ void Viewer::handle(const ButtonEvent &event) {
     const double now = Window::now();
     if (now - last_click_ < kDoubleClick && glm::length(*mouse_ - last_click_place_) < kDoubleClickReach) {
         reset_camera();
-        last_click_ = -1; // a third click is the first of another pair
+        last_click_ = -1; // a third click starts a new pair
         return;
     }
     last_click_ = now;
@@ -115,8 +115,7 @@ void Viewer::handle(const WheelEvent &event) {
 }
 
 void Viewer::handle(const DropEvent &event) {
-    // One after the other: the model that the program was started with is shown or refused whatever is dropped
-    // meanwhile.
+    // Load one model at a time: the program's first model must be shown or refused first.
     if (loading_.valid())
         dropped_path_ = event.path;
     else
@@ -124,7 +123,7 @@ void Viewer::handle(const DropEvent &event) {
 }
 
 void Viewer::handle(const RefreshEvent & /*event*/) {
-    update_panel(); // has its place in a window of another size
+    update_panel(); // the panel moves with the window's size
     stale_ = true;
 }
 

@@ -27,7 +27,7 @@ void write_chunk(ByteWriter &out, std::string_view name, std::uint32_t size) {
     out.u32(size);
 }
 
-// `size`: of the whole list.
+// `size` is that of the whole list.
 void write_list(ByteWriter &out, std::string_view kind, std::uint64_t size, std::string_view name) {
     write_chunk(out, kind, static_cast<std::uint32_t>(size - kChunk));
     write_name(out, name);
@@ -48,7 +48,7 @@ Result<AviWriter> AviWriter::begin(const std::string &path, glm::ivec2 size, Fra
     if (!file)
         return file.error();
     AviWriter writer(std::move(*file), size, rate, max_bytes);
-    const Bytes headers = writer.headers(); // sizes and counts come at the end
+    const Bytes headers = writer.headers(); // placeholders: `finish` knows sizes and counts
     writer.bytes_ = headers.size();
     if (Status written = writer.file_.write(headers); !written)
         return std::move(written).error();
@@ -91,7 +91,7 @@ Status AviWriter::finish() {
 
 std::uint64_t AviWriter::index_bytes(std::size_t frames) const { return kChunk + frames * std::uint64_t{kIndexEntry}; }
 
-// Everything in front of the first frame, for the frames so far.
+// All bytes in front of the first frame, for the frames written so far.
 Bytes AviWriter::headers() const {
     const auto count = static_cast<std::uint32_t>(frames_.size());
     const std::uint32_t largest = frames_.empty() ? 0 : *std::max_element(frames_.begin(), frames_.end());
@@ -123,7 +123,7 @@ Bytes AviWriter::headers() const {
     out.u32(count);
     out.u32(largest);
     out.u32(kDefaultQuality);
-    out.zeros(12); // frames differ in size; where in the window: all of it
+    out.zeros(12); // sample size 0: it varies; rectangle 0: the whole window
     write_chunk(out, "strf", kFormat);
     out.u32(kFormat); // a BITMAPINFOHEADER
     out.u32(width);

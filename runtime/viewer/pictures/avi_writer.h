@@ -1,5 +1,5 @@
-// Motion JPEG in an AVI file: every frame a JPEG of its own, with an index.
-// Based on: Microsoft, AVI RIFF File Reference; the RIFF chunks 'hdrl', 'movi' and 'idx1'
+// Writes Motion JPEG to an AVI file: every frame is a JPEG image, an index ends the file.
+// Based on: Microsoft. AVI RIFF File Reference (chunks 'hdrl', 'movi' and 'idx1')
 #pragma once
 
 #include "system/files/file_replacement.h"
@@ -16,15 +16,15 @@ namespace pbm {
 struct FrameRate {
     std::uint32_t frames = 30, seconds = 1;
 };
-// The nearest in thousandths, in lowest terms. `fps` is 1..240.
+// The nearest fraction in thousandths, in lowest terms. `fps` is 1..240.
 FrameRate frame_rate(double fps);
 
 class AviWriter {
   public:
-    // Players that count in 32 bits with a sign read no more.
+    // Limit of players that count bytes in signed 32-bit integers.
     static constexpr std::uint64_t kMaxBytes = (std::uint64_t{1} << 31) - 1;
 
-    // `path` appears, or is replaced, when `finish` succeeds. `max_bytes`: of the file, at most kMaxBytes.
+    // The file at `path` is created or replaced when `finish` succeeds. `max_bytes`: of the file, at most kMaxBytes.
     static Result<AviWriter> begin(const std::string &path, glm::ivec2 size, FrameRate rate,
                                    std::uint64_t max_bytes = kMaxBytes);
 

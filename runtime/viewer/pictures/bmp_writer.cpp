@@ -39,7 +39,7 @@ void write_headers(ByteWriter &out, const Framebuffer &picture, const Layout &la
            size - layout.header, kPixelsPerMetre, kPixelsPerMetre, 0, 0});
     if (!layout.opaque) // masks of red, green, blue, alpha
         write({0x00FF0000, 0x0000FF00, 0x000000FF, 0xFF000000, kSrgb});
-    // End points and gammas follow, which sRGB has: zeros.
+    // End points and gammas follow: zeros, since sRGB implies them.
 }
 
 } // namespace

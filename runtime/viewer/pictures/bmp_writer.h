@@ -1,4 +1,4 @@
-// Pictures as BMP files, as the dissertation's program saved them.
+// Encodes pictures as BMP files, the format of the dissertation's program.
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"
@@ -7,10 +7,9 @@
 
 namespace pbm {
 
-// Windows bitmap, not compressed, bottom row first: 24 bits per pixel if every pixel is opaque, else 32 with straight
-// alpha (BITMAPV4HEADER).
+// Uncompressed, bottom row first: 24 bits per pixel if all are opaque, else 32 with straight alpha (BITMAPV4HEADER).
 //
-// errors  memory  more than the 4 GiB that the format can count
+// errors  memory  larger than the format's limit of 4 GiB
 Result<Bytes> encode_bmp(const Framebuffer &picture);
 
 } // namespace pbm

@@ -1,4 +1,4 @@
-// Names of a video's frames: name_%04d.png and the number of the frame.
+// File names of a video's frames: a pattern like name_%04d.png with the frame's number.
 #pragma once
 
 #include "system/error.h"
@@ -8,13 +8,13 @@
 namespace pbm {
 
 struct FrameNames {
-    std::string before, after; // the number
-    std::size_t digits = 0;    // at least so many, zeros in front
+    std::string before, after; // text before and after the number
+    std::size_t digits = 0;    // minimum, padded with zeros
 
     std::string of(int frame) const;
 };
 
-// "%d" or "%0Nd", N 1..9, once, and no other %.
+// Accepts "%d" or "%0Nd", N 1..9, once, and no other %.
 //
 // errors  usage
 Result<FrameNames> parse_frame_names(const std::string &pattern);

@@ -21,15 +21,15 @@ static_assert(std::endian::native == std::endian::little, "pixels lie in memory 
 
 constexpr std::uint8_t kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint8_t kEightBits = 8, kRgb = 2, kRgba = 6, kPerceptual = 0;
-constexpr std::uint8_t kUp = 2;                      // filter type: bytes less those of the row above
+constexpr std::uint8_t kUp = 2;                      // filter type: difference to the row above
 constexpr std::uint8_t kZlibHeader[] = {0x78, 0x01}; // deflate, window of 32 KB, fastest level (RFC 1950)
-// How the deflate data of a band start: its first byte, which is the filter of its first row, as a block that is not
-// compressed (RFC 1951, 3.2.4: type, padding, length, complement of the length).
+// Start of a band's deflate data: its first byte, which is the filter type of its first row, as an uncompressed block
+// (RFC 1951, 3.2.4: type, padding, length, complement of the length).
 constexpr std::uint8_t kBandStart[] = {0x00, 0x01, 0x00, 0xFE, 0xFF, kUp};
 constexpr std::size_t kStoredBytes = 1;
 constexpr std::size_t kLengthBytes = 4, kTypeBytes = 4; // at the start of a chunk
-// Rows of about so many bytes are a band: small enough to stay in the cache from filter to compressor and to share
-// the work out evenly, large enough to lose little where no match may reach back into the band above.
+// Approximate bytes of a band: small enough to stay in the cache from filter to compressor and to balance the threads,
+// large enough that matches lost at the borders of bands cost little.
 constexpr std::size_t kBandBytes = std::size_t{1} << 17;
 
 std::array<std::uint8_t, 4> big_endian(std::uint32_t value) {
@@ -41,13 +41,13 @@ template <class Range> void append(Bytes &bytes, const Range &more) {
     bytes.insert(bytes.end(), std::begin(more), std::end(more));
 }
 
-// A chunk starts with room for its length; what is appended then is its data.
+// Starts a chunk with room for its length; the data are appended next.
 void open_chunk(Bytes &chunk, std::string_view type) {
     append(chunk, big_endian(0));
     append(chunk, type);
 }
 
-// Fills in the length of the chunk that starts at `start` and ends with the bytes, and appends its checksum.
+// Ends the chunk that starts at `start`: fills in its length and appends its checksum.
 void close_chunk(Bytes &bytes, std::size_t start) {
     std::uint8_t *const chunk = bytes.data() + start;
     const std::size_t checked = bytes.size() - start - kLengthBytes; // type and data
@@ -75,7 +75,7 @@ bool is_opaque(const Framebuffer &picture) {
     return true;
 }
 
-// How the rows of a picture are shared out.
+// How a picture is divided into bands.
 struct Bands {
     Bands(const Framebuffer &picture, bool opaque)
         : channels(opaque ? 3 : 4), row_bytes(1 + static_cast<std::size_t>(picture.width) * channels),
@@ -83,19 +83,19 @@ struct Bands {
           count((height + rows - 1) / rows) {}
 
     std::size_t channels;
-    std::size_t row_bytes; // filtered, with the filter's type in front
+    std::size_t row_bytes; // filtered, with the filter type in front
     std::size_t rows;      // of a band; the last one may have fewer
     std::size_t height, count;
 };
 
 struct EncodedBand {
-    Bytes chunk;          // a whole IDAT
+    Bytes chunk;          // a complete IDAT chunk
     uLong adler32 = 1;    // of the filtered bytes
-    z_off_t filtered = 0; // how many these are
+    z_off_t filtered = 0; // number of filtered bytes
     bool failed = false;
 };
 
-// Memory for one thread's bands.
+// Encodes bands with the memory of one thread.
 class BandEncoder {
   public:
     BandEncoder(const Framebuffer &picture, const Bands &bands)
@@ -122,7 +122,7 @@ class BandEncoder {
     }
 
   private:
-    // Writes a row and, where pixels have three bytes, one byte behind it.
+    // Filters a row. If pixels have three bytes, writes one byte beyond the row.
     void filter(std::size_t y, std::uint8_t *filtered) {
         const std::size_t columns = above_first_.size();
         const std::uint32_t *const pixels = picture_.colour.data() + y * columns;
@@ -138,13 +138,12 @@ class BandEncoder {
                 std::memcpy(filtered + 3 * x, difference + 4 * x, 4);
     }
 
-    // Appends the first `size` filtered bytes less those of kBandStart, compressed; a band that is not the last one
-    // ends with a full flush.
+    // Appends the compressed filtered bytes, without those of kBandStart; all bands but the last end with a full flush.
     //
-    // The stored byte is here for its use as a dictionary. Where a stream starts without one, ISA-L 2.30 files the
-    // third byte's position in its hash table under a hash of bits 16 to 47 of the stream's own address, as the code
-    // for the first byte (igzip_icf_body_h1_gr_bt.asm, .write_first_byte) takes a register for data that still holds
-    // this address: the bytes written, though never their meaning, would change with the layout of memory.
+    // The stored byte serves as a dictionary. Without one, ISA-L 2.30 enters the third byte's position in its hash
+    // table under a hash of bits 16 to 47 of the stream's own address: the code for the first byte
+    // (igzip_icf_body_h1_gr_bt.asm, .write_first_byte) takes a register for data that still holds this address. The
+    // compressed bytes, though not their meaning, would then depend on the layout of memory.
     bool deflate(std::size_t size, bool last, Bytes &out) {
         isal_deflate_init(&stream_);
         stream_.level = 1;
@@ -157,7 +156,7 @@ class BandEncoder {
         stream_.next_in = filtered_.data() + kStoredBytes;
         stream_.avail_in = static_cast<std::uint32_t>(size - kStoredBytes);
         stream_.avail_out = 0;
-        while (stream_.avail_out == 0) { // room is left: all is written
+        while (stream_.avail_out == 0) { // room is left: all output is written
             const std::size_t before = out.size();
             out.resize(before + size / 4 + 1024);
             stream_.next_out = out.data() + before;
@@ -171,7 +170,7 @@ class BandEncoder {
 
     const Framebuffer &picture_;
     const Bands &bands_;
-    std::vector<std::uint32_t> above_first_; // zeros: what the first row is filtered by
+    std::vector<std::uint32_t> above_first_; // zeros: the row above the first row
     Bytes difference_, filtered_, level_memory_;
     isal_zstream stream_;
 };
@@ -191,7 +190,7 @@ Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
     });
 
     uLong adler32 = 1;
-    std::size_t size = 128; // all but the bands takes 91
+    std::size_t size = 128; // everything but the bands takes 91
     for (const EncodedBand &band : encoded) {
         if (band.failed)
             return Error{ErrorCode::memory, 0, "the PNG encoder failed"};
@@ -202,7 +201,7 @@ Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
     append(header, big_endian(static_cast<std::uint32_t>(picture.width)));
     append(header, big_endian(static_cast<std::uint32_t>(picture.height)));
     append(header,
-           std::array<std::uint8_t, 5>{kEightBits, opaque ? kRgb : kRgba}); // deflate, filters per row, not interlaced
+           std::array<std::uint8_t, 5>{kEightBits, opaque ? kRgb : kRgba}); // deflate, adaptive filters, no interlace
 
     Bytes file;
     file.reserve(size);

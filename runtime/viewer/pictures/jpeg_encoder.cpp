@@ -11,7 +11,7 @@
 namespace pbm {
 namespace {
 
-// The library leaves an error by a call that must not return; C++ exceptions cannot pass its frames.
+// The library reports errors by a callback that must not return; C++ exceptions cannot pass its frames.
 struct Refusal {
     jpeg_error_mgr manager;
     std::jmp_buf back;
@@ -19,12 +19,12 @@ struct Refusal {
 };
 
 void refuse(j_common_ptr codec) {
-    auto *const refusal = reinterpret_cast<Refusal *>(codec->err); // its first member
+    auto *const refusal = reinterpret_cast<Refusal *>(codec->err); // `manager` is the first member
     codec->err->format_message(codec, refusal->text.data());
     std::longjmp(refusal->back, 1);
 }
 
-// What the library allocated. Nothing in here has a destructor, since longjmp runs none.
+// Allocated by the library. longjmp runs no destructors, so this type has none.
 struct Encoded {
     unsigned char *bytes = nullptr;
     unsigned long size = 0;
@@ -49,7 +49,7 @@ bool encode(const Framebuffer &picture, int quality, Refusal &refusal, Encoded &
     jpeg_start_compress(&codec, TRUE);
     const auto columns = static_cast<std::size_t>(picture.width);
     while (codec.next_scanline < codec.image_height) {
-        // The library does not write to its input, and says so nowhere.
+        // The library does not write to its input, although its parameter is not const.
         auto *row = reinterpret_cast<JSAMPLE *>(
             const_cast<std::uint32_t *>(picture.colour.data() + codec.next_scanline * columns));
         jpeg_write_scanlines(&codec, &row, 1);

@@ -11,7 +11,7 @@
 namespace pbm {
 namespace {
 
-// Takes the name by making an empty file of it, which fails if there is one already.
+// Reserves the name by creating an empty file, which fails if one exists.
 bool take_name(const std::string &path) {
     std::FILE *const file = std::fopen(path.c_str(), "wx");
     return file != nullptr && std::fclose(file) == 0;

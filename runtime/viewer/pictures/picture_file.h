@@ -1,4 +1,4 @@
-// Pictures as files: which form a name asks for, and those that a viewer saves on request.
+// Picture files: the format that a name asks for, and pictures saved under a new name.
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"
@@ -12,7 +12,7 @@ namespace pbm {
 
 enum class PictureForm { png, bmp };
 
-// What the name's extension asks for, in small or large letters; PNG without one.
+// The format of the name's extension, in lower or upper case; PNG without one.
 //
 // errors  usage  another extension
 Result<PictureForm> picture_form(const std::string &name);
@@ -20,8 +20,7 @@ Result<PictureForm> picture_form(const std::string &name);
 // errors  as encode_png and encode_bmp
 Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads = 1);
 
-// Writes NAME-1.png into `folder`, or NAME-2.png and so on: the first number that is not taken, so that nothing is ever
-// overwritten. Returns the path.
+// Writes `name`-N.png into `folder` with the first free number N from 1; overwrites no file. Returns the path.
 Result<std::string> save_picture(const std::filesystem::path &folder, const std::string &name,
                                  const Framebuffer &picture);
 

@@ -54,7 +54,7 @@ Result<VideoSink> open_avi(const VideoOptions &options, glm::ivec2 size) {
         .finish = [writer] { return writer->finish(); }};
 }
 
-// The same bytes on every computer: one thread, no version of the encoder in the file.
+// One thread and no encoder version in the file: the same bytes on every computer.
 std::vector<std::string> ffmpeg_command(glm::ivec2 size, FrameRate rate, const std::string &file) {
     std::string frames_per_second = std::to_string(rate.frames);
     frames_per_second.append("/").append(std::to_string(rate.seconds));
@@ -62,7 +62,7 @@ std::vector<std::string> ffmpeg_command(glm::ivec2 size, FrameRate rate, const s
             "-hide_banner",
             "-loglevel",
             "error",
-            "-y", // the file is there, and empty
+            "-y", // the file exists and is empty
             "-f",
             "rawvideo",
             "-pixel_format",
@@ -75,7 +75,7 @@ std::vector<std::string> ffmpeg_command(glm::ivec2 size, FrameRate rate, const s
             "pipe:0",
             "-an",
             "-vf",
-            "pad=ceil(iw/2)*2:ceil(ih/2)*2", // what its pixel format asks for
+            "pad=ceil(iw/2)*2:ceil(ih/2)*2", // yuv420p needs even sizes
             "-c:v",
             "libx264",
             "-crf",
@@ -174,15 +174,15 @@ Result<VideoSink> open_video(const VideoOptions &options, glm::ivec2 size) {
 
 VideoRecorder::VideoRecorder(VideoSink sink, glm::ivec2 size, bool with_depths, int threads, std::uint64_t max_memory)
     : sink_(std::move(sink)) {
-    // A frame, its depths, what it is encoded to and a copy of that.
+    // Bytes of a frame, its depths, its encoding and a copy of that.
     const std::uint64_t frame =
         std::uint64_t{16} * static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
-    const auto wanted = static_cast<std::uint64_t>(resolve_threads(threads)) + 1; // one is drawn
+    const auto wanted = static_cast<std::uint64_t>(resolve_threads(threads)) + 1; // one more is being drawn
     const std::uint64_t count = std::clamp<std::uint64_t>(max_memory / frame, 2, wanted);
     slots_.reserve(count);
     for (std::uint64_t i = 0; i < count; ++i)
         slots_.emplace_back(size, with_depths);
-    encoders_.emplace(static_cast<int>(count)); // and the calling thread, which draws
+    encoders_.emplace(static_cast<int>(count)); // the calling thread draws
 }
 
 Status VideoRecorder::add() {
@@ -199,7 +199,7 @@ Status VideoRecorder::finish() {
     return sink_.finish();
 }
 
-// Writes the frame of a slot, if it has one: the oldest of those that are not written.
+// Writes the frame of a slot, if it holds one; it is the oldest frame not yet written.
 Status VideoRecorder::drain(Slot &slot) {
     if (!slot.encoded.valid())
         return {};

@@ -1,9 +1,9 @@
-// A video while it is made, frame by frame; the name says in which form.
+// Writes a video frame by frame. The name determines the format:
 //
 //   name.avi        Motion JPEG
 //   name.mp4        H.264, by running ffmpeg
-//   name_%04d.png   a picture for every frame, from 1 on; .bmp too
-//   -               raw frames on standard output: R G B of every pixel, nothing between
+//   name_%04d.png   a picture for every frame, numbered from 1; also .bmp
+//   -               raw frames on standard output: R G B of every pixel, no headers
 #pragma once
 
 #include "system/threads/thread_pool.h"
@@ -31,20 +31,20 @@ struct VideoOptions {
     int quality = 90; // of JPEG, 1..100
 };
 
-// What goes to where `output` names.
+// Encodes and writes frames to `output`.
 struct VideoSink {
     std::function<Result<Bytes>(const Framebuffer &)> encode; // any thread, several at once
-    std::function<Status(ByteView)> write;                    // encoded frames in their order
-    std::function<Status()> finish;                           // without it no file appears, but for single pictures
+    std::function<Status(ByteView)> write;                    // encoded frames, in order
+    std::function<Status()> finish;                           // creates the file; single pictures exist before
 };
 
-// Refuses a name that asks for nothing of the above.
+// Refuses a name of none of these formats.
 //
 // errors  usage
 Status check_video_name(const std::string &output);
-// Whether frames keep their transparency. A name that is known.
+// Whether the format of `output`, a known one, keeps transparency.
 bool has_transparency(const std::string &output);
-// Files that will be written, one or two of them in place of all: what must not be an input.
+// Files that will be written, which must not be inputs. Frames are represented by the first and the last one.
 std::vector<std::string> video_files(const VideoOptions &options);
 
 // errors  usage   as check_video_name
@@ -52,17 +52,17 @@ std::vector<std::string> video_files(const VideoOptions &options);
 //         memory  ffmpeg is not installed
 Result<VideoSink> open_video(const VideoOptions &options, glm::ivec2 size);
 
-// Encodes frames on threads of its own while the next ones are drawn.
+// Encodes frames on its own threads while the next ones are drawn.
 class VideoRecorder {
   public:
-    // Takes at most `max_memory` bytes for frames, but two at least.
+    // Allocates at most `max_memory` bytes for frames, but at least two frames.
     VideoRecorder(VideoSink sink, glm::ivec2 size, bool with_depths, int threads, std::uint64_t max_memory);
 
-    // Where to draw the next frame.
+    // Where the caller draws the next frame.
     Framebuffer &canvas() { return slots_[next_].picture; }
-    // The canvas is a frame. What came before it may be written now, and its errors told.
+    // Enqueues the canvas as a frame. Writes the oldest frame if its memory is needed, and returns its error.
     Status add();
-    // Waits until all is written. The last call.
+    // Waits until all frames are written. Must be the last call.
     Status finish();
 
     std::uint64_t bytes() const { return bytes_; } // encoded and written so far
@@ -76,10 +76,10 @@ class VideoRecorder {
     Status drain(Slot &slot);
 
     const VideoSink sink_;
-    std::vector<Slot> slots_; // used in turn
+    std::vector<Slot> slots_; // used cyclically
     std::size_t next_ = 0;
     std::uint64_t bytes_ = 0;
-    std::optional<ThreadPool> encoders_; // last: their work uses the slots
+    std::optional<ThreadPool> encoders_; // last member: its threads use the slots
 };
 
 } // namespace pbm

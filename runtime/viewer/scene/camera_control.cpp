@@ -10,12 +10,12 @@ namespace pbm {
 namespace {
 
 constexpr double kPi = 3.141592653589793;
-constexpr double kPoleMargin = kPi / 180; // the line of sight never comes nearer to the up axis
+constexpr double kPoleMargin = kPi / 180; // minimum angle between line of sight and up axis
 constexpr double kNearest = 1e-3, kFarthest = 1e3;
 
-constexpr double kTurnPerHeight = kPi;         // a drag over the picture's height shows the model's other side
-constexpr double kLookPerHeight = kPi / 3;     // ... or turns the flying camera's head
-constexpr double kDistancePerHeight = 10;      // ... or makes the distance ten times as large
+constexpr double kTurnPerHeight = kPi;         // a drag over the picture's height rotates by half a turn
+constexpr double kLookPerHeight = kPi / 3;     // ... or rotates the flying camera
+constexpr double kDistancePerHeight = 10;      // ... or multiplies the distance by ten
 constexpr double kDistancePerNotch = 0.9;      // factor
 constexpr double kDistancePerStep = 0.95;      // factor
 constexpr double kTurnPerStep = 5 * kPi / 180; // radians
@@ -24,7 +24,7 @@ constexpr double kFlightPerNotch = 0.1;        // radii of the model
 
 constexpr double kHoldPause = 0.25; // seconds until a held key moves steadily
 constexpr double kStepsPerSecond = 20;
-constexpr double kStepInterval = 1.0 / 60; // seconds; no smoother than screens
+constexpr double kStepInterval = 1.0 / 60; // seconds; screens show no more
 
 // Rodrigues' formula; `axis` of length 1.
 glm::dvec3 rotate(const glm::dvec3 &v, const glm::dvec3 &axis, double angle) {
@@ -33,12 +33,12 @@ glm::dvec3 rotate(const glm::dvec3 &v, const glm::dvec3 &axis, double angle) {
     return v * c + glm::cross(axis, v) * s + axis * (glm::dot(axis, v) * (1 - c));
 }
 
-// `v` (not along `up`) turned about `up`, then raised towards it as far as the margin allows.
+// Rotates `v` (not parallel to `up`) about `up`, then raises it towards `up` as far as the margin allows.
 glm::dvec3 turned(const glm::dvec3 &v, const glm::dvec3 &up_axis, double about, double raise) {
     const glm::dvec3 up = glm::normalize(up_axis);
     const glm::dvec3 level = rotate(v, up, about);
     const double from_up = std::acos(std::clamp(glm::dot(glm::normalize(level), up), -1.0, 1.0));
-    // A camera that starts nearer to a pole than the margin may stay there, but goes no further.
+    // A camera that starts within the margin may stay there, but does not go further.
     const double lowest = std::min(from_up, kPoleMargin);
     const double highest = std::max(from_up, kPi - kPoleMargin);
     const double target = std::clamp(from_up - raise, lowest, highest);

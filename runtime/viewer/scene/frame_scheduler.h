@@ -1,6 +1,5 @@
-// How fine the next picture may be, and when it is due: as fine as the frame rate allows while the view moves, exact
-// when it rests, again when there is more to draw it with. Knows time only through what it is told; seconds of any
-// clock.
+// Decides how fine the next picture is and when it is due: as fine as the frame rate allows while the view moves, at
+// full detail when it rests, again when chunks have arrived. Times are parameters, in seconds of any clock.
 #pragma once
 
 #include <cstdint>
@@ -11,53 +10,53 @@ namespace pbm {
 
 class FrameScheduler {
   public:
-    // A picture that may take longer than this belongs on another thread: the window would not answer meanwhile.
+    // A picture that may take longer is drawn on another thread, so that the window responds.
     static constexpr double kFrameBudget = 0.040;
-    // Of a moving frame's time; showing it takes the rest.
+    // Share of a moving frame's time for drawing it; showing it takes the rest.
     static constexpr double kDrawingShare = 0.8;
-    // A moving view gets finer only where that is expected to leave so much of its time unused: detail that comes and
-    // goes with every frame is worse than less of it.
+    // A moving view gets finer only if that is expected to leave this share of its time unused: detail that flickers
+    // from frame to frame is worse than less detail.
     static constexpr double kReserve = 0.4;
     // A view that has not changed for this long rests.
     static constexpr double kRest = 0.1;
-    // Fewer points than this take less time than their pixels: a larger error would gain nothing.
+    // Fewer points than this cost less than their pixels: a larger error would not save time.
     static constexpr std::uint64_t kFewPoints = 100'000;
-    // Errors are multiples of the exact one by powers of this: four steps are one detail level.
+    // Errors are the exact error times powers of this: four steps are one detail level.
     static constexpr double kErrorStep = 1.189207115002721;
     static constexpr double kLargestError = 64; // pixels
-    // While chunks arrive, after a picture: as many times as long as it took. They need the same processors.
+    // Pause after a picture while chunks arrive, in durations of the picture: decoding needs the same processors.
     static constexpr double kPause = 2;
 
     struct Step {
         double max_error; // pixels
-        bool at_once;     // expected to take no longer than the budget, or there is nothing to show yet
+        bool at_once;     // expected to stay within the budget, or there is nothing to show yet
     };
     struct Picture {
-        double max_error;     // it was drawn with
-        std::uint64_t points; // that were to be drawn
-        bool complete;        // nothing that was asked for was missing
-        double seconds;       // it took
+        double max_error;     // used for drawing
+        std::uint64_t points; // to be drawn
+        bool complete;        // no chunk was missing
+        double seconds;       // duration
     };
-    // How many points there are to draw at an error.
+    // Number of points to draw at an error.
     using PointsAt = std::function<std::uint64_t(double max_error)>;
 
-    // A view at rest. `max_error` is the exact one, pixels; `min_fps`: frames per second while the view moves, 0: any.
+    // Starts at rest. `max_error` is the exact error, pixels; `min_fps`: frames per second of a moving view, 0: any.
     FrameScheduler(double max_error, double min_fps);
 
-    // The picture shown is out of date, and more such changes may follow.
+    // The picture shown is out of date; further changes may follow.
     void view_changed(double now);
-    // There is more to draw the view with; `all`: and nothing more to come.
+    // Chunks of the view have arrived; `all`: no more will come.
     void arrived(bool all);
-    // The picture of the present view is shown.
+    // The picture of the current view is shown.
     void drawn(const Picture &picture, double now);
 
-    // What to draw now, if anything. Asking again gives the same answer until something was drawn, arrived or changed.
+    // What to draw now, if anything. The answer stays the same until something was drawn, has arrived or has changed.
     std::optional<Step> next(double now, const PointsAt &points_at) const;
-    // When `next` will have an answer; nothing if only arrivals or changes can bring one.
+    // When `next` will have an answer; absent if that needs an arrival or a change.
     std::optional<double> due() const;
-    // The picture of the present view, if there is one.
+    // The picture of the current view, if there is one.
     const std::optional<Picture> &shown() const { return shown_; }
-    // Whether that has all it may have.
+    // Whether that picture has full detail.
     bool complete() const { return shown_ && is_exact() && shown_->complete; }
 
   private:
@@ -69,11 +68,11 @@ class FrameScheduler {
 
     double exact_, moving_budget_; // pixels, seconds
     std::optional<Picture> shown_;
-    News news_ = News::none;        // since it was drawn
-    std::optional<double> quick_;   // error of the last picture drawn at once for a new view
-    std::optional<double> changed_; // when the view moved last
+    News news_ = News::none;        // since the last picture
+    std::optional<double> quick_;   // error of the first picture of the last view
+    std::optional<double> changed_; // last change of the view
     double drawn_at_ = 0;
-    // The last picture drawn says what a point costs. Until then: a small computer's guess.
+    // Cost of a point in the last picture. The initial value is a guess for a slow computer.
     double seconds_per_point_ = 10e-9;
 };
 

@@ -1,4 +1,4 @@
-// How a model is drawn: the switches, and what of its file was edited while looking.
+// How a model is drawn: the options, and the user's edits of the file's appearance.
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
@@ -15,7 +15,7 @@ struct Look {
     Appearance appearance;
 };
 
-// Shared with pictures that are drawn in the background: never changed, replaced by another one.
+// Immutable, since pictures drawn in the background share it; a change replaces it.
 using LookPointer = std::shared_ptr<const Look>;
 
 } // namespace pbm

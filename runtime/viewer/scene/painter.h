@@ -1,4 +1,4 @@
-// Draws a model with a look: the one way from switches and edits to pixels, for all programs.
+// Draws a model with a look. All programs draw through it.
 #pragma once
 
 #include "pbm_render/fast/fast_renderer.h"
@@ -15,17 +15,17 @@ namespace pbm {
 
 class Painter {
   public:
-    // `file` must stay as long as the painter. The rest as for FastRenderer.
+    // `file` must outlive the painter. The other parameters are those of FastRenderer.
     Painter(const ModelParameters &file, std::shared_ptr<const Surroundings> surroundings, std::uint32_t chunk_points,
             int threads);
 
     // Draws a picture of the quality that `look` asks for.
     RenderStatistics draw(std::span<const PointRun> runs, const Camera &camera, const Look &look, Framebuffer &target);
-    // The same, but fast.
+    // Draws fast, whatever the quality in `look`.
     RenderStatistics draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                Framebuffer &target);
 
-    // A fine picture sample by sample, see FineRenderer; `target` is that of `begin_fine` in size and depths.
+    // Draws a fine picture sample by sample, see FineRenderer; `target` must have the size given to `begin_fine`.
     void begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width, int height);
     // Adds a sample and fills `target` with the mean of all so far.
     RenderStatistics add_sample(Framebuffer &target);
@@ -34,7 +34,7 @@ class Painter {
   private:
     FastRenderer &fast(const Appearance &appearance);
     FineRenderer &fine(const Appearance &appearance);
-    // Lets `draw` fill a picture with depths if the depth cue asks for them, and adds it to `target`.
+    // Calls `draw` with a picture that has depths if the depth cue needs them, and adds the cue to `target`.
     template <class Draw>
     RenderStatistics with_depth_cue(const Camera &camera, DepthCue cue, Framebuffer &target, const Draw &draw);
 
@@ -42,16 +42,16 @@ class Painter {
     const std::shared_ptr<const Surroundings> surroundings_;
     const std::uint32_t chunk_points_;
     const int threads_;
-    std::optional<FastRenderer> fast_; // both made when first needed
+    std::optional<FastRenderer> fast_; // created on first use
     std::optional<FineRenderer> fine_;
-    std::optional<Appearance> fast_appearance_, fine_appearance_; // that they draw with
-    std::optional<ThreadPool> pool_;                              // of the depth cue
-    std::optional<Framebuffer> depths_;                           // drawn to where the target has none
+    std::optional<Appearance> fast_appearance_, fine_appearance_; // last set in the renderers
+    std::optional<ThreadPool> pool_;                              // for the depth cue
+    std::optional<Framebuffer> depths_;                           // used if the target has no depths
     Camera fine_camera_;
     DepthCue fine_cue_ = DepthCue::none;
 };
 
-// Darkens by depth a picture that `camera` took of a grid with this edge.
+// Adds the depth cue to a picture that `camera` took of a grid with this edge.
 void add_depth_cue(DepthCue cue, const Camera &camera, double grid_edge, ThreadPool &pool, Framebuffer &target);
 
 } // namespace pbm

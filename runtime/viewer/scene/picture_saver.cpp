@@ -11,7 +11,7 @@ void PictureSaver::serve() {
     while (!waiting_.empty()) {
         Waiting &picture = waiting_.front();
         StreamedModel &model = picture.model->streamed();
-        const bool is_loading = model.is_loading(); // asked first: what has arrived since is chosen
+        const bool is_loading = model.is_loading(); // before choosing: chunks that arrive in between are chosen
         Detail detail = model.choose(picture.view);
         if (detail.missing.empty() || (picture.requested && !is_loading)) {
             begin(picture, std::move(detail));
@@ -39,7 +39,7 @@ std::vector<Result<std::string>> PictureSaver::take_done(bool all) {
     if (all)
         for (; !waiting_.empty(); waiting_.pop_front()) {
             StreamedModel &model = waiting_.front().model->streamed();
-            static_cast<void>(model.load(waiting_.front().view)); // what is damaged shows coarser, as in the window
+            static_cast<void>(model.load(waiting_.front().view)); // coarser levels replace what is damaged
             begin(waiting_.front(), model.choose(waiting_.front().view));
         }
     std::vector<Result<std::string>> done;

@@ -1,4 +1,4 @@
-// Pictures that a window saves on request: exact ones, so each waits until all that it needs is loaded.
+// Saves pictures at full detail on request: each waits until its chunks are loaded.
 #pragma once
 
 #include "system/threads/thread_pool.h"
@@ -13,22 +13,21 @@ namespace pbm {
 
 class PictureSaver {
   public:
-    // Draws and writes on `background`, which must outlive it, into the folder of the process.
+    // Draws and writes on `background`, which must outlive it, into the current folder of the process.
     explicit PictureSaver(ThreadPool &background) : background_(background) {}
 
-    // The picture of `view`, drawn as `look` says, is to be saved under the model's name, in the order of these calls.
+    // Enqueues the picture of `view` with `look`, to be saved under the model's name.
     void add(ShownModelPointer model, const DetailView &view, LookPointer look) {
         waiting_.push_back({std::move(model), view, std::move(look)});
     }
 
-    // Begins what can begin and requests what the next picture lacks. To be called after `add` and when chunks arrived,
-    // on the thread that owns the models. Loading is for one view at a time: until nothing waits nobody else should
-    // request chunks.
+    // Starts the pictures that can start and requests the chunks that the next one lacks. Call after `add` and when
+    // chunks have arrived, on the thread that owns the models. Loading serves one view at a time: while pictures wait,
+    // nobody else should request chunks.
     void serve();
     bool is_waiting() const { return !waiting_.empty(); }
 
-    // What became of pictures, once: paths, errors. `all`: of all that were asked for,
-    // which may take a while.
+    // Paths or errors of pictures done since the last call. `all`: waits for all pictures.
     std::vector<Result<std::string>> take_done(bool all);
 
   private:

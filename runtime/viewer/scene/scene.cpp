@@ -1,4 +1,6 @@
 #include "viewer/scene/scene.h"
+#include "pbm_format/reading/images.h"
+#include "pbm_format/reading/load_model.h"
 
 namespace pbm {
 
@@ -6,7 +8,7 @@ namespace {
 
 struct OpenedFile {
     MappedFile file;
-    Reader reader; // of the file, wherever this is moved to
+    Reader reader; // refers to the mapping, which stays in place when this is moved
 };
 
 Result<OpenedFile> open_file(const std::string &path) {
@@ -19,7 +21,7 @@ Result<OpenedFile> open_file(const std::string &path) {
     return OpenedFile{std::move(*file), std::move(*reader)};
 }
 
-// Levels stand one after the other in the file, after all that is small.
+// The levels follow each other in the file, behind all small sections.
 StreamingStatistics cost_of(const Reader &reader, const Model &model) {
     StreamingStatistics cost;
     const bool mapped = reader.header().storage() == Storage::mapped;
@@ -42,7 +44,7 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
     auto opened = open_file(path);
     if (!opened)
         return opened.error();
-    auto images = opened->reader.images();
+    auto images = read_images(opened->reader);
     if (!images)
         return images.error();
     return std::make_unique<StreamedScene>(std::move(opened->file), std::move(opened->reader), std::move(*images),

@@ -1,7 +1,7 @@
-// Models that are ready to be drawn: what every program that shows files opens first.
+// Opens models for drawing, for every program that shows files.
 #pragma once
 
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/reference/reference_renderer.h"
 #include "system/files/mapped_file.h"
@@ -12,7 +12,7 @@
 
 namespace pbm {
 
-// Of which only what pictures need is read. Stays where it is made.
+// A model that is loaded chunk by chunk. Not movable.
 struct StreamedScene {
     StreamedScene(MappedFile mapped, Reader reader, TiledImages images, StreamingOptions options)
         : file(std::move(mapped)), model(std::move(reader), std::move(options)),
@@ -22,14 +22,13 @@ struct StreamedScene {
 
     const MappedFile file;
     StreamedModel model;
-    const std::shared_ptr<const Surroundings> surroundings; // for renderers; refers to the model
+    const std::shared_ptr<const Surroundings> surroundings; // refers to the model
 };
 
-// Reads header and small sections of a file, which takes no time to speak of.
+// Reads header and small sections only, which takes a negligible time.
 Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options);
 
-// All of which is in memory. Stays where it is made: the renderer refers to the model. Unchanged from then on, so any
-// thread may draw it.
+// A model completely in memory. Not movable: the renderer refers to the model. Immutable, so any thread may draw it.
 struct Scene {
     Scene(Model loaded, const StreamingStatistics &what_it_took)
         : model(std::move(loaded)),
@@ -43,13 +42,13 @@ struct Scene {
     const StreamingStatistics cost;
 };
 
-// Proves header and small sections of a file, which takes no time to speak of; `load_scene` would fail the same way.
+// Verifies header and small sections, which takes a negligible time; `load_scene` would return the same error.
 Status check_scene(const std::string &path);
 
-// Reads the levels that `options` asks for. The file is not needed any more afterwards.
+// Reads the levels that `options` ask for. The file is not needed afterwards.
 Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options);
 
-// The same error with what a user of `program` can do about it.
+// Appends to the error what a user of `program` can do about it.
 Error with_advice(std::string_view program, Error error);
 
 } // namespace pbm

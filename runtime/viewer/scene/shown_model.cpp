@@ -7,7 +7,7 @@
 namespace pbm {
 
 double error_of(const Detail &detail, double max_error) {
-    // In the place of a chunk that is missing the level above it is drawn, whose voxels are twice as large.
+    // The level above replaces a missing chunk; its voxels are twice as large.
     return detail.missing.empty() ? max_error : std::max(max_error, 2 * detail.missing.front().error);
 }
 
@@ -15,7 +15,7 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const ViewOp
                                            std::function<void()> arrived) {
     ShownModelPointer shown(new ShownModel(path, options));
     StreamingOptions streaming{.threads = options.load.threads, .max_memory = options.load.max_memory};
-    // Chunks arrive faster than pictures are drawn: one call is enough for all that nobody has looked at.
+    // One call suffices for all arrivals that nobody has taken: chunks arrive faster than pictures are drawn.
     streaming.arrived = [&has_arrivals = shown->has_arrivals_, arrived = std::move(arrived)] {
         if (!has_arrivals.exchange(true))
             arrived();
@@ -28,8 +28,8 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const ViewOp
     if (!bounds)
         return bounds.error();
     shown->bounds_ = *bounds;
-    static_cast<void>(shown->painter(shown->window_)); // now, while there is no window
-    // An unusable camera is told when there is a window to tell it.
+    static_cast<void>(shown->painter(shown->window_)); // now, before there is a window
+    // The window reports an unusable camera.
     if (const auto camera = choose_camera(options, *bounds, shown->grid().up, options.resolution))
         shown->streamed().request(
             shown->streamed().choose(shown->view(*camera, options.resolution, options.max_error)).missing);

@@ -1,4 +1,4 @@
-// A model that a window shows: opened and drawn with what there is of it, while the rest is loaded.
+// A model that a window shows: it is drawn with the chunks loaded so far while others are loaded.
 #pragma once
 
 #include "system/threads/thread_pool.h"
@@ -16,13 +16,12 @@
 
 namespace pbm {
 
-// Of a picture as it was drawn.
 struct PictureStatistics {
     RenderStatistics drawn;
-    int coarsest_level = 0;  // drawn, `drawn.level` is the finest
-    double error = 0;        // pixels, no voxel is larger; of what is missing the largest, infinite around the eye
+    int coarsest_level = 0;  // `drawn.level` is the finest
+    double error = 0;        // edge of the largest voxel in pixels, counting missing chunks; infinite around the eye
     std::size_t missing = 0; // chunks
-    double seconds = 0;      // it took
+    double seconds = 0;      // duration
 };
 
 // The error of a picture that was chosen with `max_error`.
@@ -30,8 +29,8 @@ double error_of(const Detail &detail, double max_error);
 
 class ShownModel {
   public:
-    // Reads what a first camera needs and requests what the first picture of `options` lacks, so that it is loaded
-    // until there is a window. `arrived` is called by other threads when more is there than `take_arrivals` has told.
+    // Reads what a first camera needs and requests the chunks of the first picture of `options`, which load while the
+    // window opens. Other threads call `arrived` when chunks arrive after a call of `take_arrivals`.
     //
     // errors  as open_scene and StreamedModel::bounds
     static Result<std::shared_ptr<ShownModel>> open(const std::string &path, const ViewOptions &options,
@@ -46,7 +45,7 @@ class ShownModel {
     bool has_panorama() const { return streamed().reader().section(SectionType::panorama) != nullptr; }
     int depth() const { return streamed().reader().depth(); }
 
-    // For one thread at a time, as it says.
+    // One thread at a time.
     StreamedModel &streamed() { return scene_->model; }
     const StreamedModel &streamed() const { return scene_->model; }
     // Whether chunks arrived since the last call.
@@ -57,17 +56,17 @@ class ShownModel {
     std::vector<Error> take_errors();
 
     DetailView view(const Camera &camera, glm::ivec2 size, double max_error) const;
-    // As the command line and the file say.
+    // The look of the command line and the file.
     LookPointer first_look() const { return std::make_shared<Look>(options_.look, parameters()); }
-    // Draws what was chosen for `view`: the window's thread, always fast, and the background thread, as `look` says.
+    // Draws the detail chosen for `view` on the window's thread, always fast.
     PictureStatistics draw_now(const Detail &detail, const DetailView &view, const LookPointer &look,
                                Framebuffer &target);
-    // As `look` says, on the window's thread.
+    // Draws with the quality of `look`: on the window's thread and on the background thread.
     PictureStatistics draw_and_wait(const Detail &detail, const DetailView &view, const LookPointer &look,
                                     Framebuffer &target);
     PictureStatistics draw_in_background(const Detail &detail, const DetailView &view, const LookPointer &look,
                                          Framebuffer &target);
-    // A fine picture sample by sample, on the background thread: `target` is what there is of it.
+    // Refines a fine picture on the background thread: each sample updates `target`.
     void begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look);
     PictureStatistics add_sample(const Detail &detail, const DetailView &view, Framebuffer &target);
 
@@ -82,16 +81,16 @@ class ShownModel {
     std::atomic<bool> has_arrivals_ = false;
     Sphere bounds_;
     std::unique_ptr<StreamedScene> scene_;
-    std::optional<Painter> window_, background_, refining_; // made when first needed
+    std::optional<Painter> window_, background_, refining_; // created on first use
 };
 
 using ShownModelPointer = std::shared_ptr<ShownModel>;
 using Loading = std::future<Result<ShownModelPointer>>;
 
-// Opens a model in the background; what arrives of it wakes who waits for that thread, which must outlive it.
+// Opens a model on the background thread, which must outlive it; arrivals wake the window.
 Loading begin_loading(ThreadPool &background, const std::string &path, const ViewOptions &options);
 
-// Lets go of a model, in the background if this was the last to know it: that waits for the chunks being decoded.
+// Releases a model on the background thread: the last owner waits for chunks that are being decoded.
 void let_go(ThreadPool &background, ShownModelPointer model);
 
 } // namespace pbm

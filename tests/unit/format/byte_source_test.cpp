@@ -1,3 +1,4 @@
+#include "pbm_format/reading/load_model.h"
 #include "system/byte_source.h"
 
 #include "pbm_format/writing/writer.h"

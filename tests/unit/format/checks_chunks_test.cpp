@@ -1,4 +1,5 @@
 // The same for chunks, frames, planes, bricks and rasters: format_checks_test.cpp has header, sections and directories.
+#include "pbm_format/reading/load_model.h"
 #include "unit/format/checks_alone.h"
 
 #include "pbm_format/chunks/chunk.h"

@@ -1,5 +1,7 @@
 // The same for what each call of the reader proves before another would, for parents in directories, and for what keeps
 // reads in bounds: bytes that end where the memory does show a read behind them in any build.
+#include "pbm_format/container/file_rules.h"
+#include "pbm_format/reading/load_model.h"
 #include "unit/format/checks_alone.h"
 
 #include "pbm_format/container/section_encoder.h"

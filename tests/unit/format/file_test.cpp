@@ -1,6 +1,6 @@
 // Whole files: what is written comes back, and no damage goes unnoticed.
 #include "pbm_format/checking/validate.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"

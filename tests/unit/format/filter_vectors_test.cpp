@@ -1,4 +1,4 @@
-// The test vectors of the filters (BVG.md section 15): planes give the values, and values that a writer made the
+// The test vectors of the filters (BVG.md 15): planes give the values, and values that a writer made the
 // planes.
 #include "pbm_format/streams/mask_ranks.h"
 #include "pbm_format/streams/predictions.h"

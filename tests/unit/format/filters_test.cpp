@@ -2,7 +2,7 @@
 #include "unit/support/test_models.h"
 
 #include "pbm_format/chunks/chunk.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/streams/predictions.h"
 #include "pbm_format/streams/unfilter.h"
 #include "pbm_format/writing/stream_filter.h"

@@ -1,7 +1,8 @@
-// Rasters with mip levels in tiles: BVG.md section 3.10.
+// Rasters with mip levels in tiles: BVG.md 3.10.
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/rasters/tiled_image.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/images.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/raster_encoder.h"
 #include "pbm_format/writing/writer.h"
 
@@ -238,7 +239,7 @@ TEST(Surroundings, SurviveTheRoundTripWithOneContentId) {
         EXPECT_TRUE(status) << status.error().message;
         EXPECT_TRUE(validate(file, {.threads = 2}).valid());
         ids.push_back(reader.header().content_id);
-        const TiledImages images = reader.images().value();
+        const TiledImages images = read_images(reader).value();
         expect_same_texels(*images.panorama, model.images.panorama);
         expect_same_texels(*images.ground_texture, model.images.ground_texture);
         ASSERT_EQ(images.ground_lit.size(), 2U);

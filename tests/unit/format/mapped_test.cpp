@@ -1,7 +1,7 @@
 // Mapped files: the same model as packed, drawn where it lies, and no byte of it unverified.
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/chunks/mapped_chunk.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "system/threads/parallel.h"
 

@@ -10,7 +10,7 @@
 namespace pbm {
 namespace {
 
-// The figure in BVG.md section 4: depth 2, leaves 0, 7 and 63.
+// The figure in BVG.md 4: depth 2, leaves 0, 7 and 63.
 const std::vector<MortonCode> kThreeLeaves = {0, 7, 63};
 const LevelMasks kThreeLeavesMasks = {{}, {0x81}, {0x81, 0x80}};
 

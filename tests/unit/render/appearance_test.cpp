@@ -1,4 +1,5 @@
 // Mirrors, solid texture, switches; both renderers, any number of threads.
+#include "pbm_format/reading/images.h"
 #include "unit/render/surroundings_test_model.h"
 
 #include <gtest/gtest.h>
@@ -265,7 +266,7 @@ TEST(Surroundings, ADamagedTileIsNamedAndShownFromACoarserLevel) {
     const SectionEntry &section = *whole.section(SectionType::panorama);
     file[section.offset + section.stored_bytes - 100] ^= 1; // in the last tile of the finest level: lower right
     const Reader reader = Reader::open(file).value();
-    const auto surroundings = std::make_shared<const Surroundings>(reader.parameters(), reader.images().value());
+    const auto surroundings = std::make_shared<const Surroundings>(reader.parameters(), read_images(reader).value());
     ReferenceRenderer renderer(model, surroundings);
     const Camera camera = look_from({3, -5, 5}, {3.5, -8, 8}, 1.2); // behind and down
     Framebuffer damaged(200, 150);

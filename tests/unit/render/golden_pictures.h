@@ -2,6 +2,8 @@
 #pragma once
 
 #include "pbm_format/container/hash.h"
+#include "pbm_format/reading/images.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
@@ -69,7 +71,7 @@ class Scene {
   public:
     Scene(ByteView file, const Camera &camera)
         : camera_(camera), streamed_(Reader::open(file).value(), {.threads = 1}),
-          surroundings_(std::make_shared<const Surroundings>(parameters(), streamed_.reader().images().value())),
+          surroundings_(std::make_shared<const Surroundings>(parameters(), read_images(streamed_.reader()).value())),
           detail_(streamed_.load({.camera = camera, .width = kWidth, .height = kHeight, .max_error = 1}).value()) {}
 
     Framebuffer fast(int threads = 1) const { return draw<FastRenderer>(threads); }

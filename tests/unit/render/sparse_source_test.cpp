@@ -1,4 +1,6 @@
 // Pictures of a file of which only some ranges have arrived.
+#include "pbm_format/reading/images.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
@@ -26,7 +28,7 @@ constexpr int kWidth = 160, kHeight = 120; // pixels
 // A model as a program has it that draws what there is.
 struct ShownModel {
     explicit ShownModel(Reader reader, StreamingOptions options = {.threads = 2})
-        : images(reader.images().value()), model(std::move(reader), std::move(options)),
+        : images(read_images(reader).value()), model(std::move(reader), std::move(options)),
           surroundings(std::make_shared<const Surroundings>(model.reader().parameters(), images)),
           renderer(model.reader().parameters(), model.reader().header().chunk_points, 1, surroundings) {}
 
@@ -129,7 +131,7 @@ TEST(SparseSource, IsDrawnByTheReferenceRenderer) {
                      {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks})
                     if (const SectionEntry *entry = sparse.section(type, static_cast<std::uint32_t>(next)))
                         network.fetch(FileRange{entry->offset, entry->stored_bytes});
-            for (const SectionEntry *raster : sparse.rasters())
+            for (const SectionEntry *raster : rasters(sparse))
                 network.fetch(FileRange{raster->offset, raster->stored_bytes});
             const Model expected = load_model(whole, options).value(), model = load_model(sparse, options).value();
             const Camera camera = default_camera(expected, kWidth, kHeight);

@@ -146,7 +146,7 @@ std::uint32_t colour_at(const Framebuffer &picture, const Camera &camera, glm::d
                           static_cast<std::size_t>(p.x / p.z)];
 }
 
-// From above: u runs along z, v along x. BVG.md section 3.11
+// From above: u runs along z, v along x. BVG.md 3.11
 TEST(Ground, HasTheShadowWhereTheMaskHasIt) {
     AttributeSet set{.lights = 1, .shadow_bits = {}};
     set.shadow_bits[0].fill(8);

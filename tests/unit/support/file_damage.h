@@ -5,7 +5,7 @@
 #include "unit/support/test_models.h"
 
 #include "pbm_format/checking/validate.h"
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/load_model.h"
 
 #include <gtest/gtest.h>
 

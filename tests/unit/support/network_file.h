@@ -1,7 +1,7 @@
 // A file on the other side of a network, of which only those ranges arrive that are fetched.
 #pragma once
 
-#include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/images.h"
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ class NetworkFile {
              range = Reader::opening_range(source()))
             fetch(range);
         Reader reader = Reader::open(source()).value();
-        fetch(reader.raster_ranges());
+        fetch(raster_ranges(reader));
         return reader;
     }
 

@@ -21,7 +21,7 @@ constexpr ImU32 kText = IM_COL32(235, 235, 235, 255);
 constexpr ImU32 kKey = IM_COL32(255, 205, 120, 255);
 constexpr ImU32 kProblem = IM_COL32(255, 140, 120, 255);
 
-// A font that desktops have; without it, the one built into Dear ImGui.
+// Loads a common desktop font, or else Dear ImGui's own.
 void add_font(float scale) {
     constexpr std::array<const char *, 2> kFonts{"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
                                                  "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"};
@@ -36,15 +36,14 @@ void add_font(float scale) {
     fonts.AddFontDefault(&config);
 }
 
-// Lays out text with nothing but the font: windows of Dear ImGui need a second frame to learn their size, and frames
-// are drawn here only when something changes.
+// Lays out text from the font's metrics. Windows of Dear ImGui need a second frame to learn their size, but a frame is
+// drawn here only when something changes.
 class Page {
   public:
     Page(ImDrawList &list, glm::ivec2 size, float scale)
         : list_(list), size_(static_cast<float>(size.x), static_cast<float>(size.y)), scale_(scale) {}
 
-    // Text on a card, in as many lines as the window's width asks for; the place of its middle as fractions of the free
-    // space.
+    // Draws text on a card, wrapped to the window's width. `place`: position as fractions of the free space.
     void text(const std::string &text, ImU32 colour, ImVec2 place) {
         const float width = most().x, font_size = ImGui::GetFontSize();
         const ImVec2 extent = ImGui::GetFont()->CalcTextSizeA(font_size, width, width, text.c_str());
@@ -60,7 +59,7 @@ class Page {
             meanings = std::max(meanings, measure(row.meaning).x);
         }
         const ImVec2 extent(keys + gap + meanings, line_height * (static_cast<float>(rows.size()) + 1.5F));
-        // In a window that is too small the text gets smaller, as far as it can be read.
+        // Shrink the text in a small window, down to a readable size.
         const float fit = std::clamp(std::min(most().x / extent.x, most().y / extent.y), kSmallestText, 1.0F);
         const ImVec2 corner = card({fit * extent.x, fit * extent.y}, {0.5F, 0.5F});
         const auto add = [&](float x, float y, ImU32 colour, const std::string &text) {
@@ -81,7 +80,7 @@ class Page {
 
     ImVec2 padding() const { return {14 * scale_, 10 * scale_}; }
     float margin() const { return 12 * scale_; }
-    // What a card can hold.
+    // Largest area that a card can hold.
     ImVec2 most() const {
         return {std::max(1.0F, size_.x - 2 * (margin() + padding().x)),
                 std::max(1.0F, size_.y - 2 * (margin() + padding().y))};
@@ -89,7 +88,7 @@ class Page {
 
     // Draws the card around an area of `extent` and returns the area's upper left corner.
     ImVec2 card(ImVec2 extent, ImVec2 place) {
-        // In a window that is too small the beginning stays readable.
+        // In a small window the card starts at the margin, so that its beginning is readable.
         const ImVec2 space(std::max(0.0F, most().x - extent.x), std::max(0.0F, most().y - extent.y));
         const ImVec2 corner(std::round(margin() + place.x * space.x), std::round(margin() + place.y * space.y));
         const ImVec2 end(corner.x + std::ceil(extent.x) + 2 * padding().x,
@@ -109,7 +108,7 @@ class Page {
 Overlay::Overlay(double scale) : scale_(static_cast<float>(scale)) {
     ImGui::CreateContext();
     ImGuiIO &io = ImGui::GetIO();
-    io.IniFilename = nullptr; // nothing is remembered
+    io.IniFilename = nullptr; // no settings file
     io.ConfigWindowsMoveFromTitleBarOnly = true;
     constexpr std::array<std::pair<ImGuiKey, EditKey>, 8> kKeys{{{ImGuiKey_Backspace, EditKey::backspace},
                                                                  {ImGuiKey_Delete, EditKey::erase},
@@ -136,7 +135,7 @@ void Overlay::begin_frame(glm::ivec2 size) {
     ImGuiIO &io = ImGui::GetIO();
     const double now = Window::now();
     io.DisplaySize = {static_cast<float>(size.x), static_cast<float>(size.y)};
-    io.DeltaTime = static_cast<float>(std::max(1e-4, now - last_frame_)); // its double clicks; 0 is not allowed
+    io.DeltaTime = static_cast<float>(std::max(1e-4, now - last_frame_)); // for double clicks; Dear ImGui forbids 0
     last_frame_ = now;
     ImGui_ImplOpenGL3_NewFrame();
     ImGui::NewFrame();
@@ -149,7 +148,7 @@ void Overlay::draw(glm::ivec2 size, const OverlayText &text, const Build &panel)
     Page page(*ImGui::GetForegroundDrawList(), size, scale_);
     if (!text.corner.empty())
         page.text(text.corner, kText, {0, 0});
-    // There is one middle: what would stand there is the title of the help.
+    // Both stand in the middle: while help is shown, the message replaces its title.
     if (!text.help.empty())
         page.table(text.middle.empty() ? text.help_title : text.middle, text.help);
     else if (!text.middle.empty())
@@ -167,7 +166,7 @@ void Overlay::point(glm::dvec2 pixels) {
 void Overlay::handle(const ButtonEvent &event) {
     ImGuiIO &io = ImGui::GetIO();
     io.MouseDown[event.button == MouseButton::left ? 0 : event.button == MouseButton::right ? 1 : 2] = event.pressed;
-    // Control makes a slider a text field; held any longer it would keep characters out of it.
+    // Control + click turns a slider into a text field; a Control key that stays down would block its characters.
     io.KeyCtrl = event.pressed && event.control;
     io.KeyShift = event.pressed && event.shift;
 }
@@ -179,7 +178,7 @@ void Overlay::handle(const EditEvent &event) { ImGui::GetIO().KeysDown[static_ca
 void Overlay::handle(const CharacterEvent &event) { ImGui::GetIO().AddInputCharacter(event.character); }
 
 void Overlay::update(glm::ivec2 size, const Build &panel) {
-    // What the first frame changes, as the size of a window, the second one takes into account.
+    // The second frame lays out what the first one changed, such as the size of a window.
     for (int frame = 0; frame < 2; ++frame) {
         begin_frame(size);
         panel();

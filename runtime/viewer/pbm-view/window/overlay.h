@@ -1,5 +1,4 @@
-// Over the picture: text (what is being loaded, which keys there are, what a frame costs, what was saved where), and a
-// panel of Dear ImGui, which gets its input here.
+// Draws text (loading, keys, cost of a frame, saved files) and a panel of Dear ImGui over the picture.
 #pragma once
 
 #include "window/window.h"
@@ -16,9 +15,9 @@ struct OverlayRow {
     std::string key, meaning;
 };
 
-// Every card is shown if it has text.
+// The texts of the cards; a card without text is not shown.
 struct OverlayText {
-    std::string middle;     // in the middle; while there is help, in place of its title
+    std::string middle;     // in the middle; replaces the title of the help
     std::string help_title; // in the middle, over the rows
     std::vector<OverlayRow> help;
     std::string corner; // upper left
@@ -30,27 +29,27 @@ struct OverlayText {
 
 class Overlay {
   public:
-    // Needs a current OpenGL 3.2 context, here and in every call, the destructor too. `scale`: of the desktop's text.
+    // Every call, including the destructor, needs a current OpenGL 3.2 context. `scale`: the desktop's text scale.
     explicit Overlay(double scale);
     ~Overlay();
     Overlay(const Overlay &) = delete;
     Overlay &operator=(const Overlay &) = delete;
 
-    // Builds windows of Dear ImGui within its frame.
+    // Builds windows of Dear ImGui; called within its frame.
     using Build = std::function<void()>;
 
-    // Draws over what is in a framebuffer of `size`; `panel` may be empty.
+    // Draws over the contents of a framebuffer of `size`; `panel` may be empty.
     void draw(glm::ivec2 size, const OverlayText &text, const Build &panel);
 
-    // Input, to be followed by `update`. Pixels from the upper left corner.
+    // Records input for the next `update`. Pixels from the upper left corner.
     void point(glm::dvec2 pixels);
     void handle(const ButtonEvent &event);
     void handle(const WheelEvent &event);
     void handle(const EditEvent &event);
     void handle(const CharacterEvent &event);
-    // Lets the panel have the input without drawing: what it changes is changed when this returns.
+    // Passes input to the panel without drawing. The panel's changes are made when this returns.
     void update(glm::ivec2 size, const Build &panel);
-    // Whether mouse, or keys, are the panel's, as of the last update.
+    // Whether the panel takes the mouse, or the keys, as of the last update.
     bool wants_mouse() const;
     bool wants_keys() const;
 

@@ -17,7 +17,7 @@ namespace pbm {
 namespace {
 
 constexpr float kWidth = 330, kItemWidth = 170, kMargin = 12; // pixels at scale 1
-constexpr float kSteepest = 89;                               // degrees; straight up there is no azimuth
+constexpr float kSteepest = 89;                               // degrees; vertical light has no azimuth
 
 std::array<float, 3> to_floats(Rgb8 colour) {
     return {static_cast<float>(colour[0]) / 255, static_cast<float>(colour[1]) / 255,
@@ -35,7 +35,7 @@ bool edit_colour(const char *label, Rgb8 &colour) {
     return true;
 }
 
-// Linear light and sRGB, 0..1. IEC 61966-2-1
+// Conversion between linear light and sRGB, 0..1. IEC 61966-2-1
 float encoded(float linear) {
     return linear <= 0.0031308F ? 12.92F * linear : 1.055F * std::pow(linear, 1 / 2.4F) - 0.055F;
 }
@@ -43,7 +43,7 @@ float linear(float encoded) {
     return encoded <= 0.04045F ? encoded / 12.92F : std::pow((encoded + 0.055F) / 1.055F, 2.4F);
 }
 
-// An intensity as its largest part and a colour.
+// Edits an intensity as its largest component and a colour.
 bool edit_intensity(std::array<float, 3> &intensity) {
     float strength = *std::max_element(intensity.begin(), intensity.end());
     std::array<float, 3> colour{1, 1, 1};
@@ -147,7 +147,7 @@ bool Panel::build(Look &look, glm::ivec2 size, float scale) {
     bool changed = false;
     if (ImGui::Begin("Shading (Tab)", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
         ImGui::PushItemWidth(kItemWidth * scale);
-        // All of them, whatever the ones before say.
+        // Build every part, even if an earlier one reports a change.
         changed = build_switches(look.options.render);
         changed = build_quality(look.options) || changed;
         if (ImGui::CollapsingHeader("Lights"))
@@ -229,7 +229,7 @@ bool Panel::build_light(Light &light, std::size_t index, std::size_t count) cons
     return changed;
 }
 
-// Where the light comes from, seen from the front: degrees to the right, and up.
+// Edits the direction that the light comes from, seen from the front: degrees to the right, and up.
 bool Panel::build_direction(Light &light) const {
     const glm::dvec3 up = up_direction(file_->grid.up), front = front_direction(file_->grid.up);
     const glm::dvec3 right = glm::cross(up, front);

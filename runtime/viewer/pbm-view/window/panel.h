@@ -1,5 +1,5 @@
-// The panel of the window: every switch of the shading, lights, materials, palettes and the background, to be changed
-// while looking. What the file does not have is greyed out.
+// The panel of the window: edits shading, lights, materials, palettes and background. What the file lacks is greyed
+// out.
 #pragma once
 
 #include "viewer/scene/look.h"
@@ -12,11 +12,11 @@ namespace pbm {
 
 class Panel {
   public:
-    // `file` must stay until the next call. `first`: what "Reset" goes back to.
+    // `file` must outlive the use of the panel, or until the next call. "Reset" restores `first`.
     void show_model(const ModelParameters &file, bool has_panorama, const Look &first);
 
-    // Builds the panel within a frame of Dear ImGui, for a window of `size`; `scale`: of the desktop's text. Whether
-    // `look` was changed.
+    // Builds the panel in a frame of Dear ImGui for a window of `size`; `scale`: the desktop's text scale. Returns
+    // whether `look` has changed.
     bool build(Look &look, glm::ivec2 size, float scale);
 
   private:
@@ -31,7 +31,7 @@ class Panel {
     const ModelParameters *file_ = nullptr;
     bool has_panorama_ = false;
     std::optional<Look> first_;
-    glm::ivec2 size_{0}; // of the window it was placed for
+    glm::ivec2 size_{0}; // of the window when the panel was placed
 };
 
 } // namespace pbm

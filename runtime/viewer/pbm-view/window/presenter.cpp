@@ -24,7 +24,7 @@ Presenter::~Presenter() {
 void Presenter::upload(const Framebuffer &picture) {
     assert(picture.width <= max_edge_ && picture.height <= max_edge_);
     glBindTexture(GL_TEXTURE_2D, texture_);
-    // Four bytes per pixel: rows are as long as the default alignment of 4 wants them.
+    // Rows meet OpenGL's default alignment of 4: a pixel has four bytes.
     const glm::ivec2 size(picture.width, picture.height);
     if (size != size_)
         glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, size.x, size.y, 0, GL_RGBA, GL_UNSIGNED_BYTE, picture.colour.data());
@@ -43,7 +43,7 @@ void Presenter::draw(glm::ivec2 size, Rgba8 background) const {
     glClear(GL_COLOR_BUFFER_BIT);
     if (size_ == glm::ivec2(0))
         return;
-    // A picture's first row is its top one; a framebuffer's is its bottom one.
+    // A picture's first row is the top one; a framebuffer's is the bottom one.
     glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
     glBlitFramebuffer(0, 0, size_.x, size_.y, 0, size.y, size_.x, size.y - size_.y, GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }

@@ -1,5 +1,4 @@
-// Brings a picture to the window's framebuffer through a texture, pixel for pixel: no filter, no blending, no
-// conversion of colours.
+// Copies a picture to the window's framebuffer through a texture, pixel for pixel, without any conversion.
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"
@@ -10,7 +9,7 @@ namespace pbm {
 
 class Presenter {
   public:
-    // Needs a current OpenGL 3.2 context, here and in every call, the destructor too.
+    // Every call, including the destructor, needs a current OpenGL 3.2 context.
     Presenter();
     ~Presenter();
     Presenter(const Presenter &) = delete;
@@ -18,13 +17,12 @@ class Presenter {
 
     // Longest edge of a picture that can be shown.
     int max_edge() const { return max_edge_; }
-    // Replaces the picture.
     void upload(const Framebuffer &picture);
-    // Draws the picture, if there is one, into the upper left corner of a window of `size`, the rest in `background`.
+    // Draws the picture, if any, into the upper left corner of a window of `size`; fills the rest with `background`.
     void draw(glm::ivec2 size, Rgba8 background) const;
 
   private:
-    unsigned texture_ = 0, framebuffer_ = 0; // names in OpenGL
+    unsigned texture_ = 0, framebuffer_ = 0; // OpenGL names
     int max_edge_ = 0;
     glm::ivec2 size_{0};
 };

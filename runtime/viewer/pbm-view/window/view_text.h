@@ -1,4 +1,4 @@
-// What the window and -v say in words.
+// Texts of the window and of -v.
 #pragma once
 
 #include "window/overlay.h"
@@ -14,11 +14,10 @@ namespace pbm {
 std::string file_name(const std::string &path);
 // "12.3 ms".
 std::string milliseconds(double seconds);
-// The rows of the help.
 std::vector<OverlayRow> help_rows(CameraMode mode);
-// What a picture of `size` cost, for the window's corner; `depth` of the model.
+// Cost of a picture of `size`, for the window's corner; `depth` is the model's.
 std::string cost_text(const PictureStatistics &picture, int depth, glm::ivec2 size);
-// The same and what was loaded so far, for -v.
+// The same, and what was loaded so far, for -v.
 std::string cost_line(const PictureStatistics &picture, int depth, glm::ivec2 size, const StreamingStatistics &loaded);
 
 } // namespace pbm

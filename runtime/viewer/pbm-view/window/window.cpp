@@ -11,13 +11,13 @@
 namespace pbm {
 namespace {
 
-// What GLFW said last; it reports through a plain function.
+// The last error message of GLFW, whose error callback has no user pointer.
 std::string &last_complaint() {
     static std::string text;
     return text;
 }
 
-// Xlib ends the process by exit(1), after lines of its own, when the server goes away or takes the window.
+// If the X server disconnects or destroys the window, Xlib prints its own lines and calls exit(1).
 bool &window_is_open() {
     static bool open = false;
     return open;
@@ -157,14 +157,14 @@ void Window::receive_events() {
     glfwSetCharCallback(window_, [](GLFWwindow *window, unsigned character) {
         events_of(window).push_back(CharacterEvent{character});
     });
-    // The place of a press is that of the last movement: asking for it now would tell where the pointer is by now.
+    // The press happened at the last reported position; the pointer may be elsewhere by now.
     glfwSetMouseButtonCallback(window_, [](GLFWwindow *window, int button, int action, int modifiers) {
         if (const auto known = button_of(button))
             events_of(window).push_back(ButtonEvent{*known, action == GLFW_PRESS, (modifiers & GLFW_MOD_SHIFT) != 0,
                                                     (modifiers & GLFW_MOD_CONTROL) != 0});
     });
     glfwSetCursorPosCallback(window_, [](GLFWwindow *window, double x, double y) {
-        // Screen coordinates, which need not be pixels.
+        // GLFW reports screen coordinates, which need not be pixels.
         glm::ivec2 size;
         glfwGetWindowSize(window, &size.x, &size.y);
         events_of(window).push_back(MoveEvent{glm::dvec2(x, y) / static_cast<double>(std::max(1, size.y))});
@@ -200,7 +200,7 @@ bool Window::close_requested() const { return glfwWindowShouldClose(window_) != 
 glm::ivec2 Window::framebuffer_size() const {
     glm::ivec2 size;
     glfwGetFramebufferSize(window_, &size.x, &size.y);
-    // X11 knows no window without pixels: a minimised one keeps its size.
+    // X11 has no window without pixels: a minimised one keeps its size.
     return glfwGetWindowAttrib(window_, GLFW_ICONIFIED) != GLFW_FALSE ? glm::ivec2(0) : size;
 }
 

@@ -1,4 +1,4 @@
-// A window with an OpenGL context, and what the user does to it. The only user of GLFW.
+// A window with an OpenGL context, and its input events. The only user of GLFW.
 #pragma once
 
 #include "system/error.h"
@@ -17,13 +17,13 @@ struct GLFWwindow;
 namespace pbm {
 
 enum class Key { left, right, up, down, save, reset, switch_camera, help, frame_time, panel, full_screen, quit };
-// What keys do to a text that is typed.
+// Keys that edit a text field.
 enum class EditKey { backspace, erase, enter, cancel, left, right, home, end };
 enum class MouseButton { left, middle, right };
 
 struct KeyEvent {
     Key key;
-    bool pressed; // false: released. The keyboard's repetitions are left out.
+    bool pressed; // false: released. Key repeats are left out.
 };
 struct ButtonEvent {
     MouseButton button;
@@ -32,7 +32,7 @@ struct ButtonEvent {
 };
 struct EditEvent {
     EditKey key;
-    bool pressed; // the keyboard's repetitions are presses
+    bool pressed; // true for key repeats
 };
 struct CharacterEvent {
     std::uint32_t character; // Unicode
@@ -41,12 +41,12 @@ struct MoveEvent {
     glm::dvec2 position; // picture heights from the upper left corner, down positive
 };
 struct WheelEvent {
-    double notches; // away from the user positive
+    double notches; // positive: away from the user
 };
 struct DropEvent {
     std::string path; // the first one of several files
 };
-// The window's content is lost, or its size is another.
+// The window's content is lost, or its size has changed.
 struct RefreshEvent {};
 
 using Event =
@@ -54,8 +54,8 @@ using Event =
 
 class Window {
   public:
-    // Opens a window of `size` pixels with an OpenGL 3.2 core context, current on this thread: software GL has it.
-    // One window at a time.
+    // Opens a window of `size` pixels and makes its OpenGL 3.2 core context current on this thread; software GL offers
+    // 3.2. Only one window may exist.
     //
     // errors  memory (exit code 4)  there is no display, or no such OpenGL
     static Result<std::unique_ptr<Window>> open(const std::string &title, glm::ivec2 size);
@@ -63,22 +63,22 @@ class Window {
     Window(const Window &) = delete;
     Window &operator=(const Window &) = delete;
 
-    // Sleeps until something happens, `wake` is called or `timeout` seconds have passed; absent: for ever.
+    // Sleeps until an event, a call of `wake` or `timeout` seconds; absent: no time limit.
     std::vector<Event> wait(std::optional<double> timeout);
-    // Ends `wait`. Any thread.
+    // Ends `wait`. Callable from any thread.
     static void wake();
-    // Seconds of a clock that never goes back.
+    // Seconds of a monotonic clock.
     static double now();
 
     bool close_requested() const;
     // Pixels; 0 x 0 while minimised.
     glm::ivec2 framebuffer_size() const;
-    // How much larger than usual the desktop shows text.
+    // The desktop's text scale, at least 1.
     double content_scale() const;
 
     void set_title(const std::string &title);
     void toggle_full_screen();
-    // Shows what was drawn.
+    // Shows the framebuffer.
     void swap();
 
   private:
@@ -87,7 +87,7 @@ class Window {
 
     GLFWwindow *window_;
     std::vector<Event> events_;
-    // Of the window while it is not full screen, screen coordinates.
+    // Position and size outside of full screen, screen coordinates.
     glm::ivec2 windowed_place_{0}, windowed_size_{0};
 };
 

@@ -156,7 +156,7 @@ std::optional<TriangleTree> triangles_for_rays(const SceneRequest &request, cons
         return std::nullopt;
     const auto corner = [&](std::uint32_t position) {
         const glm::vec3 at((surface.positions[position] - vector_of(grid.origin)) / grid.voxel_size);
-        return Place{at.x, at.y, at.z};
+        return Position{at.x, at.y, at.z};
     };
     const auto triangle = [&](std::size_t i) {
         const glm::uvec3 &corners = surface.triangles[i];

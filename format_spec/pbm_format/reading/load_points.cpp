@@ -1,0 +1,89 @@
+#include "pbm_format/law/catalogue.h"
+#include "pbm_format/reading/load_model.h"
+#include "system/threads/parallel.h"
+#include "system/threads/per_thread.h"
+
+#include <algorithm>
+#include <atomic>
+#include <new>
+#include <optional>
+
+namespace pbm {
+
+namespace {
+
+// Decodes all chunks of a level into `model`, which has the level above.
+Status load_level(const Reader &reader, const LevelDirectory &directory, int threads, Model &model) {
+    const AttributeSet &set = model.parameters.attributes;
+    const Level &above = model.levels[static_cast<std::size_t>(directory.level) - 1];
+    Level &level = model.levels[static_cast<std::size_t>(directory.level)];
+    // Fits: load_levels has compared it with the memory allowed.
+    level.masks.resize(static_cast<std::size_t>(directory.nodes));
+    level.points.resize(static_cast<std::size_t>(directory.points), set);
+    const bool mapped = reader.header().storage() == Storage::mapped;
+    const auto load = [&](const ChunkEntry &entry, std::size_t index, Chunk &to) -> Status {
+        if (mapped) // lies in the file as a whole
+            return reader.load_chunk(directory.level, index, {}, to);
+        const Result<HeldBytes> stored = reader.source().require(chunk_range(entry));
+        if (!stored)
+            return stored.error();
+        const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
+        return decode_chunk(entry, stored->bytes, reader.chunk_rules(directory.level), parents, to);
+    };
+    std::vector<std::optional<Error>> failures(directory.chunks.size());
+    std::atomic<bool> failed{false};
+    parallel_for(failures.size(), threads, [&](std::size_t i) {
+        if (failed)
+            return;
+        Chunk &chunk = per_thread<Chunk>();
+        const ChunkEntry &entry = directory.chunks[i];
+        const Status status = load(entry, i, chunk);
+        if (status) {
+            place_chunk(chunk, entry, set, level);
+        } else {
+            failures[i] = status.error();
+            failed = true;
+        }
+    });
+    for (std::optional<Error> &failure : failures)
+        if (failure)
+            return std::move(*failure);
+    return {};
+}
+
+} // namespace
+
+Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint64_t other_bytes) try {
+    const AttributeSet &set = reader.parameters().attributes;
+    const int last = std::min(options.max_level, reader.depth());
+    std::uint64_t memory = other_bytes;
+    std::vector<const LevelDirectory *> directories{nullptr};
+    for (int level = 1; level <= last; ++level) {
+        const Result<const LevelDirectory *> directory = reader.directory(level);
+        if (!directory)
+            return directory.error();
+        directories.push_back(*directory);
+        memory += decoded_bytes(**directory, set);
+    }
+    if (memory > addressable(options.max_memory))
+        return broken("system.memory", 0,
+                      "the model needs " + std::to_string(memory >> 20) + " MiB of memory, more than allowed (" +
+                          std::to_string(options.max_memory >> 20) + " MiB): draw a coarser level or allow more",
+                      options.max_memory, memory);
+    Model model;
+    model.parameters = reader.parameters();
+    model.metadata = reader.metadata();
+    model.levels.resize(static_cast<std::size_t>(last) + 1);
+    model.levels[0].points = root_points(reader.header().root, set);
+
+    // Level by level, since chunks need their parents.
+    for (int level = 1; level <= last; ++level)
+        if (Status status = load_level(reader, *directories[static_cast<std::size_t>(level)], options.threads, model);
+            !status)
+            return std::move(status).error();
+    return model;
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
+}
+
+} // namespace pbm
