@@ -171,7 +171,7 @@ std::optional<TriangleTree> triangles_for_rays(const SceneRequest &request, cons
     if (surface.point_count() > 0 || scene.shadowed_lights == 0 || request.shadows->maps)
         return std::nullopt;
     const auto corner = [&](std::uint32_t position) {
-        Place place{};
+        Position place{};
         for (int axis = 0; axis < 3; ++axis)
             place[static_cast<std::size_t>(axis)] = static_cast<float>(
                 (surface.positions[position][axis] - grid.origin[static_cast<std::size_t>(axis)]) / grid.voxel_size);
