@@ -64,7 +64,7 @@ std::string hex(ByteView bytes) {
     for (const std::uint8_t byte : bytes) {
         text += text.empty() ? "" : " ";
         text += kHexDigits[byte >> 4];
-        text += kDigits[byte & 15];
+        text += kHexDigits[byte & 15];
     }
     return text;
 }
