@@ -108,7 +108,7 @@ nlohmann::json measure(int rounds, int maps, const std::string &model_file, cons
             const glm::dvec3 p =
                 (mesh.positions[position] - glm::dvec3(grid.origin[0], grid.origin[1], grid.origin[2])) /
                 grid.voxel_size;
-            return Place(floats(p));
+            return Position(floats(p));
         };
         const glm::uvec3 &corners = mesh.triangles[i];
         return TriangleTree::Triangle{corner(corners.x), corner(corners.y), corner(corners.z)};

@@ -50,7 +50,7 @@ TEST_P(BakedShadows, DifferFromRaysAtOnePointInAHundredAtMost) {
                             model.parameters.grid.origin[2]);
     const auto corner = [&](unsigned position) {
         const glm::dvec3 p = (mesh.positions[position] - origin) / model.parameters.grid.voxel_size;
-        return Place{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+        return Position{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
     };
     const auto triangle = [&](std::size_t i) {
         const glm::uvec3 &corners = mesh.triangles[i];

@@ -30,8 +30,8 @@ std::vector<Triangle> scattered_triangles(std::size_t count, std::mt19937 &rando
     };
     std::vector<Triangle> triangles(count);
     for (Triangle &triangle : triangles) {
-        const Place at{between(0, 32), between(0, 32), between(0, 32)};
-        for (Place &place : triangle)
+        const Position at{between(0, 32), between(0, 32), between(0, 32)};
+        for (Position &place : triangle)
             place = {at[0] + between(-2, 2), at[1] + between(-2, 2), at[2] + between(-2, 2)};
     }
     return triangles;
@@ -42,7 +42,7 @@ double dot(const Point &a, const Point &b) { return a[0] * b[0] + a[1] * b[1] + 
 Point cross(const Point &a, const Point &b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-Point wide(const Place &a) { return {static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])}; }
+Point wide(const Position &a) { return {static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])}; }
 
 // How far inside of the triangle the line passes (negative: outside), by volumes, and where along the ray.
 std::pair<double, double> passes(const Triangle &triangle, const Point &from, const Point &way) {
@@ -63,7 +63,7 @@ TEST(TriangleTree, BlocksWhatOneTriangleAfterTheOtherBlocks) {
         EXPECT_EQ(tree.empty(), count == 0);
         std::size_t blocked = 0;
         for (int i = 0; i < 500; ++i) {
-            const Place from{place(random), place(random), place(random)},
+            const Position from{place(random), place(random), place(random)},
                 towards{way(random), way(random), way(random)};
             for (const float reach : {5.0F, kAnyWay}) {
                 bool expected = false, close = false;
@@ -141,11 +141,11 @@ TEST(TriangleTree, NearestIsNearestOfAll) {
     const std::vector<Triangle> triangles = scattered_triangles(90, random);
     const TriangleTree tree = tree_of(triangles);
     for (int i = 0; i < 60; ++i) {
-        const Place from{place(random), place(random), place(random)};
+        const Position from{place(random), place(random), place(random)};
         double expected = std::numeric_limits<double>::infinity();
         for (const Triangle &triangle : triangles)
             expected = std::min(expected, searched_distance(triangle, wide(from)));
-        const std::optional<Place> found = tree.nearest(from, 100);
+        const std::optional<Position> found = tree.nearest(from, 100);
         ASSERT_TRUE(found);
         const Point apart = minus(wide(*found), wide(from));
         const double distance = std::sqrt(dot(apart, apart));
