@@ -1,4 +1,4 @@
-// Chooses origin and depth of the voxel grid. BVG.md section 3.4.
+// Chooses origin and depth of the voxel grid. BVG.md 3.4.
 // Based on: Botsch, Wiratanaya, Kobbelt 2002, section 3.1: quantisation error and sampling density in balance
 #pragma once
 

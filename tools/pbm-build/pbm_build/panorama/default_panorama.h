@@ -1,4 +1,4 @@
-// The default panorama, procedural: an open plain under a bright sky. BVG.md section 3.10
+// The default panorama, procedural: an open plain under a bright sky. BVG.md 3.10
 #pragma once
 
 #include "pbm_format/model/image.h"

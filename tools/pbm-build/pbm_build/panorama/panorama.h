@@ -1,5 +1,5 @@
 // Reads a panorama from an image file: decodes it, tone-maps a high dynamic range, and resamples it to a size that a
-// .pbvg file can store. BVG.md section 3.10
+// .pbvg file can store. BVG.md 3.10
 #pragma once
 
 #include "pbm_format/model/image.h"

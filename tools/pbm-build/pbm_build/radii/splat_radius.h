@@ -1,4 +1,4 @@
-// Splat radii as indices of the normative radius table. BVG.md section 6.2.
+// Splat radii as indices of the normative radius table. BVG.md 6.2.
 // Based on: Campbell. Point Based Modelling and Rendering. 2006, sections 4.2 and 4.3 (a splat reaches its neighbours)
 #pragma once
 

@@ -8,7 +8,7 @@
 namespace pbm::build {
 namespace {
 
-constexpr double kMaxIntensity = 1e6, kMaxExponent = 1024; // BVG.md section 3.7
+constexpr double kMaxIntensity = 1e6, kMaxExponent = 1024; // BVG.md 3.7
 constexpr std::array<std::string_view, 3> kKinds{"directional", "point", "spot"};
 constexpr std::array<std::string_view, 4> kSets{"two", "studio", "sun", "stage"};
 

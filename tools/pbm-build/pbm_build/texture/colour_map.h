@@ -1,4 +1,4 @@
-// Palettes of solid textures: colour stops by name or from the user's text. Feeds BVG.md section 3.8.
+// Palettes of solid textures: colour stops by name or from the user's text. Feeds BVG.md 3.8.
 #pragma once
 
 #include "pbm_format/model/model.h"

@@ -95,14 +95,14 @@ class BucketVoxelizer {
 
     static PlaceInBlock place_in_block(std::uint32_t voxel) {
         // Three bits per axis from nine.
-        static constexpr std::array<PlaceInBlock, 512> kPlaces = [] {
+        static constexpr std::array<PlaceInBlock, 512> kCellPositions = [] {
             std::array<PlaceInBlock, 512> places{};
             for (unsigned code = 0; code < places.size(); ++code)
                 for (unsigned bit = 0; bit < 9; ++bit)
                     places[code] |= static_cast<PlaceInBlock>((code >> bit & 1) << (8 * (bit % 3) + bit / 3));
             return places;
         }();
-        return kPlaces[voxel % 512] + 8 * kPlaces[voxel / 512];
+        return kCellPositions[voxel % 512] + 8 * kCellPositions[voxel / 512];
     }
 
     // At most MixedRows::kRows of them, whose normals are also written to `to`.

@@ -8,7 +8,7 @@ namespace pbm::build {
 
 // Untrusted text of a file for a message of one line: printable ASCII, at most 40 characters; `quoted` adds quotes.
 std::string printable(std::string_view text);
-std::string quoted(std::string_view text);
+std::string in_quotes(std::string_view text);
 
 // As printf, at most 255 characters.
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char *format, ...);
