@@ -153,7 +153,8 @@ void report_texture_images(std::span<const std::uint8_t> obj, const std::string 
         });
     }
     for (const std::string &image : images)
-        surface.report.push_back({"texture image " + in_quotes(image), Fate::dropped, "PBM stores point colours"});
+        surface.report.push_back(
+            {"texture image " + printable_in_quotes(image), Fate::dropped, "PBM stores point colours"});
 }
 
 } // namespace

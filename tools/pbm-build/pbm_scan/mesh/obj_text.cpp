@@ -208,7 +208,7 @@ class ObjCheck {
             if (!is_number(word, value))
                 return lines_.refuse(word.empty()
                                          ? "a normal of fewer than three numbers: the file is cut short or damaged"
-                                         : in_quotes(word) + " is not a number");
+                                         : printable_in_quotes(word) + " is not a number");
             clean = clean && fits_float(value);
             normal[i] = static_cast<float>(value);
         }
@@ -227,19 +227,19 @@ class ObjCheck {
             const std::size_t second = slash == std::string_view::npos ? slash : word.find('/', slash + 1);
             const std::optional<std::int64_t> vertex = index(word.substr(0, slash), out_.positions.size());
             if (!vertex)
-                return lines_.refuse(in_quotes(word) + " is not a vertex of this file");
+                return lines_.refuse(printable_in_quotes(word) + " is not a vertex of this file");
             note_highest("vertex ", *vertex, out_.positions.size(), highest_);
             if (slash != std::string_view::npos) {
                 const std::string_view texture =
                     word.substr(slash + 1, second == std::string_view::npos ? second : second - slash - 1);
                 if (!texture.empty() && texture.find_first_not_of("-0123456789") != std::string_view::npos)
-                    return lines_.refuse(in_quotes(word) + " is not a vertex of this file");
+                    return lines_.refuse(printable_in_quotes(word) + " is not a vertex of this file");
             }
             if (second != std::string_view::npos && second + 1 < word.size()) {
                 names_normals_ = true;
                 const std::optional<std::int64_t> normal = index(word.substr(second + 1), normals_);
                 if (!normal)
-                    return lines_.refuse(in_quotes(word) + " names a normal that does not exist");
+                    return lines_.refuse(printable_in_quotes(word) + " names a normal that does not exist");
                 note_highest("normal ", *normal, normals_, highest_normal_);
             }
             if (corners_.size() == kMaxCorners)
@@ -271,7 +271,7 @@ class ObjCheck {
             drop_once(out_.report,
                       ++material_files_ > kMaxNamed
                           ? "materials and textures of further files"
-                          : "materials and textures named by " + in_quotes(lines_.trimmed_rest()),
+                          : "materials and textures named by " + printable_in_quotes(lines_.trimmed_rest()),
                       "PBM stores point colours");
         else if (keyword == "vt")
             drop_once(out_.report, "texture coordinates", "PBM stores point colours");
@@ -287,9 +287,10 @@ class ObjCheck {
                 keyword.size() > 1 && keyword.find_first_not_of("abcdefghijklmnopqrstuvwxyz_"
                                                                 "ABCDEFGHIJKLMNOPQRSTUVWXYZ") == std::string_view::npos;
             if (!word)
-                return lines_.refuse(in_quotes(keyword) + " begins no statement of OBJ: the file is damaged");
+                return lines_.refuse(printable_in_quotes(keyword) + " begins no statement of OBJ: the file is damaged");
             drop_once(out_.report,
-                      ++unknown_statements_ > kMaxNamed ? "further statements" : "statements " + in_quotes(keyword),
+                      ++unknown_statements_ > kMaxNamed ? "further statements"
+                                                        : "statements " + printable_in_quotes(keyword),
                       "not known to OBJ");
         }
         lines_.blank();

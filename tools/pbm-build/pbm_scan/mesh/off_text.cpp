@@ -59,10 +59,10 @@ class OffCheck {
             found = texture || colours || normals;
         }
         if (take("4") || take("n"))
-            return lines_.refuse(in_quotes(whole) + ": only three-dimensional OFF is read",
+            return lines_.refuse(printable_in_quotes(whole) + ": only three-dimensional OFF is read",
                                  ErrorCode::unsupported_feature);
         if (keyword != "OFF")
-            return lines_.refuse("not an OFF file: it begins with " + in_quotes(whole));
+            return lines_.refuse("not an OFF file: it begins with " + printable_in_quotes(whole));
         const std::size_t line = lines_.offset();
         lines_.break_line(); // the counts may stand on the same line; OpenMesh wants them on the next
         std::fill(out_.for_openmesh.begin(), out_.for_openmesh.begin() + static_cast<std::ptrdiff_t>(line), ' ');
@@ -81,7 +81,7 @@ class OffCheck {
                 return lines_.refuse("expected the numbers of vertices, faces and edges");
             const auto count = parse_all<std::uint64_t>(word);
             if (!count)
-                return lines_.refuse(in_quotes(word) + " is not a count");
+                return lines_.refuse(printable_in_quotes(word) + " is not a count");
             counts[i] = *count;
         }
         lines_.blank_rest();

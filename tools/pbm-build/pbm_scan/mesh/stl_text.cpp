@@ -107,7 +107,7 @@ class AsciiCheck {
             } else if (same_word(keyword, "color")) {
                 drop_once(out_.report, "colours", "colours of STL have no agreed meaning");
             } else {
-                return lines_.refuse(in_quotes(keyword) + " does not belong here; the file is damaged");
+                return lines_.refuse(printable_in_quotes(keyword) + " does not belong here; the file is damaged");
             }
         }
         if (inside)
@@ -130,7 +130,7 @@ class AsciiCheck {
                 return lines_.refuse("the file ends inside a facet: it is cut short; copy or export it again");
             const std::string_view keyword = lines_.word();
             if (!same_word(keyword, expected))
-                return lines_.refuse(in_quotes(keyword) + " where '" + std::string(expected) +
+                return lines_.refuse(printable_in_quotes(keyword) + " where '" + std::string(expected) +
                                      "' belongs; STL holds triangles only");
             if (expected != "vertex")
                 continue;
@@ -139,7 +139,7 @@ class AsciiCheck {
                 double value = 0;
                 if (!is_number(word, value))
                     return lines_.refuse(word.empty() ? "a vertex of fewer than three numbers"
-                                                      : in_quotes(word) + " is not a number");
+                                                      : printable_in_quotes(word) + " is not a number");
                 finite = finite && std::isfinite(value);
                 corners[corner][i] = value;
             }

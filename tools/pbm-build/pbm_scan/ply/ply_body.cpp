@@ -79,7 +79,7 @@ template <class Source> class BodyReader {
             const std::uint64_t least = min_row_size(element, Source::kIsText);
             if (least != 0 && element.count > left / least)
                 return bad_input(
-                    in_line(element) + "element " + in_quotes(element.name) + " announces " +
+                    in_line(element) + "element " + printable_in_quotes(element.name) + " announces " +
                         std::to_string(element.count) + " rows, but the rest of the file can hold at most " +
                         std::to_string(left / least) + ": it is cut short or damaged; copy or export it again",
                     element.offset);

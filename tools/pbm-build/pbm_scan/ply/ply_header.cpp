@@ -80,7 +80,7 @@ class HeaderReader {
         const std::string where = header_.unknown_lines == 0
                                       ? std::string()
                                       : " (line " + std::to_string(first_unknown_line_) + " begins with " +
-                                            in_quotes(header_.first_unknown) + ")";
+                                            printable_in_quotes(header_.first_unknown) + ")";
         return bad_input("the header has no end_header: the file is cut short or damaged" + where, at_);
     }
 
@@ -106,9 +106,11 @@ class HeaderReader {
         const auto *const encoding = std::find(kEncodingNames.begin(), kEncodingNames.end(), name);
         header_.encoding = static_cast<PlyEncoding>(encoding - kEncodingNames.begin());
         if (encoding == kEncodingNames.end())
-            return refuse("format " + in_quotes(name) + " is none of ascii, binary_little_endian, binary_big_endian");
+            return refuse("format " + printable_in_quotes(name) +
+                          " is none of ascii, binary_little_endian, binary_big_endian");
         if (version != "1.0")
-            return refuse("PLY version " + in_quotes(version) + " is not known (only 1.0 is); export the scan again",
+            return refuse("PLY version " + printable_in_quotes(version) +
+                              " is not known (only 1.0 is); export the scan again",
                           version.empty() ? ErrorCode::bad_input : ErrorCode::unsupported_version);
         return {};
     }
@@ -120,10 +122,11 @@ class HeaderReader {
             return refuse("expected: element NAME COUNT");
         const auto count = parse_all<std::uint64_t>(count_text);
         if (!count)
-            return refuse("element " + in_quotes(name) + " has the impossible count " + in_quotes(count_text));
+            return refuse("element " + printable_in_quotes(name) + " has the impossible count " +
+                          printable_in_quotes(count_text));
         for (const PlyElement &other : header_.elements)
             if (other.name == name)
-                return refuse("element " + in_quotes(name) + " is announced twice; the file is damaged");
+                return refuse("element " + printable_in_quotes(name) + " is announced twice; the file is damaged");
         if (header_.elements.size() == kMaxPlyElements)
             return refuse("more than " + std::to_string(kMaxPlyElements) + " elements", ErrorCode::too_large);
         header_.elements.push_back({.name = std::string(name),
@@ -145,24 +148,26 @@ class HeaderReader {
             const std::string_view count_name = take_word(line);
             const std::optional<PlyScalar> count_type = scalar_named(count_name);
             if (!count_type)
-                return refuse("unknown type " + in_quotes(count_name) + " of a list count in element " +
-                              in_quotes(element.name));
+                return refuse("unknown type " + printable_in_quotes(count_name) + " of a list count in element " +
+                              printable_in_quotes(element.name));
             property.count_type = *count_type;
             type_name = take_word(line);
         }
         const std::optional<PlyScalar> type = scalar_named(type_name);
         if (!type)
-            return refuse("unknown property type " + in_quotes(type_name) + " in element " + in_quotes(element.name));
+            return refuse("unknown property type " + printable_in_quotes(type_name) + " in element " +
+                          printable_in_quotes(element.name));
         property.type = *type;
         property.name = std::string(take_word(line));
         if (property.name.empty() || !trimmed(line, kBlanks).empty())
             return refuse("expected: property TYPE NAME, or property list TYPE TYPE NAME");
         for (const PlyProperty &other : element.properties)
             if (other.name == property.name)
-                return refuse("element " + in_quotes(element.name) + " has two properties " + in_quotes(property.name));
+                return refuse("element " + printable_in_quotes(element.name) + " has two properties " +
+                              printable_in_quotes(property.name));
         if (element.properties.size() == kMaxPlyProperties)
             return refuse("more than " + std::to_string(kMaxPlyProperties) + " properties in element " +
-                              in_quotes(element.name),
+                              printable_in_quotes(element.name),
                           ErrorCode::too_large);
         element.properties.push_back(std::move(property));
         return {};
@@ -170,7 +175,7 @@ class HeaderReader {
 
     Status unknown(std::string_view keyword) {
         if (!has_format_ || header_.encoding != PlyEncoding::ascii)
-            return refuse("unknown keyword " + in_quotes(keyword) + " in the header; the file is damaged");
+            return refuse("unknown keyword " + printable_in_quotes(keyword) + " in the header; the file is damaged");
         if (header_.unknown_lines++ == 0) {
             header_.first_unknown = keyword;
             first_unknown_line_ = line_number_;

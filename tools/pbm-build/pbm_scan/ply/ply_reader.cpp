@@ -193,9 +193,10 @@ void write_report(const PlyHeader &header, const PlyRoles &roles, const Outcomes
         surface.report.push_back({"header", Fate::dropped,
                                   std::to_string(header.unknown_lines) +
                                       " lines of no meaning, the first begins with " +
-                                      in_quotes(header.first_unknown)});
+                                      printable_in_quotes(header.first_unknown)});
     for (const std::string &file : header.texture_files)
-        surface.report.push_back({"texture image " + in_quotes(file), Fate::dropped, "PBM stores point colours"});
+        surface.report.push_back(
+            {"texture image " + printable_in_quotes(file), Fate::dropped, "PBM stores point colours"});
     if (header.further_textures != 0)
         surface.report.push_back({std::to_string(header.further_textures) + " further texture images", Fate::dropped,
                                   "PBM stores point colours"});
@@ -203,7 +204,7 @@ void write_report(const PlyHeader &header, const PlyRoles &roles, const Outcomes
         if (element.kind != PlyKind::skipped)
             report_element(element, roles, outcomes, surface.report);
         else if (element.count != 0 && !element.properties.empty()) {
-            const std::string name = in_quotes(element.name);
+            const std::string name = printable_in_quotes(element.name);
             surface.report.push_back({"element " + name, Fate::dropped, std::string(drop_reason(header, element))});
         }
     }

@@ -68,7 +68,7 @@ Status assign_vertex(PlyElement &vertex, PlyRoles &roles) {
     roles.vertex = &vertex;
     for (const std::string_view name : {"x", "y", "z"})
         if (property_named(vertex, name) == nullptr)
-            return bad_input(in_line(vertex) + "element vertex has no number " + in_quotes(name) +
+            return bad_input(in_line(vertex) + "element vertex has no number " + printable_in_quotes(name) +
                                  ": a scan needs x, y and z for each vertex",
                              vertex.offset);
     if (vertex.count == 0)

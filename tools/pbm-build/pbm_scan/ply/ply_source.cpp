@@ -48,12 +48,12 @@ bool AsciiSource::number(PlyScalar type, double &value) {
     const char *word_end = parse_number(at_, end_, value);
     if (word_end == nullptr) {
         const std::string_view word(at_, static_cast<std::size_t>(std::find_if(at_, end_, ends_word) - at_));
-        return refuse(in_quotes(word) + " is not a number" +
+        return refuse(printable_in_quotes(word) + " is not a number" +
                       (word.find(',') != std::string_view::npos ? "; decimals need a point" : ""));
     }
     const char *word = std::exchange(at_, word_end);
     if (!fits(type, value))
-        return refuse(in_quotes({word, static_cast<std::size_t>(word_end - word)}) + " does not fit type " +
+        return refuse(printable_in_quotes({word, static_cast<std::size_t>(word_end - word)}) + " does not fit type " +
                       std::string(to_string(type)));
     return true;
 }

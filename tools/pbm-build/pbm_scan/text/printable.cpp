@@ -14,7 +14,9 @@ std::string printable(std::string_view text) {
     return out + (text.size() > kMost ? "..." : "");
 }
 
-std::string in_quotes(std::string_view text) { return std::string(1, '\'').append(printable(text)).append(1, '\''); }
+std::string printable_in_quotes(std::string_view text) {
+    return std::string(1, '\'').append(printable(text)).append(1, '\'');
+}
 
 std::string formatted(const char *format, ...) {
     std::array<char, 256> text{};

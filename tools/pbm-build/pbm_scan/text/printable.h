@@ -6,9 +6,10 @@
 
 namespace pbm::build {
 
-// Untrusted text of a file for a message of one line: printable ASCII, at most 40 characters; `quoted` adds quotes.
+// Untrusted text of a file for a message of one line: printable ASCII, at most 40 characters; `printable_in_quotes`
+// adds quotes.
 std::string printable(std::string_view text);
-std::string in_quotes(std::string_view text);
+std::string printable_in_quotes(std::string_view text);
 
 // As printf, at most 255 characters.
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char *format, ...);

@@ -87,7 +87,7 @@ class Lines {
         for (std::string_view text = word(); !text.empty(); text = word()) {
             double value = 0;
             if (!is_number(text, value))
-                return refuse(in_quotes(text) + " is not a number");
+                return refuse(printable_in_quotes(text) + " is not a number");
             out.fit_floats = out.fit_floats && fits_float(value);
             if (out.count < out.first.size())
                 out.first[out.count] = value;
