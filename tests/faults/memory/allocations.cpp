@@ -14,8 +14,8 @@
 namespace pbm::faults {
 namespace {
 
-enum class Work : std::uint8_t { open, verify, validate, load, draw, encode };
-constexpr std::array<const char *, 6> kWorks{"open", "verify", "validate", "load_model", "render", "encode_model"};
+enum class Task : std::uint8_t { open, verify, validate, load, draw, encode };
+constexpr std::array<const char *, 6> kTasks{"open", "verify", "validate", "load_model", "render", "encode_model"};
 enum class End : std::uint8_t { done, memory, other };
 
 End end_of(const Status &status) {
@@ -33,17 +33,17 @@ End end_of(const ValidationReport &report) {
 
 template <class T> Status status_of(const Result<T> &result) { return result ? Status() : Status(result.error()); }
 
-End do_work(Work what, const Golden &golden, const Model &model, int threads) {
+End do_work(Task what, const Golden &golden, const Model &model, int threads) {
     switch (what) {
-    case Work::open: return end_of(status_of(Reader::open(golden.bytes)));
-    case Work::verify: return end_of(verify(golden.bytes, {.threads = threads}));
-    case Work::validate: return end_of(validate(golden.bytes, {.threads = threads}));
-    case Work::load: {
+    case Task::open: return end_of(status_of(Reader::open(golden.bytes)));
+    case Task::verify: return end_of(verify(golden.bytes, {.threads = threads}));
+    case Task::validate: return end_of(validate(golden.bytes, {.threads = threads}));
+    case Task::load: {
         Result<Reader> reader = Reader::open(golden.bytes);
         return end_of(reader ? status_of(load_model(*reader, {.threads = threads})) : Status(reader.error()));
     }
-    case Work::encode: return end_of(status_of(encode_model(model, {.threads = threads})));
-    case Work::draw: break;
+    case Task::encode: return end_of(status_of(encode_model(model, {.threads = threads})));
+    case Task::draw: break;
     }
     try { // renderers throw what their caller's `main` catches; nothing else does
         return end_of(open_and_draw(golden.bytes, threads));
@@ -52,7 +52,7 @@ End do_work(Work what, const Golden &golden, const Model &model, int threads) {
     }
 }
 
-void fail_all(Work what, const Golden &golden, const Model &model, int threads, bool all_further, std::uint64_t step,
+void fail_all(Task what, const Golden &golden, const Model &model, int threads, bool all_further, std::uint64_t step,
               Tally &tally) {
     for (int warm_up = 0; warm_up < 2; ++warm_up)
         tally.require(do_work(what, golden, model, threads) == End::done, golden.name + ": not done");
@@ -71,7 +71,7 @@ void fail_all(Work what, const Golden &golden, const Model &model, int threads, 
         const bool keeps = kept() > 0 && kept() > 0; // what is kept only once is a library's first use of something
         if (!allocation_failed())
             break;
-        const std::string story = golden.name + ", " + kWorks[static_cast<std::size_t>(what)] + ", " +
+        const std::string story = golden.name + ", " + kTasks[static_cast<std::size_t>(what)] + ", " +
                                   std::to_string(threads) + " threads, allocation " + std::to_string(n) +
                                   (all_further ? " and all further" : "");
         tally.add_case();
@@ -89,10 +89,10 @@ void fail_allocations(const Options &options, Tally &tally) {
     for (const Golden &golden : goldens(options.complete ? 16 << 10 : 4 << 10)) {
         Reader reader = Reader::open(golden.bytes).value();
         const Model model = load_model(reader).value();
-        for (std::size_t what = 0; what < kWorks.size(); ++what)
+        for (std::size_t what = 0; what < kTasks.size(); ++what)
             for (const int threads : {1, 3})
                 for (const bool all_further : {false, true})
-                    fail_all(static_cast<Work>(what), golden, model, threads, all_further,
+                    fail_all(static_cast<Task>(what), golden, model, threads, all_further,
                              options.complete ? 1 : 1 + what * 3, tally);
     }
 }
