@@ -51,7 +51,7 @@ def sources_of(build):
 def names_of(text):
     """What a file declares for itself, roughly: unnamed namespaces, line by line, and entry points; what it calls by no
     more than a name. What one declares no other beside it may declare or call."""
-    names = set(re.findall(r"^(?:int |extern .* )(main|LLVMFuzzerTestOneInput)\(", text, re.MULTILINE))
+    names = set(re.findall(r"^int (main)\(", text, re.MULTILINE))
     for inside in re.findall(r"^namespace \{$(.*?)^\} // namespace$", text, re.MULTILINE | re.DOTALL):
         for line in re.findall(r"^(?!using |TEST)[a-zA-Z].*", inside, re.MULTILINE):
             found = re.search(r"^(?:struct|class|enum(?: class)?) (\w+)|\b(\w+)(?= = |\(|\{|\[|;)", line)
@@ -84,13 +84,14 @@ def flags_together(some):
 
 
 def groups_of(files, flags):
-    """Lists of files to be looked at together, with flags; files of Highway, which include themselves, alone."""
+    """Lists of files to be looked at together, with flags; alone are files of Highway, which include themselves, and those
+    that define functions of other libraries."""
     groups = []  # files, flags, names, calls, room
     for file in files:
-        room = file.split("/")[:3 if file.startswith("tests/unit/") else 2]  # one room has one set of namespaces
+        room = file.split("/")[2] if file.startswith("tests/unit/") else None  # namespaces of their own
         text = (ROOT / file).read_text(encoding="utf-8")
         names, calls = names_of(text)
-        alone = "foreach_target.h" in text
+        alone = "foreach_target.h" in text or "<dlfcn.h>" in text
         for group in groups if not alone else ():
             if group[4] == room and len(group[0]) < TOGETHER and not group[2] & (names | calls) and not group[3] & names:
                 if both := flags_together([group[1], flags[file]]) if group[1] else None:
@@ -138,7 +139,8 @@ def main():
         else:
             digest = hashlib.sha256("\n".join(members).encode()).hexdigest()[:16]
             together = stamps / f"{digest}.cpp"
-            together.write_text("".join(f'#include "{ROOT / file}" // NOLINT\n' for file in members))
+            together.write_text("".join(f'#define LLVMFuzzerTestOneInput fuzz_{i}\n#include "{ROOT / file}" // NOLINT\n'
+                                        "#undef LLVMFuzzerTestOneInput\n" for i, file in enumerate(members)))
             # What one file declares may hide what the next one does; compilers see each of them alone.
             if tidy(together, (*together_flags, "-Wno-shadow")):
                 half = len(members) // 2

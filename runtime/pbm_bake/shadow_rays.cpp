@@ -16,7 +16,7 @@ constexpr float kLayerSteps = 64;      // the same
 constexpr float kFarthestLayer = 2;    // voxels: splats of farther layers do not show through
 constexpr float kBelow = 0.05F;        // a ray starts this far below a position to meet the triangle there
 constexpr float kFarthestPlace = 0.9F; // half of a voxel's diagonal, plus rounding
-constexpr float kSlack = 1e-3F;        // voxels
+constexpr float kReachSlack = 1e-3F;        // voxels
 // Rounding cannot decide the side of a light at the horizon: within this cosine a point faces it.
 constexpr float kMinCosine = 1e-4F;
 // A point on which this many parts of a light agree lies outside of the penumbra.
@@ -85,7 +85,7 @@ ShadowRays::ShadowRays(const ShadowCasters &casters, const TriangleTree &triangl
                 // The surface position of the previous point bounds the search.
                 const Position way{last[0] - centre[0], last[1] - centre[1], last[2] - centre[2]};
                 const float within =
-                    known ? std::min(kFarthestPlace, std::sqrt(dot(way, way)) + kSlack) : kFarthestPlace;
+                    known ? std::min(kFarthestPlace, std::sqrt(dot(way, way)) + kReachSlack) : kFarthestPlace;
                 const std::optional<Position> found = triangles.nearest(centre, within);
                 if (!found) {
                     complete = false;

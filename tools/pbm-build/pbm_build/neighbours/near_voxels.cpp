@@ -112,7 +112,8 @@ void NearVoxelCursor::gather(MortonCode node) {
              i < codes.size() && codes[i] >> 3 * kNodeBits == other; ++i) {
             if ((codes[i] & halves) != near_half)
                 continue;
-            const auto place = static_cast<std::size_t>(corner + kPlaces[codes[i] & (kPlaces.size() - 1)]);
+            const int sum = corner + kPlaces[codes[i] & (kPlaces.size() - 1)];
+            const auto place = static_cast<std::size_t>(sum);
             grid_[place] = static_cast<std::uint32_t>(i) + 1;
             filled_.push_back(place);
         }
