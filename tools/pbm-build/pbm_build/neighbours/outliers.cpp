@@ -88,6 +88,7 @@ std::vector<float> median_spacings_around(const PointNeighbours &neighbours, std
     std::vector<float> medians;
     for (const auto &some : around) {
         std::vector<float> theirs;
+        theirs.reserve(some.size());
         for (const std::uint32_t point : some)
             theirs.push_back(
                 spacings[static_cast<std::size_t>(std::lower_bound(each.begin(), each.end(), point) - each.begin())]);
