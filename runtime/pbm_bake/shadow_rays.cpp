@@ -11,7 +11,7 @@ namespace pbm {
 namespace {
 
 constexpr float kLift = 0.25F;         // voxels
-constexpr float kCarriedSteps = 127;   // of a voxel
+constexpr float kRayOffsetSteps = 127; // of a voxel
 constexpr float kLayerSteps = 64;      // the same
 constexpr float kFarthestLayer = 2;    // voxels: splats of farther layers do not show through
 constexpr float kBelow = 0.05F;        // a ray starts this far below a position to meet the triangle there
@@ -66,7 +66,7 @@ std::uint8_t layers_above(const TriangleTree &triangles, const Position &place, 
 }
 
 std::int8_t quantise(float offset) {
-    return static_cast<std::int8_t>(std::clamp(std::floor(offset * kCarriedSteps + 0.5F), -127.0F, 127.0F));
+    return static_cast<std::int8_t>(std::clamp(std::floor(offset * kRayOffsetSteps + 0.5F), -127.0F, 127.0F));
 }
 
 } // namespace
@@ -119,9 +119,9 @@ void ShadowRays::vote(std::size_t block, std::span<const LightPlace> parts, std:
     for (std::size_t b = block * kBricksAtOnce; b < end; ++b)
         for (std::size_t i = bricks[b].first_point; i < bricks[b + 1].first_point; ++i) {
             const Position centre = centre_of(bricks[b], casters_.places()[i]);
-            const Position place{centre[0] + static_cast<float>(offsets_[i].x) / kCarriedSteps,
-                                 centre[1] + static_cast<float>(offsets_[i].y) / kCarriedSteps,
-                                 centre[2] + static_cast<float>(offsets_[i].z) / kCarriedSteps};
+            const Position place{centre[0] + static_cast<float>(offsets_[i].x) / kRayOffsetSteps,
+                                 centre[1] + static_cast<float>(offsets_[i].y) / kRayOffsetSteps,
+                                 centre[2] + static_cast<float>(offsets_[i].z) / kRayOffsetSteps};
             const std::uint16_t stored = casters_.normals()[i];
             const Position normal = unit_normal(stored);
             const Start start{raised(place, normal, static_cast<float>(offsets_[i].layers) / kLayerSteps), normal,
