@@ -14,10 +14,8 @@ namespace pbm {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Material, ka, kd, ks, power, colour, environment)
 }
 
-namespace {
-
-using namespace pbm;
-using nlohmann::json;
+// Not in an anonymous namespace, where clang would call the readers that the macro adds unused.
+namespace pbm::info_program {
 
 // Size of a stream, summed over chunks.
 struct StreamSize {
@@ -51,6 +49,14 @@ struct FileSizes {
     std::vector<RasterSize> rasters;
     std::uint64_t counted_bytes = 0; // of the file without its panorama; base of bits per point
 };
+
+} // namespace pbm::info_program
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::info_program;
+using nlohmann::json;
 
 Status measure_rasters(const Reader &reader, ByteView file, FileSizes &sizes) {
     sizes.counted_bytes = reader.header().file_size;
