@@ -65,7 +65,7 @@ std::string entry(std::string left, std::string_view text) {
     std::string lines = left;
     for (const std::string &line : wrapped(text, kPageColumns - 1 - kTextColumn)) {
         const bool is_beside = lines.size() + 2 <= kTextColumn; // only the first line
-        lines += (is_beside ? indent.substr(left.size()) : "\n" + indent) + line;
+        lines.append(is_beside ? indent.substr(left.size()) : "\n" + indent).append(line);
     }
     return lines + "\n";
 }
