@@ -11,31 +11,30 @@
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <utility>
 
 namespace pbm::command_line {
 
 namespace {
 
 // The switches of the dissertation's program (its chapter 5), and today's programs that have them.
-struct DissertationSwitch {
-    std::string_view name, programs;
-};
 constexpr std::string_view kMakersAndViewers = "pbm-build, pbm-render and pbm-view";
-constexpr std::array<DissertationSwitch, 7> kDissertation{{{"-AVI", "pbm-render and pbm-view"},
-                                                           {"-FLYING_CAMERA", "pbm-view"},
-                                                           {"-IGNORE_POINT_COLOURS", kMakersAndViewers},
-                                                           {"-BACKGROUND", kMakersAndViewers},
-                                                           {"-SHADOW", kMakersAndViewers},
-                                                           {"-TEXTURE", kMakersAndViewers},
-                                                           {"-ENVIRONMENT_MAP", kMakersAndViewers}}};
+constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kDissertation{
+    {{"-AVI", "pbm-render and pbm-view"},
+     {"-FLYING_CAMERA", "pbm-view"},
+     {"-IGNORE_POINT_COLOURS", kMakersAndViewers},
+     {"-BACKGROUND", kMakersAndViewers},
+     {"-SHADOW", kMakersAndViewers},
+     {"-TEXTURE", kMakersAndViewers},
+     {"-ENVIRONMENT_MAP", kMakersAndViewers}}};
 
 Status refuse_switch(const std::string &argument) {
     const auto known = std::find_if(kDissertation.begin(), kDissertation.end(),
-                                    [&](const DissertationSwitch &s) { return s.name == argument; });
+                                    [&](const auto &each) { return each.first == argument; });
     if (known == kDissertation.end())
         return {};
     return Error{ErrorCode::usage, 0,
-                 argument + " is a switch of " + std::string(known->programs) + "; leave it out here"};
+                 argument + " is a switch of " + std::string(known->second) + "; leave it out here"};
 }
 
 } // namespace
@@ -67,21 +66,15 @@ std::string printable(std::string_view text) {
     std::string out;
     out.reserve(text.size());
     for (std::size_t i = 0; i < text.size(); ++i) {
-        const auto c = static_cast<unsigned char>(text[i]);
-        const auto next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : 0);
-        const bool c1 = c == 0xC2 && next >= 0x80 && next < 0xA0; // a C1 control character in UTF-8
-        const auto add_hex = [&](unsigned char byte) { (out += "\\x") += {kHex[byte >> 4], kHex[byte & 15]}; };
-        if (c == '\n' || c == '\t') {
+        const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(at < text.size() ? text[at] : 0); };
+        // The two bytes of a C1 control character in UTF-8.
+        const auto is_c1 = [&](std::size_t at) { return byte(at) == 0xC2 && byte(at + 1) >> 5 == 4; };
+        if (const unsigned char c = byte(i); c == '\n' || c == '\t')
             out += c == '\n' ? "\\n" : "\\t";
-        } else if (c < 0x20 || c == 0x7F) {
-            add_hex(c);
-        } else if (c1) {
-            add_hex(c);
-            add_hex(next);
-            ++i;
-        } else {
+        else if (c < 0x20 || c == 0x7F || is_c1(i) || (i > 0 && is_c1(i - 1)))
+            (out += "\\x") += {kHex[c >> 4], kHex[c & 15]};
+        else
             out += text[i];
-        }
     }
     return out;
 }
@@ -164,17 +157,11 @@ Result<std::uint64_t> parse_bytes(const std::string &text) {
     std::uint64_t number = 0;
     const char *const end = text.data() + text.size();
     const auto [after, error] = std::from_chars(text.data(), end, number);
-    constexpr std::string_view kUnits = "kMGT";
-    std::size_t shift = 0;
-    const char *rest = after;
-    if (error == std::errc() && rest != end) {
-        const std::size_t unit = kUnits.find(*rest == 'K' ? 'k' : *rest);
-        if (unit != std::string_view::npos) {
-            shift = 10 * (unit + 1);
-            ++rest;
-        }
-    }
-    if (error != std::errc() || rest != end || number == 0 || number > std::uint64_t{1} << (63 - shift))
+    const std::string_view rest(after, static_cast<std::size_t>(end - after));
+    constexpr std::array<std::string_view, 5> kUnits{"", "k", "M", "G", "T"};
+    const auto unit = std::find(kUnits.begin(), kUnits.end(), rest == "K" ? "k" : rest);
+    const auto shift = 10 * (unit - kUnits.begin());
+    if (error != std::errc() || unit == kUnits.end() || number == 0 || number > std::uint64_t{1} << (63 - shift))
         return Error{ErrorCode::usage, 0, "'" + text + "' is no amount of memory; write bytes like 500M or 8G"};
     return number << shift;
 }

@@ -15,6 +15,8 @@
 
 namespace pbm::command_line {
 
+struct CommandLine; // parse.h
+
 // A word with a single dash, of the dissertation's program or of compilers (-MD), and its long option.
 struct OldSwitch {
     std::string_view name;

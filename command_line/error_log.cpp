@@ -24,14 +24,7 @@ Log &the_log() {
     return log;
 }
 
-std::string_view name_of(LogKind kind) {
-    switch (kind) {
-    case LogKind::error: return "error";
-    case LogKind::warning: return "warning";
-    case LogKind::progress: return "progress";
-    }
-    return "unknown";
-}
+std::string name_of(LogKind kind) { return std::array{"error", "warning", "progress"}[static_cast<std::size_t>(kind)]; }
 
 std::string time_stamp() {
     const std::time_t now = std::time(nullptr);
@@ -61,8 +54,7 @@ void log_line(LogKind kind, std::string_view text) {
     Log &log = the_log();
     if (log.file == nullptr)
         return;
-    const std::string line =
-        time_stamp() + " " + log.program + ": " + std::string(name_of(kind)) + ": " + printable(text) + "\n";
+    const std::string line = time_stamp() + " " + log.program + ": " + name_of(kind) + ": " + printable(text) + "\n";
     const std::lock_guard lock(log.mutex);
     if ((std::fwrite(line.data(), 1, line.size(), log.file) != line.size() || std::fflush(log.file) != 0) &&
         log.error == 0)

@@ -10,16 +10,12 @@ namespace {
 
 constexpr std::size_t kTextColumn = 28;
 
-struct ExitStatus {
-    int code;
-    std::string_view meaning;
-};
-constexpr std::array<ExitStatus, 6> kExitStatus{{{0, "done or valid"},
-                                                 {1, "usage"},
-                                                 {2, "input or output"},
-                                                 {3, "invalid or damaged input"},
-                                                 {4, "memory or another limit of the running program"},
-                                                 {5, "unsupported version or feature"}}};
+constexpr std::array<std::string_view, 6> kExitStatus{"done or valid",
+                                                      "usage",
+                                                      "input or output",
+                                                      "invalid or damaged input",
+                                                      "memory or another limit of the running program",
+                                                      "unsupported version or feature"};
 constexpr std::array<std::string_view, 7> kFamily{"pbm-build",  "pbm-export",   "pbm-info", "pbm-render",
                                                   "pbm-sample", "pbm-validate", "pbm-view"};
 
@@ -33,7 +29,7 @@ std::string topic_word(std::string_view title) {
 std::vector<std::string> titles(const ProgramHelp &help) {
     std::vector<std::string> found;
     for (const OptionHelp &option : help.options)
-        if (option.needs_name && std::find(found.begin(), found.end(), option.topic) == found.end())
+        if (!option.is_positional() && std::find(found.begin(), found.end(), option.topic) == found.end())
             found.push_back(option.topic);
     std::stable_partition(found.begin(), found.end(), [](const std::string &title) { return title != "General"; });
     return found;
@@ -65,25 +61,20 @@ std::string paragraph(std::string_view text) {
 // "  -o, --output FILE         What it does": the text stands in its column, on as many lines as needed.
 std::string entry(std::string left, std::string_view text) {
     left = "  " + left;
+    const std::string indent(kTextColumn, ' ');
     std::string lines = left;
-    std::size_t column = left.size();
-    if (column + 2 > kTextColumn) {
-        lines += "\n";
-        column = 0;
-    }
-    bool first = true;
     for (const std::string &line : wrapped(text, kPageColumns - 1 - kTextColumn)) {
-        lines += std::string(first ? kTextColumn - column : kTextColumn, ' ') + line + "\n";
-        first = false;
+        const bool is_beside = lines.size() + 2 <= kTextColumn; // only the first line
+        lines.append(is_beside ? indent.substr(left.size()) : "\n" + indent).append(line);
     }
-    return first ? left + "\n" : lines;
+    return lines + "\n";
 }
 
 std::string entry(const OptionHelp &option) {
     std::string left = option.names.front().starts_with("--") ? "    " : "";
     for (const std::string &name : option.names)
         left += (&name == &option.names.front() ? "" : ", ") + name;
-    if (!option.needs_name && option.several)
+    if (option.is_positional() && option.several)
         left += "...";
     if (option.value.starts_with("[="))
         left += option.value;
@@ -96,27 +87,24 @@ std::string entry(const OptionHelp &option) {
 std::string arguments_of(const ProgramHelp &help) {
     std::string line = "[OPTIONS]";
     for (const OptionHelp &option : help.options)
-        if (!option.needs_name) {
+        if (option.is_positional()) {
             const std::string name = option.names.front() + (option.several ? "..." : "");
             line += option.required ? " " + name : " [" + name + "]";
         }
     return line;
 }
 
-std::string entries_without_name(const ProgramHelp &help) {
-    std::string text;
+// The entries of a topic, each made by `text`; those of the positional arguments if `title` is empty.
+std::string entries_of(const ProgramHelp &help, std::string_view title, std::string (*text)(const OptionHelp &)) {
+    std::string entries;
     for (const OptionHelp &option : help.options)
-        if (!option.needs_name)
-            text += entry(option);
-    return text;
+        if (option.topic == title)
+            entries += text(option);
+    return entries;
 }
 
-std::string entries_of(const ProgramHelp &help, const std::string &title) {
-    std::string text = title + ":\n";
-    for (const OptionHelp &option : help.options)
-        if (option.needs_name && option.topic == title)
-            text += entry(option);
-    return text;
+std::string topic_entries(const ProgramHelp &help, const std::string &title) {
+    return title + ":\n" + entries_of(help, title, entry);
 }
 
 std::size_t line_count(const std::string &page) {
@@ -125,34 +113,34 @@ std::size_t line_count(const std::string &page) {
 
 std::string exit_line(const ProgramHelp &help) {
     return paragraph("Exit codes: 0 done, 1 usage, 2 I/O, 3 damaged input, 4 memory" +
-                     (help.run_time_limits.empty() ? "" : " or " + help.run_time_limits) + ", 5 unsupported.");
+                     (help.manual.run_time_limits.empty() ? "" : " or " + help.manual.run_time_limits) +
+                     ", 5 unsupported.");
 }
 
 std::string beginning(const ProgramHelp &help) {
     return paragraph(help.summary) + "Usage: " + help.program + " " + arguments_of(help) + "\n" +
-           entries_without_name(help);
+           entries_of(help, "", entry);
 }
 
 std::string everything(const ProgramHelp &help) {
     std::string page = beginning(help);
     for (const std::string &title : titles(help))
-        page += entries_of(help, title);
+        page += topic_entries(help, title);
     return page + exit_line(help) + paragraph(help.description);
 }
 
 bool is_most_used(const ProgramHelp &help, const OptionHelp &option) {
-    if (help.most_used.empty())
-        return option.has_short_name();
-    return std::any_of(option.names.begin(), option.names.end(), [&](const std::string &name) {
-        return std::find(help.most_used.begin(), help.most_used.end(), name) != help.most_used.end();
-    });
+    const std::vector<std::string> &names = option.names, &most_used = help.manual.most_used;
+    if (most_used.empty())
+        return std::any_of(names.begin(), names.end(), [](const std::string &name) { return name.size() == 2; });
+    return std::find_first_of(names.begin(), names.end(), most_used.begin(), most_used.end()) != names.end();
 }
 
 // "  grid                      --depth --voxel-size", truncated at the end of the line.
 std::string topic_line(const ProgramHelp &help, const std::string &title) {
     std::string names;
     for (const OptionHelp &option : help.options) {
-        if (!option.needs_name || option.topic != title)
+        if (option.topic != title)
             continue;
         const auto longer = std::find_if(option.names.begin(), option.names.end(),
                                          [](const std::string &name) { return name.starts_with("--"); });
@@ -172,7 +160,7 @@ std::string first_page(const ProgramHelp &help) {
         return all;
     std::string page = beginning(help) + "Options used most:\n";
     for (const OptionHelp &option : help.options)
-        if (option.needs_name && is_most_used(help, option))
+        if (!option.is_positional() && is_most_used(help, option))
             page += entry(option);
     page += "Topics; " + help.program + " --help TOPIC tells more, --help all tells everything:\n";
     for (const std::string &title : titles(help))
@@ -209,7 +197,7 @@ std::string roff_lines(std::string_view text) {
 std::string roff_entry(const OptionHelp &option) {
     std::string text = ".TP\n";
     for (const std::string &name : option.names)
-        text += (&name == &option.names.front() ? "" : ", ") + std::string(option.needs_name ? "\\fB" : "\\fI") +
+        text += (&name == &option.names.front() ? "" : ", ") + std::string(option.is_positional() ? "\\fI" : "\\fB") +
                 roff(name) + "\\fR";
     if (option.value.starts_with("[="))
         text += "[=\\fI" + roff(option.value.substr(2, option.value.size() - 3)) + "\\fR]";
@@ -219,10 +207,6 @@ std::string roff_entry(const OptionHelp &option) {
 }
 
 } // namespace
-
-bool OptionHelp::has_short_name() const {
-    return std::any_of(names.begin(), names.end(), [](const std::string &name) { return name.size() == 2; });
-}
 
 std::vector<std::string> help_topics(const ProgramHelp &help) {
     std::vector<std::string> words;
@@ -240,7 +224,7 @@ Result<std::string> help_page(const ProgramHelp &help, std::string_view topic) {
         return man_page(help);
     for (const std::string &title : titles(help))
         if (topic_word(title) == topic)
-            return entries_of(help, title);
+            return topic_entries(help, title);
     std::vector<std::string> topics = help_topics(help);
     topics.emplace_back("all");
     std::string message = "there is no help on '" + std::string(topic) + "'; ";
@@ -266,23 +250,16 @@ std::string man_page(const ProgramHelp &help) {
     page += ".SH DESCRIPTION\n" + roff_lines(help.summary);
     for (const std::string &text : wrapped(help.description, help.description.size() + 1))
         page += ".PP\n" + roff_lines(text);
-    page += ".SH OPTIONS\n";
-    for (const OptionHelp &option : help.options)
-        if (!option.needs_name)
-            page += roff_entry(option);
-    for (const std::string &title : titles(help)) {
-        page += ".SS " + roff(title) + "\n";
-        for (const OptionHelp &option : help.options)
-            if (option.needs_name && option.topic == title)
-                page += roff_entry(option);
-    }
+    page += ".SH OPTIONS\n" + entries_of(help, "", roff_entry);
+    for (const std::string &title : titles(help))
+        page += ".SS " + roff(title) + "\n" + entries_of(help, title, roff_entry);
     page += ".SH EXIT STATUS\n";
-    for (const ExitStatus &status : kExitStatus)
-        page += ".TP\n.B " + std::to_string(status.code) + "\n" + std::string(status.meaning) +
-                (status.code == 4 && !help.run_time_limits.empty() ? ": " + help.run_time_limits : "") + "\n";
-    if (!help.examples.empty())
+    for (std::size_t code = 0; code < kExitStatus.size(); ++code)
+        page += ".TP\n.B " + std::to_string(code) + "\n" + std::string(kExitStatus[code]) +
+                (code == 4 && !help.manual.run_time_limits.empty() ? ": " + help.manual.run_time_limits : "") + "\n";
+    if (!help.manual.examples.empty())
         page += ".SH EXAMPLES\n";
-    for (const Example &example : help.examples)
+    for (const Example &example : help.manual.examples)
         page += ".TP\n.B " + roff(example.command) + "\n" + roff_lines(example.text);
     std::string others;
     for (const std::string_view other : kFamily)

@@ -15,24 +15,29 @@ struct OptionHelp {
     std::vector<std::string> names; // as typed: "-o", "--output"; "FILE" for a positional argument
     std::string value;              // "FILE", "N", "[=FILE]"; empty for a flag
     std::string text;
-    std::string topic; // "Grid"; not for positional arguments
-    bool needs_name = true;
+    std::string topic;                      // "Grid"; empty for a positional argument
     bool required = false, several = false; // positional arguments only
 
-    bool has_short_name() const;
+    bool is_positional() const { return topic.empty(); }
 };
 
 struct Example {
     std::string command, text;
 };
 
+// Contents of the help beyond the options.
+struct Manual {
+    std::vector<std::string> most_used{}; // long names on the first page; empty: the options with a short name
+    std::vector<Example> examples{};
+    std::string run_time_limits{}; // causes of exit code 4 beside memory; may be empty
+    bool logs_steps = false;       // the program logs steps with -v and --log
+};
+
 struct ProgramHelp {
     std::string program, version;
     std::string summary, description; // one sentence; paragraphs separated by line feeds, may be empty
     std::vector<OptionHelp> options;
-    std::vector<std::string> most_used; // names; empty: the options with a short name
-    std::vector<Example> examples;
-    std::string run_time_limits{}; // causes of exit code 4 beside memory; may be empty
+    Manual manual{};
 };
 
 // Topics in the order of their pages, in lower case with "-" for spaces. "General" comes last.

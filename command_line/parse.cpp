@@ -248,17 +248,14 @@ ProgramHelp describe(const CLI::App &app, std::string_view program, std::span<co
                      .summary = text.substr(0, line),
                      .description = line < text.size() ? text.substr(line + 1) : "",
                      .options = {},
-                     .most_used = manual.most_used,
-                     .examples = manual.examples,
-                     .run_time_limits = manual.run_time_limits};
+                     .manual = manual};
     for (const CLI::Option *option : app.get_options()) {
         if (option->get_group().empty())
             continue;
         OptionHelp entry{.names = {},
                          .value = value_name(*option),
                          .text = option->get_description(),
-                         .topic = topic_of(*option),
-                         .needs_name = !option->get_positional(),
+                         .topic = option->get_positional() ? "" : topic_of(*option),
                          .required = option->get_required(),
                          .several = option->get_items_expected_max() > 1};
         for (const std::string &name : option->get_snames())
@@ -275,11 +272,11 @@ ProgramHelp describe(const CLI::App &app, std::string_view program, std::span<co
         }
         for (const std::string &name : option->get_lnames())
             entry.names.push_back("--" + name);
-        if (!entry.needs_name) {
+        if (entry.is_positional()) {
             entry.names = {option->get_name(true)};
             entry.value.clear();
         }
-        if (const std::string given = option->get_default_str(); entry.needs_name && !given.empty())
+        if (const std::string given = option->get_default_str(); !entry.is_positional() && !given.empty())
             entry.text += "; default " + given;
         entry.text += with_value;
         help.options.push_back(std::move(entry));

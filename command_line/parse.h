@@ -32,8 +32,7 @@ struct SettingsFile {
 // a flag; an error that it returns is a usage error).
 using Target = std::variant<bool *, int *, unsigned *, std::uint64_t *, double *, std::string *, std::optional<int> *,
                             std::optional<std::uint64_t> *, std::optional<double> *, std::vector<std::string> *,
-                            std::function<void()>, std::function<void(int)>, std::function<Status(const std::string &)>,
-                            Version, SettingsFile>;
+                            std::function<void()>, std::function<Status(const std::string &)>, Version, SettingsFile>;
 
 // Condition on a value: inclusive limits, one of some words, or a function that returns no complaint.
 struct Integers {
@@ -85,14 +84,6 @@ struct CommandLine {
 
     void add(std::string names, std::string help, Target target, OptionRules rules = {});
     void add_version(const std::string &version); // -V, --version
-};
-
-// Contents of the help beyond the options.
-struct Manual {
-    std::vector<std::string> most_used{}; // long names on the first page; empty: the options with a short name
-    std::vector<Example> examples{};
-    std::string run_time_limits{}; // causes of exit code 4 beside memory
-    bool logs_steps = false;       // the program logs steps with -v and --log
 };
 
 // Parses. Returns the exit code if the program is done (help, version, a usage error), else nothing. Adds the options

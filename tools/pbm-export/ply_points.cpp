@@ -11,11 +11,7 @@ namespace pbm {
 namespace {
 
 // Shortest text that reads back as the same number.
-template <class T> std::string text_of(T value) {
-    std::array<char, 32> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-    return {text.data(), end};
-}
+std::string text_of(const Value &number) { return to_string(number); }
 
 // Replaces control characters, so that a comment stays on one line.
 std::string one_line(std::string text) {

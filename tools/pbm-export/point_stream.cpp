@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
 
 namespace pbm {
 namespace {
@@ -14,8 +13,7 @@ struct Job {
     std::size_t chunk = 0;
     std::shared_ptr<const Chunk> parent;
     std::vector<MortonCode> parents;
-    std::optional<Error> failure;
-    Bytes bytes;
+    Result<Bytes> rows = Bytes();
 };
 
 // Traverses the tree of chunks depth first, which is the Morton order of the points, and runs jobs in batches.
@@ -46,7 +44,7 @@ class ChunkWalk {
         const ChunkEntry &entry = directories_[index]->chunks[chunk];
         const auto own = parents.subspan(static_cast<std::size_t>(entry.first_node - first), entry.shape.nodes);
         if (level == options_.level) {
-            jobs_.push_back({chunk, parent, {own.begin(), own.end()}, {}, {}});
+            jobs_.push_back({chunk, parent, {own.begin(), own.end()}});
             return jobs_.size() < batch_ ? Status() : flush();
         }
         const auto decoded = std::make_shared<Chunk>();
@@ -63,26 +61,22 @@ class ChunkWalk {
         return {};
     }
 
-    void do_job(Job &job) const {
+    Result<Bytes> rows_of(const Job &job) const {
         Chunk chunk;
-        if (const Status status = reader_.load_chunk(options_.level, job.chunk, *job.parent, chunk); !status) {
-            job.failure = status.error();
-            return;
-        }
+        if (const Status status = reader_.load_chunk(options_.level, job.chunk, *job.parent, chunk); !status)
+            return status.error();
         const Result<std::vector<MortonCode>> codes = expand_level(job.parents, chunk.masks, chunk.points.size());
-        if (!codes) {
-            job.failure = codes.error();
-            return;
-        }
-        job.bytes = sink_.encode({*codes, chunk.points});
+        if (!codes)
+            return codes.error();
+        return sink_.encode({*codes, chunk.points});
     }
 
     Status flush() {
-        parallel_for(jobs_.size(), options_.threads, [&](std::size_t i) { do_job(jobs_[i]); });
-        for (Job &job : jobs_) {
-            if (job.failure)
-                return *job.failure;
-            if (Status status = sink_.write(job.bytes); !status)
+        parallel_for(jobs_.size(), options_.threads, [&](std::size_t i) { jobs_[i].rows = rows_of(jobs_[i]); });
+        for (const Job &job : jobs_) {
+            if (!job.rows)
+                return job.rows.error();
+            if (Status status = sink_.write(*job.rows); !status)
                 return status;
         }
         if (sink_.progress && !jobs_.empty())

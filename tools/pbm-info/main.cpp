@@ -10,14 +10,18 @@
 #include <optional>
 #include <sstream>
 
-namespace {
+namespace pbm {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Material, ka, kd, ks, power, colour, environment)
+}
 
-using nlohmann::json;
+// Not in an anonymous namespace, where clang would call the readers that the macro adds unused.
+namespace pbm::info_program {
 
 // Size of a stream, summed over chunks.
 struct StreamSize {
     std::string type;
     std::uint64_t stored_bytes = 0, raw_bytes = 0;
+    NLOHMANN_DEFINE_TYPE_INTRUSIVE(StreamSize, type, stored_bytes, raw_bytes)
 };
 
 struct LevelSize {
@@ -26,6 +30,7 @@ struct LevelSize {
     std::uint64_t bricks = 0;
     std::size_t chunks = 0;
     std::vector<StreamSize> streams;
+    NLOHMANN_DEFINE_TYPE_INTRUSIVE(LevelSize, level, points, directory_bytes, bytes, bricks, chunks, streams)
 };
 
 struct RasterSize {
@@ -34,6 +39,8 @@ struct RasterSize {
     int mip_levels = 0;
     std::size_t tiles = 0;
     std::uint64_t stored_bytes = 0, raw_bytes = 0; // directory and all mip levels
+    NLOHMANN_DEFINE_TYPE_INTRUSIVE(RasterSize, type, width, height, channels, mip_levels, tiles, stored_bytes,
+                                   raw_bytes)
 };
 
 struct FileSizes {
@@ -43,18 +50,25 @@ struct FileSizes {
     std::uint64_t counted_bytes = 0; // of the file without its panorama; base of bits per point
 };
 
-pbm::Status measure_rasters(const pbm::Reader &reader, pbm::ByteView file, FileSizes &sizes) {
+} // namespace pbm::info_program
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::info_program;
+using nlohmann::json;
+
+Status measure_rasters(const Reader &reader, ByteView file, FileSizes &sizes) {
     sizes.counted_bytes = reader.header().file_size;
-    for (const pbm::SectionEntry *entry : rasters(reader)) {
-        const pbm::Result<pbm::ImageDirectory> directory =
-            pbm::read_image_directory(file, *entry, reader.header().storage());
+    for (const SectionEntry *entry : rasters(reader)) {
+        const Result<ImageDirectory> directory = read_image_directory(file, *entry, reader.header().storage());
         if (!directory)
             return directory.error();
-        const pbm::TileGrid &grid = directory->grid;
-        std::string type(pbm::to_string(entry->type));
-        if (entry->type == pbm::SectionType::ground_lit)
+        const TileGrid &grid = directory->grid;
+        std::string type(to_string(entry->type));
+        if (entry->type == SectionType::ground_lit)
             (type += " ") += std::to_string(entry->instance);
-        if (entry->type == pbm::SectionType::panorama)
+        if (entry->type == SectionType::panorama)
             sizes.counted_bytes -= entry->stored_bytes;
         sizes.rasters.push_back({.type = std::move(type),
                                  .width = grid.width(0),
@@ -63,42 +77,43 @@ pbm::Status measure_rasters(const pbm::Reader &reader, pbm::ByteView file, FileS
                                  .mip_levels = grid.levels(),
                                  .tiles = grid.tiles(),
                                  .stored_bytes = entry->stored_bytes,
-                                 .raw_bytes = pbm::image_directory_bytes(grid) + grid.texel_bytes()});
+                                 .raw_bytes = image_directory_bytes(grid) + grid.texel_bytes()});
     }
     return {};
 }
 
-pbm::Result<FileSizes> measure(pbm::Reader &reader, pbm::ByteView file) {
-    const pbm::AttributeSet &set = reader.parameters().attributes;
-    const pbm::StreamList infos = pbm::streams_of(set);
+Result<FileSizes> measure(Reader &reader, ByteView file) {
+    const AttributeSet &set = reader.parameters().attributes;
+    const StreamList infos = streams_of(set);
     FileSizes sizes;
-    if (pbm::Status status = measure_rasters(reader, file, sizes); !status)
+    if (Status status = measure_rasters(reader, file, sizes); !status)
         return std::move(status).error();
-    for (const pbm::StreamInfo &info : infos)
-        sizes.streams.push_back({.type = pbm::name_of(info)});
+    for (const StreamInfo &info : infos)
+        sizes.streams.push_back({.type = name_of(info)});
     for (int level = 1; level <= reader.depth(); ++level) {
-        const pbm::Result<const pbm::LevelDirectory *> directory = reader.directory(level);
+        const Result<const LevelDirectory *> directory = reader.directory(level);
         if (!directory)
             return directory.error();
-        const auto instance = static_cast<std::uint32_t>(level);
+        const auto stored_bytes = [&](SectionType type) -> std::uint64_t {
+            const SectionEntry *const section = reader.section(type, static_cast<std::uint32_t>(level));
+            return section == nullptr ? 0 : section->stored_bytes;
+        };
+        const std::uint64_t directory_bytes = stored_bytes(SectionType::level_directory);
         LevelSize size{.level = level,
                        .points = (*directory)->points,
-                       .directory_bytes = reader.section(pbm::SectionType::level_directory, instance)->stored_bytes,
-                       .bytes = reader.section(pbm::SectionType::level_directory, instance)->stored_bytes +
-                                reader.section(pbm::SectionType::level_chunks, instance)->stored_bytes,
+                       .directory_bytes = directory_bytes,
+                       .bytes = directory_bytes + stored_bytes(SectionType::level_chunks) +
+                                stored_bytes(SectionType::level_bricks),
                        .chunks = (*directory)->chunks.size(),
                        .streams = {}};
-        if (const pbm::SectionEntry *bricks = reader.section(pbm::SectionType::level_bricks, instance))
-            size.bytes += bricks->stored_bytes;
         for (const StreamSize &stream : sizes.streams)
             size.streams.push_back({.type = stream.type});
-        for (const pbm::ChunkEntry &chunk : (*directory)->chunks) {
+        for (const ChunkEntry &chunk : (*directory)->chunks) {
             size.bricks += chunk.shape.bricks;
             for (std::size_t s = 0; s < infos.size(); ++s)
                 for (StreamSize *const sum : {&size.streams[s], &sizes.streams[s]}) {
                     sum->stored_bytes += chunk.streams[s].stored_bytes;
-                    sum->raw_bytes +=
-                        pbm::raw_stream_bytes(infos[s], set, level, chunk.shape.nodes, chunk.shape.points);
+                    sum->raw_bytes += raw_stream_bytes(infos[s], set, level, chunk.shape.nodes, chunk.shape.points);
                 }
         }
         sizes.levels.push_back(std::move(size));
@@ -106,49 +121,36 @@ pbm::Result<FileSizes> measure(pbm::Reader &reader, pbm::ByteView file) {
     return sizes;
 }
 
-std::string_view colour_name(pbm::ColourFormat format) {
-    constexpr std::array<std::string_view, 3> kNames{"none", "565", "888"};
-    return kNames[static_cast<std::size_t>(format)];
+std::string_view colour_name(ColourFormat format) {
+    return std::array{"none", "565", "888"}[static_cast<std::size_t>(format)];
 }
-
-std::string hex(const pbm::ContentId &id) {
-    std::ostringstream out;
-    out << std::hex << std::setfill('0') << std::setw(16) << id[1] << std::setw(16) << id[0];
-    return out.str();
+std::string_view kind_name(LightKind kind) {
+    return std::array{"directional", "point", "spot"}[static_cast<std::size_t>(kind)];
 }
+std::string_view kind_name(TextureKind kind) { return kind == TextureKind::marble ? "marble" : "wood"; }
 
-json to_json(const std::vector<StreamSize> &streams) {
-    json list = json::array();
-    for (const StreamSize &stream : streams)
-        list.push_back({{"type", stream.type}, {"stored_bytes", stream.stored_bytes}, {"raw_bytes", stream.raw_bytes}});
-    return list;
+std::string hex(const ContentId &id) {
+    return to_string(hash_value(id[1])).substr(2) + to_string(hash_value(id[0])).substr(2); // without "0x"
 }
-
-std::string_view kind_name(pbm::LightKind kind) {
-    constexpr std::array<std::string_view, 3> kNames{"directional", "point", "spot"};
-    return kNames[static_cast<std::size_t>(kind)];
-}
-
-std::string_view kind_name(pbm::TextureKind kind) { return kind == pbm::TextureKind::marble ? "marble" : "wood"; }
 
 // Bits of lit fraction of a light at levels 0..depth.
-std::vector<int> shadow_bits(const pbm::Reader &reader, std::size_t light) {
+std::vector<int> shadow_bits(const Reader &reader, std::size_t light) {
     const auto &bits = reader.parameters().attributes.shadow_bits[light];
     return {bits.begin(), bits.begin() + reader.depth() + 1};
 }
 
-json to_json(const pbm::SolidTexture &texture) {
+json to_json(const SolidTexture &texture) {
     return {{"kind", kind_name(texture.kind)},
             {"seed", texture.seed},
             {"scale", texture.scale},
             {"turbulence", texture.turbulence}};
 }
 
-json lights_to_json(const pbm::Reader &reader) {
-    const pbm::ModelParameters &parameters = reader.parameters();
+json lights_to_json(const Reader &reader) {
+    const ModelParameters &parameters = reader.parameters();
     json list = json::array();
     for (std::size_t i = 0; i < parameters.lights.size(); ++i) {
-        const pbm::Light &light = parameters.lights[i];
+        const Light &light = parameters.lights[i];
         const bool shadow = static_cast<int>(i) < parameters.attributes.lights;
         list.push_back({{"kind", kind_name(light.kind)},
                         {"intensity", light.intensity},
@@ -160,7 +162,7 @@ json lights_to_json(const pbm::Reader &reader) {
     return list;
 }
 
-json ground_to_json(const std::optional<pbm::GroundPlane> &ground) {
+json ground_to_json(const std::optional<GroundPlane> &ground) {
     if (!ground)
         return {};
     return {{"centre", ground->centre},
@@ -169,40 +171,9 @@ json ground_to_json(const std::optional<pbm::GroundPlane> &ground) {
             {"texture", ground->texture ? to_json(*ground->texture) : json()}};
 }
 
-json to_json(const std::vector<RasterSize> &rasters) {
-    json list = json::array();
-    for (const RasterSize &raster : rasters)
-        list.push_back({{"type", raster.type},
-                        {"width", raster.width},
-                        {"height", raster.height},
-                        {"channels", raster.channels},
-                        {"mip_levels", raster.mip_levels},
-                        {"tiles", raster.tiles},
-                        {"stored_bytes", raster.stored_bytes},
-                        {"raw_bytes", raster.raw_bytes}});
-    return list;
-}
-
-json to_json(const std::string &path, const pbm::Reader &reader, const FileSizes &sizes) {
-    const pbm::FileHeader &header = reader.header();
-    const pbm::ModelParameters &parameters = reader.parameters();
-    json levels = json::array();
-    for (const LevelSize &level : sizes.levels)
-        levels.push_back({{"level", level.level},
-                          {"points", level.points},
-                          {"bytes", level.bytes},
-                          {"directory_bytes", level.directory_bytes},
-                          {"chunks", level.chunks},
-                          {"bricks", level.bricks},
-                          {"streams", to_json(level.streams)}});
-    json materials = json::array();
-    for (const pbm::Material &material : parameters.materials)
-        materials.push_back({{"ka", material.ka},
-                             {"kd", material.kd},
-                             {"ks", material.ks},
-                             {"power", material.power},
-                             {"colour", material.colour},
-                             {"environment", material.environment}});
+json to_json(const std::string &path, const Reader &reader, const FileSizes &sizes) {
+    const FileHeader &header = reader.header();
+    const ModelParameters &parameters = reader.parameters();
     return {
         {"file", path},
         {"version", std::to_string(header.major) + "." + std::to_string(header.minor)},
@@ -212,22 +183,22 @@ json to_json(const std::string &path, const pbm::Reader &reader, const FileSizes
         {"depth", header.depth},
         {"voxel_size", parameters.grid.voxel_size},
         {"origin", parameters.grid.origin},
-        {"unit", pbm::to_string(parameters.grid.unit)},
-        {"up", pbm::to_string(parameters.grid.up)},
-        {"store", pbm::to_string(header.storage())},
+        {"unit", to_string(parameters.grid.unit)},
+        {"up", to_string(parameters.grid.up)},
+        {"store", to_string(header.storage())},
         {"colour", colour_name(parameters.attributes.colour)},
         {"content_id", hex(header.content_id)},
-        {"materials", std::move(materials)},
+        {"materials", parameters.materials},
         {"lights", lights_to_json(reader)},
         {"texture", parameters.texture.empty() ? json() : to_json(parameters.texture.front())},
         {"ground", ground_to_json(parameters.ground)},
-        {"rasters", to_json(sizes.rasters)},
+        {"rasters", sizes.rasters},
         {"metadata", json::parse(reader.metadata(), nullptr, false)},
-        {"streams", to_json(sizes.streams)},
-        {"levels", std::move(levels)}};
+        {"streams", sizes.streams},
+        {"levels", sizes.levels}};
 }
 
-std::string texture_text(const pbm::SolidTexture &texture) {
+std::string texture_text(const SolidTexture &texture) {
     std::ostringstream out;
     out << kind_name(texture.kind) << ", seed " << texture.seed << ", scale " << texture.scale << ", turbulence "
         << texture.turbulence;
@@ -235,10 +206,10 @@ std::string texture_text(const pbm::SolidTexture &texture) {
 }
 
 // Prints materials, lights, textures and ground, one line each.
-void print_shading(const pbm::ModelParameters &parameters) {
+void print_shading(const ModelParameters &parameters) {
     std::cout << std::defaultfloat << std::setprecision(4);
     for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
-        const pbm::Material &m = parameters.materials[i];
+        const Material &m = parameters.materials[i];
         std::cout << "material " << i << "  ka " << m.ka << ", kd " << m.kd << ", ks " << m.ks << ", power " << m.power
                   << ", colour " << +m.colour[0] << ' ' << +m.colour[1] << ' ' << +m.colour[2] << ", environment "
                   << m.environment << '\n';
@@ -247,14 +218,14 @@ void print_shading(const pbm::ModelParameters &parameters) {
         std::cout << name << v[0] << ' ' << v[1] << ' ' << v[2];
     };
     for (std::size_t i = 0; i < parameters.lights.size(); ++i) {
-        const pbm::Light &light = parameters.lights[i];
+        const Light &light = parameters.lights[i];
         std::cout << "light " << i << "     " << kind_name(light.kind);
         print_vector(", intensity ", light.intensity);
-        if (light.kind != pbm::LightKind::directional)
+        if (light.kind != LightKind::directional)
             print_vector(", at ", light.position);
-        if (light.kind != pbm::LightKind::point)
+        if (light.kind != LightKind::point)
             print_vector(", along ", light.direction);
-        if (light.kind == pbm::LightKind::spot)
+        if (light.kind == LightKind::spot)
             std::cout << ", exponent " << light.exponent;
         std::cout << (static_cast<int>(i) < parameters.attributes.lights ? ", with shadow\n" : "\n");
     }
@@ -268,7 +239,7 @@ void print_shading(const pbm::ModelParameters &parameters) {
 }
 
 // Prints bits of lit fraction and stored bytes per level.
-void print_shadows(const pbm::Reader &reader, const FileSizes &sizes) {
+void print_shadows(const Reader &reader, const FileSizes &sizes) {
     const auto lights = static_cast<std::size_t>(reader.parameters().attributes.lights);
     if (lights == 0)
         return;
@@ -299,25 +270,24 @@ void print_rasters(const std::vector<RasterSize> &rasters) {
     }
 }
 
-void print_text(const std::string &path, const pbm::Reader &reader, const FileSizes &sizes) {
-    const pbm::FileHeader &header = reader.header();
-    const pbm::ModelParameters &parameters = reader.parameters();
+void print_text(const std::string &path, const Reader &reader, const FileSizes &sizes) {
+    const FileHeader &header = reader.header();
+    const ModelParameters &parameters = reader.parameters();
     const auto points = static_cast<double>(header.point_count);
     const auto bits = [&](std::uint64_t bytes) { return 8.0 * static_cast<double>(bytes) / points; };
-    const pbm::Grid &grid = parameters.grid;
-    std::cout << pbm::command_line::printable(path) << ": binary voxel grid " << header.major << '.' << header.minor
-              << '\n'
+    const Grid &grid = parameters.grid;
+    std::cout << command_line::printable(path) << ": binary voxel grid " << header.major << '.' << header.minor << '\n'
               << "points      " << header.point_count << " at depth " << +header.depth << '\n'
               << "file        " << header.file_size << " bytes, " << std::fixed << std::setprecision(2)
               << bits(sizes.counted_bytes)
               << (sizes.counted_bytes == header.file_size ? " bits per point, "
                                                           : " bits per point without the panorama, ")
-              << pbm::to_string(header.storage()) << '\n'
+              << to_string(header.storage()) << '\n'
               << std::defaultfloat << std::setprecision(9) << "voxel size  " << grid.voxel_size
-              << (grid.unit == pbm::Unit::unknown ? "" : " ")
-              << (grid.unit == pbm::Unit::unknown ? std::string_view() : pbm::to_string(grid.unit)) << '\n'
+              << (grid.unit == Unit::unknown ? "" : " ")
+              << (grid.unit == Unit::unknown ? std::string_view() : to_string(grid.unit)) << '\n'
               << "grid        from " << grid.origin[0] << ' ' << grid.origin[1] << ' ' << grid.origin[2] << ", edge "
-              << grid.edge() << ", up " << pbm::to_string(grid.up) << '\n'
+              << grid.edge() << ", up " << to_string(grid.up) << '\n'
               << "colour      " << colour_name(parameters.attributes.colour) << '\n'
               << "materials   " << parameters.materials.size() << ", lights " << parameters.lights.size() << '\n';
     print_shading(parameters);
@@ -337,39 +307,39 @@ void print_text(const std::string &path, const pbm::Reader &reader, const FileSi
     print_rasters(sizes.rasters);
 }
 
-int fail(const std::string &path, const pbm::Error &error) { return pbm::command_line::fail("pbm-info", path, error); }
+int fail(const std::string &path, const Error &error) { return command_line::fail("pbm-info", path, error); }
 
 int run(int argc, char **argv) {
-    pbm::command_line::CommandLine line{"pbm-info",
-                                        "Says what is in a binary voxel grid (.pbvg): points, levels, streams, sizes."};
+    command_line::CommandLine line{"pbm-info",
+                                   "Says what is in a binary voxel grid (.pbvg): points, levels, streams, sizes."};
     std::string path, json_path;
     line.add("FILE", "Model to look into", &path, {.required = true});
-    pbm::command_line::add_json(line, json_path, "All of it");
-    auto verbosity = pbm::command_line::Verbosity::normal;
-    pbm::command_line::add_quiet(line, verbosity);
+    command_line::add_json(line, json_path, "All of it");
+    auto verbosity = command_line::Verbosity::normal;
+    command_line::add_quiet(line, verbosity);
     line.add_version(PBM_VERSION);
-    if (const auto done = pbm::command_line::parse(
+    if (const auto done = command_line::parse(
             line, argc, argv, {},
             {.examples = {{"pbm-info --json scan.pbvg", "Everything about a model, for other programs."}}}))
         return *done;
-    if (const auto refused = pbm::command_line::refuse_outputs("pbm-info", {{path}}, {{json_path}}))
+    if (const auto refused = command_line::refuse_outputs("pbm-info", {{path}}, {{json_path}}))
         return *refused;
-    const pbm::Result<pbm::MappedFile> file = pbm::MappedFile::open(path);
+    const Result<MappedFile> file = MappedFile::open(path);
     if (!file)
         return fail(path, file.error());
-    pbm::Result<pbm::Reader> reader = pbm::Reader::open(file->bytes());
+    Result<Reader> reader = Reader::open(file->bytes());
     if (!reader)
         return fail(path, reader.error());
-    const pbm::Result<FileSizes> sizes = measure(*reader, file->bytes());
+    const Result<FileSizes> sizes = measure(*reader, file->bytes());
     if (!sizes)
         return fail(path, sizes.error());
     if (json_path.empty()) {
-        if (verbosity != pbm::command_line::Verbosity::quiet)
+        if (verbosity != command_line::Verbosity::quiet)
             print_text(path, *reader, *sizes);
         return 0;
     }
     const std::string text = to_json(path, *reader, *sizes).dump(2, ' ', false, json::error_handler_t::replace) + "\n";
-    if (const pbm::Status status = pbm::command_line::write_text(json_path, text); !status)
+    if (const Status status = command_line::write_text(json_path, text); !status)
         return fail(json_path, status.error());
     return 0;
 }
@@ -377,5 +347,5 @@ int run(int argc, char **argv) {
 } // namespace
 
 int main(int argc, char **argv) {
-    return pbm::command_line::run_program("pbm-info", [&] { return run(argc, argv); });
+    return command_line::run_program("pbm-info", [&] { return run(argc, argv); });
 }

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <iterator>
+#include <sstream>
 
 namespace pbm::validate_program {
 
@@ -50,18 +52,13 @@ std::string codes_as_markdown() {
 std::string codes_as_json() {
     nlohmann::json codes = nlohmann::json::array();
     for (const CatalogueEntry &entry : kCatalogue) {
-        nlohmann::json rules = nlohmann::json::array();
-        for (std::string_view left = entry.rules; !left.empty();) {
-            const std::size_t end = std::min(left.find(' '), left.size());
-            rules.push_back(left.substr(0, end));
-            left.remove_prefix(std::min(end + 1, left.size()));
-        }
+        std::istringstream rules{std::string(entry.rules)};
         codes.push_back({{"code", entry.name},
                          {"group", entry.group()},
                          {"severity", to_string(entry.severity)},
                          {"kind", to_string(entry.kind)},
                          {"exit_code", exit_code_of(entry)},
-                         {"rules", std::move(rules)},
+                         {"rules", std::vector<std::string>(std::istream_iterator<std::string>(rules), {})},
                          {"meaning", entry.meaning},
                          {"remedy", entry.remedy}});
     }
@@ -71,7 +68,7 @@ std::string codes_as_json() {
 std::vector<const CatalogueEntry *> codes_named(const std::string &word) {
     std::vector<const CatalogueEntry *> named;
     for (const CatalogueEntry &entry : kCatalogue)
-        if (entry.name == word || entry.group() == word || entry.stands_for(word))
+        if (word.empty() || entry.name == word || entry.group() == word || entry.stands_for(word))
             named.push_back(&entry);
     return named;
 }

@@ -11,19 +11,17 @@
 
 namespace {
 
-using pbm::CatalogueEntry;
-using pbm::Severity;
-using pbm::ValidationLevel;
-using pbm::command_line::CommandLine;
-using pbm::command_line::Integers;
-using pbm::validate_program::Verdict;
+using namespace pbm;
+using namespace pbm::validate_program;
+using command_line::CommandLine;
+using command_line::Integers;
 
 struct Options {
     std::vector<std::string> paths;
     std::vector<std::string> ignore, only; // codes and groups
     std::string json_path, explain, list_codes;
     bool quick = false, deep = false, errors_only = false, strict = false, recursive = false, quiet = false;
-    pbm::ValidateOptions validation;
+    ValidateOptions validation;
 };
 
 bool names(const std::vector<std::string> &words, const CatalogueEntry &entry) {
@@ -32,43 +30,45 @@ bool names(const std::vector<std::string> &words, const CatalogueEntry &entry) {
 }
 
 // Reads the expected size from the first bytes of a stream, to read no more than that.
-std::uint64_t wanted_bytes(pbm::ByteView start) {
-    const pbm::Result<pbm::FileHeader> header = pbm::decode_header(start);
+std::uint64_t wanted_bytes(ByteView start) {
+    const Result<FileHeader> header = decode_header(start);
     if (header)
         return header->file_size + 1; // one more byte shows whether there are too many
     const auto *file_size = std::get_if<std::uint64_t>(&header.error().expected.held());
     return header.error().rule == "2.7" && file_size != nullptr ? *file_size + 1 : start.size();
 }
 
-void add_error(const pbm::Error &error, const Options &options, Verdict &verdict) {
-    verdict.report.add({.code = error.code,
-                        .offset = error.offset,
-                        .section = "file",
-                        .message = error.message,
-                        .entry = pbm::entry_of(error)},
-                       options.validation);
+ValidationReport report_of(const Error &error, const Options &options) {
+    ValidationReport report;
+    report.add({.code = error.code,
+                .offset = error.offset,
+                .section = "file",
+                .message = error.message,
+                .entry = entry_of(error)},
+               options.validation);
+    return report;
 }
 
-Verdict examine(const std::string &path, const Options &options) {
-    Verdict verdict{.path = path, .report = {}};
-    const pbm::Result<pbm::MappedFile> file =
-        path == "-" ? pbm::MappedFile::read_stream(path, options.validation.max_memory, wanted_bytes)
-                    : pbm::MappedFile::open(path);
-    if (file) {
-        try {
-            verdict.report = pbm::validate(file->bytes(), options.validation);
-        } catch (const std::bad_alloc &) {
-            add_error(pbm::broken("system.memory", 0, "out of memory"), options, verdict);
-        }
-    } else {
-        add_error(file.error(), options, verdict);
-        verdict.was_read = false;
-    }
+Verdict conclude(const std::string &path, ValidationReport report, bool was_read, const Options &options) {
+    Verdict verdict{.path = path, .report = std::move(report), .was_read = was_read};
     verdict.valid = verdict.report.valid() && (!options.strict || verdict.report.warnings == 0);
     verdict.exit_code = verdict.report.exit_code;
     if (!verdict.valid && verdict.exit_code == 0)
-        verdict.exit_code = pbm::exit_code(pbm::ErrorCode::bad_section);
+        verdict.exit_code = exit_code(ErrorCode::bad_section);
     return verdict;
+}
+
+Verdict examine(const std::string &path, const Options &options) {
+    const Result<MappedFile> file = path == "-"
+                                        ? MappedFile::read_stream(path, options.validation.max_memory, wanted_bytes)
+                                        : MappedFile::open(path);
+    if (!file)
+        return conclude(path, report_of(file.error(), options), false, options);
+    try {
+        return conclude(path, validate(file->bytes(), options.validation), true, options);
+    } catch (const std::bad_alloc &) {
+        return conclude(path, report_of(broken("system.memory", 0, "out of memory"), options), true, options);
+    }
 }
 
 // .bvg is the former extension.
@@ -77,7 +77,7 @@ bool is_model_name(const std::filesystem::path &name) {
 }
 
 // Files with the extension of models below a folder, sorted by name.
-pbm::Result<std::vector<std::string>> files_below(const std::string &folder) {
+Result<std::vector<std::string>> files_below(const std::string &folder) {
     namespace fs = std::filesystem;
     std::vector<std::string> files;
     std::error_code error;
@@ -85,36 +85,30 @@ pbm::Result<std::vector<std::string>> files_below(const std::string &folder) {
         if (is_model_name(entry->path()) && !entry->is_directory())
             files.push_back(entry->path().string());
     if (error)
-        return pbm::broken("io.open", 0, "cannot open: " + error.message());
+        return broken("io.open", 0, "cannot open: " + error.message());
     if (files.empty())
-        return pbm::broken("io.not_a_file", 0, "no .pbvg file is in this folder");
+        return broken("io.not_a_file", 0, "no .pbvg file is in this folder");
     std::sort(files.begin(), files.end());
     return files;
 }
 
 void examine_folder(const std::string &folder, const Options &options, const std::function<void(Verdict)> &tell) {
     const auto files = files_below(folder);
-    if (!files) {
-        Verdict verdict{.path = folder, .report = {}, .was_read = false};
-        add_error(files.error(), options, verdict);
-        verdict.valid = verdict.report.valid();
-        verdict.exit_code = verdict.report.exit_code;
-        tell(std::move(verdict));
-    } else {
-        for (const std::string &path : *files) {
-            pbm::command_line::work_on(path);
-            tell(examine(path, options));
-        }
+    if (!files)
+        return tell(conclude(folder, report_of(files.error(), options), false, options));
+    for (const std::string &path : *files) {
+        command_line::work_on(path);
+        tell(examine(path, options));
     }
 }
 
 // Prints a verdict. A file that could not be read has none: that is an error of the program.
 void print(const Verdict &verdict, const Options &options) {
     if (!verdict.was_read && !verdict.report.findings.empty()) {
-        const pbm::Finding &finding = verdict.report.findings.front();
-        pbm::command_line::fail("pbm-validate", verdict.path, {finding.code, finding.offset, finding.message});
+        const Finding &finding = verdict.report.findings.front();
+        command_line::fail("pbm-validate", verdict.path, {finding.code, finding.offset, finding.message});
     } else if (!options.quiet || !verdict.valid) {
-        pbm::validate_program::print_text(std::cout, verdict, options.validation.level);
+        print_text(std::cout, verdict, options.validation.level);
     }
 }
 
@@ -122,7 +116,7 @@ void add_codes(CommandLine &line, const char *name, std::vector<std::string> &co
                std::vector<std::string> excludes) {
     line.add(name, help, &codes,
              {.type = "CODE,..",
-              .check = [](const std::string &word) { return pbm::validate_program::unknown_code(word); },
+              .check = [](const std::string &word) { return unknown_code(word); },
               .separator = ',',
               .excludes = std::move(excludes)});
 }
@@ -149,44 +143,39 @@ void add_options(CommandLine &line, Options &options) {
     line.topic = "Options";
     line.add("-r,--recursive", "All .pbvg files in folders too", &options.recursive);
     line.add("-q,--quiet", "Say nothing about valid files", &options.quiet);
-    pbm::command_line::add_json(line, options.json_path, "Verdicts");
-    pbm::command_line::add_threads(line, options.validation.threads);
-    pbm::command_line::add_max_memory(line, options.validation.max_memory);
+    command_line::add_json(line, options.json_path, "Verdicts");
+    command_line::add_threads(line, options.validation.threads);
+    command_line::add_max_memory(line, options.validation.max_memory);
     line.add_version(PBM_VERSION);
 }
 
 int write_json(const std::string &path, const std::string &text) {
-    if (const pbm::Status status = pbm::command_line::write_text(path, text); !status)
-        return pbm::command_line::fail("pbm-validate", path, status.error());
+    if (const Status status = command_line::write_text(path, text); !status)
+        return command_line::fail("pbm-validate", path, status.error());
     return 0;
 }
 
 // Handles --list-codes and --explain, which need no file.
 std::optional<int> tell_codes(const Options &options) {
-    namespace program = pbm::validate_program;
     if (!options.explain.empty()) {
-        const auto entries = program::codes_named(options.explain);
+        const auto entries = codes_named(options.explain);
         if (entries.empty())
-            return pbm::command_line::fail_usage("pbm-validate", program::unknown_code(options.explain));
-        std::cout << program::codes_as_text(entries);
+            return command_line::fail_usage("pbm-validate", unknown_code(options.explain));
+        std::cout << codes_as_text(entries);
         return 0;
     }
     if (options.list_codes.empty())
         return std::nullopt;
     if (!options.json_path.empty())
-        return write_json(options.json_path, program::codes_as_json());
+        return write_json(options.json_path, codes_as_json());
     if (options.list_codes != "text" && options.list_codes != "markdown")
-        return pbm::command_line::fail_usage("pbm-validate", "--list-codes: write text or markdown");
-    std::vector<const CatalogueEntry *> all;
-    all.reserve(pbm::kCatalogue.size());
-    for (const CatalogueEntry &entry : pbm::kCatalogue)
-        all.push_back(&entry);
-    std::cout << (options.list_codes == "text" ? program::codes_as_text(all) : program::codes_as_markdown());
+        return command_line::fail_usage("pbm-validate", "--list-codes: write text or markdown");
+    std::cout << (options.list_codes == "text" ? codes_as_text(codes_named("")) : codes_as_markdown());
     return 0;
 }
 
 void choose(Options &options) {
-    pbm::ValidateOptions &validation = options.validation;
+    ValidateOptions &validation = options.validation;
     validation.level = options.quick                    ? ValidationLevel::quick
                        : options.deep || options.strict ? ValidationLevel::deep
                                                         : ValidationLevel::standard;
@@ -204,7 +193,7 @@ int run(int argc, char **argv) {
     Options options;
     options.validation.max_per_code = 10;
     add_options(line, options);
-    if (const auto done = pbm::command_line::parse(
+    if (const auto done = command_line::parse(
             line, argc, argv, {},
             {.most_used = {"--quick", "--deep", "--ignore", "--recursive", "--json", "--quiet", "--help"},
              .examples = {{"pbm-validate -q *.pbvg", "Names the files that are not valid, and nothing else."},
@@ -214,8 +203,8 @@ int run(int argc, char **argv) {
     if (const auto done = tell_codes(options))
         return *done;
     if (options.paths.empty())
-        return pbm::command_line::fail_usage("pbm-validate", "FILE is required");
-    if (const auto refused = pbm::command_line::refuse_outputs("pbm-validate", options.paths, {{options.json_path}}))
+        return command_line::fail_usage("pbm-validate", "FILE is required");
+    if (const auto refused = command_line::refuse_outputs("pbm-validate", options.paths, {{options.json_path}}))
         return *refused;
     choose(options);
 
@@ -229,7 +218,7 @@ int run(int argc, char **argv) {
             verdicts.push_back(std::move(verdict));
     };
     for (const std::string &path : options.paths) {
-        pbm::command_line::work_on(path);
+        command_line::work_on(path);
         std::error_code unknown;
         if (options.recursive && std::filesystem::is_directory(path, unknown))
             examine_folder(path, options, tell);
@@ -238,8 +227,7 @@ int run(int argc, char **argv) {
     }
     if (options.json_path.empty())
         return code;
-    const int written =
-        write_json(options.json_path, pbm::validate_program::report_as_json(verdicts, options.validation.level, code));
+    const int written = write_json(options.json_path, report_as_json(verdicts, options.validation.level, code));
     return std::max(code, written);
 }
 

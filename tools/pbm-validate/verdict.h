@@ -28,7 +28,7 @@ std::string codes_as_text(const std::vector<const CatalogueEntry *> &entries);
 std::string codes_as_markdown();
 std::string codes_as_json();
 
-// Codes with the name, group or rule `word`; may be empty.
+// Codes with the name, group or rule `word`, or all codes if it is empty.
 std::vector<const CatalogueEntry *> codes_named(const std::string &word);
 // Whether the finding has an offset in the file.
 inline bool is_placed(const Finding &finding) {

@@ -12,24 +12,18 @@ namespace {
 // `count` finite numbers with one of `separators` between them.
 std::optional<std::vector<double>> parse_numbers(std::string_view text, std::string_view separators,
                                                  std::size_t count) {
-    std::vector<double> numbers;
+    std::vector<double> numbers(count);
     const char *at = text.data();
     const char *const end = at + text.size();
-    while (true) {
-        double number = 0;
+    for (double &number : numbers) {
+        if (&number != &numbers.front() && (at == end || separators.find(*at++) == std::string_view::npos))
+            return std::nullopt;
         const auto [after, error] = std::from_chars(at, end, number);
         if (error != std::errc() || !std::isfinite(number))
             return std::nullopt;
-        numbers.push_back(number);
-        if (after == end)
-            break;
-        if (separators.find(*after) == std::string_view::npos)
-            return std::nullopt;
-        at = after + 1;
+        at = after;
     }
-    if (numbers.size() != count)
-        return std::nullopt;
-    return numbers;
+    return at == end ? std::optional(numbers) : std::nullopt;
 }
 
 Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }

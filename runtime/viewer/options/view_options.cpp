@@ -6,8 +6,6 @@
 #include <glm/trigonometric.hpp>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -21,11 +19,7 @@ using command_line::Numbers;
 using command_line::stored;
 
 // Shortest text that reads back as the same number.
-std::string number_text(double number) {
-    std::array<char, 32> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
-    return {text.data(), end};
-}
+std::string number_text(double number) { return to_string(Value(number)); }
 
 // Four digits are enough to read back the same bytes.
 std::string colour_text(Rgba8 colour) {
@@ -65,15 +59,14 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
 void add_shading_options(CommandLine &line, LookOptions &look) {
     RenderOptions &render = look.render;
     line.topic = "Shading";
-    const auto add_switch = [&](const char *names, bool &target, const char *help) { line.add(names, help, &target); };
-    add_switch("--texture,!--no-texture", render.texture, "Colours of the file's marble or wood; default on");
+    line.add("--texture,!--no-texture", "Colours of the file's marble or wood; default on", &render.texture);
     line.add("--ignore-point-colours,--ignore-point-colors", "Draw points in the colour of their material",
              [&render] { render.point_colours = false; });
-    add_switch("--shadows,!--no-shadows", render.shadows, "Shadows baked into the file; default on");
-    add_switch("--panorama,!--no-panorama", render.panorama, "The file's panorama behind everything; default on");
-    add_switch("--ground,!--no-ground", render.ground, "The file's ground plane; default on");
-    add_switch("--reflections,!--no-reflections", render.reflections,
-               "Of the panorama, where a material asks for it; default on");
+    line.add("--shadows,!--no-shadows", "Shadows baked into the file; default on", &render.shadows);
+    line.add("--panorama,!--no-panorama", "The file's panorama behind everything; default on", &render.panorama);
+    line.add("--ground,!--no-ground", "The file's ground plane; default on", &render.ground);
+    line.add("--reflections,!--no-reflections", "Of the panorama, where a material asks for it; default on",
+             &render.reflections);
     command_line::add_choice(line, "--depth-cue", "depth cue", kDepthCues, look.depth_cue,
                              "Shade by depth alone, for scans without colours; default none");
 }
@@ -91,16 +84,14 @@ std::vector<command_line::OldSwitch> old_switches(std::initializer_list<command_
 }
 
 void add_view_options(CommandLine &line, ViewOptions &options) {
-    const auto add_text = [&](const char *names, const char *type, auto target, const char *help) {
-        line.add(names, help, std::move(target), {.type = type});
-    };
-    add_text("--resolution", "W,H", stored(parse_resolution, options.resolution),
-             "Size of the picture; default 1280,720");
+    line.add("--resolution", "Size of the picture; default 1280,720", stored(parse_resolution, options.resolution),
+             {.type = "W,H"});
     line.topic = "Camera";
-    add_text("--camera-position", "X,Y,Z", stored(parse_vector, options.position),
-             "Default: in front of the model, so that all of it is seen");
-    add_text("--camera-focal-point", "X,Y,Z", stored(parse_vector, options.focal_point), "Default: the model's centre");
-    add_text("--camera-view-up", "X,Y,Z", stored(parse_vector, options.view_up), "Default: the model's up axis");
+    const command_line::OptionRules vector{.type = "X,Y,Z"};
+    line.add("--camera-position", "Default: in front of the model, so that all of it is seen",
+             stored(parse_vector, options.position), vector);
+    line.add("--camera-focal-point", "Default: the model's centre", stored(parse_vector, options.focal_point), vector);
+    line.add("--camera-view-up", "Default: the model's up axis", stored(parse_vector, options.view_up), vector);
     line.add("--camera-view-angle", "Vertical angle of view, degrees", &options.view_angle,
              {.check = Numbers{0.01, 170}, .shows_default = true});
     add_look_options(line, options);

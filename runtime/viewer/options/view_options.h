@@ -18,10 +18,6 @@
 #include <vector>
 
 namespace pbm {
-namespace command_line {
-struct CommandLine;
-}
-
 inline constexpr int kMaxSamples = 64;
 
 enum class Renderer { fast, reference };

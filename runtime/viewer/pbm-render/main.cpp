@@ -3,7 +3,6 @@
 #include "system/processes/this_process.h"
 
 #include "model_drawer.h"
-#include "turntable.h"
 #include "viewer/options/video_options.h"
 #include "viewer/options/view_options.h"
 #include "viewer/pictures/image_writer.h"
@@ -22,6 +21,7 @@
 #include <optional>
 #include <ostream>
 #include <sstream>
+#include <system_error>
 
 namespace {
 
@@ -48,6 +48,11 @@ struct BenchStatistics {
     std::uint64_t drawn_points = 0; // mean
 };
 
+struct VideoStatistics {
+    std::uint64_t bytes = 0; // of the file, or of all frames
+    double ms = 0;
+};
+
 // What a run drew and cost.
 struct RunStatistics {
     RenderStatistics drawn;
@@ -55,7 +60,7 @@ struct RunStatistics {
     StreamingStatistics cost; // until the picture was drawn
     std::uint64_t file_bytes = 0;
     std::optional<BenchStatistics> bench;
-    std::optional<RecordedVideo> video;
+    std::optional<VideoStatistics> video;
 };
 
 constexpr std::string_view kProgram = "pbm-render";
@@ -261,21 +266,37 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, c
     const ViewOptions &view = arguments.view;
     std::ostream *const stream = command_line::report_stream(arguments.outputs(), arguments.json);
     command_line::ProgressDisplay progress(view.verbosity);
-    const auto tell = [&](int frame, const Camera &from) {
+    VideoRecorder recorder(std::move(sink), view.resolution, drawer.needs_depths(), view.load.threads,
+                           view.load.max_memory);
+    const Stopwatch recording;
+    const glm::dvec3 axis = up_direction(drawer.grid().up);
+    Status written;
+    for (int frame = 0; frame < video.frames && written; ++frame) {
+        const Camera from = turntable(camera, axis, glm::two_pi<double>() * frame / video.frames);
         progress.show("video", static_cast<double>(frame) / video.frames);
         if (view.verbosity == command_line::Verbosity::verbose && stream != nullptr)
             *stream << "frame " << frame + 1 << ": " << view_as_options(from, view.view_angle, view.resolution)
                     << look_as_options(view.look) << '\n';
-    };
-    VideoRecorder recorder(std::move(sink), view.resolution, drawer.needs_depths(), view.load.threads,
-                           view.load.max_memory);
-    const auto made = record_turntable(drawer, recorder, video, camera, tell);
+        Status drawn = drawer.load(from, view.resolution);
+        if (drawn) {
+            drawer.draw(from, recorder.canvas());
+            drawn = drawer.damage();
+        }
+        if (!drawn) {
+            progress.clear();
+            return fail(arguments.input, drawn.error());
+        }
+        written = recorder.add();
+    }
+    if (written)
+        written = recorder.finish();
     progress.clear();
-    if (!made.model)
-        return fail(arguments.input, made.model.error());
-    if (!made.file)
-        return command_line::fail(kProgram, video.output == "-" ? "" : video.output, made.file.error());
-    statistics.video = made;
+    if (!written)
+        return command_line::fail(kProgram, video.output == "-" ? "" : video.output, written.error());
+    // ffmpeg's output is a file of another size than the frames.
+    std::error_code no_single_file;
+    const auto size = std::filesystem::file_size(video.output, no_single_file);
+    statistics.video = {.bytes = no_single_file ? recorder.bytes() : size, .ms = recording.milliseconds()};
     statistics.cost = drawer.cost();
     return std::nullopt;
 }

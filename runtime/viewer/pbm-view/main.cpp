@@ -1,6 +1,5 @@
 // pbm-view: a binary voxel grid in a window.
 #include "options.h"
-#include "sample_model.h"
 #include "viewer.h"
 #include "window/window.h"
 
@@ -9,12 +8,26 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <system_error>
 
 namespace {
 
 using namespace pbm;
 
 constexpr std::string_view kProgram = "pbm-view";
+
+// Finds the sample that was built and installed with this program, by its path relative to the program.
+Result<std::string> sample_model() {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+    const fs::path sample = (program.parent_path() / PBM_SAMPLE_FROM_PROGRAM).lexically_normal();
+    if (fs::is_regular_file(sample, ignored))
+        return sample.string();
+    return Error{ErrorCode::io, 0,
+                 "no FILE is named and the sample " + sample.string() +
+                     " is not there; make one: pbm-sample -o sample.ply && pbm-build sample.ply -o sample.pbvg"};
+}
 
 int run(int argc, char **argv, std::unique_ptr<ThreadPool> &background) {
     const auto start = Viewer::Clock::now();

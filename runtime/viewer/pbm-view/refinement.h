@@ -8,6 +8,7 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <utility>
 
 namespace pbm {
 
@@ -20,16 +21,25 @@ class Refinement {
     };
 
     // Starts at once on `background`, which must outlive this object. `detail` was chosen for `view`, nothing missing.
-    Refinement(ThreadPool &background, ShownModelPointer model, Detail detail, const DetailView &view,
-               LookPointer look);
+    Refinement(ThreadPool &background, ShownModelPointer model, Detail detail, const DetailView &view, LookPointer look)
+        : background_(background),
+          work_(std::make_shared<Work>(Work{std::move(model), std::move(detail), view, std::move(look)})) {
+        add_sample(1);
+    }
     // Does not wait for the sample in progress.
     ~Refinement() = default;
     Refinement(const Refinement &) = delete;
     Refinement &operator=(const Refinement &) = delete;
 
     // The next picture if it is ready; starts the one after it if the look asks for more samples.
-    std::optional<Picture> receive();
-    bool done() const { return !next_.valid(); }
+    std::optional<Picture> receive() {
+        if (!is_ready(next_))
+            return std::nullopt;
+        Picture picture = next_.get();
+        if (picture.samples < work_->look->options.samples)
+            add_sample(picture.samples + 1);
+        return picture;
+    }
 
   private:
     // Data of the sample in progress, which may outlive the refinement.
@@ -40,7 +50,15 @@ class Refinement {
         LookPointer look;
         bool begun = false;
     };
-    void add_sample(int samples);
+    void add_sample(int samples) {
+        next_ = background_.post([work = work_, samples] {
+            Picture picture{Framebuffer(work->view.width, work->view.height, false), {}, samples};
+            if (!std::exchange(work->begun, true))
+                work->model->begin_fine(work->detail, work->view, work->look);
+            picture.drawn = work->model->add_sample(work->detail, work->view, picture.pixels);
+            return picture;
+        });
+    }
 
     ThreadPool &background_;
     const std::shared_ptr<Work> work_;

@@ -15,18 +15,11 @@ constexpr double kDoubleClickReach = 0.01; // picture heights
 void Viewer::handle(const KeyEvent &event) {
     if (show_panel_ && overlay_.wants_keys() && event.pressed)
         return; // a number is being typed
-    const auto arrow = [&](Arrow which) {
-        if (event.pressed)
-            arrows_.press(which, Window::now());
-        else
-            arrows_.release(which, Window::now());
-    };
-    switch (event.key) {
-    case Key::left: return arrow(Arrow::left);
-    case Key::right: return arrow(Arrow::right);
-    case Key::up: return arrow(Arrow::up);
-    case Key::down: return arrow(Arrow::down);
-    default: break;
+    static_assert(static_cast<int>(Key::left) == static_cast<int>(Arrow::left) &&
+                  static_cast<int>(Key::down) == static_cast<int>(Arrow::down)); // the first keys are the arrows
+    if (event.key <= Key::down) {
+        const auto arrow = static_cast<Arrow>(event.key);
+        return event.pressed ? arrows_.press(arrow, Window::now()) : arrows_.release(arrow, Window::now());
     }
     if (!event.pressed)
         return;

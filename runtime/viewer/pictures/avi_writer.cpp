@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <numeric>
 #include <string_view>
 #include <utility>
@@ -25,6 +26,12 @@ void write_name(ByteWriter &out, std::string_view name) {
 void write_chunk(ByteWriter &out, std::string_view name, std::uint32_t size) {
     write_name(out, name);
     out.u32(size);
+}
+
+// Numbers of 32 bits, clamped.
+void write_numbers(ByteWriter &out, std::initializer_list<std::uint64_t> numbers) {
+    for (const std::uint64_t number : numbers)
+        out.u32(static_cast<std::uint32_t>(std::min<std::uint64_t>(number, 0xFFFFFFFF)));
 }
 
 // `size` is that of the whole list.
@@ -77,9 +84,7 @@ Status AviWriter::finish() {
     std::uint32_t at = 4; // from the name of 'movi'
     for (const std::uint32_t size : frames_) {
         write_name(index, "00dc");
-        index.u32(kKeyFrame);
-        index.u32(at);
-        index.u32(size);
+        write_numbers(index, {kKeyFrame, at, size});
         at += kChunk + padded(size);
     }
     if (Status written = file_.write(index.bytes()); !written)
@@ -101,37 +106,21 @@ Bytes AviWriter::headers() const {
     write_list(out, "RIFF", content + index_bytes(count), "AVI ");
     write_list(out, "LIST", kHeaderList, "hdrl");
     write_chunk(out, "avih", kMainHeader);
-    out.u32(static_cast<std::uint32_t>(std::uint64_t{1000000} * rate_.seconds / rate_.frames)); // microseconds
-    out.u32(static_cast<std::uint32_t>(std::min<std::uint64_t>(                                 // most bytes per second
-        std::uint64_t{largest} * rate_.frames / rate_.seconds, 0xFFFFFFFF)));
-    out.u32(0); // padding
-    out.u32(kHasIndex);
-    out.u32(count);
-    out.u32(0); // frames before the sound
-    out.u32(1); // streams
-    out.u32(largest);
-    out.u32(width);
-    out.u32(height);
+    // Microseconds per frame, most bytes per second, padding, flags, frames, frames before the sound, streams.
+    write_numbers(out, {std::uint64_t{1000000} * rate_.seconds / rate_.frames,
+                        std::uint64_t{largest} * rate_.frames / rate_.seconds, 0, kHasIndex, count, 0, 1});
+    write_numbers(out, {largest, width, height});
     out.zeros(16);
     write_list(out, "LIST", kStreamList, "strl");
     write_chunk(out, "strh", kStreamHeader);
     write_name(out, "vidsMJPG");
     out.zeros(12); // flags, priority, language, frames before the sound
-    out.u32(rate_.seconds);
-    out.u32(rate_.frames);
-    out.u32(0); // start
-    out.u32(count);
-    out.u32(largest);
-    out.u32(kDefaultQuality);
+    write_numbers(out, {rate_.seconds, rate_.frames, 0, count, largest, kDefaultQuality}); // 0: the start
     out.zeros(12); // sample size 0: it varies; rectangle 0: the whole window
     write_chunk(out, "strf", kFormat);
-    out.u32(kFormat); // a BITMAPINFOHEADER
-    out.u32(width);
-    out.u32(height);
-    out.u16(1);
-    out.u16(24);
+    write_numbers(out, {kFormat, width, height, 1 | 24 << 16}); // a BITMAPINFOHEADER: one plane, 24 bits
     write_name(out, "MJPG");
-    out.u32(static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{width} * height * 3, 0xFFFFFFFF)));
+    write_numbers(out, {std::uint64_t{width} * height * 3});
     out.zeros(16);
     write_list(out, "LIST", content - kHeaders + kList, "movi");
     return out.take();

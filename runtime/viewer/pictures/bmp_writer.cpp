@@ -1,4 +1,4 @@
-#include "viewer/pictures/bmp_writer.h"
+#include "viewer/pictures/image_writer.h"
 
 #include <algorithm>
 #include <initializer_list>
@@ -14,10 +14,7 @@ constexpr std::uint32_t kPixelsPerMetre = 2835; // 72 per inch
 
 struct Layout {
     explicit Layout(const Framebuffer &picture)
-        : opaque(std::all_of(picture.colour.begin(),
-                             picture.colour.begin() + static_cast<std::ptrdiff_t>(picture.pixels()),
-                             [](std::uint32_t pixel) { return pixel >> 24 == 255; })),
-          header(kFileHeader + (opaque ? kInfoHeader : kV4Header)),
+        : opaque(is_opaque(picture)), header(kFileHeader + (opaque ? kInfoHeader : kV4Header)),
           row((static_cast<std::uint64_t>(picture.width) * (opaque ? 3 : 4) + 3) / 4 * 4),
           size(header + row * static_cast<std::uint64_t>(picture.height)) {}
 

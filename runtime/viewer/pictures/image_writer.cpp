@@ -63,18 +63,6 @@ template <class Range> void append_chunk(Bytes &bytes, std::string_view type, co
     close_chunk(bytes, start);
 }
 
-bool is_opaque(const Framebuffer &picture) {
-    const auto columns = static_cast<std::size_t>(picture.width);
-    for (std::size_t at = 0; at < picture.pixels(); at += columns) {
-        std::uint32_t all = 0xFFFFFFFF;
-        for (std::size_t x = 0; x < columns; ++x)
-            all &= picture.colour[at + x];
-        if (all >> 24 != 255)
-            return false;
-    }
-    return true;
-}
-
 // How a picture is divided into bands.
 struct Bands {
     Bands(const Framebuffer &picture, bool opaque)
@@ -176,6 +164,18 @@ class BandEncoder {
 };
 
 } // namespace
+
+bool is_opaque(const Framebuffer &picture) {
+    const auto columns = static_cast<std::size_t>(picture.width);
+    for (std::size_t at = 0; at < picture.pixels(); at += columns) {
+        std::uint32_t all = 0xFFFFFFFF;
+        for (std::size_t x = 0; x < columns; ++x)
+            all &= picture.colour[at + x];
+        if (all >> 24 != 255)
+            return false;
+    }
+    return true;
+}
 
 Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
     const bool opaque = is_opaque(picture);

@@ -15,7 +15,16 @@ namespace pbm {
 // errors  memory  the deflate library fails
 Result<Bytes> encode_png(const Framebuffer &picture, int threads = 1);
 
+// BMP, the format of the dissertation's program. Uncompressed, bottom row first: 24 bits per pixel if all are opaque,
+// else 32 with straight alpha (BITMAPV4HEADER).
+//
+// errors  memory  larger than the format's limit of 4 GiB
+Result<Bytes> encode_bmp(const Framebuffer &picture);
+
 // PFM (portable float map) of the depths: one channel, little-endian, bottom row first, +infinity where empty.
 Bytes encode_depth_pfm(const Framebuffer &picture);
+
+// Whether every pixel is opaque.
+bool is_opaque(const Framebuffer &picture);
 
 } // namespace pbm

@@ -1,7 +1,6 @@
 #include "viewer/pictures/picture_file.h"
 
 #include "system/files/file_replacement.h"
-#include "viewer/pictures/bmp_writer.h"
 #include "viewer/pictures/image_writer.h"
 
 #include <cerrno>

@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <sstream>
 #include <utility>
 
 namespace pbm {
@@ -54,46 +56,17 @@ Result<VideoSink> open_avi(const VideoOptions &options, glm::ivec2 size) {
         .finish = [writer] { return writer->finish(); }};
 }
 
-// One thread and no encoder version in the file: the same bytes on every computer.
+// One thread and no encoder version in the file: the same bytes on every computer. The file exists and is empty, hence
+// -y; yuv420p needs even sizes, hence pad.
 std::vector<std::string> ffmpeg_command(glm::ivec2 size, FrameRate rate, const std::string &file) {
-    std::string frames_per_second = std::to_string(rate.frames);
-    frames_per_second.append("/").append(std::to_string(rate.seconds));
-    return {"ffmpeg",
-            "-hide_banner",
-            "-loglevel",
-            "error",
-            "-y", // the file exists and is empty
-            "-f",
-            "rawvideo",
-            "-pixel_format",
-            "rgb24",
-            "-video_size",
-            std::to_string(size.x) + "x" + std::to_string(size.y),
-            "-framerate",
-            frames_per_second,
-            "-i",
-            "pipe:0",
-            "-an",
-            "-vf",
-            "pad=ceil(iw/2)*2:ceil(ih/2)*2", // yuv420p needs even sizes
-            "-c:v",
-            "libx264",
-            "-crf",
-            "18",
-            "-pix_fmt",
-            "yuv420p",
-            "-threads",
-            "1",
-            "-bitexact",
-            "-fflags",
-            "+bitexact",
-            "-flags:v",
-            "+bitexact",
-            "-movflags",
-            "+faststart",
-            "-f",
-            "mp4",
-            "file:" + file};
+    std::istringstream words("ffmpeg -hide_banner -loglevel error -y -f rawvideo -pixel_format rgb24 -video_size " +
+                             std::to_string(size.x) + "x" + std::to_string(size.y) + " -framerate " +
+                             std::to_string(rate.frames) + "/" + std::to_string(rate.seconds) +
+                             " -i pipe:0 -an -vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -c:v libx264 -crf 18 -pix_fmt yuv420p"
+                             " -threads 1 -bitexact -fflags +bitexact -flags:v +bitexact -movflags +faststart -f mp4");
+    std::vector<std::string> command(std::istream_iterator<std::string>(words), {});
+    command.push_back("file:" + file); // one word, even with spaces
+    return command;
 }
 
 Result<VideoSink> open_mp4(const VideoOptions &options, glm::ivec2 size) {

@@ -1,6 +1,7 @@
 #include "viewer/scene/camera_control.h"
 
 #include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
 #include <glm/trigonometric.hpp>
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 namespace pbm {
 namespace {
 
-constexpr double kPi = 3.141592653589793;
+constexpr double kPi = glm::pi<double>();
 constexpr double kPoleMargin = kPi / 180; // minimum angle between line of sight and up axis
 constexpr double kNearest = 1e-3, kFarthest = 1e3;
 
@@ -25,6 +26,8 @@ constexpr double kFlightPerNotch = 0.1;        // radii of the model
 constexpr double kHoldPause = 0.25; // seconds until a held key moves steadily
 constexpr double kStepsPerSecond = 20;
 constexpr double kStepInterval = 1.0 / 60; // seconds; screens show no more
+
+constexpr std::array<glm::dvec2, 4> kDirections{{{-1, 0}, {1, 0}, {0, 1}, {0, -1}}}; // of Arrow
 
 // Rodrigues' formula; `axis` of length 1.
 glm::dvec3 rotate(const glm::dvec3 &v, const glm::dvec3 &axis, double angle) {
@@ -43,6 +46,12 @@ glm::dvec3 turned(const glm::dvec3 &v, const glm::dvec3 &up_axis, double about, 
     const double highest = std::max(from_up, kPi - kPoleMargin);
     const double target = std::clamp(from_up - raise, lowest, highest);
     return rotate(level, glm::normalize(glm::cross(up, level)), target - from_up);
+}
+
+Camera shifted(Camera camera, const glm::dvec3 &shift) {
+    camera.position += shift;
+    camera.focal_point += shift;
+    return camera;
 }
 
 } // namespace
@@ -77,11 +86,7 @@ Camera pan(const Camera &camera, glm::dvec2 offset) {
     const EyeAxes axes = eye_axes(camera);
     const double distance = glm::length(camera.focal_point - camera.position);
     const double height = 2 * distance * std::tan(camera.view_angle / 2);
-    const glm::dvec3 shift = -height * (axes.right * offset.x + axes.up * offset.y);
-    Camera result = camera;
-    result.position += shift;
-    result.focal_point += shift;
-    return result;
+    return shifted(camera, -height * (axes.right * offset.x + axes.up * offset.y));
 }
 
 Camera turn(const Camera &camera, double right, double up) {
@@ -92,11 +97,7 @@ Camera turn(const Camera &camera, double right, double up) {
 
 Camera advance(const Camera &camera, double right, double forward) {
     const EyeAxes axes = eye_axes(camera);
-    const glm::dvec3 shift = axes.right * right + axes.forward * forward;
-    Camera result = camera;
-    result.position += shift;
-    result.focal_point += shift;
-    return result;
+    return shifted(camera, axes.right * right + axes.forward * forward);
 }
 
 Camera after_drag(const Camera &camera, CameraMode mode, Drag drag, glm::dvec2 offset, double model_radius) {
@@ -122,31 +123,18 @@ Camera after_arrows(const Camera &camera, CameraMode mode, glm::dvec2 steps, dou
     return approach(orbit(camera, kTurnPerStep * steps.x, 0), std::pow(kDistancePerStep, steps.y), model_radius);
 }
 
-namespace {
-
-glm::dvec2 direction(std::size_t arrow) {
-    constexpr std::array<std::array<double, 2>, 4> kDirections{{{-1, 0}, {1, 0}, {0, 1}, {0, -1}}};
-    return {kDirections[arrow][0], kDirections[arrow][1]};
-}
-
-} // namespace
-
 void HeldArrows::press(Arrow arrow, double now) {
     collect(now);
     Key &key = keys_[static_cast<std::size_t>(arrow)];
     if (key.held)
         return;
     key = {true, now + kHoldPause};
-    steps_ += direction(static_cast<std::size_t>(arrow));
+    steps_ += kDirections[static_cast<std::size_t>(arrow)];
 }
 
 void HeldArrows::release(Arrow arrow, double now) {
     collect(now);
     keys_[static_cast<std::size_t>(arrow)].held = false;
-}
-
-bool HeldArrows::any() const {
-    return std::any_of(keys_.begin(), keys_.end(), [](const Key &key) { return key.held; });
 }
 
 std::optional<double> HeldArrows::next_step(double now) const {
@@ -167,7 +155,7 @@ glm::dvec2 HeldArrows::take_steps(double now) {
 void HeldArrows::collect(double now) {
     for (std::size_t i = 0; i < keys_.size(); ++i)
         if (keys_[i].held && now > keys_[i].moves_from) {
-            steps_ += direction(i) * ((now - keys_[i].moves_from) * kStepsPerSecond);
+            steps_ += kDirections[i] * ((now - keys_[i].moves_from) * kStepsPerSecond);
             keys_[i].moves_from = now;
         }
 }

@@ -47,7 +47,6 @@ class HeldArrows {
   public:
     void press(Arrow arrow, double now);
     void release(Arrow arrow, double now);
-    bool any() const;
 
     // Time of the next motion to draw; absent while no key is held.
     std::optional<double> next_step(double now) const;

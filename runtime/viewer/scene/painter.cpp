@@ -18,14 +18,15 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
     if (look.options.quality == Quality::fast)
         return draw_fast(runs, camera, look, target);
     return with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
-        return fine(look.appearance).render(runs, camera, look.options.render, picture, look.options.samples);
+        return prepare(fine_, fine_appearance_, look.appearance)
+            .render(runs, camera, look.options.render, picture, look.options.samples);
     });
 }
 
 RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                     Framebuffer &target) {
     return with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
-        return fast(look.appearance).render(runs, camera, look.options.render, picture);
+        return prepare(fast_, fast_appearance_, look.appearance).render(runs, camera, look.options.render, picture);
     });
 }
 
@@ -33,7 +34,7 @@ void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, c
                          int height) {
     fine_camera_ = camera;
     fine_cue_ = look.options.depth_cue;
-    fine(look.appearance)
+    prepare(fine_, fine_appearance_, look.appearance)
         .begin(runs, camera, look.options.render, Framebuffer(width, height, fine_cue_ != DepthCue::none));
 }
 
@@ -46,24 +47,16 @@ RenderStatistics Painter::add_sample(Framebuffer &target) {
     return drawn;
 }
 
-FastRenderer &Painter::fast(const Appearance &appearance) {
-    if (!fast_)
-        fast_.emplace(file_, chunk_points_, threads_, surroundings_);
-    if (fast_appearance_ != appearance) {
-        fast_->set_appearance(appearance);
-        fast_appearance_ = appearance;
+template <class Renderer>
+Renderer &Painter::prepare(std::optional<Renderer> &renderer, std::optional<Appearance> &last,
+                           const Appearance &appearance) {
+    if (!renderer)
+        renderer.emplace(file_, chunk_points_, threads_, surroundings_);
+    if (last != appearance) {
+        renderer->set_appearance(appearance);
+        last = appearance;
     }
-    return *fast_;
-}
-
-FineRenderer &Painter::fine(const Appearance &appearance) {
-    if (!fine_)
-        fine_.emplace(file_, chunk_points_, threads_, surroundings_);
-    if (fine_appearance_ != appearance) {
-        fine_->set_appearance(appearance);
-        fine_appearance_ = appearance;
-    }
-    return *fine_;
+    return *renderer;
 }
 
 template <class Draw>

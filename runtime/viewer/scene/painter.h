@@ -29,11 +29,11 @@ class Painter {
     void begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width, int height);
     // Adds a sample and fills `target` with the mean of all so far.
     RenderStatistics add_sample(Framebuffer &target);
-    int samples() const { return fine_->samples(); }
 
   private:
-    FastRenderer &fast(const Appearance &appearance);
-    FineRenderer &fine(const Appearance &appearance);
+    // Creates the renderer on first use and sets its appearance unless it is `last`.
+    template <class Renderer>
+    Renderer &prepare(std::optional<Renderer> &renderer, std::optional<Appearance> &last, const Appearance &appearance);
     // Calls `draw` with a picture that has depths if the depth cue needs them, and adds the cue to `target`.
     template <class Draw>
     RenderStatistics with_depth_cue(const Camera &camera, DepthCue cue, Framebuffer &target, const Draw &draw);

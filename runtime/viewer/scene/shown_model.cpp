@@ -47,22 +47,33 @@ DetailView ShownModel::view(const Camera &camera, glm::ivec2 size, double max_er
     return detail_view(options_, camera, size, max_error);
 }
 
+template <class Draw>
+PictureStatistics ShownModel::measure(const Detail &detail, const DetailView &view, const Draw &draw) const {
+    const auto begin = std::chrono::steady_clock::now();
+    PictureStatistics statistics;
+    statistics.drawn = draw();
+    statistics.coarsest_level = statistics.drawn.level;
+    for (const PointRun &run : detail.runs)
+        statistics.coarsest_level = std::min(statistics.coarsest_level, run.level);
+    statistics.error = error_of(detail, view.max_error);
+    statistics.missing = detail.missing.size();
+    statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return statistics;
+}
+
 PictureStatistics ShownModel::draw_now(const Detail &detail, const DetailView &view, const LookPointer &look,
                                        Framebuffer &target) {
-    const auto begin = std::chrono::steady_clock::now();
-    return statistics(detail, view, painter(window_).draw_fast(detail.runs, view.camera, *look, target), begin);
+    return measure(detail, view, [&] { return painter(window_).draw_fast(detail.runs, view.camera, *look, target); });
 }
 
 PictureStatistics ShownModel::draw_and_wait(const Detail &detail, const DetailView &view, const LookPointer &look,
                                             Framebuffer &target) {
-    const auto begin = std::chrono::steady_clock::now();
-    return statistics(detail, view, painter(window_).draw(detail.runs, view.camera, *look, target), begin);
+    return measure(detail, view, [&] { return painter(window_).draw(detail.runs, view.camera, *look, target); });
 }
 
 PictureStatistics ShownModel::draw_in_background(const Detail &detail, const DetailView &view, const LookPointer &look,
                                                  Framebuffer &target) {
-    const auto begin = std::chrono::steady_clock::now();
-    return statistics(detail, view, painter(background_).draw(detail.runs, view.camera, *look, target), begin);
+    return measure(detail, view, [&] { return painter(background_).draw(detail.runs, view.camera, *look, target); });
 }
 
 void ShownModel::begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look) {
@@ -70,8 +81,7 @@ void ShownModel::begin_fine(const Detail &detail, const DetailView &view, const 
 }
 
 PictureStatistics ShownModel::add_sample(const Detail &detail, const DetailView &view, Framebuffer &target) {
-    const auto begin = std::chrono::steady_clock::now();
-    return statistics(detail, view, refining_->add_sample(target), begin);
+    return measure(detail, view, [&] { return refining_->add_sample(target); });
 }
 
 Painter &ShownModel::painter(std::optional<Painter> &made) const {
@@ -79,19 +89,6 @@ Painter &ShownModel::painter(std::optional<Painter> &made) const {
         made.emplace(parameters(), scene_->surroundings, streamed().reader().header().chunk_points,
                      options_.load.threads);
     return *made;
-}
-
-PictureStatistics ShownModel::statistics(const Detail &detail, const DetailView &view, const RenderStatistics &drawn,
-                                         std::chrono::steady_clock::time_point begin) const {
-    PictureStatistics statistics;
-    statistics.drawn = drawn;
-    statistics.coarsest_level = drawn.level;
-    for (const PointRun &run : detail.runs)
-        statistics.coarsest_level = std::min(statistics.coarsest_level, run.level);
-    statistics.error = error_of(detail, view.max_error);
-    statistics.missing = detail.missing.size();
-    statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    return statistics;
 }
 
 Loading begin_loading(ThreadPool &background, const std::string &path, const ViewOptions &options) {

@@ -73,8 +73,9 @@ class ShownModel {
   private:
     ShownModel(std::string path, const ViewOptions &options) : path_(std::move(path)), options_(options) {}
     Painter &painter(std::optional<Painter> &made) const;
-    PictureStatistics statistics(const Detail &detail, const DetailView &view, const RenderStatistics &drawn,
-                                 std::chrono::steady_clock::time_point begin) const;
+    // Times `draw`, which returns RenderStatistics.
+    template <class Draw>
+    PictureStatistics measure(const Detail &detail, const DetailView &view, const Draw &draw) const;
 
     const std::string path_;
     const ViewOptions options_;

@@ -31,13 +31,7 @@ std::size_t lines(const std::string &page) {
 }
 
 TEST(Help, WhatFitsAScreenIsToldAtOnce) {
-    ProgramHelp help{.program = "pbm-x",
-                     .version = "1",
-                     .summary = "Does x.",
-                     .description = "",
-                     .options = {},
-                     .most_used = {},
-                     .examples = {}};
+    ProgramHelp help{.program = "pbm-x", .version = "1", .summary = "Does x.", .description = "", .options = {}};
     help.options.push_back(option("--one", "General"));
     help.options.push_back(option("--two", "Grid"));
     const std::string page = help_page(help, "").value();
@@ -60,9 +54,7 @@ TEST(Help, LongTextIsBrokenAtSpacesWithinTheColumns) {
                            .version = "1",
                            .summary = text,
                            .description = "",
-                           .options = {option("--a-very-long-name-of-an-option", "Grid", text)},
-                           .most_used = {},
-                           .examples = {}};
+                           .options = {option("--a-very-long-name-of-an-option", "Grid", text)}};
     std::string page = help_page(help, "all").value();
     for (std::size_t at = 0; at < page.size(); at = page.find('\n', at) + 1)
         EXPECT_LT(page.find('\n', at) - at, kPageColumns);
@@ -73,21 +65,13 @@ TEST(Help, AWrongTopicIsRefusedWithTheNearestOrAll) {
                            .version = "1",
                            .summary = "X.",
                            .description = "",
-                           .options = {option("--a", "Grid"), option("--b", "General")},
-                           .most_used = {},
-                           .examples = {}};
+                           .options = {option("--a", "Grid"), option("--b", "General")}};
     EXPECT_EQ(help_page(help, "gird").error().message, "there is no help on 'gird'; did you mean 'grid'?");
     EXPECT_EQ(help_page(help, "camera").error().message, "there is no help on 'camera'; topics are grid, general, all");
 }
 
 TEST(ManPage, TextCannotBecomeARequestOrAnEscape) {
-    ProgramHelp help{.program = "pbm-x",
-                     .version = "1",
-                     .summary = "Does x.",
-                     .description = "",
-                     .options = {},
-                     .most_used = {},
-                     .examples = {}};
+    ProgramHelp help{.program = "pbm-x", .version = "1", .summary = "Does x.", .description = "", .options = {}};
     help.options.push_back(option("--a", "Grid", ".so /etc/passwd and \\n(.g"));
     const std::string page = man_page(help);
     EXPECT_NE(page.find("\n\\&.so /etc/passwd and \\en(.g\n"), std::string::npos) << page;

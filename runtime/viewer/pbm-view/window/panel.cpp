@@ -129,54 +129,18 @@ std::string title(std::string what, std::size_t index, std::size_t count) {
     return what;
 }
 
-} // namespace
-
-void Panel::show_model(const ModelParameters &file, bool has_panorama, const Look &first) {
-    file_ = &file;
-    has_panorama_ = has_panorama;
-    first_ = first;
-}
-
-bool Panel::build(Look &look, glm::ivec2 size, float scale) {
-    const ImGuiCond place = size == size_ ? ImGuiCond_Once : ImGuiCond_Always;
-    size_ = size;
-    const auto width = static_cast<float>(size.x), height = static_cast<float>(size.y), margin = kMargin * scale;
-    const float own_width = std::clamp(width - 2 * margin, 1.0F, kWidth * scale);
-    ImGui::SetNextWindowPos({width - own_width - margin, margin}, place);
-    ImGui::SetNextWindowSizeConstraints({own_width, 0}, {own_width, std::max(1.0F, height - 2 * margin)});
-    bool changed = false;
-    if (ImGui::Begin("Shading (Tab)", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
-        ImGui::PushItemWidth(kItemWidth * scale);
-        // Build every part, even if an earlier one reports a change.
-        changed = build_switches(look.options.render);
-        changed = build_quality(look.options) || changed;
-        if (ImGui::CollapsingHeader("Lights"))
-            changed = build_lights(look.appearance) || changed;
-        if (ImGui::CollapsingHeader("Materials"))
-            changed = build_materials(look.appearance) || changed;
-        changed = build_palettes(look.appearance) || changed;
-        if (ImGui::Button("Reset")) {
-            look = *first_;
-            changed = true;
-        }
-        ImGui::PopItemWidth();
-    }
-    ImGui::End();
+bool build_switches(const ModelParameters &file, bool has_panorama, RenderOptions &options) {
+    const bool textured_ground = file.ground && file.ground->texture;
+    bool changed = edit_switch("Texture", options.texture, !file.texture.empty() || textured_ground);
+    changed |= edit_switch("Point colours", options.point_colours, file.attributes.colour != ColourFormat::none);
+    changed |= edit_switch("Shadows", options.shadows, file.attributes.lights > 0);
+    changed |= edit_switch("Panorama", options.panorama, has_panorama);
+    changed |= edit_switch("Ground plane", options.ground, file.ground.has_value());
+    changed |= edit_switch("Reflections", options.reflections, has_panorama);
     return changed;
 }
 
-bool Panel::build_switches(RenderOptions &options) const {
-    const bool textured_ground = file_->ground && file_->ground->texture;
-    bool changed = edit_switch("Texture", options.texture, !file_->texture.empty() || textured_ground);
-    changed |= edit_switch("Point colours", options.point_colours, file_->attributes.colour != ColourFormat::none);
-    changed |= edit_switch("Shadows", options.shadows, file_->attributes.lights > 0);
-    changed |= edit_switch("Panorama", options.panorama, has_panorama_);
-    changed |= edit_switch("Ground plane", options.ground, file_->ground.has_value());
-    changed |= edit_switch("Reflections", options.reflections, has_panorama_);
-    return changed;
-}
-
-bool Panel::build_quality(LookOptions &options) const {
+bool build_quality(LookOptions &options) {
     bool changed = false;
     bool fine = options.quality == Quality::fine;
     if (ImGui::Checkbox("Fine at rest", &fine)) {
@@ -200,38 +164,9 @@ bool Panel::build_quality(LookOptions &options) const {
     return changed;
 }
 
-bool Panel::build_lights(Appearance &appearance) const {
-    bool changed = false;
-    for (std::size_t i = 0; i < appearance.lights.size(); ++i) {
-        ImGui::PushID(static_cast<int>(i));
-        changed |= build_light(appearance.lights[i], i, appearance.lights.size());
-        ImGui::PopID();
-    }
-    return changed;
-}
-
-bool Panel::build_light(Light &light, std::size_t index, std::size_t count) const {
-    constexpr std::array<const char *, 3> kKinds{"Directional light", "Point light", "Spot light"};
-    ImGui::TextUnformatted(title(kKinds[static_cast<std::size_t>(light.kind)], index, count).c_str());
-    bool changed = edit_intensity(light.intensity);
-    if (light.kind != LightKind::point)
-        changed |= build_direction(light);
-    if (light.kind != LightKind::directional) {
-        const auto edge = static_cast<float>(file_->grid.edge());
-        changed |= ImGui::DragFloat3("Position", light.position.data(), edge / 500, 0, 0, "%.4g");
-    }
-    if (light.kind == LightKind::spot)
-        changed |= ImGui::SliderFloat("Exponent", &light.exponent, 0, 128, "%.1f");
-    const bool baked = index < file_->lights.size() && static_cast<int>(index) < file_->attributes.lights;
-    const Light &of_file = baked ? file_->lights[index] : light;
-    if (of_file.direction != light.direction || of_file.position != light.position)
-        ImGui::TextWrapped("Its shadows were baked for another place: pbm-build makes them anew.");
-    return changed;
-}
-
 // Edits the direction that the light comes from, seen from the front: degrees to the right, and up.
-bool Panel::build_direction(Light &light) const {
-    const glm::dvec3 up = up_direction(file_->grid.up), front = front_direction(file_->grid.up);
+bool build_direction(UpAxis up_axis, Light &light) {
+    const glm::dvec3 up = up_direction(up_axis), front = front_direction(up_axis);
     const glm::dvec3 right = glm::cross(up, front);
     const glm::dvec3 from = -glm::dvec3(light.direction[0], light.direction[1], light.direction[2]);
     auto azimuth = static_cast<float>(glm::degrees(std::atan2(glm::dot(from, right), glm::dot(from, front))));
@@ -249,7 +184,36 @@ bool Panel::build_direction(Light &light) const {
     return true;
 }
 
-bool Panel::build_materials(Appearance &appearance) const {
+bool build_light(const ModelParameters &file, Light &light, std::size_t index, std::size_t count) {
+    constexpr std::array<const char *, 3> kKinds{"Directional light", "Point light", "Spot light"};
+    ImGui::TextUnformatted(title(kKinds[static_cast<std::size_t>(light.kind)], index, count).c_str());
+    bool changed = edit_intensity(light.intensity);
+    if (light.kind != LightKind::point)
+        changed |= build_direction(file.grid.up, light);
+    if (light.kind != LightKind::directional) {
+        const auto edge = static_cast<float>(file.grid.edge());
+        changed |= ImGui::DragFloat3("Position", light.position.data(), edge / 500, 0, 0, "%.4g");
+    }
+    if (light.kind == LightKind::spot)
+        changed |= ImGui::SliderFloat("Exponent", &light.exponent, 0, 128, "%.1f");
+    const bool baked = index < file.lights.size() && static_cast<int>(index) < file.attributes.lights;
+    const Light &of_file = baked ? file.lights[index] : light;
+    if (of_file.direction != light.direction || of_file.position != light.position)
+        ImGui::TextWrapped("Its shadows were baked for another place: pbm-build makes them anew.");
+    return changed;
+}
+
+bool build_lights(const ModelParameters &file, Appearance &appearance) {
+    bool changed = false;
+    for (std::size_t i = 0; i < appearance.lights.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        changed |= build_light(file, appearance.lights[i], i, appearance.lights.size());
+        ImGui::PopID();
+    }
+    return changed;
+}
+
+bool build_materials(bool has_panorama, Appearance &appearance) {
     bool changed = false;
     for (std::size_t i = 0; i < appearance.materials.size(); ++i) {
         Material &material = appearance.materials[i];
@@ -265,7 +229,7 @@ bool Panel::build_materials(Appearance &appearance) const {
         edit("Specular", material.ks);
         changed |= ImGui::SliderFloat("Power", &material.power, 1, 1024, "%.0f",
                                       ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
-        ImGui::BeginDisabled(!has_panorama_);
+        ImGui::BeginDisabled(!has_panorama);
         edit("Reflection", material.environment);
         ImGui::EndDisabled();
         ImGui::PopID();
@@ -273,12 +237,48 @@ bool Panel::build_materials(Appearance &appearance) const {
     return changed;
 }
 
-bool Panel::build_palettes(Appearance &appearance) const {
+bool build_palettes(const ModelParameters &file, Appearance &appearance) {
     bool changed = false;
-    if (!file_->texture.empty())
-        changed = edit_palette("Palette", appearance.palette, file_->texture.front().palette);
-    if (file_->ground && file_->ground->texture)
-        changed |= edit_palette("Ground", appearance.ground_palette, file_->ground->texture->palette);
+    if (!file.texture.empty())
+        changed = edit_palette("Palette", appearance.palette, file.texture.front().palette);
+    if (file.ground && file.ground->texture)
+        changed |= edit_palette("Ground", appearance.ground_palette, file.ground->texture->palette);
+    return changed;
+}
+
+} // namespace
+
+void Panel::show_model(const ModelParameters &file, bool has_panorama, const Look &first) {
+    file_ = &file;
+    has_panorama_ = has_panorama;
+    first_ = first;
+}
+
+bool Panel::build(Look &look, glm::ivec2 size, float scale) {
+    const ImGuiCond place = size == size_ ? ImGuiCond_Once : ImGuiCond_Always;
+    size_ = size;
+    const auto width = static_cast<float>(size.x), height = static_cast<float>(size.y), margin = kMargin * scale;
+    const float own_width = std::clamp(width - 2 * margin, 1.0F, kWidth * scale);
+    ImGui::SetNextWindowPos({width - own_width - margin, margin}, place);
+    ImGui::SetNextWindowSizeConstraints({own_width, 0}, {own_width, std::max(1.0F, height - 2 * margin)});
+    bool changed = false;
+    if (ImGui::Begin("Shading (Tab)", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
+        ImGui::PushItemWidth(kItemWidth * scale);
+        // Build every part, even if an earlier one reports a change.
+        changed = build_switches(*file_, has_panorama_, look.options.render);
+        changed = build_quality(look.options) || changed;
+        if (ImGui::CollapsingHeader("Lights"))
+            changed = build_lights(*file_, look.appearance) || changed;
+        if (ImGui::CollapsingHeader("Materials"))
+            changed = build_materials(has_panorama_, look.appearance) || changed;
+        changed = build_palettes(*file_, look.appearance) || changed;
+        if (ImGui::Button("Reset")) {
+            look = *first_;
+            changed = true;
+        }
+        ImGui::PopItemWidth();
+    }
+    ImGui::End();
     return changed;
 }
 

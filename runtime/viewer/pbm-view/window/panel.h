@@ -20,14 +20,6 @@ class Panel {
     bool build(Look &look, glm::ivec2 size, float scale);
 
   private:
-    bool build_switches(RenderOptions &options) const;
-    bool build_quality(LookOptions &options) const;
-    bool build_lights(Appearance &appearance) const;
-    bool build_light(Light &light, std::size_t index, std::size_t count) const;
-    bool build_direction(Light &light) const;
-    bool build_materials(Appearance &appearance) const;
-    bool build_palettes(Appearance &appearance) const;
-
     const ModelParameters *file_ = nullptr;
     bool has_panorama_ = false;
     std::optional<Look> first_;

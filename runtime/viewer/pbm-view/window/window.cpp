@@ -4,6 +4,7 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -36,53 +37,42 @@ Error no_window(const std::string &what) {
             what + (why.empty() ? "" : ": " + why) + "; pbm-render draws without display and OpenGL"};
 }
 
-std::optional<Key> key_of(int key) {
-    switch (key) {
-    case GLFW_KEY_LEFT:
-    case GLFW_KEY_A: return Key::left;
-    case GLFW_KEY_RIGHT:
-    case GLFW_KEY_D: return Key::right;
-    case GLFW_KEY_UP:
-    case GLFW_KEY_W: return Key::up;
-    case GLFW_KEY_DOWN:
-    case GLFW_KEY_S: return Key::down;
-    case GLFW_KEY_SPACE:
-    case GLFW_KEY_F12: return Key::save;
-    case GLFW_KEY_F:
-    case GLFW_KEY_ENTER: return Key::reset;
-    case GLFW_KEY_C: return Key::switch_camera;
-    case GLFW_KEY_F1:
-    case GLFW_KEY_H: return Key::help;
-    case GLFW_KEY_F2: return Key::frame_time;
-    case GLFW_KEY_TAB: return Key::panel;
-    case GLFW_KEY_F11: return Key::full_screen;
-    case GLFW_KEY_ESCAPE: return Key::quit;
-    default: return std::nullopt;
-    }
-}
+constexpr std::array<std::pair<int, Key>, 19> kKeys{{{GLFW_KEY_LEFT, Key::left},
+                                                     {GLFW_KEY_A, Key::left},
+                                                     {GLFW_KEY_RIGHT, Key::right},
+                                                     {GLFW_KEY_D, Key::right},
+                                                     {GLFW_KEY_UP, Key::up},
+                                                     {GLFW_KEY_W, Key::up},
+                                                     {GLFW_KEY_DOWN, Key::down},
+                                                     {GLFW_KEY_S, Key::down},
+                                                     {GLFW_KEY_SPACE, Key::save},
+                                                     {GLFW_KEY_F12, Key::save},
+                                                     {GLFW_KEY_F, Key::reset},
+                                                     {GLFW_KEY_ENTER, Key::reset},
+                                                     {GLFW_KEY_C, Key::switch_camera},
+                                                     {GLFW_KEY_F1, Key::help},
+                                                     {GLFW_KEY_H, Key::help},
+                                                     {GLFW_KEY_F2, Key::frame_time},
+                                                     {GLFW_KEY_TAB, Key::panel},
+                                                     {GLFW_KEY_F11, Key::full_screen},
+                                                     {GLFW_KEY_ESCAPE, Key::quit}}};
+constexpr std::array<std::pair<int, EditKey>, 9> kEditKeys{{{GLFW_KEY_BACKSPACE, EditKey::backspace},
+                                                            {GLFW_KEY_DELETE, EditKey::erase},
+                                                            {GLFW_KEY_ENTER, EditKey::enter},
+                                                            {GLFW_KEY_KP_ENTER, EditKey::enter},
+                                                            {GLFW_KEY_ESCAPE, EditKey::cancel},
+                                                            {GLFW_KEY_LEFT, EditKey::left},
+                                                            {GLFW_KEY_RIGHT, EditKey::right},
+                                                            {GLFW_KEY_HOME, EditKey::home},
+                                                            {GLFW_KEY_END, EditKey::end}}};
+constexpr std::array<std::pair<int, MouseButton>, 3> kButtons{{{GLFW_MOUSE_BUTTON_LEFT, MouseButton::left},
+                                                               {GLFW_MOUSE_BUTTON_MIDDLE, MouseButton::middle},
+                                                               {GLFW_MOUSE_BUTTON_RIGHT, MouseButton::right}}};
 
-std::optional<EditKey> edit_key_of(int key) {
-    switch (key) {
-    case GLFW_KEY_BACKSPACE: return EditKey::backspace;
-    case GLFW_KEY_DELETE: return EditKey::erase;
-    case GLFW_KEY_ENTER:
-    case GLFW_KEY_KP_ENTER: return EditKey::enter;
-    case GLFW_KEY_ESCAPE: return EditKey::cancel;
-    case GLFW_KEY_LEFT: return EditKey::left;
-    case GLFW_KEY_RIGHT: return EditKey::right;
-    case GLFW_KEY_HOME: return EditKey::home;
-    case GLFW_KEY_END: return EditKey::end;
-    default: return std::nullopt;
-    }
-}
-
-std::optional<MouseButton> button_of(int button) {
-    switch (button) {
-    case GLFW_MOUSE_BUTTON_LEFT: return MouseButton::left;
-    case GLFW_MOUSE_BUTTON_MIDDLE: return MouseButton::middle;
-    case GLFW_MOUSE_BUTTON_RIGHT: return MouseButton::right;
-    default: return std::nullopt;
-    }
+// The value of `key` in one of the tables above.
+template <class Table> auto find(const Table &table, int key) {
+    const auto found = std::find_if(table.begin(), table.end(), [&](const auto &row) { return row.first == key; });
+    return found == table.end() ? std::nullopt : std::optional(found->second);
 }
 
 std::vector<Event> &events_of(GLFWwindow *window) {
@@ -149,9 +139,9 @@ Window::~Window() {
 void Window::receive_events() {
     glfwSetWindowUserPointer(window_, &events_);
     glfwSetKeyCallback(window_, [](GLFWwindow *window, int key, int, int action, int) {
-        if (const auto known = key_of(key); known && action != GLFW_REPEAT)
+        if (const auto known = find(kKeys, key); known && action != GLFW_REPEAT)
             events_of(window).push_back(KeyEvent{*known, action == GLFW_PRESS});
-        if (const auto known = edit_key_of(key))
+        if (const auto known = find(kEditKeys, key))
             events_of(window).push_back(EditEvent{*known, action != GLFW_RELEASE});
     });
     glfwSetCharCallback(window_, [](GLFWwindow *window, unsigned character) {
@@ -159,7 +149,7 @@ void Window::receive_events() {
     });
     // The press happened at the last reported position; the pointer may be elsewhere by now.
     glfwSetMouseButtonCallback(window_, [](GLFWwindow *window, int button, int action, int modifiers) {
-        if (const auto known = button_of(button))
+        if (const auto known = find(kButtons, button))
             events_of(window).push_back(ButtonEvent{*known, action == GLFW_PRESS, (modifiers & GLFW_MOD_SHIFT) != 0,
                                                     (modifiers & GLFW_MOD_CONTROL) != 0});
     });
