@@ -47,7 +47,7 @@ Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<cons
         if (argument == "--json")
             argument = "--json=-";
         if (argument.size() > 3 && argument.starts_with("--") && argument.find('=') == argument.size() - 1)
-            return Error{ErrorCode::usage, 0, argument + ": nothing follows; give a value"};
+            return Error{ErrorCode::usage, 0, argument + ": the value is missing"};
         const auto old = std::find_if(switches.begin(), switches.end(),
                                       [&](const OldSwitch &known) { return known.name == argument; });
         if (old == switches.end()) {

@@ -122,7 +122,7 @@ Result<HeldBytes> ByteSource::require(FileRange range) const {
 Error not_there_yet(FileRange range) {
     return {.code = ErrorCode::usage,
             .offset = range.offset,
-            .message = std::to_string(range.bytes) + " bytes of the file are needed that are not there yet"};
+            .message = std::to_string(range.bytes) + " bytes of the file have not arrived yet"};
 }
 
 } // namespace pbm

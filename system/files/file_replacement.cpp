@@ -137,7 +137,7 @@ Result<std::pair<Descriptor, std::string>> open_sibling(int folder, const std::s
         }
         return std::pair(std::move(file), std::move(name));
     }
-    return Error{ErrorCode::io, 0, "cannot write: " + numbered(1) + " and its like are in use or not ours"};
+    return Error{ErrorCode::io, 0, "cannot write: " + numbered(1) + " to -99 are in use or belong to another user"};
 }
 
 } // namespace

@@ -287,8 +287,8 @@ Status judge(const ChildTask &task, const Child &child, const Conversation &talk
         case Verdict::Kind::done: return {};
         case Verdict::Kind::error: return Error{verdict->code, verdict->offset, verdict->text.data()};
         case Verdict::Kind::no_memory:
-            return failed(ErrorCode::memory, "ran out of memory, of which it may take " +
-                                                 std::to_string(task.limits.memory >> 20) + " MB");
+            return failed(ErrorCode::memory,
+                          "exceeded its memory limit of " + std::to_string(task.limits.memory >> 20) + " MB");
         case Verdict::Kind::exception:
             return failed(ErrorCode::bad_input, "failed: " + first_line(verdict->text.data()));
         }
@@ -303,7 +303,7 @@ Status judge(const ChildTask &task, const Child &child, const Conversation &talk
                       "was stopped: not done after " + std::to_string(task.limits.cpu_seconds) + " s of computing");
     if (signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP)
         return failed(ErrorCode::memory,
-                      "was ended from outside (signal " + std::to_string(signal) + "), most likely for want of memory");
+                      "was killed (signal " + std::to_string(signal) + "), probably because memory ran out");
     if (signal != 0)
         return failed(ErrorCode::bad_input, "crashed (signal " + std::to_string(signal) + ")");
     return failed(ErrorCode::bad_input, "ended early (exit code " + std::to_string(WEXITSTATUS(child.status())) + ")");

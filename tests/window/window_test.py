@@ -700,7 +700,7 @@ def test_recording(display):
     with View(display, "-AVI", "--frames=100000", "model.pbvg") as view:
         view.wait(lambda: len(view.lines("view: ")) > 3, "frames")
         check(view.quit() == 0, "Escape does not end with 0")
-        check(view.lines("stopped: model.avi is not made"), view.text())
+        check(view.lines("stopped: model.avi was not written"), view.text())
     check((work / "model.avi").read_text() == "precious", "half a video replaces one")
     check(not list(work.glob("model.avi.*")), "half a video is left")
     result = run("pbm-view", "--turntable=nowhere/a.avi", *options, display=display)

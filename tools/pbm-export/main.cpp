@@ -124,7 +124,7 @@ std::optional<Failure> write_points(const Arguments &arguments, Reader &reader, 
 std::string report(const Arguments &arguments, const Outcome &outcome) {
     std::ostringstream text;
     for (const std::string &what : outcome.dropped)
-        text << what << ": dropped (PLY has no place for them)\n";
+        text << what << ": dropped (PLY cannot hold them)\n";
     text.precision(2);
     text << std::fixed << command_line::printable(arguments.output == "-" ? "standard output" : arguments.output)
          << ": " << outcome.points << " points of level " << outcome.level << ", "

@@ -83,7 +83,7 @@ Result<PlyPoints> PlyPoints::of(const Reader &reader, int level, std::uint64_t c
     if (!resolves<double>(voxel, farthest))
         return Error{ErrorCode::unsupported_feature, 0,
                      "voxels of " + text_of(voxel) + " near " + text_of(farthest) +
-                         " are finer than double precision: their centres have no coordinates"};
+                         " are finer than double precision: doubles cannot hold their centres"};
     if (format.single_precision &&
         !(farthest < static_cast<double>(std::numeric_limits<float>::max()) && resolves<float>(voxel, farthest)))
         return Error{ErrorCode::usage, 0,

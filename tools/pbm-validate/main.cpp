@@ -122,7 +122,7 @@ void add_codes(CommandLine &line, const char *name, std::vector<std::string> &co
 }
 
 void add_options(CommandLine &line, Options &options) {
-    line.add("FILE", "Models to examine; - is standard input", &options.paths);
+    line.add("FILE", "Models to check; - is standard input", &options.paths);
     line.topic = "Levels";
     line.add("--quick", "Header and section table only: milliseconds at any size", &options.quick);
     line.add("--deep", "Averages and means too, and advice: warnings and infos", &options.deep,
@@ -132,9 +132,9 @@ void add_options(CommandLine &line, Options &options) {
     line.add("-e,--errors-only", "No warnings and infos", &options.errors_only);
     add_codes(line, "--ignore", options.ignore, "Codes or groups that do not count", {});
     add_codes(line, "--only", options.only, "Codes or groups that count alone", {"--ignore"});
-    line.add("--max-findings", "Findings to tell of each file", &options.validation.max_findings,
+    line.add("--max-findings", "Findings to print of each file", &options.validation.max_findings,
              {.check = Integers{1, 1000000}, .shows_default = true});
-    line.add("--max-per-code", "Findings to tell of each code", &options.validation.max_per_code,
+    line.add("--max-per-code", "Findings to print of each code", &options.validation.max_per_code,
              {.check = Integers{1, 1000000}, .shows_default = true});
     line.topic = "Codes";
     line.add("--list-codes", "All codes; --list-codes=markdown, or as JSON with --json", &options.list_codes,

@@ -11,7 +11,7 @@ Status check_masks(const MaskSummary &summary, std::uint32_t points, std::uint64
     if (summary.zero)
         return broken(wording, "4.2", offset, "zero child mask", "1..255", 0);
     if (summary.children != points)
-        return broken(wording, "4.4", offset, "the masks announce another number of points than the directory", points,
+        return broken(wording, "4.4", offset, "the masks have another number of points than the directory", points,
                       summary.children);
     return {};
 }

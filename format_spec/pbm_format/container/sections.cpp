@@ -240,8 +240,8 @@ Result<GroundPlane> decode_ground_plane(ByteView bytes) {
 Status check_rasters(const ModelParameters &parameters, bool ground_texture, std::size_t lit) {
     const bool wanted = parameters.ground && parameters.ground->texture;
     if (ground_texture != wanted)
-        return broken("3.9.5", 0, "the ground plane's texture and its raster go together", wanted ? "a raster" : "none",
-                      ground_texture ? "a raster" : "none");
+        return broken("3.9.5", 0, "the ground plane's texture and its raster need each other",
+                      wanted ? "a raster" : "none", ground_texture ? "a raster" : "none");
     if (lit != 0 && (!parameters.ground || lit != static_cast<std::size_t>(parameters.attributes.lights)))
         return broken("3.9.6", 0, "lit fractions of a ground plane are not those of every light with a shadow stream",
                       parameters.ground ? Value(parameters.attributes.lights) : Value("no ground plane"),
@@ -254,7 +254,7 @@ Status check_parameters(const ModelParameters &parameters) {
         return broken("3.9.1", 0, "a shadow stream belongs to no light",
                       "at most " + std::to_string(parameters.lights.size()), parameters.attributes.lights);
     if (parameters.attributes.texture != !parameters.texture.empty())
-        return broken("3.9.2", 0, "texture values and the texture section go together",
+        return broken("3.9.2", 0, "texture values and the texture section need each other",
                       parameters.attributes.texture ? "a texture section" : "none",
                       parameters.texture.empty() ? "none" : "a texture section");
     const std::optional<GroundPlane> &ground = parameters.ground;

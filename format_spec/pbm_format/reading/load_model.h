@@ -11,8 +11,8 @@ struct LoadOptions {
     std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded streams and rasters; more is ErrorCode::memory
 };
 
-// All levels up to `max_level`, each as contiguous streams, without the rasters. `other_bytes` is memory that the caller
-// takes from the same budget.
+// All levels up to `max_level`, each as contiguous streams, without the rasters. `other_bytes` is memory that the
+// caller takes from the same budget.
 Result<Model> load_points(Reader &reader, const LoadOptions &options = {}, std::uint64_t other_bytes = 0);
 
 // The same with all rasters.

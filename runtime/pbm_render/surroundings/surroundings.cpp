@@ -118,9 +118,8 @@ Surroundings::Surroundings(const ModelParameters &parameters, TiledImages images
         ground_.emplace(parameters_, images_);
 }
 
-std::unique_ptr<const FrameSurroundings> Surroundings::in_frame(const Appearance &appearance,
-                                                                const Projection &projection,
-                                                                const RenderOptions &options) const {
+std::unique_ptr<const FrameSurroundings>
+Surroundings::in_frame(const Appearance &appearance, const Projection &projection, const RenderOptions &options) const {
     return std::make_unique<SurroundingsView>(this, appearance, projection, options);
 }
 

@@ -86,7 +86,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     bool no_background = false;
     line.add("--no-background", "Transparent where nothing is drawn, without panorama", &no_background,
              {.topic = "Look"});
-    line.add("--bench", "Draw N more frames once round the focal point; tell their times", &arguments.bench,
+    line.add("--bench", "Draw N more frames once round the focal point; print their times", &arguments.bench,
              {.check = command_line::Integers{1, 100000}, .topic = "Output"});
     add_video_options(line, arguments.choice);
     command_line::add_json(line, arguments.json, "Statistics");

@@ -6,7 +6,7 @@
 namespace pbm {
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{std::string(program),
-                                   "Shows a binary voxel grid (.pbvg) in a window.\nF1 tells the keys, Escape quits."};
+                                   "Shows a binary voxel grid (.pbvg) in a window.\nF1 lists the keys, Escape quits."};
     line.add("FILE", "Model to show; default: the sample", &arguments.input);
     line.topic = "Camera";
     command_line::add_choice<CameraMode>(

@@ -67,7 +67,7 @@ int Viewer::run() {
     if (recording_ || video_) {
         recording_.reset();
         video_.reset();
-        std::cout << "stopped: " << video_options_.output << " is not made" << std::endl;
+        std::cout << "stopped: " << video_options_.output << " was not written" << std::endl;
     }
     receive_saves(true);
     if (verbose())

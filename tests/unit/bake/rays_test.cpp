@@ -42,7 +42,9 @@ double dot(const Point &a, const Point &b) { return a[0] * b[0] + a[1] * b[1] + 
 Point cross(const Point &a, const Point &b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-Point wide(const Position &a) { return {static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])}; }
+Point wide(const Position &a) {
+    return {static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])};
+}
 
 // How far inside of the triangle the line passes (negative: outside), by volumes, and where along the ray.
 std::pair<double, double> passes(const Triangle &triangle, const Point &from, const Point &way) {

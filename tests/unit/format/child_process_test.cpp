@@ -191,7 +191,7 @@ TEST(ChildProcess, AllocatingWithoutBoundEndsAtTheLimit) {
             all.emplace_back(std::size_t{1} << 20, 'x');
     }));
     EXPECT_EQ(e.code, ErrorCode::memory);
-    EXPECT_TRUE(has(e.message, "ran out of memory, of which it may take 64 MB")) << e.message;
+    EXPECT_TRUE(has(e.message, "exceeded its memory limit of 64 MB")) << e.message;
     // What the caller holds does not count.
     const std::vector<char> ballast(std::size_t{200} << 20, 'x');
     EXPECT_TRUE(pbm::run_in_child(task([&](const ByteSink &) -> Status {

@@ -96,7 +96,7 @@ std::array<Rgb8, 256> palette_of(const std::vector<Stop> &stops) {
 }
 
 bool edit_palette(const char *label, std::array<Rgb8, 256> &palette, const std::array<Rgb8, 256> &of_file) {
-    const char *shown = palette == of_file ? "As in the file" : "Another one";
+    const char *shown = palette == of_file ? "As in the file" : "Custom";
     for (const Preset &preset : presets())
         if (palette != of_file && palette == palette_of(preset.stops))
             shown = preset.name;

@@ -16,7 +16,7 @@ Status check_surface(const Surface &surface) {
     if (surface.triangles.empty() && surface.dropped_triangles > 0 && surface.normals.empty())
         return bad_input("no face is left: " + std::to_string(surface.dropped_triangles) +
                          (surface.dropped_triangles == 1 ? " is degenerate or has" : " are degenerate or have") +
-                         " a corner that is not finite; mend the scan");
+                         " a corner that is not finite; repair the scan");
     if (surface.materials.size() > kMaxMaterials)
         return unsupported(std::to_string(surface.materials.size()) + " materials, a .pbvg file holds " +
                            std::to_string(kMaxMaterials) + "; merge some of them");
