@@ -129,7 +129,7 @@ void add_tiles(const Golden &golden, std::vector<Bomb> &bombs) {
     }
 }
 
-// Nodes above level `crowded` have eight children, nodes below it one. Chunks have up to 8^5 points. Roots of the
+// Nodes above level `crowded` have eight children, all others one. Chunks have up to 8^5 points. Roots of the
 // finest level are three levels up if depth > crowded. Levels up to `honest` decode.
 struct Lattice {
     int depth, crowded, honest;

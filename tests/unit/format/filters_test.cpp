@@ -1,4 +1,4 @@
-// Filters: un-filtering inverts filtering with every SIMD target; only children cost no bits.
+// Filters: un-filtering inverts filtering with every SIMD target; only children have no codes.
 #include "unit/support/test_models.h"
 
 #include "pbm_format/chunks/chunk.h"
