@@ -1,11 +1,11 @@
-// Decodes and loads a whole packed model round after round; built twice, with the library and with one whose checks are
-// taken out (CMakeLists.txt), which only bench/checks runs.
+// Decodes and loads a whole packed model in each round. Built twice: with the library, and with a library without
+// checks (CMakeLists.txt), which only bench/checks runs.
 //
 //   bench_checks MODEL.pbvg ROUNDS
 //
-// Prints a JSON object: points, `decode` and `load`: [round] in seconds of the processor. "decode" is opening, every
-// directory and every chunk into warm memory, "load" is load_model. One thread. A first round that is not counted
-// warms up.
+// Prints a JSON object: points, `decode` and `load`: [round] in seconds of processor time. "decode": open the file,
+// read every directory and decode every chunk into warm memory. "load": load_model. One thread. A first round, not
+// counted, warms up.
 #include "decode_steps.h"
 #include "pbm_format/reading/load_model.h"
 #include "system/files/mapped_file.h"
@@ -33,7 +33,7 @@ struct Failure : std::runtime_error {
 };
 
 int run(const std::string &path, int rounds) {
-    // Memory that is freed stays with the process, so that what is allocated next needs no new pages.
+    // Keeps freed memory in the process, so that later allocations need no new pages.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
     const Result<MappedFile> file = MappedFile::open(path);

@@ -1,9 +1,9 @@
-// What leaving out points that face away is worth: frames of the reference renderer with and without it.
+// Gain of culling points that face away: frames of the reference renderer with and without culling.
 //
 //   bench_culling ROUNDS WIDTH HEIGHT FILE
 //
-// Without it every point counts as two-sided. Prints a JSON object: culled, drawn: [round] milliseconds;
-// culled_points, drawn_points; table_milliseconds: [round], marking the normals that face away, for eight octants.
+// Without culling every point counts as two-sided. Prints a JSON object: culled, drawn: [round] milliseconds;
+// culled_points, drawn_points; table_milliseconds: [round], time to mark the normals that face away, for eight octants.
 #include "pbm_format/reading/load_model.h"
 #include "pbm_render/camera/normal_table.h"
 #include "pbm_render/reference/reference_renderer.h"

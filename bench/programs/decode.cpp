@@ -1,10 +1,10 @@
-// Decodes a whole model round after round, in turn with the steps alone and with Draco's decoder on the same voxels.
+// Each round decodes a whole model, then runs the steps alone, and Draco's decoder on the same voxels.
 //
 //   bench_decode MODEL.pbvg ROUNDS [FILE.drc...]
 //
-// Prints a JSON object: points, bytes, `seconds` and `processor_seconds`: name -> [round]. A first round that is not
-// counted warms up. One thread but for "decode, 2 threads" and "load, 2 threads". "load" is load_model on memory that
-// is new each time.
+// Prints a JSON object: points, bytes, `seconds` and `processor_seconds`: name -> [round]. A first round, not
+// counted, warms up. One thread except for "decode, 2 threads" and "load, 2 threads". "load": load_model into newly
+// allocated memory.
 #include "decode_steps.h"
 #include "draco_peer.h"
 #include "pbm_format/reading/load_model.h"
@@ -35,7 +35,7 @@ MappedFile open_file(const std::string &path) {
 }
 
 struct Time {
-    double seconds = 0, processor_seconds = 0; // the second of all threads
+    double seconds = 0, processor_seconds = 0; // processor_seconds: sum over all threads
 };
 
 Time time_of(const std::function<void()> &run) {
@@ -87,9 +87,9 @@ class Measurement {
         nlohmann::json seconds, processor_seconds;
         for (int round = -1; round < rounds; ++round)
             for (const bench::Step &item : items_) {
-                malloc_trim(0); // nobody profits from pages that another one touched
+                malloc_trim(0); // returns free pages, so that no item reuses the pages of another
                 if (item.name.starts_with("decode"))
-                    item.run(); // but here memory is to be warm
+                    item.run(); // "decode" is measured in warm memory
                 const Time time = time_of(item.run);
                 loaded_ = Model();
                 if (round >= 0) {
@@ -111,7 +111,7 @@ class Measurement {
         expect_points("the reader", *decoded, points());
     }
 
-    // The model lives on until the clock stands: giving memory back is not part of loading.
+    // Keeps the model until the time is taken: freeing it is not part of loading.
     void load(int threads) {
         Result<Reader> reader = Reader::open(file_.bytes());
         Result<Model> model = load_model(reader.value(), {.max_level = kMaxDepth, .threads = threads});
@@ -138,7 +138,7 @@ int run(int argc, char **argv) {
         std::cerr << "usage: bench_decode MODEL.pbvg ROUNDS [FILE.drc...]\n";
         return 1;
     }
-    // Memory that is freed stays with the process, so that what is allocated next needs no new pages.
+    // Keeps freed memory in the process, so that later allocations need no new pages.
     mallopt(M_MMAP_THRESHOLD, 32 << 20);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
     Measurement measurement(arguments[0], {arguments.begin() + 2, arguments.end()});

@@ -57,18 +57,18 @@ void decompress(ZSTD_DCtx *context, ByteView stored, Bytes &raw) {
         throw std::runtime_error("a frame does not decode");
 }
 
-// One filtered stream of one chunk with everything that un-filtering it needs.
+// A filtered stream of a chunk with all inputs of its un-filtering.
 struct FilteredStream {
     ByteView masks;
     ParentNodes parents;
     std::size_t points;
-    std::vector<Bytes> planes; // with kSlack behind
+    std::vector<Bytes> planes; // followed by kSlack bytes
     std::vector<std::size_t> plane_bytes;
 
     ByteView plane(std::size_t p) const { return ByteView(planes[p]).first(plane_bytes[p]); }
 };
 
-// Un-filters stream after stream of a loaded model, whose chunks are filtered again to have something to do.
+// Filters the chunks of a loaded model again and measures un-filtering each stream.
 class Unfiltering {
   public:
     Unfiltering(const Model &model, const std::vector<const LevelDirectory *> &directories, const StreamInfo &stream)
@@ -99,13 +99,13 @@ class Unfiltering {
             }
     }
 
-    // Counting children and laying out siblings, without un-filtering.
+    // Counts children and lays out siblings, without un-filtering.
     void lay_out() {
         for (const FilteredStream &job : jobs_)
             scratch_.layout.build(job.masks, summarise_masks(job.masks));
     }
 
-    // Un-filtering with the layout.
+    // Lays out siblings and un-filters.
     void run() {
         const AttributeSet &set = model_.parameters.attributes;
         for (const FilteredStream &job : jobs_) {
@@ -129,7 +129,7 @@ class Unfiltering {
                 unfilter_colours_888(scratch_, nodes.colours, job.plane(0), job.plane(1), job.plane(2),
                                      points_.colours);
                 break;
-            default: break; // one byte per point: next to nothing
+            default: break; // one byte per point: negligible
             }
         }
     }
@@ -148,9 +148,9 @@ class Unfiltering {
 struct WholeDecoder::Shared {
     explicit Shared(std::ptrdiff_t threads) : level_done(threads) {}
     std::barrier<> level_done;
-    std::array<std::atomic<std::size_t>, kMaxDepth + 1> next{}; // chunk that nobody has taken yet, by level
+    std::array<std::atomic<std::size_t>, kMaxDepth + 1> next{}; // by level: the next chunk to take
     std::atomic<bool> failed{false};
-    Error error; // of the one who set `failed`
+    Error error; // of the thread that set `failed`
 };
 
 WholeDecoder::WholeDecoder(ByteView file, int threads)

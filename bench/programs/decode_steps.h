@@ -1,4 +1,4 @@
-// Decoding a whole model as a reader of everything would, and the steps that it consists of, each alone.
+// Decoding a whole model, and each of its steps alone.
 #pragma once
 
 #include "pbm_format/reading/reader.h"
@@ -10,12 +10,12 @@
 
 namespace pbm::bench {
 
-// Opens a file and decodes all of its chunks with every check on, level by level. Chunks of the finest level are
-// decoded into the same memory again and again, those above are kept until the end, since they are parents; all of it
-// is reused by the next run, so that page faults are not part of what is measured.
+// Opens a file and decodes all of its chunks with every check, level by level. Chunks of the finest level share one
+// buffer per thread; the others are parents and are kept until the end. The next run reuses all memory, so that page
+// faults are not measured.
 class WholeDecoder {
   public:
-    // `file` must stay as it is. threads >= 1.
+    // `file` must stay unchanged and outlive this object. threads >= 1.
     WholeDecoder(ByteView file, int threads);
     // Returns the points of the finest level, or what is wrong with the file.
     Result<std::uint64_t> run();
@@ -37,9 +37,9 @@ struct Step {
     std::function<void()> run;
 };
 
-// The steps of decoding that can be run alone: opening with all directories, hashes, zstd stream by stream, siblings,
-// filters (each with the siblings, which the whole lays out once for all). `reader` has read all of its directories;
-// both must stay. One thread.
+// Steps of decoding that can run alone: opening with all directories, hashes, zstd per stream, layout of siblings,
+// filters (each includes the layout, which whole decoding makes once). `reader` has read all of its directories.
+// `file` and `reader` must outlive the steps. One thread.
 std::vector<Step> decoding_steps(ByteView file, Reader &reader, const std::vector<const LevelDirectory *> &directories);
 
 // Opens all directories: [0] is null, then level 1..depth.

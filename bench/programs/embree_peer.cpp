@@ -19,7 +19,7 @@ constexpr std::size_t kPacketEdge = 4, kRays = kPacketEdge * kPacketEdge;
 constexpr int kShades = 1024;
 constexpr double kAlbedo = 0.8; // linear
 
-// sRGB of light that leaves a surface whose normal has the cosine i / (kShades - 1) with the line of sight.
+// [i]: sRGB of the reflected light if the cosine of normal and line of sight is i / (kShades - 1).
 std::array<std::uint32_t, kShades> grey_shades() {
     std::array<std::uint32_t, kShades> shades{};
     for (std::size_t i = 0; i < shades.size(); ++i) {
@@ -30,10 +30,10 @@ std::array<std::uint32_t, kShades> grey_shades() {
     return shades;
 }
 
-// Directions of the rays, of length 1 along the view direction, so that the ray's parameter is the depth.
+// Ray directions with length 1 along the view direction, so that ray parameter = depth.
 struct RayFrame {
     glm::vec3 eye;
-    glm::vec3 corner, right, down; // direction to the middle of pixel (0, 0), and what a pixel further adds
+    glm::vec3 corner, right, down; // direction to the centre of pixel (0, 0), steps per pixel
 };
 
 RayFrame ray_frame(const Camera &camera, const glm::dvec3 &centre, int width, int height) {

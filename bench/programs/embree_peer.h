@@ -1,4 +1,4 @@
-// Primary rays and Lambert's law with Embree, kept apart because of its headers.
+// Primary rays and Lambert's law with Embree, in a file of its own because of its headers.
 #pragma once
 
 #include "pbm_render/camera/camera.h"
@@ -11,8 +11,8 @@ namespace pbm::bench {
 
 class EmbreePeer {
   public:
-    // Builds the hierarchy with all processors; pictures are made with `threads` of them. Embree's highest quality is
-    // no faster here, nor are packets of 8 rays.
+    // Builds the hierarchy with all processors; renders with `threads` threads. Embree's highest build quality and
+    // packets of 8 rays are no faster here.
     // `centre` is subtracted from every position, so that single precision suffices for georeferenced meshes.
     //
     // throws  std::runtime_error  no memory
@@ -21,8 +21,8 @@ class EmbreePeer {
     EmbreePeer(const EmbreePeer &) = delete;
     EmbreePeer &operator=(const EmbreePeer &) = delete;
 
-    // One ray through each pixel's centre in packets of 4 x 4, all triangles of one grey, lit from the eye by their
-    // geometric normal; colour and depth are written.
+    // One ray through each pixel's centre, in packets of 4 x 4. All triangles have the same grey, lit from the eye by
+    // their geometric normal. Writes colour and depth.
     void render(const Camera &camera, Framebuffer &target);
 
   private:

@@ -1,13 +1,13 @@
-// Draws frames round after round, all renderers in turn.
+// Draws frames with all renderers in turn, in each round.
 //
 //   bench_frames ROUNDS VIEWS WIDTH HEIGHT (WHAT THREADS DISTANCE FILE)...
 //
 // WHAT: fast or reference (FILE: a model) or embree (FILE: its mesh, drawn for the views of the first model named).
-// VIEWS: from all around the model, at DISTANCE times the whole view's distance to the surface in the middle of the
-// picture. What a frame needs is loaded before its time begins.
+// VIEWS: number of views around the model. The distance to the surface at the middle of the picture is DISTANCE times
+// that of the whole view. Loading is not part of the time of a frame.
 // Prints a JSON array, an object for each four arguments: what, threads, distance, file, drawn_points (mean),
-// milliseconds: [round][view], processors (how many the process had while it drew). A first round that is not counted
-// warms up.
+// milliseconds: [round][view], processors (mean number in use while drawing). A first round, not counted, warms
+// up.
 #include "embree_peer.h"
 #include "pbm_scan/surface_reader.h"
 #include "system/processes/this_process.h"
@@ -42,7 +42,7 @@ struct Task {
     std::string file;
 };
 
-// Everything that draws, made once for all tasks that want the same.
+// The renderers, shared by tasks with equal parameters.
 class Renderers {
   public:
     Renderers(int views, int width, int height)
@@ -78,10 +78,10 @@ class Renderers {
     }
 
     Framebuffer &picture() { return picture_; }
-    Framebuffer &colours() { return colours_; } // without depths, as the programs have it
+    Framebuffer &colours() { return colours_; } // without depths, as in the programs
 
   private:
-    // Moved along its view direction; where the middle of the picture is empty the nearest surface counts.
+    // Moves the camera along its view direction. If the middle of the picture is empty, the nearest surface counts.
     Camera nearer(ModelDrawer &drawer, Camera camera, double distance) {
         if (distance == 1)
             return camera;
@@ -105,10 +105,10 @@ class Renderers {
     std::map<std::tuple<int, std::string>, std::unique_ptr<bench::EmbreePeer>> peers_;
 };
 
-// What all rounds of a task cost.
+// Times of all rounds of a task.
 struct Cost {
     std::vector<std::vector<double>> milliseconds; // [round][view]
-    double drawing = 0, processing = 0;            // seconds, of all processors together
+    double drawing = 0, processing = 0;            // seconds: wall clock, and processor time of all threads
     std::uint64_t drawn_points = 0, frames = 0;
 };
 

@@ -1,8 +1,8 @@
-// How long finding where surfaces lie in their voxels takes.
+// Time to estimate surface offsets.
 //
 //   bench_offsets ROUNDS FILE
 //
-// All chunks of the finest level, one after the other, on one thread. Prints a JSON object: points;
+// Estimates all chunks of the finest level in order, on one thread. Prints a JSON object: points;
 // nanoseconds: [round] per point.
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
@@ -27,7 +27,7 @@ nlohmann::json measure(int rounds, const std::string &file) {
     const MappedFile packed = value_or_throw(MappedFile::open(file), file);
     Reader packed_reader = value_or_throw(Reader::open(packed.bytes()), file);
     const Model model = value_or_throw(load_model(packed_reader), file);
-    // Bricks of chunks stand in mapped files alone.
+    // Only mapped files contain the bricks of chunks.
     const Bytes mapped = value_or_throw(encode_model(model, {.storage = Storage::mapped}), file);
     Reader reader = value_or_throw(Reader::open(mapped), file);
     const LevelDirectory *const finest = value_or_throw(reader.directory(reader.depth()), file);

@@ -1,9 +1,9 @@
-// Writes pictures round after round, in turn with libpng.
+// Writes pictures in each round, in turn with libpng.
 //
 //   bench_png ROUNDS PICTURE.png...
 //
 // Prints a JSON array of objects: picture, width, height, opaque, `bytes`: name -> number, `seconds`: name -> [round].
-// A first round that is not counted warms up.
+// A first round, not counted, warms up.
 #include "png_peer.h"
 #include "viewer/pictures/image_writer.h"
 

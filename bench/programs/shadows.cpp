@@ -1,12 +1,12 @@
-// Bakes shadows round after round, in turn with Embree's shadow rays, and counts where they differ.
+// Bakes shadows in each round, in turn with Embree's shadow rays, and counts the points where they differ.
 //
 //   bench_shadows ROUNDS MAPS MODEL.pbvg MESH
 //
 // Prints a JSON object: points, prepare_ns (of ShadowCasters, per point, [round]), and for each of four lights: name,
 // facing, lit, false_shadow, false_light, wrong, wrong_light, strictly_wrong, bake_ns (per point, [round]), embree_ns
-// (per ray, [round]); rays_wrong, rays_strictly_wrong, rays_ns: by rays against the triangles, as pbm-build does it
-// where there are some; triangles, prepare_rays_ns (tree and places, per point, [round]). One thread. A first round
-// that is not counted warms up.
+// (per ray, [round]); rays_wrong, rays_strictly_wrong, rays_ns: with rays against the triangles, as pbm-build bakes
+// meshes; triangles, prepare_rays_ns (tree and places, per point, [round]). One thread. A first round, not counted,
+// warms up.
 #include "pbm_bake/shadow_baker.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_scan/surface_reader.h"
@@ -41,7 +41,7 @@ struct NamedLight {
     Light light;
 };
 
-// A key light from the upper left front, a low grazing one, a point light and a spot light about a radius away.
+// A key light from the upper left front, a grazing light, and a point and a spot light about a radius away.
 std::vector<NamedLight> lights_around(const TriangleMesh &mesh, const Grid &grid) {
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
     for (const glm::dvec3 &position : mesh.positions) {
@@ -70,7 +70,7 @@ template <class Work> double seconds(Work &&work) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Nanoseconds of one shadow ray from every place that faces the light.
+// Nanoseconds per shadow ray, over all places that face the light.
 double cast_rays(const ShadowTruth &truth, const SampledPoints &sample, const Grid &grid, const Light &light) {
     std::size_t rays = 0, reached = 0;
     const double time = seconds([&] {

@@ -1,11 +1,11 @@
-// How fast splats of each shape are drawn, one after the other, normals and places at random.
+// Drawing speed of each splat shape, with random normals and places.
 //
 //   bench_splats ROUNDS WIDTH HEIGHT RADIUS...
 //
-// Shapes: pixel, square, kernel (the dissertation's table, index included), ellipse (the exact image of the disc, its
-// shape computed for every splat). RADIUS: pixels; a square's is half its edge.
+// Shapes: pixel, square, kernel (the dissertation's table, including the lookup), ellipse (the exact image of the disc,
+// computed for every splat). RADIUS: pixels; a square's is half its edge.
 // Prints a JSON array, an object for each shape and radius: shape, radius, splats_per_second: [round], and for kernels
-// table_milliseconds: [round], what making the table takes.
+// table_milliseconds: [round], time to compute the table.
 #include "pbm_format/model/normal.h"
 #include "pbm_render/camera/normal_table.h"
 #include "pbm_render/splats/splat.h"
@@ -35,7 +35,7 @@ struct Point {
     float depth;
 };
 
-// Points that face the eye, spread over the picture.
+// Points that face the eye, at random places of the picture.
 std::vector<Point> make_points(const Projection &projection, int width, int height) {
     std::mt19937 random(1);
     const auto below = [&](double end) { return static_cast<float>(std::uniform_real_distribution<>(0, end)(random)); };

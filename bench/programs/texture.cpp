@@ -1,4 +1,4 @@
-// bench_texture ROUNDS: how fast solid textures are evaluated on one core; see bench/texture.
+// bench_texture ROUNDS: evaluation speed of solid textures on one core; see bench/texture.
 #include "pbm_build/panorama/default_panorama.h"
 #include "pbm_build/texture/solid_texture.h"
 
@@ -34,7 +34,7 @@ std::vector<MortonCode> sphere_codes(int depth) {
     return codes;
 }
 
-// Of the processor: one thread works, and others may want the same core.
+// Processor time, since other programs may share the core.
 double seconds_of(const std::function<void()> &work) {
     const std::clock_t start = std::clock();
     work();

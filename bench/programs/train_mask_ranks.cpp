@@ -1,10 +1,10 @@
 // Makes the normative table of the rank filter (format_spec/mask_ranks.txt) from models.
 // usage: train_mask_ranks TABLE MODEL.pbvg[=WEIGHT]...
 //
-// Contexts (mask_ranks.h) that rank their masks alike share a ranking. Which do is found by Lloyd's iteration: each
-// context joins the ranking that codes its masks in the fewest bits, each ranking sorts the masks of its contexts by
+// Contexts (mask_ranks.h) with similar mask frequencies share a ranking. Lloyd's iteration assigns them: each context
+// joins the ranking that codes its masks in the fewest bits, then each ranking sorts the masks of its contexts by
 // frequency. Bits are those of one entropy coder for all codes, because a chunk has one Huffman table.
-// The histogram of a model sums up to its weight, whatever its size. Integers only: equal models give equal bytes.
+// The histogram of a model is scaled to its weight. Integer arithmetic: equal models give equal bytes.
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/streams/mask_ranks.h"
 #include "system/files/file_replacement.h"
@@ -25,11 +25,11 @@ namespace pbm {
 namespace {
 
 constexpr std::size_t kMasks = 256;
-constexpr unsigned kModelBits = 30;      // the histogram of a model of weight 1 sums up to 2^30
-constexpr std::uint64_t kOwnShare = 256; // a context's own masks against those of all normals at its place
+constexpr unsigned kModelBits = 30;      // histogram sum of a model of weight 1: 2^30
+constexpr std::uint64_t kOwnShare = 256; // weight of a context's own masks against those of all normals at its place
 constexpr std::uint64_t kBit = 256;      // unit of code lengths
 constexpr std::uint64_t kLongestCode = 16 * kBit;
-constexpr int kRounds = 24; // costs stand still after about 16
+constexpr int kRounds = 24; // costs converge after about 16
 
 using Counts = std::array<std::uint64_t, kMasks>; // by mask image, or by code
 using Lengths = std::array<std::uint64_t, kMasks>;
@@ -41,7 +41,7 @@ struct Sample {
 };
 using Context = std::vector<Sample>;
 
-// What a model counts by context and image: all levels, whole.
+// Histograms of a model over all levels: by context, then by mask image.
 std::vector<Counts> count_masks(const Model &model) {
     std::vector<Counts> counts(kMaskContexts, Counts{});
     for (std::size_t level = 1; level < model.levels.size(); ++level) {
@@ -68,8 +68,8 @@ void add_model(const Model &model, std::uint64_t weight, std::vector<Counts> &al
             all[context][mask] += (counts[context][mask] << kModelBits) / nodes * weight;
 }
 
-// Every context gets a small share of what was seen at its place and parent's mask under all normals, and where nothing
-// was, of everything: no context and hardly a mask is without a sample.
+// Adds to each context a small share of the counts at its place and parent mask over all normals, or of all counts if
+// there are none. So no context lacks samples, and hardly any mask does.
 std::vector<Context> smooth(const std::vector<Counts> &all) {
     constexpr std::size_t kSurroundings = kMaskContexts / kMaskNormalClasses;
     std::vector<Counts> any_normal(kSurroundings, Counts{});
@@ -107,7 +107,7 @@ std::uint64_t logarithm(std::uint64_t value) {
     return result;
 }
 
-// Lengths of codes for their frequencies; never shorter for a later code.
+// Code lengths for the frequencies, ascending by code.
 Lengths code_lengths(const Counts &codes) {
     const std::uint64_t total = logarithm(sum_of(codes));
     Lengths lengths{};
@@ -119,7 +119,7 @@ Lengths code_lengths(const Counts &codes) {
     return lengths;
 }
 
-// Masks by falling count, then by falling count anywhere, then ascending; mask 0 last (4.2 forbids it).
+// Masks by falling count, then by falling count over all contexts, then ascending; mask 0 last (4.2 forbids it).
 Ranking rank_by(const Counts &counts, const Counts &anywhere) {
     Ranking ranking{};
     std::iota(ranking.begin(), ranking.end(), std::uint8_t{0});
@@ -157,7 +157,7 @@ struct Table {
     std::vector<Ranking> rankings;
 };
 
-// Before anything was counted: what they come out like.
+// Initial guess of the code lengths.
 Lengths guessed_lengths() {
     Lengths lengths{};
     for (std::size_t code = 0; code < kMasks; ++code)
@@ -165,7 +165,7 @@ Lengths guessed_lengths() {
     return lengths;
 }
 
-// One ranking after the other, from the context that loses most by having none of its own.
+// Adds rankings one by one, each from the context that would gain most from a ranking of its own.
 std::vector<Ranking> first_rankings(const std::vector<Context> &contexts, const Counts &anywhere) {
     const Lengths lengths = guessed_lengths();
     const auto rank_one = [&](const Context &context) {
@@ -192,7 +192,7 @@ std::vector<Ranking> first_rankings(const std::vector<Context> &contexts, const 
     return rankings;
 }
 
-// Gives each context to the ranking that costs least, the first of several; returns what all cost.
+// Assigns each context to the first ranking of minimum cost. Returns the total cost.
 std::uint64_t assign(const std::vector<Context> &contexts, const Lengths &lengths, Table &table) {
     std::vector<Lengths> by_mask;
     for (const Ranking &ranking : table.rankings)
@@ -210,7 +210,7 @@ std::uint64_t assign(const std::vector<Context> &contexts, const Lengths &length
     return total;
 }
 
-// Sorts each ranking by what its contexts hold; returns how often each code comes.
+// Sorts each ranking by the counts of its contexts. Returns the frequency of each code.
 Counts sort_rankings(const std::vector<Context> &contexts, const Counts &anywhere, Table &table) {
     std::vector<Counts> counts(kMaskRankings, Counts{});
     for (std::size_t c = 0; c < kMaskContexts; ++c)

@@ -1,4 +1,4 @@
-// What programs that measure do with an error: they end, and say which file it was.
+// Error handling of the benchmarks: throws a message that names the file.
 #pragma once
 
 #include "system/error.h"

@@ -1,8 +1,8 @@
-// The finest voxels of a model as other programs take them: peers are measured on the very same points.
+// Exports the finest voxels of a model for other programs, so that peers are measured on the same points.
 //
 //   bench_voxels geometry MODEL.pbvg OUT.ply      integer positions
 //   bench_voxels points MODEL.pbvg OUT.ply        integer positions, unit normals, 8-bit colours where there are any
-//   bench_voxels dissertation MODEL.pbvg OUT.raw  as the dissertation laid points out, see write_dissertation
+//   bench_voxels dissertation MODEL.pbvg OUT.raw  the layout of the dissertation, see dissertation_layout
 //
 // Based on: Campbell. Point Based Modelling and Rendering. 2006, sections 5.1 and 5.2
 #include "pbm_format/reading/load_model.h"
@@ -62,8 +62,8 @@ Bytes ply_of(const Model &model, bool geometry_only) {
     return out;
 }
 
-// Child masks of the subtree below the next node of level `level - 1`, depth first. `next[L]` is the next mask of
-// level L; all levels stand in Morton order, so one cursor for each is enough.
+// Appends the child masks of the subtree below the next node of level `level - 1`, depth first. `next[L]`: index of the
+// next mask of level L. All levels are in Morton order, so one cursor per level suffices.
 void append_depth_first(const Model &model, std::size_t level, std::vector<std::size_t> &next, Bytes &out) {
     const std::uint8_t mask = model.levels[level].masks[next[level]++];
     out.push_back(mask);
@@ -72,8 +72,8 @@ void append_depth_first(const Model &model, std::size_t level, std::vector<std::
             append_depth_first(model, level + 1, next, out);
 }
 
-// 48 bits: normal 13, colour 565 16, material 3, radius 8, shadow flags 8; the dissertation's 16 bits of padding are
-// left out. A flag says that the point is lit by more than half.
+// 48 bits: normal 13, colour 565 16, material 3, radius 8, shadow flags 8; without the dissertation's 16 bits of
+// padding. A shadow flag is set if the lit fraction exceeds 1/2.
 std::uint64_t record_of(const Model &model, std::size_t i) {
     const PointAttributes &points = model.levels.back().points;
     const AttributeSet &set = model.parameters.attributes;

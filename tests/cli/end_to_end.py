@@ -34,7 +34,7 @@ def same(a, b):
 
 run("pbm-sample", "--vertices", 20000, "-q", "-o", "scan.ply")
 
-# The same bytes for any number of threads, and again.
+# The bytes are the same for any number of threads and in a second build.
 for threads in (1, 2, 5):
     run("pbm-build", "-q", "-j", threads, "--depth", 8, "scan.ply", "-o", f"j{threads}.pbvg")
 same("j1.pbvg", "j2.pbvg")
@@ -59,7 +59,7 @@ statistics = json.loads(run("pbm-build", "--json", "--depth", 8, "scan.ply", "-o
 check(statistics, "pbm-build --json is empty")
 same("j1.pbvg", "again.pbvg")
 
-# A picture: the model covers a good part of it, in more than a few colours, away from the border.
+# In the picture the model covers a large part, has many colours and does not touch the border.
 size = ("--resolution", "320,240")
 run("pbm-render", "j1.pbvg", "-o", "a.png", "--depth-output", "a.pfm", *size)
 width, height, channels, pixels = pictures.read_png(work / "a.png")
@@ -74,14 +74,14 @@ drawn = [c != background for c in colour]
 check(0.15 < sum(drawn) / len(drawn) < 0.9, f"{sum(drawn)} of {len(drawn)} pixels are drawn")
 check(len(set(colour)) > 200, f"only {len(set(colour))} colours")
 
-# Depth is finite exactly where a point was drawn, and about as far as the model is.
+# Depth is positive, and finite exactly where a point was drawn.
 depth_width, depth_height, depth = pictures.read_pfm(work / "a.pfm")
 check((depth_width, depth_height) == (width, height), "depth has another size")
 wrong = sum(math.isfinite(z) != d for z, d in zip(depth, drawn))
 check(wrong <= len(drawn) // 1000, f"depth and colour disagree about {wrong} pixels")
 check(all(z > 0 for z in depth), "depth is not positive")
 
-# The same again, and transparent.
+# The other model gives the same picture; --no-background makes it transparent.
 run("pbm-render", "j2.pbvg", "-o", "b.png", "--depth-output", "b.pfm", *size)
 same("a.png", "b.png")
 same("a.pfm", "b.pfm")
@@ -92,7 +92,7 @@ alpha = pixels[3::4]
 check(alpha[0] == 0 and max(alpha) == 255, "--no-background is not transparent outside and opaque inside")
 check(sum((a > 0) != math.isfinite(z) for a, z in zip(alpha, depth)) == 0, "alpha and depth disagree")
 
-# From behind it looks different.
+# A camera behind the model gives another picture.
 centre = [o + info["voxel_size"] * 2 ** info["depth"] / 2 for o in info["origin"]]
 behind = [centre[0], centre[1], centre[2] - 4 * info["voxel_size"] * 2 ** info["depth"]]
 run("pbm-render", "j1.pbvg", "-o", "d.png", *size, "--camera-position", ",".join(map(str, behind)),

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Help of every program fits a screen by topic, names each option in one topic, and makes a clean man page:
+"""Help of every program: each topic fits a screen, each option has one topic, and the man page has no fault:
 help_pages.py PROGRAMS VERSION"""
 
 import pathlib
@@ -10,7 +10,7 @@ import sys
 
 LINES, COLUMNS = 24, 80
 SECTIONS = ["NAME", "SYNOPSIS", "DESCRIPTION", "OPTIONS", "EXIT STATUS", "EXAMPLES", "SEE ALSO"]
-# Pages tell the version, no date: the same sources give the same page.
+# Pages name the version but no date, so that equal sources give equal pages.
 NO_FAULT = "missing date"
 
 folder, version = pathlib.Path(sys.argv[1]), sys.argv[2]

@@ -1,4 +1,4 @@
-"""Reads the pictures that pbm-render writes, with nothing but the standard library."""
+"""Reads the pictures of pbm-render, with the standard library alone."""
 
 import struct
 import zlib

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What pbm-render reads and decodes is what its picture needs: reading.py PROGRAMS WORK_FOLDER"""
+"""pbm-render reads and decodes only what its picture needs: reading.py PROGRAMS WORK_FOLDER"""
 
 import json
 import pathlib
@@ -43,21 +43,21 @@ for colour in BYTES_PER_POINT:
         run("pbm-build", "-q", "--depth", DEPTH, "--colour", colour, "--store", store, "scan.ply", "-o",
             f"{store}{colour}.pbvg")
 
-# First pictures need little more than the start of the file.
+# A coarse first picture needs few bytes per point, and little more than the start of the file.
 for colour, most in BYTES_PER_POINT.items():
     shown_of_64_kb = 0
     for level in range(5, DEPTH):
         drawn = draw(f"packed{colour}.pbvg", "first.png", "--level", level, "--max-error", 0.1)
         check(drawn["level"] == level, f"level {level}: drew {drawn['level']}")
         if level < 6 and drawn["bytes_read"] > 4096:
-            continue  # the camera has to see level 6
+            continue  # choosing the camera reads level 6
         per_point = drawn["bytes_read"] / drawn["points"]
         check(per_point <= most, f"level {level} of {colour}: {per_point:.2f} bytes read per point shown")
         if drawn["bytes_read"] <= 65536:
             shown_of_64_kb = drawn["points"]
     check(shown_of_64_kb >= 4000, f"{colour}: {shown_of_64_kb} points from 64 KB")
 
-# The same picture from both; nothing of a mapped file is decoded.
+# Packed and mapped files give the same picture; a mapped file is not decoded.
 views = {
     "whole": [],
     "coarse": ["--max-error", 8],
@@ -84,13 +84,13 @@ for name in ("close", "corner"):
     decoded = costs[name]["points_decoded"]
     check(decoded <= total / 4, f"{name}: {decoded} of {total} points decoded")
 
-# What is said in words is the same.
+# The output of -v states the same figures.
 said = run("pbm-render", "-v", "packed888.pbvg", "-o", "words.png").stdout
 words = f"read: {costs['whole']['bytes_read']} of {costs['whole']['file_bytes']} bytes, " \
         f"{costs['whole']['points_decoded']} points decoded\n"
 check(words in said, f"-v says: {said}")
 
-# Damage where a picture does not look is not seen; where it looks, there is no picture.
+# Damage outside the chunks that a picture needs is not noticed; damage inside prevents the picture.
 damaged = bytearray((work / "packed888.pbvg").read_bytes())
 damaged[-1000] ^= 1
 (work / "damaged.pbvg").write_bytes(damaged)
@@ -101,20 +101,20 @@ refused = run("pbm-render", "damaged.pbvg", "-o", "refused.png", "--max-error", 
 check("damaged.pbvg" in refused.stderr and "offset" in refused.stderr, f"damage is not named: {refused.stderr}")
 check(not (work / "refused.png").exists(), "a picture of a damaged chunk")
 
-# Memory is what the user grants.
+# --max-memory limits the memory.
 refused = run("pbm-render", "packed888.pbvg", "-o", "refused.png", "--max-error", 0.1, "--resolution", "320,200",
               "--max-memory", "2M", code=4)
 check("--max-memory" in refused.stderr, refused.stderr)
 
-# Times of frames from all around, without pictures; with little memory, too.
+# --bench measures frames from views around the model and writes no pictures.
 for renderer in ("fast", "reference"):
     run("pbm-render", "packed888.pbvg", "--bench", 5, "--json=bench.json", "-q", "--renderer", renderer, "--level", 8)
     bench = json.loads((work / "bench.json").read_text())
     check(bench["renderer"] == renderer and bench["bench_frames"] == 5, f"{bench}")
     check(0 < bench["bench_min_ms"] <= bench["bench_median_ms"], f"{bench}")
     check(bench["bench_drawn_points"] > 10000 and bench["peak_memory"] > 1 << 20, f"{bench}")
-# A mapped file that is written to while it is drawn: frames are spoilt, and nothing else happens. Its directories were
-# read by the time the first frame is drawn.
+# A mapped file that is overwritten while it is drawn gives wrong pixels at worst. The program has read the directories
+# before the first frame.
 victim = bytearray((work / "mapped888.pbvg").read_bytes())
 (work / "written.pbvg").write_bytes(victim)
 directory_end = len(victim) // 4

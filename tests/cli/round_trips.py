@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Exported points, built again on the same grid, are the same model: round_trips.py PROGRAMS WORK_FOLDER SOURCE_FOLDER LARGEST UNPACKED [SCANS]
 
-Always with the sample scan; with real scans too where they are found, as scan_folder.py says. The same is a content id,
-which covers grid, unit, materials, the voxels of all levels and all attributes of the finest; and the pictures.
+Uses the sample scan, and real scans if scan_folder.py finds them. Two models are the same if their pictures and their
+content ids are; the id covers grid, unit, materials, the voxels of all levels and all attributes of the finest.
 """
 
 import json
@@ -18,8 +18,8 @@ largest = float(sys.argv[4]) * 1e6
 scans = find_scans(pathlib.Path(sys.argv[5]).resolve(), source, sys.argv[6] if len(sys.argv) > 6 else "")
 work.mkdir(parents=True, exist_ok=True)
 
-# Names of scans as ../shared/data has them; those that are not there are passed over.
-DEPTHS = range(5, 10)  # a mesh at depth 11 has 15 million points: minutes
+# Names of scans as in ../shared/data; missing scans are skipped.
+DEPTHS = range(5, 10)  # a mesh at depth 11 has 15 million points, which take minutes
 CASES = [("sample.ply", ["--depth", str(depth)]) for depth in DEPTHS]
 CASES += [("sample.ply", ["--depth", "8", "--unit", unit]) for unit in ("unknown", "m", "mm", "cm", "in", "ft", "km")]
 CASES += [("sample.ply", ["--depth", "8", "--up", axis]) for axis in "xyz"]

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the command lines of a transcript and compares what they print: run_cases.py TRANSCRIPT PROGRAMS WORK_FOLDER
 
-A transcript is a list of commands, run by bash one after the other in one fresh folder:
+A transcript is a list of commands, which bash runs in order in one empty folder:
 
   # comment
   == title of the cases that follow
@@ -10,7 +10,7 @@ A transcript is a list of commands, run by bash one after the other in one fresh
   err| expected line                of standard error, in order
   exit 2                            expected exit code; 0 if absent
 
-$ROOT is the source folder. In expected lines <n> stands for a number, <any> for the rest of anything, and a line <...> for any number of lines.
+$ROOT is the source folder. In expected lines <n> stands for a number, <any> for any text, and a line <...> for any number of lines.
 Exit code 77 of a command (say "test $UID -ne 0 || exit 77") skips the cases up to the next title.
 """
 

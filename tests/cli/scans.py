@@ -2,7 +2,7 @@
 """Real scans become pictures: scans.py PROGRAMS WORK_FOLDER SOURCE_FOLDER LARGEST UNPACKED [SCANS]
 
 SCANS is a folder of PLY, OBJ, STL and OFF files, found as scan_folder.py says; without one the test is skipped (exit code
-77). LARGEST is the size in MB of the largest file to walk with: sanitizers are slow.
+77). LARGEST is the size limit of a scan in MB, since sanitizers are slow.
 """
 
 import pathlib
@@ -29,7 +29,7 @@ def run(program, *arguments):
 
 
 def walk(scan):
-    """What is wrong with the way of this scan to a picture, or None."""
+    """Builds and draws the scan; returns what went wrong, or None."""
     model, picture = work / (scan.name + ".pbvg"), work / (scan.name + ".png")
     model.unlink(missing_ok=True)
     built = run("pbm-build", "-q", scan, "-o", model)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What pbm-validate --json prints keeps its published schema: validate_schema.py PBM_VALIDATE ROOT"""
+"""The output of pbm-validate --json conforms to its published schema: validate_schema.py PBM_VALIDATE ROOT"""
 import json
 import pathlib
 import subprocess
@@ -41,7 +41,7 @@ for level in ("--quick", "--deep", "--errors-only"):
 report("--max-memory", "1", vectors / "valid/smallest.pbvg")
 report("--ignore", "raster,hash.chunk", "-r", vectors / "invalid")
 
-# The schema refuses what it should.
+# The schema refuses wrong values.
 document = report(vectors / "invalid/4.2-zero-mask.pbvg")
 for path in (("level",), ("files", 0, "findings", 0, "code"), ("files", 0, "errors"), ("files", 0, "findings", 0, "offset")):
     broken = json.loads(json.dumps(document))

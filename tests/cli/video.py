@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Videos and pictures of other forms that pbm-render makes, parsed chunk by chunk: video.py PROGRAMS WORK_FOLDER
+"""Parses the videos and non-PNG pictures of pbm-render chunk by chunk: video.py PROGRAMS WORK_FOLDER
 
 Frames are decoded by ImageMagick and videos by ffprobe where these are installed.
 """
@@ -110,7 +110,7 @@ def avi_frames(path, fps):
     check(rate == int(largest * fps), "another rate of bytes")
     check(len(index) == 16 * count, f"index of {len(index)} bytes")
     for i, (_, at, frame) in enumerate(frames):
-        # Offsets count from the list's name to the frame's chunk.
+        # Offsets of frames count from the name of the list.
         check(struct.unpack("<4sIII", index[16 * i : 16 * i + 16]) == (b"00dc", 0x10, 4 + at - 8, len(frame)),
               f"entry {i} of the index")
         check(jpeg_size(frame) == SIZE, f"frame {i} has another size")
@@ -122,7 +122,7 @@ def rms(a, b):
 
 
 def decoded(frame):
-    """RGB of a JPEG; nothing without ImageMagick."""
+    """RGB of a JPEG; None without ImageMagick."""
     if not shutil.which("convert"):
         return None
     result = subprocess.run(["convert", "jpeg:-", "-depth", "8", "rgb:-"], input=frame, capture_output=True)
@@ -173,7 +173,7 @@ def test_avi():
         check(rgb is None or (len(rgb) == len(wanted) and rms(rgb, wanted) < 8), f"frame {number} shows something else")
     good(render("-q", "--turntable", "b.avi", "--frames", FRAMES, "--video-quality=30"), "quality")
     check((work / "b.avi").stat().st_size < len(files[0]), "quality changes nothing")
-    # The dissertation's switch: the model's name.
+    # The switch of the dissertation names the video after the model.
     good(render("-q", "-AVI", "--frames", 2), "-AVI")
     check(len(avi_frames(work / "model.avi", 30)) == 2, "-AVI makes another video")
     if shutil.which("ffprobe"):
@@ -202,7 +202,7 @@ def test_mp4():
     nowhere = render("-q", "--turntable", "keep.mp4", "--frames", 2, env={"PATH": "/nonexistent"})
     check(nowhere.returncode == 4, f"without ffmpeg: {nowhere.returncode}")
     check(nowhere.stderr == b"pbm-render: keep.mp4: ffmpeg is not installed; .avi needs no other program\n", f"{nowhere.stderr}")
-    # An ffmpeg that fails, at once or after its input.
+    # ffmpeg fails: at once, after its input, or by ending early.
     (work / "bin").mkdir()
     for script, message in (("echo 'no codec' >&2; exit 3", "failed with exit code 3: no codec"),
                             ("cat >/dev/null; exit 1", "failed with exit code 1"),
@@ -246,7 +246,7 @@ def test_errors():
         check(result.returncode == code, f"{arguments}: exit code {result.returncode}")
         check(result.stderr.decode().startswith(f"pbm-render: {message}") and result.stderr.count(b"\n") == 1,
               f"{arguments}: {result.stderr}")
-    # A disk that is full: the old video stays, nothing else does.
+    # A full disk: the old video stays, and no other file remains.
     (work / "full").mkdir()
     (work / "full" / "a.avi").write_text("precious")
     limited = f"ulimit -f 8; exec '{programs}/pbm-render' -q model.pbvg --resolution 320,240 --turntable"

@@ -1,5 +1,5 @@
-// Linked to pbm-build beside its own code: the environment variable PBM_TEST_TARGET chooses one of the processor's SIMD
-// targets before main starts. "list" prints those that there are, a number and a name a line.
+// Linked into pbm-build: the environment variable PBM_TEST_TARGET selects a SIMD target of the processor before main
+// starts. "list" prints the available targets, one number and name per line.
 #include <hwy/targets.h>
 
 #include <cstdio>

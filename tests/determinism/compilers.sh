@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # g++ and clang++ build the same models: compilers.sh FOLDER [SCAN...]
 # Builds pbm-build with both in FOLDER, runs the long form of same_bytes.py with each, and compares the models' hashes.
-# Environment: COMPILERS other ones, g++ among them; JOBS for ninja; CMAKE_CXX_COMPILER_LAUNCHER as CMake takes it.
+# Environment: COMPILERS (other compilers, must include g++), JOBS (for ninja), CMAKE_CXX_COMPILER_LAUNCHER (see CMake).
 set -euo pipefail
 
 source=$(cd "$(dirname "$0")/../.." && pwd)

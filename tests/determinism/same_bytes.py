@@ -1,11 +1,11 @@
 """The same input and options give the same bytes: same_bytes.py PBM_BUILD BUILD_WITH_TARGET PBM_SAMPLE FOLDER [OPTIONS] [SCAN...]
 
-Builds models with every feature once, then again with other numbers of threads, SIMD targets, locales, time zones, folders,
-umasks and environments, and from the same scan with its vertices and faces in another order, and compares whole files.
-Scans that are named are built in all variations of --long. Exit code 0: all the same, 1: not.
+Builds models with every feature, then varies number of threads, SIMD target, locale, time zone, folder, umask and
+environment, and the order of vertices and faces in the scan, and compares whole files.
+Each SCAN is built in all variations of --long. Exit code 0: all files are equal, 1: some differ.
 
   --long         all models in all variations, not only the first
-  --vertices N   of the sample scan
+  --vertices N   number of vertices of the sample scan
   --hashes FILE  where to write the hashes of the models, for comparison with those of another compiler
 """
 
@@ -18,7 +18,7 @@ import sys
 import zlib
 from pathlib import Path
 
-# Name and options; of the short form the first, in all variations, and the others with threads only.
+# Name and options. Without --long only the first is built in all variations; the others vary threads only.
 MODELS = (
     ("everything", ("--texture", "wood", "--ground", "marble", "--ground-resolution", "128", "--lights", "stage", "--shadows",
                     "--shadow-bits", "4", "--panorama", "PANORAMA", "--panorama-width", "256", "--name", "I\u0131\u0130i")),
@@ -43,7 +43,7 @@ PLY_TYPES = {"char": "b", "int8": "b", "uchar": "B", "uint8": "B", "short": "h",
              "int": "i", "int32": "i", "uint": "I", "uint32": "I", "float": "f", "float32": "f", "double": "d", "float64": "d"}
 
 def split_ply(path):
-    """Header lines, vertices as bytes and faces as lists of corners of a PLY of vertices and faces alone, or none."""
+    """Header lines, vertices (bytes) and faces (lists of corners) of a PLY that has no other elements, else None."""
     header, _, body = path.read_bytes().partition(b"end_header\n")
     lines = header.decode("ascii").splitlines()
     words = [line.split() for line in lines]
@@ -78,7 +78,7 @@ def write_ply(path, header, vertices, faces):
                      b"".join(row + end for row in [*vertices, *rows]))
 
 def shuffled(vertices, faces, seed):
-    """The same surface: vertices and faces in another order, each face from another of its corners."""
+    """The same surface with vertices and faces in another order, and each face starting at another corner."""
     rng = random.Random(seed)
     order = list(range(len(vertices)))
     rng.shuffle(order)
@@ -99,7 +99,7 @@ def only_points(header, vertices):
     return kept, vertices, []
 
 def make_inputs(sample, folder, vertices):
-    """Scans of the models, in their order and in another."""
+    """Writes the scans of the models, in original and in shuffled order."""
     scan = folder / "scan.ply"
     subprocess.run([sample, "-q", "--ascii", "--vertices", str(vertices), "-o", scan], check=True)
     header, points, faces = split_ply(scan)
@@ -111,7 +111,7 @@ def make_inputs(sample, folder, vertices):
     write_png(folder / "panorama.png", 300, 150)
 
 def locale_variations(folder):
-    """Locales that the system has the sources of, compiled into a folder of our own."""
+    """Compiles the locales whose sources the system has into a folder of the test."""
     for name, charset in LOCALES:
         target = folder / "locales" / f"{name}.{charset}"
         if not target.exists():
@@ -132,7 +132,7 @@ def target_variations(program):
         yield f"SIMD target {name}", {"program": program, "env": {"PBM_TEST_TARGET": number}}
 
 def variations(folder, with_target, threads_only):
-    """Names and what differs from the first build."""
+    """Name of each variation, and its difference from the first build."""
     yield from ((f"-j {n}", {"options": ("-j", str(n))}) for n in (2, 8))
     if threads_only:
         return
@@ -150,7 +150,7 @@ def variations(folder, with_target, threads_only):
     yield "vertices and faces in another order", {"shuffled": True}
 
 def build(program, folder, model, how):
-    """The bytes that a build gives."""
+    """Builds a model and returns the bytes of the file."""
     name, options = model[:2]
     if len(model) > 2:
         scan = folder / "scan-shuffled.ply" if how.get("shuffled") else model[2]
@@ -178,7 +178,7 @@ def difference(a, b):
     return f"{len(a)} and {len(b)} bytes, the first difference at {first}"
 
 def shuffle_scan(scan, folder):
-    """Writes scan-shuffled.ply; false where that cannot be done."""
+    """Writes scan-shuffled.ply; returns False if that is not possible."""
     try:
         header, points, faces = split_ply(scan)
     except (ValueError, KeyError, IndexError, struct.error):

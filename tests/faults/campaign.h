@@ -1,4 +1,4 @@
-// What a campaign is: one kind of damage, done again and again, and laws that must hold each time.
+// A campaign repeats one kind of damage and verifies laws after each case.
 #pragma once
 
 #include <cstdint>
@@ -8,19 +8,19 @@
 namespace pbm::faults {
 
 struct Options {
-    bool complete = false; // all of it, for minutes; else a sample of seconds
+    bool complete = false; // all cases, which takes minutes; else a sample, which takes seconds
     std::uint64_t seed = 1;
-    std::string golden; // flips: of this file alone; empty: of all
+    std::string golden; // flips: only this file; empty: all files
 };
 
-// What came of a campaign.
+// Result of a campaign.
 class Tally {
   public:
     void add_case() { ++cases_; }
     void add_detected() { ++detected_; }
-    // Holds a law, or keeps `what` broke it. Returns `law`.
+    // Records `what` as a violation if `law` is false. Returns `law`.
     bool require(bool law, const std::string &what);
-    // Figures for the notes: a sum, a largest value.
+    // Figures for the notes of the row: a sum, a maximum.
     void count(const std::string &what, std::uint64_t more = 1) { sums_[what] += more; }
     void note_largest(const std::string &what, double value);
 
@@ -35,20 +35,20 @@ class Tally {
     std::map<std::string, double> largest_;
 };
 
-// Truncation at every byte; every single bit flipped.
+// cut_files: truncation at every byte. flip_bits: every single bit flipped.
 void cut_files(const Options &options, Tally &tally);
 void flip_bits(const Options &options, Tally &tally);
-// Bits flipped, and every hash made right again.
+// Flips bits and repairs every hash.
 void flip_bits_behind_hashes(const Options &options, Tally &tally);
-// Fields of header, table and directories at edge values, singly and in pairs, hashes made right again.
+// Sets fields of header, table and directories to edge values, singly and in pairs, and repairs every hash.
 void set_fields_to_edges(const Options &options, Tally &tally);
-// Little that says it is much.
+// Decompression bombs: small files that announce or contain huge data.
 void send_bombs(const Options &options, Tally &tally);
 // The n-th allocation fails, for all n.
 void fail_allocations(const Options &options, Tally &tally);
 // The file changes while it is mapped.
 void change_mapped_files(const Options &options, Tally &tally);
-// Good and bad files opened, judged and closed for ever.
+// Opens, verifies and closes valid and invalid files many times.
 void open_many_files(const Options &options, Tally &tally);
 
 } // namespace pbm::faults

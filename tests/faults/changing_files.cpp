@@ -1,5 +1,5 @@
-// Another process changes a file while it is mapped. Each case is a process of its own, which must end by itself: with
-// its work done, with damage found, or with a message and exit code 2 where bytes are gone.
+// A file changes while it is mapped. Each case is a process of its own, which must exit by itself: with its work done
+// (0), with damage found (3), or with a message because the file became shorter (2).
 #include "campaign.h"
 #include "goldens.h"
 #include "judge.h"
@@ -31,7 +31,7 @@ constexpr std::array<const char *, 5> kChanges{"shrunk", "emptied", "grown", "re
 enum class Work : std::uint8_t { verify, validate, load, draw };
 constexpr std::array<const char *, 4> kWorks{"verify", "validate", "load_model", "render"};
 
-// Must not touch the file's old bytes through its mapping.
+// Changes the file by system calls, never through its mapping.
 void change(const std::string &path, Change how, std::uint64_t size, Random &random) {
     const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     const auto begin = static_cast<off_t>(random.below(size));
@@ -68,7 +68,7 @@ int work(ByteView file, Work what, int threads) {
     return exit_of(open_and_draw(file, threads));
 }
 
-// In the child: maps the file, works on it again and again while it changes, at least once afterwards.
+// In the child: maps the file and works on it repeatedly until the change, and once more after it.
 [[noreturn]] void run_case(const std::string &path, Change how, Work what, Random random, int message) {
     ::dup2(message, STDERR_FILENO);
     end_when_mapped_file_shrinks("faults");

@@ -1,13 +1,13 @@
-// Preloaded into a program, makes its n-th system call fail, or the world change just before it. Environment:
+// Preloaded library: makes the n-th system call of a program fail, or changes files just before it. Environment:
 //
-//   PBM_FAULT_LOG=FILE         appends the name of every call, in their order
-//   PBM_FAULT_AT=N             the call that is hit, counted from 1; children go on with their parent's count
-//   PBM_FAULT_KIND=error       it is not made and fails with PBM_FAULT_ERRNO
-//                 =short       it transfers half of its bytes, one at least
-//                 =kill        the program is killed in its place
-//                 =move        PBM_FAULT_PATH is renamed to PBM_FAULT_TO before it
-//                 =remove      PBM_FAULT_PATH, a folder of files, is removed before it
-//                 =empty       PBM_FAULT_PATH, a file, is truncated to nothing before it
+//   PBM_FAULT_LOG=FILE         appends the name of every call, in order
+//   PBM_FAULT_AT=N             the affected call, counted from 1; a child continues its parent's count
+//   PBM_FAULT_KIND=error       the call is not made and fails with PBM_FAULT_ERRNO
+//                 =short       the call transfers half of its bytes, at least one
+//                 =kill        the program is killed instead
+//                 =move        PBM_FAULT_PATH is renamed to PBM_FAULT_TO before the call
+//                 =remove      PBM_FAULT_PATH, a folder of files, is removed before the call
+//                 =empty       PBM_FAULT_PATH, a file, is truncated to 0 bytes before the call
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -28,7 +28,7 @@
 
 namespace {
 
-// By system calls alone: whatever has a name in the C library is ours.
+// Makes system calls directly, because this library replaces the functions of the C library.
 void log_call(const char *name) {
     const char *const path = std::getenv("PBM_FAULT_LOG");
     if (path == nullptr)
@@ -58,7 +58,7 @@ std::string_view text_of(const char *name) {
     return text == nullptr ? std::string_view() : text;
 }
 
-// What becomes of this call.
+// Decides the fate of this call.
 Fate next_call(const char *name) {
     static std::atomic<long> count{0};
     static const long at =
@@ -90,7 +90,7 @@ template <class Function> Function *real(const char *name) {
     return reinterpret_cast<Function *>(::dlsym(RTLD_NEXT, name));
 }
 
-// The call as it is, or -1 and errno.
+// Makes the call, or returns -1 and sets errno.
 template <class Function, class... Arguments> auto call(const char *name, Arguments... arguments) {
     static Function *const next = real<Function>(name);
     using Value = decltype(next(arguments...));
@@ -153,7 +153,7 @@ ssize_t pwrite64(int file, const void *from, size_t size, off_t at) { return pwr
 int close(int file) {
     static auto *const next = real<int(int)>("close");
     const Fate fate = next_call("close");
-    const int failure = errno, closed = next(file); // whatever it says, the number is free
+    const int failure = errno, closed = next(file); // also a failed close frees the descriptor
     errno = fate == Fate::failed ? failure : errno;
     return fate == Fate::failed ? -1 : closed;
 }

@@ -19,7 +19,7 @@ DetailView whole_view(const Sphere &bounds, UpAxis up) {
                     .width = kPictureWidth,
                     .height = kPictureHeight,
                     .max_error = 0.01};
-    view.camera.position += up_direction(up) * (2 * bounds.radius); // the ground is seen from above only
+    view.camera.position += up_direction(up) * (2 * bounds.radius); // the ground is visible from above only
     return view;
 }
 
@@ -35,7 +35,7 @@ Result<Shown> show(ByteView file, const DetailView &view, int threads) {
     shown.model = std::make_unique<StreamedModel>(std::move(reader).value(), StreamingOptions{.threads = threads});
     shown.surroundings =
         std::make_shared<const Surroundings>(shown.model->reader().parameters(), std::move(images).value());
-    // Chunk after chunk: an error is of one, and the others are loaded all the same.
+    // An error concerns one chunk: repeat until all others are loaded.
     for (Status loaded; !(loaded = load_all(*shown.model, view));)
         if (loaded.error().code == ErrorCode::memory)
             return std::move(loaded).error();
@@ -61,7 +61,7 @@ Status open_and_draw(ByteView file, int threads) {
     if (!bounds)
         return bounds.error();
     const DetailView view = whole_view(*bounds, up);
-    if (!is_usable(view.camera)) // as where a grid is so small or so far away that its camera is lost in rounding
+    if (!is_usable(view.camera)) // a very small or distant grid may leave no camera after rounding
         return Error{ErrorCode::usage, 0, "no camera"};
     Result<Shown> shown = show(file, view, threads);
     if (!shown)

@@ -1,4 +1,4 @@
-// The verdicts on a file, and all that a viewer does with it.
+// Verdicts on a file, and the steps by which a viewer shows it.
 #pragma once
 
 #include "pbm_format/checking/validate.h"
@@ -15,21 +15,21 @@ namespace pbm::faults {
 
 inline constexpr int kPictureWidth = 40, kPictureHeight = 30;
 
-// A file as a viewer shows it: every chunk of the finest level in view is asked for.
+// A file as a viewer shows it: requests every visible chunk of the finest level.
 struct Shown {
     std::unique_ptr<StreamedModel> model;
     std::shared_ptr<const Surroundings> surroundings;
     TiledImages images;
-    Detail detail; // what is there; damaged chunks are not
+    Detail detail; // without damaged chunks
 };
 
-// From the front; sees all of the model, some ground and panorama.
+// A view from the front that contains the whole model, and parts of ground and panorama.
 DetailView whole_view(const Sphere &bounds, UpAxis up);
-// Errors of what must be there for a picture at all; a chunk that is damaged is left out.
+// Returns errors of parts that every picture needs; omits damaged chunks.
 Result<Shown> show(ByteView file, const DetailView &view, int threads = 1);
 Framebuffer draw(const Shown &shown, const DetailView &view);
 
-// Opens, loads and draws whatever can be drawn.
+// Opens the file, loads it and draws everything that is intact.
 Status open_and_draw(ByteView file, int threads = 1);
 
 } // namespace pbm::faults

@@ -1,4 +1,4 @@
-// Opens, judges and closes files for ever, as a viewer or a server does: what it holds must not grow.
+// Opens, verifies and closes files many times, as a viewer or server does: its memory must not grow.
 #include "allocation_meter.h"
 #include "campaign.h"
 #include "goldens.h"
@@ -27,7 +27,7 @@ std::uint64_t open_descriptors() {
     return static_cast<std::uint64_t>(std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {}));
 }
 
-// Maps the file and holds it against both readings of the law. Whether it is valid.
+// Maps the file, compares `verify` and `validate`, and returns whether it is valid.
 bool open_validate_close(const std::string &path, Tally &tally) {
     const Result<MappedFile> file = MappedFile::open(path);
     if (!tally.require(file.ok(), path + ": not opened"))
@@ -41,7 +41,7 @@ bool open_validate_close(const std::string &path, Tally &tally) {
 
 void open_many_files(const Options &options, Tally &tally) {
     const std::string vectors = PBM_SOURCE_DIR "/format_spec/vectors/";
-    std::vector<std::pair<std::string, bool>> files; // and whether they are valid
+    std::vector<std::pair<std::string, bool>> files; // path, whether valid
     for (const Golden &golden : goldens(16 << 10))
         files.emplace_back(vectors + "valid/" + golden.name + ".pbvg", true);
     for (const Golden &broken : broken_vectors())

@@ -10,7 +10,7 @@ Sphere bounds_of(ByteView file) {
     return model.bounds().value();
 }
 
-// All chunks of a file, by load_chunk alone.
+// Decodes all chunks of a file by load_chunk.
 std::vector<std::vector<Chunk>> decode_all(ByteView file) {
     Reader reader = Reader::open(file).value();
     std::vector<std::vector<Chunk>> levels(1);
@@ -44,7 +44,7 @@ Pictures::Pictures(const Golden &golden)
         directories_.push_back(reader_.directory(level).value());
 }
 
-// Whether every run that is drawn consists of the bytes of the golden file's chunk.
+// Whether every drawn chunk equals that of the golden file.
 bool Pictures::same_chunks(const Shown &shown) const {
     const AttributeSet &set = reader_.parameters().attributes;
     return std::all_of(shown.detail.runs.begin(), shown.detail.runs.end(), [&](const PointRun &run) {
@@ -62,7 +62,7 @@ bool Pictures::same_chunks(const Shown &shown) const {
     });
 }
 
-// Whether every tile is that of the golden file or refused.
+// Whether every tile equals that of the golden file or is refused.
 bool Pictures::same_tiles(const Shown &shown) const {
     const auto damaged = rasters(shown.images), whole = rasters(whole_.images);
     if (damaged.size() != whole.size())
@@ -97,7 +97,7 @@ Pictures::Picture Pictures::picture_of(ByteView file, const std::string &story, 
     return draw(*shown, view_).colour;
 }
 
-// The picture without that region: all of its bits are flipped.
+// The picture without that region, by inverting all of its bits.
 const Pictures::Picture &Pictures::expected(const Region &region, Tally &tally) {
     const auto known = expected_.find(region.begin);
     if (known != expected_.end())

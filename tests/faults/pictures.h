@@ -1,6 +1,5 @@
-// That a damaged file shows no wrong pixel. What a renderer is given of it, chunks and tiles, is byte for byte what the
-// whole file gives, or is not given; so its picture is that of the whole file without the part that is damaged, and
-// does not depend on which bit of that part it was.
+// A damaged file must not show a wrong pixel. Each chunk and tile that a renderer receives equals that of the intact
+// file. So the picture is that of the intact file without the damaged part, whichever bit of the part is damaged.
 #pragma once
 
 #include "campaign.h"
@@ -14,13 +13,13 @@ namespace pbm::faults {
 
 class Pictures {
   public:
-    explicit Pictures(const Golden &golden); // which must outlive it
+    explicit Pictures(const Golden &golden); // `golden` must outlive this object
 
     // `damaged` differs from the golden file in `region` only.
     void check(ByteView damaged, const Region &region, const std::string &story, Tally &tally);
 
   private:
-    // Nothing of a file that is refused as a whole.
+    // No value: the file is refused as a whole.
     using Picture = std::optional<PixelArray<std::uint32_t>>;
 
     Picture picture_of(ByteView file, const std::string &story, Tally &tally) const;
@@ -35,7 +34,7 @@ class Pictures {
     Shown whole_;
     std::vector<std::vector<Chunk>> chunks_; // [level][chunk], decoded
     Picture whole_picture_;
-    std::map<std::uint64_t, Picture> expected_; // by the region's begin
+    std::map<std::uint64_t, Picture> expected_; // by begin of the region
 };
 
 } // namespace pbm::faults

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Holds the programs against a world that fails: programs.py BIN SHIM WORK [--long] [CAMPAIGN...]
+"""Runs the programs while system calls, disks and files fail: programs.py BIN SHIM WORK [--long] [CAMPAIGN...]
 
-BIN is the folder of the programs, SHIM the preloaded library of fault_shim.cpp, or "none" where a sanitizer does not
-stand it: then the campaigns that need it are left out. A row of a table for each campaign; exit code 1 if a law is
-broken. docs/explanation/reliability.md has the laws.
+BIN is the folder of the programs, SHIM the library of fault_shim.cpp to preload, or "none" if a sanitizer forbids it:
+then the campaigns that need it are skipped. Prints a table row per campaign. Exit code 1 if a law is violated.
+docs/explanation/reliability.md has the laws.
 """
 
 import errno
@@ -17,12 +17,12 @@ import subprocess
 import sys
 import time
 
-HANG = 60  # seconds, of any program
+HANG = 60  # time limit of a program, seconds
 PROGRAMS = ("pbm-build", "pbm-export", "pbm-render", "pbm-validate")
 
 
 class Tally:
-    """What came of a campaign."""
+    """Result of a campaign."""
 
     def __init__(self):
         self.cases = self.detected = self.broken = 0
@@ -54,7 +54,7 @@ def hills(edge):
 
 
 class World:
-    """Programs, input and expected output of them all."""
+    """All programs with their inputs and expected outputs."""
 
     def __init__(self, programs, shim, work, complete):
         self.programs, self.shim, self.work, self.complete = pathlib.Path(programs), shim, pathlib.Path(work), complete
@@ -74,7 +74,7 @@ class World:
         subprocess.run([self.programs / program, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL, timeout=600)
 
     def fresh(self):
-        """An output folder with an old file in it for each program."""
+        """Makes an output folder with an old file for each program."""
         for folder in (self.out, self.work / "moved"):
             shutil.rmtree(folder, ignore_errors=True)
         self.out.mkdir()
@@ -92,7 +92,7 @@ class World:
         return [program, self.model, "-j", 1]
 
     def run(self, command, fault=None, limit=None):
-        """Exit code (negative: signal), standard error."""
+        """Returns the exit code (negative: signal) and standard error."""
         environment = dict(os.environ, **{f"PBM_FAULT_{key}": str(value) for key, value in (fault or {}).items()})
         if fault is not None:
             environment["LD_PRELOAD"] = self.shim
@@ -109,7 +109,7 @@ class World:
         except subprocess.TimeoutExpired:
             return "hangs", ""
         said = done.stderr
-        if command[0] == "pbm-validate" and done.returncode > 0 and not said:  # what it finds is its output
+        if command[0] == "pbm-validate" and done.returncode > 0 and not said:  # findings go to standard output
             said = done.stdout.splitlines(True)[0] if done.stdout else b""
         return done.returncode, said.decode(errors="replace")
 
@@ -123,7 +123,7 @@ class World:
         return log.read_text().split()
 
     def sample(self, numbers, most):
-        """All of them in the long form, else at most so many, evenly."""
+        """All numbers with --long, else about `most` of them, evenly spaced."""
         numbers = list(numbers)
         return numbers if self.complete else numbers[:: max(1, len(numbers) // most)]
 
@@ -132,7 +132,7 @@ OLD = b"what stood here before"
 
 
 def judge(world, program, code, said, story, tally, folder=None, codes=(0, 2, 4), stale=0):
-    """The laws of every run: how it ends, what it says, what it leaves."""
+    """Laws of every run: exit code, messages, remaining files."""
     tally.cases += 1
     tally.require(code in codes, f"{story}: exit code {code}, said {said!r}")
     lines = 0 if code in (0, -9, "hangs") else 1
@@ -173,7 +173,7 @@ def each_call_fails(world, tally):
                 log.unlink(missing_ok=True)
                 code, said = world.run(world.command(program), {**fault, "AT": n, "LOG": log})
                 made = log.read_text().split()
-                if len(made) < n:  # not all calls are made every time
+                if len(made) < n:  # the number of calls varies between runs
                     continue
                 story = f"{program}, call {n} ({made[n - 1]}): {name}"
                 judge(world, program, code, said, story, tally)
@@ -182,7 +182,7 @@ def each_call_fails(world, tally):
 
 
 def killed_builds(world, tally):
-    """kill -9 at each system call of a build and at moments of time."""
+    """kill -9 at each system call of a build, and at regular times."""
     command = world.command("pbm-build")
     output = world.output("pbm-build")
     calls = world.calls("pbm-build")
@@ -202,7 +202,7 @@ def killed_builds(world, tally):
         time.sleep(whole * 1.05 * i / moments)
         process.send_signal(signal.SIGKILL)
         judge(world, "pbm-build", process.wait(), "", f"killed after {i}/{moments}", tally, codes=(-9, 0), stale=1)
-    for left in ("model.pbvg.pbm-1", "model.pbvg.pbm-2"):  # whatever the last one left
+    for left in ("model.pbvg.pbm-1", "model.pbvg.pbm-2"):  # leftovers as of the last killed build
         (world.out / left).write_bytes(b"the half of a model")
     code, said = world.run(command)
     judge(world, "pbm-build", code, said, "the build after killed ones", tally, codes=(0,))
@@ -236,7 +236,7 @@ def full_disks(world, tally):
             for i in world.sample(range(max(pages, 1)), 4):
                 for entry in disk.iterdir():
                     entry.unlink()
-                # The old file takes one page; the new one has less than it needs.
+                # The old file takes one page, and the rest is too small for the new one.
                 subprocess.run(["mount", "-o", f"remount,size={(i + 1) * page}", disk], check=True)
                 world.output(program).write_bytes(OLD)
                 code, said = world.run(world.command(program))
@@ -274,14 +274,14 @@ def shrinking_inputs(world, tally):
                 world.output(program).write_bytes(OLD)
             code, said = world.run(world.command(program), {"KIND": "empty", "PATH": source, "AT": n})
             source.write_bytes(whole)
-            # 3: it was empty before it was mapped
-            # A process that ends in a signal's handler cannot tidy up; the next one does.
+            # Exit code 3: the input was empty before it was mapped.
+            # A process that ends in a signal handler cannot remove its temporary file; the next run does.
             judge(world, program, code, said, f"{program}, input emptied before call {n} ({calls[n - 1]})", tally,
                   codes=(0, 2, 3), stale=1)
 
 
 def odd_files(world, tally):
-    """Names of what is no file: every program says one line, at once."""
+    """Paths that are not regular files: every program prints one line without delay."""
     odd = world.work / "odd"
     odd.mkdir()
     os.mkfifo(odd / "pipe")
@@ -302,7 +302,7 @@ def odd_files(world, tally):
     for name, codes in inputs.items():
         path = name if name.startswith("/") else odd / name
         for program, more in programs.items():
-            if program == "pbm-build" and name == "pipe":  # it waits for a writer, as every reader of pipes does
+            if program == "pbm-build" and name == "pipe":  # a reader of a pipe waits for a writer
                 subprocess.Popen(["sh", "-c", 'echo no scan >"$0"', path])
             begin = time.monotonic()
             code, said = world.run([program, path, *more])
@@ -322,7 +322,7 @@ def odd_files(world, tally):
             command = world.command(program)
             command[command.index("-o") + 1] = path
             code, said = world.run(command)
-            if program == "pbm-render" and code == 1:  # the name of a picture says its form
+            if program == "pbm-render" and code == 1:  # the suffix of a picture must name its format
                 continue
             tally.cases += 1
             tally.detected += code != 0

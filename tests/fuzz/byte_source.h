@@ -1,5 +1,5 @@
-// The bytes of a fuzz input, one after the other; after the last comes the first again, so that a few bytes fill a
-// large chunk.
+// The bytes of a fuzz input in order. After the last byte it starts again, so that a short input can fill a large
+// chunk.
 #pragma once
 
 #include "system/bytes.h"
@@ -8,7 +8,7 @@ namespace pbm::test {
 
 class ByteSource {
   public:
-    // `bytes` are not empty.
+    // `bytes` must not be empty.
     explicit ByteSource(ByteView bytes) : bytes_(bytes) {}
 
     std::uint8_t next() {
@@ -20,7 +20,7 @@ class ByteSource {
         const std::size_t low = next();
         return (low | std::size_t{next()} << 8) % limit;
     }
-    // Memory of exactly this size, so that a sanitizer sees the first byte beyond.
+    // An allocation of exactly this size: a sanitizer sees any access beyond.
     Bytes bytes(std::size_t size) {
         Bytes result(size);
         for (std::uint8_t &byte : result)

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""The long fuzz campaign: every target until it had its executions, resumed where it was stopped.
+"""The long fuzz campaign: runs every target for a number of executions, and resumes after an interruption.
 
 The programs are those of the preset `fuzz` (clang's libFuzzer, address and undefined-behaviour sanitizers):
 
     cmake --preset fuzz && cmake --build build/fuzz
     nice -n 19 tests/fuzz/campaign.py build/fuzz
 
-Corpora grow in BUILD/campaign/TARGET, what ended a target lies beside them as TARGET-crash-*, and BUILD/campaign/state.json
-counts executions, also across interruptions. --minimise DIR writes corpora that cover the same with few small inputs, to
-look through before they go into tests/fuzz/corpus. Exit code 1 if anything was found.
+Corpora grow in BUILD/campaign/TARGET. Inputs that end a target are saved beside them as TARGET-crash-*.
+BUILD/campaign/state.json counts executions across interruptions. --minimise DIR writes small corpora of equal coverage,
+to review before they go into tests/fuzz/corpus. Exit code 1 if a target failed.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 VECTORS = HERE.parent.parent / "format_spec" / "vectors"
 
-# Target: longest input, and folders to start from besides corpus/TARGET. Short inputs are fast ones.
+# Target: longest input, and seed folders besides corpus/TARGET. Short inputs run faster.
 TARGETS = {
     "mask_ranks": (1024, []),
     "raster": (4096, []),
@@ -37,7 +37,7 @@ TARGETS = {
     "reader": (8192, [VECTORS / "valid", VECTORS / "invalid"]),
     "draw": (512, []),
 }
-SLICE_SECONDS = 120                                     # what an interruption may lose
+SLICE_SECONDS = 120                                     # an interruption loses at most this
 
 class Campaign:
     def __init__(self, build, goal):
@@ -66,7 +66,7 @@ class Campaign:
         return [str(folder) for folder in [own, *TARGETS[target][1]] if folder.is_dir()]
 
     def run_slice(self, target, runs):
-        """One call of the target; returns whether to go on."""
+        """Runs the target once; returns whether to continue."""
         corpus = self.folder / target
         corpus.mkdir(exist_ok=True)
         command = [str(self.programs / f"{target}_fuzz"), f"-runs={runs}", f"-max_total_time={SLICE_SECONDS}",
@@ -131,7 +131,7 @@ def main():
             try:
                 list(pool.map(campaign.run, targets))
             except KeyboardInterrupt:
-                campaign.stopped = True                 # the targets end with us
+                campaign.stopped = True                 # the targets end together with this program
     campaign.table()
     return 1 if any(campaign.findings(target) for target in targets) else 0
 

@@ -1,8 +1,8 @@
-// Law: a chunk of a small model in which some streams are replaced and some bytes changed, with the hash made right
-// and sizes that a directory may name, is refused, or decodes to values that obey every rule of chunks; then its
-// streams, stored as they are, decode to the same.
-// The first bytes choose model, level and whether the chunk keeps its normal cone. Then for each stream a byte says
-// what becomes of it; at last come bytes to change, each with its place.
+// Law: a chunk with replaced streams and changed bytes, a right hash and sizes that a directory allows, is refused or
+// decodes to values that obey every rule of chunks. In the second case the decoded streams, stored raw, decode to the
+// same values.
+// Input: model, level, whether the chunk keeps its normal cone; then a byte per stream that selects its replacement;
+// then bytes to change, each with its offset.
 #include "pbm_format/chunks/stream_rules.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/streams/frame.h"
@@ -33,7 +33,7 @@ Original make_original(const Model &model, bool filters) {
     return {std::move(file), std::move(reader), std::move(loaded)};
 }
 
-// Filters prefer models whose points are many enough to be worth them.
+// Models with filters have more points, so that filtering pays.
 std::vector<Original> &originals() {
     static std::vector<Original> all = [] {
         std::vector<Original> some;
@@ -47,7 +47,7 @@ std::vector<Original> &originals() {
     return all;
 }
 
-// One chunk of an original, as its directory names it.
+// A chunk of an original with its directory entry.
 struct Place {
     const Original &original;
     ChunkRules rules;
@@ -71,7 +71,7 @@ Place choose_place(test::ByteSource &input) {
             parent_nodes(entry, above.masks, 0, above.points, 0, set)};
 }
 
-// Bytes with some bits clear everywhere: such may obey the rules of values, and frames make them smaller.
+// Bytes with the same bits cleared in each: they more often obey the rules of values, and they compress.
 Bytes masked_bytes(test::ByteSource &input, std::size_t size) {
     const std::uint8_t mask = input.next();
     Bytes bytes = input.bytes(size);
@@ -80,7 +80,7 @@ Bytes masked_bytes(test::ByteSource &input, std::size_t size) {
     return bytes;
 }
 
-// Planes of the sizes that the original's masks ask for, of any bytes.
+// Planes of arbitrary bytes, with the sizes that the masks of the original require.
 Bytes any_planes(const Place &place, const StreamInfo &stream, test::ByteSource &input) {
     const Filter filter = filter_of(stream, place.rules.set);
     const MaskSummary summary =
@@ -93,7 +93,7 @@ Bytes any_planes(const Place &place, const StreamInfo &stream, test::ByteSource 
     for (std::size_t p = 0; p < std::max<std::size_t>(1, planes.size() - 1); ++p)
         planes[p] = masked_bytes(input, codes);
     if (planes.size() > 1) {
-        // Mostly pairs and small escapes, or nothing gets by the first test.
+        // Mostly pairs and small escapes; otherwise the first check refuses nearly all inputs.
         Bytes &pairs = planes[planes.size() - 2];
         for (std::uint8_t &pair : pairs)
             pair = (pair & 15) == 15 ? 15 : pair;
@@ -112,14 +112,14 @@ Bytes any_planes(const Place &place, const StreamInfo &stream, test::ByteSource 
     return stored;
 }
 
-// What decode_directory lets through. BVG.md 5.4
+// Whether decode_directory accepts the entry. BVG.md 5.4
 bool possible(const StreamEntry &stream, std::uint64_t raw, Filter filter) {
     if (stream.filter != Filter::none)
         return stream.stored_bytes >= kPlaneEntryBytes * plane_count(filter) && stream.stored_bytes < raw;
     return stream.zstd ? stream.stored_bytes != 0 && stream.stored_bytes < raw : stream.stored_bytes == raw;
 }
 
-// Keeps a stream as it is or puts another in its place.
+// Keeps a stream or replaces it.
 void store_stream(const Place &place, const StreamInfo &stream, ByteView kept, StreamEntry &entry, Bytes &out,
                   test::ByteSource &input) {
     const std::uint64_t raw = place.raw_bytes(stream);
@@ -127,21 +127,21 @@ void store_stream(const Place &place, const StreamInfo &stream, ByteView kept, S
     Bytes other;
     StreamEntry changed = entry;
     switch (input.next() % 16) {
-    case 0: // any bytes, plain
+    case 0: // arbitrary raw bytes
         other = masked_bytes(input, raw);
         changed = {.stored_bytes = 0, .filter = Filter::none, .zstd = false};
         break;
     case 1:
     case 2:
-    case 3: // any codes
+    case 3: // arbitrary codes
         other = any_planes(place, stream, input);
         changed = {.stored_bytes = 0, .filter = filter, .zstd = false};
         break;
-    case 4: // any bytes of any size, called a frame
+    case 4: // arbitrary bytes of arbitrary size, marked as a frame
         other = input.bytes(input.below(raw));
         changed = {.stored_bytes = 0, .filter = Filter::none, .zstd = true};
         break;
-    case 5: // any bytes of any size, called planes
+    case 5: // arbitrary bytes of arbitrary size, marked as planes
         other = input.bytes(input.below(raw));
         changed = {.stored_bytes = 0, .filter = filter, .zstd = false};
         break;

@@ -1,6 +1,6 @@
-// Law: a file of any legal kind, damaged by edits of its fields and signed again, gets the same verdict from reader and
-// validator; what they call valid loads, and every renderer draws it.
-// The first byte chooses the file, the others what happens to it.
+// Law: for a file with edited fields and repaired hashes, reader and validator give the same verdict. A valid file
+// loads, and every renderer draws it.
+// Input: the first byte selects the file, the others the edits.
 #include "fuzz/byte_source.h"
 #include "random_models/damage.h"
 #include "random_models/free_writer.h"
@@ -14,7 +14,7 @@ namespace {
 
 using namespace pbm;
 
-// Small, so that most of the time goes into what is damaged.
+// Small files, so that most time is spent on damaged parts.
 const std::vector<Bytes> &originals() {
     constexpr std::size_t kMaxBytes = 20000;
     static const std::vector<Bytes> all = [] {

@@ -1,6 +1,6 @@
-// Law: a chunk whose bytes are anything at all, as those of a mapped file may become after they were verified, is drawn
-// without a step beyond its streams, and twice as the same picture, from any camera into a picture of any size.
-// The first bytes choose sizes, attributes, light, level and run; then come the camera, and the streams.
+// Law: drawing a chunk of arbitrary bytes (bytes of a mapped file may change after verification) stays within its
+// streams and gives the same picture twice, for any camera and picture size.
+// Input: sizes, attributes, light, level and run; then the camera; then the streams.
 #include "pbm_render/bricks/chunk_offsets.h"
 #include "pbm_render/fast/fast_renderer.h"
 
@@ -17,7 +17,7 @@ using namespace pbm;
 
 constexpr std::size_t kMaxDrawn = 512;
 
-// Memory of exactly this many, so that a sanitizer sees the first one beyond.
+// An allocation of exactly `count` elements: a sanitizer sees any access beyond.
 template <class T> std::vector<T> any(test::ByteSource &input, std::size_t count) {
     const Bytes bytes = input.bytes(count * sizeof(T));
     std::vector<T> values(count);
@@ -41,7 +41,7 @@ ModelParameters choose_parameters(test::ByteSource &input) {
     return parameters;
 }
 
-// -2 .. 2 cubes, or one of both sides of nearly nothing.
+// -2 .. 2 edges of the cube, or nearly zero, of either sign.
 double coordinate(test::ByteSource &input) {
     const double value = static_cast<double>(input.below(65536)) / 16384 - 2;
     return (input.next() & 7) == 0 ? std::ldexp(value, -40) : value;

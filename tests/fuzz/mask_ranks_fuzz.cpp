@@ -1,6 +1,6 @@
-// Law: any codes in any surroundings give as many masks, which rank back to the codes; parents that do not add up to
-// the nodes make no difference to that.
-// The first byte says how much of the rest are parent masks; what follows is three bytes per node: normal, code.
+// Law: arbitrary codes in any context give the same number of masks, and ranking these gives the codes again, also if
+// the parent masks do not add up to the nodes.
+// Input: the first byte gives the share of parent masks; then three bytes per node: normal, code.
 #include "pbm_format/streams/mask_ranks.h"
 
 #include <algorithm>
@@ -10,7 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     if (size == 0)
         return 0;
     const std::size_t parent_count = (size - 1) * data[0] / 256, nodes = (size - 1 - parent_count) / 3;
-    // Memory of exactly their size, so that a sanitizer sees the first byte beyond.
+    // Allocations of exactly their size: a sanitizer sees any access beyond.
     const pbm::Bytes parents(data + 1, data + 1 + parent_count);
     pbm::Bytes codes(nodes), masks(nodes), again(nodes);
     std::vector<std::uint16_t> normals(nodes);

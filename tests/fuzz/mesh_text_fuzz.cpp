@@ -1,5 +1,5 @@
-// Law: whatever the bytes, each check of OBJ, OFF and STL returns one Error of one line, or a text for OpenMesh that
-// holds exactly the vertices and faces it counts, numbers that a float holds, and indices of vertices that are there.
+// Law: for any bytes, each check of OBJ, OFF and STL returns an Error of one line, or a text for OpenMesh with exactly
+// the announced vertices and faces, numbers in the range of float, and valid indices.
 #include "pbm_scan/mesh/mesh_text.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Law: whatever the bytes, read_ply returns one Error of one line, or a Surface whose arrays agree, whose indices are
-// in range and whose numbers are finite, in memory that a small multiple of the bytes bounds.
+// Law: for any bytes, read_ply returns an Error of one line, or a Surface with arrays of equal length, valid indices
+// and finite numbers. Memory is at most a small multiple of the input.
 #include "pbm_scan/ply/ply_reader.h"
 
 #include <cmath>

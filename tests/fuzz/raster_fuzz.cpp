@@ -1,6 +1,5 @@
-// Law: whatever the bytes of a raster's section, with its hashes made right so that more than the hashes is reached,
-// every tile is decoded or refused, TiledImage and check_raster agree on which, and a raster without fault comes back
-// from what encode_image makes of it.
+// Law: for any bytes of a raster's section with repaired hashes, each tile is decoded or refused, TiledImage and
+// check_raster agree on each, and encode_image and decoding reproduce a valid raster.
 #include "pbm_format/checking/raster_rules.h"
 #include "pbm_format/container/hash.h"
 #include "pbm_format/rasters/tiled_image.h"

@@ -1,6 +1,5 @@
-// Law: whatever the bytes, `verify` and `validate` give the same verdict, and a file that they call valid loads into a
-// model that encodes, packed and mapped, to a file with the same content_id. Reading an invalid file ends with an error
-// or a model, too.
+// Law: for any bytes, `verify` and `validate` give the same verdict. A valid file loads into a model that encodes,
+// packed and mapped, to a file with the same content_id. Loading an invalid file returns an error or a model.
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"

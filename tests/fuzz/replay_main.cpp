@@ -33,14 +33,14 @@ int main(int argc, char **argv) {
     std::size_t replayed = 0;
     for (int i = 1; i < argc; ++i) {
         if (argv[i][0] == '-')
-            continue; // an option of libFuzzer's
+            continue; // a libFuzzer option, ignored
         const std::vector<fs::path> files = files_below(argv[i]);
         for (const fs::path &file : files) {
             std::ifstream in(file, std::ios::binary);
             const std::vector<char> text(std::istreambuf_iterator<char>(in), {});
-            // A copy of exactly this size, so that a sanitizer sees the first byte beyond.
+            // A copy of exactly this size: a sanitizer sees any access beyond.
             const std::vector<std::uint8_t> bytes(text.begin(), text.end());
-            std::fprintf(stderr, "%s\n", file.c_str()); // the last name printed is the one that crashed
+            std::fprintf(stderr, "%s\n", file.c_str()); // after a crash the last printed name is the culprit
             LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
             ++replayed;
         }

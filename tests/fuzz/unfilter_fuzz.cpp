@@ -1,6 +1,6 @@
-// Laws: whatever masks, parents, codes and escapes, un-filtering touches nothing but what it was given and gives the
-// same points with any other instruction set as with the best; what it gives, the filter can say, and un-filtering that
-// gives it again. The first byte chooses the filter, the next three set its parameters and the number of nodes.
+// Laws for any masks, parents, codes and escapes: un-filtering stays in bounds and gives the same points with every
+// instruction set. Filtering these points and un-filtering them again reproduces them.
+// Input: the first byte selects the filter, the next three its parameters and the number of nodes.
 #include "pbm_format/chunks/normal_cone.h"
 #include "pbm_format/streams/predictions.h"
 #include "pbm_format/streams/unfilter.h"
@@ -22,7 +22,7 @@ struct Case {
     int level = 1;
     bool finest = false;
     Bytes masks;
-    std::vector<std::uint16_t> normals; // of the parents, or else:
+    std::vector<std::uint16_t> normals; // normals of the parents, or else:
     Bytes values;
 
     Filter filter() const { return filter_of(stream, set); }
@@ -59,7 +59,7 @@ Case read_case(test::ByteSource &input) {
     c.finest = (parameters & 16) != 0;
     c.set.shadow_bits[0].fill(static_cast<std::uint8_t>(1U << (parameters >> 5 & 3)));
     c.set.shadow_bits[0][static_cast<std::size_t>(c.level)] = static_cast<std::uint8_t>(1U << (parameters & 3));
-    // Mostly few nodes, which are fast; seldom so many that their numbers have more than eight bits.
+    // Mostly few nodes, which is fast; seldom more than 256.
     const std::size_t nodes = input.next();
     c.masks = input.bytes(nodes < 248 ? 1 + nodes % 40 : 40 * (nodes - 247));
     for (std::uint8_t &mask : c.masks)
@@ -80,7 +80,7 @@ struct Points {
     bool operator==(const Points &) const = default;
 };
 
-// A plane with kSlack behind it, and nothing behind that.
+// A plane, followed by kSlack bytes and the end of the allocation.
 class Padded {
   public:
     explicit Padded(const Bytes &plane) : memory_(plane.size() + kSlack), size_(plane.size()) {
@@ -93,7 +93,7 @@ class Padded {
     std::size_t size_;
 };
 
-// Un-filtering that compares with a cone gives the same normals, and says of them what comparing them alone does.
+// Un-filtering with a cone check gives the same normals, and the same verdict as a separate check.
 void check_comparison(const Case &c, const std::vector<Bytes> &planes, UnfilterScratch &scratch,
                       const std::vector<std::uint16_t> &normals) {
     const std::uint16_t first = normals.front();
@@ -108,7 +108,7 @@ void check_comparison(const Case &c, const std::vector<Bytes> &planes, UnfilterS
         std::abort();
 }
 
-// Un-filters in memory that nothing was decoded in before. Shadows have their codes unpacked here.
+// Un-filters into fresh memory. Unpacks the codes of shadows.
 Points unfilter(const Case &c, const std::vector<Bytes> &planes) {
     UnfilterScratch scratch;
     const MaskSummary summary = summarise_masks(c.masks);
@@ -155,7 +155,7 @@ std::vector<Bytes> read_planes(const Case &c, const MaskSummary &summary, test::
     return planes;
 }
 
-// Best first. Asked for once: in virtual machines the processor takes its time to answer.
+// Best first. Queried once, because CPUID is slow in virtual machines.
 const std::vector<std::int64_t> &instruction_sets() {
     static const std::vector<std::int64_t> sets = hwy::SupportedAndGeneratedTargets();
     return sets;

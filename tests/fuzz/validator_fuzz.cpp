@@ -1,6 +1,5 @@
-// Law: bytes whose hashes are made right, so that what is behind the hashes is reached, get the same verdict from
-// `verify` and `validate`, whose first finding is the error of `verify`; findings lie inside the file and agree with
-// their total; the level `hashes` refuses no valid file.
+// Law: for any bytes with repaired hashes, `verify` and `validate` give the same verdict, and the first finding is the
+// error of `verify`. Findings lie inside the file and agree with their total. Level `hashes` refuses no valid file.
 #include "pbm_format/checking/validate.h"
 #include "unit/support/file_editor.h"
 

@@ -9,13 +9,13 @@ namespace pbm {
 namespace {
 
 constexpr std::array<double, 4> kPixelsPerVoxel{4, 5, 6, 8};
-constexpr double kClearance = 4; // voxels in front of a place that are left free
+constexpr double kClearance = 4; // voxels of free space in front of the place
 
 struct Place {
     glm::dvec3 at, normal;
 };
 
-// What a pixel shows, with the mean normal around it: that of one triangle says little of a rough surface.
+// The surface at a pixel with the mean normal around it, since one triangle of a rough surface is not representative.
 std::optional<Place> place_at(const RayCaster &rays, const PixelRays &pixels, double x, double y) {
     constexpr int kReach = 6; // pixels
     const auto middle = rays.nearest(pixels.eye, pixels.through(x, y));
@@ -49,7 +49,7 @@ std::vector<CloseUp> close_ups(const RayCaster &rays, std::span<const Camera> vi
         const double scale = kPixelsPerVoxel[i % kPixelsPerVoxel.size()];
         const double distance = height / (2 * std::tan(views[i].view_angle / 2)) * voxel / scale;
         constexpr int kTries = 2000;
-        for (int attempt = 0; attempt < kTries; ++attempt) { // on a spiral outwards
+        for (int attempt = 0; attempt < kTries; ++attempt) { // outwards on a spiral
             const double radius = 0.4 * height * std::sqrt(attempt / static_cast<double>(kTries));
             const auto place = place_at(rays, pixels, width / 2.0 + radius * std::cos(2.4 * attempt),
                                         height / 2.0 + radius * std::sin(2.4 * attempt));

@@ -16,7 +16,7 @@ void add_depth_errors(const RayImage &rays, const Drawing &drawing, DepthByAngle
         const double off = (static_cast<double>(drawn.depth[at]) - static_cast<double>(rays.depths[at])) /
                            static_cast<double>(drawing.voxels[at]);
         if (std::abs(off) > kSeeThroughVoxels / std::max(cosine, 0.05))
-            continue; // another part of the surface
+            continue; // the pixel shows another part of the surface
         DepthErrors &errors = to[static_cast<std::size_t>(std::clamp(cosine * 10, 0.0, 9.0))];
         ++errors.pixels;
         errors.deep += std::abs(off) <= 1;

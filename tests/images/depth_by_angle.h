@@ -1,4 +1,4 @@
-// How far depths are from those of rays, by the angle under which the surface is seen.
+// Depth errors against rays, by viewing angle.
 #pragma once
 
 #include "fidelity.h"
@@ -9,16 +9,16 @@
 
 namespace pbm {
 
-// Interior pixels (fidelity.h) that are drawn and not to be seen through.
+// Counts interior pixels (fidelity.h) that are drawn and are not see-through.
 struct DepthErrors {
     std::uint64_t pixels = 0;
-    std::uint64_t deep = 0;      // at most a voxel off
-    std::uint64_t in_front = 0;  // more than a voxel nearer
-    double sum = 0, squared = 0; // of drawn - ray's depth, voxels
-    double across = 0;           // sum of squares of what is off along the normal, voxels
+    std::uint64_t deep = 0;      // error of at most one voxel
+    std::uint64_t in_front = 0;  // more than one voxel too near
+    double sum = 0, squared = 0; // of drawn depth - depth of the ray, voxels
+    double across = 0;           // sum of squared errors along the normal, voxels^2
 };
 
-// By the cosine between the ray and the normal of the triangle that it hits: 0 .. 0.1, 0.1 .. 0.2 and so on.
+// Index: cosine between the ray and the normal of the hit triangle, in steps of 0.1.
 using DepthByAngle = std::array<DepthErrors, 10>;
 
 void add_depth_errors(const RayImage &rays, const Drawing &drawing, DepthByAngle &to);

@@ -1,4 +1,4 @@
-// Pictures for people who ask what figures mean.
+// Pictures that illustrate the fidelity figures.
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"
@@ -9,10 +9,10 @@
 
 namespace pbm {
 
-// PNG files. All throw if the file cannot be written.
+// Writes a PNG file. Both functions throw if the file cannot be written.
 void write_picture(const std::string &path, const Framebuffer &picture);
 void write_picture(const std::string &path, std::span<const Srgb> picture, int width, int height);
-// Grey where both are equal; a channel that is too light by one step of 255 is eight steps lighter.
+// Per channel: middle grey + 8 * (picture - truth), in steps of 255.
 void write_difference(const std::string &path, std::span<const Srgb> truth, const Framebuffer &picture);
 
 } // namespace pbm

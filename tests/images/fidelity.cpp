@@ -18,7 +18,7 @@ struct DepthRange {
     float nearest = kEmpty, farthest = -kEmpty;
 };
 
-// Least and greatest of the (2 * reach + 1)^2 pixels around (x, y); beyond the border is empty.
+// Minimum and maximum of the (2 * reach + 1)^2 pixels around (x, y). Pixels beyond the border are empty.
 DepthRange range_around(const std::vector<float> &depths, int width, int height, int x, int y, int reach) {
     DepthRange range;
     for (int v = y - reach; v <= y + reach; ++v) {
@@ -123,8 +123,8 @@ Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level) 
 
 namespace {
 
-// Writes the voxel edge of the level that each pixel shows: that which has its depth when drawn alone; where the
-// picture is empty that of the finest level.
+// Writes for each pixel the voxel edge of its level: the level which gives the same depth when drawn alone. Empty
+// pixels get that of the finest level.
 void find_voxels(std::span<const PointRun> runs, FastRenderer &renderer, const Grid &grid, const Camera &camera,
                  const Framebuffer &picture, std::vector<float> &voxels) {
     int finest = 1;

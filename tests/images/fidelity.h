@@ -1,4 +1,4 @@
-// How true a picture is to the mesh its model was made from.
+// Fidelity of pictures: compares them with rays against the mesh that the model was made from.
 #pragma once
 
 #include "pbm_render/detail/streamed_model.h"
@@ -40,28 +40,28 @@ struct Drawing {
     RenderStatistics drawn;
 };
 
-// Voxels behind every hit around a pixel from which on it is to be seen through.
+// A pixel is see-through if it lies this many voxels behind every hit around it.
 inline constexpr float kSeeThroughVoxels = 4;
 
-// Depths of rays as a picture with holes where the mesh is seen from inside: one test for both kinds of border.
+// Depths of rays; pixels that see the mesh from inside are empty, so that one test covers both kinds of border.
 std::vector<float> outside_depths(const RayImage &rays);
-// Of a picture of the size of `picture`.
+// Whether pixel `at` is interior. `outside` has the size of `picture`.
 bool is_interior(const std::vector<float> &outside, const Framebuffer &picture, std::size_t at);
 
-// `truth` as `trace` gives it, or nothing.
+// `truth`: the result of `trace`, or empty.
 FidelityFigures compare(const RayImage &rays, std::span<const Srgb> truth, const Drawing &drawing);
 
-// Peak signal to noise ratio of the interior, decibels.
+// Peak signal-to-noise ratio of the interior, decibels.
 double psnr(const FidelityFigures &figures);
 
-// Fills a drawing as large as it was made.
+// Fills a drawing, whose size is already set.
 using Draw = std::function<void(const Camera &camera, Drawing &drawing)>;
 
-// The reference renderer, one level of a model. Both must outlive what is returned.
+// Draws one level by the reference renderer. Both references must outlive the result.
 Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level);
-// The fast renderer as the programs use it, or, if there is one, the fine renderer: levels mixed so that no voxel is
-// larger than `max_error` pixels where the model has a finer level, none finer than `finest`. Throws if the model
-// cannot be loaded.
+// Draws by the fast renderer as the programs do, or by the fine renderer if it is given. Mixes levels: voxels are at
+// most `max_error` pixels where a finer level exists; no level is finer than `finest`. Throws if the model cannot be
+// loaded.
 Draw draw_detail(StreamedModel &model, FastRenderer &fast, double max_error, int finest,
                  const RenderOptions &options = {}, FineRenderer *fine = nullptr);
 
@@ -71,14 +71,14 @@ std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, in
 struct View {
     RenderStatistics drawn;
     FidelityFigures figures;
-    double pixels_per_unit = 0; // of length 1 in model space at the centre of the model
+    double pixels_per_unit = 0; // pixels per model unit at the centre of the model
 };
 
-// Draws views and casts rays for them.
+// Draws the views and compares them with rays.
 std::vector<View> measure_fidelity(const RayCaster &rays, const Draw &draw, std::span<const Camera> cameras, int width,
                                    int height, int threads);
 
-// Of all views.
+// Sum over all views.
 FidelityFigures total(const std::vector<View> &views);
 double percent(std::uint64_t part, std::uint64_t whole);
 

@@ -1,5 +1,5 @@
-// fidelity_harness MESH FILE.pbvg [OPTIONS]: how true the pictures of a model are to its mesh, drawn as pbm-render
-// draws them or by the reference renderer. --help tells the options.
+// fidelity_harness MESH FILE.pbvg [OPTIONS]: compares pictures of a model, drawn as by pbm-render or by the reference
+// renderer, with its mesh. --help lists the options.
 #include "close_ups.h"
 #include "command_line/common_options.h"
 #include "depth_by_angle.h"
@@ -36,7 +36,7 @@ struct Options {
     int views = 8;
     bool close_ups = false;
     bool shading = false, shadows = true, shadow_flags = false, angles = false;
-    int samples = 8; // of the truth
+    int samples = 8; // rays per pixel of the truth
     std::string pictures;
     std::string json; // file, "-" for standard output, empty for none
 };
@@ -47,7 +47,7 @@ template <class T> T value_or_throw(Result<T> result, const std::string &file) {
     return std::move(*result);
 }
 
-// The mesh as rays see it; wound so that it is seen from where its normals point.
+// The mesh for ray casting, wound so that its normals point to the visible side.
 struct Subject {
     TriangleMesh mesh;
     SurfaceLook look;
@@ -69,7 +69,7 @@ Subject read_subject(const std::string &file) {
 struct NamedView {
     std::string name;
     Camera camera;
-    double pixels_per_voxel; // of the finest level, in the middle
+    double pixels_per_voxel; // of the finest level, at the middle
 };
 
 std::vector<NamedView> choose_views(const RayCaster &rays, const Sphere &bounds, const Grid &grid,
@@ -90,7 +90,7 @@ std::vector<NamedView> choose_views(const RayCaster &rays, const Sphere &bounds,
     return views;
 }
 
-// A way to draw, and what came of it.
+// A renderer and its results.
 struct Renderer {
     std::string name;
     Draw draw;

@@ -1,4 +1,4 @@
-// Holes, bleed and depth of closed meshes: no gate is looser than what docs/explanation/fidelity.md says is reached.
+// Holes, bleed and depth of closed meshes. The limits are those of docs/explanation/fidelity.md or stricter.
 #include "fidelity.h"
 #include "pbm_format/writing/writer.h"
 #include "procedural_mesh.h"
@@ -17,7 +17,7 @@ struct Shape {
     TriangleMesh (*make)();
 };
 
-// A mesh as rays see it and as a file that the fast renderer draws.
+// A mesh for ray casting, and a file made from it for the fast renderer.
 struct Subject {
     explicit Subject(const Shape &shape)
         : mesh(shape.make()), rays(mesh, glm::dvec3(0)), model(voxelise_by_brute_force(mesh, 10, 1.6)),
@@ -40,7 +40,7 @@ struct Subject {
 
 class ClosedMesh : public testing::TestWithParam<Shape> {
   protected:
-    // The last one stays, so that the tests of one shape share it.
+    // Keeps the last subject, so that the tests of one shape share it.
     static Subject &subject() {
         static std::string name;
         static std::unique_ptr<Subject> last;
@@ -65,8 +65,8 @@ void expect_no_holes(const std::vector<View> &views, const std::string &what) {
 TEST_P(ClosedMesh, HasNoHolesInTheReferenceFromEightViewsAtDepths8To10) {
     const Subject &it = subject();
     const ReferenceRenderer reference(it.model);
-    // About one and two pixels per voxel. Closer by, points on sharp edges whose mean normal faces away show: the edge
-    // ends up to 0.6 voxels early.
+    // About one and two pixels per voxel. In closer views the edges end up to 0.6 voxels early, because points on sharp
+    // edges may have a mean normal that faces away.
     struct Picture {
         int level, width, height;
     };
@@ -76,7 +76,7 @@ TEST_P(ClosedMesh, HasNoHolesInTheReferenceFromEightViewsAtDepths8To10) {
                         "reference, level " + std::to_string(level));
 }
 
-// Sizes of pictures, so that voxels are anything from half of what is allowed to all of it.
+// The picture sizes give voxels from half of max_error up to max_error.
 TEST_P(ClosedMesh, KeepsTheGatesWithLevelsMixed) {
     Subject &it = subject();
     struct Sizes {
@@ -99,9 +99,9 @@ TEST_P(ClosedMesh, KeepsTheGatesWithLevelsMixed) {
         }
 }
 
-// Voxels of the finest level are 2 and 4 pixels: every splat is an ellipse. Points on sharp edges whose mean normal
-// faces away are not drawn there, so the edge of the cube and the rim of the bowl end early; offsets, which are means
-// of what is around, take a little off the rim as well.
+// Voxels of the finest level are 2 and 4 pixels wide, so every splat is an ellipse. Points on sharp edges whose mean
+// normal faces away are not drawn, so the edges of the cube and the rim of the bowl end early. Surface offsets are
+// means over neighbours, which also lowers the rim slightly.
 TEST_P(ClosedMesh, HasNoHolesCloserThanTheFinestLevelAllows) {
     Subject &it = subject();
     for (const int finest : {9, 8}) {

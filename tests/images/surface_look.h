@@ -1,4 +1,4 @@
-// What rays find on a mesh: normals, colours and materials as the builder understands the input. Written apart from it.
+// Normals, colours and materials of a mesh by the rules of the builder, implemented independently.
 #pragma once
 
 #include "triangle_mesh.h"
@@ -12,23 +12,22 @@
 
 namespace pbm {
 
-// Of a vertex, unless it says otherwise.
+// Arrays are per vertex unless stated otherwise.
 struct SurfaceLook {
     std::vector<glm::vec3> normals;      // unit vectors
-    std::vector<std::uint8_t> is_flat;   // [triangles] 1: across a crease, all of it has the normal of its plane
+    std::vector<std::uint8_t> is_flat;   // [triangles] 1: at a crease, the triangle has the normal of its plane
     std::vector<glm::vec3> colours;      // linear light 0..1; empty: the colour of the material
     std::vector<std::uint8_t> materials; // index; empty: 0
 };
 
-// Normals: those given, normalised; where one has no length, and everywhere if none are given, the direction of the sum
-// of the unit normals of the faces around the vertex. A triangle with a corner whose normal is 45 degrees or more away
-// from its own is flat.
+// Normal = the given one, normalized. If it is zero or none are given: the normalized sum of the unit normals of the
+// adjacent faces. A triangle is flat if the normal of a corner differs from its own by 45 degrees or more.
 SurfaceLook look_of(const TriangleMesh &mesh, std::span<const glm::vec3> given_normals = {});
 
 // Whether the given normals mostly disagree with the winding of the faces.
 bool faces_point_inward(const TriangleMesh &mesh, std::span<const glm::vec3> given_normals);
 
-// sRGB bytes to linear light 0..1, and back, unrounded, by the standard's formula (IEC 61966-2-1).
+// sRGB to linear light 0..1 and back, unrounded, by the formula of IEC 61966-2-1.
 double to_linear(std::uint8_t srgb);
 double to_srgb(double linear); // 0..255, clamped
 

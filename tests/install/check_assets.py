@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Builds assets with an installed PBM, as a project outside would, and changes one thing after the other: exactly what
-must be built again is, with Ninja, for one and for several configurations, and with Make."""
+"""Builds assets in a project that uses an installed PBM, then changes one thing at a time: exactly the assets that
+depend on it must be rebuilt, with Ninja, Ninja Multi-Config and Make."""
 
 import argparse
 import os
@@ -41,7 +41,7 @@ def run(*command, **options):
 
 
 class Project:
-    """The project in a folder of its own, with spaces in its name, built with one generator."""
+    """The project in a folder whose name has spaces, built with one generator."""
 
     MODELS = {"by_recipe": "models/by recipe.pbvg", "plain": "plain.pbvg", "with_material": "with_material.pbvg",
               "merged": "merged.pbvg"}
@@ -68,7 +68,7 @@ class Project:
             f"-DCMAKE_PREFIX_PATH={self.prefix}", f"-DCMAKE_CXX_COMPILER={arguments.compiler}", *options)
 
     def write(self, name, text):
-        time.sleep(0.02)  # longer than the tick of a file system's clock
+        time.sleep(0.02)  # longer than the resolution of file times
         (self.source / name).write_text(text)
 
     def touch(self, name):
@@ -83,7 +83,7 @@ class Project:
         return {a: (f.stat().st_ino, f.stat().st_mtime_ns, f.read_bytes()) for a, f in files.items() if f.exists()}
 
     def expect(self, what, built, used=None, looked_at=None):
-        """Builds; `built` have a new file, something is made of `used`, pbm-build is called for `looked_at`."""
+        """Builds. Expects new files of `built`, an output made of each of `used`, and calls of pbm-build for `looked_at`."""
         log = self.build / "used.log"
         log.unlink(missing_ok=True)
         output = run(arguments.cmake, "--build", self.build)
@@ -106,7 +106,7 @@ class Project:
 
 def walk(project):
     every = set(Project.MODELS)
-    # Make knows times only: it asks again until the output is newer. pbm-build then reads and hashes, no more.
+    # Make compares times only and calls pbm-build while the output is older. pbm-build then only reads and hashes.
     again = lambda assets: set() if project.generator.startswith("Ninja") else set(assets)
     project.expect("first build", every)
     project.expect("nothing changed", set())

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Installs the build into a fresh prefix, then builds and runs examples/ against nothing but that prefix."""
+"""Installs the build into an empty prefix, then builds and runs examples/ against that prefix alone."""
 
 import argparse
 import json
@@ -45,7 +45,7 @@ check(list(prefix.glob("share/doc/*/mask_ranks.txt")), "mask_ranks.txt, a table 
 for file in prefix.rglob("*.cmake"):
     check(arguments.build not in file.read_text(), f"{file.name} names the build folder")
 
-# Each door begins with a program that examples/ holds word for word.
+# Each public header begins with an example program, which examples/ contains verbatim.
 for door, example in (("format", "read_points"), ("render", "moving_camera"), ("bake", "bake_sun")):
     text = (prefix / f"include/pbm/{door}.h").read_text()
     program = text[text.index("//   #include"):text.index("//   }\n") + len("//   }\n")]
@@ -56,7 +56,7 @@ check(len(list((prefix / "include").glob("*"))) == 1, "headers are installed out
 highway = [str(file) for file in prefix.rglob("*.h") if "hwy/" in file.read_text()]
 check(not highway, f"installed headers need Highway: {highway}")
 
-# The copy sees no header and no target of the source tree.
+# A copy outside the source tree cannot use its headers and targets.
 shutil.copytree(arguments.examples, outside)
 run(arguments.cmake, "-S", outside, "-B", outside / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}",
     f"-DCMAKE_CXX_COMPILER={arguments.compiler}", "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror")
@@ -80,7 +80,7 @@ drawn = sum(pixels[i : i + 3] != b"\x33\x33\x33" for i in range(len(header), len
 check(drawn > 640 * 480 // 10, f"only {drawn} pixels are drawn")
 frames = run(outside / "build" / "moving_camera", model).splitlines()
 check(len(frames) == 8 and all(int(frame.split()[2]) > 0 for frame in frames), "moving_camera drew no points")
-fine = work / "fine.pbvg" # of so many chunks that a close-up needs only some
+fine = work / "fine.pbvg" # many chunks, of which a close-up needs some
 run(prefix / "bin" / "pbm-build", "-q", "--depth", "9", scan, "-o", fine)
 passes = run(outside / "build" / "draw_by_ranges", fine).splitlines()
 fetched, size = (int(number) for number in passes[-1].split()[2:5:2])

@@ -27,7 +27,7 @@ Words words(const std::string &line) {
     return all;
 }
 
-// Ends: LF, CR LF, CR.
+// Line ends: LF, CR LF, CR.
 std::vector<std::string> lines(std::string_view text) {
     std::vector<std::string> all(1);
     for (std::size_t i = 0; i < text.size(); ++i)
@@ -67,7 +67,7 @@ const std::map<std::string, int> kStatements{
     {"deg", 0},    {"bmat", 0},   {"step", 0}, {"parm", 0},       {"trim", 0},     {"hole", 0},     {"scrv", 0},
     {"sp", 0},     {"end", 0},    {"con", 0},  {"bevel", 0},      {"c_interp", 0}, {"d_interp", 0}, {"ctech", 0},
     {"stech", 0},  {"call", 0},   {"csh", 0},  {"g", 1},          {"o", 1},        {"mtllib", 1},   {"usemtl", 1},
-    {"usemap", 1}, {"maplib", 1}, {"lod", 1},  {"shadow_obj", 1}, {"trace_obj", 1}}; // 1: they take names
+    {"usemap", 1}, {"maplib", 1}, {"lod", 1},  {"shadow_obj", 1}, {"trace_obj", 1}}; // 1: the statement takes names
 
 std::optional<Announced> count_obj(std::string_view bytes) {
     Announced sum;
@@ -161,7 +161,7 @@ std::optional<Announced> count_stl(std::string_view bytes) {
 }
 
 struct Property {
-    std::string name, type, count_type; // the last one of lists
+    std::string name, type, count_type; // count_type: of lists only
 };
 
 bool is_corners(const Property &p) {
@@ -174,7 +174,7 @@ struct Element {
     std::vector<Property> properties;
 };
 
-// The numbers of a PLY body, one after the other.
+// Reads the numbers of a PLY body in order.
 class Numbers {
   public:
     Numbers(std::string_view body, const std::string &format) : body_(body), format_(format) {}

@@ -9,7 +9,7 @@
 namespace pbm::mutants {
 namespace {
 
-// An octahedron's worth of vertices on a bent sheet: a grid of kEdge x kEdge vertices and its triangles.
+// A bent sheet: a grid of kEdge x kEdge vertices and its triangles.
 constexpr int kEdge = 5;
 constexpr int kVertices = kEdge * kEdge;
 
@@ -36,7 +36,7 @@ std::vector<Triangle> triangles() {
     return all;
 }
 
-std::string number(float value) { // of few decimals
+std::string number(float value) { // with few decimals
     std::string text = std::to_string(value);
     text.erase(text.find_last_not_of('0') + 1);
     return text + (text.back() == '.' ? "0" : "");
@@ -72,7 +72,7 @@ std::string ply_ascii() {
     return text;
 }
 
-// Normals, colours, a confidence, quads, an element that nobody knows, and CR LF.
+// Normals, colours, a confidence, quads, an unknown element, and CR LF line ends.
 std::string ply_ascii_rich() {
     std::string text =
         "ply\r\nformat ascii 1.0\r\nelement camera 2\r\nproperty float view\r\nproperty list uchar float "

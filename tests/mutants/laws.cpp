@@ -30,7 +30,7 @@ Result<Surface> read(Format format, const std::string &text) {
 
 Judgement broken(const std::string &law) { return {Verdict::broken, law}; }
 
-// One line without control characters, and of a kind that is about the file.
+// An error must be one line without control characters, and its code must blame the file.
 Judgement judge_error(const Error &error, std::size_t size) {
     const auto plain = [](char c) { return static_cast<unsigned char>(c) >= 0x20 && c != 0x7f; };
     if (error.message.empty() || !std::all_of(error.message.begin(), error.message.end(), plain))
@@ -65,8 +65,8 @@ bool reports(const Surface &s, const std::string &name) {
                        [&](const AttributeReport &line) { return line.name == name; });
 }
 
-// A file that was cut must be refused; but a text that only lacks its last line end is whole, and one that ends inside
-// its last number cannot be told from it, so that the reader says that it may be.
+// A truncated file must be refused. Exceptions are texts: without its last line end a text is complete, and a cut
+// inside the last number cannot be detected, so the reader must report that the end of the file may be missing.
 std::optional<std::string> judge_cut(const Mutant &mutant, const Surface &s) {
     const std::string &honest = mutant.origin->bytes;
     const std::size_t cut = *mutant.cut_at;
@@ -74,12 +74,12 @@ std::optional<std::string> judge_cut(const Mutant &mutant, const Surface &s) {
     switch (mutant.origin->format) {
     case Format::ply_binary:
     case Format::stl_binary: return "it was cut";
-    case Format::stl_ascii: { // between two solids nobody sees it; in the last line only a name is lost
+    case Format::stl_ascii: { // undetectable between two solids and within the name of the last line
         const std::size_t last_line = mutant.bytes.rfind('\n', mutant.bytes.find_last_not_of('\n')) + 1;
         return mutant.bytes.substr(last_line, 8) != "endsolid" ? std::optional<std::string>("it was cut")
                                                                : std::nullopt;
     }
-    case Format::obj: { // between two lines nobody sees it, unless comments tell
+    case Format::obj: { // undetectable between two lines, except by comments
         if (cut == 0 || honest[cut - 1] == '\n' || cut >= end)
             return std::nullopt;
         const std::size_t line = honest.rfind('\n', cut - 1) + 1; // npos + 1 is 0
@@ -94,7 +94,7 @@ std::optional<std::string> judge_cut(const Mutant &mutant, const Surface &s) {
     if (cut >= end)
         return std::nullopt;
     const std::size_t last_word = honest.find_last_of(" \n", end - 1) + 1;
-    // OFF's colours of faces are optional, so that whole numbers of the last line may be missing.
+    // Face colours of OFF are optional, so whole numbers of the last line may be missing.
     const std::size_t last_line = honest.rfind('\n', end - 1) + 1;
     const bool optional = mutant.origin->format == Format::off && cut > last_line + 6;
     if (cut <= last_word && !optional)

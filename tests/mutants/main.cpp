@@ -22,7 +22,7 @@ constexpr int kVerdicts = 5;
 constexpr std::array<const char *, kVerdicts> kVerdictNames{"loaded", "with drops", "refused", "unsupported", "BROKEN"};
 constexpr std::uint64_t kBatch = 100; // mutants per child process
 
-// What a child says of one mutant.
+// The verdict of a child process on one mutant.
 struct Record {
     std::uint64_t number = 0;
     Verdict verdict{};
@@ -52,7 +52,7 @@ void note(Campaign &campaign, const Record &record) {
                     record.text.data());
 }
 
-// Judges mutants in a child process; returns the number after the last one that came back, or was to blame.
+// Judges mutants in a child process. Returns the number after the last mutant that was judged or ended the child.
 std::uint64_t run_batch(Campaign &campaign, std::uint64_t begin, std::uint64_t end) {
     std::uint64_t next = begin;
     std::string received;
@@ -106,7 +106,7 @@ void print_table(const Campaign &campaign) {
     std::printf("\n");
 }
 
-// An honest file that is refused or loaded with another count would make all that follows worthless.
+// The unchanged files must load with the right counts; otherwise all further results are meaningless.
 bool honest_files_load(const Campaign &campaign) {
     bool good = true;
     for (const HonestFile &file : campaign.files) {

@@ -49,7 +49,7 @@ class Mutator {
 
   private:
     std::size_t place() { return random_.below(bytes_.size() + 1); }
-    // Begin and end, in this order; often close together.
+    // A random range (begin, end), begin <= end, often short.
     std::pair<std::size_t, std::size_t> range();
     std::pair<std::size_t, std::size_t> line();
     void exchange(std::pair<std::size_t, std::size_t> a, std::pair<std::size_t, std::size_t> b);
@@ -90,7 +90,7 @@ void Mutator::exchange(std::pair<std::size_t, std::size_t> a, std::pair<std::siz
              bytes_.substr(b.second);
 }
 
-// One of the numbers in the text.
+// Changes a random number of the text.
 void Mutator::change_number() {
     const std::size_t at = bytes_.find_first_of("0123456789", random_.below(bytes_.size()));
     if (at == std::string::npos)
@@ -115,7 +115,7 @@ void Mutator::change_binary_number() {
         bytes_[at + i] = static_cast<char>(value >> (8 * i));
 }
 
-// Where each format says how much there is.
+// Changes a count, which stands at another place in each format.
 void Mutator::change_count() {
     const Format format = mutant_.origin->format;
     if (format == Format::stl_binary) {

@@ -66,7 +66,7 @@ class Damager {
             file_.set(record + field.offset + byte, static_cast<std::uint8_t>(value >> 8 * byte));
     }
 
-    // Another value: an edge, near the old one, a bit of it, or anything.
+    // Another value: an edge, near the old value, one bit changed, near the file size, or twice the old one.
     std::uint64_t another(std::uint64_t old) {
         constexpr std::array<std::uint64_t, 12> kEdges{0,
                                                        1,
@@ -97,11 +97,11 @@ class Damager {
     }
 
     std::size_t sections() const { return std::min<std::size_t>(file_.get<std::uint32_t>(32), kMaxSections); }
-    // Place of the table entry of some section.
+    // Offset of the table entry of a random section.
     std::size_t any_entry() {
         return kHeaderBytes + kSectionEntryBytes * choose_(std::max<std::size_t>(1, sections()));
     }
-    // The same of a section that `wanted` says yes to, as far as one is found soon.
+    // The same for a section that satisfies `wanted`, if 16 tries find one.
     template <class Wanted> std::size_t entry_of(Wanted &&wanted) {
         std::size_t at = any_entry();
         for (int tries = 0; tries < 16 && !wanted(SectionType{file_.get<std::uint32_t>(at)}); ++tries)
@@ -109,7 +109,7 @@ class Damager {
         return at;
     }
     std::size_t start_of(std::size_t entry) const { return file_.get<std::uint64_t>(entry + 24); }
-    // Somewhere in the section of that entry; inside the file.
+    // A random offset in the section of that entry, within the file.
     std::size_t inside(std::size_t entry) {
         const std::uint64_t bytes = std::max<std::uint64_t>(1, file_.get<std::uint64_t>(entry + 32));
         return (start_of(entry) + choose_(bytes)) % size();
@@ -145,7 +145,7 @@ class Damager {
             file_.flip(8 * std::min<std::uint64_t>(at + choose_(4), size() - 1) + choose_(8));
     }
 
-    // A record less: a directory, a table of materials or the like that is a bit too short.
+    // Removes a record, so that a directory or table is too short.
     void shorten_section() {
         const std::size_t entry = any_entry();
         const std::uint64_t bytes = 8 * (1 + choose_(8));
@@ -177,7 +177,7 @@ class Damager {
             const std::size_t entry = entry_of(is_raster);
             return change_field(kRasterFields, start_of(entry) + 16 * choose_(4));
         }
-        case 6: { // some field of a small section
+        case 6: { // a random field of a small section
             const std::size_t entry = entry_of([](SectionType type) { return type <= SectionType::ground_plane; });
             const std::size_t at = start_of(entry) + 4 * choose_(64);
             return change_field(std::array<Field, 2>{{{0, 4}, {0, 1}}}, at);
@@ -189,7 +189,7 @@ class Damager {
         }
     }
 
-    // The content_id of what there is, if that can be read at all.
+    // Repairs the content_id, if the model can be read.
     void sign() {
         constexpr std::uint64_t kMaxMemory = 64 << 20;
         Result<Reader> reader = Reader::open(file_.bytes());

@@ -1,4 +1,4 @@
-// Files that are damaged and signed again: every hash is right, so that the rule behind the hash is what is tried.
+// Damaged files with repaired hashes, so that the rules behind the hashes are tested.
 #pragma once
 
 #include "system/bytes.h"
@@ -14,12 +14,12 @@ using Choose = std::function<std::uint64_t(std::uint64_t limit)>;
 
 struct Damaged {
     Bytes bytes;
-    std::string story; // what was done, for who has to look into it
+    std::string story; // description of the edits, for debugging
 };
 
-// One to four edits of a valid file: bits, fields of header, table, directories and rasters set to values at an edge,
-// ranges copied, records exchanged, the end cut or continued. Then all hashes are made right; and half the time the
-// content_id too, so that what is still a model is a valid one.
+// Applies one to four edits to a valid file: flips bits, sets fields to edge values, copies ranges, exchanges records,
+// shortens or extends the file. Then repairs all hashes, and half the time the content_id too, so that a readable
+// model is a valid file.
 Damaged damage(Bytes file, const Choose &choose);
 
 } // namespace pbm::test

@@ -21,7 +21,7 @@ namespace pbm::test {
 
 namespace {
 
-// One frame that 5.6 allows, if it is smaller than `raw` and not too much so.
+// A frame that 5.6 allows, if it is smaller than `raw` and by no more than kMaxExpansion.
 std::optional<Bytes> random_frame(ByteView raw, Random &random) {
     static const std::unique_ptr<ZSTD_CCtx, std::size_t (*)(ZSTD_CCtx *)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
     if (!context)
@@ -37,10 +37,10 @@ std::optional<Bytes> random_frame(ByteView raw, Random &random) {
     return frame;
 }
 
-// Pairs (5.8.2) as escapes where there is no need to.
+// Turns random pairs (5.8.2) into escapes although they need none.
 void escape_pairs(Bytes &pairs, Bytes &escapes, Random &random) {
     Bytes more;
-    std::size_t next = 0; // of the escapes there are
+    std::size_t next = 0; // index into the existing escapes
     for (std::uint8_t &pair : pairs) {
         if (pair == 15) {
             more.insert(more.end(), {escapes[next], escapes[next + 1]});
@@ -53,16 +53,16 @@ void escape_pairs(Bytes &pairs, Bytes &escapes, Random &random) {
     escapes = std::move(more);
 }
 
-// Choices that leave the values as they are.
+// Random changes of the encoding that leave the decoded values unchanged.
 void vary_planes(Filter filter, std::vector<Bytes> &planes, Random &random) {
     if (planes.size() > 1 && random.below(2) == 0)
         escape_pairs(planes[planes.size() - 2], planes.back(), random);
     if (filter == Filter::colour565 && random.below(2) == 0)
-        for (std::uint8_t &green : planes[0]) // once more round a wheel of 64: 5.8.5
+        for (std::uint8_t &green : planes[0]) // codes are equal modulo 64: 5.8.5
             green = static_cast<std::uint8_t>(random.below(2) == 0 && green < 128 ? green + 128 : green);
 }
 
-// Planes behind their entries: 5.8.1.
+// Planes behind their size fields: 5.8.1.
 Bytes store_planes(std::span<const Bytes> planes, Random &random) {
     ByteWriter entries;
     Bytes frames;
@@ -82,7 +82,7 @@ StreamEntry append(const Bytes &stored, Filter filter, bool zstd, Bytes &out) {
     return {.stored_bytes = static_cast<std::uint32_t>(stored.size()), .filter = filter, .zstd = zstd};
 }
 
-// `planes` where they may be stored (5.4.2), else a frame or the bytes as they are.
+// Stores `planes` if 5.4.2 allows it, else a frame or the raw bytes.
 StreamEntry append_any(const Bytes &raw, Filter filter, const std::optional<std::vector<Bytes>> &planes, Random &random,
                        Bytes &out) {
     if (planes && random.below(4) != 0) {
@@ -112,7 +112,7 @@ NormalCone random_cone(std::span<const std::uint16_t> normals, Random &random) {
     if (narrow.cosine == kNoCone || random.below(4) == 0)
         return {};
     NormalCone cone = narrow;
-    if (random.below(2) == 0) { // about another axis
+    if (random.below(2) == 0) { // random axis
         cone.axis = static_cast<std::uint16_t>(random.below(kNormalCount));
         const IntegerNormal &axis = integer_normal_table()[cone.axis];
         std::int32_t least = 32767 * 32767;
@@ -122,7 +122,7 @@ NormalCone random_cone(std::span<const std::uint16_t> normals, Random &random) {
         }
         const std::int32_t cosine = std::clamp(least / 32767 - 1, -32767, 32767);
         cone.cosine = static_cast<std::int16_t>(cosine);
-    } else if (random.below(2) == 0) { // wider than it need be
+    } else if (random.below(2) == 0) { // wider than necessary
         cone.cosine = static_cast<std::int16_t>(
             cone.cosine - static_cast<int>(random.below(static_cast<std::uint64_t>(cone.cosine + 32767))));
     }

@@ -1,4 +1,4 @@
-// Streams of chunks and tiles of rasters in any form that BVG.md 5.4 to 5.8 and 3.10 allow.
+// Encodes streams and raster tiles in any form that BVG.md 5.4 to 5.8 and 3.10 allow.
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -12,7 +12,7 @@ namespace pbm::test {
 StreamEntry append_freely(const StreamContext &context, ByteView masks, const PointView &points,
                           const ParentNodes &parents, Random &random, Bytes &out);
 
-// Some cone that holds the normals, or none.
+// A random cone that contains the normals, or none.
 NormalCone random_cone(std::span<const std::uint16_t> normals, Random &random);
 
 // The section of a raster of a packed file, each tile raw, as a frame or filtered.

@@ -45,11 +45,11 @@ class FreeWriter {
     }
 
     std::uint32_t random_alignment() {
-        const std::uint64_t bits = random_.below(8) == 0 ? 14 : 4; // 65,536 makes large files
+        const std::uint64_t bits = random_.below(8) == 0 ? 14 : 4; // 65,536 makes large files, so it is rare
         return static_cast<std::uint32_t>(kSectionAlignment) << random_.below(bits);
     }
 
-    // Records of any size that divides the whole.
+    // The element size is a random divisor of the size.
     void add_raw(SectionType type, Bytes bytes) {
         const auto size = static_cast<std::uint32_t>(bytes.size());
         std::uint32_t element = size;
@@ -164,7 +164,7 @@ class FreeWriter {
         return raw_bytes;
     }
 
-    // A mapped chunk leaves a choice in its cone only.
+    // Only the cone of a mapped chunk is free to choose.
     std::uint64_t add_mapped_chunk(std::size_t level, ChunkEntry &entry, Bytes &out) {
         encode_chunk(model_, static_cast<int>(level), {.storage = Storage::mapped}, entry, out);
         entry.cone = random_cone(
@@ -212,7 +212,7 @@ class FreeWriter {
         add_raster(SectionType::panorama, 0, model_.images.panorama);
     }
 
-    // Sections of which a reader knows nothing but that it may skip them, anywhere among the others: 3.2.4
+    // Inserts sections of unknown, skippable types anywhere among the others: 3.2.4
     void add_unknown_sections() {
         constexpr std::array<std::uint32_t, 8> kTypes{0, 8, 15, 19, 23, 26, 33, 0xFFFFFFFF};
         std::uint64_t count = random_.below(2) * random_.below(5);
@@ -226,7 +226,7 @@ class FreeWriter {
             const std::uint64_t raw_bytes = raw ? bytes.size() : random_.below(kMaxExpansion * (bytes.size() + 1));
             add({.type = SectionType{kTypes[random_.below(kTypes.size())]},
                  .codec = raw ? Codec::raw : Codec{static_cast<std::uint16_t>(1 + random_.below(65535))},
-                 .instance = static_cast<std::uint32_t>(i << 8 | random_.below(256)), // no two the same
+                 .instance = static_cast<std::uint32_t>(i << 8 | random_.below(256)), // unique
                  .element_bytes = static_cast<std::uint32_t>(random_.next()),
                  .alignment = random_alignment(),
                  .raw_bytes = raw_bytes,
@@ -248,7 +248,7 @@ class FreeWriter {
         header.root = root_record(model_.levels[0].points, set_);
         header.chunk_points = chunk_points_;
         header.table_count = static_cast<std::uint32_t>(sections_.size());
-        Bytes body; // from the end of the table on
+        Bytes body; // bytes after the table
         const std::uint64_t start = kHeaderBytes + sections_.size() * kSectionEntryBytes;
         std::vector<SectionEntry> entries;
         for (Section &section : sections_) {
@@ -277,7 +277,7 @@ class FreeWriter {
     std::vector<Section> sections_;
     std::vector<std::vector<ChunkShape>> shapes_;
     LevelDirectory directory_above_;
-    std::vector<std::vector<BrickRecord>> bricks_above_; // of each of its chunks
+    std::vector<std::vector<BrickRecord>> bricks_above_; // bricks of each chunk of the level above
 };
 
 } // namespace

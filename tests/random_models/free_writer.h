@@ -1,4 +1,4 @@
-// A writer that makes any choice the format leaves: it knows only what BVG.md allows, not what is small or fast.
+// A writer that makes every choice of the format at random, within the rules of BVG.md.
 #pragma once
 
 #include "pbm_format/model/model.h"

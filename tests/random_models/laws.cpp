@@ -34,7 +34,7 @@ std::string draw(ByteView file, const Model &model) {
     view.camera = default_camera(*bounds, model.parameters.grid.up, kWidth, kHeight);
     view.width = kWidth;
     view.height = kHeight;
-    if (!is_usable(view.camera)) // a grid so far away that the eye and what it looks at are one
+    if (!is_usable(view.camera)) // a grid so far away that eye and focal point coincide after rounding
         return {};
     const Result<Detail> detail = streamed.load(view);
     if (!detail)

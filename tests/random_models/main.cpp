@@ -30,7 +30,7 @@ struct Totals {
     std::uint64_t files = 0, valid = 0, broken = 0, mapped = 0, points = 0, chunks = 0, bytes = 0;
 };
 
-// Ours one time in three, else any that is legal.
+// One time in three the library's writer, else the random one.
 Bytes encode(const Model &model, Random &random) {
     if (random.below(3) != 0)
         return write_freely(model, random);

@@ -9,7 +9,7 @@ namespace pbm::test {
 
 namespace {
 
-// Mostly in between, seldom a bound.
+// Mostly between the bounds, seldom a bound.
 float random_float(Random &random, float low, float high) {
     switch (random.below(8)) {
     case 0: return low;
@@ -100,7 +100,7 @@ Image random_image(Random &random, std::uint32_t width, std::uint32_t height, st
     return image;
 }
 
-// 1 .. 16 texels, seldom as many as make several tiles.
+// 1 .. 16 texels, seldom enough for several tiles.
 std::uint32_t random_edge(Random &random) {
     return 1U << (once_in(random, 16) ? 5 + random.below(3) : random.below(5));
 }
@@ -112,7 +112,7 @@ void add_random_ground(Random &random, Model &model) {
         coordinate = random_float(random, -1, 1) * static_cast<float>(std::clamp(parameters.grid.edge(), 1e-30, 1e30));
     ground.half_edge =
         static_cast<float>(std::clamp(parameters.grid.edge(), 1e-30, 1e30)) * (1 + random_float(random, 0, 4));
-    if (!parameters.attributes.material && once_in(random, 2)) // one of its own
+    if (!parameters.attributes.material && once_in(random, 2)) // a material of its own
         parameters.materials.push_back(random_material(random));
     ground.material = static_cast<std::uint8_t>(
         parameters.attributes.material ? random.below(parameters.materials.size()) : parameters.materials.size() - 1);
@@ -168,7 +168,7 @@ std::string random_metadata(Random &random) {
     Json object = Json::object();
     for (std::uint64_t values = random.below(5); values > 0; --values)
         object[random_text(random)] = random_value(random, static_cast<int>(random.below(6)));
-    if (once_in(random, 10)) { // as deep as may be: the object, and arrays in it
+    if (once_in(random, 10)) { // maximum nesting: arrays inside the object
         Json deep = Json::array();
         for (int level = 2; level < 32; ++level)
             deep = Json::array({deep});
@@ -177,7 +177,7 @@ std::string random_metadata(Random &random) {
     std::string text = object.dump(once_in(random, 3) ? 2 : -1, ' ', once_in(random, 2));
     if (text.size() > kMaxBytes)
         return "{}";
-    if (once_in(random, 10)) // as long as may be
+    if (once_in(random, 10)) // maximum length
         text += std::string(kMaxBytes - text.size(), ' ');
     return text;
 }

@@ -1,4 +1,4 @@
-// Models that are legal and otherwise anything: every dimension of the format is drawn from a seed.
+// Random legal models: every choice of the format depends on a seed.
 #pragma once
 
 #include "pbm_format/model/model.h"
@@ -8,15 +8,15 @@
 
 namespace pbm::test {
 
-// Addresses of voxels, ascending, 1 to about `most` of them: single voxels, lines, planes, blocks, clusters, shells,
-// relief, full chunks, or several of these.
+// 1 to about `most` voxel addresses, ascending: single voxels, lines, planes, blocks, clusters, shells, relief, full
+// chunks, or several of these.
 std::vector<MortonCode> random_voxels(Random &random, int depth, std::size_t most);
 
-// Fills the attributes that `set` asks for: the same everywhere, smooth, in regions or noise.
+// Fills the attributes of `set`: constant, smooth, constant in regions, or noise.
 PointAttributes random_points(Random &random, std::span<const MortonCode> codes, int depth, const AttributeSet &set,
                               std::size_t materials);
 
-// A complete model, averages and rasters included. Sizes are those of tests: at most about `max_points` points.
+// A complete model with averaged levels and rasters, and at most about `max_points` points.
 Model random_model(Random &random, std::size_t max_points);
 
 // True once in `n` times.

@@ -21,7 +21,7 @@ class Voxels {
   private:
     std::uint32_t anywhere() { return static_cast<std::uint32_t>(random_.below(edge_)); }
     Place place() { return {anywhere(), anywhere(), anywhere()}; }
-    // An edge of 1 .. `most`, no longer than the grid's.
+    // A length of 1 .. `most`, at most the edge of the grid.
     std::uint32_t length(std::uint32_t most) {
         return 1 + static_cast<std::uint32_t>(random_.below(std::min(most, edge_)));
     }
@@ -57,7 +57,7 @@ void Voxels::add_clusters() {
         const std::uint64_t width = std::uint64_t{1} << random_.below(8);
         for (std::uint64_t points = random_.below(most_ / 2 + 1); points > 0; --points) {
             Place p = middle;
-            for (std::uint32_t &coordinate : p) // below zero is far outside, and not added
+            for (std::uint32_t &coordinate : p) // negative values wrap to outside the grid and are not added
                 coordinate += static_cast<std::uint32_t>(random_.below(width) - random_.below(width));
             add(p);
         }
@@ -78,7 +78,7 @@ void Voxels::add_shell() {
     }
 }
 
-// What a scan looks like: a sheet that goes up and down, along any pair of axes.
+// Like a scan: a height field over a random pair of axes.
 void Voxels::add_relief() {
     const std::uint32_t edge = length(most_ > 4096 ? 128 : 64), height = length(16);
     const Place least = place();
@@ -94,7 +94,7 @@ void Voxels::add_relief() {
         }
 }
 
-// 512 voxels that make one chunk to the brim, or eight times as many, or so many that chunks nest; sometimes one more.
+// A full cube of 8^3 (one chunk of limit 512), 16^3 or 32^3 voxels (chunks nest); sometimes one voxel more.
 void Voxels::add_full_subtree() {
     const std::uint64_t larger = random_.below(4) * random_.below(2); // 0, 0, 0, 0, 0, 1, 2, 3
     const std::uint32_t edge = std::min(edge_, larger == 3 && most_ > 4096 ? 32U : larger >= 2 ? 16U : 8U);
@@ -145,7 +145,7 @@ std::vector<MortonCode> Voxels::take() {
     return std::move(codes_);
 }
 
-// Values 0 .. limit - 1 for each voxel, of one of a few characters.
+// Values 0 .. limit - 1 for each voxel, by one of five patterns.
 class Values {
   public:
     Values(Random &random, int depth) : random_(random), depth_(depth), kind_(random.below(5)) {
@@ -157,10 +157,10 @@ class Values {
         const auto [x, y, z] = morton_decode(code);
         const std::uint64_t sum = x * factors_[0] + y * factors_[1] + z * factors_[2] + factors_[3];
         switch (kind_) {
-        case 0: return factors_[3] * (limit - 1) / 7; // the least, the largest or between, everywhere
+        case 0: return factors_[3] * (limit - 1) / 7; // constant
         case 1: return sum % limit;
-        case 2: return (sum >> std::max(0, depth_ - 5)) * (limit - 1) / 1024 % limit; // slowly
-        case 3: return Random(code >> 6).below(limit);                                // in cubes of 4 x 4 x 4
+        case 2: return (sum >> std::max(0, depth_ - 5)) * (limit - 1) / 1024 % limit; // varies slowly
+        case 3: return Random(code >> 6).below(limit);                                // constant in cubes of 4 x 4 x 4
         default: return random_.below(limit);
         }
     }

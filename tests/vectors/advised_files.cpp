@@ -1,4 +1,4 @@
-// Valid files that are odd, each in one way.
+// Valid files, each with one oddity that deserves advice.
 #include "collection.h"
 #include "unit/support/test_models.h"
 
@@ -28,7 +28,7 @@ Bytes with_edit(const Model &model, const Collection::Edit &edit) {
     return editor.bytes();
 }
 
-// A section that need not be understood, where lights were.
+// Turns the section of lights into an unknown optional one.
 Bytes optional_section() {
     Model model = plain_model();
     const Bytes without = encode(model);
@@ -37,7 +37,7 @@ Bytes optional_section() {
         const std::size_t entry = file.entry(SectionType::lights);
         file.set<std::uint32_t>(entry, 9);
         file.set<std::uint16_t>(entry + 6, 0);
-        for (std::size_t i = 72; i < 88; ++i) // content_id, which it is no part of
+        for (std::size_t i = 72; i < 88; ++i) // content_id, which does not cover it
             file.set<std::uint8_t>(i, without[i]);
     });
 }

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Holds code, specification, catalogue, docs and bad files together: check_rules.py ROOT PBM_VALIDATE [--write]
+"""Compares code, specification, catalogue, docs and invalid files: check_rules.py ROOT PBM_VALIDATE [--write]
 
-- Every rule stated in BVG.md belongs to one code of the catalogue, is verified somewhere in pbm_format, and has a bad file,
-  or stands below with the reason why it has none.
-- The table of section 9 of BVG.md and that of docs/reference/validator-codes.md are what the catalogue says (--write puts them there).
+- Every rule of BVG.md belongs to one code of the catalogue, is verified in pbm_format, and has an invalid file or, below,
+  a reason why it has none.
+- The table of section 9 of BVG.md and that of docs/reference/validator-codes.md agree with the catalogue (--write updates them).
 """
 import json
 import pathlib

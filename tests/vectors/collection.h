@@ -1,4 +1,4 @@
-// Bad files in the making: a good one, an edit, every hash repaired.
+// Makes invalid files: edits a valid one and repairs every hash.
 #pragma once
 
 #include "invalid_files.h"
@@ -23,7 +23,7 @@ class Collection {
         files_.push_back({name + ".pbvg", editor.bytes()});
     }
     void add(const std::string &name, const Edit &edit) { add(name, usual_, edit); }
-    // Damage that a hash must find: nothing is repaired.
+    // Damage that a hash must detect: repairs nothing.
     void add_unrepaired(const std::string &name, std::size_t at) {
         Bytes file = usual_;
         file[at] ^= 0x10;
@@ -33,7 +33,7 @@ class Collection {
     std::vector<InvalidFile> take() { return std::move(files_); }
 
   private:
-    Bytes usual_; // damaged where no other file is named
+    Bytes usual_; // the default file to damage
     std::vector<InvalidFile> files_;
 };
 
@@ -56,16 +56,16 @@ template <class T> Collection::Edit set_chunk(std::uint32_t level, std::size_t i
     return [=](FileEditor &file) { file.set<T>(file.chunk(level, index) + field, value); };
 }
 
-// Takes the last bytes of a small section away; elements now have `record` bytes.
+// Removes the last bytes of a small section. `record`: the new element size.
 inline Collection::Edit shorten(SectionType type, std::uint32_t record, std::uint64_t bytes) {
     return [=](FileEditor &file) { file.shorten(type, 0, bytes, record); };
 }
 
-// Of ground plane and rasters: surroundings_files.cpp.
+// Files about ground plane and rasters: surroundings_files.cpp.
 void add_surroundings_files(Collection &files);
 std::vector<ValidFile> valid_surroundings_files();
 
-// Of few points: small_files.cpp.
+// Files of few points: small_files.cpp.
 void add_small_files(Collection &files);
 std::vector<ValidFile> valid_small_files();
 

@@ -14,7 +14,7 @@ namespace pbm::test {
 
 namespace {
 
-// Without filters, so that the streams stand in the file as they are or as one frame.
+// Without filters: each stream is raw or one frame.
 Bytes encode(const Model &model) {
     return encode_model(model, {.compression_level = 19, .filters = false, .chunk_points = 512, .threads = 1}).value();
 }
@@ -23,7 +23,7 @@ Bytes encode_filtered(const Model &model) {
     return encode_model(model, {.compression_level = 19, .chunk_points = 512, .threads = 1}).value();
 }
 
-// Depth 3, every attribute, streams short enough to stand in the file as they are, one chunk per level.
+// Depth 3, every attribute, one chunk per level, streams so short that they are raw.
 const Bytes &every_attribute_file() {
     static const Bytes file = encode(sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.2));
     return file;
@@ -35,13 +35,13 @@ const Bytes &many_chunks_file() {
     return file;
 }
 
-// The same with filters, and all attributes.
+// The same with filters and every attribute.
 const Bytes &filtered_file() {
     static const Bytes file = encode_filtered(sphere_model(5, every_attribute(ColourFormat::rgb888, 5)));
     return file;
 }
 
-// Few points, whose normals are so uneven that no frame is worth it.
+// Few points with irregular normals, so that no frame pays.
 const Bytes &small_filtered_file() {
     static const Bytes file = [] {
         Model model = sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.25);
@@ -56,7 +56,7 @@ const Bytes &small_filtered_file() {
     return file;
 }
 
-// Materials in cubes of four voxels and lit fractions that change slowly: what their filters are made for.
+// Materials constant in cubes of four voxels, and slowly varying lit fractions: both filter well.
 const Bytes &filtered_regions_file() {
     static const Bytes file = [] {
         AttributeSet set{.material = true, .lights = 2, .shadow_bits = {}};
@@ -143,7 +143,7 @@ void add_table_files(Collection &files) {
     });
     files.add("3.1.6-raw-size", set<std::uint64_t>(64, 1));
     files.add("3.1.7-no-materials", [](FileEditor &file) {
-        // The materials become a section nobody knows.
+        // Gives the section of materials an unknown type.
         const std::size_t at = file.entry(materials);
         file.set<std::uint32_t>(at, 4);
         file.set<std::uint32_t>(file.entry(attributes), 3);
@@ -182,7 +182,7 @@ void add_section_files(Collection &files) {
     files.add("3.3.2-metadata-is-no-json", set_in<std::uint8_t>(metadata, 0, '['));
     files.add("3.3.2-metadata-with-a-zero-byte", [](FileEditor &file) {
         const std::size_t end = file.section(metadata) + file.get<std::uint64_t>(file.entry(metadata) + 32);
-        file.set<std::uint16_t>(end - 2, 0x007D); // "}" and a zero byte where a quote and "}" were
+        file.set<std::uint16_t>(end - 2, 0x007D); // "}" and a zero byte instead of a quote and "}"
         file.set<std::uint8_t>(end - 3, '"');
     });
     files.add("3.3.3-metadata-is-an-array", [](FileEditor &file) {
@@ -234,12 +234,12 @@ void add_section_files(Collection &files) {
     files.add("3.8.3-scale", set_in<float>(texture, 8, 0));
     files.add("3.8.4-reserved", set_in<std::uint8_t>(texture, 20, 1));
     files.add("3.9.1-one-light-for-two-streams", shorten(lights, 48, 48));
-    files.add("3.9.2-texture-values-without-palette", [](FileEditor &file) { // its section becomes an unknown one
+    files.add("3.9.2-texture-values-without-palette", [](FileEditor &file) { // gives its section an unknown type
         const std::size_t entry = file.entry(texture);
         file.set<std::uint32_t>(entry, 9);
         file.set<std::uint16_t>(entry + 6, 0);
     });
-    files.add("3.9.3-materials-without-stream", [](FileEditor &file) { // the fourth of seven records goes
+    files.add("3.9.3-materials-without-stream", [](FileEditor &file) { // removes the fourth of seven records
         const std::size_t at = file.section(attributes) + 3 * 24;
         for (std::size_t i = 0; i < 3 * 24; ++i)
             file.set<std::uint8_t>(at + i, file.get<std::uint8_t>(at + i + 24));
@@ -247,8 +247,8 @@ void add_section_files(Collection &files) {
     });
 }
 
-// Damages plane `plane` of a filtered stream of chunk 0 of a level: `damage` gets the places of the stream, of the
-// plane and of the next one. The stream is the first, from coarse to fine, that has the filter and that plane as it is.
+// Damages plane `plane` of a filtered stream: `damage` gets the offsets of the stream, of the plane and of its end.
+// Takes the first stream, from coarse to fine, of chunk 0 of a level that has the filter and stores that plane raw.
 Collection::Edit in_plane(Filter filter, std::size_t plane,
                           const std::function<void(FileEditor &, std::size_t, std::size_t, std::size_t)> &damage) {
     return [=](FileEditor &file) {
@@ -271,8 +271,8 @@ Collection::Edit in_plane(Filter filter, std::size_t plane,
     };
 }
 
-// Flips a bit of the first filtered stream of shadows whose frame then decodes to codes with something behind the last:
-// one of the frame's bytes is the last byte of the codes, or what it is copied from.
+// Flips a bit of a filtered shadow stream so that its frame decodes to codes with bits set after the last code.
+// Searches all bits, because one byte of the frame determines the last byte of the codes.
 void set_bits_behind_codes(FileEditor &file) {
     const Result<Reader> reader = Reader::open(file.bytes());
     const StreamList streams = streams_of(reader->parameters().attributes);
@@ -386,7 +386,7 @@ void add_chunk_files(Collection &files) {
     files.add("5.5.3-order", many_chunks_file(), set_chunk<std::uint64_t>(5, 1, 0, 0));
     files.add("5.5.4-parent-of-level-1", set_chunk<std::uint32_t>(1, 0, 32, 1));
     files.add("5.5.5-parent-chunk", many_chunks_file(), set_chunk<std::uint32_t>(5, 1, 32, 7));
-    files.add("5.5.6-beside-its-parent", many_chunks_file(), [](FileEditor &file) { // a parent that is not the last
+    files.add("5.5.6-beside-its-parent", many_chunks_file(), [](FileEditor &file) { // a parent other than the last
         const std::size_t at = file.chunk(5);
         assert(file.get<std::uint8_t>(file.chunk(4) + 40) > 0);
         file.set<std::uint64_t>(at, (std::uint64_t{1} << 3 * file.get<std::uint8_t>(at + 40)) - 1);
@@ -395,7 +395,7 @@ void add_chunk_files(Collection &files) {
         const std::size_t at = file.chunk(5, 7) + 20;
         file.set<std::uint32_t>(at, file.get<std::uint32_t>(at) + 1);
     });
-    files.add("5.5.8-past-the-end", many_chunks_file(), [](FileEditor &file) { // its masks are a frame
+    files.add("5.5.8-past-the-end", many_chunks_file(), [](FileEditor &file) { // whose masks are a frame
         const std::size_t at = file.chunk(5);
         file.set<std::uint32_t>(at + kChunkEntryFixedBytes, 1U << 31 | (file.get<std::uint32_t>(at + 20) - 1));
     });

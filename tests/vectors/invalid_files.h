@@ -1,5 +1,5 @@
-// The files of format_spec/vectors. Of invalid/ each breaks one rule of BVG.md, with every hash in front of it right;
-// of advised/ each is valid, and of one code of the catalogue that is no error.
+// The files of format_spec/vectors. Each file of invalid/ violates one rule of BVG.md, and every hash checked before
+// that rule is right. Each file of advised/ is valid and gets one code of the catalogue that is not an error.
 #pragma once
 
 #include "system/bytes.h"

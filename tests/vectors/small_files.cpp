@@ -1,5 +1,5 @@
-// Files of few points, each with something that the larger ones have not: the deepest grid, a frame with a checksum,
-// what a later minor version may add, and the worked example of BVG.md (appendix D).
+// Files of few points with features that the larger ones lack: the deepest grid, a frame with a checksum, extensions of
+// a later minor version, and the worked example of BVG.md (appendix D).
 #include "collection.h"
 #include "unit/support/test_models.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint32_t kUnknownType = 9;
 
-// A model with one material whose finest points are `codes`, ascending. Their attributes are still to be set.
+// A model with one material and finest points `codes`, ascending. The caller sets their attributes.
 Model model_of(int depth, std::span<const MortonCode> codes, AttributeSet set) {
     Model model;
     model.metadata = R"({"generator":"test"})";
@@ -51,8 +51,8 @@ Bytes deepest_file() {
     return encode_model(model, {.threads = 1}).value();
 }
 
-// The last stream of the file is one frame of the same byte 32 times, which then gets the checksum that RFC 8878
-// allows: the low half of the XXH64 of its content.
+// The last stream of the file is a frame of 32 equal bytes. It gets the optional checksum of RFC 8878: the low half of
+// the XXH64 of the content.
 const Bytes &checksum_file() {
     static const Bytes file = [] {
         constexpr std::array<std::uint8_t, 4> kChecksum{0x6B, 0xC2, 0x3C, 0x6D};
@@ -81,7 +81,7 @@ const Bytes &unknown_extras_file() {
             .compression_level = 19, .filters = false, .chunk_points = kMinChunkPoints, .threads = 1};
         Model model = sphere_model(3, {}, 0.2);
         const Bytes without = encode_model(model, options).value();
-        model.parameters.lights.resize(1); // its section gets an unknown type
+        model.parameters.lights.resize(1); // gives the section an unknown type
         FileEditor editor(encode_model(model, options).value());
         const std::size_t entry = editor.entry(SectionType::lights);
         editor.set<std::uint32_t>(entry, kUnknownType);
@@ -125,7 +125,7 @@ Bytes worked_example_file() {
                          of_sheet ? Rgb8{static_cast<std::uint8_t>(180 + 3 * u), static_cast<std::uint8_t>(120 + 4 * v),
                                          static_cast<std::uint8_t>(90 + 2 * u - v)}
                                   : Rgb8{128, 128, 128});
-        if (of_sheet && u == 2 && v == 0) { // a scratch
+        if (of_sheet && u == 2 && v == 0) { // one point with other normal and colour
             points.normals[i] = quantise_normal(30, -2, 6);
             set_point_colour(points, i, ColourFormat::rgb888, {250, 60, 40});
         }
@@ -144,7 +144,7 @@ std::vector<ValidFile> valid_small_files() {
 }
 
 void add_small_files(Collection &files) {
-    FileEditor damaged(unknown_extras_file()); // no hash is repaired, and no other hash covers the section
+    FileEditor damaged(unknown_extras_file()); // repairs no hash; no other hash covers the section
     damaged.flip(std::uint64_t{8} * damaged.section(SectionType{kUnknownType}));
     files.add_as_is("3.2.14-unknown-section", damaged.bytes());
     files.add("5.6.3-checksum", checksum_file(), [](FileEditor &file) { file.flip(8 * file.bytes().size() - 1); });

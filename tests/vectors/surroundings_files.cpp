@@ -16,7 +16,7 @@ Bytes encode(const Model &model, Storage storage) {
         .value();
 }
 
-// Every attribute, two lights with shadows, a second material of the ground's own.
+// Every attribute, two lights with shadows, and a second material for the ground.
 Model shaded_model(std::uint32_t panorama_height, std::uint32_t ground_edge) {
     Model model = sphere_model(2, every_attribute(ColourFormat::rgb888, 2), 0.3);
     add_surroundings(model, panorama_height, ground_edge);
@@ -41,7 +41,7 @@ const Bytes &tiny_file() {
     return file;
 }
 
-// Ground plane without texture and light, below a model without materials of its own; a panorama.
+// A ground plane without texture and lit fractions, below a model without materials; a panorama.
 const Bytes &plain_ground_file() {
     static const Bytes file = [] {
         Model model = sphere_model(2, {.lights = 1, .shadow_bits = {{{1, 1, 1}}}}, 0.3);
@@ -63,7 +63,7 @@ template <class T> Edit set_tile(SectionType type, std::size_t tile, std::size_t
     return set_raster<T>(type, 32 + 16 * tile + field, value);
 }
 
-// The panorama, which ends the file, loses its last bytes.
+// Removes the last bytes of the panorama, which ends the file.
 Edit cut_panorama(std::uint64_t bytes) {
     return [=](FileEditor &file) {
         file.shorten(SectionType::panorama, 0, bytes, 1);
@@ -71,7 +71,7 @@ Edit cut_panorama(std::uint64_t bytes) {
     };
 }
 
-// Repairs what the chunks and tiles lie in, but not their own hashes.
+// Flips a bit. Repairs the hashes of sections, table and header, but not those of chunks and tiles.
 Bytes with_flipped_bit(Bytes file, std::size_t at) {
     FileEditor editor(std::move(file));
     editor.flip(8 * at);

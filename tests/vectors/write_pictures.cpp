@@ -1,4 +1,4 @@
-// write_pictures: draws every golden file and writes pictures.json of each version anew. format_spec/golden/README.md
+// write_pictures: draws every golden file and rewrites pictures.json of each version. format_spec/golden/README.md
 #include "unit/render/golden_pictures.h"
 
 #include <glm/geometric.hpp>
@@ -12,7 +12,7 @@ namespace {
 
 Json as_json(const glm::dvec3 &v) { return Json::array({v.x, v.y, v.z}); }
 
-// From the front and above, since the ground is seen from above only.
+// From the front and above, since the ground is visible from above only.
 Json new_camera(const Model &model) {
     Camera camera = default_camera(model, kWidth, kHeight);
     camera.position += camera.up * (0.4 * glm::distance(camera.position, camera.focal_point));
@@ -24,7 +24,7 @@ Json new_camera(const Model &model) {
 
 Json entry_of(const Framebuffer &picture) { return {{"hash", hash_of(picture)}, {"cells", hex(coarse(picture))}}; }
 
-// Hashes anew; camera and cells only where there are none: these stay for ever.
+// Updates the hashes. Keeps camera and cells, which are frozen, and adds them only if they are missing.
 Json describe(const std::filesystem::path &file, const Json &before) {
     const MappedFile bytes = MappedFile::open(file.string()).value();
     const Model model = model_of(bytes.bytes());

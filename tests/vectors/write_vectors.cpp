@@ -1,4 +1,4 @@
-// Writes format_spec/vectors anew: run it when the layout changes, and look at what changed in the table.
+// Rewrites format_spec/vectors. Run it when the layout changes, and review the changes of the table.
 //   write_vectors format_spec/vectors
 #include "invalid_files.h"
 

@@ -1,5 +1,5 @@
-// Preloaded by window_test.py: decompression to $PBM_TEST_HOLD_FROM bytes or more (default 0) waits as long as the file
-// $PBM_TEST_HOLD exists, so that a test can look at a program while it loads.
+// Preloaded by window_test.py: decompression to at least $PBM_TEST_HOLD_FROM bytes (default 0) blocks while the file
+// $PBM_TEST_HOLD exists, so that a test can observe a program while it loads.
 #include <dlfcn.h>
 #include <unistd.h>
 

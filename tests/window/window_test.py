@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""The window as a user has it, on a display of its own: window_test.py PROGRAMS WORK_FOLDER SOURCE_FOLDER HOLD [TEST...]
+"""Tests the window of pbm-view on a virtual display: window_test.py PROGRAMS WORK_FOLDER SOURCE_FOLDER HOLD [TEST...]
 
-HOLD is the library of hold_zstd.cpp. What the window shows is grabbed from the screen and compared, pixel for pixel, with what pbm-render draws for the view
-that `pbm-view -v` prints. Exit code 77: Xvfb, xdotool or ImageMagick is not installed.
+HOLD is the library of hold_zstd.cpp. The tests grab the window from the screen and compare it, pixel by pixel, with the
+picture of pbm-render for the view that `pbm-view -v` prints. Exit code 77: Xvfb, xdotool or ImageMagick is not installed.
 """
 
 import os
@@ -27,7 +27,7 @@ work.mkdir(parents=True)
 
 SCREEN = (900, 700)
 SIZE = (480, 360)
-PATIENCE = 60  # seconds until something that does not happen is a failure
+PATIENCE = 60  # seconds until an awaited event counts as failed
 
 
 def check(condition, message):
@@ -55,7 +55,7 @@ class Display:
 
 
 def environment(display):
-    # Leaks of the driver are not ours.
+    # Ignores memory leaks of the OpenGL driver.
     result = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", "LC_ALL": "C",
               "ASAN_OPTIONS": "detect_leaks=0:verify_asan_link_order=0"}
     result.pop("DISPLAY", None)
@@ -70,7 +70,7 @@ def run(program, *arguments, display=None, **more):
 
 
 class View:
-    """A running pbm-view; its standard output says what it did."""
+    """A running pbm-view, observed by its standard output."""
 
     def __init__(self, display, *arguments, size=SIZE, loading=False, **more):
         self.display = display
@@ -139,7 +139,7 @@ class View:
         return self.lines("view: ")[-1].removeprefix("view: ").split()
 
     def pictures(self):
-        """What was told of each frame with a picture: (error in pixels, ms, points decoded, chunks missing or None)."""
+        """The printed figures of each frame with a picture: (error in pixels, ms, points decoded, chunks missing or None)."""
         found = re.findall(r"^frame \d+: error (\S+) pixels, levels? [\d to]+ of \d+, \d+ of \d+ points drawn, (\S+) ms, "
                            r"\d+x\d+, \d+ bytes read, (\d+) points decoded, (?:exact|fine, \d+ of \d+ samples|coarse, (\d+) chunks missing)$",
                            self.text(), re.MULTILINE)
@@ -178,7 +178,7 @@ def rendered(model, *options):
 
 
 def check_same(view, model, what, *options):
-    """The window shows what pbm-render draws for the view that was printed."""
+    """Compares the window with the picture of pbm-render for the printed view."""
     expected, shown = rendered(model, *view.view(), *options), view.grab()
     check(shown[:2] == expected[:2], f"{what}: the window has {shown[:2]}, the picture {expected[:2]}")
     different = sum(a != b for a, b in zip(shown[2], expected[2]))
@@ -188,7 +188,7 @@ def check_same(view, model, what, *options):
 
 
 def check_same_in_the_end(view, model, what, *options):
-    """The same while the window may still be about to draw what it was told."""
+    """Repeats check_same until it succeeds, since the window may not have drawn the last change yet."""
     end = time.monotonic() + PATIENCE
     while True:
         view.settle(0)
@@ -225,9 +225,9 @@ def test_first_picture(display):
 
 
 def test_loading(display):
-    """The window says that it loads, answers meanwhile and can be left at once."""
+    """While a model loads, the window says so, responds to input and can be closed."""
     held = work / "held"
-    # The driver keeps its shaders in files, with zstd too.
+    # The driver also decompresses its shader cache with zstd.
     more = {"loading": True, "LD_PRELOAD": str(hold), "PBM_TEST_HOLD": str(held), "MESA_SHADER_CACHE_DISABLE": "true"}
     for action in ("wait", "drop", "drop a model", "Escape", "close"):
         held.touch()
@@ -257,7 +257,7 @@ def test_loading(display):
                 check(view.quit() == 0, "Escape does not end with 0")
                 continue
             if action == "drop":
-                # It has its turn when the first model is there, and what is no model does not end the program.
+                # The dropped file is opened after the first model, and an invalid file does not end the program.
                 x11.Desktop(display).drop(view.window, (work / "scan.ply").as_uri())
                 held.unlink()
                 view.wait(lambda: "scan.ply: " in view.text(), "word about the dropped file")
@@ -274,7 +274,7 @@ def test_loading(display):
 
 
 def test_refining(display):
-    """The first picture is made of the coarsest levels; the window answers while finer ones are loaded."""
+    """The first picture shows the coarsest levels; the window responds while finer ones are loaded."""
     held = work / "held"
     more = {"loading": True, "LD_PRELOAD": str(hold), "PBM_TEST_HOLD": str(held), "PBM_TEST_HOLD_FROM": "20000",
             "MESA_SHADER_CACHE_DISABLE": "true"}
@@ -298,7 +298,7 @@ def test_refining(display):
                 check(view.pictures()[-1][0] == 1.42 and view.pictures()[-1][2] > decoded, view.text())
                 check(len(view.lines("exact picture: ")) == 1, "the exact picture is not told once")
             elif action == "save":
-                # Saved is the exact picture of the view that it was asked for in, whatever the window shows by then.
+                # Saves the exact picture of the view at the time of the key, also if the view changes meanwhile.
                 asked = view.view()
                 view.xdotool("key", "space", "key", "Right", "key", "Up")
                 view.wait(lambda: len(view.lines("view: ")) > before + 1, "answer to a key while a picture is saved")
@@ -326,7 +326,7 @@ def test_refining(display):
 
 
 def test_damage(display):
-    """A chunk that is damaged is named once, on standard error and in the window, which goes on without it."""
+    """A damaged chunk is reported once, on standard error and in the window, which continues without it."""
     damaged = bytearray((work / "model.pbvg").read_bytes())
     damaged[-100] ^= 1  # in the finest level
     (work / "damaged.pbvg").write_bytes(damaged)
@@ -339,7 +339,7 @@ def test_damage(display):
         for key in ("Left", "Up", "f"):
             view.key(key)
         check(len(view.lines("pbm-view: ")) == 1, f"the damage is named again: {view.text()}")
-        # Without the notice there is what is left.
+        # After the notice has disappeared the window shows the intact levels.
         end = time.monotonic() + PATIENCE
         while view.grab() != rendered("damaged.pbvg", *view.view(), "--level=6"):
             check(time.monotonic() < end, "the level above does not stand in")
@@ -350,7 +350,7 @@ def test_damage(display):
 
 
 def test_frame_rate(display):
-    """A moving view gets coarser where that keeps its rate, and exact again when it rests."""
+    """A moving view gets coarser to keep its frame rate, and exact again when it rests."""
     drag = [part for x in range(150, 350, 5) for part in ("mousemove", x, 150, "sleep", "0.01")]
     for fps in (240, 0):
         with View(display, "large.pbvg", f"--min-fps={fps}", "--max-error=0.5", "-j1") as view:
@@ -358,7 +358,7 @@ def test_frame_rate(display):
             view.act("mousemove", 150, 150, "mousedown", 1, *drag, "mouseup", 1)
             check_same_in_the_end(view, "large.pbvg", "after a long drag", "--max-error=0.5")
             moving = view.pictures()[before:-1]
-            # Exact ones take as long as they take: on a slow machine the drag is over after a few.
+            # Exact pictures may be slow: on a slow machine the drag ends after a few of them.
             check(len(moving) > (3 if fps > 0 else 0), f"no pictures while the view moves: {view.text()}")
             coarser = [p for p in moving if p[0] > 0.5 and not p[3]]
             check(not coarser or fps > 0, f"coarser pictures without --min-fps: {coarser}")
@@ -369,18 +369,18 @@ def test_frame_rate(display):
 
 
 def test_memory(display):
-    """What does not fit into the memory allowed is told once, and the picture is as fine as fits."""
+    """Insufficient memory is reported once, and the picture is as fine as the memory allows."""
     with View(display, "large.pbvg", "--max-memory=2800k", "--max-error=0.5", loading=True) as view:
         view.wait(lambda: "needs more memory than allowed (2 MiB)" in view.text(), "word about the memory")
         check(view.pictures()[-1][3] > 0 and not view.lines("exact picture"), view.text())
         view.next_frame("key", "Left")
         view.next_frame("key", "Right")
-        view.xdotool("mousemove", 100, 100, *["click", 5] * 16)  # from afar coarse levels are enough
+        view.xdotool("mousemove", 100, 100, *["click", 5] * 16)  # a distant view needs coarse levels only
         view.wait(lambda: view.lines("exact picture"), "picture that fits")
         check_same_in_the_end(view, "large.pbvg", "a picture that fits", "--max-error=0.5")
         check(view.text().count("needs more memory") == 1, "it is told again")
         check(view.quit() == 0, "Escape does not end with 0")
-    # Along the model and back: chunks are let go, and come back when they are seen again.
+    # Moves along the model and back: chunks are evicted, and loaded again when they are visible again.
     decoded = {}
     for memory in ("1G", "5M"):
         with View(display, "large.pbvg", f"--max-memory={memory}", "--max-error=0.5",
@@ -432,7 +432,7 @@ def test_target_camera(display):
             now, centre, reach = acted(what, *arguments)
             moved = length(minus(minus(now, before[0]), minus(centre, before[1])))
             check(centre != before[1] and moved < 1e-9 * distance, f"{what} does not move both ends of the view")
-        time.sleep(0.5)  # the clicks of drags are no part of the double click
+        time.sleep(0.5)  # separates the clicks of the drags from the double click
         view.act("mousemove", 100, 100, "click", 1, "click", 1)
         check(view.grab() == first, "a double click does not bring the first view back")
         check(view.quit() == 0, "Escape does not end with 0")
@@ -485,7 +485,7 @@ def test_overlays(display):
             check(sum(min(p) > 180 for p in pixels) > 100, f"{name} has no bright text")
             view.next_frame("key", key)
             check(view.grab() == first, f"{key} does not hide {name}")
-        # In a small window the help is smaller, and all of it is there.
+        # In a small window the help is scaled down and not cut off.
         view.act("windowsize", view.window, 320, 240)
         view.next_frame("key", "F1")
         width, height, shown = view.grab()
@@ -511,7 +511,7 @@ def test_saving(display):
             rendered("model.pbvg", *view.view())
             check((work / f"model-{number}.png").read_bytes() == (work / "expected.png").read_bytes(),
                   f"model-{number}.png is not pbm-render's picture")
-        # One more, and out at once: it is not lost.
+        # Escape directly after a save must not lose the picture.
         view.xdotool("key", "space", "key", "Escape")
         check(view.process.wait(PATIENCE) == 0, "Escape does not end with 0")
         check((work / "model-4.png").read_bytes() == (work / "expected.png").read_bytes(), "the last picture is lost")
@@ -531,7 +531,7 @@ def test_window_sizes(display):
         view.key("F11")
         check(view.view()[0] == "--resolution=333,251", f"not the size before full screen: {view.view()}")
         view.xdotool("windowfocus", "--sync", view.window)
-        # Minimised there is nothing to draw; afterwards there is.
+        # A minimised window draws nothing, and draws again afterwards.
         desktop.set_minimised(view.window, True)
         time.sleep(0.3)
         frames, views = len(view.lines("frame ")), len(view.lines("view: "))
@@ -557,7 +557,7 @@ def test_dropping_a_file(display):
         check(view.grab() == expected, "a dropped model is not shown by the default camera")
         title = view.xdotool("getwindowname", view.window)
         check(title.startswith("other.pbvg"), f"the title is {title}")
-        # What is no model is said in the window, which goes on.
+        # An invalid file is reported in the window, which continues.
         desktop.drop(view.window, (work / "scan.ply").as_uri())
         view.wait(lambda: view.grab() != expected, "word about a file that is no model")
         view.key("Left")
@@ -592,9 +592,9 @@ def test_options(display):
 
 
 def test_panel(display):
-    """Tab shows the panel: what it changes is seen at once and saved; its input is not the camera's; then there is rest."""
+    """Tab shows the panel. Its changes are visible at once and saved; its input does not move the camera; no idle frames."""
     size = (640, 480)
-    left = size[0] - 330 - 12 + 19  # of its checkboxes
+    left = size[0] - 330 - 12 + 19  # x of the checkboxes of the panel
 
     def clicked(y):
         return ["mousemove", left, y, "sleep", "0.1", "click", 1]
@@ -619,10 +619,10 @@ def test_panel(display):
         check(saved.read_bytes() == (work / "expected.png").read_bytes(), "another picture is saved")
         view.act(*dragged(1, (40, 300), (60, 330)))
         view.next_frame("key", "Tab")
-        check_same_in_the_end(view, "model.pbvg", "a look of the panel")  # without the notice
+        check_same_in_the_end(view, "model.pbvg", "a look of the panel")  # waits until the notice has disappeared
         view.key("f")
         view.next_frame("key", "Tab")
-        # A light that is brighter, and how it was.
+        # Makes a light brighter, then resets it.
         view.next_frame(*clicked(313))
         view.act("mousemove", left + 140, 359, "sleep", "0.1", "click", 1)
         view.next_frame(*clicked(313))
@@ -634,7 +634,7 @@ def test_panel(display):
         view.next_frame("key", "Tab")
         check(view.grab() == first, "Reset does not bring the first look back")
         check(view.quit() == 0, "Escape does not end with 0")
-    # A number that is typed is no command of the window, nor is what ends it.
+    # Keys typed into a number field, including Escape and Return, are not commands of the window.
     with View(display, "--panel", "model.pbvg", size=size) as view:
         check(view.grab() != first, "--panel does not show it")
         view.next_frame(*clicked(313))
@@ -649,7 +649,7 @@ def test_panel(display):
 
 
 def test_fine(display):
-    """A view that rests gets finer, sample by sample, until it is pbm-render's fine picture; input ends that at once."""
+    """A resting view accumulates samples until it equals the fine picture of pbm-render; input stops this at once."""
     with View(display, "model.pbvg", "--quality=fine", "--samples=3") as view:
         def fine_frames():
             return re.findall(r"fine, (\d+) of 3 samples$", view.text()[view.text().rindex("view: "):], re.MULTILINE)
@@ -687,7 +687,7 @@ def test_fine(display):
 
 
 def test_recording(display):
-    """-AVI: a video once round, shown while it is made, the same as pbm-render's, and the end."""
+    """-AVI: records one orbit, shows it meanwhile, writes the same video as pbm-render, and exits."""
     options = ("--resolution=160,120", "--frames=7", "model.pbvg")
     for more in ((), ("--ignore-point-colours", "--camera-position=0.1,0.2,0.4")):
         result = run("pbm-view", "-AVI", "-v", *options, *more, display=display)
@@ -715,7 +715,7 @@ def test_sample(display):
         check_same(view, sample, "the sample")
         title = view.xdotool("getwindowname", view.window)
         check(title.startswith("sample.pbvg"), f"the title is {title}")
-        # A drag through many views ends at the exact picture of the last one.
+        # After a drag through many views the window shows the exact picture of the last one.
         path = [part for x in range(200, 300, 4) for part in ("mousemove", x, 150)]
         view.act("mousemove", 200, 150, "mousedown", 1, *path, "mouseup", 1)
         check_same_in_the_end(view, sample, "the sample after a long drag")
@@ -734,7 +734,7 @@ def test_bad_files(display):
     (work / "short.pbvg").write_bytes(good[:1000])
     good = bytearray((work / "other.pbvg").read_bytes())
     good[-100] ^= 1
-    (work / "flipped.pbvg").write_bytes(good)  # found only when the coarse levels are loaded: this has no others
+    (work / "flipped.pbvg").write_bytes(good)  # damage that loading finds; the model has coarse levels only
     invalid = source / "format_spec" / "vectors" / "invalid"
     codes = set()
     for file in ("none.pbvg", ".", "scan.ply", "short.pbvg", "flipped.pbvg", invalid / "2.5-major-version-7.pbvg",
@@ -771,7 +771,7 @@ def test_no_window():
 
 
 def test_display_goes_away():
-    """A server that ends takes the window with it: a line of ours last, exit code 4."""
+    """The X server ends: pbm-view prints a line of its own last and exits with code 4."""
     with Display() as display, View(display.name, "model.pbvg") as view:
         display.process.terminate()
         code = view.process.wait(PATIENCE)

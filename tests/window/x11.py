@@ -1,4 +1,4 @@
-"""What xdotool cannot do: drop a file, close and minimise a window, as a desktop would. Needs libX11 only."""
+"""Desktop actions that xdotool lacks: drop a file, close and minimise a window. Needs libX11 only."""
 
 import ctypes
 
@@ -32,7 +32,7 @@ class Event(ctypes.Union):
 
 
 class Desktop:
-    """Plays the part of window manager and file manager."""
+    """Simulates window manager and file manager."""
 
     def __init__(self, display):
         self.x = ctypes.CDLL("libX11.so.6")
@@ -54,18 +54,18 @@ class Desktop:
         self.x.XFlush(self.display)
 
     def close(self, window):
-        """The close button."""
+        """Presses the close button."""
         self.send(window, "WM_PROTOCOLS", self.atom("WM_DELETE_WINDOW"), 0)
 
     def set_minimised(self, window, minimised):
-        """Window managers say so in the property WM_STATE: 1 normal, 3 iconic."""
+        """Sets the property WM_STATE as window managers do: 1 normal, 3 iconic."""
         state = (ctypes.c_long * 2)(3 if minimised else 1, 0)
         name = Atom(self.atom("WM_STATE"))
         self.x.XChangeProperty(self.display, Window(window), name, name, 32, PROPERTY_REPLACE, ctypes.byref(state), 2)
         self.x.XFlush(self.display)
 
     def drop(self, window, uri):
-        """XDND version 5, from a window of our own."""
+        """Drops a file by XDND version 5, from another window."""
         root = self.x.XDefaultRootWindow(self.display)
         source = self.x.XCreateSimpleWindow(self.display, Window(root), 0, 0, 1, 1, 0, Window(0), Window(0))
         selection, uri_list = self.atom("XdndSelection"), self.atom("text/uri-list")

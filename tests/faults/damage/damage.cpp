@@ -1,4 +1,4 @@
-// Damage that hashes see: every one of it must be seen, and where it is.
+// Damage that hashes detect: each case must be detected, and at the right place.
 #include "campaign.h"
 #include "goldens.h"
 #include "judge.h"
@@ -9,7 +9,7 @@
 namespace pbm::faults {
 namespace {
 
-// What `validate` and `verify` found of a damaged file.
+// Results of `validate` and `verify` for a damaged file.
 struct Found {
     ValidationReport report;
     Status first;
@@ -58,7 +58,7 @@ void flip_all(const Golden &golden, std::uint64_t step, Tally &tally) {
 void cut_files(const Options &options, Tally &tally) {
     for (const Golden &golden : goldens(options.complete ? 64 << 10 : 4 << 10))
         for (std::size_t size = 0; size < golden.bytes.size(); ++size) {
-            // Of exactly this size, so that a sanitizer sees the first byte beyond.
+            // An allocation of exactly this size: a sanitizer sees any access beyond.
             const Bytes file(golden.bytes.begin(), golden.bytes.begin() + static_cast<std::ptrdiff_t>(size));
             const Found found = examine(file);
             const std::string story = golden.name + " cut at " + std::to_string(size);
@@ -80,7 +80,7 @@ void flip_bits(const Options &options, Tally &tally) {
     for (const Golden &golden : files) {
         if (!options.golden.empty() && golden.name != options.golden)
             continue;
-        constexpr std::uint64_t kSample = 400; // flips of a file; an odd step, so that every bit of a byte has its turn
+        constexpr std::uint64_t kSample = 400; // flips per file; an odd step, so that every bit position occurs
         const std::uint64_t step = golden.bytes.size() * 8 / kSample | 1;
         flip_all(golden, options.complete ? 1 : step, tally);
     }

@@ -16,7 +16,7 @@ std::uint32_t u32_at(const Bytes &bytes, std::size_t at) {
     return value;
 }
 
-// Puts `stored` in the place of bytes [begin, begin + size) of `bytes`.
+// Replaces bytes [begin, begin + size) of `bytes` by `stored`.
 void splice(Bytes &bytes, std::size_t begin, std::size_t size, ByteView stored) {
     const auto at = bytes.begin() + static_cast<std::ptrdiff_t>(begin);
     bytes.insert(bytes.erase(at, at + static_cast<std::ptrdiff_t>(size)), stored.begin(), stored.end());

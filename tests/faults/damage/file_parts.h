@@ -1,5 +1,5 @@
-// A file taken apart into sections whose bytes may become longer or shorter, and put together again: places, sizes and
-// hashes are made right, whatever the sections say.
+// Splits a file into sections, whose bytes may then change in length, and reassembles it with correct offsets, sizes
+// and hashes. The contents of the sections are not checked.
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -23,7 +23,7 @@ struct FileParts {
     std::vector<Section> sections;
 };
 
-// Puts other stored bytes in the place of a stream of a packed chunk; `coding` is bits 24..31 of its entry.
+// Replaces the stored bytes of a stream of a packed chunk. `coding`: bits 24..31 of its entry.
 void replace_stream(FileParts &file, int level, std::size_t chunk, std::size_t stream, ByteView stored,
                     std::uint32_t coding);
 // The same for a tile of a packed raster.

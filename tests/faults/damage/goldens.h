@@ -1,4 +1,4 @@
-// Small whole files, and what lies where in them.
+// Small valid files, and their division into regions.
 #pragma once
 
 #include "pbm_format/rasters/image_section.h"
@@ -15,15 +15,15 @@ struct Golden {
     Bytes bytes;
 };
 
-// Valid files of format_spec/vectors, smallest first, none larger than `max_bytes`: packed and mapped ones with every
-// stream and every raster are among the small ones.
+// Valid files of format_spec/vectors up to `max_bytes`, smallest first. Small ones already have every stream and every
+// raster, packed and mapped.
 std::vector<Golden> goldens(std::size_t max_bytes);
-// The same and those of format_spec/golden: scans built with every feature.
+// The same, and the files of format_spec/golden: scans built with every feature.
 std::vector<Golden> goldens_and_scans(std::size_t max_bytes);
-// Bad ones, one for each rule.
+// Invalid files, one for each rule.
 std::vector<Golden> broken_vectors();
 
-// What can be told damaged on its own.
+// Parts whose damage is reported separately.
 enum class Part : std::uint8_t { header, table, padding, section, chunk, bricks, raster_head, tile };
 
 struct Region {
@@ -35,7 +35,7 @@ struct Region {
     std::uint64_t section_begin = 0, section_end = 0; // of the whole section, or begin and end
 };
 
-// In the order of the file, without gap. `reader` is that of a valid file, and has read its directories.
+// Regions in file order, without gaps. `reader` belongs to a valid file and has read its directories.
 std::vector<Region> regions_of(Reader &reader, ByteView file);
 std::string describe(const Region &region);
 

@@ -1,4 +1,4 @@
-// Damage that hashes do not see: bits and fields changed, and every hash made right again.
+// Damage that hashes do not detect: changes bits and fields, and repairs every hash.
 #include "allocation_meter.h"
 #include "campaign.h"
 #include "goldens.h"
@@ -20,12 +20,12 @@ namespace {
 using test::FileEditor;
 using test::Random;
 
-// A file of a few kilobytes, whatever it says, is refused or decoded within this.
+// Memory limit for refusing or decoding any file of a few kilobytes.
 constexpr std::uint64_t kBudget = std::uint64_t{32} << 20;
-constexpr unsigned kHang = 30; // seconds, after which a case is stopped by SIGALRM
+constexpr unsigned kHang = 30; // seconds until SIGALRM ends a case
 
-// The same file with the content_id of what it holds, if that is all that is wrong with it: so that a parameter that
-// was changed makes another valid file.
+// If the content_id is the only fault, returns the file with the right one: a changed parameter then gives another
+// valid file.
 std::optional<Bytes> with_right_content(const Bytes &file, const Status &status) {
     if (status || status.error().message.rfind("8.1", 0) != 0)
         return std::nullopt;
@@ -45,7 +45,7 @@ std::optional<Bytes> with_right_content(const Bytes &file, const Status &status)
     return std::move(editor.bytes());
 }
 
-// The laws of every file whatever its bytes: `verify` and `validate` agree, within the budget; what is valid is drawn.
+// Laws for any bytes: `verify` and `validate` agree, memory stays within the budget, and a valid file can be drawn.
 Status judge(const Bytes &file, const std::string &story, Tally &tally) {
     ::alarm(kHang);
     reset_peak();
@@ -86,7 +86,7 @@ void add_fields(std::uint64_t at, std::initializer_list<Field> fields, std::vect
         to.push_back({at + field.at, field.bytes});
 }
 
-// Of header, table, chunk directories and heads of rasters.
+// Fields of header, table, chunk directories and raster headers.
 std::vector<Field> fields_of(const Golden &golden) {
     Reader reader = Reader::open(golden.bytes).value();
     std::vector<Field> fields;
@@ -169,7 +169,7 @@ void flip_bits_behind_hashes(const Options &options, Tally &tally) {
     }
     for (std::uint64_t round = 0; round < rounds; ++round) {
         Random random(options.seed << 40 | round);
-        // The square: small files, which are as rich, more often.
+        // The product of two random numbers prefers small files, which have as many features.
         const std::uint64_t which = random.below(files.size()) * random.below(files.size()) / files.size();
         FileEditor editor(files[which].bytes);
         for (std::uint64_t flips = 1 + random.below(3); flips > 0; --flips) {
@@ -190,7 +190,7 @@ void set_fields_to_edges(const Options &options, Tally &tally) {
             for (std::size_t edge = 0; edge < kEdges; ++edge)
                 judge_field(golden, fields[i], edge, tally);
     }
-    // Pairs: all of the smallest file, some of every file.
+    // All pairs of fields of the smallest file, random pairs of every file.
     const std::vector<Field> smallest = fields_of(files.front());
     for (std::size_t a = 0; options.complete && a < smallest.size(); ++a)
         for (std::size_t b = a + 1; b < smallest.size(); ++b)

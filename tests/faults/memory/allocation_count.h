@@ -1,4 +1,4 @@
-// What both implementations of allocation_meter.h share: numbers that must not allocate.
+// Shared by both implementations of allocation_meter.h: counters, which must not allocate.
 #pragma once
 
 #include "allocation_meter.h"
@@ -9,7 +9,7 @@ namespace pbm::faults {
 
 class AllocationCount {
   public:
-    // Whether the next allocation may be.
+    // Whether the next allocation may succeed.
     bool allow() {
         ++calls_;
         if (countdown_.load(std::memory_order_relaxed) == 0)

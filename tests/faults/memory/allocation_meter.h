@@ -1,6 +1,5 @@
-// Counts what this program takes from the heap, and lets it fail: zstd's malloc as well as our operator new. One of two
-// files implements it: malloc_meter.cpp takes the C library's place, new_meter.cpp, for builds whose sanitizer has
-// taken it already, only that of operator new.
+// Counts heap allocations of the program and makes chosen ones fail. malloc_meter.cpp replaces malloc, which includes
+// zstd's allocations. new_meter.cpp replaces only operator new, for builds whose sanitizer already replaces malloc.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +11,14 @@ struct HeapUse {
     std::uint64_t calls = 0;          // allocations so far
 };
 HeapUse heap_use();
-void reset_peak(); // to what is live
-// Whether memory that is given back can be used again: a sanitizer keeps it for a while.
+void reset_peak(); // sets peak = live
+// Whether freed memory is reused at once: a sanitizer delays that.
 bool reuses_memory();
 
-// The n-th allocation from now on fails (1 is the next one), on whatever thread, and if `all_further` every one after
-// it; 0: none any more.
+// Makes the n-th allocation from now on fail (1: the next one), on any thread, and with `all_further` all later ones.
+// 0: no further failures.
 void fail_allocation(std::uint64_t n, bool all_further = false);
-// Whether it came to that.
+// Whether the chosen allocation was reached and failed.
 bool allocation_failed();
 
 } // namespace pbm::faults

@@ -1,4 +1,4 @@
-// The n-th allocation fails, for all n: what was asked for ends with ErrorCode::memory, and nothing is kept of it.
+// The n-th allocation fails, for all n: the task must end with ErrorCode::memory and leak nothing.
 #include "allocation_meter.h"
 #include "campaign.h"
 #include "goldens.h"
@@ -45,7 +45,7 @@ End do_work(Task what, const Golden &golden, const Model &model, int threads) {
     case Task::encode: return end_of(status_of(encode_model(model, {.threads = threads})));
     case Task::draw: break;
     }
-    try { // renderers throw what their caller's `main` catches; nothing else does
+    try { // only renderers throw std::bad_alloc, for `main` to catch
         return end_of(open_and_draw(golden.bytes, threads));
     } catch (const std::bad_alloc &) {
         return End::memory;
@@ -60,7 +60,7 @@ void fail_all(Task what, const Golden &golden, const Model &model, int threads, 
         End end{};
         const auto kept = [&] {
             const std::uint64_t before = heap_use().live;
-            std::jthread([&] { // whose end gives back what threads keep from call to call
+            std::jthread([&] { // the end of a thread frees its thread-local caches
                 fail_allocation(n, all_further);
                 end = do_work(what, golden, model, threads);
                 fail_allocation(0);
@@ -68,7 +68,7 @@ void fail_all(Task what, const Golden &golden, const Model &model, int threads, 
                 .join();
             return static_cast<std::int64_t>(heap_use().live - before);
         };
-        const bool keeps = kept() > 0 && kept() > 0; // what is kept only once is a library's first use of something
+        const bool keeps = kept() > 0 && kept() > 0; // kept once: a library's initialization; twice: a leak
         if (!allocation_failed())
             break;
         const std::string story = golden.name + ", " + kTasks[static_cast<std::size_t>(what)] + ", " +

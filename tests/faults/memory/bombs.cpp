@@ -1,5 +1,5 @@
-// Decompression bombs: little that says it is much, or becomes much, or is wrong in very many places. Every hash is
-// right; what refuses them has counted before it took memory, and tells of few places.
+// Decompression bombs: small files that announce huge data, decode to huge data, or have very many faults. Every hash
+// is right. The reader must count before it allocates, and must report few findings.
 #include "allocation_meter.h"
 #include "campaign.h"
 #include "file_parts.h"
@@ -21,7 +21,7 @@ namespace pbm::faults {
 namespace {
 
 constexpr std::uint64_t kMaxMemory = std::uint64_t{32} << 20;
-constexpr double kMaxMilliseconds = 10; // of the processor
+constexpr double kMaxMilliseconds = 10; // processor time
 #ifdef NDEBUG
 const bool kTimed = reuses_memory(); // not with sanitizers
 #else
@@ -54,7 +54,7 @@ Bytes frame(std::uint64_t announced, std::uint64_t produced, bool single_segment
     return bytes;
 }
 
-// The same as one plane of `planes`, behind their sizes.
+// `planes` copies of the plane behind their size fields.
 Bytes as_planes(const Bytes &plane, std::size_t planes) {
     Bytes bytes;
     for (std::size_t i = 0; i < planes; ++i)
@@ -69,7 +69,7 @@ struct Frame {
     Bytes bytes;
 };
 
-// Bad frames of a stream, plane or tile whose raw size is `raw`, none longer than `most`.
+// Bad frames for a stream, plane or tile of raw size `raw`. Each has at most `most` bytes.
 std::vector<Frame> bad_frames(std::uint64_t raw, std::uint64_t most) {
     const std::uint64_t blocks = std::min<std::uint64_t>((most - 20) / 4, 4000);
     return {{"announces a terabyte", frame(std::uint64_t{1} << 40, raw)},
@@ -78,7 +78,7 @@ std::vector<Frame> bad_frames(std::uint64_t raw, std::uint64_t most) {
             {"becomes less than it announces", frame(raw, raw / 2)},
             {"has a window of 2 TB", frame(raw, raw, false)}};
 }
-constexpr std::uint64_t kMinRaw = 120; // for planes of the longest of these frames
+constexpr std::uint64_t kMinRaw = 120; // raw size that planes with the longest of these frames need
 
 void add_streams(const Golden &golden, std::vector<Bomb> &bombs) {
     Reader reader = Reader::open(golden.bytes).value();
@@ -129,8 +129,8 @@ void add_tiles(const Golden &golden, std::vector<Bomb> &bombs) {
     }
 }
 
-// Points down to level `crowded` have eight children, those below one, and chunks up to 8^5 points; those of the finest
-// level have roots three levels above, if it is beyond `crowded`. Levels down to `honest` decode.
+// Nodes above level `crowded` have eight children, all others one. Chunks have up to 8^5 points. Roots of the
+// finest level are three levels up if depth > crowded. Levels up to `honest` decode.
 struct Lattice {
     int depth, crowded, honest;
 
@@ -138,7 +138,7 @@ struct Lattice {
     int root(int level) const { return level - (level == depth && level > crowded ? 3 : std::min(level, 5)); }
 };
 
-// Its chunk `i` of a level without its streams.
+// Shape of chunk `i` of a level.
 ChunkShape shape_of(const Lattice &grid, int level, std::uint32_t i) {
     const int root = grid.root(level);
     const auto below_root = [&](int l) { return grid.nodes(l) / grid.nodes(root); };
@@ -151,8 +151,8 @@ ChunkShape shape_of(const Lattice &grid, int level, std::uint32_t i) {
             .parent_chunk = level >= 2 ? i / (grid.nodes(root) / grid.nodes(grid.root(level - 1))) : 0};
 }
 
-// The counts of a lattice agree with each other, and levels that are not honest have frames that do not decode, or
-// masks that announce other points.
+// A file whose counts agree with each other. Levels beyond `honest` have frames that do not decode, or masks that
+// announce other points.
 Bytes lattice(const Golden &golden, const Lattice &grid) {
     FileParts file(golden.bytes);
     std::erase_if(file.sections, [](const auto &s) { return s.entry.type >= SectionType::level_directory; });
@@ -202,7 +202,7 @@ Bytes lattice(const Golden &golden, const Lattice &grid) {
 
 // A panorama of 400 MB of which no tile decodes.
 Bytes large_raster(const Golden &golden) {
-    constexpr std::uint32_t kWidth = 16384, kHeight = kWidth / 2, kTile = 4; // bytes stored
+    constexpr std::uint32_t kWidth = 16384, kHeight = kWidth / 2, kTile = 4; // stored bytes per tile
     const TileGrid grid(kWidth, kHeight, 3);
     FileParts file(golden.bytes);
     FileParts::Section &section = file.section(SectionType::panorama);
@@ -225,7 +225,7 @@ Bytes large_raster(const Golden &golden) {
     return file.assemble();
 }
 
-// Fields that count, one of them at a time, as large as they can be.
+// Sets one count at a time to the largest value of its field.
 void add_counts(const Golden &golden, std::vector<Bomb> &bombs) {
     test::FileEditor at(golden.bytes);
     const std::size_t chunks = at.entry(SectionType::level_chunks, 1), directory = at.chunk(1);
@@ -254,7 +254,7 @@ double processor_milliseconds() {
     return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
 }
 
-// The least of a few runs: other programs take the rest.
+// The minimum of three runs, least disturbed by other programs.
 template <class Work> double least_time(const Work &work) {
     double least = std::numeric_limits<double>::infinity();
     for (int run = 0; run < 3; ++run) {
@@ -265,7 +265,7 @@ template <class Work> double least_time(const Work &work) {
     return least;
 }
 
-// What `work` takes of time and memory, and that it refuses: with ErrorCode::memory if `memory_wanted`.
+// Expects `work` to fail within the limits of time and memory; with ErrorCode::memory if `memory_wanted`.
 template <class Work> void refuse(const std::string &story, Tally &tally, bool memory_wanted, const Work &work) {
     reset_peak();
     const std::uint64_t before = heap_use().live;
@@ -296,7 +296,7 @@ void send_bombs(const Options &options, Tally &tally) {
         if (golden.name == "smallest") {
             bombs.push_back({"134 million points", lattice(golden, {.depth = 9, .crowded = 9, .honest = 0})});
             bombs.push_back({"4,096 bad chunks", lattice(golden, {.depth = 7, .crowded = 4, .honest = 6})});
-            if (options.complete) // the time of most bombs is far from the limit, that of this one is near
+            if (options.complete) // takes nearly the whole time limit
                 bombs.push_back({"32,768 bad chunks", lattice(golden, {.depth = 8, .crowded = 5, .honest = 7})});
             honest.push_back(
                 {"17 million points that are there", lattice(golden, {.depth = 8, .crowded = 8, .honest = 8})});
@@ -315,7 +315,7 @@ void send_bombs(const Options &options, Tally &tally) {
         refuse(bomb.name + ", verify", tally, false, [&] { return verify(bomb.file, {.threads = 1}); });
         tally.note_largest("KB of file", static_cast<double>(bomb.file.size()) / 1000);
     }
-    // What a small file honestly becomes is a matter of the budget, which is asked before memory is taken.
+    // Valid small files may decode to huge models: the memory limit must refuse them before allocation.
     constexpr std::uint64_t kBudget = std::uint64_t{16} << 20;
     for (const Bomb &bomb : honest) {
         refuse(bomb.name + ", verify with a budget", tally, true,

@@ -1,4 +1,4 @@
-// Takes the place of the C library's malloc in this program, for its libraries too.
+// Replaces malloc of the C library for the program and its libraries.
 #include "allocation_count.h"
 
 #include <cerrno>
@@ -7,7 +7,7 @@
 
 #include <malloc.h>
 
-// glibc's own names of what stands behind malloc.
+// glibc's names of the functions behind malloc.
 extern "C" {
 void *__libc_malloc(std::size_t size);                          // NOLINT(bugprone-reserved-identifier)
 void *__libc_memalign(std::size_t alignment, std::size_t size); // NOLINT(bugprone-reserved-identifier)

@@ -1,4 +1,4 @@
-// Takes the place of operator new and delete only.
+// Replaces only operator new and delete.
 #include "allocation_count.h"
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// A mesh as Embree wants it. For files that include Embree's headers anyway.
+// A mesh as an Embree scene. Only for files that include Embree's headers anyway.
 #pragma once
 
 #include <embree3/rtcore.h>

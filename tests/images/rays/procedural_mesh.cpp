@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-// A torus-like sheet of columns x rows quads, closed in both directions. `at` takes 0..1 twice. Triangles that shrink
-// to an edge are left out.
+// A torus-like sheet of columns x rows quads, closed in both directions. `at` maps (0..1, 0..1) to a position.
+// Degenerate triangles are omitted.
 TriangleMesh close_sheet(unsigned columns, unsigned rows, const std::function<glm::dvec3(double, double)> &at) {
     TriangleMesh mesh;
     for (unsigned i = 0; i < columns; ++i)
@@ -46,7 +46,7 @@ TriangleMesh revolve(unsigned columns, unsigned rows, const std::function<glm::d
 } // namespace
 
 TriangleMesh make_sphere() {
-    // Down the outside and back along the axis, where nothing has an area.
+    // Down the outside and back along the axis, where triangles have no area.
     return revolve(400, 400, [](double v) {
         const double angle = v < 0.75 ? v / 0.75 * kTurn / 2 : (1 - v) / 0.25 * kTurn / 2;
         return v < 0.75 ? 0.5 * glm::dvec2(std::sin(angle), -std::cos(angle)) : glm::dvec2(0, -0.5 * std::cos(angle));

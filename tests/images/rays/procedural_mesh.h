@@ -7,7 +7,7 @@ namespace pbm {
 
 TriangleMesh make_sphere();
 TriangleMesh make_torus();
-TriangleMesh make_cube(); // 12 triangles, turned away from the axes
+TriangleMesh make_cube(); // 12 triangles, rotated against the axes
 TriangleMesh make_bowl(); // a thick half shell: its inside is a concave wall
 TriangleMesh make_knot(); // trefoil
 

@@ -1,4 +1,4 @@
-// What a picture should show: rays against the triangles.
+// Ray casting against triangles: the truth for pictures.
 #pragma once
 
 #include "pbm_render/camera/camera.h"
@@ -19,11 +19,11 @@ struct RayImage {
     std::vector<float> cosines;       // between the ray and the triangle's normal, 0..1; 0 where there is none
 };
 
-// Where a ray meets its nearest triangle.
+// The nearest intersection of a ray.
 struct RayHit {
     float distance; // in lengths of the ray's direction
     std::size_t triangle;
-    glm::vec3 weights; // of the triangle's corners
+    glm::vec3 weights; // barycentric, of the corners
     glm::vec3 face;    // unit normal on the side from which the corners run counter-clockwise
 };
 
@@ -31,7 +31,7 @@ struct RayHit {
 struct PixelRays {
     PixelRays(const Camera &camera, int width, int height);
 
-    // Length 1 along the view direction: the ray's parameter is the depth. Pixel (0, 0) is 0..1 each way.
+    // Direction with length 1 along the view direction, so that ray parameter = depth. Pixel (0, 0) covers 0..1 x 0..1.
     glm::dvec3 through(double x, double y) const { return corner_ + x * right_ + y * down_; }
 
     glm::dvec3 eye; // model space
@@ -50,7 +50,7 @@ class RayCaster {
 
     // Model space; `direction` of any length.
     std::optional<RayHit> nearest(const glm::dvec3 &origin, const glm::dvec3 &direction) const;
-    // Whether a triangle lies on the way from `origin` to `origin + reach * direction`.
+    // Whether a triangle lies between `origin` and `origin + reach * direction`.
     bool is_blocked(const glm::dvec3 &origin, const glm::dvec3 &direction, double reach) const;
 
     // One ray through each pixel's centre.

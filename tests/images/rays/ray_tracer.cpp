@@ -13,7 +13,7 @@
 namespace pbm {
 namespace {
 
-// Beside the edge of the cube: as far off the surface a shadow ray begins.
+// Distance from the surface to the start of a shadow ray, in edges of the cube.
 constexpr double kOffSurface = 1e-5;
 
 glm::dvec3 colour_of(const Rgb8 &srgb) { return {to_linear(srgb[0]), to_linear(srgb[1]), to_linear(srgb[2])}; }
@@ -25,11 +25,11 @@ template <class T> glm::dvec3 mixed(std::span<const T> of_vertices, const glm::u
 
 glm::dvec3 vector_of(const std::array<float, 3> &v) { return {v[0], v[1], v[2]}; }
 
-// Where a light is, seen from a place.
+// Direction and strength of a light at a place.
 struct Incidence {
     glm::dvec3 to_light; // unit vector
     double distance;
-    double strength; // of a spot light, by the angle
+    double strength; // of a spot light, depends on the angle
 };
 
 Incidence incidence(const TracedScene &scene, const Light &light, const glm::dvec3 &place) {

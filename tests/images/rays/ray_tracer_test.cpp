@@ -1,4 +1,4 @@
-// The ray tracer that pictures are compared with, against what can be computed by hand.
+// The ray tracer that provides the true pictures, against values computed by hand.
 #include "close_ups.h"
 #include "fidelity.h"
 #include "pbm_render/appearance/shade_table.h"
@@ -16,21 +16,21 @@
 namespace pbm {
 namespace {
 
-// A square in the plane z = 0, two units wide, seen from +z, and what may hang in front of it.
+// A square in the plane z = 0, two units wide, seen from +z, with an optional screen in front of it.
 struct Floor {
     Floor() {
         mesh.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
         mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
     }
 
-    // A quarter as wide, at height 1 above the middle, facing the floor.
+    // A screen, a quarter as wide, at height 1 above the middle, facing the floor.
     void hang_screen() {
         for (const glm::dvec3 &p : {glm::dvec3(-0.25, -0.25, 1), {0.25, -0.25, 1}, {0.25, 0.25, 1}, {-0.25, 0.25, 1}})
             mesh.positions.push_back(p);
         mesh.triangles.insert(mesh.triangles.end(), {{4, 6, 5}, {4, 7, 6}});
     }
 
-    // Light from a place on the floor to an eye, looked at along `direction`.
+    // Light from a place on the floor towards an eye that looks along `direction`.
     glm::dvec3 light_from(const glm::dvec3 &place, const glm::dvec3 &direction = {0, 0, -1}) {
         const RayCaster rays(mesh, glm::dvec3(0));
         SurfaceLook look = look_of(mesh);
@@ -64,7 +64,7 @@ TEST(RayTracer, AddsAmbientDiffuseAndSpecularLight) {
     EXPECT_NEAR(floor.light_from({0.3, 0.2, 0}).g, 0.125, 1e-6);
     floor.lights = {from_above(0, -1)};
     EXPECT_NEAR(floor.light_from({0.3, 0.2, 0}).g, 0.125 + 0.5 + 0.25, 1e-6);
-    floor.lights = {from_above(0.6F, -0.8F)}; // mirrored 0.8 along the eye
+    floor.lights = {from_above(0.6F, -0.8F)}; // cosine of mirrored ray and eye: 0.8
     EXPECT_NEAR(floor.light_from({0.3, 0.2, 0}).g, 0.125 + 0.5 * 0.8 + 0.25 * std::pow(0.8, 8), 1e-6);
     floor.lights = {from_above(0.6F, 0.8F)}; // from below
     EXPECT_NEAR(floor.light_from({0.3, 0.2, 0}).g, 0.125, 1e-6);
@@ -111,7 +111,7 @@ TEST(RayTracer, CastsShadowsOfTheFirstLightsOnly) {
 TEST(RayTracer, MixesColoursInLinearLightAndTakesTheMaterialOfTheNearestCorner) {
     Floor floor;
     floor.materials = {Material{.ka = 1, .kd = 0, .ks = 0}, Material{.ka = 0.5F, .kd = 0, .ks = 0}};
-    floor.colours[0] = floor.colours[3] = glm::vec3(0); // black on the left, white on the right
+    floor.colours[0] = floor.colours[3] = glm::vec3(0); // left corners black, right corners white
     floor.materials_of_vertices = {0, 1, 1, 0};
     EXPECT_NEAR(floor.light_from({-0.5, 0, 0}).r, 0.25, 1e-5);
     EXPECT_NEAR(floor.light_from({0.5, 0, 0}).r, 0.5 * 0.75, 1e-5);
@@ -132,8 +132,8 @@ TEST(RayTracer, ShadesACubeFlatAndASphereSmoothly) {
         EXPECT_EQ(flat, 0);
 }
 
-// Rounding of single precision at the surface must not cast shadows, and what is convex casts none on itself. Near the
-// line where light grazes, planes of triangles turn away before the normals of points do.
+// Rounding errors at the surface must not cast shadows, and a convex shape casts none on itself. At grazing incidence
+// the planes of triangles face away before the normals of points do.
 TEST(ShadowTruth, ComparesFlagsWithRays) {
     const TriangleMesh mesh = make_sphere();
     const ShadowTruth truth(mesh, glm::dvec3(0));

@@ -1,9 +1,8 @@
 // Whether light reaches the surface behind a point: shadow rays against the triangles a model was made from.
 //
-// A ray starts at the place of the mesh that is nearest to the voxel's centre, a quarter of a voxel above it along the
-// point's normal, and goes to the light: relief lower than that is below what voxels hold of a surface. Where scans lie
-// over each other it starts from the outermost of the layers, which is the one that a picture shows. Beside it the
-// strict ray starts a hundredth of a voxel above the triangle, and all relief of the mesh shadows it.
+// A ray to the light starts 0.25 voxels above the place of the mesh nearest to the voxel's centre, along the point's
+// normal: voxels do not resolve lower relief. Where scans overlap it starts at the outermost layer, which is the
+// visible one. A strict ray starts 0.01 voxels above the triangle, so that all relief of the mesh shadows it.
 #pragma once
 
 #include "pbm_format/model/model.h"
@@ -20,9 +19,9 @@ namespace pbm {
 inline constexpr double kTruthLift = 0.25;    // voxels
 inline constexpr double kFarthestLayer = 2.0; // voxels between the first layer and the last
 
-// What a point's voxel holds of the mesh.
+// The place of the mesh that a point stands for.
 struct SurfacePlace {
-    glm::dvec3 position; // on the mesh, nearest to the voxel's centre, or a layer above; model space
+    glm::dvec3 position; // on the mesh, nearest to the voxel's centre, or on a layer above; model space
     glm::dvec3 normal;   // the point's
     glm::dvec3 facet;    // the triangle's, on the same side
     bool two_sided = false;
@@ -38,11 +37,11 @@ class ShadowTruth {
     ShadowTruth(const ShadowTruth &) = delete;
     ShadowTruth &operator=(const ShadowTruth &) = delete;
 
-    // The place nearest to `from`; its normal is the triangle's.
+    // The place of the mesh nearest to `from`; its normal is that of the triangle.
     SurfacePlace nearest(const glm::dvec3 &from) const;
-    // From layer to layer along `place.normal`, as long as they face the same way and are within `reach`.
+    // Moves `place` from layer to layer along its normal while these face the same way and lie within `reach`.
     void climb_layers(SurfacePlace &place, double reach) const;
-    // Nothing lies between `from` and what is `distance` (which may be infinite) away.
+    // Whether no triangle lies within `distance` (may be infinite) of `from` along `direction`.
     bool reaches(const glm::dvec3 &from, const glm::dvec3 &direction, double distance) const;
 
   private:
@@ -50,7 +49,7 @@ class ShadowTruth {
     std::unique_ptr<Scene> scene_;
 };
 
-// The way from a place to a light; the distance of directional lights is infinite.
+// Direction and distance from a place to a light. Directional lights are infinitely far away.
 struct TowardsLight {
     glm::dvec3 direction; // unit length
     double distance = 0;
@@ -64,12 +63,12 @@ struct SampledPoints {
 };
 SampledPoints sample_model(const ShadowTruth &truth, const Model &model, std::size_t stride, int threads);
 
-// Of the points that face the light.
+// Figures of the points that face the light.
 struct ShadowFigures {
     std::size_t facing = 0, lit = 0; // by rays
     std::size_t false_shadow = 0, false_light = 0;
-    double cosines = 0, wrong_cosines = 0;               // sums of N.L: what the points could be lit with
-    std::size_t facing_strictly = 0, wrong_strictly = 0; // strict rays, where the triangle faces the light, too
+    double cosines = 0, wrong_cosines = 0;               // sums of N.L, the possible light
+    std::size_t facing_strictly = 0, wrong_strictly = 0; // strict rays; the triangle must face the light too
     double wrong() const {
         return facing == 0 ? 0 : static_cast<double>(false_shadow + false_light) / static_cast<double>(facing);
     }
@@ -83,7 +82,7 @@ struct ShadowFigures {
 ShadowFigures compare_shadows(const ShadowTruth &truth, const SampledPoints &sample, const Grid &grid,
                               const Light &light, ByteView baked, int threads);
 
-// One for each light of the model that has a shadow stream, all points; lit is what is so by more than half.
+// Figures of all points for each light with a shadow stream. A point counts as lit if its lit fraction exceeds 1/2.
 std::vector<ShadowFigures> check_shadows(const ShadowTruth &truth, const Model &model, int threads);
 
 } // namespace pbm

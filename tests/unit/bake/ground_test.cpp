@@ -14,7 +14,7 @@ using test::VoxelScene;
 
 constexpr std::uint32_t kSize = 256;
 
-// Square of 128 voxels under the scene: half a voxel per texel. u runs along z, v along x.
+// A square of edge 128 voxels below the scene; a texel is half a voxel wide. u runs along z, v along x.
 GroundPlane plane_at(float height) {
     return {.centre = {32, height, 32}, .half_edge = 64, .material = 0, .texture = {}};
 }
@@ -50,13 +50,13 @@ TEST(GroundShadow, APointLightMakesItLarger) {
     scene.add_sphere({32, 32, 32}, 8);
     const Model model = scene.model();
     const ShadowCasters casters(model, 1);
-    // From 64 above the plane and 32 above the centre: tangents at 14.5 degrees, so a disc of radius 16.5.
+    // The light is 64 above the plane and 32 above the centre: tangents at 14.5 degrees, shadow radius 16.5.
     const Image mask = bake_ground(casters, lamp({32, 64, 32}), plane_at(0), kSize, {.maps = 16});
     EXPECT_EQ(at(mask, 46, 32), 0);
     EXPECT_EQ(at(mask, 32, 18), 0);
     EXPECT_EQ(at(mask, 50, 32), 255);
     EXPECT_EQ(at(mask, 32, 14), 255);
-    // A light within the model sees it in six views.
+    // A light within the model needs six views.
     const Image inside = bake_ground(casters, lamp({32, 32, 32}), plane_at(0), kSize, {.maps = 4});
     for (const std::uint8_t texel : inside.texels)
         ASSERT_EQ(texel, 0);

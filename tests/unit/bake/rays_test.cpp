@@ -1,4 +1,4 @@
-// Rays against triangles: the tree against every triangle one by one, and shadows where the answer is known.
+// Rays against triangles: the tree against testing every triangle, and shadows with a known answer.
 #include "pbm_format/container/hash.h"
 #include "unit/bake/test_scenes.h"
 
@@ -23,7 +23,7 @@ TriangleTree tree_of(const std::vector<Triangle> &triangles, int threads = 1) {
     return {triangles.size(), [&](std::size_t i) { return triangles[i]; }, threads};
 }
 
-// Every library gives the same ones.
+// The same triangles with every standard library.
 std::vector<Triangle> scattered_triangles(std::size_t count, std::mt19937 &random) {
     const auto between = [&](float low, float high) {
         return low + (high - low) * static_cast<float>(random() >> 8) * 0x1p-24F;
@@ -46,7 +46,7 @@ Point wide(const Position &a) {
     return {static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])};
 }
 
-// How far inside of the triangle the line passes (negative: outside), by volumes, and where along the ray.
+// How far inside the triangle the line passes, as a volume (negative: outside), and the ray parameter.
 std::pair<double, double> passes(const Triangle &triangle, const Point &from, const Point &way) {
     const Point a = minus(wide(triangle[0]), from), b = minus(wide(triangle[1]), from),
                 c = minus(wide(triangle[2]), from);
@@ -120,7 +120,7 @@ TEST(TriangleTree, TheLastLayerIsBeforeTheOtherSide) {
     EXPECT_EQ(tree_of({}).last_layer({2, 0, 2}, {0, 1, 0}, 1, 9), std::nullopt);
 }
 
-// Squared distance by looking at many places of a triangle: never less than the true one.
+// Squared distance by sampling the triangle: never less than the true distance.
 double searched_distance(const Triangle &triangle, const Point &from) {
     constexpr int kSteps = 60;
     double best = std::numeric_limits<double>::infinity();
@@ -174,7 +174,7 @@ std::vector<Triangle> faces_of_floor_and_roof() {
     return triangles;
 }
 
-// A floor at height 4.8 in the voxels of height 4, and a roof of 16x16 voxels high above its middle.
+// A floor at height 4.8, in voxels with y = 4, and a roof of 16x16 voxels at height 24.1 over its middle.
 struct FloorAndRoof {
     explicit FloorAndRoof(VoxelScene voxels = voxels_of_floor_and_roof()) : scene(std::move(voxels)) {}
 
@@ -190,7 +190,7 @@ TEST(ShadowRays, AShadowEndsWhereTheRayDoes) {
     ASSERT_TRUE(made.rays.complete());
     const Light light = sun({0.25, -1, 0});
     const Bytes lit = bake_light(made.casters, light, {.rays = &made.rays});
-    // From 4.8 + 0.25 up to 24.1 the ray goes 4.76 voxels to the side.
+    // The ray climbs from 4.8 + 0.25 to 24.1, so it shifts by 0.25 * 19.05 = 4.76 voxels.
     for (int x = 0; x < 64; ++x)
         EXPECT_EQ(lit[made.scene.index(x, 4, 30)], x + 0.5 > 24 + 4.76 && x + 0.5 < 40 + 4.76 ? 0 : 1) << x;
     EXPECT_EQ(lit[made.scene.index(30, 24, 30)], 1) << "the roof";
@@ -225,7 +225,7 @@ TEST(ShadowRays, APointWithoutATriangleLeavesAllToTheMaps) {
     EXPECT_EQ(bake_light(made.casters, light, {.rays = &empty}), bake_light(made.casters, light));
 }
 
-// Whether a floor at 4.4 in the voxels of height 4 is lit below what else lies there.
+// Whether a floor at height 4.4, in voxels with y = 4, is lit below the triangles `above`.
 bool floor_is_lit(const std::vector<Triangle> &above, bool two_sided = false) {
     VoxelScene scene;
     scene.add_sheet(0, 64, 0, 64, 4, two_sided);
@@ -251,7 +251,7 @@ TEST(ShadowRays, WhereScansLieOverEachOtherTheOutermostIsLit) {
 
 TEST(ShadowRays, PenumbrasAreAsWideAsTheLightSays) {
     const FloorAndRoof made;
-    // From 5.05 up to 24.1, so 7.6 voxels wide below the roof's edges.
+    // From 5.05 up to 24.1: the penumbra is 0.4 * 19.05 = 7.6 voxels wide.
     const Bytes soft =
         bake_light(made.casters, sun({0, -1, 0}), {.maps = 200, .bits = 8, .light_size = 0.4, .rays = &made.rays});
     const auto at = [&](int x) { return soft[made.scene.index(x, 4, 32)] / 255.0; };
@@ -304,7 +304,7 @@ TEST(ShadowRays, BytesAreTheSameForAnyNumberOfThreads) {
             expected = lit;
         EXPECT_EQ(lit, expected) << threads;
     }
-    // Of every compiler and machine.
+    // Equal for every compiler and machine.
     EXPECT_EQ(hash64(expected), 505809410370228365U);
 }
 

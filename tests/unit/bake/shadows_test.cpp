@@ -26,8 +26,8 @@ Bytes bake(const Model &model, const Light &light, const ShadowOptions &options 
     return bake_light(ShadowCasters(model, 1), light, options);
 }
 
-// Where the way from a floor voxel to the light passes the roof's height: lit if outside of it. Within a voxel of the
-// roof's edge nothing is said.
+// A floor voxel is lit if the ray from it to the light passes outside the roof. Rays within a voxel of the roof's edge
+// are not compared.
 void expect_shadow_of_roof(const VoxelScene &scene, const Bytes &lit, const Light &light) {
     std::size_t wrong = 0, shadowed = 0;
     for (int z = 0; z < 64; ++z)
@@ -124,8 +124,8 @@ TEST(Shadows, WhatFacesAwayTakesTheValueAroundIt) {
     VoxelScene scene;
     scene.add_sheet(0, 64, 0, 64, 4);
     scene.add_sheet(0, 32, 0, 64, 30, true);
-    scene.add(9, 5, 9, {0, -1, 0});  // beside a shadowed floor
-    scene.add(51, 5, 9, {0, -1, 0}); // beside a lit one
+    scene.add(9, 5, 9, {0, -1, 0});  // next to a floor in shadow
+    scene.add(51, 5, 9, {0, -1, 0}); // next to a lit floor
     const Bytes lit = bake(scene.model(), sun({0, -1, 0}));
     EXPECT_EQ(lit[scene.index(9, 5, 9)], 0);
     EXPECT_EQ(lit[scene.index(51, 5, 9)], 1);
@@ -135,7 +135,7 @@ TEST(Shadows, PenumbrasAreAsWideAsTheLightSaysAndSmooth) {
     VoxelScene scene;
     scene.add_sheet(0, 64, 0, 64, 4);
     scene.add_sheet(0, 32, 0, 64, 44, true);
-    // 40 voxels below the edge at x = 32: 12 voxels of penumbra.
+    // 40 voxels below the edge at x = 32: the penumbra is 0.3 * 40 = 12 voxels wide.
     const Bytes lit = bake(scene.model(), sun({0, -1, 0}), {.maps = 128, .bits = 8, .light_size = 0.3});
     EXPECT_EQ(lit[scene.index(24, 4, 32)], 0);
     EXPECT_EQ(lit[scene.index(40, 4, 32)], 255);
@@ -152,7 +152,7 @@ TEST(Shadows, ALightWithinAModelReachesAllThatItSees) {
     VoxelScene scene;
     scene.add_sphere({32, 32, 32}, 20);
     Model model = scene.model();
-    // Outside faces only: no light from inside.
+    // All points face outwards: the light inside reaches none.
     const Bytes dark = bake(model, lamp({32, 32, 32}));
     EXPECT_EQ(std::accumulate(dark.begin(), dark.end(), 0), 0);
     for (std::uint16_t &normal : model.levels.back().points.normals)
@@ -168,7 +168,7 @@ TEST(Shadows, ALightAtAPointOrBesideItIsDefined) {
     const Model model = scene.model();
     for (const auto &place : {std::array<float, 3>{10.5F, 4.5F, 10.5F}, {32, 24.5F, 32}, {32, 24, 32}, {0, 0, 0}})
         EXPECT_EQ(bake(model, lamp(place)).size(), model.point_count());
-    // Just above the floor, it lights it around itself.
+    // A light just above the floor lights the floor around it.
     const Bytes lit = bake(model, lamp({10.5F, 6.5F, 10.5F}));
     EXPECT_EQ(lit[scene.index(12, 4, 12)], 1);
     EXPECT_EQ(lit[scene.index(8, 4, 10)], 1);
@@ -208,7 +208,7 @@ TEST(Shadows, ModelsOfOneVoxelAndOfOneSheetAreLit) {
         }
     const Bytes below = bake(one.model(), sun({0, 1, 0}));
     EXPECT_EQ(below, Bytes{0});
-    // Seen from its edge there is nothing to light, and nothing to divide by.
+    // The light sees the sheet edge-on: its projected extent is zero, which must not cause a division by zero.
     EXPECT_EQ(bake(sheet.model(), sun({1, 0, 0})).size(), 64U * 64U);
 }
 
@@ -227,7 +227,7 @@ TEST(Shadows, BytesAreTheSameForAnyNumberOfThreads) {
         }
         all.insert(all.end(), one.begin(), one.end());
     }
-    // Of every compiler and machine.
+    // Equal for every compiler and machine.
     EXPECT_EQ(hash64(all), 5645859874839032164U);
 }
 

@@ -11,7 +11,7 @@
 
 namespace pbm::test {
 
-// Voxels of a cube of 64 of them, one model unit each, with one normal each; radius 0.87 voxels.
+// Voxels in a cube of edge 64; a voxel is one model unit wide and has one normal; radius 0.87 voxels.
 class VoxelScene {
   public:
     static constexpr int kDepth = 6, kEdge = 1 << kDepth;
@@ -64,7 +64,7 @@ class VoxelScene {
         return model;
     }
 
-    // Index of a voxel among the points.
+    // Index of the point in voxel (x, y, z).
     std::size_t index(int x, int y, int z) const {
         const MortonCode code =
             morton_encode(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(z));

@@ -1,4 +1,4 @@
-// Surfaces built into models and files, or refused.
+// Builds surfaces into models and files, or expects an error.
 #pragma once
 
 #include "pbm_build/pipeline.h"
@@ -16,7 +16,7 @@ inline Result<Model> build_model(Surface surface, const BuildOptions &options, B
 
 namespace pbm::test {
 
-// Of one surface, or of several that are merged; so in braces too.
+// `input`: one surface, or several to merge. The default argument makes braces work.
 template <class Input = std::vector<build::Surface>>
 Model built(Input input, const build::BuildOptions &options, build::BuildStatistics *said = nullptr) {
     build::BuildStatistics statistics;

@@ -49,7 +49,7 @@ TEST(ColourMap, StopsAreMixedInLinearLight) {
     const auto palette = palette_of(TextureKind::wood, "0:#000000,1:#FFffFF");
     EXPECT_EQ(palette[0], (Rgb8{0, 0, 0}));
     EXPECT_EQ(palette[255], (Rgb8{255, 255, 255}));
-    EXPECT_EQ(palette[51], (Rgb8{124, 124, 124})); // a fifth of white's light
+    EXPECT_EQ(palette[51], (Rgb8{124, 124, 124})); // a fifth of white in linear light
     const auto between = palette_of(TextureKind::wood, "0.4:#102030,0.6:#405060");
     EXPECT_EQ(between[102], (Rgb8{0x10, 0x20, 0x30}));
     EXPECT_EQ(between[0], between[102]);

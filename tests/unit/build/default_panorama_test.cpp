@@ -51,7 +51,7 @@ TEST(DefaultPanorama, HasNoSeam) {
     EXPECT_LT(step(image, image.width - 1), 2 * all);
 }
 
-// Around a pole all columns see nearly the same place.
+// Near a pole all columns show nearly the same direction.
 TEST(DefaultPanorama, HasNoPinchAtThePoles) {
     const Image image = default_panorama(512, 2);
     for (const std::size_t y : {std::size_t{0}, std::size_t{image.height - 1}})
@@ -68,7 +68,7 @@ TEST(DefaultPanorama, HasNoPinchAtThePoles) {
 TEST(DefaultPanorama, SkyIsUpAndTheSunBehindTheCameraToTheLeft) {
     const Image image = default_panorama(512, 2);
     EXPECT_GT(mean_of_row(image, 100), mean_of_row(image, 180) + 20);
-    EXPECT_GT(channel_at(image, 256, 40, 2), channel_at(image, 256, 40, 0)); // blue
+    EXPECT_GT(channel_at(image, 256, 40, 2), channel_at(image, 256, 40, 0)); // more blue than red
     double brightest = 0, x_sum = 0, y_sum = 0, count = 0;
     for (std::size_t y = 0; y < image.height; ++y)
         for (std::size_t x = 0; x < image.width; ++x)
@@ -87,7 +87,7 @@ TEST(DefaultPanorama, SkyIsUpAndTheSunBehindTheCameraToTheLeft) {
     EXPECT_LT(y_sum / count, 128);
 }
 
-// FNV-1a: the same bytes from every compiler, processor and number of threads.
+// FNV-1a of the texels: equal for every compiler, processor and number of threads.
 TEST(DefaultPanorama, IsTheSameEverywhere) {
     const auto hash = [](const Image &image) {
         std::uint64_t value = 0xCBF29CE484222325;

@@ -100,7 +100,7 @@ TEST(GridChoice, AreaIsRelativeToTheEdge) {
 }
 
 TEST(GridChoice, AreasBeyondAMillionTimesTheBoxAreSummed) {
-    Surface soup; // half the face of the box, three million times
+    Surface soup; // the same triangle, half a face of the box, three million times
     soup.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     soup.triangles.assign(3000000, {0, 1, 2});
     EXPECT_NEAR(relative_area(soup, bounds_of(soup), 2), 1.5e6, 10);

@@ -1,4 +1,4 @@
-// Several inputs, scaled, shifted, on another file's grid.
+// Several inputs: merged, scaled, shifted, and voxelized on the grid of another file.
 #include "pbm_build/surface/merge_surfaces.h"
 #include "unit/build/built_models.h"
 
@@ -127,7 +127,7 @@ TEST(Merge, PointsOfACloudStayBesideAMesh) {
     const Model mesh = built({cube({0, 0, 0})}, same_grid), points = built({cloud({4, 0, 0})}, same_grid);
     EXPECT_EQ(both.point_count(), mesh.point_count() + points.point_count()) << "they share no voxel";
 
-    // Each point is what it is without the other surface; those of the mesh come first here, x being lower.
+    // The other surface must not change a point.
     for (const Model *alone : {&mesh, &points}) {
         const glm::dvec3 place = alone == &mesh ? glm::dvec3(1, 0.3, 0.2) : cloud({4, 0, 0}).positions[700];
         const std::size_t here = point_at(both, place), there = point_at(*alone, place);
@@ -158,12 +158,12 @@ TEST(Merge, WhatOneInputLacksComesFromItsMaterial) {
 }
 
 TEST(Merge, NormalsThatDisagreeWithTheirOwnFacesTurnThemOnly) {
-    Surface inward = cube({0, 0, 0}); // wound inwards, with normals that point out
+    Surface inward = cube({0, 0, 0}); // faces wound inwards, normals that point outwards
     for (glm::uvec3 &t : inward.triangles)
         std::swap(t.y, t.z);
     for (const glm::dvec3 &p : inward.positions)
         inward.normals.emplace_back(p);
-    const Surface right = cube({4, 0, 0}); // no normals: the faces tell
+    const Surface right = cube({4, 0, 0}); // no normals: the winding decides
     const Model model = built({inward, right}, at_depth(6));
     const PointAttributes &points = model.levels.back().points;
     for (const glm::dvec3 centre : {glm::dvec3(0, 0, 0), glm::dvec3(4, 0, 0)}) {
@@ -239,7 +239,7 @@ TEST(Placement, ScalesThenShifts) {
 }
 
 TEST(Placement, AShiftedModelHasTheSameVoxels) {
-    // Coordinates that are multiples of 2^-20 move by 8.5e6 without rounding; voxels of 2^-5 snap alike.
+    // Multiples of 2^-20 can be shifted by 8.5e6 without rounding, so that points stay in the same voxels of edge 2^-5.
     Surface surface = cloud({0, 0, 0});
     for (glm::dvec3 &p : surface.positions)
         for (int axis = 0; axis < 3; ++axis)

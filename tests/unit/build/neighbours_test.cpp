@@ -1,4 +1,4 @@
-// Searches for neighbours and what rests on them, against comparing all with all.
+// Neighbour searches and their users, against comparing all pairs.
 #include "pbm_build/neighbours/distinct_points.h"
 #include "pbm_build/neighbours/near_voxels.h"
 #include "pbm_build/neighbours/outliers.h"
@@ -39,7 +39,7 @@ bool same(const NearPoint &a, const NearPoint &b) {
     return a.point == b.point && a.squared_distance == b.squared_distance;
 }
 
-// Of edge `edge`; a small one holds many points in one place and at equal distances.
+// Points in a cube of edge `edge`. In a small cube many points coincide or lie at equal distances.
 std::vector<LatticePoint> random_points(std::size_t count, int edge, unsigned seed) {
     std::mt19937 random(seed);
     std::vector<LatticePoint> points;
@@ -79,7 +79,7 @@ TEST(PointNeighbours, AreThoseThatComparingAllFinds) {
             }
 }
 
-// A bumpy sheet: most voxels have enough near ones, a few are far from all others.
+// A bumpy sheet: most voxels have near neighbours; one voxel is far from all others.
 std::vector<MortonCode> sheet(int depth, std::uint32_t step) {
     const std::uint32_t edge = 1U << depth;
     std::set<MortonCode> codes{morton_encode(edge - 1, edge - 1, edge - 1)};
@@ -114,7 +114,7 @@ TEST(NearVoxels, AreThoseThatComparingAllFinds) {
         }
 }
 
-// Spacings of all points, and the rule of outliers.h in so many words.
+// The rule of outliers.h, evaluated directly on the spacings of all points.
 Bytes outliers_of_all(const std::vector<LatticePoint> &points) {
     std::vector<std::vector<NearPoint>> near;
     std::vector<float> spacing;
@@ -142,7 +142,7 @@ Bytes outliers_of_all(const std::vector<LatticePoint> &points) {
 }
 
 TEST(Outliers, AreThoseThatSpacingsOfAllPointsName) {
-    // Dense, and a tenth as dense beside it, whose points are none; some astray, three of them close together.
+    // A dense and a sparse region without outliers, and five stray points, three of them close together.
     std::mt19937 random(3);
     std::vector<LatticePoint> points;
     const auto scatter = [&](int count, int from, int size) {
@@ -170,9 +170,9 @@ TEST(Outliers, AreThoseThatSpacingsOfAllPointsName) {
 
 TEST(DistinctPoints, LieAlongTheCurveWhateverTheirOrder) {
     constexpr int kDepth = 16;
-    const Grid grid{.depth = kDepth, .voxel_size = kLatticeSteps}; // a lattice step is 1
+    const Grid grid{.depth = kDepth, .voxel_size = kLatticeSteps}; // a lattice step has length 1
     std::vector<glm::dvec3> positions;
-    for (const int edge : {5, 1000, 1 << 29}) // many in one cell of the first sort, or in one place
+    for (const int edge : {5, 1000, 1 << 29}) // small edges: many points in one cell of the first sort, or coincident
         for (const LatticePoint &p : random_points(2000, edge, 7))
             positions.emplace_back(p);
     const DistinctPoints points = distinct_points(positions, grid, 1);

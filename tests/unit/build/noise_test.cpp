@@ -28,7 +28,7 @@ constexpr Permutation kPerlins{
     181, 199, 106, 157, 184, 84,  204, 176, 115, 121, 50,  45,  127, 4,   150, 254, 138, 236, 205, 93,  222, 114,
     67,  29,  24,  72,  243, 141, 128, 195, 78,  66,  215, 61,  156, 180};
 
-// Places without pattern in -range..range.
+// Random places in -range..range.
 struct Places {
     Places(std::size_t count, float range) {
         for (std::vector<float> *const axis : {&x, &y, &z}) {
@@ -43,7 +43,7 @@ struct Places {
     std::vector<float> x, y, z;
 };
 
-// The directions of the twelve edges of a cube by the low four bits of a hash; four stand twice.
+// Gradients by the low four bits of a hash: the twelve edge directions of a cube, four of them twice.
 constexpr std::array<std::array<float, 3>, 16> kEdges{{{1, 1, 0},
                                                        {-1, 1, 0},
                                                        {1, -1, 0},
@@ -64,7 +64,7 @@ constexpr std::array<std::array<float, 3>, 16> kEdges{{{1, 1, 0},
 float fade(float t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 float mix(float t, float a, float b) { return a + t * (b - a); }
 
-// The definition, one place after the other: what the vector instructions are compared with.
+// Scalar reference by the definition.
 float perlin_noise(const Permutation &permutation, const std::array<float, 3> &place) {
     const float floor_x = std::floor(place[0]), floor_y = std::floor(place[1]), floor_z = std::floor(place[2]);
     const float x = place[0] - floor_x, y = place[1] - floor_y, z = place[2] - floor_z;
@@ -83,7 +83,7 @@ float perlin_noise(const Permutation &permutation, const std::array<float, 3> &p
     return mix(w, layer(0), layer(1));
 }
 
-// The turn and the shift of docs/reference/solid-textures.md.
+// The rotation and shift between octaves: docs/reference/solid-textures.md.
 std::array<float, 3> next_octave(const std::array<float, 3> &place) {
     constexpr std::array<std::array<float, 3>, 3> kTurn{{{10.0F / 15, 20.0F / 15, 20.0F / 15},
                                                          {-4.0F / 15, 22.0F / 15, -20.0F / 15},
@@ -124,7 +124,7 @@ float noise_at(const PerlinNoise &noise, float x, float y, float z) {
 TEST(Noise, IsPerlins) {
     const PerlinNoise noise(kPerlins);
     EXPECT_NEAR(noise_at(noise, 3.14F, 42, 7), 0.13691995878400012, 1e-6);
-    // One cell by hand: cell (0, 0, 0), in its middle every fade is 1/2 and the noise the mean of eight products.
+    // In the middle of cell (0, 0, 0) each fade is 1/2: noise = mean of eight products.
     double mean = 0;
     for (int corner = 0; corner < 8; ++corner) {
         const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
@@ -136,7 +136,7 @@ TEST(Noise, IsPerlins) {
                 8;
     }
     EXPECT_NEAR(noise_at(noise, 0.5F, 0.5F, 0.5F), mean, 1e-6);
-    EXPECT_NEAR(noise_at(noise, 256.5F, -255.5F, 512.5F), mean, 1e-6); // repeated, negative cells too
+    EXPECT_NEAR(noise_at(noise, 256.5F, -255.5F, 512.5F), mean, 1e-6); // the noise repeats, also in negative cells
 }
 
 TEST(Noise, IsZeroAtLatticePoints) {
@@ -189,7 +189,7 @@ TEST(Noise, HasTheStatedMeanDeviationAndRange) {
     EXPECT_LT(*std::min_element(values.begin(), values.end()), -0.85F);
 }
 
-// Without turning, the lattice of one octave would show in all: a plane of lattice points has less variance.
+// Octaves are rotated against each other. Otherwise the noise on lattice lines would have less variance.
 TEST(Noise, SumsOfOctavesDoNotShowTheLattice) {
     const Octaves octaves = band_limited_octaves(1e6, 6);
     const auto deviation = [&](float offset) {
@@ -203,7 +203,7 @@ TEST(Noise, SumsOfOctavesDoNotShowTheLattice) {
             squares += static_cast<double>(value) * static_cast<double>(value);
         return std::sqrt(squares / 200000);
     };
-    // One octave alone has 0 and more than 0.2 for places on lattice lines (z = 0, too) and between them.
+    // One octave alone has deviation 0 on lattice lines (z = 0 too), and more than 0.2 between them.
     EXPECT_GT(deviation(0) / deviation(0.5F), 0.7);
 }
 
@@ -211,7 +211,7 @@ TEST(Noise, OctavesEndWhereSamplesDo) {
     EXPECT_EQ(band_limited_octaves(2, 8).count, 0);
     EXPECT_EQ(band_limited_octaves(3, 8).count, 1);
     EXPECT_FLOAT_EQ(band_limited_octaves(3, 8).amplitudes[0], 0.5F);
-    const Octaves octaves = band_limited_octaves(12, 8); // cells of 12, 6, 3 samples
+    const Octaves octaves = band_limited_octaves(12, 8); // cells 12, 6 and 3 samples wide
     EXPECT_EQ(octaves.count, 3);
     EXPECT_FLOAT_EQ(octaves.amplitudes[0], 1);
     EXPECT_FLOAT_EQ(octaves.amplitudes[1], 0.5F);
@@ -220,7 +220,7 @@ TEST(Noise, OctavesEndWhereSamplesDo) {
     EXPECT_EQ(band_limited_octaves(1e9, 50).count, kMaxOctaves);
 }
 
-// Next samples of a line never differ by more than a smooth curve would: nothing is finer than the samples.
+// Along a line of samples the sum is smooth: no octave is finer than the samples.
 TEST(Noise, SumsOfOctavesAreSmoothAtTheSamples) {
     constexpr double kSamplesPerCell = 64;
     const auto roughness = [&](const Octaves &octaves) { // mean squared second difference over mean squared value

@@ -24,10 +24,10 @@ struct Truth {
     }
 };
 
-// Shares of all points.
+// Fractions of all points.
 struct Score {
     double bent = 0;      // more than 25 degrees from the truth, whatever the sign
-    double wrong = 0;     // one-sided, and of the wrong sign
+    double wrong = 0;     // one-sided, with the wrong sign
     double two_sided = 0; //
     double worst = 0;     // degrees, whatever the sign
 };

@@ -1,5 +1,5 @@
-// normals_of_scans SCAN...: normals estimated for the vertices of scanned meshes, against those of their faces or of
-// the file. Prints a row for each; exit code 1 if one is worse than docs/explanation/points.md says.
+// normals_of_scans SCAN...: compares normals estimated for the vertices of scans with those of the faces or the file.
+// Prints a row per scan. Exit code 1 if a scan is worse than docs/explanation/points.md says.
 #include "pbm_build/surface/vertex_normals.h"
 #include "pbm_scan/surface_reader.h"
 #include "unit/build/normal_truth.h"
@@ -15,7 +15,7 @@ using namespace pbm;
 using namespace pbm::build;
 using namespace pbm::build::test;
 
-// Closed and dense: doubt about their signs would be for nothing.
+// Closed and dense scans: the sign of nearly every normal must be decided.
 bool is_clear(const std::string &name) {
     constexpr std::array<std::string_view, 10> kClear{
         "ankylosaurus_mesh.ply", "armadillo43k.obj", "bun_zipper.ply", "bunny_draco.stl", "colored_airplane.ply",

@@ -1,4 +1,4 @@
-// Estimated normals against the truth; normals_of_scans.cpp has the vertices of scanned meshes.
+// Estimated normals against the truth. normals_of_scans.cpp does the same for scans.
 #include "ammonite.h"
 #include "pbm_scan/surface_reader.h"
 #include "unit/build/normal_truth.h"
@@ -53,7 +53,7 @@ Truth torus(std::size_t count) {
     return truth;
 }
 
-// The sides of a box around the origin, points at random.
+// Random points on the sides of a box around the origin.
 Truth box(std::size_t count, const glm::dvec3 &half) {
     Truth truth;
     Random random;
@@ -104,7 +104,7 @@ TEST(EstimateNormals, ASphere) {
 }
 
 TEST(EstimateNormals, ANoisySphere) {
-    const Score s = score(sphere(20000, 0.01)); // 0.4 of the distance between points
+    const Score s = score(sphere(20000, 0.01)); // noise: 0.4 of the distance between points
     EXPECT_LT(s.bent, 0.01);
     EXPECT_LT(s.wrong, 0.001);
     EXPECT_LT(s.two_sided, 0.005);
@@ -119,7 +119,7 @@ TEST(EstimateNormals, ATorus) {
 
 TEST(EstimateNormals, ACubeWithSharpEdges) {
     const Score s = score(box(20000, {1, 1, 1}));
-    EXPECT_LT(s.bent, 0.05); // along the edges
+    EXPECT_LT(s.bent, 0.05); // only along the edges
     EXPECT_EQ(s.wrong, 0);
     EXPECT_LT(s.two_sided, 0.001);
 }
@@ -147,7 +147,7 @@ TEST(EstimateNormals, TwoParallelSheets) {
     }
 }
 
-// Seen from outside there is only the outer wall; the inner one might face either way.
+// From outside only the outer wall is visible; the sign of the inner wall is undetermined.
 TEST(EstimateNormals, AHollowBall) {
     const Score s = score(two_spheres(20000));
     EXPECT_EQ(s.bent, 0);
@@ -155,8 +155,8 @@ TEST(EstimateNormals, AHollowBall) {
     EXPECT_NEAR(s.two_sided, 0.5, 0.001);
 }
 
-// Drums whose corners are all that is there, as in the vertices of a CAD model: through their sides one sees the backs
-// of the others.
+// Drums that consist of the vertices of their rims, as in a CAD model: through their sides the backs of others are
+// visible.
 TEST(EstimateNormals, CurvesAreNoSurface) {
     Truth truth;
     for (int drum = 0; drum < 27; ++drum)
@@ -200,7 +200,7 @@ TEST(EstimateNormals, AViewpointTurnsThemAll) {
 TEST(EstimateNormals, GivenNormalsAreKeptAndLendTheirSign) {
     Truth truth = sphere(20000);
     for (std::size_t i = 0; i < truth.normals.size(); ++i) {
-        truth.normals[i] = -truth.normals[i]; // inwards, against what is seen from outside
+        truth.normals[i] = -truth.normals[i]; // inwards, opposite to what visibility from outside suggests
         truth.points.normals.emplace_back(i % 10 == 0 ? glm::vec3(truth.normals[i]) : glm::vec3(0));
     }
     const Score s = score(truth);

@@ -1,4 +1,4 @@
-// Panoramas from image files: what is read, what is refused, and that nothing cut short passes.
+// Panoramas from image files: accepted and refused files, and every truncation.
 #include "pbm_build/panorama/image_decoder.h"
 #include "pbm_build/panorama/panorama.h"
 #include "pbm_build/panorama/resample.h"
@@ -65,7 +65,7 @@ Bytes jpeg_of(std::uint32_t width, std::uint32_t height, int channels, bool prog
     jpeg_finish_compress(&info);
     Bytes bytes(memory, memory + size);
     jpeg_destroy_compress(&info);
-    std::free(memory); // NOLINT: libjpeg's own
+    std::free(memory); // NOLINT: libjpeg allocated it
     return bytes;
 }
 
@@ -179,7 +179,7 @@ TEST(Panorama, HdrIsToneMappedAboutItsMeanAndExposureBrightensIt) {
     const auto middle = read(hdr_of(64, 32, 120)), dark = read(hdr_of(64, 32, 120), {.width = 64, .exposure = 0.25});
     ASSERT_TRUE(middle.ok() && dark.ok());
     EXPECT_TRUE(middle->converted);
-    // All of it is its own mean: 0.18 / 1.18 of linear light, times 2 : 1 : 1/2 over its luminance.
+    // Every texel is the mean: 0.18 / 1.18 in linear light, times (2, 1, 1/2) / luminance.
     const auto luminance = [](const Panorama &p) {
         return 0.2126 * linear_table()[p.image.texels[0]] + 0.7152 * linear_table()[p.image.texels[1]] +
                0.0722 * linear_table()[p.image.texels[2]];
@@ -203,7 +203,7 @@ TEST(Resample, AConstantStaysWhatItIsInAnySize) {
 TEST(Resample, ColumnsGoOnAtTheOtherSide) {
     PanoramaResampler resampler(32, 16, 16, 8);
     std::vector<std::uint16_t> row(96, 0);
-    row[0] = row[1] = row[2] = 65535; // the first column: a part of the first and, across the seam, of the last texel
+    row[0] = row[1] = row[2] = 65535; // the first column: part of the first and, across the seam, last texel
     for (int y = 0; y < 16; ++y)
         resampler.add_row(row);
     const Image image = resampler.finish();

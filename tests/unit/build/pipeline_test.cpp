@@ -18,7 +18,7 @@ using test::built;
 using test::file_of;
 using test::refused;
 
-// Corners of [low, high]^3, two triangles per face, outside where they run counter-clockwise.
+// The cube [low, high]^3: two triangles per face, counter-clockwise seen from outside.
 Surface cube(double low, double high) {
     Surface surface;
     for (unsigned i = 0; i < 8; ++i)
@@ -58,7 +58,7 @@ Surface as_points(Surface surface) {
     return surface;
 }
 
-// The same geometry, every array and every triangle in another order.
+// The same geometry with vertices, triangles and corners in another order.
 Surface shuffled(const Surface &surface, unsigned seed) {
     std::mt19937 random(seed);
     std::vector<unsigned> old_index(surface.positions.size()), new_index(surface.positions.size());
@@ -147,7 +147,7 @@ TEST(Pipeline, FacesOfACubeAreShadedFlat) {
 }
 
 TEST(Pipeline, AFaceAtAVoxelBoundaryMakesOneLayer) {
-    Surface wall; // in the plane z = 0; the triangle far above puts the plane at the middle of the grid
+    Surface wall; // in the plane z = 0; the triangle far above centres the grid on that plane
     wall.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}, {0, 0, 1}, {0, 0, -1}};
     wall.triangles = {{0, 1, 2}, {0, 2, 3}};
     const auto voxels = voxels_of(built(wall, at_depth(5)));
@@ -174,7 +174,7 @@ TEST(Pipeline, TheOrderOfPointsDoesNotChangeAByte) {
 TEST(Pipeline, AThinWallInsideOneVoxelIsTwoSided) {
     Surface wall = cube(0, 1);
     for (glm::dvec3 &p : wall.positions)
-        p.z = 0.51 + p.z * 1e-4; // a plate far thinner than a voxel
+        p.z = 0.51 + p.z * 1e-4; // a plate much thinner than a voxel
     BuildOptions options;
     options.grid.voxel_size = 1.0 / 32;
     const Model model = built(wall, options);
@@ -313,9 +313,9 @@ TEST(Pipeline, OutliersAreCountedAndStaySmallOrAreDroppedBeforeTheGridIsChosen) 
 TEST(Pipeline, PointsOfUtmSizeKeepTheirPrecision) {
     Surface here = without_normals(as_points(bumpy_sphere(60)));
     std::mt19937 random(1);
-    for (glm::dvec3 &p : here.positions) // to 2^-20, so that the shift loses nothing
+    for (glm::dvec3 &p : here.positions) // multiples of 2^-20: the shift is exact
         for (int axis = 0; axis < 3; ++axis) {
-            const int stir = static_cast<int>(random() % 4096); // else neighbours lie equally far, and rounding chooses
+            const int stir = static_cast<int>(random() % 4096); // avoids equal distances, where rounding would decide
             p[axis] = (std::nearbyint(p[axis] * 0x1p20) + stir) * 0x1p-20;
         }
     Surface far = here;
@@ -339,7 +339,7 @@ TEST(Pipeline, AScanTooSmallForItsPlaceIsReported) {
     EXPECT_TRUE(silent.attributes.empty());
 }
 
-// Every point set that says nothing of a surface still makes a model, whose points are two-sided.
+// A point set that determines no surface gives a model of two-sided points.
 TEST(Pipeline, DegeneratePointSetsBuild) {
     const auto points = [](std::vector<glm::dvec3> positions) {
         Surface surface;
@@ -391,7 +391,7 @@ TEST(Pipeline, PlanesOfPointsHaveTheNormalOfThePlane) {
     }
 }
 
-// A search among points that share a lattice point would take the square of their number.
+// A neighbour search that visits all points of the same lattice point would be quadratic.
 TEST(Pipeline, AScanThatAStrayPointShrinksToNothingBuildsInTime) {
     Surface surface;
     std::mt19937 bits(3);
@@ -463,7 +463,7 @@ TEST(Pipeline, ADepthThatNobodyAskedForFitsIntoMemory) {
     BuildStatistics statistics;
     ASSERT_TRUE(build_model(surface, options, statistics).ok());
     const int wished = statistics.depth;
-    options.max_hit_bytes = statistics.samples * HitStore::kMinHitBytes; // less than they need: sources come on top
+    options.max_hit_bytes = statistics.samples * HitStore::kMinHitBytes; // too little: hits also store their sources
     statistics = {};
     const Result<Model> model = build_model(surface, options, statistics);
     ASSERT_TRUE(model.ok()) << model.error().message;

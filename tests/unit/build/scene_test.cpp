@@ -1,4 +1,4 @@
-// Lights, materials and surroundings: how options read, where things are placed, what becomes part of a model.
+// Lights, materials and surroundings: parsing of options, placement, and the resulting model.
 #include "pbm_build/scene/material_request.h"
 #include "pbm_build/scene/scene.h"
 #include "pbm_format/checking/validate.h"
@@ -110,7 +110,7 @@ TEST(LightRequest, EverySetFitsEveryUpAxis) {
                 const Light light = place(request, frame);
                 const auto &d = light.direction;
                 EXPECT_NEAR(d[0] * d[0] + d[1] * d[1] + d[2] * d[2], 1, 1e-5);
-                EXPECT_LT(d[frame.up_axis], 0.0F) << "it shines down";
+                EXPECT_LT(d[static_cast<std::size_t>(frame.up_axis)], 0.0F) << "it shines down";
                 EXPECT_TRUE(lights_nothing(light, frame).empty());
             }
         }
@@ -197,7 +197,7 @@ TEST(Scene, TheGroundTouchesTheLowestPoint) {
     EXPECT_NEAR(z_up.parameters.grid.origin[0] + z_up.parameters.ground->centre[0], 0, 1e-5);
 }
 
-// A map has four rays to a texel of the ground, so there are at most 4 * maps + 1 values.
+// Each shadow map casts four rays per ground texel, so there are at most 4 * maps + 1 values.
 std::size_t values_on_the_ground(double light_size, std::optional<int> maps) {
     SceneRequest scene;
     scene.lights.push_back(read_light("directional,direction=0,-1,0,size=" + std::to_string(light_size)).value());

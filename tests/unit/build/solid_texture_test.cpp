@@ -1,4 +1,4 @@
-// Marble and wood: the same bytes everywhere, of the right size and place, and free of aliasing.
+// Marble and wood: the same bytes on every processor, invariant to placement, free of aliasing.
 #include "pbm_build/texture/solid_texture.h"
 
 #include <gtest/gtest.h>
@@ -113,7 +113,7 @@ TEST(SolidTexture, UsesThePalette) {
             for (const std::uint8_t value : values_of(texture_of(kind, seed), grid_of(9), block_of(64, 100 * seed)))
                 ++counts[value];
         EXPECT_GE(std::count_if(counts.begin(), counts.end(), [](std::size_t count) { return count > 3; }), 100);
-        EXPECT_LT(counts[0] + counts[255], 4 * 64 * 64 * 64 / 20); // clamped
+        EXPECT_LT(counts[0] + counts[255], 4 * 64 * 64 * 64 / 20); // few values are clamped
     }
 }
 
@@ -131,7 +131,7 @@ TEST(SolidTexture, FollowsTheUpAxis) {
     for (std::uint32_t u = 0; u < 20; ++u)
         for (std::uint32_t v = 0; v < 20; ++v)
             for (std::uint32_t up = 0; up < 20; ++up) {
-                y_up.push_back(morton_encode(v, up, u)); // u, v follow up in the cycle x, y, z
+                y_up.push_back(morton_encode(v, up, u)); // cyclic order x, y, z: up, u, v
                 z_up.push_back(morton_encode(u, v, up));
                 x_up.push_back(morton_encode(up, u, v));
             }
@@ -142,10 +142,10 @@ TEST(SolidTexture, FollowsTheUpAxis) {
     }
 }
 
-// The eight children of a voxel have its value on average.
+// The mean of a voxel's eight children is close to its own value.
 TEST(SolidTexture, LooksAlikeAtEveryDepth) {
     for (const TextureKind kind : kKinds) {
-        // Of a size at which the finest fibres are there at both depths.
+        // At this size both depths resolve the finest fibres.
         const SolidTexture texture = texture_of(kind, 0, kind == TextureKind::wood ? 5.0F : 4.0F);
         const Bytes coarse = values_of(texture, grid_of(9), block_of(32, 200));
         const Bytes fine = values_of(texture, grid_of(10), block_of(64, 400));
@@ -161,7 +161,7 @@ TEST(SolidTexture, LooksAlikeAtEveryDepth) {
     }
 }
 
-// Veins and rings finer than voxels vanish; they do not turn into noise.
+// Veins and rings finer than voxels fade out instead of aliasing.
 TEST(SolidTexture, WhatIsTooFineFadesAway) {
     for (const TextureKind kind : kKinds)
         EXPECT_LT(deviation_of(values_of(texture_of(kind, 0, 1000), grid_of(6), block_of(64))), 3)
@@ -228,7 +228,7 @@ TEST(GroundTexture, WoodIsAFloorOfBoards) {
         return mean_of(Bytes(floor.texels.begin() + static_cast<std::ptrdiff_t>(y * 1000),
                              floor.texels.begin() + static_cast<std::ptrdiff_t>((y + 1) * 1000)));
     };
-    for (std::size_t seam = 100; seam < 1000; seam += 100) { // ten boards across: late wood's end of the palette
+    for (std::size_t seam = 100; seam < 1000; seam += 100) { // ten boards; seams have late wood
         EXPECT_GT(row_mean(seam), 180);
         EXPECT_LT(row_mean(seam - 50), 130);
     }

@@ -58,7 +58,7 @@ VoxelSet voxels_of(const std::array<glm::dvec3, 3> &corners, int depth_axis) {
 
 using Weights = std::array<double, 3>;
 
-// Barycentric weights of the triangle's point that is nearest to `p`.
+// Barycentric weights of the point of the triangle that is nearest to `p`.
 Weights nearest_weights(const std::array<glm::dvec3, 3> &corners, const glm::dvec3 &p) {
     TriangleMix triangle;
     triangle.set_corners(corners);
@@ -67,7 +67,7 @@ Weights nearest_weights(const std::array<glm::dvec3, 3> &corners, const glm::dve
     return {rows.weights[0][0], rows.weights[1][0], rows.weights[2][0]};
 }
 
-// Calls `same` once for each set of vector instructions that this processor has.
+// Calls `same` once for each SIMD target that this processor supports.
 template <class Function> void for_every_target(const Function &same) {
     int tried = 0;
     for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1, ++tried) {
@@ -152,7 +152,7 @@ TEST(TriangleVoxels, EveryPointOfATriangleLiesInAVoxelThatIsVisited) {
             const glm::dvec3 p = corners[0] + a * u + b * v;
             ASSERT_TRUE(voxels.contains({static_cast<int>(p.x), static_cast<int>(p.y), static_cast<int>(p.z)}));
         }
-        for (const auto &voxel : voxels) { // and none that it stays away from
+        for (const auto &voxel : voxels) { // and no voxel that it does not touch
             const glm::dvec3 centre(voxel[0] + 0.5, voxel[1] + 0.5, voxel[2] + 0.5);
             const auto w = nearest_weights(corners, centre);
             const glm::dvec3 off = corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2] - centre;
@@ -176,7 +176,7 @@ TEST(TriangleVoxels, TheNearestPointIsFoundInEveryRegion) {
     EXPECT_EQ(nearest_weights(t, {0.5, 0.5, -3}), (Weights{0.5, 0.25, 0.25}));
 }
 
-// What is found without cutting is what is found by cutting, in any order of the corners, wherever it is found at all.
+// Where the fast path for small triangles finds voxels, they equal those of cutting, for any order of the corners.
 TEST(TriangleVoxels, SmallTrianglesAreFoundAsCutOnesAre) {
     std::mt19937 random(1);
     int found = 0, slivers_found = 0;
@@ -190,7 +190,7 @@ TEST(TriangleVoxels, SmallTrianglesAreFoundAsCutOnesAre) {
         const bool sliver = round % 5 == 0;
         if (sliver)
             corners[2] = corners[0] + (corners[1] - corners[0]) / 3 + 1;
-        if (round % 7 == 0) // along an axis, in steps that make close calls
+        if (round % 7 == 0) // parallel to an axis, with corners near voxel borders
             corners[1] = {corners[0].x, corners[0].y + (3 << kLatticeBits), corners[0].z};
         const glm::dvec3 n = lattice_normal(corners[0], corners[1], corners[2]);
         const int axis = std::fabs(n.x) >= std::fabs(n.y) ? (std::fabs(n.x) >= std::fabs(n.z) ? 0 : 2)
@@ -227,7 +227,7 @@ TEST(TriangleVoxels, CloseCallsAndLargeTrianglesAreLeftToTheCut) {
     EXPECT_EQ(find({5, 5, 5}, {kVoxel + 5, kVoxel + 5, 5}, {3 * kVoxel + 5, 3 * kVoxel + 5, 5}), 0U) << "no area";
 }
 
-// Bytes of a file follow from these: not a bit may depend on the processor.
+// The bytes of a file depend on these results, so every SIMD target must give the same bits.
 TEST(TriangleVoxels, AllVectorInstructionsFindAndMixTheSame) {
     using Results = std::vector<std::uint64_t>;
     const auto all = [] {
@@ -236,7 +236,7 @@ TEST(TriangleVoxels, AllVectorInstructionsFindAndMixTheSame) {
         SmallTriangleCodes codes;
         MixedRows rows;
         for (int round = 0; round < 500; ++round) {
-            const int size = round % 10 == 9 ? 3000 : 2 + round % 10; // the largest is not exact
+            const int size = round % 10 == 9 ? 3000 : 2 + round % 10; // the largest size exceeds exact arithmetic
             std::uniform_int_distribution<int> place(1, size << kLatticeBits);
             std::array<LatticePoint, 3> corners;
             for (LatticePoint &corner : corners)
@@ -272,7 +272,7 @@ TEST(TriangleVoxels, AllVectorInstructionsFindAndMixTheSame) {
     for_every_target([&](const char *target) { EXPECT_EQ(all() == expected, true) << target; });
 }
 
-// The Morton codes of a walk are counted up, not worked out.
+// MortonAxis increments Morton codes instead of encoding each.
 TEST(TriangleVoxels, StepsOfACodeFollowOneAxis) {
     for (int axis = 0; axis < 3; ++axis) {
         MortonAxis code(axis, 0);
@@ -283,7 +283,7 @@ TEST(TriangleVoxels, StepsOfACodeFollowOneAxis) {
     }
 }
 
-// Long and thin triangles have no area that would say beforehand how many voxels they pass through.
+// The area of a sliver does not predict how many voxels it passes through.
 TEST(Samples, TheLimitOfMemoryHoldsForSliversAsWell) {
     constexpr int kDepth = 14, kSlivers = 2000;
     constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 20;
@@ -301,11 +301,11 @@ TEST(Samples, TheLimitOfMemoryHoldsForSliversAsWell) {
     const Status sampled = sample_points(sampler, hits);
     ASSERT_FALSE(sampled.ok());
     EXPECT_EQ(sampled.error().code, ErrorCode::memory);
-    constexpr std::uint64_t kMaxOfOne = std::uint64_t{4} << kDepth; // hits of a sliver
+    constexpr std::uint64_t kMaxOfOne = std::uint64_t{4} << kDepth; // maximum number of hits of a sliver
     EXPECT_LT(hits.bytes(), kMaxBytes + 2 * kMaxOfOne * sizeof(Hit));
 }
 
-// Hits are packed where they follow each other: runs in one block, across blocks and buckets, longer than a chunk.
+// Consecutive hits are packed as runs: within a block, across blocks and buckets, and longer than a chunk.
 TEST(HitStore, GivesBackWhatEachWriterFoundInItsOrder) {
     std::mt19937_64 random(1);
     for (const int depth : {2, 6, 10, 12, kMaxDepth}) {
@@ -381,7 +381,7 @@ TEST(SplatRadius, ClassesRoundUpAndStayBelowTheLimit) {
     }
 }
 
-// A node foretells the largest radius that it covers (5.8.4 of BVG.md): that must be the class itself.
+// BVG.md 5.8.4 predicts the largest radius that a node covers: a larger radius must give the node another one.
 TEST(SplatRadius, ANodeForetellsTheLargestClassBelowIt) {
     for (const int depth : {5, 9, 12, 16})
         for (const std::uint8_t radius : radius_classes(depth)) {
@@ -395,7 +395,7 @@ TEST(SplatRadius, ANodeForetellsTheLargestClassBelowIt) {
 TEST(SplatRadius, GivenRadiiAreUsed) {
     Grid grid;
     grid.depth = 8;
-    grid.voxel_size = 0.5; // edge 128
+    grid.voxel_size = 0.5; // the cube has edge 128
     Surface surface;
     surface.positions.resize(3);
     surface.radii = {0.01F, 2.0F, 100.0F};
@@ -430,11 +430,11 @@ TEST(TangentCell, WithoutNeighboursOnOneSideItIsOpen) {
 
 TEST(SplatRadius, PointsCoverTheirCell) {
     constexpr int kDepth = 8;
-    Voxels voxels; // a grid of points, three voxels apart one way and two the other
+    Voxels voxels; // a grid of points: 3 voxels apart in x, 2 in y
     for (std::uint32_t y = 0; y < 60; ++y)
         for (std::uint32_t x = 0; x < 40; ++x)
             voxels.codes.push_back(morton_encode(3 * x, 2 * y, 100));
-    voxels.codes.push_back(morton_encode(250, 250, 250)); // astray
+    voxels.codes.push_back(morton_encode(250, 250, 250)); // a stray point
     std::sort(voxels.codes.begin(), voxels.codes.end());
     voxels.points.resize(voxels.codes.size(), {});
     std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
@@ -462,7 +462,7 @@ TEST(SplatRadius, PointsBelowOneNodeShareTheLargestRadiusAmongThem) {
     voxels.codes.assign(codes.begin(), codes.end());
     voxels.points.resize(codes.size(), {});
     std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
-    voxels.points.radii[0] = dense_radius(kDepth); // given: it stays
+    voxels.points.radii[0] = dense_radius(kDepth); // a given radius is kept
     radii_from_neighbours(voxels, kDepth, 2);
     const Bytes &radii = voxels.points.radii;
     EXPECT_EQ(radii[0], dense_radius(kDepth));

@@ -1,4 +1,4 @@
-// Errors as lines: one line whatever the names hold, places where there are some, and the file that was worked on.
+// Errors as text: always one line, for any file name; with the offset, if known, and the name of the file.
 #include "command_line/command_line.h"
 #include "command_line/error_log.h"
 
@@ -75,7 +75,7 @@ TEST(Errors, SwitchesOfTheDissertationAreRefusedOrMapped) {
     EXPECT_EQ(given({"-IGNORE_POINT_COLOURS"}, known).value().front(), "--ignore-point-colours");
     EXPECT_EQ(exit_code(given({"-IGNORE_POINT_COLOURS"}, {}).error().code), 1);
     EXPECT_EQ(given({"--", "-SHADOW", "--json"}, {}).value(),
-              (std::vector<std::string>{"--json", "-SHADOW", "--"})); // names of files
+              (std::vector<std::string>{"--json", "-SHADOW", "--"})); // after "--" come file names
 }
 
 TEST(Errors, StandardOutputTakesOneOutput) {

@@ -11,15 +11,15 @@ namespace {
 
 TEST(Spelling, SlipsFindTheWordThatWasMeant) {
     const std::vector<std::string> known{"depth", "voxel-size", "max-points", "output", "name", "up"};
-    EXPECT_EQ(nearest_word("detph", known), "depth");  // swapped
-    EXPECT_EQ(nearest_word("deph", known), "depth");   // left out
-    EXPECT_EQ(nearest_word("deepth", known), "depth"); // one more
+    EXPECT_EQ(nearest_word("detph", known), "depth");  // letters swapped
+    EXPECT_EQ(nearest_word("deph", known), "depth");   // letter missing
+    EXPECT_EQ(nearest_word("deepth", known), "depth"); // letter added
     EXPECT_EQ(nearest_word("voxel_size", known), "voxel-size");
-    EXPECT_EQ(nearest_word("vox", known), "voxel-size"); // the beginning
+    EXPECT_EQ(nearest_word("vox", known), "voxel-size"); // prefix of the word
     EXPECT_EQ(nearest_word("u", known), "up");
     EXPECT_EQ(nearest_word("viewpoint", known), "");
     EXPECT_EQ(nearest_word("", known), "");
-    EXPECT_EQ(nearest_word("x", known), ""); // no word is made of one slip alone
+    EXPECT_EQ(nearest_word("x", known), ""); // no known word starts with this letter
 }
 
 OptionHelp option(const std::string &name, const std::string &topic, const std::string &text = "Text") {

@@ -15,8 +15,8 @@ using namespace pbm::build;
 using test::file_of;
 using test::Random;
 
-// Points at random places of `grid`, with every attribute that a row of a PLY file has. All normals occur, on one-sided
-// and on two-sided points, all radii that the builder chooses, all colours of 565.
+// Random voxels of `grid` with every attribute that a PLY row holds. All normals occur, on one-sided and two-sided
+// points, all radii of the builder, and all 565 colours.
 Model colourful_model(const Grid &grid, ColourFormat colour, std::size_t count) {
     Random random(7);
     std::vector<MortonCode> codes;
@@ -222,7 +222,7 @@ TEST(Export, AModelOfTheDefaultMaterialNamesNone) {
     EXPECT_EQ(std::string(ply->begin(), ply->end()).find("material"), std::string::npos);
     EXPECT_EQ(std::string(ply->begin(), ply->end()).find("red"), std::string::npos);
 
-    model.parameters.materials[0].ks = 0.5F; // one other material: kept, without an index per point
+    model.parameters.materials[0].ks = 0.5F; // a single material: exported without an index per point
     const auto shiny = exported(file_of(model), {}, {.level = 5});
     ASSERT_TRUE(shiny.ok());
     const Model again = built(*shiny, model.parameters.grid, ColourFormat::rgb888);

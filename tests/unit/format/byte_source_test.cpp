@@ -75,7 +75,7 @@ TEST(SparseFile, IsLargerThanMemory) {
     constexpr std::uint64_t kSize = std::uint64_t{1} << 60;
     SparseFile sparse(kSize);
     const Bytes end = numbered(100);
-    sparse.fill(kSize - 50, end); // half of it lies past the end
+    sparse.fill(kSize - 50, end); // half of the range lies past the end
     EXPECT_TRUE(sparse.has({kSize - 50, 50}));
     EXPECT_FALSE(sparse.view({kSize - 50, 51}));
     EXPECT_FALSE(sparse.view({kSize - 50, ~std::uint64_t{0}}));
@@ -169,7 +169,7 @@ TEST(SparseReader, TellsDamageOfTheStartAsOpenDoes) {
     }
 }
 
-// What is not there yet is refused as a mistake of the caller, is no damage, and is loaded once it is there.
+// Reading a range that has not arrived is a `usage` error, not damage. The same reader loads it after it arrives.
 TEST(SparseReader, LoadsAModelRangeByRange) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         Reader whole = Reader::open(file(storage)).value();
@@ -207,7 +207,7 @@ TEST(SparseReader, NamesADamagedChunkAsAWholeFileDoes) {
         ASSERT_FALSE(model);
         EXPECT_EQ(model.error().code, ErrorCode::bad_hash);
         EXPECT_EQ(model.error().offset, entry.offset);
-        // It comes again, undamaged.
+        // The undamaged bytes arrive: the same reader accepts them.
         network->drop(chunk_range(entry));
         network->fill(entry.offset, slice(file(storage), entry.offset, entry.stored_bytes));
         EXPECT_TRUE(load_model(reader).ok());

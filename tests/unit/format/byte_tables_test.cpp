@@ -1,4 +1,4 @@
-// The byte tables of BVG.md against what the library writes: each row in its order, at its place, with its size.
+// Compares the byte tables of BVG.md with the bytes that the library writes: order, offset and size of each row.
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/container/hash.h"
 #include "pbm_format/container/layout.h"
@@ -25,7 +25,7 @@ struct Row {
 };
 using Table = std::vector<Row>;
 
-// All tables of BVG.md with the columns at, bytes and field, in their order.
+// The tables of BVG.md that have the columns at, bytes and field, in the order of the text.
 std::vector<Table> read_tables() {
     std::ifstream text(PBM_SOURCE_DIR "/format_spec/BVG.md");
     const std::regex row(R"(\| (\d+) \| (\d+)(?: each)? \| (.*) \|)");
@@ -69,7 +69,7 @@ const Table &table(TableNumber number) {
     return kTables.size() == table_count ? kTables[number] : kNone;
 }
 
-// What a row must hold: how its text starts, and its bytes.
+// Expected row: the start of its text, and its bytes.
 struct Field {
     std::string name;
     Bytes bytes;
@@ -90,7 +90,7 @@ template <typename Real, std::size_t N> Field reals(std::string name, const std:
 Field real(std::string name, float value) { return reals(std::move(name), std::array{value}); }
 Field colour(std::string name, Rgb8 value) { return {std::move(name), Bytes(value.begin(), value.end())}; }
 
-// `record` is `expected`, field by field, and so are the rows of the table, which leave no byte out.
+// Compares each field of `record` and each row of the table with `expected`. The rows must leave no gap.
 void expect_table(TableNumber number, ByteView record, const std::vector<Field> &expected) {
     const Table &rows = table(number);
     ASSERT_EQ(rows.size(), expected.size()) << "table " << number;
@@ -279,7 +279,7 @@ TEST(ByteTables, OfAChunkEntryIsTheCode) {
                      {.stored_bytes = 0x010203, .filter = Filter::radius, .zstd = false}};
     const Bytes bytes = encode_directory({.level = 3, .chunks = {entry}}, AttributeSet{});
     ASSERT_EQ(bytes.size(), 60U);
-    // The last row stands for each stream.
+    // The last row repeats for each stream.
     expect_table(chunk_table, ByteView(bytes).first(52),
                  {integer("root prefix", entry.shape.root_prefix, 8), integer("XXH3-64", entry.hash, 8),
                   integer("points", entry.shape.points, 4), integer("nodes", entry.shape.nodes, 4),

@@ -1,4 +1,4 @@
-// The catalogue of findings: names that stay, each rule once, and errors that carry them.
+// The catalogue of findings: its names are frozen, each rule occurs once, and an error carries code, rule and values.
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/law/catalogue.h"
 #include "pbm_format/model/octree.h"

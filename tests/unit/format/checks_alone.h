@@ -1,4 +1,4 @@
-// Good files, and what is said of them after an edit: for tests of single checks.
+// Valid files, and the verdict on them after an edit: for tests of single checks.
 #pragma once
 
 #include "unit/support/file_damage.h"
@@ -33,7 +33,7 @@ inline const Bytes &chunks_file(Storage storage = Storage::packed) {
     return storage == Storage::packed ? packed : mapped;
 }
 
-// A sphere without its last voxel: as many points as fill no byte with their shadow bits.
+// A sphere without its last voxel: its number of points is not a multiple of 8, so the last shadow byte has spare bits.
 inline Model incomplete_sphere() {
     Model model = sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.3);
     std::vector<MortonCode> codes{0};
@@ -54,8 +54,8 @@ inline const Bytes &mapped_file() {
     return file;
 }
 
-// What `verify` says of an edited and signed file. `validate` and a reader must name the same kind of fault at the same
-// place.
+// Edits `good`, repairs its hashes and returns the result of `verify`. `validate` and a reader must report the same
+// code and offset.
 inline Status verdict(const Bytes &good, const Edit &edit) {
     FileEditor editor(good);
     edit(editor);
@@ -74,7 +74,7 @@ inline Status verdict(const Bytes &good, const Edit &edit) {
     return status;
 }
 
-// Refused with that code for the field at that place.
+// Expects the edited file to be refused with `code` at `offset`.
 inline void expect_refusal(const Bytes &good, const Edit &edit, ErrorCode code, std::uint64_t offset) {
     const Status status = verdict(good, edit);
     ASSERT_FALSE(status) << to_string(code) << " at " << offset;
@@ -94,7 +94,7 @@ struct Directories {
 
     explicit Directories(const Bytes &file) : reader(Reader::open(file).value()), set(reader.parameters().attributes) {}
     const LevelDirectory &level(int number) { return *reader.directory(number).value(); }
-    // The bytes of a level's directory, with one field of one entry changed, decoded again.
+    // Encodes a level's directory, changes one field of one entry and decodes it.
     template <class T> Result<LevelDirectory> decode(int number, std::size_t chunk, std::size_t field, T value) {
         Bytes bytes = encode_directory(level(number), set);
         std::memcpy(bytes.data() + chunk * chunk_entry_bytes(set) + field, &value, sizeof value);

@@ -1,4 +1,4 @@
-// The same for chunks, frames, planes, bricks and rasters: format_checks_test.cpp has header, sections and directories.
+// Single checks of chunks, frames, planes, bricks and rasters. checks_test.cpp has header, sections and directories.
 #include "pbm_format/reading/load_model.h"
 #include "unit/format/checks_alone.h"
 
@@ -51,9 +51,9 @@ TEST(CheckAlone, FramesAreWholeAndOfOneSegment) {
         other[4] ^= static_cast<std::uint8_t>(1U << bit);
         EXPECT_TRUE(refuses(other)) << bit;
     }
-    // A skippable frame of four bytes, of which zstd makes nothing.
+    // A skippable frame of four bytes: zstd decodes it to nothing.
     EXPECT_TRUE(refuses({0x50, 0x2A, 0x4D, 0x18, 4, 0, 0, 0, 1, 2, 3, 4}, 0));
-    // One whose size looks like the flag of a single segment, alone and behind the frame.
+    // A skippable frame whose size byte reads as the single-segment flag: alone, then after the valid frame.
     Bytes skipped{0x50, 0x2A, 0x4D, 0x18, 0x20, 0, 0, 0};
     skipped.resize(skipped.size() + 0x20);
     EXPECT_TRUE(refuses(skipped, 0));
@@ -78,18 +78,18 @@ TEST(CheckAlone, SizesOfPlanes) {
         return cursor.next(first, plane, zstd) && cursor.next(5, plane, zstd) && cursor.finished();
     };
     EXPECT_TRUE(cut(0, 0));
-    EXPECT_FALSE(cut(3, 1));    // a bit between size and zstd
-    EXPECT_FALSE(cut(2, 1));    // 65,536 bytes more than there are
-    EXPECT_FALSE(cut(0, 0, 5)); // a frame larger than what it holds
-    EXPECT_FALSE(cut(4, 1));    // raw, and a byte less
-    EXPECT_FALSE(cut(0, 1));    // the second plane starts elsewhere and does not end with the bytes
+    EXPECT_FALSE(cut(3, 1));    // a reserved bit between the size and the zstd flag
+    EXPECT_FALSE(cut(2, 1));    // the size is 65,536 bytes too large
+    EXPECT_FALSE(cut(0, 0, 5)); // the frame is larger than its raw size
+    EXPECT_FALSE(cut(4, 1));    // a raw plane, one byte short
+    EXPECT_FALSE(cut(0, 1));    // the second plane moves and no longer ends with the bytes
     const Bytes short_of_one{5, 0, 0, 0, 1, 2, 3, 4};
     ByteView plane;
     bool zstd = false;
     EXPECT_FALSE(PlaneCursor(short_of_one, 1).next(5, plane, zstd));
 }
 
-// Decodes the first chunk of the test vectors that has a stream with that filter, whose stored bytes `damage` changes.
+// Finds the first stream with `filter` in the test vectors, applies `damage` to its stored bytes, decodes its chunk.
 Status decode_damaged(Filter filter, const std::function<void(Bytes &)> &damage) {
     for (const char *name : {"filtered.pbvg", "filtered-565.pbvg", "filtered-regions.pbvg"}) {
         const MappedFile file =
@@ -131,13 +131,13 @@ TEST(CheckAlone, PlanesOfEveryFilter) {
     for (const Filter filter : {Filter::mask_rank, Filter::normal, Filter::radius, Filter::colour565, Filter::colour888,
                                 Filter::material, Filter::texture, Filter::shadow}) {
         EXPECT_TRUE(decode_damaged(filter, [](Bytes &) {})) << static_cast<int>(filter);
-        // A byte behind the last plane; each plane's size off by one; a bit that is none of a size.
+        // A byte after the last plane; each plane's size off by one; a reserved bit of the size field.
         EXPECT_FALSE(decode_damaged(filter, [](Bytes &bytes) { bytes.push_back(0); })) << static_cast<int>(filter);
         for (std::size_t plane = 0; plane < plane_count(filter); ++plane) {
             EXPECT_FALSE(decode_damaged(filter, [&](Bytes &bytes) { bytes[4 * plane] ^= 1; })) << plane;
             EXPECT_FALSE(decode_damaged(filter, [&](Bytes &bytes) { bytes[4 * plane + 3] ^= 1; })) << plane;
         }
-        // No plane at all, and no byte left over.
+        // Every plane has size 0 and no byte follows.
         const Status none = decode_damaged(filter, [&](Bytes &bytes) { bytes.assign(4 * plane_count(filter), 0); });
         ASSERT_FALSE(none) << static_cast<int>(filter);
         EXPECT_EQ(none.error().rule, "5.8.1") << none.error().message;
@@ -160,7 +160,7 @@ TEST(CheckAlone, AConeHoldsNoTwoSidedPoint) {
                 continue;
             normals.back() |= kTwoSidedBit;
             EXPECT_FALSE(check_cone(normals, entry.cone, memory, 0));
-            normals.resize(kManyNormals, normals.front()); // compared in another way
+            normals.resize(kManyNormals, normals.front()); // many normals take another code path
             EXPECT_FALSE(check_cone(normals, entry.cone, memory, 0));
         }
 }
@@ -177,19 +177,19 @@ TEST(CheckAlone, StreamsOfMappedChunks) {
         at += align_stream(chunk.streams[s].stored_bytes);
         const auto value = [&](std::uint8_t byte) { return set_byte(place, byte); };
         switch (streams[s].kind) {
-        case StreamKind::masks: // its children are counted
+        case StreamKind::masks: // the check counts the children
             expect_refusal(mapped_file(), value(0), ErrorCode::bad_octree, chunk.offset);
             break;
         case StreamKind::normal:
             expect_refusal(mapped_file(), set_byte(place + 1, 0xC0), ErrorCode::bad_attribute, place);
-            // A cone of which few normals are.
+            // A cone so narrow that most normals lie outside.
             expect_refusal(mapped_file(), test::set<std::int16_t>(file.chunk(3) + 38, 32767), ErrorCode::bad_attribute,
                            place);
             break;
         case StreamKind::radius: expect_refusal(mapped_file(), value(204), ErrorCode::bad_attribute, place); break;
         case StreamKind::material: expect_refusal(mapped_file(), value(3), ErrorCode::bad_attribute, place); break;
         case StreamKind::shadow:
-            if (streams[s].light == 0) // a bit each, and the last byte is not full
+            if (streams[s].light == 0) // one bit per point; the last byte has unused bits
                 expect_refusal(mapped_file(), set_byte(place + chunk.streams[s].stored_bytes - 1, 0xFF),
                                ErrorCode::bad_attribute, place);
             break;
@@ -210,7 +210,7 @@ TEST(CheckAlone, EveryFieldOfABrick) {
             ErrorCode::bad_content, at + named);
 }
 
-// Decodes the directory of a raster of 4 x 4 texels after an edit; its hash is right.
+// Edits the directory of a raster of 4 x 4 texels, repairs its hash and decodes it.
 Result<ImageDirectory> raster(std::uint32_t channels, Storage storage, const std::function<void(Bytes &)> &edit) {
     static Bytes section;
     section = encode_image(test::test_image(4, 4, channels), storage, 1, 1);
@@ -233,12 +233,12 @@ TEST(CheckAlone, TilesOfARaster) {
         EXPECT_EQ(directory ? 0 : directory.error().offset, last);
         return !directory && directory.error().code == ErrorCode::bad_image;
     };
-    EXPECT_TRUE(refused(47));                   // raw, not of its size
+    EXPECT_TRUE(refused(47));                   // raw, but the size is wrong
     EXPECT_TRUE(refused(kZstd));                // an empty frame
-    EXPECT_TRUE(refused(kZstd | 48));           // a frame as large as what it holds
-    EXPECT_TRUE(refused(kFilter | 11));         // no room for the planes' entries
-    EXPECT_TRUE(refused(kFilter | 48));         // as large as without
-    EXPECT_TRUE(refused(kFilter | kZstd | 20)); // planes say for themselves whether they are frames
+    EXPECT_TRUE(refused(kZstd | 48));           // a frame no smaller than its raw size
+    EXPECT_TRUE(refused(kFilter | 11));         // too short for the planes' size fields
+    EXPECT_TRUE(refused(kFilter | 48));         // no smaller than unfiltered
+    EXPECT_TRUE(refused(kFilter | kZstd | 20)); // the zstd flag belongs to each plane, not to a filtered tile
     EXPECT_TRUE(refused(kFilter | 5, 1, Storage::mapped));
     EXPECT_TRUE(refused(kZstd | 5, 1, Storage::mapped));
 }
@@ -252,7 +252,7 @@ TEST(CheckAlone, ShapesOfRasters) {
     EXPECT_FALSE(is_storable(2, 4, 1));
     EXPECT_FALSE(is_storable(4, 2, 2));
     EXPECT_FALSE(is_storable(0, 0, 1));
-    // As a section of a file: what its type may be, stored as the file is, and as the table says.
+    // As a section: its shape must fit its type, its storage the file's, its raw size the table's.
     const auto read = [](std::uint32_t width, std::uint32_t height, std::uint32_t channels, SectionType type,
                          std::uint64_t more_raw = 0, Storage file = Storage::packed) {
         const Bytes section = encode_image(test::test_image(width, height, channels), Storage::packed, 1, 1);
@@ -274,7 +274,7 @@ TEST(CheckAlone, ShapesOfRasters) {
     EXPECT_FALSE(read(4, 2, 3, panorama, 0, Storage::mapped));
 }
 
-// What a brick counts must be there, also where the memory behind it happens to hold more.
+// A brick's nodes and points must lie within the chunk, even if the memory after it holds more.
 TEST(CheckAlone, BricksEndWithTheirChunk) {
     const std::vector<std::uint16_t> normals(64, 0);
     const Bytes radii(64, 9), masks(8, 0x81);
@@ -293,12 +293,12 @@ TEST(CheckAlone, BricksEndWithTheirChunk) {
     EXPECT_TRUE(index(2, 4));
     EXPECT_FALSE(index(1, 2));
     EXPECT_FALSE(index(2, 3));
-    EXPECT_FALSE(index(3, 4)); // a mask that belongs to no brick
+    EXPECT_FALSE(index(3, 4)); // one mask belongs to no brick
     EXPECT_FALSE(index(2, 5));
     EXPECT_FALSE(index(2, 4, 0));
 }
 
-// Without its neighbours' help: what later checks would refuse as well is refused here, by its own rule.
+// Later checks would refuse these files too: here each rule is tested by itself.
 TEST(CheckAlone, PlacesInTheGridAndKindsInOrder) {
     Grid grid{.depth = 3, .origin = {std::numeric_limits<double>::quiet_NaN(), 0, 0}};
     EXPECT_EQ(decode_grid(encode_grid(grid), 3).error().offset, 0U);
@@ -312,7 +312,7 @@ TEST(CheckAlone, PlacesInTheGridAndKindsInOrder) {
 TEST(CheckAlone, ARasterOfTheGroundIsAtMost4096TexelsWide) {
     const std::uint32_t edge = 2 * kMaxGroundRaster;
     const TileGrid tiles(edge, edge, 1);
-    ByteWriter directory; // of tiles that are all one frame of nothing
+    ByteWriter directory; // every tile is one empty frame
     for (const std::uint32_t field : {edge, edge, static_cast<std::uint32_t>(tiles.tiles())})
         directory.u32(field);
     directory.u16(1);
@@ -340,7 +340,7 @@ TEST(CheckAlone, ARasterOfTheGroundIsAtMost4096TexelsWide) {
     EXPECT_FALSE(read_image_directory(section.bytes(), entry, Storage::packed));
 }
 
-// Places of the first bytes of all frames of a stream in its chunk, or of a tile.
+// Offsets of the first byte of each frame in `stored`.
 std::vector<std::size_t> frames_of(const StreamEntry &stream, std::size_t planes, ByteView stored) {
     std::vector<std::size_t> frames;
     if (stream.filter == Filter::none) {
@@ -359,7 +359,7 @@ std::vector<std::size_t> frames_of(const StreamEntry &stream, std::size_t planes
     return frames;
 }
 
-// Every frame of every stream loses its magic number in turn.
+// Damages the magic number of each frame of each stream in turn.
 void refuse_broken_frames(const Bytes &file) {
     Reader reader = Reader::open(file).value();
     const Model model = load_model(reader, {.threads = 1}).value();
@@ -421,8 +421,8 @@ TEST(CheckAlone, EveryPlaneOfATileIsProven) {
         };
         EXPECT_TRUE(decode(0, 0));
         for (std::size_t plane = 0; plane < channels; ++plane) {
-            EXPECT_FALSE(decode(4 * plane, 1));     // its size
-            EXPECT_FALSE(decode(4 * plane + 3, 1)); // a bit that is none of a size
+            EXPECT_FALSE(decode(4 * plane, 1));     // its size field
+            EXPECT_FALSE(decode(4 * plane + 3, 1)); // a reserved bit of the size field
         }
         for (const std::size_t frame : frames_of(tile.stream, channels, ByteView(section).subspan(tile.offset)))
             EXPECT_FALSE(decode(frame, 0xFF));
@@ -440,10 +440,10 @@ TEST(CheckAlone, EveryPlaneOfATileIsProven) {
         };
         Bytes stored(section.begin() + static_cast<std::ptrdiff_t>(tile.offset), section.end());
         EXPECT_TRUE(decode_stored(stored));
-        stored.push_back(0); // behind the last plane
+        stored.push_back(0); // a byte after the last plane
         EXPECT_FALSE(decode_stored(stored));
-        EXPECT_FALSE(decode_stored(Bytes(4 * channels))); // no plane at all, and no byte left over
-        tile.stream.stored_bytes -= 1;                    // the last plane's last byte lies behind its end
+        EXPECT_FALSE(decode_stored(Bytes(4 * channels))); // every plane has size 0 and no byte follows
+        tile.stream.stored_bytes -= 1;                    // the last plane ends one byte after the tile
         EXPECT_FALSE(decode(0, 0));
     }
 }

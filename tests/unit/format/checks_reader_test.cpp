@@ -1,5 +1,5 @@
-// The same for what each call of the reader proves before another would, for parents in directories, and for what keeps
-// reads in bounds: bytes that end where the memory does show a read behind them in any build.
+// Single checks of the reader: which call verifies what, parents in directories, and bounds of reads. Out-of-bounds
+// reads crash in any build, because the bytes end at a protected page.
 #include "pbm_format/container/file_rules.h"
 #include "pbm_format/reading/load_model.h"
 #include "unit/format/checks_alone.h"
@@ -20,7 +20,7 @@ namespace {
 using namespace test;
 using enum SectionType;
 
-// A copy of bytes, fewer than a page, right in front of a page that cannot be read.
+// A copy of at most one page of bytes that ends at a page without read permission.
 class BytesAtTheEnd {
   public:
     explicit BytesAtTheEnd(const Bytes &bytes) : size_(bytes.size()) {
@@ -48,7 +48,7 @@ class BytesAtTheEnd {
 
 TEST(CheckAlone, ABrickReadsNothingBehindItsStreams) {
     const std::array<BrickRecord, 1> above{BrickRecord{.node_map = 0xFF}};
-    const Bytes masks_above(8, 0xFF); // 64 nodes in the only brick
+    const Bytes masks_above(8, 0xFF); // the only brick has 64 nodes
     const auto index = [&](std::size_t mask_count, std::size_t points) {
         const BytesAtTheEnd masks(Bytes(mask_count, 0xFF)), normals(Bytes(2 * points, 0)), radii(Bytes(points, 9));
         std::array<BrickRecord, 1> bricks;
@@ -74,7 +74,7 @@ TEST(CheckAlone, BricksStandInTheOctantsOfTheirParents) {
     };
     const auto index = [](const Case &of) {
         const std::array<BrickRecord, 1> above{BrickRecord{.node_map = of.node_map}};
-        const Bytes masks_above(8, 0x03); // two nodes in each
+        const Bytes masks_above(8, 0x03); // each has two nodes
         const Bytes masks(of.masks, 0x81), radii(2 * of.masks, 9);
         const std::vector<std::uint16_t> normals(2 * of.masks, 0);
         std::vector<BrickRecord> bricks(of.bricks);
@@ -84,13 +84,13 @@ TEST(CheckAlone, BricksStandInTheOctantsOfTheirParents) {
         return index_bricks({.bricks = above, .masks = masks_above, .first = of.first}, shape, 4, masks, normals, radii,
                             bricks);
     };
-    // Two octants: one of two parents, then one of one.
+    // Two octants: the first has two parents, the second one.
     EXPECT_TRUE(index({.node_map = 0x0103, .first = 2, .parents = 1, .bricks = 1, .masks = 2}));
     EXPECT_FALSE(index({.node_map = 0x0103, .first = 1, .parents = 2, .bricks = 1, .masks = 2})); // within the first
-    EXPECT_FALSE(index({.node_map = 0x0103, .first = 9, .parents = 1, .bricks = 1, .masks = 2})); // behind both
+    EXPECT_FALSE(index({.node_map = 0x0103, .first = 9, .parents = 1, .bricks = 1, .masks = 2})); // after both
     EXPECT_FALSE(
         index({.node_map = 0x01, .first = 0, .parents = 1, .bricks = 2, .masks = 2})); // more bricks than octants
-    // Two bricks below the root of the grid, but not below either of its octants.
+    // Two bricks lie below the root of the grid, and neither octant alone contains both.
     EXPECT_TRUE(index({.node_map = 0x0101, .first = 0, .parents = 2, .bricks = 2, .masks = 4}));
     for (const MortonCode octant : {0U, 1U})
         EXPECT_FALSE(index({.node_map = 0x0101,
@@ -118,8 +118,8 @@ TEST(CheckAlone, NoChunkBehindTheLastParentChunk) {
                  chunk_entry_bytes(packed.set) * index + 32);
 }
 
-// The last chunk of a parent chunk with a node more or less than that has points left, and a parent less or more than
-// it has nodes: each sum alone is refused where it is passed.
+// In the last chunk of a parent chunk, `nodes` and `parents` change by one in opposite directions: the check must not
+// add them up, but compare each sum with the parent chunk.
 TEST(CheckAlone, SumsOverTheChunksOfAParentChunk) {
     Directories packed(chunks_file());
     const LevelDirectory &finest = packed.level(5);
@@ -182,7 +182,7 @@ const Bytes &shaded_file() {
     return file;
 }
 
-// None of these files has a hash repaired: whoever reads a part asks for its hash.
+// No hash is repaired here: each call must verify the hash of the part that it reads.
 TEST(CheckAlone, OpenProvesTheHashesOfTheSmallSections) {
     for (const SectionType type : {grid, metadata, attributes, materials, lights, texture, ground_plane}) {
         FileEditor file(shaded_file());
@@ -206,7 +206,7 @@ TEST(CheckAlone, ALoadedModelHasWholeRasters) {
     const std::size_t at = FileEditor(shaded_file()).section(panorama);
     const std::uint64_t size =
         FileEditor(shaded_file()).get<std::uint64_t>(FileEditor(shaded_file()).entry(panorama) + 32);
-    // Level 0 is the last; levels above it are not part of a model.
+    // Mip level 0 is stored last; a model does not contain the coarser ones.
     const std::size_t finest =
         at + decode_image_directory(ByteView(shaded_file()).subspan(at, size), at).value().tiles.back().offset;
     const auto load = [&](std::size_t byte) {
@@ -226,7 +226,7 @@ TEST(CheckAlone, NoRasterIsDecodedThatIsLargerThanTheMemory) {
     file.flip(8 * first_tile);
     file.repair(false);
     expect_rule(verify(file.bytes(), {.threads = 1}), "3.10.12", first_tile);
-    // And not what decoding would have found.
+    // The memory limit is checked before decoding finds the damage.
     EXPECT_EQ(verify(file.bytes(), {.threads = 1, .max_memory = 100}).error().code, ErrorCode::memory);
     Reader whole = Reader::open(shaded_file()).value();
     EXPECT_EQ(load_model(whole, {.threads = 1, .max_memory = 100}).error().code, ErrorCode::memory);
@@ -256,7 +256,7 @@ TEST(CheckAlone, CallsThatMayNotBeMadeAreRefusedInAnyBuild) {
     EXPECT_TRUE(viewed.view_chunk(1, 0));
 }
 
-// Its chunk limit is not the one that writers use.
+// rich_file() gets advice: its chunk limit is not the writer's default.
 TEST(CheckAlone, AdviceIsForTheDeepLevel) {
     const auto advice = [](ValidationLevel level) {
         const ValidationReport report = validate(rich_file(), {.threads = 1, .level = level, .least = Severity::info});

@@ -1,5 +1,5 @@
-// Checks that the files of format_spec/vectors do not try one by one: bounds on both sides, fields that are wrong in
-// more than one way, and what the hashes or an earlier rule hide in a whole file.
+// Checks that format_spec/vectors does not cover one by one: both sides of bounds, fields with several faults, and
+// faults that a hash or an earlier rule hides in a whole file.
 #include "pbm_format/container/section_encoder.h"
 #include "unit/format/checks_alone.h"
 
@@ -25,7 +25,7 @@ TEST(CheckAlone, FieldsOfTheTable) {
     const auto field = [&](SectionType type, std::uint32_t instance, std::size_t at) {
         return file.entry(type, instance) + at;
     };
-    // Instances of levels: 0 and one beyond the depth, which would stand in order at the ends.
+    // Level instances 0 and depth + 1: the table would still be in order.
     const std::size_t first = field(level_directory, 1, 8), last = field(level_chunks, 3, 8);
     expect_refusal(rich_file(), set<std::uint32_t>(first, 0), ErrorCode::bad_table, first);
     expect_refusal(rich_file(), set<std::uint32_t>(last, 4), ErrorCode::bad_table, last);
@@ -36,7 +36,7 @@ TEST(CheckAlone, FieldsOfTheTable) {
     const std::size_t element = field(grid, 0, 12);
     for (const std::uint32_t bytes : {0U, 5U, 96U})
         expect_refusal(rich_file(), set<std::uint32_t>(element, bytes), ErrorCode::bad_table, element);
-    // 5 x 9 = 45 of 48 bytes: a count that the size rounds down to.
+    // 48 / 5 rounds down to 9 = count, but 5 x 9 = 45 is not 48 bytes.
     expect_refusal(
         rich_file(),
         [&](FileEditor &editor) {
@@ -49,7 +49,7 @@ TEST(CheckAlone, FieldsOfTheTable) {
 }
 
 TEST(CheckAlone, ASectionFarOutsideTheFile) {
-    // Aligned to 65,536 the last section starts behind the end of the file.
+    // An alignment of 65,536 puts the last section behind the end of the file.
     FileEditor editor(rich_file());
     const std::size_t at = editor.entry(level_chunks, 3);
     editor.set<std::uint32_t>(at + 16, 65536);
@@ -70,11 +70,9 @@ TEST(CheckAlone, BytesBehindTheLastSection) {
         ErrorCode::bad_table, rich_file().size());
 }
 
-// Replaces the table: sections may be left out, unknown ones put in. Everything after it keeps its place if the number
-// of entries stays.
 TEST(CheckAlone, RawSizesThatOverflow) {
-    // Two unknown sections behind the others, of 2^50 bytes each that claim 2^63 raw ones, cannot exist: their claims
-    // are refused one by one (3.2.10). So is what is left below that.
+    // A sum of raw sizes cannot overflow: rule 3.2.10 bounds the raw size of each section by its stored size, and
+    // refuses 2^64 - 1.
     FileEditor editor(rich_file());
     const std::size_t at = editor.entry(level_chunks, 3);
     editor.set<std::uint64_t>(at + 40, ~std::uint64_t{0});
@@ -87,8 +85,7 @@ TEST(CheckAlone, ALevelWithoutChunksOrDirectory) {
         FileEditor editor(rich_file());
         const std::size_t count = editor.get<std::uint32_t>(32), at = editor.entry(type, 1);
         const std::size_t end = kHeaderBytes + kSectionEntryBytes * count;
-        // Its entry becomes one of an unknown section, which moves to the end of the table; its bytes stay where they
-        // are in the file, so sizes and places are those of a file that never had it.
+        // Removes the section's table entry and its bytes, and moves the sections that follow.
         Bytes &bytes = editor.bytes();
         const std::uint64_t stored = editor.get<std::uint64_t>(at + 32), offset = editor.get<std::uint64_t>(at + 24);
         const std::uint64_t next = at + kSectionEntryBytes < end ? editor.get<std::uint64_t>(at + 64 + 24) : 0;
@@ -119,7 +116,7 @@ TEST(CheckAlone, BoundsOfTheGrid) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     expect_refusal(rich_file(), set<double>(at, kInfinity), ErrorCode::bad_section, at);
     expect_refusal(rich_file(), set<double>(at + 16, -kInfinity), ErrorCode::bad_section, at + 16);
-    // Each finite, but not their sum.
+    // Both values are finite, but their sum is not.
     expect_refusal(
         rich_file(),
         [=](FileEditor &file) {
@@ -137,8 +134,9 @@ TEST(CheckAlone, RecordsOfAttributes) {
     expect_refusal(rich_file(), set<std::uint8_t>(field(0, 0), 0), ErrorCode::unsupported_feature, field(0, 0));
     expect_refusal(rich_file(), set<std::uint8_t>(field(2, 1), 0), ErrorCode::unsupported_feature, field(2, 1));
     expect_refusal(rich_file(), set<std::uint8_t>(field(1, 1), 1), ErrorCode::unsupported_feature, field(1, 1));
-    expect_refusal(rich_file(), set<std::uint8_t>(field(1, 2), 1), ErrorCode::bad_section, field(1, 0));  // a light
-    expect_refusal(rich_file(), set<std::uint8_t>(field(5, 4), 16), ErrorCode::bad_section, field(5, 4)); // bits
+    expect_refusal(rich_file(), set<std::uint8_t>(field(1, 2), 1), ErrorCode::bad_section, field(1, 0)); // a light
+    expect_refusal(rich_file(), set<std::uint8_t>(field(5, 4), 16), ErrorCode::bad_section,
+                   field(5, 4)); // bits per value
     // A shadow stream in front of the texture values.
     Bytes records = encode_attributes(every_attribute(ColourFormat::rgb888, 3), 3);
     std::swap_ranges(records.begin() + 96, records.begin() + 120, records.begin() + 120);
@@ -236,11 +234,11 @@ TEST(CheckAlone, CountsOfAChunk) {
     expect_place(packed.decode<std::uint32_t>(5, 0, 24, (shape.nodes - 1) / 8), 24);
     expect_place(packed.decode<std::uint32_t>(5, 0, 28, shape.parents + 1), 28);
     expect_place(packed.decode<std::uint32_t>(5, 0, 28, (shape.parents - 1) / 8), 28);
-    expect_place(packed.decode<std::uint32_t>(1, 0, 20, 2), 20 + 4); // two nodes at level 0
+    expect_place(packed.decode<std::uint32_t>(1, 0, 20, 2), 20 + 4); // level 0 would have two nodes
     expect_place(packed.decode<std::uint32_t>(1, 0, 24, 1), 24);
     expect_place(packed.decode<std::uint32_t>(1, 0, 28, 2), 28);
     expect_place(packed.decode<std::uint32_t>(2, 0, 28, 2), 28);
-    expect_place(packed.decode<std::uint32_t>(2, 0, 24, 2), 28); // two parents at level 0
+    expect_place(packed.decode<std::uint32_t>(2, 0, 24, 2), 28); // level 0 would have two parents
     expect_place(packed.decode_bytes(5, {}), 0);
 }
 
@@ -248,7 +246,7 @@ TEST(CheckAlone, TheConeOfAChunk) {
     Directories packed(chunks_file());
     expect_place(packed.decode<std::uint16_t>(5, 0, 36, kNormalCount), 36);
     expect_place(packed.decode<std::int16_t>(5, 0, 38, -32768), 36);
-    expect_place(packed.decode<std::uint32_t>(5, 0, 36, 0x80010001), 36); // no cone, but an axis
+    expect_place(packed.decode<std::uint32_t>(5, 0, 36, 0x80010001), 36); // "no cone" with a non-zero axis
 }
 
 TEST(CheckAlone, PlacesOfChunks) {
@@ -262,11 +260,11 @@ TEST(CheckAlone, PlacesOfChunks) {
     const Bytes one = twice;
     twice.insert(twice.end(), one.begin(), one.end());
     expect_place(packed.decode_bytes(1, twice), entry);
-    // A chunk less: the last parent has points without masks.
+    // Without the last chunk, points of the last parent chunk have no masks.
     const Bytes all = encode_directory(finest, packed.set);
     expect_place(packed.decode_bytes(5, ByteView(all).first(entry * last)), entry * last);
     expect_place(packed.decode<std::uint32_t>(5, last, 32, 1000), entry * last + 32);
-    // In the next octant there is no parent that holds it; where roots are deeper, so may the parent's be.
+    // A root depth of 0 makes the chunk's root larger than that of its parent chunk.
     for (std::size_t i = 0; i <= last; ++i) {
         const ChunkShape &shape = finest.chunks[i].shape;
         const ChunkShape &parent = packed.level(4).chunks[shape.parent_chunk].shape;
@@ -277,7 +275,7 @@ TEST(CheckAlone, PlacesOfChunks) {
     }
 }
 
-// Counts that are each possible, but not together: parents that lose points to the next.
+// Each count is possible by itself, but the counts disagree with those of the parent chunk.
 TEST(CheckAlone, ChunksThatHoldMoreThanTheirParent) {
     Directories packed(chunks_file());
     const LevelDirectory &finest = packed.level(5);
@@ -291,12 +289,12 @@ TEST(CheckAlone, ChunksThatHoldMoreThanTheirParent) {
         const bool fills = shape.parent_chunk != next.parent_chunk && shape.nodes == parent.points;
         if (!fills)
             continue;
-        // A node more than the parent has points; the masks' sizes follow.
+        // One node more than the parent chunk has points.
         Bytes bytes = encode_directory(finest, packed.set);
         const std::uint32_t nodes = shape.nodes + 1;
         std::memcpy(bytes.data() + entry * i + 20, &nodes, 4);
         expect_place(packed.decode_bytes(5, bytes), entry * i + 20);
-        // As many points, but not as many parents as the parent chunk has nodes.
+        // `parents` differs by one from the nodes of the parent chunk.
         const std::uint32_t parents = shape.parents - 1;
         bytes = encode_directory(finest, packed.set);
         if (parents * 8 < shape.nodes || parents < shape.bricks)
@@ -321,24 +319,24 @@ TEST(CheckAlone, SizesOfStreams) {
     const auto refused = [&](std::size_t field, std::uint32_t value) {
         expect_place(packed.decode<std::uint32_t>(5, 0, field, value), field);
     };
-    refused(masks, nodes + 1);                       // raw, not of its size
+    refused(masks, nodes + 1);                       // raw, but the size is wrong
     refused(masks, kZstd);                           // an empty frame
-    refused(normals, (2 * points) | kZstd);          // a frame as large as what it holds
-    refused(masks, filtered(Filter::mask_rank) | 3); // no room for the planes' entries
+    refused(normals, (2 * points) | kZstd);          // a frame no smaller than its raw size
+    refused(masks, filtered(Filter::mask_rank) | 3); // too short for the planes' size fields
     refused(normals, filtered(Filter::normal) | 7);
-    refused(radii, filtered(Filter::radius) | points); // as large as without
+    refused(radii, filtered(Filter::radius) | points); // no smaller than unfiltered
     refused(radii,
-            filtered(Filter::radius) | kZstd | (points - 1)); // planes say for themselves whether they are frames
+            filtered(Filter::radius) | kZstd | (points - 1)); // the zstd flag belongs to the planes
     expect_place(packed.decode<std::uint32_t>(5, 0, radii, filtered(Filter::normal) | 20), radii,
                  ErrorCode::unsupported_feature);
-    // Larger than what is left of the section.
+    // One byte more than is left of the section.
     const std::size_t last = packed.level(5).chunks.size() - 1, entry = chunk_entry_bytes(packed.set);
     const auto stored = packed.level(5).chunks[last].streams;
     ASSERT_NE(stored[1].filter, Filter::none);
     expect_place(
         packed.decode<std::uint32_t>(5, last, normals, filtered(stored[1].filter) | (stored[1].stored_bytes + 1)),
         entry * last + kChunkEntryFixedBytes);
-    // Smaller than the section: only the sums tell.
+    // One byte less: only the sum over the section shows it.
     expect_place(
         packed.decode<std::uint32_t>(5, last, normals, filtered(stored[1].filter) | (stored[1].stored_bytes - 1)),
         entry * (last + 1));
@@ -355,7 +353,7 @@ TEST(CheckAlone, StreamsOfAMappedFileAreRaw) {
 }
 
 TEST(CheckAlone, TheTableCountsTheChunksAndPointsOfADirectory) {
-    // As many records of half the size: what the table says is possible in itself.
+    // Twice as many records of half the size: the table entry agrees with itself.
     const FileEditor file(chunks_file());
     const std::size_t at = file.entry(level_directory, 5);
     const auto size = file.get<std::uint32_t>(at + 12);

@@ -192,7 +192,7 @@ TEST(ChildProcess, AllocatingWithoutBoundEndsAtTheLimit) {
     }));
     EXPECT_EQ(e.code, ErrorCode::memory);
     EXPECT_TRUE(has(e.message, "exceeded its memory limit of 64 MB")) << e.message;
-    // What the caller holds does not count.
+    // The memory limit does not count the caller's allocations.
     const std::vector<char> ballast(std::size_t{200} << 20, 'x');
     EXPECT_TRUE(pbm::run_in_child(task([&](const ByteSink &) -> Status {
                     const std::vector<char> some(std::size_t{32} << 20, ballast[1]);
@@ -249,7 +249,7 @@ TEST(ChildProcess, AReceiverThatRefusesEndsIt) {
     EXPECT_EQ(status.error().message, "enough");
     t.receive = [](ByteView) -> Status { throw std::runtime_error("caller's own"); };
     EXPECT_THROW(static_cast<void>(pbm::run_in_child(t)), std::runtime_error);
-    EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1); // no child is left
+    EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1); // no child process remains
 }
 
 TEST(ChildProcess, NothingOfItIsLeft) {
@@ -272,7 +272,7 @@ TEST(ChildProcess, ItHasNoDescriptorOfTheCallers) {
                                       },
                                       &received))
                     .ok());
-    EXPECT_EQ(received, "6"); // five of its own, and the folder that is being read
+    EXPECT_EQ(received, "6"); // five of its own, and the open directory
 }
 
 TEST(ChildProcess, ACallerWithoutStandardDescriptorsOrChildSignalsIsServed) {
@@ -323,7 +323,7 @@ TEST(ChildProcess, OtherThreadsOfTheCallerMayRunAndStartChildrenToo) {
     EXPECT_EQ(good, (std::array<int, 4>{10, 10, 10, 10}));
 }
 
-// Whether a process runs: neither gone nor waiting to be collected.
+// Whether a process runs: it exists and is not a zombie.
 bool runs(pid_t id) {
     std::ifstream stat("/proc/" + std::to_string(id) + "/stat");
     std::string text;

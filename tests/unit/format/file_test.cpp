@@ -1,4 +1,4 @@
-// Whole files: what is written comes back, and no damage goes unnoticed.
+// Whole files: reading returns what was written, and every damage is found.
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
@@ -96,7 +96,7 @@ TEST(File, ACoarseLevelLoadsWithoutTheFinerOnes) {
     const Model model = test::sphere_model(6, test::every_attribute(ColourFormat::rgb888, 6));
     Bytes file = encode(model);
     Reader reader = Reader::open(file).value();
-    file[file.size() - 1] ^= 0xFF; // the finest level is damaged, nobody asks for it
+    file[file.size() - 1] ^= 0xFF; // damages the finest level, which is not loaded
     const Model coarse = load_model(reader, {.max_level = 4, .threads = 1}).value();
     ASSERT_EQ(coarse.levels.size(), 5U);
     EXPECT_EQ(coarse.levels[4], model.levels[4]);
@@ -132,8 +132,7 @@ TEST(Damage, EveryFlippedBitIsRefusedByReaderAndValidator) {
         ASSERT_FALSE(status) << "bit " << bit;
         ASSERT_FALSE(report.valid()) << "bit " << bit;
         EXPECT_EQ(exit_code(status.error().code), 3) << "bit " << bit;
-        EXPECT_LE(status.error().offset, bit / 8)
-            << "bit " << bit; // where the damaged unit starts, or a stored hash before it
+        EXPECT_LE(status.error().offset, bit / 8) << "bit " << bit; // start of the damaged part, or its stored hash
         file[bit / 8] = static_cast<std::uint8_t>(file[bit / 8] ^ 1U << bit % 8);
     }
     EXPECT_TRUE(test::read_everything(file));
@@ -143,7 +142,7 @@ TEST(Damage, WithRepairedHashesReaderAndValidatorStillAgree) {
     const Model model = test::sphere_model(3, test::every_attribute(ColourFormat::rgb565, 3));
     const Bytes good = encode(model);
     const int refused = test::count_refused(good, 4000, [](int) { return std::size_t{0}; });
-    EXPECT_GT(refused, 3500); // metadata may change freely, some parameters too
+    EXPECT_GT(refused, 3500); // metadata and some parameters have no rule
 }
 
 TEST(Damage, AForeignFileIsNamedAsWhatItIs) {
@@ -170,7 +169,7 @@ TEST(Damage, ANewerVersionAndUnknownFeaturesAreUnsupportedNotInvalid) {
     };
     EXPECT_EQ(test::read_everything(edited(8, 2)).error().code, ErrorCode::unsupported_version);
     EXPECT_EQ(test::read_everything(edited(40, 2)).error().code, ErrorCode::unsupported_feature);
-    EXPECT_TRUE(test::read_everything(edited(48))); // optional features are optional
+    EXPECT_TRUE(test::read_everything(edited(48))); // an unknown optional feature is ignored
 }
 
 class ReplaceFile : public testing::Test {

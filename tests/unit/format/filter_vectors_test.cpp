@@ -1,5 +1,5 @@
-// The test vectors of the filters (BVG.md 15): planes give the values, and values that a writer made the
-// planes.
+// The test vectors of the filters (BVG.md 15): planes decode to the values. Values that a writer encoded give
+// the planes.
 #include "pbm_format/streams/mask_ranks.h"
 #include "pbm_format/streams/predictions.h"
 #include "pbm_format/streams/texel_filter.h"
@@ -66,7 +66,7 @@ std::vector<Case> read_cases() {
     return cases;
 }
 
-// A plane with the bytes behind it that un-filtering may read.
+// A plane, followed by the kSlack bytes that un-filtering may read.
 struct Padded {
     explicit Padded(const Bytes &plane) : bytes(plane), size(plane.size()) { bytes.resize(size + kSlack); }
     ByteView view() const { return ByteView(bytes).first(size); }

@@ -1,4 +1,4 @@
-// Filters: what goes in comes out, on every processor, and only children cost nothing.
+// Filters: un-filtering inverts filtering with every SIMD target; only children have no codes.
 #include "unit/support/test_models.h"
 
 #include "pbm_format/chunks/chunk.h"
@@ -20,7 +20,7 @@ namespace {
 using namespace pbm;
 using test::Random;
 
-// Masks of `nodes` nodes; one in `singles` has one child.
+// Masks of `nodes` nodes; on average one node in `singles` has an only child.
 Bytes random_masks(Random &random, std::size_t nodes, std::uint64_t singles) {
     Bytes masks;
     while (masks.size() < nodes)
@@ -29,7 +29,7 @@ Bytes random_masks(Random &random, std::size_t nodes, std::uint64_t singles) {
     return masks;
 }
 
-// Random attributes; with `spread` != 0 the points stay so near to their parents, and only children are their parents.
+// Random attributes. If `spread` != 0, points differ from their parents by little; only children equal them.
 struct Family {
     AttributeSet set;
     int level = 3;
@@ -94,7 +94,7 @@ Family random_family(std::uint64_t seed, std::size_t nodes, ColourFormat colour,
     return family;
 }
 
-// Un-filters all streams of a family as a chunk decoder does, from planes that nothing else touches.
+// Un-filters all streams of a family as a chunk decoder does; each stream has planes of its own.
 PointAttributes unfilter(const Family &family, const std::function<std::vector<Bytes>(StreamInfo)> &planes_of) {
     UnfilterScratch scratch;
     scratch.layout.build(family.masks, summarise_masks(family.masks));
@@ -220,7 +220,7 @@ TEST(Filters, EveryInstructionSetGivesTheSameBytes) {
     EXPECT_GE(tried, 2);
 }
 
-// Codes that no writer makes: whatever they are, every point gets some value and nothing else is touched.
+// Random codes, which no writer makes: un-filtering stays in bounds and gives legal normals.
 TEST(Filters, ArbitraryCodesDoNoHarm) {
     for (std::uint64_t seed = 100; seed < 200; ++seed) {
         const ColourFormat colour = seed % 2 == 0 ? ColourFormat::rgb565 : ColourFormat::rgb888;
@@ -256,7 +256,7 @@ TEST(Filters, CellsOfNormalsAreNeighboursWhereNormalsAre) {
         EXPECT_EQ(normals[cells[index]], index);
     }
     EXPECT_EQ(*std::min_element(used.begin(), used.end()), 1);
-    // Two half-cells further is never more than 8 degrees away, but across the edges that meet at -z.
+    // Normals of cells i and i + 2 differ by at most 8 degrees, except across the edges that meet at -z.
     for (unsigned cell = 0; cell < kNormalCount; ++cell) {
         if ((cell & 127) >= 126)
             continue;
@@ -271,7 +271,7 @@ TEST(Filters, AnOnlyChildsAverageIsItself) {
         const IntegerNormal &n = integer_normal_table()[index];
         ASSERT_EQ(quantise_normal(n[0], n[1], n[2]), index);
     }
-    // A chain of only children, two-sided ones among them, at every depth.
+    // A chain of only children at every depth; some of them are two-sided.
     Random random(3);
     for (int round = 0; round < 200; ++round) {
         Model model;

@@ -1,4 +1,4 @@
-// Golden files: whatever was frozen once reads for ever, with the same content. format_spec/golden/README.md
+// Golden files: every later version reads them with the same content. format_spec/golden/README.md
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/container/hash.h"
 #include "pbm_format/reading/images.h"
@@ -28,7 +28,7 @@ std::string hex(const Hash128 &hash) {
     return text;
 }
 
-// All that was decoded, in the order that the README gives.
+// Hash of all decoded values, in the order of format_spec/golden/README.md.
 std::string decoded_hash(const Model &model) {
     StreamingHash hash;
     for (const Level &level : model.levels) {

@@ -1,4 +1,4 @@
-// Every way to hash64 against libxxhash, which is linked here and not in the library.
+// Each implementation of hash64 against libxxhash, which only this test links.
 #include "pbm_format/container/hash.h"
 #include "pbm_format/container/hash_ways.h"
 
@@ -25,7 +25,7 @@ void expect_xxh3(const HashWay &way, ByteView bytes) {
         << way.name << ", " << bytes.size() << " bytes from " << reinterpret_cast<std::uintptr_t>(bytes.data()) % 64;
 }
 
-// Beyond any alignment that vectors could ask for.
+// Start offsets 0..63: more than the alignment of any vector register.
 constexpr std::size_t kStarts = 64;
 
 TEST(Hash, TheLastWayIsForEveryProcessor) {
@@ -41,7 +41,7 @@ TEST(Hash, EveryWayIsXxh3AtAllLengthsUpTo5000) {
             ASSERT_NO_FATAL_FAILURE(expect_xxh3(way, ByteView(bytes).subspan(size % kStarts, size)));
 }
 
-// About the lengths where XXH3 changes its manner, and where a stripe, a block and several blocks end.
+// Lengths around those where XXH3 changes its algorithm, and around the ends of stripes and blocks.
 TEST(Hash, EveryWayIsXxh3FromAllStarts) {
     const Bytes bytes = random_bytes(4096 + kStarts);
     for (const HashWay &way : hash_ways())

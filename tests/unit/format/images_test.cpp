@@ -195,7 +195,7 @@ TEST(TiledImage, ARasterInAFileIsOfAShapeThatItsTypeMayHave) {
 }
 
 TEST(TiledImage, ARasterOfTheGroundPlaneIsAtMost4096TexelsWide) {
-    for (const std::uint32_t edge : {4096U, 8192U}) { // directory without tiles, which nobody decodes
+    for (const std::uint32_t edge : {4096U, 8192U}) { // a directory alone: no tile is decoded
         const TileGrid grid(edge, edge, 1);
         ByteWriter out;
         out.u32(edge);
@@ -270,7 +270,7 @@ TEST(Surroundings, StandBehindThePointsOfAFile) {
         const SectionEntry &chunks = *reader.section(SectionType::level_chunks, 3);
         return chunks.offset + chunks.stored_bytes;
     };
-    // Six table entries and the ground plane's record stand in front, no texel does.
+    // Six table entries and the ground plane's record precede the finest level, but no texel.
     EXPECT_LE(finest(file), finest(plain) + 6 * kSectionEntryBytes + 840);
     EXPECT_EQ(finest(plain), plain.size());
 }

@@ -39,8 +39,8 @@ TEST(DetailLevels, AveragesAreTheRulesOfSectionSeven) {
     EXPECT_EQ(one.radii, Bytes{covering_radius(203, 1)});
     EXPECT_EQ(one.colours, (Bytes{188, 188, 188})); // half of white in linear light
     EXPECT_EQ(one.materials, Bytes{1});             // one vote each: the lowest index
-    EXPECT_EQ(one.textures, Bytes{12});             // 11.5, halves up
-    EXPECT_EQ(one.shadows[0], Bytes{8});            // 7.5 of 15, halves up
+    EXPECT_EQ(one.textures, Bytes{12});             // 11.5 rounds up
+    EXPECT_EQ(one.shadows[0], Bytes{8});            // 7.5 of 15 rounds up
     const PointAttributes &root = model.levels[0].points;
     EXPECT_EQ(root.shadows[0], Bytes{128}); // 127.5 of 255
     EXPECT_EQ(root.radii, Bytes{covering_radius(covering_radius(203, 1), 0)});

@@ -1,4 +1,4 @@
-// Mapped files: the same model as packed, drawn where it lies, and no byte of it unverified.
+// Mapped files: the same model as the packed file, used without a copy, and every byte is verified.
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/chunks/mapped_chunk.h"
 #include "pbm_format/reading/load_model.h"
@@ -105,7 +105,7 @@ TEST(MappedStorage, ViewsShowWhatChunksOfAPackedFileHold) {
     }
 }
 
-// A brick as the words of 5.11 say it, from Morton codes.
+// A brick by the definition of BVG.md 5.11, from Morton codes.
 struct PlainBrick {
     std::uint64_t node_map = 0;
     std::size_t first_node = 0;
@@ -142,7 +142,7 @@ void expect_tight_cone(const BrickRecord &record, const PlainBrick &brick, std::
     }
     EXPECT_LE(record.cone_cosine * std::int64_t{32767}, least);
     EXPECT_GT((record.cone_cosine + 1) * std::int64_t{32767}, least);
-    // The axis is the triangle that holds the sum: at most its corner, 3.6 degrees, away.
+    // The axis is the table normal whose triangle contains the sum: at most 3.6 degrees away.
     const double length = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
     EXPECT_GT(sum[0] * axis[0] + sum[1] * axis[1] + sum[2] * axis[2], 0.998 * 32767 * length);
 }
@@ -253,7 +253,7 @@ TEST(MappedDamage, PaddingAndBricksAreProvenWithoutTheirHashes) {
         for (const SectionType type : {SectionType::level_bricks, SectionType::level_chunks}) {
             const SectionEntry &section = *whole.section(type, level);
             const ChunkView first = whole.view_chunk(static_cast<int>(level), 0).value();
-            // Bricks: every byte of the first. Chunks: what lies behind the masks.
+            // Bricks: every byte of the first record. Chunks: the padding after the masks.
             const std::uint64_t from = type == SectionType::level_bricks ? 0 : first.masks.size();
             const std::uint64_t to = type == SectionType::level_bricks ? kBrickRecordBytes : align_stream(from);
             for (std::uint64_t byte = from; byte < to; ++byte) {

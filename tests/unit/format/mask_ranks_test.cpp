@@ -1,4 +1,4 @@
-// The rank filter against a slow one made from the words of the specification.
+// The rank filter against a slow one that follows the specification word by word.
 #include "pbm_format/container/hash.h"
 #include "pbm_format/model/normal.h"
 #include "pbm_format/streams/mask_ranks.h"
@@ -48,7 +48,7 @@ std::vector<Node> nodes_below(ByteView parent_masks, std::size_t count) {
 
 class SlowFilter {
   public:
-    // Image of every place, and the context.
+    // Image of each child place, and the context.
     struct View {
         std::array<unsigned, 8> image{};
         std::size_t context = 0;
@@ -104,7 +104,7 @@ class SlowFilter {
     }
 
   private:
-    // 6.1.2 by coordinates: the corner of a child triangle is the sum of two corners, halved.
+    // 6.1.2 in coordinates: child corner = (corner + corner) / 2.
     static std::array<int, 3> centroid(unsigned digits) {
         std::array<std::array<int, 3>, 3> t{{{32, 0, 0}, {0, 32, 0}, {0, 0, 32}}};
         for (int shift = 8; shift >= 0; shift -= 2) {
@@ -171,7 +171,7 @@ TEST(MaskRanks, TheTableOfTheSpecificationIsTheOneInTheLibrary) {
 }
 
 TEST(MaskRanks, TheExampleOfTheSpecification) {
-    // The fourth child in order of a node with mask 3f is child 3.
+    // Mask 3f: the fourth child in order is child 3.
     const Bytes parents = {0x3F}, masks = {0x2F, 0x2F, 0x2F, 0x2F, 0x2F, 0x2F};
     const std::vector<std::uint16_t> normals(6, 0x07D2);
     const MaskContext context{parents, normals};
@@ -184,7 +184,7 @@ TEST(MaskRanks, TheExampleOfTheSpecification) {
 }
 
 TEST(MaskRanks, EveryMaskHasACodeOfItsOwnInEveryContext) {
-    // One normal for each class; below, 256 nodes of each parent mask, each of whose children goes through all masks.
+    // One normal per class. Below, each parent mask occurs 256 times, and its children take each mask once.
     std::array<int, kMaskNormalClasses> normal_of{};
     normal_of.fill(-1);
     for (int normal = kNormalCount - 1; normal >= 0; --normal)

@@ -98,7 +98,7 @@ TEST(Octree, SubtreeStartsFindTheEightOctantGrids) {
     EXPECT_EQ(starts[6][8], codes.size());
 }
 
-// Chunks by the words of rule 5.1, the slow way: for every node count its points, keep the maximal ones.
+// Chunks by rule 5.1, slowly: counts the points of each node and keeps the maximal nodes.
 std::vector<ChunkShape> chunks_by_definition(const std::vector<MortonCode> &codes, int depth, int level,
                                              std::uint32_t limit) {
     const auto count_at = [&](int target, int root_depth, MortonCode prefix) {

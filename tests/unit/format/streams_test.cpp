@@ -1,4 +1,4 @@
-// Streams that are read to their end, files that appear whole or not at all.
+// Streams are read to their end; files are replaced atomically.
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
 #include "system/processes/this_process.h"
@@ -38,7 +38,7 @@ class Streams : public testing::Test {
 
 ByteView view_of(const std::string &text) { return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}; }
 
-// What read_stream makes of `text` that somebody writes into a pipe.
+// Writes `text` into a pipe and returns what read_stream reads.
 Result<std::string> through_a_pipe(const std::string &pipe, const std::string &text, std::uint64_t max_bytes) {
     EXPECT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
     std::jthread writer([&] {
@@ -112,7 +112,7 @@ TEST_F(Streams, AFileThatIsNotFinishedLeavesEverythingAsItWas) {
         ASSERT_TRUE(file.ok());
         ASSERT_TRUE(file->write(view_of("new")).ok());
         EXPECT_EQ(files(), 2U);
-        const FileReplacement moved = std::move(*file); // the one that was moved from owns nothing
+        const FileReplacement moved = std::move(*file); // the moved-from object owns no file
     }
     EXPECT_EQ(text_of("file"), "old");
     EXPECT_EQ(files(), 1U);
@@ -130,7 +130,7 @@ TEST_F(Streams, WhatAKilledWriterLeftIsTakenByTheNext) {
     EXPECT_EQ(text_of("file.pbm-none"), "somebody's");
     EXPECT_EQ(files(), 2U);
 
-    // What only looks like one stays: a link, a folder, a second name of a file.
+    // Only regular files are removed. A symbolic link, a folder and a hard link of the same names stay.
     std::ofstream(path("kept")) << "kept";
     fs::create_symlink("kept", path("file.pbm-1"));
     fs::create_directory(path("file.pbm-2"));

@@ -15,7 +15,7 @@
 namespace pbm {
 namespace {
 
-// Waits until `count` threads are here at once.
+// A barrier: waits until `count` threads have arrived.
 class Meeting {
   public:
     explicit Meeting(int count) : missing_(count) {}
@@ -94,7 +94,7 @@ TEST(ThreadPool, RunsLoopsBesidePostedWork) {
     });
     begun.get_future().wait();
     int items = 0;
-    pool.run(10, [&](std::size_t, std::size_t) { ++items; }); // its one worker is elsewhere
+    pool.run(10, [&](std::size_t, std::size_t) { ++items; }); // its only worker is blocked
     EXPECT_EQ(items, 10);
     gate.set_value();
     EXPECT_EQ(posted.get(), 7);
@@ -112,7 +112,7 @@ TEST(ThreadPool, DoesPostedWorkAtOnceWithoutWorkers) {
 
 TEST(ThreadPool, DoesPostedWorkInItsOrderWithOneWorker) {
     ThreadPool pool(2);
-    std::vector<int> order; // only that worker writes to it
+    std::vector<int> order; // only the one worker writes to it
     std::vector<std::future<int>> results;
     results.reserve(100);
     for (int i = 0; i < 100; ++i)
@@ -193,7 +193,7 @@ TEST(ThreadPool, DropsWorkNotBegunWhenItEnds) {
         return 2;
     });
     begun.get_future().wait();
-    std::thread opener([&] { gate.set_value(); }); // before or after the end was asked for
+    std::thread opener([&] { gate.set_value(); }); // before or after reset() begins
     pool.reset();
     opener.join();
     EXPECT_EQ(first.get(), 1);
@@ -207,7 +207,7 @@ TEST(ThreadPool, FreesWhatPostedWorkHeld) {
     auto held = std::make_shared<int>(7);
     const std::weak_ptr<int> watched = held;
     pool.post([held = std::move(held)] { return *held; }).get();
-    pool.post([] { return 0; }).get(); // the first one is gone by now
+    pool.post([] { return 0; }).get(); // the first task has been destroyed by now
     EXPECT_TRUE(watched.expired());
 }
 

@@ -105,7 +105,7 @@ TEST(Vectors, LowerLevelsFindWhatTheyRead) {
         const bool of_the_front =
             expected.rule.starts_with("2.") || expected.rule.starts_with("3.1.") ||
             (expected.rule.starts_with("3.2.") && expected.rule != "3.2.12" && expected.rule != "3.2.14");
-        const bool of_the_root = expected.code == "header.root"; // it needs the attributes
+        const bool of_the_root = expected.code == "header.root"; // this rule needs the attributes
         EXPECT_EQ(report(ValidationLevel::quick).valid(), !of_the_front || of_the_root) << name;
         const bool of_the_bytes = expected.rule == "3.2.12" || expected.rule == "3.2.14";
         EXPECT_EQ(report(ValidationLevel::hashes).valid(), (!of_the_front || of_the_root) && !of_the_bytes) << name;
@@ -130,7 +130,7 @@ TEST(Vectors, EveryOddFileIsValidAndGetsTheAdviceInItsNameAndNoOther) {
     }
 }
 
-// What no file can show: the system, and the rules for callers.
+// No file can show errors of the system or of the caller: these codes are listed here.
 TEST(Vectors, EveryCodeHasAFile) {
     std::set<std::string, std::less<>> shown{"io.open",       "io.not_a_file", "io.read",
                                              "system.memory", "limit.nodes",   "octree.mask_count"};

@@ -1,4 +1,4 @@
-// Mirrors, solid texture, switches; both renderers, any number of threads.
+// Mirrors, solid texture and render options: both renderers, any number of threads.
 #include "pbm_format/reading/images.h"
 #include "unit/render/surroundings_test_model.h"
 
@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-const glm::dvec3 kMiddle(0, -1, -2); // of the ball
+const glm::dvec3 kMiddle(0, -1, -2); // centre of the ball
 
 AttributeSet rich() {
     AttributeSet set{.colour = ColourFormat::rgb888, .material = true, .texture = true, .lights = 1, .shadow_bits = {}};
@@ -19,7 +19,7 @@ AttributeSet rich() {
     return set;
 }
 
-// With everything that a switch can switch off.
+// A model with everything that a render option can switch off.
 const Model &rich_model() {
     static const Model kModel = [] {
         Model model = ball_on_ground(rich());
@@ -46,7 +46,7 @@ Framebuffer fast_picture(const Model &model, const RenderOptions &options, int t
     return target;
 }
 
-// What every pixel shows: by the depths of the object alone and of object and ground.
+// What each pixel shows: compares the depths of two pictures, with and without the ground.
 enum class Shown { object, ground, behind };
 std::vector<Shown> shown(const Model &model) {
     RenderOptions bare;
@@ -60,7 +60,7 @@ std::vector<Shown> shown(const Model &model) {
     return result;
 }
 
-// Where a switch changes the picture: object, ground, behind; hidden borders of the ground count as ground.
+// Counts the pixels of object, ground and background that `options` change.
 std::array<std::size_t, 3> changes(const Model &model, const RenderOptions &options) {
     const Framebuffer with = reference_picture(model, kCamera, {}),
                       without = reference_picture(model, kCamera, options);
@@ -78,7 +78,7 @@ TEST(Switches, EachChangesWhatItShouldAndNothingElse) {
     ASSERT_GT(std::min({all[0], all[1], all[2]}), 1000U);
 
     RenderOptions options;
-    options.panorama = false; // seen through the border of the ground, too
+    options.panorama = false; // also visible through the border of the ground
     auto [object, ground, behind] = changes(rich_model(), options);
     EXPECT_EQ(object, 0U);
     EXPECT_LT(ground, 200U);
@@ -89,7 +89,7 @@ TEST(Switches, EachChangesWhatItShouldAndNothingElse) {
     std::tie(object, ground, behind) = std::tuple_cat(changes(rich_model(), options));
     EXPECT_EQ(object, 0U);
     EXPECT_GT(ground, all[1] * 9 / 10);
-    EXPECT_LT(behind, 200U); // its border
+    EXPECT_LT(behind, 200U); // pixels of its border
 
     options = {};
     options.reflections = false;
@@ -147,10 +147,10 @@ TEST(Mirror, ABallShowsThePanoramaThatItsNormalsMirror) {
         const glm::dvec3 ray = glm::normalize(projection.ray(glm::dvec2(picture.centre(i))));
         const glm::dvec3 from = camera.position - kMiddle;
         const double b = glm::dot(ray, from), hit = b * b - glm::dot(from, from) + 0.9 * 0.9;
-        if (hit < 0.2) // near the outline a voxel's normals differ much
+        if (hit < 0.2) // near the outline normals vary much within a voxel
             continue;
         const glm::dvec3 normal = glm::normalize(from + (-b - std::sqrt(hit)) * ray);
-        // The eye counts as infinitely far away.
+        // Reflections use one view direction for all pixels, as if the eye were infinitely far away.
         const glm::dvec3 view = projection.axes.forward;
         const glm::dvec3 mirrored = view - 2 * glm::dot(normal, view) * normal;
         const glm::dvec3 expected = colour_towards(panorama_axes(UpAxis::y) * mirrored);
@@ -268,7 +268,7 @@ TEST(Surroundings, ADamagedTileIsNamedAndShownFromACoarserLevel) {
     const Reader reader = Reader::open(file).value();
     const auto surroundings = std::make_shared<const Surroundings>(reader.parameters(), read_images(reader).value());
     ReferenceRenderer renderer(model, surroundings);
-    const Camera camera = look_from({3, -5, 5}, {3.5, -8, 8}, 1.2); // behind and down
+    const Camera camera = look_from({3, -5, 5}, {3.5, -8, 8}, 1.2); // looks backwards and down
     Framebuffer damaged(200, 150);
     RenderOptions options;
     options.ground = options.reflections = false;

@@ -35,7 +35,7 @@ TEST(DefaultCamera, SeesEveryVoxelAndWastesLittle) {
     for (const glm::ivec2 size : {glm::ivec2(640, 360), glm::ivec2(360, 640), glm::ivec2(100, 100)}) {
         const Camera camera = default_camera(model, size.x, size.y);
         const Projection projection(camera, size.x, size.y);
-        double farthest = 0; // from the middle, in half edges of the shorter side
+        double farthest = 0; // from the middle, in halves of the shorter side
         for (const double x : {0.0, 32.0}) {
             for (const double y : {0.0, 32.0}) {
                 const glm::dvec3 p = projection.point({x, y, 3.5});
@@ -90,7 +90,7 @@ TEST(Projection, PutsKnownPointsWhereTheyBelong) {
     };
     EXPECT_NEAR(glm::length(pixel({0, 0, 0}) - glm::dvec3(50, 25, 10)), 0, 1e-9);
     EXPECT_NEAR(glm::length(pixel({4, 0, 5}) - glm::dvec3(70, 25, 5)), 0, 1e-9);
-    EXPECT_NEAR(glm::length(pixel({0, 4, 5}) - glm::dvec3(50, 5, 5)), 0, 1e-9); // up is towards row 0
+    EXPECT_NEAR(glm::length(pixel({0, 4, 5}) - glm::dvec3(50, 5, 5)), 0, 1e-9); // world up points to row 0
     EXPECT_NEAR(pixel({1, 1, 12}).z, -2, 1e-9);                                 // behind the eye
     EXPECT_NEAR(glm::length(projection.ray({70, 5}) - glm::dvec3(0.8, 0.8, -1)), 0, 1e-12);
 }

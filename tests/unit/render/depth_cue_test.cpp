@@ -13,7 +13,7 @@ constexpr int kWidth = 160, kHeight = 120;
 constexpr double kFocal = 200, kEdge = 100;
 constexpr std::uint32_t kGrey = 0xFFC0C0C0;
 
-// A grey picture with these depths.
+// A grey picture with the given depths.
 Framebuffer picture(const std::function<double(int, int)> &depth) {
     Framebuffer target(kWidth, kHeight);
     for (int y = 0; y < kHeight; ++y)
@@ -88,7 +88,7 @@ TEST(DepthCue, NoneChangesNothing) {
     EXPECT_EQ(grey(target, 58, 60), 0xC0);
 }
 
-// A plane that leads away from the eye has no corner to be dark in.
+// A plane that recedes from the eye has no corner, so occlusion does not darken it.
 TEST(DepthCue, OcclusionLeavesSlopesAlone) {
     const Framebuffer slope = darkened(DepthCue::ambient_occlusion, [](int, int y) { return 100 / (1 + 0.004 * y); });
     for (int y = 8; y < kHeight - 8; ++y)

@@ -21,7 +21,7 @@ namespace {
 
 using test::Random;
 
-// A model, its directories, and which chunks are at hand.
+// A model, its directories, and the set of resident chunks.
 class ChosenModel {
   public:
     explicit ChosenModel(Model model, std::uint32_t chunk_points = 512)
@@ -52,7 +52,7 @@ class ChosenModel {
     std::vector<ChunkSlot> &states(int level) { return states_[static_cast<std::size_t>(level)]; }
 
     void everything_at_hand() { states_ = whole_; }
-    // Chunks for which `lost` says so are not at hand, nor those below them.
+    // Evicts the chunks for which `lost` is true and all chunks below them.
     template <class Lost> void forget(Lost &&lost) {
         everything_at_hand();
         for (int level = 1; level <= depth(); ++level)
@@ -71,7 +71,7 @@ class ChosenModel {
         return select_detail(grid(), reader_.header().root.value({StreamKind::radius}), levels, view);
     }
 
-    // How many runs show each finest point.
+    // For each finest point: the number of runs that show it or an ancestor.
     std::vector<int> count_shown(const DetailSelection &selection) const {
         std::vector<int> shown(model_.levels.back().points.size());
         for (const PointRun &run : selection.runs) {
@@ -115,7 +115,7 @@ class ChosenModel {
         return {.chunk = std::move(chunk)};
     }
 
-    // Those of a chunk's points, as far as bounds_of looks.
+    // One brick per point, with only the fields that bounds_of reads.
     std::vector<BrickRecord> bricks(int level, const ChunkEntry &entry) const {
         std::vector<BrickRecord> bricks;
         for (std::uint64_t i = entry.first_point; i < entry.first_point + entry.shape.points; ++i) {
@@ -140,7 +140,7 @@ ChosenModel sphere(std::uint32_t chunk_points = 512) {
     return ChosenModel(test::sphere_model(6, {}, 0.45), chunk_points);
 }
 
-// From anywhere around or inside the cube of the models here, which is that of edge 2 at (-1, -2, -3).
+// Eye and focal point around or inside the cube of these models: edge 2, origin (-1, -2, -3).
 DetailView random_view(Random &random) {
     const auto direction = [&] {
         return glm::normalize(glm::dvec3(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5) + 1e-3);
@@ -157,10 +157,10 @@ DetailView random_view(Random &random) {
     return view;
 }
 
-// Whether a splat may touch the picture.
+// Whether a splat may cover a pixel.
 bool is_in_view(const Projection &projection, const DetailView &view, glm::dvec3 point, double radius) {
     const glm::dvec3 p = projection.point(point);
-    if (p.z <= radius) // no renderer draws splats around the eye
+    if (p.z <= radius) // renderers skip splats that contain the eye
         return false;
     const double reach = radius * projection.focal / p.z;
     return p.x / p.z >= -reach && p.x / p.z <= view.width + reach && p.y / p.z >= -reach &&
@@ -174,7 +174,7 @@ bool faces_away(const ChosenModel &model, int level, std::uint64_t point, glm::d
     return (normal & kTwoSidedBit) == 0 && glm::dot(glm::dvec3(n[0], n[1], n[2]), ray) > double{kFacingSlack};
 }
 
-// Whether a chunk that holds the point, of any level, is turned away with all its points.
+// Whether, at any level, all points of the chunk that contains the point face away.
 bool is_on_the_back(const ChosenModel &model, std::uint64_t finest_point, glm::dvec3 eye) {
     for (int level = model.depth(); level >= 1; --level) {
         const ChunkEntry &entry = model.chunk_of(level, finest_point);
@@ -216,14 +216,14 @@ TEST(DetailSelection, ShowsEveryVisiblePlaceOnceWhateverIsAtHand) {
     EXPECT_GT(culled, 50'000U);
 }
 
-// As a program without a window does it: loads what is missing until nothing is.
+// Loads the missing chunks until none is missing, as a program without a window does.
 TEST(DetailSelection, LoadingWhatIsMissingEndsInTheWholePicture) {
     ChosenModel model = sphere();
     Random random(6);
     std::uint64_t shown_points = 0;
     for (int round = 0; round < 400; ++round) {
         DetailView view = random_view(random);
-        // About the error of whole levels, where a chunk may be too coarse as a whole and in none of its parts.
+        // Errors near those of whole levels: there a chunk may be too coarse although none of its parts is.
         const double distance = glm::length(view.camera.position - glm::dvec3(0, -1, -2));
         const double focal = view.height / (2 * std::tan(view.camera.view_angle / 2));
         const int level = 2 + static_cast<int>(random.below(5));
@@ -313,7 +313,7 @@ TEST(DetailSelection, RefinesAroundAnEyeThatIsInside) {
     EXPECT_TRUE(finest);
 }
 
-// Parents before children, larger on the screen before smaller; what is not at hand is not needed for anything else.
+// Order of missing chunks: parents before children, then by falling error in pixels.
 TEST(DetailSelection, NamesWhatIsMissingMostUrgentFirst) {
     ChosenModel model = sphere();
     const DetailView view = front_view(3);
@@ -333,7 +333,7 @@ TEST(DetailSelection, NamesWhatIsMissingMostUrgentFirst) {
     }
     EXPECT_TRUE(std::is_sorted(nothing.missing.begin(), nothing.missing.end(),
                                [](const auto &a, const auto &b) { return a.error > b.error; }));
-    // Nothing beyond what is shown or stands above it, but for what only the chunk's own radii show to be outside.
+    // Missing chunks are those of the complete picture, and some that only their own radii prove invisible.
     EXPECT_GE(missing.size(), complete.present.size());
     EXPECT_LE(missing.size(), complete.present.size() * 5 / 4);
     for (const ChunkPlace place : complete.present)

@@ -1,5 +1,5 @@
-// Chunks were verified and then their bytes changed, as those of a mapped file may: the picture is spoilt, and nothing
-// else. Every stream lies in memory of exactly its size, so that a sanitizer sees the first byte beyond.
+// Bytes of chunks change after they were verified, as those of a mapped file may: pixels may be wrong, but no access
+// is out of bounds. Each stream lies in an allocation of exactly its size, so that a sanitizer sees any access beyond.
 #include "pbm_render/fast/fast_renderer.h"
 
 #include "pbm_render/detail/streamed_model.h"
@@ -20,7 +20,7 @@ namespace {
 using test::every_attribute;
 using test::Random;
 
-// The chunks of one level, copied.
+// Copies of the chunks of one level.
 class CopiedLevel {
   public:
     CopiedLevel(ByteView file, int level) : level_(file, level) {
@@ -44,7 +44,7 @@ class CopiedLevel {
         }
     }
 
-    // Sets all bytes, or one in `rarity`, to what `next` gives.
+    // Sets each byte, with probability 1 / rarity, to next().
     template <class Next> void spoil(Random &random, std::uint64_t rarity, Next &&next) {
         const auto spoil_bytes = [&](void *data, std::size_t size) {
             auto *const bytes = static_cast<std::uint8_t *>(data);
@@ -79,10 +79,10 @@ class CopiedLevel {
 
     test::WholeLevel level_;
     std::deque<Copy> copies_;
-    std::deque<ChunkOffsets> offsets_; // estimated once the bytes are spoilt
+    std::deque<ChunkOffsets> offsets_; // estimated after the bytes have changed
 };
 
-// Pictures in which splats are blocks, ellipses or around the eye. Cells of the background have not been drawn into.
+// Draws splats as blocks, as ellipses and around the eye.
 void draw_all(const ModelParameters &parameters, std::span<const PointRun> runs, int level) {
     FastRenderer renderer(parameters, 512, 1);
     FineRenderer fine(parameters, 512, 1);
@@ -100,7 +100,7 @@ void draw_all(const ModelParameters &parameters, std::span<const PointRun> runs,
         }
 }
 
-// Every attribute, a light of every kind; and fewer materials than a byte could name.
+// Every attribute, a point light, and fewer materials than a byte can index.
 const Model &model() {
     static const Model kModel = [] {
         Model model = test::smooth_ball(5, every_attribute(ColourFormat::rgb888, 5), 5);
@@ -137,7 +137,7 @@ TEST(FastRendererGarbage, ExtremeBytesStayInBounds) {
             }
 }
 
-// Bricks that promise more than the chunk has, with places and masks as they were: all of it is drawn.
+// Bricks with extreme fields, first with the original streams, then with masks of eight children.
 TEST(FastRendererGarbage, ExtremeBricksStayInBounds) {
     using Change = void (*)(BrickRecord &);
     for (const Change change :
@@ -154,7 +154,7 @@ TEST(FastRendererGarbage, ExtremeBricksStayInBounds) {
             CopiedLevel chunks(file(), level);
             chunks.change_bricks(change);
             draw_all(model().parameters, chunks.runs, level);
-            Random random(9); // and with masks of eight children
+            Random random(9); // all masks have eight children
             chunks.spoil(random, 1, [] { return 255; });
             chunks.change_bricks(change);
             draw_all(model().parameters, chunks.runs, level);
@@ -174,7 +174,7 @@ TEST(FastRendererGarbage, EverySimdTargetStaysInBounds) {
     hwy::SetSupportedTargetsForTest(0);
 }
 
-// As a viewer meets it: a file is verified, chosen from, drawn, and written to all the while.
+// Another thread writes to the verified bytes while both renderers draw them.
 TEST(FastRendererGarbage, BytesMayChangeWhileTheyAreDrawn) {
 #ifdef __SANITIZE_THREAD__
     GTEST_SKIP() << "a race on purpose";

@@ -1,4 +1,4 @@
-// The fast renderer shows what the reference renderer shows, and always the same.
+// The fast renderer against the reference renderer, and its determinism.
 #include "pbm_render/fast/fast_renderer.h"
 
 #include "pbm_render/detail/streamed_model.h"
@@ -32,16 +32,16 @@ const DrawnModel &ball() {
     static const DrawnModel kModel = make_ball(true);
     return kModel;
 }
-// Whose splats are where surfaces lie on average.
+// The same ball, drawn without surface offsets.
 const DrawnModel &plain_ball() {
     static const DrawnModel kModel = make_ball(false);
     return kModel;
 }
 
-// How a picture differs from another one; both show something in `both` pixels.
+// Difference of two pictures. `both`: pixels that both cover.
 struct Difference {
     std::size_t lost = 0, added = 0, both = 0; // pixels that only the first, only the second, both cover
-    double depth = 0, max_depth = 0;           // model units, mean and most
+    double depth = 0, max_depth = 0;           // model units, mean and maximum
     double colour = 0;                         // mean difference of a channel
     std::size_t other_colours = 0;             // pixels where a channel differs by more than 3
 };
@@ -86,8 +86,8 @@ Difference difference(const DrawnModel &model, const Camera &camera, int width =
                    model.fast(camera, width, height, options, level));
 }
 
-// What two renderers may differ by where a voxel of `level` is so many pixels wide. Blocks are up to a pixel larger
-// than ellipses all around, and smaller voxels leave more of them to choose from for a pixel.
+// Limits of the difference where a voxel of `level` is `pixels` wide. Blocks extend up to a pixel beyond ellipses.
+// Where voxels are smaller than pixels, the renderers may choose different points for a pixel.
 void expect_alike(const Difference &d, int level, double pixels, const std::string &what) {
     SCOPED_TRACE(what + ", " + std::to_string(pixels) + " pixels: " + text(d));
     const double voxel = std::ldexp(2.0, -level), both = static_cast<double>(d.both);
@@ -127,7 +127,7 @@ TEST(FastRenderer, ShowsEveryLevelAsTheReferenceDoes) {
         for (const double pixels : {5.0, 30.0}) {
             const Difference d = difference(ball(), camera_at_ball(level, pixels, kHeight), kWidth, kHeight, {}, level);
             const std::string what = "level " + std::to_string(level) + ": " + text(d);
-            // Splats of a ball a few voxels wide cross each other steeply, so that rounding says which one shows.
+            // On a ball a few voxels wide splats intersect steeply: rounding decides which one is visible.
             const bool steep = level <= 2;
             EXPECT_GT(d.both, 50U) << what;
             EXPECT_LE(static_cast<double>(d.lost + d.added), 0.0018 * static_cast<double>(d.both) + (steep        ? 20
@@ -195,18 +195,18 @@ TEST(FastRenderer, LooksFromAnywhere) {
             EXPECT_LE(d.depth, d.both > 100 ? 0.001 : 0.01 * range + 1) << what;
             EXPECT_LE(d.colour, d.both > 100 ? 0.5 : 80) << what;
         }
-    EXPECT_EQ(difference(ball(), camera_of(looks()[0])).both, 0U); // the inside is the back
+    EXPECT_EQ(difference(ball(), camera_of(looks()[0])).both, 0U); // from inside all points face away
     EXPECT_EQ(difference(two_sided, camera_of(looks()[0])).both, std::size_t{kWidth * kHeight});
 }
 
-// Far from the middle of wide pictures a length at the same depth takes more pixels.
+// Far from the middle of wide-angle pictures a length at the same distance covers more pixels.
 TEST(FastRenderer, HasNoHolesAtTheBordersOfWidePictures) {
     for (const double angle : {60.0, 90.0, 120.0, 150.0})
         for (const double turned : {0.6, 0.9})
             for (const double pixels : {0.8, 1.1, 1.42}) {
                 Camera camera;
                 camera.view_angle = glm::radians(angle);
-                const double off = turned * camera.view_angle / 2; // of the ball, below the middle
+                const double off = turned * camera.view_angle / 2; // angle of the ball below the view direction
                 const double focal = 700 / (2 * std::tan(camera.view_angle / 2));
                 const double distance = std::max(1.2, std::ldexp(2.0, -7) * focal / pixels) / std::cos(off);
                 camera.position = glm::dvec3(0, -1, -2) + distance * glm::dvec3(0, std::sin(off), std::cos(off));
@@ -214,18 +214,18 @@ TEST(FastRenderer, HasNoHolesAtTheBordersOfWidePictures) {
                 const Difference d = difference(ball(), camera, 900, 700);
                 const std::string what = std::to_string(angle) + " degrees, " + std::to_string(off) + ": " + text(d);
                 EXPECT_GT(d.both, 100U) << what;
-                EXPECT_LE(d.lost, 10U) << what; // of the silhouette
+                EXPECT_LE(d.lost, 10U) << what; // at the silhouette
             }
 }
 
-// Every attribute and kind of light, splat by splat: large enough that both show the same point in most pixels.
+// Every attribute and kind of light. Splats are so large that both renderers show the same point in most pixels.
 TEST(FastRenderer, ShadesAsTheReferenceDoes) {
     const auto point_light = Light{.kind = LightKind::point, .position = {2, 1, 1}};
     const auto spot_light =
         Light{.kind = LightKind::spot, .position = {1, 1, 2}, .direction = {-0.5F, -0.5F, -0.7071F}, .exponent = 5};
     for (const ColourFormat colour : {ColourFormat::none, ColourFormat::rgb565, ColourFormat::rgb888})
         for (const bool all : {false, true})
-            for (const int lights : {0, 1, 2, 3}) { // the file's own, and which kind the first of them is
+            for (const int lights : {0, 1, 2, 3}) { // 0: the model's own lights; else the kind of the first
                 AttributeSet set = all ? every_attribute(colour, 6) : AttributeSet{.colour = colour};
                 Model model = smooth_ball(6, set, all ? 3 : 1000000);
                 for (std::size_t m = 0; m < model.parameters.materials.size(); ++m)
@@ -255,7 +255,7 @@ TEST(FastRenderer, ShadesAsTheReferenceDoes) {
 
 struct Pixels {
     std::vector<std::uint32_t> colour;
-    std::vector<std::uint32_t> depth; // bits: +infinity is a value like others
+    std::vector<std::uint32_t> depth; // bit patterns, so that +infinity compares equal
     bool operator==(const Pixels &) const = default;
 };
 Pixels pixels_of(const Framebuffer &target) {
@@ -267,7 +267,7 @@ Pixels pixels_of(const Framebuffer &target) {
     return pixels;
 }
 
-// Pictures of a file as the programs make them: levels mixed, some splats as blocks, some as ellipses.
+// Pictures of a file as the programs draw them: mixed levels, blocks and ellipses.
 std::vector<Pixels> pictures(const Bytes &file, int threads) {
     StreamedModel model(Reader::open(file).value());
     const FileHeader &header = model.reader().header();
@@ -302,7 +302,7 @@ TEST(FastRenderer, GivesTheSamePictureForAnyThreadsFilesAndSimdTargets) {
         for (const std::uint32_t chunk_points : {512U, kDefaultChunkPoints})
             files.push_back(
                 encode_model(model, {.storage = storage, .chunk_points = chunk_points, .threads = 1}).value());
-    // Chunks are what levels are chosen for: files of other chunks may show other pictures.
+    // Detail levels are chosen per chunk, so another chunk size may give another picture.
     for (const std::size_t chunks : {0U, 1U}) {
         const std::vector<Pixels> expected = pictures(files[chunks], 1);
         for (const int threads : {1, 2, 8})
@@ -318,8 +318,8 @@ TEST(FastRenderer, GivesTheSamePictureForAnyThreadsFilesAndSimdTargets) {
     }
 }
 
-// One level is one picture, however its points lie in chunks and however a chunk is cut into runs. Offsets are
-// estimated within a chunk.
+// A level gives the same picture for any division into runs and, without surface offsets, into chunks. Surface offsets
+// are estimated within a chunk.
 TEST(FastRenderer, GivesTheSamePictureForAnyChunksAndRuns) {
     const Camera camera = camera_at_ball(7, 1.3, kHeight);
     const Framebuffer plain = plain_ball().fast(camera, kWidth, kHeight, {});
@@ -335,7 +335,7 @@ TEST(FastRenderer, GivesTheSamePictureForAnyChunksAndRuns) {
         std::uint32_t first = 0, node = 0;
         for (const std::uint8_t mask : run.chunk->masks) {
             const auto last = first + static_cast<std::uint32_t>(std::popcount(mask));
-            if (++node % 7 == 0 || last == run.last) { // cuts bricks, too
+            if (++node % 7 == 0 || last == run.last) { // also cuts within bricks
                 pieces.push_back(run);
                 pieces.back().first = pieces.size() > 1 && pieces[pieces.size() - 2].chunk == run.chunk
                                           ? pieces[pieces.size() - 2].last
@@ -352,7 +352,7 @@ TEST(FastRenderer, GivesTheSamePictureForAnyChunksAndRuns) {
     EXPECT_EQ(pixels_of(target), pixels_of(expected));
     EXPECT_EQ(drawn.points, big.model.levels[7].points.size());
 
-    // And again into a picture of another size, with what was there before.
+    // The same renderer draws into a picture of another size, which is not empty.
     Framebuffer other(kWidth / 2, kHeight);
     other.clear({1, 2, 3, 4});
     renderer.render(level.runs, camera, {}, other);

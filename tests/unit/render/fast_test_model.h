@@ -1,4 +1,4 @@
-// A ball whose attributes change slowly over its surface, and what both renderers make of it.
+// A ball whose attributes change slowly over its surface, drawn by both renderers.
 #pragma once
 
 #include "pbm_format/reading/reader.h"
@@ -17,8 +17,8 @@
 
 namespace pbm::test {
 
-// Around (0, -1, -2), radius 0.9, in a cube 2 wide. Colours, materials (by octant) and shadows are smooth, so that it
-// matters little which of two neighbouring points a pixel shows; one point in `two_sided_every` is two-sided.
+// Centre (0, -1, -2), radius 0.9, in a cube of edge 2. Attributes vary slowly, so that neighbouring points give nearly
+// the same colour. One point in `two_sided_every` is two-sided.
 inline Model smooth_ball(int depth, const AttributeSet &set, std::size_t two_sided_every = 1000000) {
     Model model = sphere_model(depth, set);
     PointAttributes &points = model.levels.back().points;
@@ -33,7 +33,7 @@ inline Model smooth_ball(int depth, const AttributeSet &set, std::size_t two_sid
             const int most = (1 << set.shadow_bits[light][static_cast<std::size_t>(depth)]) - 1;
             points.shadows[light][i] = static_cast<std::uint8_t>(std::max(0.0, most * n[light]));
         }
-        // Not those for which the reference has a table that holds in the middle of an octant only.
+        // Avoids the radius for which the reference renderer's table is exact only in the middle of an octant.
         points.radii[i] = static_cast<std::uint8_t>(radius_index(0.87 / static_cast<double>(1 << depth)) + 1);
         if (i % two_sided_every == two_sided_every - 1)
             points.normals[i] |= kTwoSidedBit;
@@ -42,7 +42,7 @@ inline Model smooth_ball(int depth, const AttributeSet &set, std::size_t two_sid
     return model;
 }
 
-// All chunks of one level of a mapped file, as they lie there, with offsets of their points.
+// Views of all chunks of one level of a mapped file, with surface offsets.
 class WholeLevel {
   public:
     WholeLevel(ByteView file, int level) : reader_(Reader::open(file).value()) {
@@ -65,7 +65,7 @@ class WholeLevel {
         for (PointRun &run : runs)
             run.offsets = nullptr;
     }
-    // Of all points of the level.
+    // Surface offsets of all points of the level.
     std::vector<std::int8_t> offsets() const {
         SurfaceOffsets workplace;
         std::vector<std::int8_t> all;
@@ -101,7 +101,7 @@ struct DrawnModel {
         renderer.render(camera, options, target, {.level = level});
         return target;
     }
-    // One level, as the reference renderer draws it.
+    // Draws the same single level as reference().
     Framebuffer fast(const Camera &camera, int width, int height, const RenderOptions &options,
                      int level = kMaxDepth) const {
         Framebuffer target(width, height);
@@ -115,10 +115,10 @@ struct DrawnModel {
     Model model;
     std::uint32_t chunk_points;
     Bytes file;
-    bool placed = true; // both renderers know where in its voxel the surface lies
+    bool placed = true; // both renderers apply surface offsets
 };
 
-// Looks at the middle of smooth_ball from such a direction that a voxel of `level` there is `pixels` wide.
+// Looks at the centre of smooth_ball along `direction`; there a voxel of `level` is `pixels` wide.
 inline Camera camera_at_ball(int level, double pixels, int height, glm::dvec3 direction = {0.3, 0.5, 0.8}) {
     Camera camera;
     camera.focal_point = {0, -1, -2};

@@ -1,4 +1,4 @@
-// Fine pictures against what they stand for: smooth surfaces, soft edges, nothing from behind.
+// The fine renderer: smooth surfaces, soft edges, and no colour of points behind the surface.
 #include "pbm_render/fine/fine_renderer.h"
 
 #include "unit/render/fast_test_model.h"
@@ -37,7 +37,7 @@ double linear(std::uint32_t pixel, std::size_t channel) {
     return linear_table()[unpack_rgba(pixel)[channel]] / 65535.0;
 }
 
-// White where `is_white`, else black; shown as it is, whatever the light.
+// White where `is_white`, else black; ambient light only, so that lights do not change it.
 template <class IsWhite> Model paint(Model model, IsWhite &&is_white) {
     ModelParameters &parameters = model.parameters;
     model.metadata = "{}";
@@ -66,7 +66,7 @@ template <class IsWhite> Model paint(Model model, IsWhite &&is_white) {
     return model;
 }
 
-// The picture of a ball shows its normals: each colour is what a light along one axis gives.
+// Recovers the normals of a ball from its colours: each channel shows one axis.
 TEST(FineRenderer, ShowsNormalsOfABallWithinADegree) {
     Model model = smooth_ball(7, {});
     model.parameters.materials[0] = {.ka = 0, .kd = 1, .ks = 0, .colour = {255, 255, 255}};
@@ -115,7 +115,7 @@ TEST(FineRenderer, BlendsColoursWithinTwoVoxels) {
         double before = 0;
         for (std::size_t x = 0; x < kWidth; ++x) {
             const double value = linear(picture.colour[y * kWidth + x], 0);
-            const double voxels = (static_cast<double>(x) + 0.5 - kWidth / 2.0) / kPixels; // from the border
+            const double voxels = (static_cast<double>(x) + 0.5 - kWidth / 2.0) / kPixels; // distance from the border
             if (std::abs(voxels) > 2) {
                 ASSERT_DOUBLE_EQ(value, voxels > 0 ? 1 : 0) << x << " " << y;
             }
@@ -154,7 +154,7 @@ TEST(FineRenderer, ShowsNothingOfWhatIsBehind) {
     }
 }
 
-// Without a background: the wall's own colour up to the last pixel, and less and less of it.
+// Transparent background: border pixels keep the wall's colour, and only alpha falls.
 TEST(FineRenderer, MakesSoftEdgesOfStraightAlpha) {
     const FileOfModel wall(paint(make_wall(5, 16), [](auto) { return true; }));
     Camera camera = camera_in_front({16, 16, 16.5}, 200);
@@ -187,7 +187,7 @@ TEST(FineRenderer, GivesTheSamePictureForAnyThreadsAndSimdTargets) {
     const FileOfModel ball(std::move(model));
     const auto pictures = [&](int threads) {
         std::vector<std::uint32_t> all;
-        for (const double pixels : {0.9, 3.0, 12.0}) { // blocks, ellipses around them, large ellipses
+        for (const double pixels : {0.9, 3.0, 12.0}) { // blocks, small ellipses, large ellipses
             const Framebuffer picture = ball.draw(camera_at_ball(6, pixels, 150), 1501, 150, {}, 2, threads);
             all.insert(all.end(), picture.colour.begin(), picture.colour.end());
         }
@@ -209,7 +209,7 @@ TEST(FineRenderer, ComesSampleBySample) {
     const test::WholeLevel level(ball.bytes, 6);
     FineRenderer renderer(ball.model.parameters, 4096, 1);
     Framebuffer target(80, 60);
-    for (int round = 0; round < 2; ++round) { // a new picture forgets the last one
+    for (int round = 0; round < 2; ++round) { // the second picture must not depend on the first
         renderer.begin(level.runs, camera, {}, target);
         EXPECT_EQ(renderer.samples(), 0);
         for (int samples = 1; samples <= 4; ++samples) {

@@ -1,4 +1,4 @@
-// Golden files drawn from a fixed place: format_spec/golden/README.md
+// Pictures of golden files with a fixed camera: format_spec/golden/README.md
 #pragma once
 
 #include "pbm_format/container/hash.h"
@@ -66,7 +66,7 @@ inline Bytes coarse(const Framebuffer &picture) {
     return means;
 }
 
-// A golden file from a fixed place.
+// A golden file with a fixed camera.
 class Scene {
   public:
     Scene(ByteView file, const Camera &camera)
@@ -85,7 +85,7 @@ class Scene {
   private:
     const ModelParameters &parameters() const { return streamed_.reader().parameters(); }
 
-    // `own`: options of this renderer only.
+    // `own`: parameters that only this renderer has.
     template <class Renderer, class... Own> Framebuffer draw(int threads, Own... own) const {
         Framebuffer picture(kWidth, kHeight);
         Renderer renderer(parameters(), streamed_.reader().header().chunk_points, threads, surroundings_);

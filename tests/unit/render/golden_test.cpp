@@ -1,4 +1,4 @@
-// Golden files seen: what was frozen once is drawn for ever. format_spec/golden/README.md
+// Pictures of the golden files: every later version draws the same. format_spec/golden/README.md
 #include "unit/render/golden_pictures.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace pbm::golden {
 namespace {
 
-constexpr int kMaxOff = 16; // of 255, the mean of a cell
+constexpr int kMaxOff = 16; // of 255, for the mean of a cell
 
 void expect_picture(const Framebuffer &picture, const Json &expected, const std::string &story) {
     const Bytes cells = coarse(picture);

@@ -41,7 +41,7 @@ TEST(ReferenceRenderer, DrawsAPointWhereItProjects) {
     // Far enough that the voxel is smaller than a pixel: exactly one pixel is drawn.
     const Model model = make_test_model(4, {{{7, 9, 3}}});
     Camera camera = camera_in_front({7.5, 9.5, 3.5}, 500);
-    camera.position += glm::dvec3(0.01, 0.01, 0); // off the pixel's border
+    camera.position += glm::dvec3(0.01, 0.01, 0); // away from the pixel's border
     camera.focal_point += glm::dvec3(0.01, 0.01, 0);
     const Picture picture = draw(model, camera);
     EXPECT_EQ(picture.covered(), 1U);
@@ -77,8 +77,8 @@ TEST(ReferenceRenderer, DepthIsThatOfThePlaneInPerspective) {
     const double focal = 20 / std::tan(glm::radians(15.0));
     for (int y = 0; y < 40; ++y) {
         for (int x = 4; x < 54; ++x) {
-            // Eye (32, 32, 92): x + z = 64 where 32 + d * a + 92 - d = 64.
-            // Voxels' centres lie on this plane, not in front of it, so depth planes end up behind it.
+            // Eye (32, 32, 92): x + z = (32 + d * a) + (92 - d) = 64, so d = 60 / (1 - a).
+            // Centres of voxels lie on this plane, so the depth planes end up behind it.
             const double a = (x + 0.5 - 30) / focal;
             EXPECT_NEAR(picture.depth(x, y), 60 / (1 - a), 1.2) << x << ", " << y;
         }
@@ -100,7 +100,7 @@ TEST(ReferenceRenderer, TwoSidedPointsAreLitAndDrawnFromBothSides) {
     EXPECT_EQ(front.covered(), back.covered());
     EXPECT_NEAR(front.depth(32, 32), 50, 0.3);
     EXPECT_NEAR(back.depth(32, 32), 50, 0.3);
-    // The front meets the key light. The default lights leave the back in ambient light: 0.2 of 0.8 grey.
+    // The key light reaches the front. The back gets only ambient light: 0.2 of 0.8 grey.
     EXPECT_GT(front.colour(32, 32)[0], back.colour(32, 32)[0] + 40);
     EXPECT_GT(back.colour(32, 32)[0], 80);
 }
@@ -123,7 +123,7 @@ TEST(ReferenceRenderer, NearerPointsHideFartherOnesInAnyOrder) {
 
 TEST(ReferenceRenderer, SplatsAtTheBorderAreClippedNotDropped) {
     const Model model = make_wall(5, 10);
-    // So near that every border cuts splats of many pixels.
+    // So near that each border of the picture cuts splats of many pixels.
     for (const glm::dvec2 shift : {glm::dvec2(0, 0), glm::dvec2(0.3, -0.4), glm::dvec2(-0.45, 0.2)}) {
         const Camera camera = camera_in_front({16 + shift.x, 16 + shift.y, 10.5}, 6);
         EXPECT_EQ(draw(model, camera, {}, 200, 90).covered(), 200U * 90U);
@@ -170,7 +170,7 @@ TEST(ReferenceRenderer, PicturesOfAnyShapeAreFilled) {
 
 TEST(ReferenceRenderer, PointsBehindOrAroundTheEyeAreLeftOut) {
     const Model model = make_test_model(4, {{{8, 8, 2}}, {{8, 8, 8}}, {{8, 8, 14}}});
-    Camera camera = camera_in_front({8.5, 8.5, 2.5}, 6); // stands in the middle voxel
+    Camera camera = camera_in_front({8.5, 8.5, 2.5}, 6); // the eye is inside the middle voxel
     const Picture picture = draw(model, camera);
     EXPECT_EQ(picture.drawn.drawn_points, 1U);
     EXPECT_NEAR(picture.depth(32, 32), 6, 0.1);
@@ -320,7 +320,7 @@ TEST(ReferenceRenderer, ConcaveWallsStayInPerspective) {
     Camera camera = camera_in_front({16, 16, 0}, 40);
     camera.view_angle = glm::radians(60.0);
     const Picture picture = draw(model, camera, {}, 120, 120);
-    // Rows from the rim's image inwards: all of it is wall or floor.
+    // Inside the image of the rim every pixel shows a wall or the floor.
     const double rim = 15 * 60 / std::tan(glm::radians(30.0)) / 8.5;
     const int from = std::max(0, static_cast<int>(std::ceil(60 - rim)));
     for (int y = from; y < 120 - from; ++y)

@@ -1,4 +1,4 @@
-// Pictures of a file of which only some ranges have arrived.
+// Pictures of a file of which only some byte ranges have arrived.
 #include "pbm_format/reading/images.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
@@ -25,7 +25,7 @@ using test::NetworkFile;
 
 constexpr int kWidth = 160, kHeight = 120; // pixels
 
-// A model as a program has it that draws what there is.
+// A model as a program holds it that draws whatever has arrived.
 struct ShownModel {
     explicit ShownModel(Reader reader, StreamingOptions options = {.threads = 2})
         : images(read_images(reader).value()), model(std::move(reader), std::move(options)),
@@ -45,7 +45,7 @@ struct ShownModel {
     std::size_t tiles_that_came_later = 0;
 };
 
-// The picture once all has arrived that it asks for, a few ranges at a time.
+// Fetches the wanted ranges, a few at a time, and returns the complete picture.
 Framebuffer draw_from(NetworkFile &network, ShownModel &shown, const DetailView &view) {
     Detail detail = shown.model.load(view).value();
     for (; !detail.wanted.empty(); detail = shown.model.load(view).value())
@@ -53,7 +53,7 @@ Framebuffer draw_from(NetworkFile &network, ShownModel &shown, const DetailView 
                                   detail.wanted.begin() + std::min<std::ptrdiff_t>(3, std::ssize(detail.wanted))));
     Framebuffer picture = shown.draw(detail, view.camera);
     for (auto wanted = shown.surroundings->take_wanted(); !wanted.empty(); wanted = shown.surroundings->take_wanted()) {
-        shown.tiles_that_came_later += wanted.size(); // coarser mip levels were shown meanwhile
+        shown.tiles_that_came_later += wanted.size(); // until then coarser mip levels are shown
         network.fetch(wanted);
         picture = shown.draw(detail, view.camera);
     }
@@ -73,7 +73,7 @@ void expect_same_picture(const Framebuffer &a, const Framebuffer &b, const std::
     EXPECT_EQ(a.depth, b.depth) << story;
 }
 
-// From the front and above, since the ground is seen from above only.
+// From the front and above, since the ground is visible from above only.
 DetailView view_of(const Sphere &bounds, UpAxis up, int finest) {
     DetailView view{.camera = default_camera(bounds, up, kWidth, kHeight),
                     .width = kWidth,
@@ -178,7 +178,7 @@ TEST(SparseSource, FetchesWhatAPictureNeedsAndKeepsNoPackedBytes) {
     }
 }
 
-// What is not there yet is neither an error nor remembered: the picture is coarser meanwhile.
+// A missing range is no error and leaves no trace: until it arrives the picture is coarser.
 TEST(SparseSource, ShowsWhatIsThereMeanwhile) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         const Bytes &file = sphere_file(storage);
@@ -211,12 +211,12 @@ TEST(SparseSource, ShowsWhatIsThereMeanwhile) {
     }
 }
 
-// Once round the model with memory for a part of it: what was evicted is wanted again.
+// An orbit with memory for a part of the model: evicted chunks are wanted again.
 TEST(SparseSource, WantsEvictedChunksAgain) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         const Bytes &file = sphere_file(storage);
         ShownModel whole(Reader::open(file).value());
-        std::uint64_t largest = 0; // that one view needs
+        std::uint64_t largest = 0; // bytes that a single view needs
         for (int i = 0; i < 8; ++i) {
             NetworkFile network(file);
             ShownModel alone(network.open());
@@ -240,7 +240,7 @@ TEST(SparseSource, WantsEvictedChunksAgain) {
     }
 }
 
-// Arrived, but dropped before anyone decoded it.
+// Bytes that were dropped after their arrival and before decoding are wanted again.
 TEST(SparseSource, WantsDroppedBytesAgain) {
     const Bytes &file = sphere_file(Storage::packed);
     NetworkFile network(file);
@@ -271,7 +271,7 @@ TEST(SparseSource, NamesDamage) {
         ASSERT_FALSE(detail);
         EXPECT_EQ(detail.error().code, ErrorCode::bad_hash);
         EXPECT_EQ(detail.error().offset, damaged.offset);
-        EXPECT_TRUE(sparse.model.choose(view_from(0)).wanted.empty()); // it is not asked for again
+        EXPECT_TRUE(sparse.model.choose(view_from(0)).wanted.empty()); // a damaged chunk is not wanted again
     }
 }
 

@@ -25,7 +25,7 @@ int pixels_of(const SplatKernel &kernel) {
     return count;
 }
 
-// Pixels of a disc's drawing, as rows of text.
+// Pixels of a drawn disc, as rows of text.
 std::vector<std::string> draw(const SplatKernels &kernels, glm::dvec3 normal, glm::vec2 pixel, float radius) {
     Framebuffer target(kSize, kSize);
     kernels.draw(quantise_normal(normal.x, normal.y, normal.z), pixel, 10, radius, 7, target);
@@ -57,10 +57,10 @@ Extent extent(const std::vector<std::string> &rows) {
 
 TEST(SplatKernels, ADiscSeenFromTheFrontFillsItsCircle) {
     const Table table;
-    // Digits 3 3 3: the normals around +z.
+    // Digits 3 3 3: normals near +z.
     const SplatKernel &front = table.kernels.kernel(0b111111);
     EXPECT_NEAR(pixels_of(front), 3.14159 * 64, 12);
-    EXPECT_EQ(front[0] & 0x8001, 0); // corners stay free
+    EXPECT_EQ(front[0] & 0x8001, 0); // corners are empty
 }
 
 TEST(SplatKernels, NoKernelIsEmptyAndNoneLeavesItsMiddleOut) {

@@ -104,7 +104,7 @@ TEST(StreamedModel, HasTheSameRunsAndStreamsPackedAndMapped) {
         }
         EXPECT_GT(packed.statistics().points_decoded, 0U);
         EXPECT_EQ(mapped.statistics().points_decoded, 0U);
-        EXPECT_GT(mapped.statistics().memory, 0U); // a byte for the offset of each point
+        EXPECT_GT(mapped.statistics().memory, 0U); // one byte per point for its surface offset
         EXPECT_LT(mapped.statistics().memory, packed.statistics().memory / 4);
     }
 }
@@ -138,7 +138,7 @@ TEST(StreamedModel, HasTheBoundsOfTheWholeModel) {
         }
 }
 
-// What lies in the file behind the bytes that were counted may be anything.
+// Bytes beyond those counted as read may have any value.
 TEST(StreamedModel, ReadsNoMoreThanItCounts) {
     Bytes bytes = file(Storage::packed);
     StreamedModel streamed(reader_of(bytes));
@@ -183,7 +183,7 @@ TEST(StreamedModel, IsTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(one.statistics().memory, many.statistics().memory);
 }
 
-// Once round the model with less memory than all of it takes.
+// An orbit with less memory than the whole model takes.
 TEST(StreamedModel, KeepsToItsMemory) {
     std::vector<DetailView> views;
     for (int i = 0; i < 12; ++i) {
@@ -194,7 +194,7 @@ TEST(StreamedModel, KeepsToItsMemory) {
         views.push_back(view);
     }
     StreamedModel unbounded(reader_of(file(Storage::packed)), {.threads = 2});
-    std::uint64_t largest = 0; // that one view needs
+    std::uint64_t largest = 0; // bytes that a single view needs
     for (const DetailView &view : views) {
         StreamedModel alone(reader_of(file(Storage::packed)), {.threads = 2});
         ASSERT_TRUE(alone.load(view).ok());
@@ -233,7 +233,7 @@ TEST(StreamedModel, KeepsThePictureThatIsBeingDrawn) {
     const std::uint64_t both = probe.statistics().memory;
     StreamedModel streamed(reader_of(file(Storage::packed)), {.max_memory = (one + both) / 2});
     const Detail drawn = streamed.load(front).value();
-    EXPECT_FALSE(streamed.load(back).ok()); // no room beside what is drawn
+    EXPECT_FALSE(streamed.load(back).ok()); // no memory left beside the drawn chunks
     expect_same_runs(drawn, probe.choose(front));
 }
 
@@ -246,7 +246,7 @@ TEST(StreamedModel, RefinesInTheBackground) {
         EXPECT_TRUE(detail.runs.empty());
         streamed.request(std::move(detail.missing));
         int finest_before = 0;
-        EXPECT_TRUE(wait_for([&] { // pictures get finer, and each is whole
+        EXPECT_TRUE(wait_for([&] { // pictures get finer and never have holes
             Detail now = streamed.choose(view);
             const bool complete = now.missing.empty();
             streamed.request(std::move(now.missing));
@@ -265,7 +265,7 @@ TEST(StreamedModel, RefinesInTheBackground) {
     }
 }
 
-// Views that change while chunks of former ones are still being decoded, and too little memory for all.
+// The view changes while chunks of older views are being decoded, and memory is too small for all.
 TEST(StreamedModel, FollowsAViewThatMoves) {
     StreamedModel probe(reader_of(file(Storage::packed)));
     ASSERT_TRUE(probe.load(view_from(1.3)).ok());
@@ -283,7 +283,7 @@ TEST(StreamedModel, FollowsAViewThatMoves) {
     EXPECT_TRUE(streamed.take_errors().empty());
 }
 
-// Chunks that an older view asked for are still being loaded when what they nest in is not needed any more.
+// A chunk of an older view is being loaded while its parent chunk is no longer needed: the parent stays.
 TEST(StreamedModel, KeepsWhatAChunkNestsInWhileItIsLoaded) {
     StreamedModel probe(reader_of(file(Storage::packed)));
     ASSERT_TRUE(probe.load(view_from(1.3)).ok());
@@ -333,7 +333,7 @@ TEST(StreamedModel, NamesADamagedChunkOnceAndShowsWhatIsLeft) {
         std::uint64_t coarse = 0, fine = 0;
         for (const PointRun &run : left.runs)
             (run.level == 7 ? fine : coarse) += run.last - run.first;
-        EXPECT_EQ(coarse, damaged.shape.nodes); // points of level 5 stand in
+        EXPECT_EQ(coarse, damaged.shape.nodes); // points of the level above replace the damaged chunk
         EXPECT_LT(fine, points_of(whole));
         EXPECT_GT(fine, points_of(whole) / 2);
         EXPECT_FALSE(streamed.is_loading());

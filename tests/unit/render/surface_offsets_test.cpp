@@ -1,4 +1,4 @@
-// Where surfaces lie in their voxels: against the definition, against a ball, and in the outlines of pictures.
+// Surface offsets: against their definition, on a ball, and in the outlines of pictures.
 #include "pbm_surface/surface_offsets.h"
 
 #include "pbm_render/fine/fine_renderer.h"
@@ -25,7 +25,7 @@ constexpr int kDepth = 7;
 
 using Voxel = std::array<int, 3>;
 
-// Places of a chunk's points, in their order.
+// Voxel coordinates of a chunk's points, in order.
 std::vector<Voxel> voxels_of(const ChunkView &chunk) {
     std::vector<Voxel> voxels;
     for (const BrickRecord &brick : chunk.bricks) {
@@ -43,7 +43,7 @@ std::vector<Voxel> voxels_of(const ChunkView &chunk) {
 
 double dot(const UnitVector &a, const UnitVector &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// The middle one of those whose index begins with the same digits.
+// The middle normal of those whose index shares all digits but the last two.
 UnitVector middle_normal(std::uint16_t stored) { return normal_table()[stored & kNormalIndexMask & ~15U]; }
 
 bool is_of_same_side(const UnitVector &normal, const UnitVector &other) {
@@ -54,7 +54,7 @@ bool is_of_same_side(const UnitVector &normal, const UnitVector &other) {
     return same && !opposite;
 }
 
-// Of the voxels around that are of the same side.
+// Weighted mean along the normal, over the 3 x 3 x 3 neighbours of the same side.
 double mean_along(const Voxel &at, const UnitVector &normal, const std::map<Voxel, UnitVector> &normals) {
     double sum = 0, weights = 0;
     for (int z = -1; z <= 1; ++z)
@@ -115,7 +115,7 @@ TEST(SurfaceOffsets, AreTheSameForAnySimdTarget) {
     }
 }
 
-// What a file that is changed while it is mapped may show: sanitizers see what is out of bounds.
+// Bytes of a mapped file may change: sanitizers see accesses out of bounds.
 TEST(SurfaceOffsets, OfBytesThatChangedAreOffsetsAsWell) {
     const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
     const test::WholeLevel whole(model.file, kDepth);
@@ -134,7 +134,7 @@ TEST(SurfaceOffsets, OfBytesThatChangedAreOffsetsAsWell) {
         damage(masks.data(), masks.size());
         damage(normals.data(), 2 * normals.size());
         damage(bricks.data(), sizeof(BrickRecord) * bricks.size());
-        normals.resize(normals.size() * static_cast<std::size_t>(round % 2)); // fewer than bricks and masks name
+        normals.resize(normals.size() * static_cast<std::size_t>(round % 2)); // fewer than bricks and masks count
         ChunkView changed;
         changed.masks = masks;
         changed.normals = normals;
@@ -152,7 +152,7 @@ std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std:
     return seen;
 }
 
-// A first picture asks for some bricks, others for more of them.
+// Computed lazily: each call fills in the bricks that it asks for.
 TEST(ChunkOffsets, AreThoseOfTheWholeChunkWhateverIsAskedFor) {
     const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
     const test::WholeLevel whole(model.file, kDepth);
@@ -223,7 +223,7 @@ TEST(SurfaceOffsets, FindTheSurfaceOfABall) {
     EXPECT_LT(std::sqrt(after / static_cast<double>(points)), 0.13);
 }
 
-// Pixels by how far the ray passes outside of the ball.
+// For each pixel: the distance in pixels by which its ray misses the ball.
 TEST(SurfaceOffsets, FinePicturesHaveSmoothOutlines) {
     const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
     const test::WholeLevel whole(model.file, kDepth);

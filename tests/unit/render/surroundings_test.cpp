@@ -1,4 +1,4 @@
-// What rays meet that miss the object: compared with what follows from geometry.
+// Panorama and ground plane: pixels that miss the object, against values that follow from geometry.
 #include "pbm_render/appearance/shade_table.h"
 #include "unit/render/surroundings_test_model.h"
 
@@ -9,10 +9,10 @@ namespace {
 
 using namespace test;
 
-const glm::dvec3 kMiddle(0, -1, -2); // of the ball
-constexpr double kGround = -1.9;     // its height
+const glm::dvec3 kMiddle(0, -1, -2); // centre of the ball
+constexpr double kGround = -1.9;     // height of the ground plane
 
-// Largest difference of a channel to the colours of the directions, where there is no object.
+// Largest difference of a channel from colour_towards, over the pixels without object.
 double worst_panorama(const Framebuffer &picture, const Camera &camera, UpAxis up) {
     const Projection projection(camera, picture.width, picture.height);
     double worst = 0;
@@ -58,12 +58,12 @@ TEST(Panorama, RowsThatTurnNearAPoleAreExact) {
 TEST(Panorama, IsAveragedInLinearLightWhereItIsFinerThanPixels) {
     Model model = ball_on_ground({});
     Image &panorama = model.images.panorama = coloured_panorama(1024);
-    for (std::size_t i = 0; i < panorama.texels.size(); ++i) // columns black and white in turns
+    for (std::size_t i = 0; i < panorama.texels.size(); ++i) // alternating black and white columns
         panorama.texels[i] = i / 3 % 2 == 0 ? 0 : 255;
     const Framebuffer picture =
         reference_picture(model, look_from({0, 0, 50}, {0, 0, 60}, 1.5), only_panorama(), 64, 48);
     for (std::size_t i = 0; i < picture.pixels(); ++i)
-        EXPECT_NEAR(picture.colour[i] & 255, 188, 1); // half of the light
+        EXPECT_NEAR(picture.colour[i] & 255, 188, 1); // half of the linear light
 }
 
 TEST(Panorama, SamplesAlongDirectionsAsRowsAre) {
@@ -139,7 +139,7 @@ TEST(Ground, ItsBorderIsBlendedWithATransparentBackground) {
     EXPECT_GT(partly, 30U);
 }
 
-// The pixel that shows a place.
+// Colour of the pixel that shows `place`.
 std::uint32_t colour_at(const Framebuffer &picture, const Camera &camera, glm::dvec3 place) {
     const glm::dvec3 p = Projection(camera, picture.width, picture.height).point(place);
     return picture.colour[static_cast<std::size_t>(p.y / p.z) * static_cast<std::size_t>(picture.width) +

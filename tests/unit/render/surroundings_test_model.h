@@ -13,7 +13,7 @@
 
 namespace pbm::test {
 
-// sRGB, smooth over the whole sphere: no seam, no poles. Of a unit vector in right, up, forward of the default camera.
+// sRGB, smooth over the whole sphere. `d`: unit vector (right, up, forward) of the default camera.
 inline glm::dvec3 colour_towards(glm::dvec3 d) { return 127.5 + 90.0 * d + 30.0 * glm::dvec3(d.y, d.z, d.x); }
 
 inline glm::dmat3 panorama_axes(UpAxis up) { // from model space
@@ -76,7 +76,7 @@ inline Framebuffer reference_picture(const Model &model, const Camera &camera, c
     return target;
 }
 
-// Pixels that differ.
+// Number of pixels that differ.
 inline std::size_t count_changes(const Framebuffer &a, const Framebuffer &b) {
     std::size_t changes = 0;
     for (std::size_t i = 0; i < a.pixels(); ++i)

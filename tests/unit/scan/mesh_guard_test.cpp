@@ -139,7 +139,7 @@ TEST(ObjGuard, StatementsThatAreNoneAreRefusedAndUnknownWordsNamed) {
     EXPECT_TRUE(surface(kObj + "s 1\no x\nmg 0\nusemap off\nend\n\x1a", MeshFormat::obj).triangles.size() == 2);
 }
 
-// What takes the square of the file's size would not end here.
+// An algorithm quadratic in the size of the file would time out here.
 TEST(ObjGuard, LongFilesOfOneOddThingAreReadInOnePass) {
     constexpr int kMany = 2'000'000;
     std::string joined, words = kObj, files = kObj;
@@ -260,7 +260,7 @@ TEST(MeshPrecision, CoordinatesOfAMapSurviveInText) {
 }
 
 TEST(StlGuard, ManyVerticesAreWeldedByTheirNumbers) {
-    // More than a float counts: the numbers that stand for vertices must not run into each other.
+    // Many vertices: the indices that replace coordinates must stay distinct.
     std::string file = "solid strip\n";
     constexpr int kFacets = 70'000;
     const auto corner = [](int i) { return std::to_string(i / 2) + " " + std::to_string(i % 2) + " 0"; };
@@ -274,13 +274,13 @@ TEST(StlGuard, ManyVerticesAreWeldedByTheirNumbers) {
     EXPECT_EQ(s.positions[kFacets + 1], glm::dvec3((kFacets + 1) / 2, (kFacets + 1) % 2, 0));
 }
 
-// One step of a hash that multiplies, as hash tables of coordinates do: whoever knows it can undo it.
+// One step of a multiplicative hash, as hash tables of coordinates use. It is invertible.
 std::uint64_t mixed(std::uint64_t bits) {
     const std::uint64_t product = bits * 0x9E3779B97F4A7C15U;
     return product ^ product >> 29;
 }
 
-// What searches all vertices before it would not end here.
+// Coordinates with colliding hashes: a search through all earlier vertices would time out here.
 TEST(StlGuard, CoordinatesThatFoolAHashAreWeldedAllTheSame) {
     constexpr std::size_t kFacets = 60'000;
     std::mt19937_64 random(1);

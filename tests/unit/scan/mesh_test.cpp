@@ -60,7 +60,7 @@ bool reports(const Surface &s, std::string_view name, Fate fate) {
 const std::string kObj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 const std::string kOff = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n";
 
-// A facet of binary STL per three corners.
+// Binary STL; a facet has three corners of three coordinates.
 std::string binary_stl(const std::vector<std::array<float, 9>> &facets, std::string header = "binary") {
     header.resize(80, ' ');
     const auto count = static_cast<std::uint32_t>(facets.size());

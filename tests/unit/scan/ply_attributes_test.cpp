@@ -122,7 +122,7 @@ TEST(PlyAttributes, NumbersTellTheRangeOfFloatColours) {
             .colours[0];
     };
     EXPECT_EQ(first("1 0.5 0"), (Colour{255, 128, 0}));
-    EXPECT_EQ(first("1.01 0.5 -0.01"), (Colour{255, 128, 0})); // a filter's overshoot
+    EXPECT_EQ(first("1.01 0.5 -0.01"), (Colour{255, 128, 0})); // values a filter has pushed beyond 0..1
     EXPECT_EQ(first("200 100 50"), (Colour{200, 100, 50}));
     EXPECT_EQ(first("65535 32896 0"), (Colour{255, 128, 0}));
 }
@@ -143,7 +143,7 @@ TEST(PlyAttributes, AGaussianSplatsMeanColourIsConverted) {
     EXPECT_EQ(report(s, "vertex.f_dc_0 f_dc_1 f_dc_2").fate, Fate::converted);
     EXPECT_TRUE(has(report(s, "vertex.f_rest_0").note, "Gaussian"));
     EXPECT_TRUE(has(report(s, "vertex.opacity").note, "opaque"));
-    // Ordinary colours come first.
+    // Ordinary colours take precedence.
     const Surface own =
         surface(replaced(replaced(replaced(file, "f_rest_0", "red"), "scale_0", "green"), "rot_0", "blue"));
     EXPECT_EQ(own.colours[0], (Colour{9, 1, 1}));

@@ -32,7 +32,7 @@ TEST(PlyDamage, EveryTruncationOfABinaryFileIsRefused) {
 }
 
 TEST(PlyDamage, EveryTruncationOfAnAsciiFileIsRefusedDownToTheLastNumber) {
-    const std::size_t last_number = kTriangle.size() - 2; // "2\n"; without the line end it is whole
+    const std::size_t last_number = kTriangle.size() - 2; // "2\n": without the line end the file is complete
     for (std::size_t size = 0; size <= last_number; ++size)
         EXPECT_EQ(error(kTriangle.substr(0, size)).code, ErrorCode::bad_input) << size;
     EXPECT_TRUE(read(kTriangle.substr(0, last_number + 1)).ok());
@@ -99,7 +99,7 @@ TEST(PlyDamage, CoordinatesShowTheWrongByteOrder) {
                                               : "make it 'format binary_little_endian 1.0'"))
             << e.message;
     }
-    // Points only, coordinates as a scanner has them, both widths.
+    // Points with realistic coordinates, as float and as double.
     for (const bool wide : {false, true}) {
         std::mt19937 random(4);
         std::string file = "ply\nformat binary_little_endian 1.0\nelement vertex 1000\n" +
@@ -172,7 +172,7 @@ TEST(PlyDamage, CarriageReturnsThatATransferTookOutAreNamed) {
                        replaced(kXyz, "float", "uchar") +
                        "element face 200\nproperty list uchar ushort vertex_indices\nend_header\n";
     std::mt19937 random(2);
-    for (int i = 0; i < 12000; ++i) // many LFs, some CRs: pairs among them
+    for (int i = 0; i < 12000; ++i) // many LFs and some CRs, so that CR LF pairs occur
         file += random() % 3 == 0 ? '\n' : random() % 30 == 0 ? '\r' : static_cast<char>(random());
     for (int i = 0; i < 200; ++i) {
         file += '\3';

@@ -1,4 +1,4 @@
-// PLY files as strings, and what read_ply makes of them.
+// PLY files as strings, and the results of read_ply.
 #pragma once
 
 #include "pbm_scan/ply/ply_reader.h"
@@ -33,7 +33,7 @@ inline Error error(const std::string &text, const build::ReadOptions &options = 
     return result.ok() ? Error{} : result.error();
 }
 
-// The line of the report whose name begins with `name`; an empty one where there is none.
+// The first line of the report whose name begins with `name`, or an empty one.
 inline AttributeReport report(const build::Surface &s, std::string_view name) {
     for (const AttributeReport &line : s.report)
         if (line.name.substr(0, name.size()) == name)

@@ -36,7 +36,7 @@ glm::dvec3 area(const Points &points, const std::vector<std::uint32_t> &corners)
     return sum;
 }
 
-// No triangle is turned over and together they have the polygon's area: then they cover it, once, and nothing else.
+// If no triangle is inverted and the areas add up to the polygon's, the triangles cover the polygon exactly once.
 void expect_exact_cover(const Points &points, const std::vector<std::uint32_t> &corners, const Triangles &triangles) {
     const glm::dvec3 whole = area(points, corners);
     const double size = glm::length(whole);
@@ -50,7 +50,7 @@ void expect_exact_cover(const Points &points, const std::vector<std::uint32_t> &
     EXPECT_EQ(triangles.size(), corners.size() - 2);
 }
 
-// Into a plane of its own, so that no coordinate is zero.
+// Maps the point to a tilted plane, so that no coordinate is zero.
 glm::dvec3 tilted(double x, double y) {
     const glm::dvec3 u(0.48, 0.6, -0.64), v(-0.8, 0.6, 0.0);
     return glm::dvec3(7, -3, 11) + x * u + y * v;
@@ -118,7 +118,7 @@ TEST(Polygon, ASpiralIsCoveredExactly) {
 }
 
 TEST(Polygon, AHoleReachedByASlitStaysOpen) {
-    // A square of 4 x 4 with a hole of 2 x 2; corners 0 and 4 are passed twice.
+    // A square of 4 x 4 with a hole of 2 x 2; the outline visits corners 0 and 4 twice.
     const Points points = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0}, {1, 1, 0}, {1, 3, 0}, {3, 3, 0}, {3, 1, 0}};
     const std::vector<std::uint32_t> corners = {0, 1, 2, 3, 0, 4, 5, 6, 7, 4};
     const Triangles triangles = triangulated(points, corners);
@@ -152,7 +152,7 @@ TEST(Polygon, WithoutAreaOrWithACrossingOutlineItIsStillBounded) {
     Points points;
     for (int i = 0; i < 9; ++i)
         points.emplace_back(i, 0, 0);
-    EXPECT_EQ(triangulated(points, all_of(points)).size(), 7U); // all in a line
+    EXPECT_EQ(triangulated(points, all_of(points)).size(), 7U); // all corners are collinear
     EXPECT_EQ(triangulated(Points(9, glm::dvec3(1.0)), all_of(points)).size(), 7U);
     Points star; // crosses itself
     for (int i = 0; i < 7; ++i)

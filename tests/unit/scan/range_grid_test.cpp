@@ -13,7 +13,7 @@ using pbm::build::kEmptyCell;
 using pbm::build::triangulate_range_grid;
 using Triangles = std::vector<glm::uvec3>;
 
-// A plane seen from the front, `width` times `height` vertices, one step of 1 between them.
+// A plane seen from the front: `width` x `height` vertices, 1 apart.
 struct Grid {
     std::vector<glm::dvec3> positions;
     std::vector<std::uint32_t> cells;
@@ -48,12 +48,12 @@ TEST(RangeGrid, AStepInDepthStaysOpen) {
         p.z = p.x >= 3 ? -5.0 : 0.0;
     EXPECT_EQ(triangles(grid).size(), 2U * (5U * 5U - 5U));
     for (glm::dvec3 &p : grid.positions)
-        p.z *= 0.6; // an edge of 3.2 steps is a slope
+        p.z *= 0.6; // an edge 3.2 steps long still counts as a slope
     EXPECT_EQ(triangles(grid).size(), 2U * 5U * 5U);
 }
 
 TEST(RangeGrid, StepsOfRowsAndColumnsAreMeasuredApart) {
-    Grid grid = plane(8, 8, 0.1); // five steps along the row are less than one along the column
+    Grid grid = plane(8, 8, 0.1); // five steps within a row are shorter than one within a column
     for (std::size_t row = 0; row < 8; ++row)
         for (std::size_t column = 4; column < 8; ++column)
             grid.positions[8 * row + column].x += 0.5;
@@ -94,7 +94,7 @@ TEST(RangeGrid, QuadsAreCutAlongTheShorterDiagonal) {
 TEST(RangeGrid, RowsDoNotWrapAround) {
     Grid grid = plane(3, 2);
     for (glm::dvec3 &p : grid.positions)
-        p = glm::dvec3(p.x * 1e-3, p.y * 1e-3, 0); // everything is near everything
+        p = glm::dvec3(p.x * 1e-3, p.y * 1e-3, 0); // all vertices are close to each other
     EXPECT_EQ(triangles(grid).size(), 4U);
     EXPECT_TRUE(triangles(plane(5, 1)).empty());
     EXPECT_TRUE(triangles(plane(1, 5)).empty());

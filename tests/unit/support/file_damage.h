@@ -1,4 +1,4 @@
-// What is wrong with files, and what damage does to them.
+// Verdicts on files, and random damage.
 #pragma once
 
 #include "unit/support/file_editor.h"
@@ -13,22 +13,22 @@
 
 namespace pbm::test {
 
-// Whether load_model may accept the file: a rule that BVG.md 8.3 marks as one for validators only, or a tile of a mip
-// level that is not loaded.
+// Whether load_model may accept the file despite `error`: the rule is for validators only (BVG.md 8.3), or the tile
+// belongs to a mip level that is not loaded.
 inline bool is_unread(const Error &error) {
     const std::set<std::string_view> rules{"3.2.12", "3.2.14", "3.10.13", "3.10.14", "5.2", "7.1", "8.1"};
     return rules.contains(error.rule) || error.tile >= 0;
 }
 
-// Reader and load_model alone, without what only a verdict needs.
+// Opens and loads the file without the checks that only `verify` makes.
 inline Status load_everything(ByteView file) {
     Result<Reader> reader = Reader::open(file);
     const Result<Model> model = reader ? load_model(*reader, {.threads = 1}) : reader.error();
     return model ? Status() : Status(model.error());
 }
 
-// The error of `verify`. What `verify` refuses, Reader and load_model must refuse too, unless they need not read it;
-// what it accepts they must read.
+// Returns the result of `verify`. Reader and load_model must agree with it, except on errors in parts that they need
+// not read.
 inline Status read_everything(ByteView file) {
     Status status = verify(file, {.threads = 1});
     const Status loaded = load_everything(file);
@@ -37,8 +37,8 @@ inline Status read_everything(ByteView file) {
     return status;
 }
 
-// Flips one to three bits of a copy of `good`, from byte first_byte(round) on, and repairs all hashes, again and again;
-// `verify` and `validate` must agree on each. Returns how many copies they refused.
+// Each round flips one to three bits of a copy of `good`, at or after byte first_byte(round), and repairs all hashes.
+// `verify` and `validate` must agree. Returns the number of refused copies.
 template <class FirstByte> int count_refused(const Bytes &good, int rounds, FirstByte &&first_byte) {
     Random random(17);
     int refused = 0;

@@ -1,5 +1,5 @@
-// Damages .pbvg files on purpose: edits fields where they stand and repairs every hash that covers them, so that the
-// rule behind the hash is what fails.
+// Damages .pbvg files: edits fields in place and repairs every hash that covers them, so that the file violates the
+// rule and not only the hash.
 #pragma once
 
 #include "pbm_format/container/layout.h"
@@ -25,7 +25,7 @@ class FileEditor {
     }
     void flip(std::uint64_t bit) { file_[bit / 8] = static_cast<std::uint8_t>(file_[bit / 8] ^ 1U << bit % 8); }
 
-    // Place of a section's entry in the table, and of the section itself.
+    // Offset of a section's entry in the table, and of the section itself.
     std::size_t entry(SectionType type, std::uint32_t instance = 0) const {
         std::size_t at = kHeaderBytes;
         while (get<std::uint32_t>(at) != static_cast<std::uint32_t>(type) || get<std::uint32_t>(at + 8) != instance)
@@ -35,14 +35,14 @@ class FileEditor {
     std::size_t section(SectionType type, std::uint32_t instance = 0) const {
         return get<std::uint64_t>(entry(type, instance) + 24);
     }
-    // Place of chunk `index` of a level in the level's directory.
+    // Offset of the entry of chunk `index` in its level's directory.
     std::size_t chunk(std::uint32_t level, std::size_t index = 0) const {
         const std::size_t entry_at = entry(SectionType::level_directory, level);
         return get<std::uint64_t>(entry_at + 24) + index * get<std::uint32_t>(entry_at + 12);
     }
 
-    // Takes `bytes` (a multiple of 8) from the end of a raw section and moves what follows; `record` is the new element
-    // size.
+    // Removes the last `bytes` (a multiple of 8) of a raw section and moves the sections after it. `record`: the new
+    // element size.
     void shorten(SectionType type, std::uint32_t instance, std::uint64_t bytes, std::uint32_t record) {
         const std::size_t at = entry(type, instance);
         const std::uint64_t size = get<std::uint64_t>(at + 32) - bytes;
@@ -60,8 +60,8 @@ class FileEditor {
         set<std::uint64_t>(64, get<std::uint64_t>(64) - bytes);
     }
 
-    // Puts `bytes` (a multiple of 8) with the value `fill` at the end of a raw section of elements of one byte and
-    // moves what follows.
+    // Appends `bytes` (a multiple of 8) bytes of value `fill` to a raw section of one-byte elements and moves the
+    // sections after it.
     void lengthen(SectionType type, std::uint32_t instance, std::uint64_t bytes, std::uint8_t fill) {
         const std::size_t at = entry(type, instance);
         const std::uint64_t size = get<std::uint64_t>(at + 32);
@@ -74,8 +74,8 @@ class FileEditor {
             set<std::uint64_t>(next + 24, get<std::uint64_t>(next + 24) + bytes);
     }
 
-    // Hashes of sections, table and header, and of chunks and tiles if asked for, as far as their bytes lie inside the
-    // file.
+    // Repairs the hashes of sections, table and header, and with `chunks` those of chunks and tiles. Skips parts that
+    // lie outside the file.
     void repair(bool chunks = true) {
         const std::uint64_t most = file_.size() < kHeaderBytes ? 0 : (file_.size() - kHeaderBytes) / kSectionEntryBytes;
         const std::uint64_t count = std::min<std::uint64_t>(get<std::uint32_t>(32), most);
@@ -111,7 +111,7 @@ class FileEditor {
         const ByteView directory =
             part(get<std::uint64_t>(directory_entry + 24), get<std::uint64_t>(directory_entry + 32));
         const std::size_t directory_at = get<std::uint64_t>(directory_entry + 24);
-        // Chunks follow their directory, or its bricks in mapped files.
+        // Chunks follow the directory, or in mapped files its bricks.
         const std::size_t next = directory_entry + kSectionEntryBytes;
         const bool mapped = get<std::uint32_t>(next) == static_cast<std::uint32_t>(SectionType::level_bricks);
         std::uint64_t at = get<std::uint64_t>(next + (mapped ? kSectionEntryBytes : 0) + 24);
@@ -137,7 +137,7 @@ class FileEditor {
         const bool mapped = get<std::uint16_t>(at + 20) == kMappedStreamAlignment;
         std::uint64_t end = at + directory_bytes;
         for (std::size_t tile = at + 32; tile < at + directory_bytes; tile += 16) {
-            end = mapped ? align_stream(end) : end; // sections of rasters are aligned like their tiles
+            end = mapped ? align_stream(end) : end; // raster sections are aligned like their tiles
             const std::uint64_t stored = get<std::uint32_t>(tile + 8) & 0xFFFFFF;
             set(tile, hash64(part(end, stored)));
             end += stored;

@@ -1,4 +1,4 @@
-// A file on the other side of a network, of which only those ranges arrive that are fetched.
+// A simulated remote file: only fetched ranges are available.
 #pragma once
 
 #include "pbm_format/reading/images.h"
@@ -38,7 +38,7 @@ class NetworkFile {
     }
 
     std::size_t ranges() const { return ranges_; }
-    std::uint64_t bytes() const { return bytes_; } // that were fetched
+    std::uint64_t bytes() const { return bytes_; } // fetched so far
 
   private:
     ByteView file_;

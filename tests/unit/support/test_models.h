@@ -1,4 +1,4 @@
-// Small models made of analytic shapes, for tests of the format and of what reads it.
+// Small models of analytic shapes, for tests of the format and of its readers.
 #pragma once
 
 #include "pbm_format/model/model.h"
@@ -9,7 +9,7 @@
 
 namespace pbm::test {
 
-// Splitmix64: numbers that are the same everywhere.
+// Splitmix64: the same numbers on every platform.
 class Random {
   public:
     explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -26,8 +26,8 @@ class Random {
     std::uint64_t state_;
 };
 
-// A sphere of the given radius (in cubes of edge 1) around the centre, every attribute that `set` asks for filled with
-// values that vary. All levels are averaged: the model can be written.
+// A sphere around the centre; `radius` in edges of the cube. The attributes of `set` have varying values. All levels
+// are averaged, so the model can be written.
 inline Model sphere_model(int depth, AttributeSet set, double radius = 0.45, std::uint64_t seed = 1) {
     const std::uint32_t edge = 1U << depth;
     std::vector<MortonCode> codes;
@@ -93,7 +93,7 @@ inline AttributeSet every_attribute(ColourFormat colour, int depth) {
     return set;
 }
 
-// Smooth, with noise in its right half, so that filtered, zstd and raw tiles all occur.
+// Smooth on the left, noise on the right, so that filtered, zstd and raw tiles all occur.
 inline Image test_image(std::uint32_t width, std::uint32_t height, std::uint32_t channels) {
     Image image{.width = width, .height = height, .channels = channels, .texels = {}};
     Random random(width + height + channels);
@@ -105,8 +105,8 @@ inline Image test_image(std::uint32_t width, std::uint32_t height, std::uint32_t
     return image;
 }
 
-// Gives a model all that a file can hold beside its points: a panorama of that height, a ground plane with a texture,
-// and its lit fractions for each light with a shadow stream.
+// Adds everything a file can hold beside points: a panorama of that height, a textured ground plane, and its lit
+// fractions for each light with a shadow stream.
 inline void add_surroundings(Model &model, std::uint32_t panorama_height, std::uint32_t ground_edge) {
     ModelParameters &parameters = model.parameters;
     parameters.ground = {.centre = {1, 0, 1}, .half_edge = 3, .material = 0, .texture = SolidTexture{}};

@@ -9,7 +9,7 @@
 namespace pbm {
 namespace {
 
-// Looks along -Z from 10 away; the focal point is not the origin.
+// Looks along -Z from a distance of 10; the focal point is not the origin.
 Camera test_camera() {
     Camera camera;
     camera.focal_point = {1, 2, 3};
@@ -63,7 +63,7 @@ TEST(Approach, ScalesTheDistanceWithinLimits) {
     EXPECT_NEAR(distance(approach(test_camera(), 0.5, 4)), 5, 1e-12);
     EXPECT_NEAR(distance(approach(test_camera(), 0, 4)), 4e-3, 1e-12);
     EXPECT_NEAR(distance(approach(test_camera(), 1e30, 4)), 4e3, 1e-9);
-    // Who starts beyond the limits may come back, but not go on.
+    // A camera beyond the limits may move back, but no further away.
     EXPECT_NEAR(distance(approach(test_camera(), 2, 1e-6)), 10, 1e-12);
     EXPECT_NEAR(distance(approach(test_camera(), 0.5, 1e-6)), 5, 1e-12);
 }
@@ -140,7 +140,7 @@ TEST(HeldArrows, ALongPressMovesSteadilyHoweverOftenItIsAsked) {
         arrows.release(Arrow::left, 1 + seconds);
         return (steps + arrows.take_steps(1 + seconds)).x;
     };
-    EXPECT_NEAR(steps_after(1.25, 0.01), -21, 1e-9); // one, and 20 a second after a pause of a quarter
+    EXPECT_NEAR(steps_after(1.25, 0.01), -21, 1e-9); // one step, then 20 per second after 0.25 seconds
     EXPECT_NEAR(steps_after(1.25, 0.3), -21, 1e-9);
     EXPECT_NEAR(steps_after(1.25, 2), -21, 1e-9);
 }
@@ -149,7 +149,7 @@ TEST(HeldArrows, OppositeKeysCancelAndTwoKeysAdd) {
     HeldArrows arrows;
     arrows.press(Arrow::up, 0);
     arrows.press(Arrow::right, 0);
-    arrows.press(Arrow::up, 0); // the keyboard repeats itself
+    arrows.press(Arrow::up, 0); // key repeat
     EXPECT_EQ(arrows.take_steps(0.1), glm::dvec2(1, 1));
     arrows.press(Arrow::down, 0.1);
     arrows.release(Arrow::right, 0.1);

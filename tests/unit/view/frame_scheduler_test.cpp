@@ -10,8 +10,7 @@ namespace {
 constexpr double kExact = 1.5; // pixels
 constexpr double kSecondsPerPoint = 25e-9;
 
-// 4 M points at the exact error, on a computer that draws them in 100 ms; a surface has as many as the error's square
-// allows.
+// points = 4e6 * (exact error / error)^2, as for a surface; the simulated computer draws 4e6 points in 100 ms.
 std::uint64_t points_at(double max_error) { return static_cast<std::uint64_t>(4e6 * std::pow(kExact / max_error, 2)); }
 double seconds(double max_error) { return kSecondsPerPoint * static_cast<double>(points_at(max_error)); }
 
@@ -20,14 +19,14 @@ FrameScheduler::Picture picture(double max_error, bool complete = true) {
         .max_error = max_error, .points = points_at(max_error), .complete = complete, .seconds = seconds(max_error)};
 }
 
-// That has drawn the exact picture and knows what points cost.
+// A scheduler that has drawn the exact picture and has measured the time per point.
 FrameScheduler rested(double min_fps) {
     FrameScheduler scheduler(kExact, min_fps);
     scheduler.drawn(picture(kExact), 0);
     return scheduler;
 }
 
-// The error that a moving view is drawn with next.
+// The error of the next picture of a moving view.
 double moving_error(FrameScheduler &scheduler, double now) {
     scheduler.view_changed(now);
     const auto step = scheduler.next(now, points_at);
@@ -41,13 +40,13 @@ TEST(FrameScheduler, DrawsTheFirstPictureAtOnceAndRefinesItWithoutRest) {
     const auto first = scheduler.next(5, points_at);
     ASSERT_TRUE(first);
     EXPECT_TRUE(first->at_once);
-    EXPECT_GT(first->max_error, kExact); // by a guess of what points cost
+    EXPECT_GT(first->max_error, kExact); // the time per point is still a guess
     scheduler.drawn(picture(first->max_error), 5.01);
     EXPECT_FALSE(scheduler.complete());
     const auto exact = scheduler.next(5.01, points_at);
     ASSERT_TRUE(exact);
     EXPECT_EQ(exact->max_error, kExact);
-    EXPECT_FALSE(exact->at_once); // 100 ms
+    EXPECT_FALSE(exact->at_once); // it takes 100 ms
     scheduler.drawn(picture(kExact), 5.2);
     EXPECT_TRUE(scheduler.complete());
     EXPECT_FALSE(scheduler.due());
@@ -62,7 +61,7 @@ TEST(FrameScheduler, AMovingViewKeepsItsRateByALargerError) {
         EXPECT_EQ(error > kExact, seconds(kExact) > FrameScheduler::kDrawingShare / fps) << fps;
         const double finer = error / FrameScheduler::kErrorStep;
         EXPECT_TRUE(error == kExact || seconds(finer) > FrameScheduler::kDrawingShare / fps)
-            << fps; // no more than that
+            << fps; // the error is no larger than necessary
     }
 }
 
@@ -108,7 +107,7 @@ TEST(FrameScheduler, ASlowPictureMakesTheNextOneCoarserAFastOneFiner) {
 TEST(FrameScheduler, DoesNotWaverBetweenTwoErrors) {
     FrameScheduler scheduler = rested(30);
     const double error = moving_error(scheduler, 1);
-    // One step finer would just fit, one that costs twice as much would not: neither is worth the flicker.
+    // One step finer would only just fit, so the error stays: changing it back and forth would flicker.
     const double finer = error / FrameScheduler::kErrorStep;
     const double just = 0.9 * FrameScheduler::kDrawingShare / 30 * static_cast<double>(points_at(error)) /
                         static_cast<double>(points_at(finer));
@@ -120,7 +119,7 @@ TEST(FrameScheduler, DoesNotWaverBetweenTwoErrors) {
 
 TEST(FrameScheduler, NeverGetsCoarserThanHelps) {
     FrameScheduler scheduler = rested(30);
-    // A huge window: pixels cost more than points.
+    // A huge window: the time depends on pixels, not on points.
     for (int i = 1; i < 10; ++i) {
         const double error = moving_error(scheduler, i);
         scheduler.drawn({.max_error = error, .points = points_at(error), .complete = true, .seconds = 5}, i);
@@ -128,7 +127,7 @@ TEST(FrameScheduler, NeverGetsCoarserThanHelps) {
     const double error = scheduler.shown()->max_error;
     EXPECT_LE(points_at(error), FrameScheduler::kFewPoints);
     EXPECT_GT(points_at(error / FrameScheduler::kErrorStep), FrameScheduler::kFewPoints);
-    // However many there are.
+    // For any number of points the error has an upper limit.
     FrameScheduler hopeless = rested(30);
     hopeless.view_changed(1);
     const auto step = hopeless.next(1, [](double) { return std::uint64_t{1'000'000'000}; });
@@ -148,22 +147,22 @@ TEST(FrameScheduler, DrawsAgainWhenChunksArriveButNotAllTheTime) {
     FrameScheduler scheduler(kExact, 30);
     scheduler.drawn(picture(kExact, false), 10); // took 0.1 s
     EXPECT_FALSE(scheduler.complete());
-    EXPECT_FALSE(scheduler.due()); // nothing new
+    EXPECT_FALSE(scheduler.due()); // no chunk has arrived
     EXPECT_FALSE(scheduler.next(1e9, points_at));
     scheduler.arrived(false);
     EXPECT_NEAR(*scheduler.due(), 10 + FrameScheduler::kPause * 0.1, 1e-9);
     EXPECT_FALSE(scheduler.next(10.1, points_at));
     EXPECT_EQ(scheduler.next(10.3, points_at)->max_error, kExact);
-    scheduler.arrived(true); // nothing to wait for
+    scheduler.arrived(true); // no further chunk is expected
     scheduler.arrived(false);
     EXPECT_LE(*scheduler.due(), 10);
     EXPECT_TRUE(scheduler.next(10.1, points_at));
-    scheduler.drawn(picture(kExact, false), 10.2); // as far as the memory goes
+    scheduler.drawn(picture(kExact, false), 10.2); // incomplete, because memory is used up
     EXPECT_FALSE(scheduler.due());
     scheduler.arrived(true);
     scheduler.drawn(picture(kExact), 10.3);
     EXPECT_TRUE(scheduler.complete());
-    scheduler.arrived(true); // of a former view
+    scheduler.arrived(true); // a chunk of an older view
     EXPECT_FALSE(scheduler.due());
 }
 

@@ -18,7 +18,7 @@ using Pattern = std::function<std::uint32_t(int x, int y)>;
 
 Framebuffer painted(int width, int height, const Pattern &pattern) {
     Framebuffer picture(width, height);
-    std::fill(picture.colour.begin(), picture.colour.end(), 0x55AA55AA); // what lies behind is no pixel
+    std::fill(picture.colour.begin(), picture.colour.end(), 0x55AA55AA); // the buffer is larger than the picture
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
             picture
@@ -31,12 +31,12 @@ Pixels pixels_of(const Framebuffer &picture) {
     return {picture.colour.begin(), picture.colour.begin() + static_cast<std::ptrdiff_t>(picture.pixels())};
 }
 
-// libpng's opinion of a file.
+// What libpng reads from a file.
 struct Read {
     std::uint32_t width = 0, height = 0;
     bool alpha = false;
     Pixels pixels;
-    std::string complaint; // warnings are some, too
+    std::string complaint; // errors and warnings
 };
 
 Read read_with_libpng(const Bytes &file) {
@@ -66,7 +66,7 @@ void expect_round_trip(const Framebuffer &picture, bool alpha) {
     EXPECT_TRUE(read.pixels == pixels_of(picture)) << picture.width << " x " << picture.height;
 }
 
-// A grey picture with a shaded, noisy ball: what is drawn most often.
+// A shaded, noisy ball in front of `background`: a typical picture.
 std::uint32_t ball(int x, int y, std::uint32_t background) {
     const int dx = x - 320, dy = y - 240, left = 200 * 200 - dx * dx - dy * dy;
     if (left < 0)
@@ -75,7 +75,7 @@ std::uint32_t ball(int x, int y, std::uint32_t background) {
     return pack_rgba({shade, static_cast<std::uint8_t>(shade / 2), 40, 255});
 }
 
-// Runs `use` where locals and what is allocated lie elsewhere in memory than in the runs before.
+// Runs `use` several times, each time with other addresses of stack and heap.
 void run_at_layouts(int layouts, const std::function<void()> &use) {
     if (layouts == 0)
         return;
@@ -85,7 +85,7 @@ void run_at_layouts(int layouts, const std::function<void()> &use) {
     const Bytes heap(kStep);
     use();
     run_at_layouts(layouts - 1, use);
-    static_cast<void>(stack[0]); // here till the runs below are done
+    static_cast<void>(stack[0]); // keeps the array alive until the inner runs have ended
 }
 
 class EncodePngOfSize : public testing::TestWithParam<std::tuple<int, int>> {};
@@ -101,7 +101,7 @@ TEST_P(EncodePngOfSize, ReadsBackAsItWas) {
     expect_round_trip(painted(width, height, [&](int, int) { return random() & 0x7FFFFFFFU; }), true);
 }
 
-// Rows that are longer than a band, too.
+// Includes rows that are longer than a band.
 INSTANTIATE_TEST_SUITE_P(Sizes, EncodePngOfSize,
                          testing::Values(std::tuple(1, 1), std::tuple(2, 1), std::tuple(1, 2), std::tuple(3, 3),
                                          std::tuple(1, 997), std::tuple(997, 1), std::tuple(17, 31),
@@ -125,8 +125,7 @@ TEST(EncodePng, HasTheSameBytesForAnyNumberOfThreads) {
     }
 }
 
-// The fewer bytes there are to compress the smaller is the compressor's hash table, and the more often an address that
-// finds its way into it shows.
+// Small inputs have small hash tables in the compressor, where a dependence on addresses shows more often.
 TEST(EncodePng, HasTheSameBytesWhereverItsMemoryLies) {
     std::mt19937 random(1);
     int different = 0;
@@ -154,7 +153,7 @@ TEST(EncodePng, BackgroundCostsLittle) {
     EXPECT_LT(encode_png(flat)->size(), flat.pixels() / 32);
     const Framebuffer sky = painted(1280, 720, [](int, int y) { return 0xFF000000U + static_cast<unsigned>(y) / 3; });
     EXPECT_LT(encode_png(sky)->size(), sky.pixels() / 32);
-    // Noise gains nothing and must not lose much.
+    // Noise does not compress, but must not grow much.
     std::mt19937 random(1);
     const Framebuffer noise = painted(1280, 720, [&](int, int) { return random() & 0x7FFFFFFFU; });
     EXPECT_LT(encode_png(noise)->size(), noise.pixels() * 4 * 101 / 100);

@@ -97,7 +97,7 @@ TEST(CheckPictureMemory, RefusesPicturesThatTakeMoreThanGranted) {
     EXPECT_TRUE(check_picture_memory(options));
     options.load.max_memory = 1280 * 720 * 16;
     EXPECT_TRUE(check_picture_memory(options));
-    options.look.quality = Quality::fine; // sums of samples
+    options.look.quality = Quality::fine; // accumulates samples
     EXPECT_FALSE(check_picture_memory(options));
     options.look.quality = Quality::fast;
     options.load.max_memory = 1280 * 720 * 16 - 1;

@@ -29,7 +29,7 @@ template <class Done> bool wait_for(Done &&done) {
 
 constexpr glm::ivec2 kSize{320, 200};
 
-// In a folder of its own, which is the one that pictures are saved in.
+// Runs in a temporary folder, where pictures are saved.
 class ShownModelTest : public testing::Test {
   protected:
     void SetUp() override {
@@ -69,7 +69,7 @@ class ShownModelTest : public testing::Test {
         return model.view(choose_camera(options_, model.bounds(), model.grid().up, kSize).value(), kSize,
                           options_.max_error);
     }
-    // The picture of all that it needs.
+    // The picture with all needed chunks loaded.
     Framebuffer exact_picture(ShownModel &model) const {
         Framebuffer picture(kSize.x, kSize.y);
         model.draw_now(model.streamed().load(view(model)).value(), view(model), model.first_look(), picture);
@@ -139,7 +139,7 @@ TEST_F(ShownModelTest, DepthCuesNeedNoDepthsOfTheTarget) {
         }
 }
 
-// What a window shows in the end is what a program without one draws.
+// The final picture of a window equals that of a program without a window.
 TEST_F(ShownModelTest, SampleBySampleIsTheWholeFinePicture) {
     write(file());
     const ShownModelPointer model = open();
@@ -179,7 +179,7 @@ TEST_F(ShownModelTest, WakesOnceUntilSomebodyLooks) {
 
 TEST_F(ShownModelTest, SaysHowCoarseAPictureIs) {
     write(file());
-    options_.max_error = 64; // nothing that is still to be loaded when it is open
+    options_.max_error = 64; // a coarse error: opening the file loads all that it needs
     const ShownModelPointer model = open();
     DetailView near = view(*model);
     near.max_error = 0.5;
@@ -260,7 +260,7 @@ TEST_F(ShownModelTest, SavesAllWhenItIsOver) {
     EXPECT_EQ(read("ball-1.png"), read("ball-3.png"));
 }
 
-// A picture that does not fit is refused, the next one is not.
+// A picture that exceeds the memory limit is refused; a smaller one is saved afterwards.
 TEST_F(ShownModelTest, SavesWithinItsMemory) {
     write(file());
     const ShownModelPointer probe = open();

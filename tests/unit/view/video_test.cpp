@@ -47,7 +47,7 @@ Bytes bytes_of(const std::string &path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// A ramp with `shift` in it, so that frames differ.
+// A ramp that depends on `shift`, so that frames differ.
 Framebuffer ramp(int width, int height, int shift, std::uint8_t alpha = 255) {
     Framebuffer picture(width, height, false);
     for (int y = 0; y < height; ++y)
@@ -59,7 +59,7 @@ Framebuffer ramp(int width, int height, int shift, std::uint8_t alpha = 255) {
     return picture;
 }
 
-// Two pixels, red over blue: BGR, the lower row first, rows of whole four bytes.
+// Two pixels, red above blue. BMP: BGR, lower row first, rows padded to four bytes.
 TEST(Bmp, TwoPixelsByteForByte) {
     Framebuffer picture(1, 2, false);
     picture.colour[0] = pack_rgba({255, 1, 2, 255});
@@ -78,7 +78,7 @@ TEST(Bmp, TransparencyHasMasksAndFourBytes) {
     const Bytes file = *encode_bmp(picture);
     ASSERT_EQ(file.size(), 14U + 108 + 12);
     EXPECT_EQ(file[28], 32);
-    EXPECT_EQ(file[30], 3); // masks
+    EXPECT_EQ(file[30], 3); // compression: bit masks
     EXPECT_EQ(Bytes(file.begin() + 54, file.begin() + 70),
               (Bytes{0, 0, 255, 0, 0, 255, 0, 0, 255, 0, 0, 0, 0, 0, 0, 255}));
     EXPECT_EQ(Bytes(file.end() - 4, file.end()), (Bytes{30, 20, 10, 80}));
@@ -124,7 +124,7 @@ TEST(Jpeg, TheSameBytesAgainAndSmallerWithLessQuality) {
 
 TEST(Jpeg, WhatTheLibraryRefusesIsAnError) {
     Framebuffer picture(1, 1, false);
-    picture.width = 70000; // more than a JPEG may have: refused before a pixel is read
+    picture.width = 70000; // wider than a JPEG may be: refused before a pixel is read
     const auto refused = encode_jpeg(picture, 90);
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::memory);
@@ -158,7 +158,7 @@ TEST(Avi, EndsAtItsLimitAndLeavesNothing) {
     EXPECT_EQ(folder.files(), 1U);
 }
 
-// Whatever the number of threads, frames come in their order, each once.
+// For any number of threads each frame is written once, in order.
 TEST(VideoRecorder, WritesFramesInTheirOrder) {
     std::vector<Bytes> videos;
     for (const int threads : {1, 2, 5}) {
@@ -275,7 +275,7 @@ TEST(ChildProgram, SaysWhyItFailed) {
     EXPECT_EQ(none.error().message, "pbm-no-such-program is not installed");
     EXPECT_EQ(none.error().code, ErrorCode::memory);
     auto early = ChildProgram::start({"sh", "-c", "echo 'no \033[1m disk' >&2; echo more >&2; exit 7"});
-    const std::string text(3'000'000, 'x'); // more than the pipe holds
+    const std::string text(3'000'000, 'x'); // larger than the buffer of the pipe
     const Status written = early->write(view(text));
     ASSERT_FALSE(written);
     EXPECT_EQ(written.error().message, "sh failed with exit code 7: no ?[1m disk");
@@ -283,7 +283,7 @@ TEST(ChildProgram, SaysWhyItFailed) {
     const Status ended = killed->finish();
     ASSERT_FALSE(ended);
     EXPECT_EQ(ended.error().message, "sh was ended by signal 9");
-    // Left alone it is ended, not waited for.
+    // The destructor ends the child instead of waiting for it.
     { auto sleeper = ChildProgram::start({"sleep", "1000"}); }
 }
 
