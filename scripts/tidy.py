@@ -37,9 +37,12 @@ def sources_of(build):
             if words[at] == "-o":
                 at += 1
             elif words[at] != "-c" and words[at] != entry["file"] and words[at].startswith("-"):
-                kept.append(words[at])
-                if words[at] in ("-isystem", "-include"):
+                if words[at] == "-include":  # precompiled by another compiler
                     at += 1
+                elif words[at] == "-isystem":
+                    at += 1
+                    kept += words[at - 1:at + 1]
+                elif words[at] != "-Winvalid-pch":
                     kept.append(words[at])
             at += 1
         for path in ours:
