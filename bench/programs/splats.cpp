@@ -100,7 +100,7 @@ nlohmann::json measure(int rounds, int width, int height, const std::vector<floa
                 const ScreenNormal &normal = normals[p.normal];
                 const float size = radius * p.depth / static_cast<float>(projection.focal);
                 const float facing = glm::dot(normal.plane, glm::vec3(p.pixel, 1));
-                draw_splat<false>(lay_splat(projection, normal, p.pixel, facing, {size, size / 0.87F, false}),
+                draw_splat<false>(project_splat(projection, normal, p.pixel, facing, {size, size / 0.87F, false}),
                                   {p.pixel, p.depth, 1 / p.depth, i}, target);
             }));
         }

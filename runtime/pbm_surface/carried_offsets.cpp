@@ -19,15 +19,17 @@ constexpr std::size_t kBricksAtOnce = 64;
 constexpr PaddedLayout kLayout{.row = 10, .slice = 100, .first = 111};
 constexpr std::size_t kPaddedVoxels = 1000;
 
-// [way][512]: index in a padded brick of each position (Morton code) in the neighbour; -1: outside of the padding.
+// [direction][512]: index in a padded brick of each position (Morton code) in the neighbour; -1: outside of the
+// padding.
 const std::vector<std::array<std::int16_t, 512>> &padded_places() {
     static const auto table = [] {
-        std::vector<std::array<std::int16_t, 512>> all(kWays);
-        for (std::size_t way = 0; way < kWays; ++way)
+        std::vector<std::array<std::int16_t, 512>> all(kDirectionCount);
+        for (std::size_t direction = 0; direction < kDirectionCount; ++direction)
             for (std::size_t place = 0; place < 512; ++place) {
                 const auto voxel = morton_decode(place);
-                all[way][place] = static_cast<std::int16_t>(
-                    touches(voxel, kBrickEdge - 1, opposite(way)) ? kLayout.index(voxel) + kLayout.step(way) : -1);
+                all[direction][place] = static_cast<std::int16_t>(touches(voxel, kBrickEdge - 1, opposite(direction))
+                                                                      ? kLayout.index(voxel) + kLayout.step(direction)
+                                                                      : -1);
             }
         return all;
     }();
@@ -135,9 +137,9 @@ std::vector<std::int8_t> carried_offsets(const LevelPoints &points, int threads)
     for (std::size_t b = 0; b < brick_count; ++b)
         codes[b] = morton_encode(bricks[b].corner[0], bricks[b].corner[1], bricks[b].corner[2]);
     const auto edge = static_cast<std::int64_t>(std::max(1, 1 << points.level >> 3));
-    // The neighbour of brick `b` in direction `way`, or brick_count if there is none.
-    const auto find = [&](std::size_t b, std::size_t way) {
-        const auto steps = steps_of(way);
+    // The neighbour of brick `b` in direction `direction`, or brick_count if there is none.
+    const auto find = [&](std::size_t b, std::size_t direction) {
+        const auto steps = steps_of(direction);
         const std::int64_t x = bricks[b].corner[0] + steps[0], y = bricks[b].corner[1] + steps[1],
                            z = bricks[b].corner[2] + steps[2];
         if (std::min({x, y, z}) < 0 || std::max({x, y, z}) >= edge)
@@ -157,13 +159,13 @@ std::vector<std::int8_t> carried_offsets(const LevelPoints &points, int threads)
             const std::size_t end = std::min(brick_count, (block + 1) * kBricksAtOnce);
             for (std::size_t b = block * kBricksAtOnce; b < end; ++b) {
                 padded.clear();
-                for (std::size_t way = 0; way < kWays; ++way) {
-                    const std::size_t other = way == kNoWay ? b : find(b, way);
+                for (std::size_t direction = 0; direction < kDirectionCount; ++direction) {
+                    const std::size_t other = direction == kNoDirection ? b : find(b, direction);
                     if (other == brick_count)
                         continue;
                     for (auto i = static_cast<std::size_t>(bricks[other].first_point);
                          i < bricks[other + 1].first_point; ++i)
-                        if (const std::int16_t at = table[way][points.places[i]]; at >= 0) {
+                        if (const std::int16_t at = table[direction][points.places[i]]; at >= 0) {
                             const Normal &n = normals[points.normals[i] & kNormalIndexMask];
                             const float distance =
                                 from.empty() ? 0.0F : static_cast<float>(from[i]) * (1.0F / kCarriedSteps);
@@ -171,7 +173,7 @@ std::vector<std::int8_t> carried_offsets(const LevelPoints &points, int threads)
                         }
                 }
                 for (auto i = static_cast<std::size_t>(bricks[b].first_point); i < bricks[b + 1].first_point; ++i) {
-                    const auto at = static_cast<std::size_t>(table[kNoWay][points.places[i]]);
+                    const auto at = static_cast<std::size_t>(table[kNoDirection][points.places[i]]);
                     to[i] = quantise(from.empty() ? padded.mean_distance(at) : padded.carried_distance(at));
                 }
             }

@@ -57,10 +57,10 @@ inline constexpr double kWeightScale = 84, kMomentScale = 24;
 // is of the same side if its axes for kFar include one of the point's axes for kNear and none of their opposites.
 // Normals up to 26 degrees apart always are of the same side, those more than 104 degrees apart never.
 inline std::uint8_t ways_of(const UnitVector &normal, double least) {
-    int ways = 0;
+    int directions = 0;
     for (std::size_t axis = 0; axis < 3; ++axis)
-        ways |= std::abs(normal[axis]) > least ? (normal[axis] > 0 ? 1 : 2) << (2 * axis) : 0;
-    return static_cast<std::uint8_t>(ways);
+        directions |= std::abs(normal[axis]) > least ? (normal[axis] > 0 ? 1 : 2) << (2 * axis) : 0;
+    return static_cast<std::uint8_t>(directions);
 }
 inline constexpr double kNear = 0.38, kFar = 0.5;
 
@@ -126,45 +126,46 @@ inline constexpr std::array<std::array<std::uint8_t, 16>, 256> kPointOfChild = [
     return points;
 }();
 
-// A direction from a brick to a neighbour, see kWays.
-struct BrickWay {
+// A direction from a brick to a neighbour, see kDirectionCount.
+struct BrickDirection {
     std::uint64_t touching = 0; // nodes of the brick on that side, as a node map
     std::uint32_t children = 0; // children of these nodes on that side, as a mask
     int step = 0;               // to the same voxel of the neighbour, in a padded brick
     std::uint64_t place = 0;    // added to the brick's place
 };
-inline constexpr std::array<BrickWay, kWays> kBrickWays = [] {
-    std::array<BrickWay, kWays> ways{};
-    for (std::size_t way = 0; way < kWays; ++way) {
-        BrickWay &to = ways[way];
+inline constexpr std::array<BrickDirection, kDirectionCount> kBrickDirections = [] {
+    std::array<BrickDirection, kDirectionCount> directions{};
+    for (std::size_t direction = 0; direction < kDirectionCount; ++direction) {
+        BrickDirection &to = directions[direction];
         for (std::uint64_t node = 0; node < 64; ++node)
-            to.touching |= std::uint64_t{touches(morton_decode(node), 3, way)} << node;
+            to.touching |= std::uint64_t{touches(morton_decode(node), 3, direction)} << node;
         for (std::uint32_t child = 0; child < 8; ++child)
-            to.children |= std::uint32_t{touches(morton_decode(child), 1, way)} << child;
-        to.step = kLayout.step(way);
+            to.children |= std::uint32_t{touches(morton_decode(child), 1, direction)} << child;
+        to.step = kLayout.step(direction);
         for (std::size_t axis = 0; axis < 3; ++axis)
-            to.place += static_cast<std::uint64_t>(steps_of(way)[axis]) << (16 * axis);
+            to.place += static_cast<std::uint64_t>(steps_of(direction)[axis]) << (16 * axis);
     }
-    return ways;
+    return directions;
 }();
 
 // Directions towards lower x, the same x and higher x, as bits.
-inline constexpr std::array<std::uint32_t, 3> kWaysByX{0x1249249, 0x2492492 & ~(1U << kNoWay), 0x4924924};
+inline constexpr std::array<std::uint32_t, 3> kDirectionsByX{0x1249249, 0x2492492 & ~(1U << kNoDirection), 0x4924924};
 
 // Directions whose side a node touches, and those that a node's children touch, as bits: [node], [mask].
-inline constexpr std::array<std::uint32_t, 64> kWaysOfNode = [] {
-    std::array<std::uint32_t, 64> ways{};
-    for (std::size_t way = 0; way < kWays; ++way)
+inline constexpr std::array<std::uint32_t, 64> kDirectionsOfNode = [] {
+    std::array<std::uint32_t, 64> directions{};
+    for (std::size_t direction = 0; direction < kDirectionCount; ++direction)
         for (std::size_t node = 0; node < 64; ++node)
-            ways[node] |= static_cast<std::uint32_t>(kBrickWays[way].touching >> node & 1) << way;
-    return ways;
+            directions[node] |= static_cast<std::uint32_t>(kBrickDirections[direction].touching >> node & 1)
+                                << direction;
+    return directions;
 }();
-inline constexpr std::array<std::uint32_t, 256> kWaysOfMask = [] {
-    std::array<std::uint32_t, 256> ways{};
+inline constexpr std::array<std::uint32_t, 256> kDirectionsOfMask = [] {
+    std::array<std::uint32_t, 256> directions{};
     for (std::size_t mask = 0; mask < 256; ++mask)
-        for (std::size_t way = 0; way < kWays; ++way)
-            ways[mask] |= ((mask & kBrickWays[way].children) != 0 ? 1U : 0U) << way;
-    return ways;
+        for (std::size_t direction = 0; direction < kDirectionCount; ++direction)
+            directions[mask] |= ((mask & kBrickDirections[direction].children) != 0 ? 1U : 0U) << direction;
+    return directions;
 }();
 
 struct ChunkPoints {
@@ -182,10 +183,10 @@ struct BrickScratch {
     std::array<std::int8_t, kBrickPoints + kMaxLanes> steps;
 };
 
-// The neighbours with points next to a brick's points, grouped as in kWaysByX.
+// The neighbours with points next to a brick's points, grouped as in kDirectionsByX.
 struct BrickNeighbours {
-    std::array<const SurfaceOffsets::Brick *, kWays> bricks;
-    std::array<std::uint8_t, kWays> ways; // directions to the neighbours
+    std::array<const SurfaceOffsets::Brick *, kDirectionCount> bricks;
+    std::array<std::uint8_t, kDirectionCount> directions; // directions to the neighbours
     std::array<std::size_t, 3> ends;
 };
 
@@ -269,11 +270,11 @@ HWY_INLINE void put_border(const SurfaceOffsets::Brick &brick, std::uint64_t bes
 }
 
 HWY_INLINE void put_neighbours(const BrickNeighbours &around, const std::uint64_t *sides, BrickScratch &scratch) {
-    const auto put = [&](std::size_t first, std::size_t last, auto way_x) {
+    const auto put = [&](std::size_t first, std::size_t last, auto direction_x) {
         for (std::size_t i = first; i < last; ++i) {
-            const std::size_t way = around.ways[i];
-            put_border<decltype(way_x)::value>(*around.bricks[i], kBrickWays[opposite(way)].touching,
-                                               kBrickWays[way].step, sides, scratch);
+            const std::size_t direction = around.directions[i];
+            put_border<decltype(direction_x)::value>(*around.bricks[i], kBrickDirections[opposite(direction)].touching,
+                                                     kBrickDirections[direction].step, sides, scratch);
         }
     };
     put(0, around.ends[0], std::integral_constant<int, -1>());
@@ -419,7 +420,8 @@ void SurfaceOffsets::list_bricks(const ChunkView &chunk) {
             std::uint8_t mask = node < chunk.masks.size() ? chunk.masks[node] : 0;
             if (point + kChildren[mask] > chunk.normals.size())
                 mask = 0;
-            listed.ways |= kWaysOfNode[static_cast<std::size_t>(std::countr_zero(map))] & kWaysOfMask[mask];
+            listed.directions |=
+                kDirectionsOfNode[static_cast<std::size_t>(std::countr_zero(map))] & kDirectionsOfMask[mask];
             masks_.push_back(mask);
             point += kChildren[mask];
         }
@@ -449,13 +451,14 @@ void SurfaceOffsets::list_sides(const ChunkView &chunk) {
 
 void SurfaceOffsets::find_neighbours(const Brick &brick, BrickNeighbours &to) const {
     std::size_t count = 0;
-    for (std::size_t x = 0; x < kWaysByX.size(); ++x) {
-        for (std::uint32_t ways = brick.ways & kWaysByX[x]; ways != 0; ways &= ways - 1) {
-            const auto way = static_cast<std::size_t>(std::countr_zero(ways));
-            const Brick &found = find(brick.place + kBrickWays[way].place);
+    for (std::size_t x = 0; x < kDirectionsByX.size(); ++x) {
+        for (std::uint32_t directions = brick.directions & kDirectionsByX[x]; directions != 0;
+             directions &= directions - 1) {
+            const auto direction = static_cast<std::size_t>(std::countr_zero(directions));
+            const Brick &found = find(brick.place + kBrickDirections[direction].place);
             to.bricks[count] = &found;
-            to.ways[count] = static_cast<std::uint8_t>(way);
-            count += found.ways >> opposite(way) & 1;
+            to.directions[count] = static_cast<std::uint8_t>(direction);
+            count += found.directions >> opposite(direction) & 1;
         }
         to.ends[x] = count;
     }

@@ -50,7 +50,7 @@ class SurfaceOffsets {
         std::uint64_t place = 0;    // x, y, z in 16 bits each
         std::uint64_t node_map = 0; // as in the BrickRecord
         std::uint32_t first_node = 0, first_point = 0;
-        std::uint32_t ways = 0; // bit i: the brick has points on the side of direction i (kWays)
+        std::uint32_t directions = 0; // bit i: the brick has points on the side of direction i (kDirectionCount)
     };
 
   private:

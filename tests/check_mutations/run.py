@@ -23,7 +23,7 @@ HERE = Path(__file__).resolve().parent
 # The vectors miss most checks, in a tenth of a second; then what is quick, then all that has to do with reading.
 SLOW = "Damage.*:MappedDamage.*:Filters.Every*:File.*:TiledImage.*"
 UNRELATED = "Normal.*:MaskRanks.*:DetailLevels.*:File.BytesDepend*:MappedStorage.BytesDoNot*"
-STAGES = ["Vectors.*:CheckAlone.*", f"-Vectors.*:CheckAlone.*:{SLOW}:{UNRELATED}", f"{SLOW}-{UNRELATED}"]
+STAGES = ["Vectors.*:SingleCheck.*", f"-Vectors.*:SingleCheck.*:{SLOW}:{UNRELATED}", f"{SLOW}-{UNRELATED}"]
 CPU_SECONDS = 20                                        # a removed check may make a loop endless: that is missed too
 
 def limit():

@@ -83,7 +83,7 @@ def main():
         **os.environ,
         "PATH": f"{programs.resolve()}:{os.environ['PATH']}",
         "LC_ALL": "C",
-        "ROOT": str(transcript.parent.parent.parent.resolve()),
+        "ROOT": str(pathlib.Path(__file__).resolve().parents[2]),
     }
     failures, passed, skipped, skip_title = [], 0, 0, None
     for case in read_transcript(transcript):

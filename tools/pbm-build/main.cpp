@@ -177,9 +177,9 @@ int run(Arguments &arguments) {
         *stream << report(arguments, statistics);
     if (arguments.json.empty())
         return 0;
-    const Status told =
+    const Status written =
         command_line::write_text(arguments.json, to_json(statistics, arguments.inputs, arguments.output));
-    return told ? 0 : fail(arguments.json, told.error());
+    return written ? 0 : fail(arguments.json, written.error());
 }
 
 } // namespace

@@ -172,8 +172,8 @@ int run(int argc, char **argv) {
         *stream << report(arguments, outcome);
     if (arguments.json.empty())
         return 0;
-    const Status told = command_line::write_text(arguments.json, to_json(arguments, outcome));
-    return told ? 0 : command_line::fail(kProgram, arguments.json, told.error());
+    const Status written = command_line::write_text(arguments.json, to_json(arguments, outcome));
+    return written ? 0 : command_line::fail(kProgram, arguments.json, written.error());
 }
 
 } // namespace

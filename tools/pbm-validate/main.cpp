@@ -92,13 +92,13 @@ Result<std::vector<std::string>> files_below(const std::string &folder) {
     return files;
 }
 
-void examine_folder(const std::string &folder, const Options &options, const std::function<void(Verdict)> &tell) {
+void examine_folder(const std::string &folder, const Options &options, const std::function<void(Verdict)> &report) {
     const auto files = files_below(folder);
     if (!files)
-        return tell(conclude(folder, report_of(files.error(), options), false, options));
+        return report(conclude(folder, report_of(files.error(), options), false, options));
     for (const std::string &path : *files) {
         command_line::work_on(path);
-        tell(examine(path, options));
+        report(examine(path, options));
     }
 }
 
@@ -210,7 +210,7 @@ int run(int argc, char **argv) {
 
     int code = 0;
     std::vector<Verdict> verdicts; // for JSON
-    const auto tell = [&](Verdict verdict) {
+    const auto report = [&](Verdict verdict) {
         code = std::max(code, verdict.exit_code);
         if (options.json_path.empty())
             print(verdict, options);
@@ -221,9 +221,9 @@ int run(int argc, char **argv) {
         command_line::work_on(path);
         std::error_code unknown;
         if (options.recursive && std::filesystem::is_directory(path, unknown))
-            examine_folder(path, options, tell);
+            examine_folder(path, options, report);
         else
-            tell(examine(path, options));
+            report(examine(path, options));
     }
     if (options.json_path.empty())
         return code;

@@ -77,7 +77,7 @@ class FileWalk {
         return false;
     }
 
-    void tell(Error error, std::string section, std::int64_t chunk) {
+    void report(Error error, std::string section, std::int64_t chunk) {
         if (stops_)
             throw std::move(error);
         report_.findings.push_back({.code = error.code,
@@ -94,7 +94,7 @@ class FileWalk {
 
     void fault(const Error &error, const std::string &section, std::int64_t chunk = -1) {
         if (count(*entry_of(error), error.code))
-            tell(error, section, chunk);
+            report(error, section, chunk);
     }
 
     void give(const std::vector<Advice> &advice, const std::string &section) {
@@ -222,7 +222,7 @@ class FileWalk {
         if (!status) // otherwise another process has changed the bytes since
             error = status.error();
         const std::string section = name_at(error.offset); // chunks or bricks of the level
-        tell(std::move(error), section, static_cast<std::int64_t>(chunk));
+        report(std::move(error), section, static_cast<std::int64_t>(chunk));
     }
 
     struct Raster {
@@ -251,7 +251,7 @@ class FileWalk {
         for (const Raster &raster : rasters) {
             const SectionEntry &entry = *raster.entry;
             FaultSink faults{.wants = [this](const CatalogueEntry &code) { return count(code, code.kind); },
-                             .take = [&](Error error) { tell(std::move(error), name(entry), -1); }};
+                             .take = [&](Error error) { report(std::move(error), name(entry), -1); }};
             next_raster(entry.type, model_.images) =
                 check_raster({stored(entry), entry.offset, raster.directory}, options_.threads, deep(), faults);
             is_incomplete_ |= faults.count > 0;

@@ -232,13 +232,13 @@ const FacetTable &facet_table() {
 }
 
 // The position of a direction on the face of the positive octant.
-struct Place {
+struct FacetPosition {
     std::size_t facet;
     std::array<double, 3> weights; // of the facet's corners
 };
 
 // Requires a + b + c = 32, up to rounding.
-Place place_on_face(double a, double b, double c) {
+FacetPosition position_on_face(double a, double b, double c) {
     const int i = static_cast<int>(a), j = static_cast<int>(b), k = static_cast<int>(c);
     const int down = kCornerScale - 1 - (i + j + k);
     if (down == 0 || down == 1)
@@ -276,9 +276,9 @@ std::uint16_t quantise_normal(double x, double y, double z) {
     // Mirroring a normal changes its octant bits only.
     const auto mirrored = [&](std::uint16_t index) { return static_cast<std::uint16_t>(index ^ octant << 10); };
     const double scale = kCornerScale / sum;
-    const Place place = scale < HUGE_VAL
-                            ? place_on_face(a * scale, b * scale, c * scale)
-                            : place_on_face(a / sum * kCornerScale, b / sum * kCornerScale, c / sum * kCornerScale);
+    const FacetPosition place =
+        scale < HUGE_VAL ? position_on_face(a * scale, b * scale, c * scale)
+                         : position_on_face(a / sum * kCornerScale, b / sum * kCornerScale, c / sum * kCornerScale);
     const FacetTable &table = facet_table();
     const UnitVector *const units = tables().unit.data();
     const Facet &facet = table.facet(place.facet);

@@ -9,7 +9,7 @@
 
 #include <hwy/highway.h>
 
-#include "pbm_render/splats/splat_layout.h"
+#include "pbm_render/splats/splat_projection.h"
 
 #ifndef PBM_RENDER_BRICK_SPLATTER_TABLES
 #define PBM_RENDER_BRICK_SPLATTER_TABLES
@@ -63,7 +63,7 @@ HWY_INLINE void draw_block(const float *depths, std::uint32_t id, double *upper,
 
 // Computes the blocks of a vector of points from `first` on. Lanes behind the last point get unused blocks.
 template <bool kPlaced>
-HWY_INLINE void lay_blocks(const StripRun &at, const FacingPoints &points, std::size_t first, Blocks &blocks) {
+HWY_INLINE void project_blocks(const StripRun &at, const FacingPoints &points, std::size_t first, Blocks &blocks) {
     const FrameGeometry &frame = at.frame;
     const DepthStrip &strip = at.strip;
     const float voxel_edge = at.run.voxel;
@@ -72,8 +72,8 @@ HWY_INLINE void lay_blocks(const StripRun &at, const FacingPoints &points, std::
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
     const Vector half = set(0.5F);
-    const LaidSplats s =
-        lay_splats<kPlaced>(frame, voxel_edge, kPlaced ? kPlacedBlockOutlineInset : kBlockOutlineInset, points, first);
+    const ProjectedSplats s = project_splats<kPlaced>(
+        frame, voxel_edge, kPlaced ? kPlacedBlockOutlineInset : kBlockOutlineInset, points, first);
     const SeenNormal &n = s.normal;
     const Vector inverse = hn::Div(set(1), hn::Mul(s.pixel_size, s.cosine)); // one division for two
     const Vector inverse_cosine = hn::Mul(inverse, s.pixel_size);
@@ -120,7 +120,7 @@ HWY_INLINE void lay_blocks(const StripRun &at, const FacingPoints &points, std::
 template <bool kPlaced>
 HWY_INLINE void draw_blocks(const StripRun &at, Blocks &blocks, FacingPoints &points, DepthStrip &strip) {
     for (std::size_t i = 0; i < points.count; i += hn::Lanes(Floats()))
-        lay_blocks<kPlaced>(at, points, i, blocks);
+        project_blocks<kPlaced>(at, points, i, blocks);
     for (std::size_t i = 0; i < points.count; ++i)
         draw_block(blocks.depths.data() + 4 * i, static_cast<std::uint32_t>(points.id[i]),
                    strip.pixels.data() + blocks.offset[i], strip.stride);
@@ -133,7 +133,7 @@ template <bool kPlaced> HWY_INLINE void draw_ellipses(const StripRun &at, Facing
     ellipses.cone = kPlacedCone * at.run.voxel;
     const std::size_t lanes = hn::Lanes(Floats());
     for (std::size_t i = 0; i < points.count; i += lanes) {
-        lay_ellipses<kPlaced>(at, points, i, ellipses);
+        project_ellipses<kPlaced>(at, points, i, ellipses);
         for (std::size_t lane = 0; lane < lanes; ++lane)
             if (ellipses.left[lane] < ellipses.right[lane] && ellipses.top[lane] < ellipses.bottom[lane])
                 draw_ellipse<kPlaced>(ellipses, lane, static_cast<std::uint32_t>(points.id[i + lane]), strip);

@@ -11,7 +11,7 @@
 
 #include <hwy/highway.h>
 
-#include "pbm_render/splats/splat_layout.h"
+#include "pbm_render/splats/splat_projection.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
@@ -207,13 +207,13 @@ HWY_INLINE void blend_small_splats(const Blending &blending, const SplatGroup &g
                            surface.sums_of(static_cast<std::size_t>(pixels.offset[i])));
 }
 
-HWY_INLINE void lay_soft_splats(const StripRun &at, const FacingPoints &facing, std::size_t first, SplatGroup &to) {
+HWY_INLINE void project_soft_splats(const StripRun &at, const FacingPoints &facing, std::size_t first, SplatGroup &to) {
     const Floats d;
     for (std::size_t i = 0; i < kGroupSplats; i += hn::Lanes(d)) {
-        const LaidSplats laid =
-            lay_ellipses<true>(at, facing, first + i, to.ellipses, i, {.radius = kKernelRadius, .low_pass = kLowPass});
+        const ProjectedSplats splats = project_ellipses<true>(at, facing, first + i, to.ellipses, i,
+                                                              {.radius = kKernelRadius, .low_pass = kLowPass});
         const Vector band = hn::Mul(hn::Set(d, kBlendBand / 2), hn::LoadU(d, facing.radius.data() + first + i));
-        hn::Store(hn::Div(hn::Max(laid.cosine, hn::Set(d, kBandCosine)), band), d, to.across.data() + i);
+        hn::Store(hn::Div(hn::Max(splats.cosine, hn::Set(d, kBandCosine)), band), d, to.across.data() + i);
     }
     measure_group(to);
 }
@@ -222,7 +222,7 @@ template <std::size_t kGroups> HWY_INLINE void blend_points(const Blending &blen
     SplatGroup group;
     SmallPixels pixels;
     for (std::size_t i = 0; i < facing.count; i += kGroupSplats) {
-        lay_soft_splats(blending.at, facing, i, group);
+        project_soft_splats(blending.at, facing, i, group);
         if (group.columns <= kSmallBlock && group.rows <= kSmallBlock) {
             blend_small_splats<kGroups>(blending, group, facing, i, pixels);
             continue;
@@ -242,7 +242,7 @@ HWY_INLINE void draw_points(const StripRun &at, FacingPoints &facing, DepthStrip
     const Floats d;
     for (std::size_t i = 0; i < facing.count; i += kGroupSplats) {
         for (std::size_t lane = 0; lane < kGroupSplats; lane += hn::Lanes(d))
-            lay_ellipses<true>(at, facing, i + lane, group.ellipses, lane);
+            project_ellipses<true>(at, facing, i + lane, group.ellipses, lane);
         measure_group(group);
         const Ellipses &e = group.ellipses;
         const auto id = [&](std::size_t lane) { return static_cast<std::uint32_t>(facing.id[i + lane]); };

@@ -48,7 +48,7 @@ class Walk {
     std::uint64_t drawn_points = 0;
 
   private:
-    void lay_splats(const glm::dvec3 &centre, double half_edge);
+    void project_splats(const glm::dvec3 &centre, double half_edge);
     void draw_node(int level, const glm::vec4 &centre);
     void draw_points(unsigned mask, const glm::vec4 &centre);
     void draw_point(std::size_t index, Facing facing, const glm::vec4 &centre);
@@ -99,7 +99,8 @@ Walk::Walk(const Model &model, const Projection &projection, const ReferenceOpti
 void Walk::draw_octant(std::size_t octant, unsigned place, const std::vector<std::vector<std::uint64_t>> &starts) {
     const double half = grid_.edge() / 4;
     const glm::dvec3 middle = glm::dvec3(grid_.origin[0], grid_.origin[1], grid_.origin[2]) + grid_.edge() / 2;
-    lay_splats(middle + glm::dvec3(place & 1 ? half : -half, place & 2 ? half : -half, place & 4 ? half : -half), half);
+    project_splats(middle + glm::dvec3(place & 1 ? half : -half, place & 2 ? half : -half, place & 4 ? half : -half),
+                   half);
     for (std::size_t level = 1; level < starts.size(); ++level)
         cursor_[level] = static_cast<std::size_t>(starts[level][octant]);
     const glm::vec4 centre = table_.centre + table_.child[1][place];
@@ -111,7 +112,7 @@ void Walk::draw_octant(std::size_t octant, unsigned place, const std::vector<std
 
 // Prepares an octant grid: marks the normals that face away, and computes each other normal's splat at the octant's
 // centre for the radius of dense parts. Other radii, and octants that cover a wide angle, get shapes point by point.
-void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
+void Walk::project_splats(const glm::dvec3 &centre, double half_edge) {
     constexpr double kNarrow = 0.3; // radians, half the angle of the octant
     mark_facing(projection_.eye, centre, half_edge, facing_);
     table_radius_ = kNoRadius;
@@ -129,7 +130,7 @@ void Walk::lay_splats(const glm::dvec3 &centre, double half_edge) {
             continue;
         const ScreenNormal &normal = normals_[i];
         const float facing = glm::dot(normal.plane, glm::vec3(pixel, 1));
-        shapes_[i] = lay_splat(projection_, normal, pixel, facing, {radii_[table_radius_], voxel_, false});
+        shapes_[i] = project_splat(projection_, normal, pixel, facing, {radii_[table_radius_], voxel_, false});
     }
 }
 
@@ -194,7 +195,7 @@ void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     if (!kernels_ && !offsets_.empty())
         return draw_placed(normal, point, facing);
     if (!kernels_)
-        return draw(lay_splat(projection_, normals_[normal], pixel, facing, {radius, voxel_, two_sided}), point);
+        return draw(project_splat(projection_, normals_[normal], pixel, facing, {radius, voxel_, two_sided}), point);
     ++drawn_points;
     const float pixels = kNeighbourReach * radius * static_cast<float>(projection_.focal) / depth;
     kernels_->draw(normal, pixel, depth, pixels, static_cast<std::uint32_t>(index), target_);
@@ -212,11 +213,11 @@ inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
 [[gnu::noinline]] void Walk::draw_placed(std::size_t normal, const ScreenPoint &point, float facing) {
     ++drawn_points;
     const std::size_t index = point.index;
-    const SplatShape shape = lay_splat(projection_, normals_[normal], point.pixel, facing,
-                                       {.radius = radii_[point_radii_[index]],
-                                        .voxel = voxel_,
-                                        .two_sided = (point_normals_[index] & kTwoSidedBit) != 0,
-                                        .offset = static_cast<float>(offsets_[index]) / kOffsetSteps});
+    const SplatShape shape = project_splat(projection_, normals_[normal], point.pixel, facing,
+                                           {.radius = radii_[point_radii_[index]],
+                                            .voxel = voxel_,
+                                            .two_sided = (point_normals_[index] & kTwoSidedBit) != 0,
+                                            .offset = static_cast<float>(offsets_[index]) / kOffsetSteps});
     if (point.inverse_depth < pixel_splats_[point_radii_[index]])
         draw_pixel(shape, point, target_);
     else

@@ -4,8 +4,8 @@
 
 namespace pbm {
 
-SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, glm::vec2 pixel, float facing,
-                     SplatSize size) {
+SplatShape project_splat(const Projection &projection, const ScreenNormal &normal, glm::vec2 pixel, float facing,
+                         SplatSize size) {
     const auto focal = static_cast<float>(projection.focal);
     const glm::vec2 o = pixel - glm::vec2(projection.middle);
     // The normal through the Jacobian of the projection at depth 1.

@@ -70,8 +70,8 @@ struct SplatSize {
 };
 
 // Shape of a splat with this normal, seen through `pixel`. `facing` = normal.plane . (pixel, 1).
-SplatShape lay_splat(const Projection &projection, const ScreenNormal &normal, glm::vec2 pixel, float facing,
-                     SplatSize size);
+SplatShape project_splat(const Projection &projection, const ScreenNormal &normal, glm::vec2 pixel, float facing,
+                         SplatSize size);
 
 // Loads or stores two pixels of a row and the two below them.
 template <class T> Int4 load_block(const T *pixel, std::ptrdiff_t stride) {

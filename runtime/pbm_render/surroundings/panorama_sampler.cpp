@@ -101,11 +101,11 @@ HWY_INLINE Vector turns(Vector y, Vector x, bool behind) {
     return behind ? hn::IfThenElse(hn::Lt(x, hn::Zero(d)), hn::Sub(hn::Set(d, 0.5F), angle), angle) : angle;
 }
 
-struct Place {
+struct PanoramaPosition {
     Vector u, v, squared_length, squared_cosine;
 };
 
-HWY_INLINE Place place_of(Vector right, Vector up, Vector forward) {
+HWY_INLINE PanoramaPosition position_of(Vector right, Vector up, Vector forward) {
     const Floats d;
     const Vector half = hn::Set(d, 0.5F);
     const Vector level = hn::Add(hn::Mul(right, right), hn::Mul(forward, forward));
@@ -119,10 +119,10 @@ HWY_INLINE Place place_of(Vector right, Vector up, Vector forward) {
 // Rays in the axes of the panorama.
 struct Rays {
     glm::vec3 first, step;
-    HWY_INLINE Place at(Vector x) const {
+    HWY_INLINE PanoramaPosition at(Vector x) const {
         const Floats d;
         const auto component = [&](int i) { return hn::Add(hn::Set(d, first[i]), hn::Mul(x, hn::Set(d, step[i]))); };
-        return place_of(component(0), component(1), component(2));
+        return position_of(component(0), component(1), component(2));
     }
 };
 
@@ -132,7 +132,7 @@ void find_places(const Rays &rays, std::size_t first_block, BlockPlaces &places)
     const Vector block = hn::Set(d, static_cast<float>(kRayBlock));
     for (std::size_t i = 0; i <= kBlocks; i += lanes) {
         const Vector number = hn::Add(lane_numbers(), hn::Set(d, static_cast<float>(first_block + i)));
-        const Place place = rays.at(hn::Mul(number, block));
+        const PanoramaPosition place = rays.at(hn::Mul(number, block));
         hn::StoreU(place.u, d, places.u.data() + i);
         hn::StoreU(place.v, d, places.v.data() + i);
         hn::StoreU(place.squared_length, d, places.squared_length.data() + i);
@@ -149,7 +149,7 @@ struct Block {
     HWY_INLINE std::pair<Vector, Vector> places(const Rays &rays, std::size_t at) const {
         const Floats d;
         if (!straight) {
-            const Place place = rays.at(hn::Add(lane_numbers(), hn::Set(d, static_cast<float>(x + at))));
+            const PanoramaPosition place = rays.at(hn::Add(lane_numbers(), hn::Set(d, static_cast<float>(x + at))));
             return {place.u, place.v};
         }
         constexpr float kStep = 1.0F / kRayBlock;

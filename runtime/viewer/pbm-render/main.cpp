@@ -343,8 +343,8 @@ int run(const Arguments &arguments) {
         *stream << report(arguments, *camera, statistics);
     if (arguments.json.empty())
         return 0;
-    if (const Status told = command_line::write_text(arguments.json, to_json(arguments, statistics)); !told)
-        return fail(arguments.json, told.error());
+    if (const Status written = command_line::write_text(arguments.json, to_json(arguments, statistics)); !written)
+        return fail(arguments.json, written.error());
     return 0;
 }
 

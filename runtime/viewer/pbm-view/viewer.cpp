@@ -35,7 +35,7 @@ Viewer::Viewer(const Arguments &arguments, Window &window, ThreadPool &backgroun
 
 Viewer::~Viewer() {
     background_.set_wake({});
-    let_go(background_, std::move(model_));
+    destroy_in(background_, std::move(model_));
 }
 
 int Viewer::run() {
@@ -116,7 +116,7 @@ Status Viewer::show(ShownModelPointer loaded) {
     std::optional<LookOptions> shown_options;
     if (look_)
         shown_options = look_->options;
-    let_go(background_, std::exchange(model_, std::move(loaded)));
+    destroy_in(background_, std::exchange(model_, std::move(loaded)));
     look_ = model_->first_look();
     camera_ = *camera;
     if (picture_size() != glm::ivec2(0))
@@ -129,7 +129,7 @@ Status Viewer::show(ShownModelPointer loaded) {
     end_refinement();
     scheduler_.emplace(options_.max_error, min_fps_);
     update_panel(); // lays out the panel before it is drawn
-    has_told_of_room_ = false;
+    has_reported_memory_ = false;
     window_.set_title(file_name(model_->path()) + " - " + std::string(program_) + " (F1: help)");
     return {};
 }
@@ -315,7 +315,7 @@ void Viewer::check_room() {
     if (choose(model_->view(camera_, view_size_, options_.max_error)).missing.size() != drawn_.missing)
         return scheduler_->arrived(true);
     full_view_ = view_;
-    if (std::exchange(has_told_of_room_, true))
+    if (std::exchange(has_reported_memory_, true))
         return;
     const Error error =
         with_advice(program_, {ErrorCode::memory, 0,
@@ -454,10 +454,10 @@ void Viewer::present() {
     window_.swap();
     ++frames_;
     if (verbose())
-        tell_frame();
+        report_frame();
 }
 
-void Viewer::tell_frame() {
+void Viewer::report_frame() {
     std::cout << "frame " << frames_ << ": ";
     if (!scheduler_ || !scheduler_->shown()) {
         std::cout << "no picture yet" << std::endl;
@@ -469,15 +469,15 @@ void Viewer::tell_frame() {
                   : scheduler_->complete() ? "exact"
                                            : "coarse, " + std::to_string(drawn_.missing) + " chunks missing")
               << '\n';
-    const auto tell_time = [&](const char *what) {
+    const auto report_time = [&](const char *what) {
         const std::chrono::duration<double> since_start = Clock::now() - start_;
         std::cout << what << " picture: " << milliseconds(since_start.count()) << " after the start, "
                   << milliseconds(Window::now() - context_) << " after the OpenGL context\n";
     };
     if (std::exchange(first_picture_, false))
-        tell_time("first");
+        report_time("first");
     if (scheduler_->complete() && std::exchange(exact_picture_, false))
-        tell_time("exact");
+        report_time("exact");
     std::cout << std::flush;
 }
 

@@ -106,7 +106,7 @@ class Viewer {
     glm::ivec2 picture_size() const;
     OverlayText overlay_text() const;
     void present();
-    void tell_frame();
+    void report_frame();
     bool verbose() const { return options_.verbosity == command_line::Verbosity::verbose; }
 
     const std::string_view program_;
@@ -143,7 +143,7 @@ class Viewer {
     int samples_ = 0;                        // of the picture shown, if it is fine
     PictureStatistics drawn_;                // of the picture shown
     std::uint64_t full_view_ = 0;            // the view for which memory ran out
-    bool has_told_of_room_ = false;          // has reported that memory is too small
+    bool has_reported_memory_ = false;       // has reported that memory is too small
 
     std::optional<VideoSink> video_; // until its recording starts
     const VideoOptions video_options_;

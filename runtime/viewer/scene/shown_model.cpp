@@ -101,7 +101,7 @@ Loading begin_loading(ThreadPool &background, const std::string &path, const Vie
     });
 }
 
-void let_go(ThreadPool &background, ShownModelPointer model) {
+void destroy_in(ThreadPool &background, ShownModelPointer model) {
     if (model)
         background.post([model = std::move(model)]() mutable { model.reset(); });
 }

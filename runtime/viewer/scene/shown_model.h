@@ -92,6 +92,6 @@ using Loading = std::future<Result<ShownModelPointer>>;
 Loading begin_loading(ThreadPool &background, const std::string &path, const ViewOptions &options);
 
 // Releases a model on the background thread: the last owner waits for chunks that are being decoded.
-void let_go(ThreadPool &background, ShownModelPointer model);
+void destroy_in(ThreadPool &background, ShownModelPointer model);
 
 } // namespace pbm

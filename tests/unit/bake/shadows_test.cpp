@@ -63,7 +63,7 @@ TEST(Shadows, ARoofShadowsTheFloorUnderEveryKindOfLight) {
     }
 }
 
-TEST(Shadows, WhatFacesTheLightOfASphereIsLit) {
+TEST(Shadows, TheSideOfASphereTowardsTheLightIsLit) {
     VoxelScene scene;
     scene.add_sphere({31.3, 32.1, 32.7}, 25);
     const Model model = scene.model();
@@ -120,7 +120,7 @@ TEST(Shadows, NoLightLeaksUnderAWallThatStandsOnTheFloor) {
     EXPECT_EQ(lit[scene.index(40, 4, 32)], 1);
 }
 
-TEST(Shadows, WhatFacesAwayTakesTheValueAroundIt) {
+TEST(Shadows, PointsFacingAwayTakeTheValueAroundThem) {
     VoxelScene scene;
     scene.add_sheet(0, 64, 0, 64, 4);
     scene.add_sheet(0, 32, 0, 64, 30, true);

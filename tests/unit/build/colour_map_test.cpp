@@ -57,7 +57,7 @@ TEST(ColourMap, StopsAreMixedInLinearLight) {
     EXPECT_EQ(palette_of(TextureKind::marble, "0.5:#123456")[7], (Rgb8{0x12, 0x34, 0x56}));
 }
 
-TEST(ColourMap, SaysWhatIsWrong) {
+TEST(ColourMap, RefusesBadColourMapsWithAReason) {
     EXPECT_NE(error_of("oak").find("'oak': there are white, carrara"), std::string::npos);
     EXPECT_NE(error_of("0:#12345").find("position:#rrggbb"), std::string::npos);
     for (const char *const bad :

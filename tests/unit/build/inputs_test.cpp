@@ -186,7 +186,7 @@ TEST(Merge, MoreThanEightDifferentMaterialsAreRefused) {
     EXPECT_EQ(built(surfaces, at_depth(6)).parameters.materials.size(), 8U);
 }
 
-TEST(Merge, WhatIsWrongWithAnInputNamesIt) {
+TEST(Merge, ErrorsNameTheInput) {
     Surface nothing;
     EXPECT_EQ(refused({named(cube({0, 0, 0}), "a.ply"), named(nothing, "b.ply")}, at_depth(6)).message,
               "b.ply: the file has no points: there is nothing to build");

@@ -152,7 +152,7 @@ TEST(Panorama, EveryTruncationOfAnImageIsRefused) {
     }
 }
 
-TEST(Panorama, WhatIsNoPanoramaIsRefused) {
+TEST(Panorama, ImagesThatAreNoPanoramasAreRefused) {
     const Bytes pixels = noise(64 * 64 * 3);
     EXPECT_EQ(read({}).error().code, ErrorCode::bad_input);
     EXPECT_EQ(read({'p', 'l', 'y', '\n'}).error().code, ErrorCode::bad_input);

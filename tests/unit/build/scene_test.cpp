@@ -52,7 +52,7 @@ SceneRequest everything() {
 
 std::string why(const Result<LightRequest> &light) { return light.ok() ? "" : light.error().message; }
 
-TEST(LightRequest, SaysWhatItIs) {
+TEST(LightRequest, ParsesEveryField) {
     const auto light =
         read_light("spot, from=-1,2,1.5, intensity=0.5, colour=#ff0000, exponent=3, size=0.1, shadows=off");
     ASSERT_TRUE(light.ok()) << why(light);
@@ -65,7 +65,7 @@ TEST(LightRequest, SaysWhatItIs) {
     EXPECT_EQ(read_light("directional,direction=0.6,-0.6,-0.5,intensity=1,2,3")->intensity, (Vector{1, 2, 3}));
 }
 
-TEST(LightRequest, RefusesWhatCannotBe) {
+TEST(LightRequest, RefusesImpossibleValues) {
     for (const char *text : {"",
                              "sun",
                              "spot",
@@ -166,7 +166,7 @@ TEST(Scene, EverythingMakesAValidFileWhateverTheThreads) {
     EXPECT_GT(std::count(ground.begin(), ground.end(), 255), 1000);
 }
 
-TEST(Scene, WithoutWishesThereIsNone) {
+TEST(Scene, DefaultsAddNoScene) {
     const Model model = built(plates(), at_depth(6));
     EXPECT_TRUE(model.parameters.lights.empty());
     EXPECT_FALSE(model.parameters.ground);

@@ -162,13 +162,13 @@ TEST(SolidTexture, LooksAlikeAtEveryDepth) {
 }
 
 // Veins and rings finer than voxels fade out instead of aliasing.
-TEST(SolidTexture, WhatIsTooFineFadesAway) {
+TEST(SolidTexture, DetailFinerThanAVoxelFadesAway) {
     for (const TextureKind kind : kKinds)
         EXPECT_LT(deviation_of(values_of(texture_of(kind, 0, 1000), grid_of(6), block_of(64))), 3)
             << static_cast<int>(kind);
 }
 
-TEST(SolidTexture, NumbersOfFilesAreTakenAsTheNearestOfSense) {
+TEST(SolidTexture, NumbersOfFilesAreClampedToTheirRange) {
     for (const TextureKind kind : kKinds) {
         SolidTexture wild = texture_of(kind), tame = wild;
         wild.scale = 1e9F;
@@ -181,7 +181,7 @@ TEST(SolidTexture, NumbersOfFilesAreTakenAsTheNearestOfSense) {
     }
 }
 
-TEST(SolidTexture, RefusesWhatMakesNoSense) {
+TEST(SolidTexture, RefusesImpossibleParameters) {
     const auto refused = [](const TextureOptions &options) {
         const auto texture = make_texture(options);
         return !texture.ok() && texture.error().code == ErrorCode::usage;

@@ -84,7 +84,7 @@ TEST(Errors, StandardOutputTakesOneOutput) {
               "pbm-x: standard output takes one output; name a file for the other; see pbm-x --help\n");
 }
 
-TEST(ErrorLog, KeepsWhatWasThereAndAddsALineEach) {
+TEST(ErrorLog, KeepsEarlierLinesAndAddsOneEach) {
     const std::string path = testing::TempDir() + "error_log_test.log";
     std::ofstream(path) << "earlier\n";
     ASSERT_TRUE(open_log("pbm-x", path).ok());

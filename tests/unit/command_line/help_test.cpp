@@ -30,7 +30,7 @@ std::size_t lines(const std::string &page) {
     return static_cast<std::size_t>(std::count(page.begin(), page.end(), '\n'));
 }
 
-TEST(Help, WhatFitsAScreenIsToldAtOnce) {
+TEST(Help, ShortHelpIsPrintedAtOnce) {
     ProgramHelp help{.program = "pbm-x", .version = "1", .summary = "Does x.", .description = "", .options = {}};
     help.options.push_back(option("--one", "General"));
     help.options.push_back(option("--two", "Grid"));

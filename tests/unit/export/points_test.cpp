@@ -99,7 +99,7 @@ void expect_same(const Model &model, PlyFormat format) {
     EXPECT_EQ(again.levels, model.levels) << "depth " << grid.depth << " near " << grid.origin[0];
 }
 
-TEST(Export, WhatIsBuiltOfExportedPointsIsTheSameModel) {
+TEST(Export, BuildingExportedPointsGivesTheSameModel) {
     for (int depth = kMinBuildDepth; depth <= kMaxDepth; ++depth)
         expect_same(colourful_model({.depth = depth, .origin = {-1, 2, 1.0 / 3}, .voxel_size = 0.1}, //
                                     ColourFormat::rgb888, 20000),

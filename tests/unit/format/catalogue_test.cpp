@@ -125,7 +125,7 @@ TEST(Validation, CapsHideNoneOfTheCounts) {
     EXPECT_FALSE(none.valid());
 }
 
-TEST(Validation, WhatIsNotWantedDoesNotCount) {
+TEST(Validation, UnwantedFindingsDoNotCount) {
     const Bytes file = damaged_chunks();
     const ValidationReport all = validate(file, {.threads = 1});
     ValidateOptions options{.threads = 1};

@@ -24,7 +24,7 @@ using enum SectionType;
 
 const Bytes kEven(1000, 7);
 
-TEST(CheckAlone, FramesAreWholeAndOfOneSegment) {
+TEST(SingleCheck, FramesAreWholeAndOfOneSegment) {
     Bytes frame;
     ASSERT_TRUE(append_frame(kEven, 1, frame).zstd);
     Bytes raw(kEven.size());
@@ -65,7 +65,7 @@ TEST(CheckAlone, FramesAreWholeAndOfOneSegment) {
     EXPECT_TRUE(refuses(broken));
 }
 
-TEST(CheckAlone, SizesOfPlanes) {
+TEST(SingleCheck, SizesOfPlanes) {
     Bytes stored;
     const std::vector<Bytes> planes{kEven, Bytes(5, 1)};
     append_planes(planes, 1, stored);
@@ -127,7 +127,7 @@ Status decode_damaged(Filter filter, const std::function<void(Bytes &)> &damage)
     return {};
 }
 
-TEST(CheckAlone, PlanesOfEveryFilter) {
+TEST(SingleCheck, PlanesOfEveryFilter) {
     for (const Filter filter : {Filter::mask_rank, Filter::normal, Filter::radius, Filter::colour565, Filter::colour888,
                                 Filter::material, Filter::texture, Filter::shadow}) {
         EXPECT_TRUE(decode_damaged(filter, [](Bytes &) {})) << static_cast<int>(filter);
@@ -144,7 +144,7 @@ TEST(CheckAlone, PlanesOfEveryFilter) {
     }
 }
 
-TEST(CheckAlone, AConeHoldsNoTwoSidedPoint) {
+TEST(SingleCheck, AConeHoldsNoTwoSidedPoint) {
     Directories packed(chunks_file());
     const Model model = load_model(packed.reader).value();
     for (const int level : {4, 5})
@@ -165,7 +165,7 @@ TEST(CheckAlone, AConeHoldsNoTwoSidedPoint) {
         }
 }
 
-TEST(CheckAlone, StreamsOfMappedChunks) {
+TEST(SingleCheck, StreamsOfMappedChunks) {
     const FileEditor file(mapped_file());
     const AttributeSet set = every_attribute(ColourFormat::rgb888, 3);
     const StreamList streams = streams_of(set);
@@ -199,7 +199,7 @@ TEST(CheckAlone, StreamsOfMappedChunks) {
     }
 }
 
-TEST(CheckAlone, EveryFieldOfABrick) {
+TEST(SingleCheck, EveryFieldOfABrick) {
     const FileEditor file(chunks_file(Storage::mapped));
     const std::size_t at = file.section(level_bricks, 5) + kBrickRecordBytes;
     const std::array<std::pair<std::size_t, std::size_t>, 12> fields{
@@ -224,7 +224,7 @@ template <class T> auto put(std::size_t at, T value) {
     return [=](Bytes &bytes) { std::memcpy(bytes.data() + at, &value, sizeof value); };
 }
 
-TEST(CheckAlone, TilesOfARaster) {
+TEST(SingleCheck, TilesOfARaster) {
     constexpr std::uint32_t kZstd = 1U << 31, kFilter = static_cast<std::uint32_t>(Filter::texels) << 24;
     const std::size_t last = 32 + 2 * 16 + 8; // stored size, filter and zstd of the 4 x 4 texels
     EXPECT_TRUE(raster(3, Storage::packed, [](Bytes &) {}).ok());
@@ -243,7 +243,7 @@ TEST(CheckAlone, TilesOfARaster) {
     EXPECT_TRUE(refused(kZstd | 5, 1, Storage::mapped));
 }
 
-TEST(CheckAlone, ShapesOfRasters) {
+TEST(SingleCheck, ShapesOfRasters) {
     EXPECT_TRUE(is_storable(4, 2, 3));
     EXPECT_TRUE(is_storable(kMaxPanoramaWidth, kMaxPanoramaWidth / 2, 3));
     EXPECT_FALSE(is_storable(4, 3, 3));
@@ -275,7 +275,7 @@ TEST(CheckAlone, ShapesOfRasters) {
 }
 
 // A brick's nodes and points must lie within the chunk, even if the memory after it holds more.
-TEST(CheckAlone, BricksEndWithTheirChunk) {
+TEST(SingleCheck, BricksEndWithTheirChunk) {
     const std::vector<std::uint16_t> normals(64, 0);
     const Bytes radii(64, 9), masks(8, 0x81);
     const ChunkShape shape{.points = 4, .nodes = 2, .parents = 1, .bricks = 1};
@@ -299,7 +299,7 @@ TEST(CheckAlone, BricksEndWithTheirChunk) {
 }
 
 // Later checks would refuse these files too: here each rule is tested by itself.
-TEST(CheckAlone, PlacesInTheGridAndKindsInOrder) {
+TEST(SingleCheck, PlacesInTheGridAndKindsInOrder) {
     Grid grid{.depth = 3, .origin = {std::numeric_limits<double>::quiet_NaN(), 0, 0}};
     EXPECT_EQ(decode_grid(encode_grid(grid), 3).error().offset, 0U);
     // Texture values twice.
@@ -309,7 +309,7 @@ TEST(CheckAlone, PlacesInTheGridAndKindsInOrder) {
     EXPECT_EQ(decode_attributes(records, 3).error().offset, 72U);
 }
 
-TEST(CheckAlone, ARasterOfTheGroundIsAtMost4096TexelsWide) {
+TEST(SingleCheck, ARasterOfTheGroundIsAtMost4096TexelsWide) {
     const std::uint32_t edge = 2 * kMaxGroundRaster;
     const TileGrid tiles(edge, edge, 1);
     ByteWriter directory; // every tile is one empty frame
@@ -391,7 +391,7 @@ void refuse_broken_frames(const Bytes &file) {
     EXPECT_GT(frames, 0U);
 }
 
-TEST(CheckAlone, EveryFrameIsProven) {
+TEST(SingleCheck, EveryFrameIsVerified) {
     const Model model = sphere_model(5, every_attribute(ColourFormat::rgb888, 5));
     for (const bool filters : {false, true})
         refuse_broken_frames(encode_model(model, {.compression_level = 3, .filters = filters, .threads = 1}).value());
@@ -402,7 +402,7 @@ TEST(CheckAlone, EveryFrameIsProven) {
     }
 }
 
-TEST(CheckAlone, EveryPlaneOfATileIsProven) {
+TEST(SingleCheck, EveryPlaneOfATileIsVerified) {
     for (const std::uint32_t channels : {1U, 3U}) {
         Image image{.width = 64, .height = 64, .channels = channels, .texels = {}};
         for (std::size_t i = 0; i < std::size_t{64} * 64 * channels; ++i)

@@ -46,7 +46,7 @@ class BytesAtTheEnd {
     std::uint8_t *pages_ = nullptr;
 };
 
-TEST(CheckAlone, ABrickReadsNothingBehindItsStreams) {
+TEST(SingleCheck, ABrickReadsNothingBehindItsStreams) {
     const std::array<BrickRecord, 1> above{BrickRecord{.node_map = 0xFF}};
     const Bytes masks_above(8, 0xFF); // the only brick has 64 nodes
     const auto index = [&](std::size_t mask_count, std::size_t points) {
@@ -63,7 +63,7 @@ TEST(CheckAlone, ABrickReadsNothingBehindItsStreams) {
         EXPECT_FALSE(index(64, points)) << points;
 }
 
-TEST(CheckAlone, BricksStandInTheOctantsOfTheirParents) {
+TEST(SingleCheck, BricksStandInTheOctantsOfTheirParents) {
     struct Case {
         std::uint64_t node_map; // above
         std::size_t first;      // parent
@@ -102,7 +102,7 @@ TEST(CheckAlone, BricksStandInTheOctantsOfTheirParents) {
                             .root_prefix = octant}));
 }
 
-TEST(CheckAlone, NoChunkBehindTheLastParentChunk) {
+TEST(SingleCheck, NoChunkBehindTheLastParentChunk) {
     Directories packed(chunks_file());
     const LevelDirectory &finest = packed.level(5);
     LevelDirectory above = packed.level(4);
@@ -120,7 +120,7 @@ TEST(CheckAlone, NoChunkBehindTheLastParentChunk) {
 
 // In the last chunk of a parent chunk, `nodes` and `parents` change by one in opposite directions: the check must not
 // add them up, but compare each sum with the parent chunk.
-TEST(CheckAlone, SumsOverTheChunksOfAParentChunk) {
+TEST(SingleCheck, SumsOverTheChunksOfAParentChunk) {
     Directories packed(chunks_file());
     const LevelDirectory &finest = packed.level(5);
     const std::size_t entry = chunk_entry_bytes(packed.set), last = finest.chunks.size() - 1;
@@ -142,7 +142,7 @@ void expect_rule(const Status &status, std::string_view rule, std::uint64_t offs
 
 template <class T> Status status_of(const Result<T> &result) { return result ? Status{} : Status(result.error()); }
 
-TEST(CheckAlone, BricksOfALevelAreCounted) {
+TEST(SingleCheck, BricksOfALevelAreCounted) {
     Directories mapped(chunks_file(Storage::mapped));
     const SectionEntry bricks = *mapped.reader.section(level_bricks, 5);
     EXPECT_TRUE(check_brick_count(mapped.level(5), bricks));
@@ -154,7 +154,7 @@ TEST(CheckAlone, BricksOfALevelAreCounted) {
     EXPECT_FALSE(check_brick_count(mapped.level(5), other));
 }
 
-TEST(CheckAlone, TheHashOfAMappedChunk) {
+TEST(SingleCheck, TheHashOfAMappedChunk) {
     FileEditor file(mapped_file());
     file.flip(8 * (file.chunk(3) + 8));
     file.repair(false);
@@ -165,7 +165,7 @@ TEST(CheckAlone, TheHashOfAMappedChunk) {
     EXPECT_EQ(report.findings.at(0).offset, chunk);
 }
 
-TEST(CheckAlone, ATileThatWouldStartBehindItsSection) {
+TEST(SingleCheck, ATileThatWouldStartBehindItsSection) {
     Bytes section = encode_image(test_image(4, 4, 1), Storage::mapped, 1, 1); // tiles at 128, 192 and 256
     ASSERT_TRUE(decode_image_directory(section, 0));
     section.resize(200);
@@ -183,7 +183,7 @@ const Bytes &shaded_file() {
 }
 
 // No hash is repaired here: each call must verify the hash of the part that it reads.
-TEST(CheckAlone, OpenProvesTheHashesOfTheSmallSections) {
+TEST(SingleCheck, OpenVerifiesTheHashesOfTheSmallSections) {
     for (const SectionType type : {grid, metadata, attributes, materials, lights, texture, ground_plane}) {
         FileEditor file(shaded_file());
         const std::size_t at = file.section(type);
@@ -192,7 +192,7 @@ TEST(CheckAlone, OpenProvesTheHashesOfTheSmallSections) {
     }
 }
 
-TEST(CheckAlone, TheLevelHashesChecksWhatOpenDoesNotRead) {
+TEST(SingleCheck, TheLevelHashesChecksWhatOpenDoesNotRead) {
     for (const SectionType type : {level_directory, level_chunks}) {
         FileEditor file(shaded_file());
         const std::size_t at = file.section(type, 2);
@@ -202,7 +202,7 @@ TEST(CheckAlone, TheLevelHashesChecksWhatOpenDoesNotRead) {
     }
 }
 
-TEST(CheckAlone, ALoadedModelHasWholeRasters) {
+TEST(SingleCheck, ALoadedModelHasWholeRasters) {
     const std::size_t at = FileEditor(shaded_file()).section(panorama);
     const std::uint64_t size =
         FileEditor(shaded_file()).get<std::uint64_t>(FileEditor(shaded_file()).entry(panorama) + 32);
@@ -219,7 +219,7 @@ TEST(CheckAlone, ALoadedModelHasWholeRasters) {
     expect_rule(load(finest), "3.10.12", finest);
 }
 
-TEST(CheckAlone, NoRasterIsDecodedThatIsLargerThanTheMemory) {
+TEST(SingleCheck, NoRasterIsDecodedThatIsLargerThanTheMemory) {
     FileEditor file(shaded_file());
     const std::size_t at = file.section(panorama);
     const std::size_t first_tile = at + 32 + 16 * file.get<std::uint32_t>(at + 16);
@@ -233,7 +233,7 @@ TEST(CheckAlone, NoRasterIsDecodedThatIsLargerThanTheMemory) {
     EXPECT_EQ(validate(shaded_file(), {.threads = 1, .max_memory = 100}).findings.at(0).code, ErrorCode::memory);
 }
 
-TEST(CheckAlone, CallsThatMayNotBeMadeAreRefusedInAnyBuild) {
+TEST(SingleCheck, CallsThatMayNotBeMadeAreRefusedInAnyBuild) {
     const Bytes &packed = shaded_file();
     Reader reader = Reader::open(packed).value();
     Chunk to;
@@ -257,7 +257,7 @@ TEST(CheckAlone, CallsThatMayNotBeMadeAreRefusedInAnyBuild) {
 }
 
 // rich_file() gets advice: its chunk limit is not the writer's default.
-TEST(CheckAlone, AdviceIsForTheDeepLevel) {
+TEST(SingleCheck, AdviceIsForTheDeepLevel) {
     const auto advice = [](ValidationLevel level) {
         const ValidationReport report = validate(rich_file(), {.threads = 1, .level = level, .least = Severity::info});
         EXPECT_TRUE(report.valid());

@@ -13,14 +13,14 @@ namespace {
 using namespace test;
 using enum SectionType;
 
-TEST(CheckAlone, BoundsOfTheHeader) {
+TEST(SingleCheck, BoundsOfTheHeader) {
     expect_refusal(rich_file(), set<std::uint32_t>(104, 131072), ErrorCode::bad_header, 104);
     expect_refusal(rich_file(), set<std::uint64_t>(56, std::uint64_t{1} << 33), ErrorCode::bad_header, 56);
     EXPECT_EQ(Reader::open({}).error().code, ErrorCode::not_bvg);
     EXPECT_EQ(Reader::open(ByteView(rich_file()).first(5)).error().code, ErrorCode::truncated);
 }
 
-TEST(CheckAlone, FieldsOfTheTable) {
+TEST(SingleCheck, FieldsOfTheTable) {
     const FileEditor file(rich_file());
     const auto field = [&](SectionType type, std::uint32_t instance, std::size_t at) {
         return file.entry(type, instance) + at;
@@ -48,7 +48,7 @@ TEST(CheckAlone, FieldsOfTheTable) {
     expect_refusal(rich_file(), set<std::uint64_t>(offset, ~std::uint64_t{7}), ErrorCode::bad_table, offset);
 }
 
-TEST(CheckAlone, ASectionFarOutsideTheFile) {
+TEST(SingleCheck, ASectionFarOutsideTheFile) {
     // An alignment of 65,536 puts the last section behind the end of the file.
     FileEditor editor(rich_file());
     const std::size_t at = editor.entry(level_chunks, 3);
@@ -60,7 +60,7 @@ TEST(CheckAlone, ASectionFarOutsideTheFile) {
     EXPECT_EQ(validate(editor.bytes(), {.threads = 1}).findings[0].code, ErrorCode::truncated);
 }
 
-TEST(CheckAlone, BytesBehindTheLastSection) {
+TEST(SingleCheck, BytesBehindTheLastSection) {
     expect_refusal(
         rich_file(),
         [](FileEditor &file) {
@@ -70,7 +70,7 @@ TEST(CheckAlone, BytesBehindTheLastSection) {
         ErrorCode::bad_table, rich_file().size());
 }
 
-TEST(CheckAlone, RawSizesThatOverflow) {
+TEST(SingleCheck, RawSizesThatOverflow) {
     // A sum of raw sizes cannot overflow: rule 3.2.10 bounds the raw size of each section by its stored size, and
     // refuses 2^64 - 1.
     FileEditor editor(rich_file());
@@ -80,7 +80,7 @@ TEST(CheckAlone, RawSizesThatOverflow) {
     EXPECT_EQ(test::read_everything(editor.bytes()).error().code, ErrorCode::too_large);
 }
 
-TEST(CheckAlone, ALevelWithoutChunksOrDirectory) {
+TEST(SingleCheck, ALevelNeedsChunksAndADirectory) {
     for (const SectionType type : {level_directory, level_chunks}) {
         FileEditor editor(rich_file());
         const std::size_t count = editor.get<std::uint32_t>(32), at = editor.entry(type, 1);
@@ -111,7 +111,7 @@ TEST(CheckAlone, ALevelWithoutChunksOrDirectory) {
     }
 }
 
-TEST(CheckAlone, BoundsOfTheGrid) {
+TEST(SingleCheck, BoundsOfTheGrid) {
     const std::size_t at = FileEditor(rich_file()).section(grid);
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     expect_refusal(rich_file(), set<double>(at, kInfinity), ErrorCode::bad_section, at);
@@ -128,7 +128,7 @@ TEST(CheckAlone, BoundsOfTheGrid) {
         expect_refusal(rich_file(), set<double>(at + 24, size), ErrorCode::bad_section, at + 24);
 }
 
-TEST(CheckAlone, RecordsOfAttributes) {
+TEST(SingleCheck, RecordsOfAttributes) {
     const std::size_t at = FileEditor(rich_file()).section(attributes);
     const auto field = [&](std::size_t record, std::size_t offset) { return at + 24 * record + offset; };
     expect_refusal(rich_file(), set<std::uint8_t>(field(0, 0), 0), ErrorCode::unsupported_feature, field(0, 0));
@@ -155,7 +155,7 @@ TEST(CheckAlone, RecordsOfAttributes) {
     EXPECT_EQ(decode_attributes({}, 3).error().code, ErrorCode::bad_section);
 }
 
-TEST(CheckAlone, NumbersOfMaterialsAndLights) {
+TEST(SingleCheck, NumbersOfMaterialsAndLights) {
     EXPECT_FALSE(decode_materials({}));
     EXPECT_FALSE(decode_lights({}));
     EXPECT_TRUE(decode_materials(encode_materials(std::vector<Material>(kMaxMaterials))));
@@ -164,7 +164,7 @@ TEST(CheckAlone, NumbersOfMaterialsAndLights) {
     EXPECT_FALSE(decode_lights(encode_lights(std::vector<Light>(kMaxLights + 1))));
 }
 
-TEST(CheckAlone, BoundsOfMaterialsLightsAndTextures) {
+TEST(SingleCheck, BoundsOfMaterialsLightsAndTextures) {
     const auto refuses_material = [](auto &&change) {
         Material material;
         change(material);
@@ -200,7 +200,7 @@ TEST(CheckAlone, BoundsOfMaterialsLightsAndTextures) {
     EXPECT_TRUE(refuses_texture([](SolidTexture &texture) { texture.kind = TextureKind{0}; }));
 }
 
-TEST(CheckAlone, TheEdgeOfTheGroundPlane) {
+TEST(SingleCheck, TheEdgeOfTheGroundPlane) {
     for (const float edge : {-1.0F, 1e-40F, std::numeric_limits<float>::infinity()})
         EXPECT_FALSE(decode_ground_plane(encode_ground_plane({.half_edge = edge, .texture = {}})));
     EXPECT_TRUE(decode_ground_plane(encode_ground_plane({.half_edge = 1e-30F, .texture = {}})));
@@ -210,7 +210,7 @@ Status metadata_of(const std::string &text) {
     return check_metadata({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
 }
 
-TEST(CheckAlone, LengthAndNestingOfMetadata) {
+TEST(SingleCheck, LengthAndNestingOfMetadata) {
     EXPECT_TRUE(metadata_of("{}" + std::string(4094, ' ')));
     EXPECT_FALSE(metadata_of("{}" + std::string(4095, ' ')));
     const auto nested = [](std::size_t depth) {
@@ -221,7 +221,7 @@ TEST(CheckAlone, LengthAndNestingOfMetadata) {
     EXPECT_FALSE(metadata_of("\xEF\xBB\xBF{}"));
 }
 
-TEST(CheckAlone, CountsOfAChunk) {
+TEST(SingleCheck, CountsOfAChunk) {
     Directories packed(chunks_file());
     const ChunkShape shape = packed.level(5).chunks[0].shape;
     EXPECT_TRUE(packed.decode(5, 0, 16, shape.points).ok());
@@ -242,14 +242,14 @@ TEST(CheckAlone, CountsOfAChunk) {
     expect_place(packed.decode_bytes(5, {}), 0);
 }
 
-TEST(CheckAlone, TheConeOfAChunk) {
+TEST(SingleCheck, TheConeOfAChunk) {
     Directories packed(chunks_file());
     expect_place(packed.decode<std::uint16_t>(5, 0, 36, kNormalCount), 36);
     expect_place(packed.decode<std::int16_t>(5, 0, 38, -32768), 36);
     expect_place(packed.decode<std::uint32_t>(5, 0, 36, 0x80010001), 36); // "no cone" with a non-zero axis
 }
 
-TEST(CheckAlone, PlacesOfChunks) {
+TEST(SingleCheck, PlacesOfChunks) {
     Directories packed(chunks_file());
     const LevelDirectory &finest = packed.level(5);
     const std::size_t entry = chunk_entry_bytes(packed.set), last = finest.chunks.size() - 1;
@@ -276,7 +276,7 @@ TEST(CheckAlone, PlacesOfChunks) {
 }
 
 // Each count is possible by itself, but the counts disagree with those of the parent chunk.
-TEST(CheckAlone, ChunksThatHoldMoreThanTheirParent) {
+TEST(SingleCheck, ChunksThatHoldMoreThanTheirParent) {
     Directories packed(chunks_file());
     const LevelDirectory &finest = packed.level(5);
     const std::size_t entry = chunk_entry_bytes(packed.set);
@@ -309,7 +309,7 @@ TEST(CheckAlone, ChunksThatHoldMoreThanTheirParent) {
     }
 }
 
-TEST(CheckAlone, SizesOfStreams) {
+TEST(SingleCheck, SizesOfStreams) {
     Directories packed(chunks_file());
     const ChunkEntry &chunk = packed.level(5).chunks[0];
     const std::uint32_t points = chunk.shape.points, nodes = chunk.shape.nodes;
@@ -342,7 +342,7 @@ TEST(CheckAlone, SizesOfStreams) {
         entry * (last + 1));
 }
 
-TEST(CheckAlone, StreamsOfAMappedFileAreRaw) {
+TEST(SingleCheck, StreamsOfAMappedFileAreRaw) {
     Directories mapped(chunks_file(Storage::mapped));
     const ChunkEntry &chunk = mapped.level(5).chunks[0];
     const std::uint32_t filter = static_cast<std::uint32_t>(Filter::radius) << 24;
@@ -352,7 +352,7 @@ TEST(CheckAlone, StreamsOfAMappedFileAreRaw) {
                  kChunkEntryFixedBytes);
 }
 
-TEST(CheckAlone, TheTableCountsTheChunksAndPointsOfADirectory) {
+TEST(SingleCheck, TheTableCountsTheChunksAndPointsOfADirectory) {
     // Twice as many records of half the size: the table entry agrees with itself.
     const FileEditor file(chunks_file());
     const std::size_t at = file.entry(level_directory, 5);

@@ -215,7 +215,7 @@ TEST_F(ReplaceFile, RefusesFoldersAndMissingFolders) {
     EXPECT_EQ(replace_file((folder_ / "no" / "where").string(), bytes).error().code, ErrorCode::io);
 }
 
-TEST(MappedFile, RefusesWhatIsNoRegularFile) {
+TEST(MappedFile, RefusesAllButRegularFiles) {
     EXPECT_EQ(MappedFile::open("/dev/null").error().code, ErrorCode::io);
     EXPECT_EQ(MappedFile::open("/").error().code, ErrorCode::io);
     EXPECT_EQ(MappedFile::open("/no/such/file").error().code, ErrorCode::io);

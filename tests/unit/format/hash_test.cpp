@@ -28,12 +28,12 @@ void expect_xxh3(const HashWay &way, ByteView bytes) {
 // Start offsets 0..63: more than the alignment of any vector register.
 constexpr std::size_t kStarts = 64;
 
-TEST(Hash, TheLastWayIsForEveryProcessor) {
+TEST(Hash, TheLastImplementationIsForEveryProcessor) {
     ASSERT_FALSE(hash_ways().empty());
     EXPECT_TRUE(hash_ways().back().supported);
 }
 
-TEST(Hash, EveryWayIsXxh3AtAllLengthsUpTo5000) {
+TEST(Hash, EveryImplementationIsXxh3AtAllLengthsUpTo5000) {
     constexpr std::size_t kLongest = 5000;
     const Bytes bytes = random_bytes(kLongest + kStarts);
     for (const HashWay &way : hash_ways())
@@ -42,7 +42,7 @@ TEST(Hash, EveryWayIsXxh3AtAllLengthsUpTo5000) {
 }
 
 // Lengths around those where XXH3 changes its algorithm, and around the ends of stripes and blocks.
-TEST(Hash, EveryWayIsXxh3FromAllStarts) {
+TEST(Hash, EveryImplementationIsXxh3FromAllStarts) {
     const Bytes bytes = random_bytes(4096 + kStarts);
     for (const HashWay &way : hash_ways())
         for (const std::size_t about : {1U, 4U, 9U, 17U, 64U, 129U, 241U, 256U, 1024U, 2048U, 4095U})
@@ -51,7 +51,7 @@ TEST(Hash, EveryWayIsXxh3FromAllStarts) {
                     ASSERT_NO_FATAL_FAILURE(expect_xxh3(way, ByteView(bytes).subspan(start, size)));
 }
 
-TEST(Hash, EveryWayIsXxh3AtSomeLengthsUpTo300000) {
+TEST(Hash, EveryImplementationIsXxh3AtSomeLengthsUpTo300000) {
     constexpr std::size_t kLongest = 300000;
     const Bytes bytes = random_bytes(kLongest + kStarts);
     for (const HashWay &way : hash_ways())
@@ -59,7 +59,7 @@ TEST(Hash, EveryWayIsXxh3AtSomeLengthsUpTo300000) {
             ASSERT_NO_FATAL_FAILURE(expect_xxh3(way, ByteView(bytes).subspan(size % kStarts, size)));
 }
 
-TEST(Hash, TheOneThatIsTakenIsXxh3) {
+TEST(Hash, TheChosenImplementationIsXxh3) {
     const Bytes bytes = random_bytes(70000);
     for (const std::size_t size : {0U, 1U, 100U, 240U, 241U, 1000U, 70000U})
         EXPECT_EQ(hash64(ByteView(bytes).first(size)), XXH3_64bits(bytes.data(), size)) << size;

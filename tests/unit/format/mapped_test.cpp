@@ -246,7 +246,7 @@ TEST(MappedDamage, NoFlippedBitIsMissedByReaderOrValidator) {
     EXPECT_TRUE(test::read_everything(file));
 }
 
-TEST(MappedDamage, PaddingAndBricksAreProvenWithoutTheirHashes) {
+TEST(MappedDamage, PaddingAndBricksAreVerifiedWithoutTheirHashes) {
     const Bytes &good = many_chunks_file();
     const Reader whole = open_with_directories(good);
     for (std::uint32_t level = 1; level <= 5; ++level)
@@ -280,7 +280,7 @@ TEST(MappedDamage, WithRepairedHashesReaderAndValidatorStillAgree) {
     EXPECT_GT(refused, 1200);
 }
 
-TEST(MappedDamage, AChunkIsProvenAtFirstTouchAndOnce) {
+TEST(MappedDamage, AChunkIsVerifiedAtFirstTouchAndOnce) {
     Bytes file = many_chunks_file();
     const Reader reader = open_with_directories(file);
     const std::size_t last = file.size() - 100; // in the last chunk of level 5

@@ -75,7 +75,7 @@ TEST_F(Streams, AStreamOverTheLimitIsRefused) {
     EXPECT_EQ(endless.error().code, ErrorCode::memory);
 }
 
-TEST_F(Streams, WhatIsAStream) {
+TEST_F(Streams, PipesAndDevicesAreStreamsFilesAreNot) {
     EXPECT_TRUE(is_stream("-"));
     EXPECT_TRUE(is_stream("/dev/null"));
     EXPECT_FALSE(is_stream(path("none")));

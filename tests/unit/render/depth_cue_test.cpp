@@ -57,7 +57,7 @@ TEST_P(DepthCues, TheFootOfABoxIsDarkItsTopIsNot) {
     EXPECT_NEAR(grey(target, 10, 10), 0xC0, 1); // far away
 }
 
-TEST_P(DepthCues, WhatIsEmptyStaysAndCastsNothing) {
+TEST_P(DepthCues, EmptyPixelsStayAndCastNothing) {
     const Framebuffer target = darkened(GetParam(), [](int x, int) { return x < 80 ? 100.0 : kEmpty; });
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x)

@@ -187,7 +187,7 @@ bool is_on_the_back(const ChosenModel &model, std::uint64_t finest_point, glm::d
     return false;
 }
 
-TEST(DetailSelection, ShowsEveryVisiblePlaceOnceWhateverIsAtHand) {
+TEST(DetailSelection, ShowsEveryVisibleVoxelOnceWhateverIsLoaded) {
     ChosenModel model = sphere();
     Random random(3);
     std::uint64_t culled = 0;
@@ -217,7 +217,7 @@ TEST(DetailSelection, ShowsEveryVisiblePlaceOnceWhateverIsAtHand) {
 }
 
 // Loads the missing chunks until none is missing, as a program without a window does.
-TEST(DetailSelection, LoadingWhatIsMissingEndsInTheWholePicture) {
+TEST(DetailSelection, LoadingMissingChunksEndsInTheWholePicture) {
     ChosenModel model = sphere();
     Random random(6);
     std::uint64_t shown_points = 0;
@@ -314,7 +314,7 @@ TEST(DetailSelection, RefinesAroundAnEyeThatIsInside) {
 }
 
 // Order of missing chunks: parents before children, then by falling error in pixels.
-TEST(DetailSelection, NamesWhatIsMissingMostUrgentFirst) {
+TEST(DetailSelection, NamesMissingChunksMostUrgentFirst) {
     ChosenModel model = sphere();
     const DetailView view = front_view(3);
     const DetailSelection complete = model.select(view);

@@ -128,7 +128,7 @@ TEST(FineRenderer, BlendsColoursWithinTwoVoxels) {
     }
 }
 
-TEST(FineRenderer, ShowsNothingOfWhatIsBehind) {
+TEST(FineRenderer, ShowsNothingBehindTheSurface) {
     const auto wall = [](bool with_back) {
         std::vector<TestVoxel> voxels;
         for (std::uint32_t y = 0; y < 32; ++y)

@@ -255,7 +255,7 @@ TEST(ReferenceRenderer, EveryDetailLevelCoversTheWall) {
     EXPECT_EQ(draw_level(model, camera, 99).drawn.level, 6);
 }
 
-TEST(ReferenceRenderer, DrawsWhatIsLoadedOfAModel) {
+TEST(ReferenceRenderer, DrawsTheLoadedPartOfAModel) {
     Model model = make_wall(6, 20);
     model.levels.resize(5);
     EXPECT_EQ(draw(model, camera_in_front({32, 32, 16}, 80)).drawn.level, 4);

@@ -69,7 +69,7 @@ TEST(ColourTable, ReturnsEveryByte) {
     }
 }
 
-TEST(ColourTable, ClampsWhatIsTooBright) {
+TEST(ColourTable, ClampsBrightColours) {
     const ColourTable table;
     EXPECT_EQ(unpack_rgba(table.pack_srgb(Float4{7, 0.5F, 0, 0}))[0], 255);
     EXPECT_EQ(unpack_rgba(table.pack_srgb(Float4{7, 0.5F, 0, 0}))[1], 188); // half the light

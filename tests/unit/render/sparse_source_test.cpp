@@ -179,7 +179,7 @@ TEST(SparseSource, FetchesWhatAPictureNeedsAndKeepsNoPackedBytes) {
 }
 
 // A missing range is no error and leaves no trace: until it arrives the picture is coarser.
-TEST(SparseSource, ShowsWhatIsThereMeanwhile) {
+TEST(SparseSource, ShowsLoadedChunksMeanwhile) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         const Bytes &file = sphere_file(storage);
         NetworkFile network(file);

@@ -114,7 +114,7 @@ TEST(SplatKernels, DiscsLieAsTheirNormalSays) {
         EXPECT_EQ(std::string(mirrored[y].rbegin(), mirrored[y].rend()), slanted[y]);
 }
 
-TEST(SplatKernels, WhatLiesOutsideIsClipped) {
+TEST(SplatKernels, PixelsOutsideAreClipped) {
     const Table table;
     EXPECT_EQ(extent(draw(table.kernels, {0, 0, 1}, {-50, 20}, 8)).count, 0);
     EXPECT_EQ(extent(draw(table.kernels, {0, 0, 1}, {-1e30F, 1e30F}, 8)).count, 0);

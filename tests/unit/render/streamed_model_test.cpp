@@ -284,7 +284,7 @@ TEST(StreamedModel, FollowsAViewThatMoves) {
 }
 
 // A chunk of an older view is being loaded while its parent chunk is no longer needed: the parent stays.
-TEST(StreamedModel, KeepsWhatAChunkNestsInWhileItIsLoaded) {
+TEST(StreamedModel, KeepsTheParentOfAChunkBeingLoaded) {
     StreamedModel probe(reader_of(file(Storage::packed)));
     ASSERT_TRUE(probe.load(view_from(1.3)).ok());
     const std::uint64_t max_memory = probe.statistics().memory * 11 / 10;

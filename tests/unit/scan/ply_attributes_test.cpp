@@ -150,7 +150,7 @@ TEST(PlyAttributes, AGaussianSplatsMeanColourIsConverted) {
     EXPECT_EQ(report(own, "vertex.f_dc_0 f_dc_1 f_dc_2").fate, Fate::dropped);
 }
 
-TEST(PlyAttributes, WhatIsDroppedIsNamedWithItsReason) {
+TEST(PlyAttributes, DroppedPropertiesAreNamedWithTheReason) {
     std::string file = "ply\nformat ascii 1.0\nelement camera 1\nproperty float view_px\nelement vertex 1\n" + kXyz;
     for (const char *name :
          {"s", "t", "u", "v", "quality", "confidence", "intensity", "scalar_Distance", "alpha", "flags"})

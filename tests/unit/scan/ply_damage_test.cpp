@@ -193,7 +193,7 @@ TEST(PlyDamage, ACommentInTheBodyIsNoRow) {
     EXPECT_TRUE(has(report(surface(kTriangle + "comment the end\n"), "end of file").note, "16 bytes"));
 }
 
-TEST(PlyDamage, WhatIsNoNumberIsRefused) {
+TEST(PlyDamage, TextThatIsNoNumberIsRefused) {
     for (const char *bad : {"x", "0,5", "1.2.3", "+-1", "0x10", "--1", "1e", ".", "-", "+", "1e5e5", "\x80\x81"}) {
         const Error e = error(replaced(kTriangle, "1 0 0\n", std::string("1 ") + bad + " 0\n"));
         EXPECT_TRUE(has(e.message, "line 11: vertex 1, y: ")) << bad << ": " << e.message;

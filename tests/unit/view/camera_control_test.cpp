@@ -68,7 +68,7 @@ TEST(Approach, ScalesTheDistanceWithinLimits) {
     EXPECT_NEAR(distance(approach(test_camera(), 0.5, 1e-6)), 5, 1e-12);
 }
 
-TEST(Pan, MovesWhatIsInTheFocalPlaneByTheOffset) {
+TEST(Pan, MovesTheFocalPlaneByTheOffset) {
     const Camera camera = pan(test_camera(), {0.25, 0.5});
     const double height = 2 * 10 * std::tan(kDefaultViewAngle / 2);
     expect_near(camera.focal_point, {1 - 0.25 * height, 2 - 0.5 * height, 3});

@@ -38,7 +38,7 @@ TEST(ViewAsOptions, EveryNumberReadsBackAsItWas) {
     EXPECT_EQ(option(line, "camera-view-angle"), "30.1");
 }
 
-TEST(LookAsOptions, SaysWhatIsNotAsUsual) {
+TEST(LookAsOptions, NamesOptionsThatAreNotTheDefault) {
     LookOptions look;
     RenderOptions &render = look.render;
     EXPECT_EQ(look_as_options(look), "");
@@ -67,7 +67,7 @@ TEST(ParseFrameRate, IsOneTo240OrNone) {
     }
 }
 
-TEST(ChooseCamera, TakesFromTheCommandLineWhatItSays) {
+TEST(ChooseCamera, UsesTheOptionsOfTheCommandLine) {
     const Sphere bounds{{1, 2, 3}, 5};
     ViewOptions options;
     const Camera given = *choose_camera(options, bounds, UpAxis::z, {100, 100});

@@ -163,7 +163,7 @@ TEST_F(ShownModelTest, SampleBySampleIsTheWholeFinePicture) {
     }
 }
 
-TEST_F(ShownModelTest, WakesOnceUntilSomebodyLooks) {
+TEST_F(ShownModelTest, WakesOnceUntilItsEventsAreRead) {
     write(file());
     const ShownModelPointer model = open();
     EXPECT_TRUE(wait_for([&] { return !model->streamed().is_loading() && model->has_arrivals(); }));
@@ -195,7 +195,7 @@ TEST_F(ShownModelTest, SaysHowCoarseAPictureIs) {
     EXPECT_LT(drawn.coarsest_level, 8);
 }
 
-TEST_F(ShownModelTest, RefusesWhatIsNoModel) {
+TEST_F(ShownModelTest, RefusesFilesThatAreNoModels) {
     const auto none = ShownModel::open("ball.pbvg", options_, [] {});
     ASSERT_FALSE(none.ok());
     EXPECT_EQ(none.error().code, ErrorCode::io);
@@ -208,7 +208,7 @@ TEST_F(ShownModelTest, RefusesWhatIsNoModel) {
     EXPECT_EQ(refused.error().code, ErrorCode::bad_hash);
 }
 
-TEST_F(ShownModelTest, IsOpenedAndLetGoInTheBackground) {
+TEST_F(ShownModelTest, IsOpenedAndDestroyedInTheBackground) {
     write(file());
     ThreadPool background(2);
     Loading loading = begin_loading(background, "ball.pbvg", options_);
@@ -217,7 +217,7 @@ TEST_F(ShownModelTest, IsOpenedAndLetGoInTheBackground) {
     const std::weak_ptr<ShownModel> watched = *model;
     std::promise<void> gate;
     background.post([&] { gate.get_future().wait(); });
-    let_go(background, std::move(*model));
+    destroy_in(background, std::move(*model));
     EXPECT_FALSE(watched.expired());
     gate.set_value();
     EXPECT_TRUE(wait_for([&] { return watched.expired(); }));

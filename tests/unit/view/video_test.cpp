@@ -94,7 +94,7 @@ TEST(PictureForm, IsThatOfTheExtension) {
     }
 }
 
-TEST(FrameNames, HaveOneNumber) {
+TEST(FrameNames, NeedExactlyOneNumber) {
     EXPECT_EQ(parse_frame_names("a_%04d.png")->of(7), "a_0007.png");
     EXPECT_EQ(parse_frame_names("a_%02d.png")->of(123), "a_123.png");
     EXPECT_EQ(parse_frame_names("%d.bmp")->of(0), "0.bmp");
@@ -122,7 +122,7 @@ TEST(Jpeg, TheSameBytesAgainAndSmallerWithLessQuality) {
     EXPECT_EQ(Bytes(fine.end() - 2, fine.end()), (Bytes{0xFF, 0xD9}));
 }
 
-TEST(Jpeg, WhatTheLibraryRefusesIsAnError) {
+TEST(Jpeg, ErrorsOfTheLibraryAreReported) {
     Framebuffer picture(1, 1, false);
     picture.width = 70000; // wider than a JPEG may be: refused before a pixel is read
     const auto refused = encode_jpeg(picture, 90);

@@ -1,10 +1,10 @@
 // Computes a SIMD vector of splats as splat.h computes one. For files that Highway compiles for several targets:
 // include it after highway.h, once per target. Results are the same on every target.
-#if defined(PBM_RENDER_SPLAT_LAYOUT_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef PBM_RENDER_SPLAT_LAYOUT_H
-#undef PBM_RENDER_SPLAT_LAYOUT_H
+#if defined(PBM_RENDER_SPLAT_PROJECTION_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PBM_RENDER_SPLAT_PROJECTION_H
+#undef PBM_RENDER_SPLAT_PROJECTION_H
 #else
-#define PBM_RENDER_SPLAT_LAYOUT_H
+#define PBM_RENDER_SPLAT_PROJECTION_H
 #endif
 
 #include "pbm_render/splats/facing_points.h"
@@ -19,7 +19,7 @@ namespace pbm::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // A vector of splats: what blocks and ellipses have in common.
-struct LaidSplats {
+struct ProjectedSplats {
     SeenNormal normal;
     Vector image_x, image_y; // image of the normal, for focal length and depth 1
     Vector pixel_size;       // at the point's depth
@@ -29,14 +29,14 @@ struct LaidSplats {
 
 // kPlaced: the points have surface offsets; other splats lie at the mean depth of a surface within its voxel.
 template <bool kPlaced>
-HWY_INLINE LaidSplats lay_splats(const FrameGeometry &frame, float voxel_edge, float outline_inset,
-                                 const FacingPoints &points, std::size_t first) {
+HWY_INLINE ProjectedSplats project_splats(const FrameGeometry &frame, float voxel_edge, float outline_inset,
+                                          const FacingPoints &points, std::size_t first) {
     const Floats d;
     const Ints di;
     const Vector zero = hn::Zero(d), one = hn::Set(d, 1);
     const auto clamp_to_one = [&](Vector v) { return hn::Min(hn::Max(v, zero), one); };
     const IntVector packed = hn::Load(di, points.normal.data() + first);
-    LaidSplats s;
+    ProjectedSplats s;
     s.normal = see_normal(frame, packed, hn::Load(d, points.x.data() + first), hn::Load(d, points.y.data() + first));
     const SeenNormal &n = s.normal;
     const Vector voxel = hn::IfThenZeroElse(n.two_sided, hn::Set(d, voxel_edge));
@@ -66,7 +66,7 @@ HWY_INLINE Vector plane_slope(Vector component, Vector inverse_cosine, float ste
 }
 
 // Depth of the plane in the middle of the splat; the slopes are per unit of depth 1.
-HWY_INLINE Vector depth_in_middle(const LaidSplats &s, Vector w, Vector slope_x, Vector slope_y) {
+HWY_INLINE Vector depth_in_middle(const ProjectedSplats &s, Vector w, Vector slope_x, Vector slope_y) {
     const Vector along = hn::Add(hn::Mul(slope_x, s.image_x), hn::Mul(slope_y, s.image_y));
     return hn::Add(w, hn::Sub(hn::Mul(along, hn::Sub(s.inset, s.outline)), hn::Mul(s.inset, s.normal.z)));
 }
@@ -86,11 +86,11 @@ struct Ellipses {
     alignas(64) std::array<std::int32_t, kMaxLanes> left, right, top, bottom; // pixels, in the strip
 };
 
-// Computes the ellipses of a vector of points from `first` on, as lay_splat does, into the lanes of `to` from `lane`
-// on. Lanes behind the last point get empty ellipses.
+// Computes the ellipses of a vector of points from `first` on, as project_splat does, into the lanes of `to` from
+// `lane` on. Lanes behind the last point get empty ellipses.
 template <bool kPlaced>
-HWY_INLINE LaidSplats lay_ellipses(const StripRun &at, const FacingPoints &points, std::size_t first, Ellipses &to,
-                                   std::size_t lane = 0, const Enlargement &enlarged = {}) {
+HWY_INLINE ProjectedSplats project_ellipses(const StripRun &at, const FacingPoints &points, std::size_t first,
+                                            Ellipses &to, std::size_t lane = 0, const Enlargement &enlarged = {}) {
     const FrameGeometry &frame = at.frame;
     const DepthStrip &strip = at.strip;
     const float voxel_edge = at.run.voxel;
@@ -99,8 +99,8 @@ HWY_INLINE LaidSplats lay_ellipses(const StripRun &at, const FacingPoints &point
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
     const Vector one = set(1), half = set(0.5F);
-    const LaidSplats s =
-        lay_splats<kPlaced>(frame, voxel_edge, kPlaced ? kPlacedOutlineInset : kOutlineInset, points, first);
+    const ProjectedSplats s =
+        project_splats<kPlaced>(frame, voxel_edge, kPlaced ? kPlacedOutlineInset : kOutlineInset, points, first);
     const SeenNormal &n = s.normal;
     const Vector radius = hn::Mul(set(enlarged.radius), hn::Load(d, points.radius.data() + first));
     // Lanes behind the last point are uninitialized: the mask keeps the index within the table.
