@@ -2,7 +2,7 @@
 """clang-tidy of our own sources: tidy.py BUILD_FOLDER [FILE...]. Exit code 1: it found something.
 
 Nine tenths of what clang-tidy does to a file it does to the headers of others. Files are therefore looked at together,
-two dozen at a time, as if they were one, with the folders and macros of all of them; where that finds anything, or where
+three dozen at a time, as if they were one, with the folders and macros of all of them; where that finds anything, or where
 they do not go together, they are looked at in halves and in the end alone, with their own flags, and only that counts.
 Files whose text and flags passed before are skipped: BUILD_FOLDER/tidy has stamps.
 """
@@ -18,7 +18,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FOLDERS = ("system", "format_spec", "command_line", "runtime", "tools", "data", "tests", "bench", "examples")
-TOGETHER = 24
+TOGETHER = 36
+STATIC_SIMD = ("-DHWY_COMPILE_ONLY_STATIC", "-march=haswell", "-maes")
 
 
 def sources_of(build):
@@ -52,10 +53,10 @@ def sources_of(build):
 
 
 def names_of(text):
-    """What a file declares for itself, roughly: unnamed namespaces, line by line, and entry points; what it calls by no
-    more than a name. What one declares no other beside it may declare or call."""
-    names = set(re.findall(r"^int (main)\(", text, re.MULTILINE))
-    for inside in re.findall(r"^namespace \{$(.*?)^\} // namespace$", text, re.MULTILINE | re.DOTALL):
+    """What a file declares for itself, roughly: unnamed namespaces and those of SIMD targets, line by line; what it calls
+    by no more than a name. What one declares no other beside it may declare or call."""
+    names = set()
+    for inside in re.findall(r"^namespace (?:pbm::HWY_NAMESPACE )?\{$(.*?)^\} // namespace", text, re.MULTILINE | re.DOTALL):
         for line in re.findall(r"^(?!using |TEST)[a-zA-Z].*", inside, re.MULTILINE):
             found = re.search(r"^(?:struct|class|enum(?: class)?) (\w+)|\b(\w+)(?= = |\(|\{|\[|;)", line)
             names.update(found.groups() if found else ())
@@ -87,14 +88,16 @@ def flags_together(some):
 
 
 def groups_of(files, flags):
-    """Lists of files to be looked at together, with flags; alone are files of Highway, which include themselves, and those
-    that define functions of other libraries."""
+    """Lists of files to be looked at together, with flags; those that define functions of other libraries are alone, and
+    files of Highway among themselves."""
     groups = []  # files, flags, names, calls, room
     for file in files:
         room = file.split("/")[2] if file.startswith("tests/unit/") else None  # namespaces of their own
         text = (ROOT / file).read_text(encoding="utf-8")
         names, calls = names_of(text)
-        alone = "foreach_target.h" in text or "<dlfcn.h>" in text
+        alone = "<dlfcn.h>" in text
+        if "foreach_target.h" in text:
+            room = "Highway"
         for group in groups if not alone else ():
             if group[4] == room and len(group[0]) < TOGETHER and not group[2] & (names | calls) and not group[3] & names:
                 if both := flags_together([group[1], flags[file]]) if group[1] else None:
@@ -142,10 +145,12 @@ def main():
         else:
             digest = hashlib.sha256("\n".join(members).encode()).hexdigest()[:16]
             together = stamps / f"{digest}.cpp"
-            together.write_text("".join(f'#define LLVMFuzzerTestOneInput fuzz_{i}\n#include "{ROOT / file}" // NOLINT\n'
-                                        "#undef LLVMFuzzerTestOneInput\n" for i, file in enumerate(members)))
-            # What one file declares may hide what the next one does; compilers see each of them alone.
-            if tidy(together, (*together_flags, "-Wno-shadow")):
+            together.write_text("".join(
+                f'#define LLVMFuzzerTestOneInput fuzz_{i}\n#define main main_{i}\n#include "{ROOT / file}" // NOLINT\n'
+                "#undef main\n#undef LLVMFuzzerTestOneInput\n" for i, file in enumerate(members)))
+            # Files of Highway include themselves once per target: together they do so for one. What one file declares
+            # may hide what the next one does; compilers see each of them alone.
+            if tidy(together, (*together_flags, *STATIC_SIMD, "-Wno-shadow")):
                 half = len(members) // 2
                 return look_at((members[:half], together_flags)) + look_at((members[half:], together_flags))
             said = ""
