@@ -70,6 +70,9 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
         it.large = true;
         it.top = 0;
         it.bottom = frame.height;
+        it.left = 0;
+        it.right = frame.width;
+        it.nearest = 0;
         if (nearest > kNear * reach) {
             const float inverse = frame.focal / centre.z, extent = reach * frame.focal / nearest;
             const float x = centre.x * inverse, y = centre.y * inverse;

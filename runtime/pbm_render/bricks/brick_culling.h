@@ -15,6 +15,8 @@ struct SeenBrick {
     float u, v, w;            // M * (centre of its first voxel), see TransformTable
     std::uint32_t brick;      // index in the chunk
     std::int32_t top, bottom; // its points touch rows top .. bottom - 1 only
+    std::int32_t left, right; // and columns left .. right - 1
+    float nearest;            // lower bound of the depths of their pixels, grid edges
     bool large;               // some splat needs more than a block of 2 x 2 pixels, or the eye is near
 };
 
@@ -34,7 +36,7 @@ struct RunGeometry {
 inline constexpr float kBlockRadius = 1.35F;
 
 // Writes the visible bricks to `to`, in their order, and returns their number. `to` has room for all bricks of the
-// chunk. Accesses stay in bounds if the bytes of a mapped chunk change.
+// chunk. Columns are those of the picture, depths are not bounded; see bound_bricks. Accesses stay in bounds if the bytes of a mapped chunk change.
 std::size_t find_seen_bricks(const RunGeometry &run, const FrameGeometry &frame, std::span<SeenBrick> to);
 
 } // namespace pbm

@@ -15,8 +15,6 @@
 #define PBM_RENDER_BRICK_SPLATTER_TABLES
 namespace pbm {
 
-// Replace kOutlineInset and kPlacedOutlineInset: blocks are larger than the ellipses that they stand for.
-inline constexpr float kBlockOutlineInset = 0.6F, kPlacedBlockOutlineInset = 0.5F;
 // How far a placed block lies behind its plane one pixel from its middle, in voxel edges.
 inline constexpr float kPlacedBlockCone = 1.2F;
 
@@ -141,14 +139,36 @@ template <bool kPlaced> HWY_INLINE void draw_ellipses(const StripRun &at, Facing
     points.count = 0;
 }
 
+// Whether all pixels of the strip that a brick may touch show nearer points already.
+HWY_INLINE bool is_hidden(const SeenBrick &it, const DepthStrip &strip) {
+    const Floats d;
+    const std::size_t lanes = hn::Lanes(d);
+    const int top = std::max(it.top, strip.top), bottom = std::min(it.bottom, strip.bottom);
+    const auto width = static_cast<std::size_t>(it.right - it.left);
+    const Vector nearest = hn::Set(d, it.nearest);
+    for (int y = top; y < bottom; ++y) {
+        const auto *const row = reinterpret_cast<const float *>(strip.pixels.data() + strip.offset(it.left, y));
+        for (std::size_t x = 0; x < width; x += lanes) {
+            Vector id, depth;
+            hn::LoadInterleaved2(d, row + 2 * x, id, depth); // rows are padded for whole vectors
+            if (!hn::AllFalse(d, hn::And(hn::Ge(depth, nearest), hn::FirstN(d, width - x))))
+                return false;
+        }
+    }
+    return true;
+}
+
+// Draws bricks of one run.
 template <bool kPlaced>
-HWY_INLINE std::uint64_t draw_all(const StripRun &at, std::span<const SeenBrick> seen, std::uint32_t first_id,
+HWY_INLINE std::uint64_t draw_all(const StripRun &at, std::span<const SeenBrick> seen,
+                                  std::span<const StripBricks::Brick> bricks, std::uint32_t first_id,
                                   DepthStrip &strip) {
     Blocks blocks;
     FacingPoints small, large;
     std::uint64_t drawn = 0;
-    for (const SeenBrick &it : seen) {
-        if (it.top >= strip.bottom || it.bottom <= strip.top)
+    for (const StripBricks::Brick &brick : bricks) {
+        const SeenBrick &it = seen[brick.seen];
+        if (is_hidden(it, strip))
             continue;
         if (it.large) {
             drawn += add_brick<true, kPlaced>(at, it, first_id, large);
@@ -165,11 +185,20 @@ HWY_INLINE std::uint64_t draw_all(const StripRun &at, std::span<const SeenBrick>
     return drawn;
 }
 
-std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
-                          std::uint32_t first_id, DepthStrip &strip) {
-    const StripRun at{frame, run, strip};
-    return run.offsets != nullptr ? draw_all<true>(at, seen, first_id, strip)
-                                  : draw_all<false>(at, seen, first_id, strip);
+std::uint64_t draw_bricks(const FrameGeometry &frame, const StripBricks &list, DepthStrip &strip) {
+    std::uint64_t drawn = 0;
+    for (std::span<const StripBricks::Brick> left = list.bricks(); !left.empty();) {
+        const std::uint32_t number = left.front().run;
+        const auto other =
+            std::find_if(left.begin(), left.end(), [&](const auto &brick) { return brick.run != number; });
+        const auto of_run = left.first(static_cast<std::size_t>(other - left.begin()));
+        left = left.subspan(of_run.size());
+        const StripBricks::Run &run = list.run(number);
+        const StripRun at{frame, *run.geometry, strip};
+        drawn += run.geometry->offsets != nullptr ? draw_all<true>(at, run.seen, of_run, run.first_id, strip)
+                                                  : draw_all<false>(at, run.seen, of_run, run.first_id, strip);
+    }
+    return drawn;
 }
 
 } // namespace pbm::HWY_NAMESPACE
@@ -180,9 +209,8 @@ namespace pbm {
 
 HWY_EXPORT(draw_bricks);
 
-std::uint64_t draw_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
-                          std::uint32_t first_id, DepthStrip &strip) {
-    return HWY_DYNAMIC_DISPATCH(draw_bricks)(frame, run, seen, first_id, strip);
+std::uint64_t draw_bricks(const FrameGeometry &frame, const StripBricks &bricks, DepthStrip &strip) {
+    return HWY_DYNAMIC_DISPATCH(draw_bricks)(frame, bricks, strip);
 }
 
 } // namespace pbm

@@ -2,6 +2,7 @@
 
 #include "pbm_render/bricks/drawn_runs.h"
 #include "pbm_render/camera/unit_grid.h"
+#include "pbm_render/fast/brick_bounds.h"
 #include "pbm_render/fast/brick_splatter.h"
 #include "pbm_render/fast/strip_pixels.h"
 #include "pbm_render/shading/point_shader.h"
@@ -32,6 +33,7 @@ struct StreamPointers {
 struct Workplace {
     SurfaceOffsets offsets;
     DepthStrip strip;
+    StripBricks bricks;
 };
 
 // Values that all strips of a frame share.
@@ -50,7 +52,7 @@ struct FastRenderer::Frame {
         : parameters(p), surroundings(std::move(s)), appearance(p), runs(chunk_points), pool(resolve_threads(threads)),
           workplaces(static_cast<std::size_t>(pool.threads())) {}
 
-    std::uint64_t draw(int top, int rows, const FrameView &view, DepthStrip &strip) const;
+    std::uint64_t draw(int top, int rows, const FrameView &view, Workplace &workplace) const;
     void resolve(const DepthStrip &strip, const FrameView &view) const;
     void read_looks(const CoveredPixels &pixels, const PointShader &shader, std::span<PointLook> looks) const;
     template <bool kSpecial>
@@ -98,7 +100,9 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
         if (item == 0) // first, since it takes longest
             shader.emplace(frame.parameters, frame.appearance, projection, &surroundings, options);
         else
-            frame.runs.cull(item - 1, geometry, frame.workplaces[thread].offsets);
+            frame.runs.cull(
+                item - 1, geometry, frame.workplaces[thread].offsets,
+                [&](const RunGeometry &run, std::span<SeenBrick> seen) { bound_bricks(geometry, run, seen); });
     });
 
     const int rows = strip_rows(target.width, frame.pool.threads());
@@ -106,7 +110,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     std::vector<std::uint64_t> drawn(count);
     const FrameView view{options, geometry, *shader, surroundings, target};
     frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
-        drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, view, frame.workplaces[thread].strip);
+        drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, view, frame.workplaces[thread]);
     });
     RenderStatistics statistics = frame.runs.statistics();
     for (const std::uint64_t points : drawn)
@@ -115,13 +119,11 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
 }
 
 // Draws `rows` rows from row `top` on. Returns the number of points drawn.
-std::uint64_t FastRenderer::Frame::draw(int top, int rows, const FrameView &view, DepthStrip &strip) const {
+std::uint64_t FastRenderer::Frame::draw(int top, int rows, const FrameView &view, Workplace &workplace) const {
+    DepthStrip &strip = workplace.strip;
     strip.begin(view.target.width, top, std::min(top + rows, view.target.height));
-    std::uint64_t drawn = 0;
-    runs.for_each_in_rows(strip.top, strip.bottom,
-                          [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
-                              drawn += draw_bricks(view.geometry, run, seen, first_id, strip);
-                          });
+    workplace.bricks.collect(runs, strip.top, strip.bottom);
+    const std::uint64_t drawn = draw_bricks(view.geometry, workplace.bricks, strip);
     resolve(strip, view);
     return drawn;
 }

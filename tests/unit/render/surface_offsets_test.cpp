@@ -148,7 +148,16 @@ TEST(SurfaceOffsets, OfBytesThatChangedAreOffsetsAsWell) {
 std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std::size_t end) {
     std::vector<SeenBrick> seen;
     for (std::uint32_t i = first; i < end; i += step)
-        seen.push_back({.u = 0, .v = 0, .w = 1, .brick = i, .top = 0, .bottom = 1, .large = false});
+        seen.push_back({.u = 0,
+                        .v = 0,
+                        .w = 1,
+                        .brick = i,
+                        .top = 0,
+                        .bottom = 1,
+                        .left = 0,
+                        .right = 1,
+                        .nearest = 0,
+                        .large = false});
     return seen;
 }
 

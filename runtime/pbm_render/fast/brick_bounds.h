@@ -1,0 +1,13 @@
+// Bounds of bricks on the screen: what their splats can cover at most.
+#pragma once
+
+#include "pbm_render/bricks/brick_culling.h"
+
+#include <span>
+
+namespace pbm {
+
+// Narrows rows and columns of the bricks, and bounds the depths of their pixels, as they are drawn by draw_bricks.
+void bound_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> bricks);
+
+} // namespace pbm

@@ -1,0 +1,35 @@
+// The bricks that touch a strip of the picture, roughly from front to back: those that come late are often hidden.
+#pragma once
+
+#include "pbm_render/bricks/drawn_runs.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace pbm {
+
+class StripBricks {
+  public:
+    struct Run {
+        const RunGeometry *geometry;
+        std::span<const SeenBrick> seen;
+        std::uint32_t first_id; // of the chunk's first point
+    };
+    struct Brick {
+        std::uint32_t run, seen; // indices of the run and of the brick in Run::seen
+    };
+
+    // Lists the bricks of `drawn` that touch rows top .. bottom - 1. `drawn` must outlive the use of the list.
+    void collect(const DrawnRuns &drawn, int top, int bottom);
+
+    // In a few classes of depth, the nearest first; within each class in the order of the runs and of their bricks.
+    std::span<const Brick> bricks() const { return bricks_; }
+    const Run &run(std::uint32_t index) const { return runs_[index]; }
+
+  private:
+    std::vector<Run> runs_;
+    std::vector<Brick> unsorted_, bricks_;
+};
+
+} // namespace pbm
