@@ -6,6 +6,7 @@
 #include "pbm_render/fast/brick_splatter.h"
 #include "pbm_render/fast/strip_pixels.h"
 #include "pbm_render/shading/point_shader.h"
+#include "pbm_render/shading/surface_shader.h"
 #include "system/threads/parallel.h"
 #include "system/threads/thread_pool.h"
 
@@ -15,12 +16,18 @@
 namespace pbm {
 namespace {
 
-// A strip of one megabyte fits the cache; few bricks lie in two. With several threads, smaller strips balance the load.
-constexpr int kStripPixels = 128 * 1024, kSharedStripPixels = 80 * 1024;
+// A strip of two megabytes fits the cache; few bricks lie in two. With several threads, smaller strips balance the
+// load.
+constexpr int kMaxStripPixels = 256 * 1024, kMinStripPixels = 80 * 1024;
+constexpr int kStripsPerThread = 4;
 constexpr int kMinStripRows = 16;
 
-int strip_rows(int width, int threads) {
-    return std::max(kMinStripRows, (threads == 1 ? kStripPixels : kSharedStripPixels) / width);
+int strip_rows(const Framebuffer &target, int threads) {
+    const std::size_t balanced = target.pixels() / static_cast<std::size_t>(threads * kStripsPerThread);
+    const int pixels = threads == 1
+                           ? kMaxStripPixels
+                           : static_cast<int>(std::clamp<std::size_t>(balanced, kMinStripPixels, kMaxStripPixels));
+    return std::max(kMinStripRows, pixels / target.width);
 }
 
 // Pointers to the streams of a run's chunk, in one struct since every pixel reads them.
@@ -36,10 +43,31 @@ struct Workplace {
     StripBricks bricks;
 };
 
+// The point and spot lights of a frame.
+struct PositionalLights {
+    PositionalLights(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection) {
+        std::vector<Light> lights;
+        for (std::size_t i = 0; i < appearance.lights.size(); ++i)
+            if (appearance.lights[i].kind != LightKind::directional) {
+                lights.push_back(appearance.lights[i]);
+                indices.push_back(i);
+            }
+        seen = see_lights(lights, parameters.grid.edge(), projection);
+    }
+    // How many of them have an index below `end`.
+    std::size_t below(std::size_t end) const {
+        return static_cast<std::size_t>(std::lower_bound(indices.begin(), indices.end(), end) - indices.begin());
+    }
+
+    std::vector<EyeLight> seen;
+    std::vector<std::size_t> indices; // among all lights, ascending
+};
+
 // Values that all strips of a frame share.
 struct FrameView {
     const RenderOptions &options;
     const FrameGeometry &geometry;
+    const PositionalLights &lights;
     const PointShader &shader;
     const SurroundingsView &surroundings;
     Framebuffer &target;
@@ -55,9 +83,16 @@ struct FastRenderer::Frame {
     std::uint64_t draw(int top, int rows, const FrameView &view, Workplace &workplace) const;
     void resolve(const DepthStrip &strip, const FrameView &view) const;
     void read_looks(const CoveredPixels &pixels, const PointShader &shader, std::span<PointLook> looks) const;
+    void light_row(const CoveredPixels &pixels, std::span<const PointLook> looks, int y, const FrameView &view,
+                   SurfaceRow &row) const;
     template <bool kSpecial>
-    void shade_row(const CoveredPixels &pixels, std::span<const PointLook> looks, int y, const PointShader &shader,
-                   std::uint32_t *colours) const;
+    void shade_pixels(const CoveredPixels &pixels, std::span<const PointLook> looks, int y, const PointShader &shader,
+                      const SurfaceRow &positional, std::uint32_t *colours) const;
+    float lit(std::uint32_t id, std::size_t light) const {
+        const PointRun &run = runs[runs.ids().run(id)];
+        return lit_fraction(run, runs.ids().point(id), light,
+                            parameters.attributes.shadow_bits[light][static_cast<std::size_t>(run.level)]);
+    }
 
     const ModelParameters &parameters;
     const std::shared_ptr<const Surroundings> surroundings;
@@ -94,6 +129,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
         frame.streams.push_back({chunk.normals.data(), chunk.colours.data(), chunk.materials.data(),
                                  indices ? chunk.values(*indices).data() : nullptr});
     }
+    const PositionalLights lights(frame.parameters, frame.appearance, projection);
     const SurroundingsView surroundings(frame.surroundings.get(), frame.appearance, projection, options);
     std::optional<PointShader> shader;
     frame.pool.run(frame.runs.size() + 1, [&](std::size_t item, std::size_t thread) {
@@ -105,10 +141,10 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
                 [&](const RunGeometry &run, std::span<SeenBrick> seen) { bound_bricks(geometry, run, seen); });
     });
 
-    const int rows = strip_rows(target.width, frame.pool.threads());
+    const int rows = strip_rows(target, frame.pool.threads());
     const auto count = static_cast<std::size_t>((target.height + rows - 1) / rows);
     std::vector<std::uint64_t> drawn(count);
-    const FrameView view{options, geometry, *shader, surroundings, target};
+    const FrameView view{options, geometry, lights, *shader, surroundings, target};
     frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
         drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, view, frame.workplaces[thread]);
     });
@@ -138,6 +174,7 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view
     std::vector<PointLook> looks(width);
     const bool is_plain = view.surroundings.is_plain();
     const PointShader &shader = view.shader;
+    SurfaceRow positional(shader.is_positional() ? target.width : 0);
     SurroundingsRow behind;
     std::vector<float> row_depths(is_plain || !target.depth.empty() ? 0 : width);
     for (int y = strip.top; y < strip.bottom; ++y) {
@@ -150,28 +187,57 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view
         read_row(strip, y, background, to, covered);
         // Two loops, so that the cache misses of many points overlap in the first one.
         read_looks(covered, shader, looks);
+        if (shader.is_positional())
+            light_row(covered, looks, y, view, positional);
         if (shader.is_special())
-            shade_row<true>(covered, looks, y, shader, colours);
+            shade_pixels<true>(covered, looks, y, shader, positional, colours);
         else
-            shade_row<false>(covered, looks, y, shader, colours);
+            shade_pixels<false>(covered, looks, y, shader, positional, colours);
         if (!is_plain)
             view.surroundings.draw_row(y, to, behind);
     }
 }
 
+// Computes what point and spot lights add to the reflection of white points: the colours of `row`.
+void FastRenderer::Frame::light_row(const CoveredPixels &pixels, std::span<const PointLook> looks, int y,
+                                    const FrameView &view, SurfaceRow &row) const {
+    const float screen_y = static_cast<float>(y) + 0.5F;
+    const std::size_t shadowed = view.lights.below(view.shader.shadowed());
+    row.count = pixels.count;
+    for (std::size_t i = 0; i < pixels.count; ++i) {
+        const float screen_x = static_cast<float>(pixels.x[i]) + 0.5F;
+        const EyeNormal &normal = view.geometry.normals[view.shader.normal_seen(looks[i], {screen_x, screen_y})];
+        const Material &material = appearance.materials[looks[i].material];
+        row.screen_x[i] = screen_x;
+        row.depth[i] = pixels.depth[i];
+        row.normal[0][i] = normal.x;
+        row.normal[1][i] = normal.y;
+        row.normal[2][i] = normal.z;
+        row.colour[0][i] = row.colour[1][i] = row.colour[2][i] = 1;
+        row.phong[0][i] = 0; // the shader's table has the ambient light
+        row.phong[1][i] = material.kd;
+        row.phong[2][i] = material.ks;
+        row.phong[3][i] = material.power;
+        for (std::size_t light = 0; light < shadowed; ++light)
+            row.lit[light][i] = lit(static_cast<std::uint32_t>(pixels.id[i]), view.lights.indices[light]);
+    }
+    const EyeRays rays{view.geometry.middle_x, view.geometry.middle_y, view.geometry.inverse_focal};
+    shade_row(rays, view.lights.seen, shadowed, screen_y, row);
+}
+
+// `positional`: the result of light_row if there are point or spot lights.
 template <bool kSpecial>
-void FastRenderer::Frame::shade_row(const CoveredPixels &pixels, std::span<const PointLook> looks, int y,
-                                    const PointShader &shader, std::uint32_t *colours) const {
-    const PointIds ids = runs.ids();
+void FastRenderer::Frame::shade_pixels(const CoveredPixels &pixels, std::span<const PointLook> looks, int y,
+                                       const PointShader &shader, const SurfaceRow &positional,
+                                       std::uint32_t *colours) const {
     for (std::size_t i = 0; i < pixels.count; ++i) {
         const auto x = static_cast<std::size_t>(pixels.x[i]);
         const glm::vec2 pixel(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
-        colours[x] = shader.shade<kSpecial>(looks[i], pixel, pixels.depth[i], [&](std::size_t light) {
-            const auto id = static_cast<std::uint32_t>(pixels.id[i]);
-            const PointRun &run = runs[ids.run(id)];
-            return lit_fraction(run, ids.point(id), light,
-                                parameters.attributes.shadow_bits[light][static_cast<std::size_t>(run.level)]);
-        });
+        colours[x] = shader.shade<kSpecial>(
+            looks[i], pixel, [&](std::size_t light) { return lit(static_cast<std::uint32_t>(pixels.id[i]), light); },
+            [&] {
+                return Float4{positional.colour[0][i], positional.colour[1][i], positional.colour[2][i], 0};
+            });
     }
 }
 

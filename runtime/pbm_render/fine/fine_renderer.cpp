@@ -5,7 +5,7 @@
 #include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/fine/splat_blender.h"
 #include "pbm_render/fine/surface_points.h"
-#include "pbm_render/fine/surface_shader.h"
+#include "pbm_render/shading/surface_shader.h"
 #include "pbm_render/surroundings/surroundings.h"
 #include "pbm_surface/surface_offsets.h"
 #include "system/threads/parallel.h"

@@ -285,8 +285,10 @@ template <bool kSpecial>
     const PointLook look{.colour = colour(index),
                          .normal = points_.normals[index],
                          .material = set_.material ? std::uint16_t{points_.materials[index]} : std::uint16_t{0}};
-    return shader_.shade<kSpecial>(look, target.centre(at), target.depth[at],
-                                   [&](std::size_t light) { return lit_fraction(light, index); });
+    const glm::vec2 pixel = target.centre(at);
+    const auto lit = [&](std::size_t light) { return lit_fraction(light, index); };
+    return shader_.shade<kSpecial>(look, pixel, lit,
+                                   [&] { return shader_.positional(look, pixel, target.depth[at], lit); });
 }
 
 std::uint32_t Shading::colour(std::size_t index) const {

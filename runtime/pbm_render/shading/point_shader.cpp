@@ -63,8 +63,11 @@ PointShader::PointShader(const ModelParameters &parameters, const Appearance &ap
     }
     for (std::size_t i = 0; i < palette_.size(); ++i)
         palette_[i] = pack_rgb(appearance.palette[i]);
-    for (const Light &light : appearance.lights)
-        positional_ |= light.kind != LightKind::directional;
+    for (std::size_t l = 0; l < appearance.lights.size(); ++l)
+        if (appearance.lights[l].kind != LightKind::directional)
+            positional_ = true;
+        else if (l < shadowed_)
+            shadowed_directional_.push_back(l);
     if (mirrors && surroundings != nullptr && surroundings->has_reflections())
         mirrored_ = mirror_panorama(*surroundings, projection.axes.forward);
     if (source_ != ColourSource::material || shadowed_ > 0 || positional_ ||

@@ -44,27 +44,44 @@ class PointShader {
     // Whether there are point or spot lights, or mirroring materials. Selects the template argument of shade().
     bool is_special() const { return positional_ || !mirrored_.empty(); }
 
-    // Returns the opaque sRGB colour, as pack_rgba. `pixel`: in the coordinates of Projection; `depth`: grid edges.
-    // `lit(l)`: the lit fraction 0..1 of light l, called for lights with a shadow stream.
-    template <bool kSpecial, class Lit>
-    std::uint32_t shade(PointLook point, glm::vec2 pixel, float depth, Lit &&lit) const {
-        std::size_t normal = point.normal & (kNormalIndexMask | kTwoSidedBit);
-        if ((normal & kTwoSidedBit) != 0)
-            normal = side_seen(normal & kNormalIndexMask, pixel);
+    // Lights whose shadow streams are used: those with lower indices.
+    std::size_t shadowed() const { return shadowed_; }
+
+    // Returns the opaque sRGB colour, as pack_rgba. `pixel`: in the coordinates of Projection. `lit(l)`: the lit
+    // fraction 0..1 of light l, called for lights with a shadow stream. `positional()`: what point and spot lights add
+    // to the reflection of a white point: red, green, blue, 0; called if is_positional().
+    template <bool kSpecial, class Lit, class Positional>
+    std::uint32_t shade(PointLook point, glm::vec2 pixel, Lit &&lit, Positional &&positional) const {
+        const std::size_t normal = normal_seen(point, pixel);
         if (!shaded_normals_.empty())
             return shaded_normals_[point.material * kNormalCount + normal];
         Float4 light = table_.unshadowed(point.material, normal);
-        for (std::size_t l = 0; l < shadowed_; ++l)
+        for (const std::size_t l : shadowed_directional_)
             light += table_.shadowed(l, point.material, normal) * lit(l);
         if constexpr (kSpecial) {
             if (positional_)
-                for (std::size_t l = 0; l < appearance_.lights.size(); ++l)
-                    if (appearance_.lights[l].kind != LightKind::directional)
-                        light += reflect(appearance_.lights[l], point.material, normal, pixel, depth) *
-                                 (l < shadowed_ ? lit(l) : 1);
+                light += positional();
             return colours_.pack_srgb(mirror(own_colour(point) * light, point.material, normal));
         }
         return colours_.pack_srgb(own_colour(point) * light);
+    }
+
+    // What point and spot lights add to the reflection of one white point; SurfaceRow does so for many. `depth`: grid
+    // edges.
+    template <class Lit> Float4 positional(PointLook point, glm::vec2 pixel, float depth, Lit &&lit) const {
+        const std::size_t normal = normal_seen(point, pixel);
+        Float4 light{};
+        for (std::size_t l = 0; l < appearance_.lights.size(); ++l)
+            if (appearance_.lights[l].kind != LightKind::directional)
+                light +=
+                    reflect(appearance_.lights[l], point.material, normal, pixel, depth) * (l < shadowed_ ? lit(l) : 1);
+        return light;
+    }
+
+    // Index of the point's normal; of a two-sided point, of that which faces the eye.
+    std::size_t normal_seen(PointLook point, glm::vec2 pixel) const {
+        const std::size_t normal = point.normal & kNormalIndexMask;
+        return (point.normal & kTwoSidedBit) != 0 ? side_seen(normal, pixel) : normal;
     }
 
   private:
@@ -88,6 +105,7 @@ class PointShader {
     std::array<Float4, kMaxMaterials> material_colours_{}; // linear
     std::array<std::uint32_t, 256> palette_{};
     std::vector<Float4> mirrored_; // [kNormalCount], linear; empty: nothing mirrors
+    std::vector<std::size_t> shadowed_directional_; // directional lights whose shadow streams are used
     bool positional_ = false;
     // [materials][kNormalCount] as pack_rgba if a point's colour depends on nothing else; otherwise empty.
     std::vector<std::uint32_t> shaded_normals_;

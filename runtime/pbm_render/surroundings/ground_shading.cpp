@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "pbm_render/surroundings/ground_shading.cpp"
@@ -133,13 +134,29 @@ HWY_INLINE Vector values_of(const Corners &corners, int byte) {
     }
 }
 
-HWY_INLINE Vector filter(const BlockTexels &texels, const Vector3 &hit, int byte) {
-    const Vector finer = values_of(Corners(texels.finer, hit.x, hit.y, false), byte);
-    if (texels.fraction == 0)
-        return finer;
-    const Vector coarser = values_of(Corners(texels.coarser, hit.x, hit.y, false), byte);
-    return hn::Add(finer, hn::Mul(hn::Set(Floats(), texels.fraction), hn::Sub(coarser, finer)));
-}
+// The texels around a place in both mip levels of a block.
+class BlockCorners {
+  public:
+    HWY_INLINE BlockCorners() {} // an implicit constructor would not be compiled for the target
+    HWY_INLINE void read(const BlockTexels &texels, const Vector3 &hit) {
+        fraction_ = texels.fraction;
+        finer_ = Corners(texels.finer, hit.x, hit.y, false);
+        if (fraction_ != 0)
+            coarser_ = Corners(texels.coarser, hit.x, hit.y, false);
+    }
+    // Of one of the four bytes of a texel, 0..255.
+    HWY_INLINE Vector filtered(int byte) const {
+        const Vector finer = values_of(finer_, byte);
+        if (fraction_ == 0)
+            return finer;
+        const Vector coarser = values_of(coarser_, byte);
+        return hn::Add(finer, hn::Mul(hn::Set(Floats(), fraction_), hn::Sub(coarser, finer)));
+    }
+
+  private:
+    Corners finer_, coarser_;
+    float fraction_ = 0;
+};
 
 // The colour between two entries of the palette.
 HWY_INLINE Colours look_up(const GroundFrame &frame, Vector value) {
@@ -189,19 +206,26 @@ HWY_INLINE Colours shade_vector(const GroundFrame &frame, const GroundTexels &te
     const Floats d;
     const Vector ambient = hn::Set(d, frame.material.ka);
     Colours light{ambient, ambient, ambient};
+    BlockCorners lit; // of the last light's word, which is often that of the next
+    int word = -1;
     for (std::size_t i = 0; i < frame.light_count; ++i) {
         const GroundLight &one = frame.lights[i];
         Vector factor = reflect(frame, one, hit, to_eye);
-        if (one.word >= 0)
-            factor = hn::Mul(factor, hn::Mul(filter(texels.lit[static_cast<std::size_t>(one.word)], hit, one.byte),
-                                             hn::Set(d, 1.0F / 255)));
+        if (one.word >= 0) {
+            if (std::exchange(word, one.word) != one.word)
+                lit.read(texels.lit[static_cast<std::size_t>(one.word)], hit);
+            factor = hn::Mul(factor, hn::Mul(lit.filtered(one.byte), hn::Set(d, 1.0F / 255)));
+        }
         light.red = hn::Add(light.red, hn::Mul(factor, hn::Set(d, one.colour.r)));
         light.green = hn::Add(light.green, hn::Mul(factor, hn::Set(d, one.colour.g)));
         light.blue = hn::Add(light.blue, hn::Mul(factor, hn::Set(d, one.colour.b)));
     }
-    const Colours own =
-        frame.has_texture ? look_up(frame, filter(texels.texture, hit, 0))
-                          : Colours{hn::Set(d, frame.colour.r), hn::Set(d, frame.colour.g), hn::Set(d, frame.colour.b)};
+    Colours own{hn::Set(d, frame.colour.r), hn::Set(d, frame.colour.g), hn::Set(d, frame.colour.b)};
+    if (frame.has_texture) {
+        BlockCorners texture;
+        texture.read(texels.texture, hit);
+        own = look_up(frame, texture.filtered(0));
+    }
     // As a point's: brighter than white is white, also before it is blended with a mirror's picture.
     const Vector white = hn::Set(d, 1.0F);
     return {hn::Min(hn::Mul(light.red, own.red), white), hn::Min(hn::Mul(light.green, own.green), white),

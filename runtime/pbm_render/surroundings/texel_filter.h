@@ -32,6 +32,13 @@ HWY_INLINE Vector lane_numbers() {
 // The four texels around a place, and where between them it lies.
 class Corners {
   public:
+    // Four texels of 0.
+    HWY_INLINE Corners() {
+        namespace hn = hwy::HWY_NAMESPACE;
+        const IntVector zero = hn::Zero(Ints());
+        texels_ = {zero, zero, zero, zero};
+        across_ = down_ = hn::Zero(Floats());
+    }
     // `u`, `v` in picture widths and heights. Columns wrap where `wraps`, else they are clamped as rows always are.
     HWY_INLINE Corners(const TexelLevel &level, Vector u, Vector v, bool wraps) {
         namespace hn = hwy::HWY_NAMESPACE;

@@ -1,9 +1,9 @@
-#include "pbm_render/fine/surface_shader.h"
+#include "pbm_render/shading/surface_shader.h"
 
 #include <glm/geometric.hpp>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "pbm_render/fine/surface_shader.cpp"
+#define HWY_TARGET_INCLUDE "pbm_render/shading/surface_shader.cpp"
 #include <hwy/foreach_target.h>
 
 #include <hwy/highway.h>

@@ -1,11 +1,9 @@
-// Shades the pixels of a row by Phong reflection with the blended normals. SIMD (Highway); the colours are the same on
-// every target.
-// Based on: Phong. Illumination for Computer Generated Pictures. 1975
+// Shades the pixels of a row by Phong reflection, each with its own normal and position. SIMD (Highway); the colours
+// are the same on every target. Based on: Phong. Illumination for Computer Generated Pictures. 1975
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
 #include "pbm_render/camera/transform_table.h"
-#include "pbm_render/fine/surface_buffer.h"
 
 #include <array>
 #include <cstddef>
