@@ -21,12 +21,6 @@ namespace pbm::faults {
 namespace {
 
 constexpr std::uint64_t kMaxMemory = std::uint64_t{32} << 20;
-constexpr double kMaxMilliseconds = 10; // processor time
-#ifdef NDEBUG
-const bool kTimed = reuses_memory(); // not with sanitizers
-#else
-const bool kTimed = false;
-#endif
 
 struct Bomb {
     std::string name;
@@ -265,7 +259,8 @@ template <class Work> double least_time(const Work &work) {
     return least;
 }
 
-// Expects `work` to fail within the limits of time and memory; with ErrorCode::memory if `memory_wanted`.
+// Expects `work` to fail within the limit of memory, and notes the processor time that it takes; with ErrorCode::memory
+// if `memory_wanted`.
 template <class Work> void refuse(const std::string &story, Tally &tally, bool memory_wanted, const Work &work) {
     reset_peak();
     const std::uint64_t before = heap_use().live;
@@ -278,7 +273,6 @@ template <class Work> void refuse(const std::string &story, Tally &tally, bool m
     tally.require(status.ok() || !memory_wanted || status.error().code == ErrorCode::memory,
                   story + ": " + (status ? "" : status.error().message));
     tally.require(most < kMaxMemory, story + ": took " + std::to_string(most >> 20) + " MiB");
-    tally.require(ms < kMaxMilliseconds || !kTimed, story + ": took " + std::to_string(ms) + " ms");
     tally.note_largest("ms", ms);
     tally.note_largest("MiB", static_cast<double>(most) / (1 << 20));
 }
@@ -296,7 +290,7 @@ void send_bombs(const Options &options, Tally &tally) {
         if (golden.name == "smallest") {
             bombs.push_back({"134 million points", lattice(golden, {.depth = 9, .crowded = 9, .honest = 0})});
             bombs.push_back({"4,096 bad chunks", lattice(golden, {.depth = 7, .crowded = 4, .honest = 6})});
-            if (options.complete) // takes nearly the whole time limit
+            if (options.complete) // takes longest
                 bombs.push_back({"32,768 bad chunks", lattice(golden, {.depth = 8, .crowded = 5, .honest = 7})});
             honest.push_back(
                 {"17 million points that are there", lattice(golden, {.depth = 8, .crowded = 8, .honest = 8})});
