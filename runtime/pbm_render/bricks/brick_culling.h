@@ -36,7 +36,8 @@ struct RunGeometry {
 inline constexpr float kBlockRadius = 1.35F;
 
 // Writes the visible bricks to `to`, in their order, and returns their number. `to` has room for all bricks of the
-// chunk. Columns are those of the picture, depths are not bounded; see bound_bricks. Accesses stay in bounds if the bytes of a mapped chunk change.
+// chunk. Columns are those of the picture, depths are not bounded; see bound_bricks. Accesses stay in bounds if the
+// bytes of a mapped chunk change.
 std::size_t find_seen_bricks(const RunGeometry &run, const FrameGeometry &frame, std::span<SeenBrick> to);
 
 } // namespace pbm

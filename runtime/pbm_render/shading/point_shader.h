@@ -104,7 +104,7 @@ class PointShader {
     ColourTable colours_;
     std::array<Float4, kMaxMaterials> material_colours_{}; // linear
     std::array<std::uint32_t, 256> palette_{};
-    std::vector<Float4> mirrored_; // [kNormalCount], linear; empty: nothing mirrors
+    std::vector<Float4> mirrored_;                  // [kNormalCount], linear; empty: nothing mirrors
     std::vector<std::size_t> shadowed_directional_; // directional lights whose shadow streams are used
     bool positional_ = false;
     // [materials][kNormalCount] as pack_rgba if a point's colour depends on nothing else; otherwise empty.

@@ -47,7 +47,7 @@ void expect_bounds(const DrawnModel &model, const Camera &camera) {
             bound_bricks(frame, geometry, seen);
             for (int y = 0; y < kBoundsHeight; ++y)
                 for (int x = 0; x < kBoundsWidth; ++x) {
-                    const auto at = static_cast<std::size_t>(y * kBoundsWidth + x);
+                    const auto at = static_cast<std::size_t>(y) * kBoundsWidth + static_cast<std::size_t>(x);
                     if (alone.depth[at] == std::numeric_limits<float>::infinity())
                         continue;
                     ASSERT_EQ(seen.size(), 1U);
