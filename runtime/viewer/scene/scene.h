@@ -4,11 +4,13 @@
 #include "pbm_format/reading/load_model.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/reference/reference_renderer.h"
+#include "pbm_render/surroundings/surroundings.h"
 #include "system/files/mapped_file.h"
 
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace pbm {
 
