@@ -32,6 +32,16 @@ if(disabled_simd_targets)
     add_compile_definitions("HWY_DISABLED_TARGETS=(${disabled_simd_targets})")
 endif()
 
+# pbm_precompiled(TARGET OWNER [HEADERS...]): TARGET uses the precompiled headers of the target OWNER, which must have the same
+# flags and be made first: those of the standard library and HEADERS.
+function(pbm_precompiled target owner)
+    if(target STREQUAL owner)
+        target_precompile_headers(${target} PRIVATE ${pbm_standard_headers} ${ARGN})
+    else()
+        target_precompile_headers(${target} REUSE_FROM ${owner})
+    endif()
+endfunction()
+
 # pbm_compiled(TARGET [SIMD SOURCES...] [UNOPTIMISED] [APART SOURCES...]): what makes TARGET compile faster.
 #   SIMD         files of Highway, which are compiled one by one.
 #   UNOPTIMISED  nothing in it takes time: command lines, reports. With sanitizers it is not optimised, else little, which
@@ -46,11 +56,8 @@ function(pbm_compiled target)
         target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1> -Wno-maybe-uninitialized)
     endif()
     set_target_properties(${target} PROPERTIES UNITY_BUILD ${PBM_UNITY})
-    if(NOT PBM_UNITY OR (PBM_SANITIZE AND ARG_UNOPTIMISED))
-    elseif(target STREQUAL "pbm_base")
-        target_precompile_headers(${target} PRIVATE ${pbm_standard_headers})
-    else()
-        target_precompile_headers(${target} REUSE_FROM pbm_base)
+    if(PBM_UNITY AND NOT (PBM_SANITIZE AND ARG_UNOPTIMISED))
+        pbm_precompiled(${target} pbm_base)
     endif()
     set_source_files_properties(${ARG_SIMD} ${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
