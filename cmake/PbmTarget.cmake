@@ -9,7 +9,7 @@ target_compile_options(pbm_warnings INTERFACE
 # square root or the flags of floating-point exceptions.
 add_compile_options(-ffp-contract=off -fno-math-errno -fno-trapping-math)
 
-# Parsing these takes a fifth of the compiler's time where each file does it for itself. Files include what they use all the
+# Parsing these takes a tenth of the compiler's time where each file does it for itself. Files include what they use all the
 # same: without PBM_UNITY nothing is precompiled.
 set(pbm_standard_headers <algorithm> <array> <atomic> <bit> <charconv> <cmath> <filesystem> <functional> <future> <memory>
     <mutex> <optional> <span> <sstream> <string> <string_view> <variant> <vector>)
