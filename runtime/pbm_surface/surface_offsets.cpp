@@ -69,6 +69,8 @@ struct NormalKinds {
     std::array<NormalKind, kCount> kinds;
     std::array<std::uint32_t, kCount> near, opposite; // repeated in each byte
     std::array<std::uint8_t, kCount> far;
+    std::array<std::uint8_t, kCount> longest; // the signed axis nearest to the normal
+    std::array<std::int16_t, kCount> behind;  // one voxel against that axis, in a padded brick
 };
 
 inline NormalKind kind_of(const UnitVector &normal) {
@@ -87,6 +89,14 @@ inline NormalKind kind_of(const UnitVector &normal) {
     return kind;
 }
 
+inline std::size_t longest_axis(const UnitVector &normal) {
+    std::size_t longest = 0;
+    for (std::size_t axis = 1; axis < 3; ++axis)
+        if (std::abs(normal[axis]) > std::abs(normal[longest]))
+            longest = axis;
+    return longest;
+}
+
 inline const NormalKinds &normal_kinds() {
     static const auto kKinds = [] {
         NormalKinds all;
@@ -97,6 +107,11 @@ inline const NormalKinds &normal_kinds() {
             all.near[i] = 0x01010101U * near;
             all.opposite[i] = 0x01010101U * ((near & 21) << 1 | (near & 42) >> 1);
             all.far[i] = ways_of(middle, kFar);
+            const std::size_t axis = longest_axis(middle);
+            const bool positive = middle[axis] > 0;
+            all.longest[i] = static_cast<std::uint8_t>((positive ? 1 : 2) << (2 * axis));
+            constexpr std::array<std::int16_t, 3> kSteps{1, kRow, kSlice};
+            all.behind[i] = static_cast<std::int16_t>(positive ? -kSteps[axis] : kSteps[axis]);
         }
         return all;
     }();
@@ -339,7 +354,7 @@ HWY_INLINE void sum_four(const NormalKinds &kinds, const BrickScratch &scratch, 
 }
 #endif
 
-// offset = moments / weights, in 1 / kOffsetSteps.
+// offset = moments / weights, in 1 / kOffsetSteps, rounded to even numbers.
 HWY_INLINE void divide_sums(std::size_t points, BrickScratch &scratch) {
     const hn::CappedTag<float, kMaxLanes> d;
     const hn::RebindToUnsigned<decltype(d)> words;
@@ -353,9 +368,9 @@ HWY_INLINE void divide_sums(std::size_t points, BrickScratch &scratch) {
         const auto real = [&](auto sum) { return hn::ConvertTo(d, hn::BitCast(integers, sum)); };
         const auto ratio = hn::Div(real(moments), real(hn::Max(weights, hn::Set(words, 1))));
         const auto steps = hn::Sub(hn::Mul(ratio, hn::Set(d, kScale)), hn::Set(d, kShift));
-        const auto within = hn::Min(hn::Max(steps, hn::Set(d, -127)), hn::Set(d, 127));
-        const auto rounded = hn::Add(within, hn::CopySign(hn::Set(d, 0.5F), within));
-        hn::StoreU(hn::DemoteTo(bytes, hn::ConvertTo(integers, rounded)), bytes, &scratch.steps[i]);
+        const auto halves = hn::Mul(hn::Min(hn::Max(steps, hn::Set(d, -126)), hn::Set(d, 126)), hn::Set(d, 0.5F));
+        const auto rounded = hn::ConvertTo(integers, hn::Add(halves, hn::CopySign(hn::Set(d, 0.5F), halves)));
+        hn::StoreU(hn::DemoteTo(bytes, hn::Add(rounded, rounded)), bytes, &scratch.steps[i]);
     }
 }
 
@@ -377,8 +392,17 @@ void estimate_brick(const SurfaceOffsets::Brick &brick, const BrickNeighbours &a
         sum_four(kinds, scratch, i, &scratch.sums[2 * i]);
     divide_sums(points, scratch);
     std::int8_t *const offsets = to + brick.first_point; // a local, since a store of bytes may alias any member
-    for (std::size_t i = 0; i < points; ++i)
-        offsets[i] = static_cast<std::int8_t>((scratch.normals[i] & kTwoSidedBit) != 0 ? 0 : scratch.steps[i]);
+    constexpr auto kRedundantSteps = static_cast<int>(kRedundantDepth * kOffsetSteps);
+    constexpr auto kOneSurface = static_cast<std::uint32_t>(kRedundantWeight * kWeightScale);
+    for (std::size_t i = 0; i < points; ++i) {
+        const std::size_t kind = kind_number(scratch.normals[i]);
+        const std::uint32_t behind = scratch.sides[static_cast<std::size_t>(scratch.padded[i] + kinds.behind[kind])];
+        const int steps = scratch.steps[i];
+        const bool redundant = (steps <= -kRedundantSteps) & (scratch.sums[2 * i] <= kOneSurface) &
+                               ((behind & kinds.longest[kind]) != 0) & ((behind & kinds.opposite[kind]) == 0);
+        offsets[i] = static_cast<std::int8_t>(
+            (scratch.normals[i] & kTwoSidedBit) != 0 ? 0 : steps | (redundant ? kRedundantBit : 0));
+    }
 }
 
 } // namespace pbm::HWY_NAMESPACE

@@ -20,25 +20,35 @@
 
 namespace pbm {
 
-// Steps of a stored offset per voxel edge. The largest offset is kMaxOffset voxel edges.
+// A stored offset is even: a number of steps, kOffsetSteps per voxel edge; the largest is kMaxOffset voxel edges. Bit 0
+// marks a redundant point: without such points small splats still close the surface. A point is redundant if
+//
+//   - the surface lies at least kRedundantDepth voxel edges behind the centre of its voxel,
+//   - the next voxel behind it, along the longest axis a of its normal, has a point whose normal m is not on the other
+//     side and has m.a > 0.5: so the last voxel of a row is never redundant,
+//   - sum(w), see below, is at most kRedundantWeight: it is larger where layers of several scans lie on each other, and
+//     the voxels of the front layer alone are seen there.
 inline constexpr float kMaxOffset = 0.875F;
 inline constexpr float kOffsetSteps = 127 / kMaxOffset;
+inline constexpr float kRedundantDepth = 0.2F, kRedundantWeight = 25;
+inline constexpr std::int8_t kRedundantBit = 1;
+constexpr float offset_of(std::int8_t stored) { return static_cast<float>(stored & ~kRedundantBit) / kOffsetSteps; }
 
 struct BrickNeighbours;
 
 // Estimates one chunk at a time; reuses its memory for the next one.
 class SurfaceOffsets {
   public:
-    // For each point, estimates the distance from the centre of its voxel to the surface along its normal n, in 1 /
-    // kOffsetSteps voxel edges. Let d be the vectors to those of the 27 voxels around it that are occupied and of the
-    // same side, and w = 3 - (d.d - (n.d)^2):
+    // For each point, estimates the distance from the centre of its voxel to the surface along its normal n, and
+    // whether the point is redundant. Let d be the vectors to those of the 27 voxels around it that are occupied and of
+    // the same side, and w = 3 - (d.d - (n.d)^2):
     //
     //   offset = sum(w n.d) / sum(w)
     //
     // A point with normal m is of the same side if m.a > 0.5 on at least one signed axis a with n.a > 0.38, and on no
     // such axis m.a < -0.5. Two-sided points get 0, since their normal does not tell the side. Normals are rounded to 6
-    // degrees, w to 1/84, w (n.d + 1.75) to 1/24; the result is the same on every machine. Voxels of other chunks count
-    // as empty. Accesses stay in bounds if the bytes of a mapped chunk change.
+    // degrees, w to 1/84, w (n.d + 1.75) to 1/24, offsets to two steps; the result is the same on every machine. Voxels
+    // of other chunks count as empty. Accesses stay in bounds if the bytes of a mapped chunk change.
     //
     // bricks  indices of the bricks whose points are estimated
     // to      [points of the chunk]; offsets of other bricks are left unchanged

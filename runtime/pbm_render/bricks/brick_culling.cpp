@@ -15,6 +15,8 @@ constexpr float kBrickVoxels = 8;
 constexpr float kNear = 8;
 // Blocks of points up to this fraction of 2 pixels apart leave no gap, at any angle.
 constexpr float kBlockRoom = 0.8F;
+// Splats up to kBlockRadius / kThinRoom leave no gap without redundant points.
+constexpr float kThinRoom = 1.12F;
 
 // Whether no normal of the cone faces the eye anywhere in the brick. `sight`: from the eye to the brick's centre;
 // `reach`: the brick's radius; both in eye space.
@@ -68,6 +70,7 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
         const float nearest = centre.z - reach;
         SeenBrick &it = to[seen];
         it.large = true;
+        it.thin = false;
         it.top = 0;
         it.bottom = frame.height;
         it.left = 0;
@@ -85,7 +88,9 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
                 continue;
             // Off the picture's middle, a length across the ray covers more pixels; blocks leave some room for that.
             const float stretch = std::sqrt(1 + (x * x + y * y) * frame.inverse_focal * frame.inverse_focal);
-            it.large = radius * frame.focal * std::max(1.0F, kBlockRoom * stretch) > kBlockRadius * nearest;
+            const float pixels = radius * frame.focal;
+            it.large = pixels * std::max(1.0F, kBlockRoom * stretch) > kBlockRadius * nearest;
+            it.thin = pixels * kThinRoom * stretch <= kBlockRadius * nearest;
             it.top = static_cast<std::int32_t>(std::max(y + frame.middle_y - reach_y, 0.0F));
             it.bottom = static_cast<std::int32_t>(std::min(y + frame.middle_y + reach_y + 1, height));
         }

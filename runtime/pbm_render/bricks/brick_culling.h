@@ -18,6 +18,7 @@ struct SeenBrick {
     std::int32_t left, right; // and columns left .. right - 1
     float nearest;            // lower bound of the depths of their pixels, grid edges
     bool large;               // some splat needs more than a block of 2 x 2 pixels, or the eye is near
+    bool thin;                // splats are so small that redundant points (surface_offsets.h) may be left out
 };
 
 // Values that all bricks of a run share.

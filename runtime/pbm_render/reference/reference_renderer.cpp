@@ -217,7 +217,7 @@ inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
                                            {.radius = radii_[point_radii_[index]],
                                             .voxel = voxel_,
                                             .two_sided = (point_normals_[index] & kTwoSidedBit) != 0,
-                                            .offset = static_cast<float>(offsets_[index]) / kOffsetSteps});
+                                            .offset = offset_of(offsets_[index])});
     if (point.inverse_depth < pixel_splats_[point_radii_[index]])
         draw_pixel(shape, point, target_);
     else

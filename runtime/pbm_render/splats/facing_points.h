@@ -91,7 +91,8 @@ struct BrickPoints {
 };
 
 // Projects points of a brick to the screen and appends to `to` those that face the eye and may touch the strip. Returns
-// how many of them have their centres in the strip. kPlaced: the points have surface offsets.
+// how many of them have their centres in the strip. kPlaced: the points have surface offsets; redundant ones of thin
+// bricks are left out if they are small.
 template <bool kLarge, bool kPlaced>
 HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &brick, const BrickPlaces &places,
                                           const BrickPoints &points, FacingPoints &to) {
@@ -152,6 +153,13 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
         const IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), side);
         const Vector facing = see_normal(frame, packed, pixel_x, pixel_y).facing;
         Mask keep = hn::And(hn::Le(facing, set(kFacingSlack)), hn::FirstN(d, points.end - i));
+        if constexpr (kPlaced) {
+            if constexpr (!kLarge) {
+                const auto left_out = hn::Set(di, brick.thin ? kRedundantBit : 0);
+                keep = hn::And(keep, hn::RebindMask(d, hn::Eq(hn::And(offset, left_out), hn::Zero(di))));
+            }
+            offset = hn::AndNot(hn::Set(di, kRedundantBit), offset);
+        }
         [[maybe_unused]] Vector radius = hn::Zero(d);
         if constexpr (kLarge) { // drop points around the eye or behind it
             radius = hn::GatherIndex(d, frame.radii.data(), radius_index);

@@ -151,7 +151,7 @@ TEST(FastRenderer, ShowsPicturesOfAnySize) {
             EXPECT_GT(d.both, 0U) << what;
             EXPECT_LE(d.lost, 1U) << what;
             EXPECT_LE(d.added, 50U) << what;
-            EXPECT_LE(d.depth, 0.2 * std::ldexp(2.0, -7)) << what;
+            EXPECT_LE(d.depth, 0.25 * std::ldexp(2.0, -7)) << what;
             EXPECT_LE(d.colour, 0.5) << what;
         }
 }

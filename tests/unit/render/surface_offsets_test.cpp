@@ -93,10 +93,49 @@ TEST(SurfaceOffsets, AreTheMeanOfVoxelsOfTheSameSideAlongTheNormal) {
                 }
                 const double expected =
                     std::clamp(mean_along(voxels[i], middle_normal(stored), normals), -0.875, 0.875);
-                EXPECT_NEAR(offsets[i] * 0.875 / 127, expected, 0.012) << "level " << level << ", point " << i;
+                EXPECT_NEAR(offset_of(offsets[i]), expected, 0.017) << "level " << level << ", point " << i;
             }
         }
     }
+}
+
+// The next voxel behind one, along the longest axis of its normal.
+Voxel voxel_behind(Voxel at, const UnitVector &normal) {
+    std::size_t longest = 0;
+    for (std::size_t axis = 1; axis < 3; ++axis)
+        if (std::abs(normal[axis]) > std::abs(normal[longest]))
+            longest = axis;
+    at[longest] += normal[longest] > 0 ? -1 : 1;
+    return at;
+}
+
+TEST(SurfaceOffsets, MarkPointsInFrontOfOthersAsRedundant) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
+    const test::WholeLevel whole(model.file, kDepth);
+    const std::vector<std::int8_t> offsets = whole.offsets();
+    const ChunkView &chunk = *whole.runs.front().chunk;
+    ASSERT_EQ(offsets.size(), chunk.normals.size());
+    const std::vector<Voxel> voxels = voxels_of(chunk);
+    std::map<Voxel, std::size_t> points;
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+        points[voxels[i]] = i;
+    std::size_t redundant = 0;
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+        if ((offsets[i] & kRedundantBit) == 0)
+            continue;
+        ++redundant;
+        EXPECT_LE(offset_of(offsets[i]), -kRedundantDepth + 0.01F);
+        // Behind it, at most two voxels further, is one that is not.
+        std::size_t last = i;
+        for (int step = 0; step < 3 && (offsets[last] & kRedundantBit) != 0; ++step) {
+            const auto behind = points.find(voxel_behind(voxels[last], middle_normal(chunk.normals[last])));
+            ASSERT_NE(behind, points.end()) << i;
+            last = behind->second;
+        }
+        EXPECT_EQ(offsets[last] & kRedundantBit, 0) << i;
+    }
+    EXPECT_GT(redundant, voxels.size() / 4);
+    EXPECT_LT(redundant, voxels.size() / 2);
 }
 
 TEST(SurfaceOffsets, AreTheSameForAnySimdTarget) {
@@ -157,7 +196,8 @@ std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std:
                         .left = 0,
                         .right = 1,
                         .nearest = 0,
-                        .large = false});
+                        .large = false,
+                        .thin = false});
     return seen;
 }
 
@@ -224,7 +264,7 @@ TEST(SurfaceOffsets, FindTheSurfaceOfABall) {
                 from_middle[axis] = voxels[i][axis] + 0.5 - 0.5 * (1 << kDepth);
             const double out = 0.45 * (1 << kDepth) - std::sqrt(dot(from_middle, from_middle));
             before += out * out;
-            const double error = out - static_cast<double>(offsets[i]) / static_cast<double>(kOffsetSteps);
+            const double error = out - static_cast<double>(offset_of(offsets[i]));
             after += error * error;
         }
     }
