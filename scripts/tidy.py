@@ -2,8 +2,9 @@
 """clang-tidy of our own sources: tidy.py BUILD_FOLDER [FILE...]. Exit code 1: it found something.
 
 Nine tenths of what clang-tidy does to a file it does to the headers of others. Files are therefore looked at together,
-three dozen at a time, as if they were one, with the folders and macros of all of them; where that finds anything, or where
-they do not go together, they are looked at in halves and in the end alone, with their own flags, and only that counts.
+three dozen at a time, as if they were one, with the folders and macros of all of them. Their headers come first; then each
+file's own names get its number, so that they differ from those of the others. Where that finds anything, or where files
+do not go together, they are looked at in halves and in the end alone, with their own flags, and only that counts.
 Files whose text and flags passed before are skipped: BUILD_FOLDER/tidy has stamps.
 """
 import concurrent.futures
@@ -52,15 +53,52 @@ def sources_of(build):
     return flags
 
 
-def names_of(text):
-    """What a file declares for itself, roughly: unnamed namespaces and those of SIMD targets, line by line; what it calls
-    by no more than a name. What one declares no other beside it may declare or call."""
+class Names:
+    """`own`: what a file alone may call so, once its number is added; `shared`: what else it declares for itself, and no
+    file beside it may declare or call; `calls`: what it calls by no more than a name."""
+
+    def __init__(self, text):
+        declared = declared_in(text)
+        elsewhere = set(re.findall(r"(?:\.|->|::|#define )(\w+)", text))  # a member, or a name of another namespace
+        simd = "foreach_target.h" in text  # declares its names once per target
+        self.own = set() if simd else declared - elsewhere
+        self.shared = declared - self.own
+        self.calls = set(re.findall(r"(?<![.>:\w])(\w+)\(", text)) - self.own
+
+
+def declared_in(text):
+    """Names in unnamed namespaces and in those of SIMD targets, roughly: line by line."""
     names = set()
     for inside in re.findall(r"^namespace (?:pbm::HWY_NAMESPACE )?\{$(.*?)^\} // namespace", text, re.MULTILINE | re.DOTALL):
         for line in re.findall(r"^(?!using |TEST)[a-zA-Z].*", inside, re.MULTILINE):
             found = re.search(r"^(?:struct|class|enum(?: class)?) (\w+)|\b(\w+)(?= = |\(|\{|\[|;)", line)
             names.update(found.groups() if found else ())
-    return names - {None}, set(re.findall(r"(?<![.>:\w])(\w+)\(", text))
+    return names - {None}
+
+
+def included_by(file):
+    """The lines that include headers at the start of a file, for a file in another folder."""
+    lines = []
+    for line in (ROOT / file).read_text(encoding="utf-8").splitlines():
+        if found := re.match(r'#include ([<"])(.*)[>"]', line):
+            beside = (ROOT / file).parent / found[2]
+            lines.append(f'#include "{beside}"' if found[1] == '"' and beside.exists() else line)
+        elif line and not line.startswith("//"):
+            break
+    return lines
+
+
+def text_together(files):
+    """A file that includes all of them."""
+    texts = {file: (ROOT / file).read_text(encoding="utf-8") for file in files}
+    plain = [file for file, text in texts.items() if "foreach_target.h" not in text]
+    lines = list(dict.fromkeys(line for file in plain for line in included_by(file)))
+    for number, (file, text) in enumerate(texts.items()):
+        names = sorted(Names(text).own | {"main", "LLVMFuzzerTestOneInput"})
+        lines += [f"#define {name} {name}_{number}" for name in names]
+        lines.append(f'#include "{ROOT / file}" // NOLINT')
+        lines += [f"#undef {name}" for name in names]
+    return "".join(line + "\n" for line in lines)
 
 
 def flags_together(some):
@@ -94,12 +132,13 @@ def groups_of(files, flags):
     for file in files:
         room = file.split("/")[2] if file.startswith("tests/unit/") else None  # namespaces of their own
         text = (ROOT / file).read_text(encoding="utf-8")
-        names, calls = names_of(text)
+        names = Names(text)
         alone = "<dlfcn.h>" in text
         if "foreach_target.h" in text:
             room = "Highway"
         for group in groups if not alone else ():
-            if group[4] == room and len(group[0]) < TOGETHER and not group[2] & (names | calls) and not group[3] & names:
+            if (group[4] == room and len(group[0]) < TOGETHER and not group[2] & (names.shared | names.calls)
+                    and not group[3] & names.shared):
                 if both := flags_together([group[1], flags[file]]) if group[1] else None:
                     group[1] = both
                     break
@@ -107,8 +146,8 @@ def groups_of(files, flags):
             group = [[], () if alone else flags[file], set(), set(), room]
             groups.append(group)
         group[0].append(file)
-        group[2].update(names)
-        group[3].update(calls)
+        group[2].update(names.shared)
+        group[3].update(names.calls)
     return sorted(((group[0], group[1]) for group in groups), key=lambda group: len(group[0]), reverse=True)
 
 
@@ -145,9 +184,7 @@ def main():
         else:
             digest = hashlib.sha256("\n".join(members).encode()).hexdigest()[:16]
             together = stamps / f"{digest}.cpp"
-            together.write_text("".join(
-                f'#define LLVMFuzzerTestOneInput fuzz_{i}\n#define main main_{i}\n#include "{ROOT / file}" // NOLINT\n'
-                "#undef main\n#undef LLVMFuzzerTestOneInput\n" for i, file in enumerate(members)))
+            together.write_text(text_together(members))
             # Files of Highway include themselves once per target: together they do so for one. What one file declares
             # may hide what the next one does; compilers see each of them alone.
             if tidy(together, (*together_flags, *STATIC_SIMD, "-Wno-shadow")):
