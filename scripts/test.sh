@@ -27,11 +27,6 @@ for preset in release asan; do
     ctest --preset "$preset" --output-on-failure -j "${CTEST_PARALLEL_LEVEL:-$((jobs + 1))}" || failed+=("tests of $preset")
 done
 
-# Whether it builds without what only tools, viewer and tests need; release tests what it does.
-step "runtime-only: build"
-cmake --preset runtime-only -DPBM_UNITY=ON -DPBM_SIMD_TARGETS=HWY_AVX2 -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0 >/dev/null
-cmake --build --preset runtime-only -j "$jobs" || failed+=("build of runtime-only")
-
 step lint
 scripts/lint.sh build/release || failed+=(lint)
 

@@ -69,10 +69,11 @@ class Names:
 def declared_in(text):
     """Names in unnamed namespaces and in those of SIMD targets, roughly: line by line."""
     names = set()
-    for inside in re.findall(r"^namespace (?:pbm::HWY_NAMESPACE )?\{$(.*?)^\} // namespace", text, re.MULTILINE | re.DOTALL):
-        for line in re.findall(r"^(?!using |TEST)[a-zA-Z].*", inside, re.MULTILINE):
+    for inside in re.findall(r"^namespace (?:[\w:]+::HWY_NAMESPACE )?\{$(.*?)^\} // namespace", text, re.MULTILINE | re.DOTALL):
+        for line in re.findall(r"^(?!using (?!\w+ =)|static_assert|[A-Z_]{4,}\()[a-zA-Z].*", inside, re.MULTILINE):
             found = re.search(r"^(?:struct|class|enum(?: class)?) (\w+)|\b(\w+)(?= = |\(|\{|\[|;)", line)
             names.update(found.groups() if found else ())
+            names.update(re.findall(r", (\w+)(?= = )", line))
     return names - {None}
 
 
@@ -130,7 +131,7 @@ def groups_of(files, flags):
     files of Highway among themselves."""
     groups = []  # files, flags, names, calls, room
     for file in files:
-        room = file.split("/")[2] if file.startswith("tests/unit/") else None  # namespaces of their own
+        room = next(iter(re.findall(r"^tests/(?:unit/\w+|mutants)", file)), None)  # names of their own in headers
         text = (ROOT / file).read_text(encoding="utf-8")
         names = Names(text)
         alone = "<dlfcn.h>" in text

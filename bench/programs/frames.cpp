@@ -4,11 +4,13 @@
 //
 // WHAT: fast or reference (FILE: a model) or embree (FILE: its mesh, drawn for the views of the first model named).
 // VIEWS: number of views around the model. The distance to the surface at the middle of the picture is DISTANCE times
-// that of the whole view. Loading is not part of the time of a frame.
+// that of the whole view. Or WHAT is dive: the fast renderer, VIEWS frames on the way from the whole view to DISTANCE,
+// each nearer by the same factor; each round opens the model anew. Loading is not part of the time of a frame.
 // Prints a JSON array, an object for each four arguments: what, threads, distance, file, drawn_points (mean),
-// milliseconds: [round][view], processors (mean number in use while drawing). A first round, not counted, warms
-// up.
+// covered_pixels (mean; of models), milliseconds: [round][view], processors (mean number in use while drawing). A first
+// round, not counted, warms up.
 #include "embree_peer.h"
+#include "pbm_render/picture/render_options.h"
 #include "pbm_scan/surface_reader.h"
 #include "system/processes/this_process.h"
 #include "value_or_throw.h"
@@ -68,12 +70,23 @@ class Renderers {
         return *peer;
     }
 
-    std::vector<Camera> views(ModelDrawer &drawer, double distance) {
+    void forget_models() { models_.clear(); }
+
+    std::vector<Camera> views(ModelDrawer &drawer, double distance, bool dive) {
         const Camera whole = default_camera(drawer.bounds(), drawer.grid().up, picture_.width, picture_.height);
+        const Camera end = dive ? nearer(drawer, whole, distance) : whole;
         std::vector<Camera> cameras;
         cameras.reserve(static_cast<std::size_t>(view_count_));
         for (int i = 0; i < view_count_; ++i)
-            cameras.push_back(nearer(drawer, orbit(whole, glm::two_pi<double>() * i / view_count_, 0), distance));
+            if (dive) {
+                // The part of the way that is left: from 1 to 0, while the distance falls from 1 to `distance`.
+                const double left =
+                    (std::pow(distance, static_cast<double>(i) / (view_count_ - 1)) - distance) / (1 - distance);
+                Camera &camera = cameras.emplace_back(end);
+                camera.position += left * (whole.position - end.position);
+            } else {
+                cameras.push_back(nearer(drawer, orbit(whole, glm::two_pi<double>() * i / view_count_, 0), distance));
+            }
         return cameras;
     }
 
@@ -109,7 +122,7 @@ class Renderers {
 struct Cost {
     std::vector<std::vector<double>> milliseconds; // [round][view]
     double drawing = 0, processing = 0;            // seconds: wall clock, and processor time of all threads
-    std::uint64_t drawn_points = 0, frames = 0;
+    std::uint64_t drawn_points = 0, covered_pixels = 0, frames = 0;
 };
 
 void draw_all(Renderers &renderers, const Task &task, const std::vector<Camera> &views, const glm::dvec3 &centre,
@@ -136,6 +149,9 @@ void draw_all(Renderers &renderers, const Task &task, const std::vector<Camera> 
                 throw std::runtime_error(task.file + ": " + loaded.error().message);
             Framebuffer &target = drawer.needs_depths() ? picture : renderers.colours();
             timed([&] { cost.drawn_points += drawer.draw(camera, target).drawn_points; });
+            cost.covered_pixels +=
+                target.pixels() -
+                static_cast<std::size_t>(std::ranges::count(target.colour, pack_rgba(RenderOptions{}.background)));
         }
     }
 }
@@ -147,13 +163,17 @@ nlohmann::json measure(int rounds, Renderers &renderers, const std::vector<Task>
     std::vector<std::vector<Camera>> views;
     views.reserve(tasks.size());
     for (const Task &task : tasks)
-        views.push_back(renderers.views(renderers.model(task.what == "embree" ? first : task), task.distance));
+        views.push_back(
+            renderers.views(renderers.model(task.what == "embree" ? first : task), task.distance, task.what == "dive"));
     std::vector<Cost> costs(tasks.size());
     for (int round = -1; round < rounds; ++round) {
         if (round == 0)
             costs.assign(tasks.size(), {});
-        for (std::size_t i = 0; i < tasks.size(); ++i)
+        for (std::size_t i = 0; i < tasks.size(); ++i) {
+            if (tasks[i].what == "dive")
+                renderers.forget_models();
             draw_all(renderers, tasks[i], views[i], centre, costs[i]);
+        }
     }
     nlohmann::json results = nlohmann::json::array();
     for (std::size_t i = 0; i < tasks.size(); ++i)
@@ -162,6 +182,7 @@ nlohmann::json measure(int rounds, Renderers &renderers, const std::vector<Task>
                            {"distance", tasks[i].distance},
                            {"file", tasks[i].file},
                            {"drawn_points", costs[i].drawn_points / costs[i].frames},
+                           {"covered_pixels", costs[i].covered_pixels / costs[i].frames},
                            {"milliseconds", costs[i].milliseconds},
                            {"processors", costs[i].processing / costs[i].drawing}});
     return results;
@@ -175,7 +196,8 @@ int run(const std::vector<std::string> &arguments) {
         model_named |= arguments[i] != "embree";
     }
     if (!model_named || arguments.size() % 4 != 0) {
-        std::cerr << "usage: bench_frames ROUNDS VIEWS WIDTH HEIGHT (fast|reference|embree THREADS DISTANCE FILE)...\n";
+        std::cerr
+            << "usage: bench_frames ROUNDS VIEWS WIDTH HEIGHT (fast|reference|dive|embree THREADS DISTANCE FILE)...\n";
         return 1;
     }
     Renderers renderers(std::stoi(arguments[1]), std::stoi(arguments[2]), std::stoi(arguments[3]));

@@ -10,7 +10,7 @@ namespace {
 
 using Rgb = Vec3; // sRGB values 0..255, mixed without conversion
 
-Rgb mix(const Rgb &a, const Rgb &b, double t) { return a + (b - a) * t; }
+Rgb mixed(const Rgb &a, const Rgb &b, double t) { return a + (b - a) * t; }
 
 // Weight of detail of wavelength `wave` on a surface sampled at `spacing`: 0 where it would alias.
 double resolved(double wave, double spacing) { return smooth_step(1.8, 3.5, wave / spacing); }
@@ -94,16 +94,16 @@ Rgb stone_color(const Probe &at, const Vec3 &p, double tint, std::uint32_t seed)
     const double patch = fractal_noise(p * 3.1, 3, seed ^ 0x41u);
     const double speck = gradient_noise(p * 83.0, seed ^ 0x43u);
     if (at.part == Part::matrix || at.part == Part::infill) {
-        Rgb c = mix({92, 84, 75}, {146, 133, 113}, clamp01(0.45 + 1.1 * patch));
-        c = mix(c, {94, 88, 82}, 0.8 * smooth_step(0.18, 0.42, speck));
-        return mix(c, {168, 160, 145}, 0.55 * smooth_step(0.20, 0.45, -speck));
+        Rgb c = mixed({92, 84, 75}, {146, 133, 113}, clamp01(0.45 + 1.1 * patch));
+        c = mixed(c, {94, 88, 82}, 0.8 * smooth_step(0.18, 0.42, speck));
+        return mixed(c, {168, 160, 145}, 0.55 * smooth_step(0.20, 0.45, -speck));
     }
-    const Rgb mould = mix({178, 148, 102}, {134, 121, 104}, smooth_step(-0.45, 0.45, patch + 0.3 * tint));
-    Rgb shell = mix({104, 81, 60}, {160, 132, 98}, smooth_step(-0.5, 0.55, patch + 0.6 * tint));
-    shell = mix(shell, {128, 72, 46}, 0.5 * smooth_step(0.12, 0.55, fractal_noise(p * 1.7, 2, seed ^ 0x44u)));
+    const Rgb mould = mixed({178, 148, 102}, {134, 121, 104}, smooth_step(-0.45, 0.45, patch + 0.3 * tint));
+    Rgb shell = mixed({104, 81, 60}, {160, 132, 98}, smooth_step(-0.5, 0.55, patch + 0.6 * tint));
+    shell = mixed(shell, {128, 72, 46}, 0.5 * smooth_step(0.12, 0.55, fractal_noise(p * 1.7, 2, seed ^ 0x44u)));
     // Bands of growth; dust in the grooves.
     const double band = 1.0 + 0.16 * gradient_noise(at.rib_phase * 0.45, seed ^ 0x45u) - 0.13 * (1.0 - at.rib);
-    Rgb c = mix(shell * band, mould * (0.95 + 0.08 * at.rib), at.worn);
+    Rgb c = mixed(shell * band, mould * (0.95 + 0.08 * at.rib), at.worn);
     return c + Rgb{1, 1, 0.9} * (26.0 * speck * (0.4 + 0.6 * at.worn));
 }
 
@@ -116,7 +116,7 @@ Rgb nacre(const Rgb &base, const Probe &at, const Vec3 &p, const Vec3 &n, std::u
         return base;
     const double layer = 0.9 * n.x + 0.7 * n.y + 2.2 * gradient_noise(p * 4.3, seed ^ 0x53u);
     const Rgb film{156 + 40 * sin_turns(layer), 144 + 34 * sin_turns(layer + 0.36), 130 + 38 * sin_turns(layer + 0.68)};
-    return mix(base, film, amount);
+    return mixed(base, film, amount);
 }
 
 std::uint8_t to_byte(double x) { return static_cast<std::uint8_t>(std::min(std::max(x, 0.0), 255.0) + 0.5); }
@@ -135,17 +135,17 @@ FinishedVertex finish_vertex(const Shell &shell, const Vec3 &position, const Vec
     Rgb color = stone_color(at, position, tint, seed);
     color = nacre(color, at, position, normal, seed);
     // Fresh breaks and rubbed ribs are pale; dirt stays where nothing rubs.
-    color = mix(color, {186, 166, 134}, 0.55 * at.broken);
+    color = mixed(color, {186, 166, 134}, 0.55 * at.broken);
     if (coiled)
-        color = mix(color, {203, 178, 138}, 0.40 * smooth_step(0.55, 1.0, at.rib) * smooth_step(0.9, 1.3, open));
+        color = mixed(color, {203, 178, 138}, 0.40 * smooth_step(0.55, 1.0, at.rib) * smooth_step(0.9, 1.3, open));
     const double dirt = smooth_step(0.92, 0.25, open + 0.5 * tint);
-    color = mix(color, {66, 52, 40}, 0.78 * dirt);
-    color = mix(color, {50, 38, 30}, 0.88 * line);
-    color = mix(color, {48, 40, 34}, 0.75 * at.crack);
+    color = mixed(color, {66, 52, 40}, 0.78 * dirt);
+    color = mixed(color, {50, 38, 30}, 0.88 * line);
+    color = mixed(color, {48, 40, 34}, 0.75 * at.crack);
     // Pyrite: dark gold grains in a few patches.
     const double pyrite = gradient_noise(position * 3.7, seed ^ 0x61u) - 0.30;
     if (pyrite > 0)
-        color = mix(color, {132, 112, 66},
+        color = mixed(color, {132, 112, 66},
                     smooth_step(0.22, 0.36, gradient_noise(position * 90.0, seed ^ 0x62u)) *
                         smooth_step(0, 0.12, pyrite) * 0.85);
     const double shade = 1.0 + 0.10 * fractal_noise(position * 39.0, 3, seed ^ 0x63u) +

@@ -14,9 +14,9 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
-using test::built;
-using test::file_of;
-using test::refused;
+using pbm::test::built;
+using pbm::test::file_of;
+using pbm::test::refused;
 
 // Corners of a cube of edge 2 around `centre`; faces point outside.
 Surface cube(glm::dvec3 centre) {
