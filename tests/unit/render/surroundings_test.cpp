@@ -202,27 +202,58 @@ TEST(Ground, PositionalLightsAndHighlightsFollowPhong) {
         {.kind = LightKind::point, .intensity = {0.3F, 0.3F, 0.3F}, .position = {0.2F, 0.8F, 0.4F}},
         {.intensity = {0.4F, 0.4F, 0.4F}, .direction = {0, -0.6F, -0.8F}}};
     const Camera camera = look_from({1, 0.5, 2.5}, {0.3, -1.9, -2});
-    const Framebuffer picture = reference_picture(model, camera, {}, 320, 240);
-    for (const glm::dvec3 place :
-         {glm::dvec3(1.2, kGround, -1.2), glm::dvec3(0.9, kGround, -1.0), glm::dvec3(-1.2, kGround, -1.1),
-          glm::dvec3(1.3, kGround, -2.5), glm::dvec3(0.4, kGround, -0.8)}) {
-        float expected = material.ka;
-        const glm::vec3 to_eye = glm::normalize(camera.position - place);
-        for (const Light &light : model.parameters.lights) {
-            const glm::vec3 direction(light.direction[0], light.direction[1], light.direction[2]);
-            glm::vec3 to_light = -direction;
-            if (light.kind != LightKind::directional)
-                to_light = glm::normalize(glm::dvec3(light.position[0], light.position[1], light.position[2]) +
-                                          glm::dvec3(-1, -2, -3) - place);
-            float term = phong(material, light, {0, 1, 0}, to_light, to_eye).r;
-            if (light.kind == LightKind::spot)
-                term *= std::pow(std::max(0.0F, -glm::dot(to_light, direction)), light.exponent);
-            expected += term;
+    RenderOptions without;
+    without.ground = false;
+    for (const float exponent : {1.0F, 23.0F, 180.5F}) { // the last one bends too much to be interpolated
+        material.power = model.parameters.lights[0].exponent = exponent;
+        const Framebuffer picture = reference_picture(model, camera, {}, 320, 240);
+        const Framebuffer object = reference_picture(model, camera, without, 320, 240);
+        const Projection projection(camera, 320, 240);
+        std::size_t ground = 0;
+        for (std::size_t i = 0; i < picture.pixels(); ++i) {
+            const glm::dvec3 ray = projection.ray(glm::dvec2(picture.centre(i)));
+            const glm::dvec3 place = camera.position + (kGround - camera.position.y) / ray.y * ray;
+            if (object.depth[i] != kEmpty || picture.depth[i] == kEmpty ||
+                std::max(std::abs(place.x), std::abs(place.z + 2)) > 1.45)
+                continue;
+            float expected = material.ka;
+            const glm::vec3 to_eye = glm::normalize(-ray);
+            for (const Light &light : model.parameters.lights) {
+                const glm::vec3 direction(light.direction[0], light.direction[1], light.direction[2]);
+                glm::vec3 to_light = -direction;
+                if (light.kind != LightKind::directional)
+                    to_light = glm::normalize(glm::dvec3(light.position[0], light.position[1], light.position[2]) +
+                                              glm::dvec3(-1, -2, -3) - place);
+                float term = phong(material, light, {0, 1, 0}, to_light, to_eye).r;
+                if (light.kind == LightKind::spot)
+                    term *= std::pow(std::max(0.0F, -glm::dot(to_light, direction)), light.exponent);
+                expected += term;
+            }
+            ++ground;
+            EXPECT_NEAR(picture.colour[i] & 255,
+                        linear_to_srgb(static_cast<std::uint32_t>(std::min(1.0F, expected) * 65535)), 1)
+                << place.x << " " << place.z;
         }
-        EXPECT_NEAR(colour_at(picture, camera, place) & 255,
-                    linear_to_srgb(static_cast<std::uint32_t>(std::min(1.0F, expected) * 65535)), 3)
-            << place.x << " " << place.z;
+        EXPECT_GT(ground, 5000U);
     }
+}
+
+TEST(TexelLevels, TellTheOnlyValueOfTexelsInCellsWithoutAnother) {
+    ModelImages images;
+    images.ground_lit = {raster(128, 255), raster(128, 7)};
+    images.ground_lit[1].texels[20 * 128 + 100] = 9;
+    const TexelLevels levels(TiledImages::of(images).ground_lit, 255);
+    const auto value = [&](int level, int x, int y, int last_x, int last_y) {
+        levels.require(level, x, y, last_x, last_y);
+        return levels.only_value(level, x, y, last_x, last_y);
+    };
+    EXPECT_EQ(value(0, 0, 0, 95, 127), 0x7FFU); // the first raster in the lowest byte
+    EXPECT_EQ(value(0, 104, 0, 127, 127), 0x7FFU);
+    EXPECT_EQ(value(0, 90, 10, 95, 30), 0x7FFU);
+    EXPECT_EQ(value(0, 96, 16, 103, 23), std::nullopt);
+    EXPECT_EQ(value(0, 90, 10, 97, 17), std::nullopt);
+    EXPECT_EQ(value(1, 0, 0, 47, 63), 0x7FFU);
+    EXPECT_EQ(value(5, 0, 0, 3, 3), std::nullopt); // smaller than a cell
 }
 
 TEST(Ground, MirrorsThePanorama) {
