@@ -109,7 +109,9 @@ HWY_INLINE IntVector srgb_bytes(Vector linear) {
     constexpr float kDark = 0.0031308F; // below it sRGB is a multiple of linear light
     const Vector dark = hn::Mul(light, hn::Set(d, 255 * 12.92F));
     const Vector bytes = hn::IfThenElse(hn::Lt(light, hn::Set(d, kDark)), dark, sum);
-    return hn::ConvertTo(Ints(), hn::Add(bytes, hn::Set(d, 0.5F)));
+    constexpr float kWhole =
+        1 << 23; // floats have no fraction from here on: the lowest bits are the nearest whole number
+    return hn::And(hn::BitCast(Ints(), hn::Add(bytes, hn::Set(d, kWhole))), hn::Set(Ints(), 255));
 }
 
 } // namespace pbm::HWY_NAMESPACE

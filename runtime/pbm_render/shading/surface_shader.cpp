@@ -4,6 +4,7 @@
 
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
@@ -26,9 +27,18 @@ template <class Power> struct Pixels {
     Power power;
 };
 
+// Where the eye is. Cosine: of the angle between a direction and that to the eye.
+struct NearEye {
+    Vector3 to_eye;
+    HWY_INLINE Vector cosine(const Vector3 &direction) const { return dot(direction, to_eye); }
+};
+struct FarEye {
+    HWY_INLINE Vector cosine(const Vector3 &direction) const { return hn::Neg(direction.z); }
+};
+
 // What a light of intensity 1 adds to the reflection of a white surface.
-template <class Power>
-HWY_INLINE Vector reflect(const EyeLight &light, const Pixels<Power> &pixels, const Vector3 &to_eye) {
+template <class Power, class Eye>
+HWY_INLINE Vector reflect(const EyeLight &light, const Pixels<Power> &pixels, const Eye &eye) {
     const Floats d;
     const Vector zero = hn::Zero(d);
     const Vector3 travel = broadcast(light.direction);
@@ -39,8 +49,8 @@ HWY_INLINE Vector reflect(const EyeLight &light, const Pixels<Power> &pixels, co
     const Mask faces = hn::Gt(diffuse, zero);
     if (hn::AllFalse(d, faces))
         return zero;
-    const Vector3 mirrored = difference(scaled(pixels.normal, hn::Add(diffuse, diffuse)), to_light);
-    const Vector shine = dot(mirrored, to_eye);
+    const Vector twice = hn::Add(diffuse, diffuse); // the mirrored ray is twice * normal - to_light
+    const Vector shine = hn::Sub(hn::Mul(twice, eye.cosine(pixels.normal)), eye.cosine(to_light));
     Vector sum = hn::Mul(pixels.kd, diffuse);
     const Mask shines = hn::And(hn::Gt(shine, zero), hn::Gt(pixels.ks, zero));
     if (!hn::AllFalse(d, shines))
@@ -73,11 +83,11 @@ void shade_row(const EyeRays &rays, std::span<const EyeLight> lights, std::size_
                                     .kd = load(row.phong[1]),
                                     .ks = load(row.phong[2]),
                                     .power = load(row.phong[3])};
-        const Vector3 to_eye = normalised(negated(ray));
+        const NearEye eye{normalised(negated(ray))};
         const Vector ambient = load(row.phong[0]);
         Vector3 light{ambient, ambient, ambient};
         for (std::size_t l = 0; l < lights.size(); ++l)
-            light = with_light(light, lights[l], reflect(lights[l], pixels, to_eye),
+            light = with_light(light, lights[l], reflect(lights[l], pixels, eye),
                                l < shadowed ? row.lit[l].data() + i : nullptr);
         const auto colour = [&](std::vector<float> &of, Vector by) {
             hn::StoreU(hn::Mul(hn::LoadU(d, of.data() + i), by), d, of.data() + i);
@@ -90,20 +100,23 @@ void shade_row(const EyeRays &rays, std::span<const EyeLight> lights, std::size_
 
 // The light on white points `first` .. of a row.
 template <class Power>
-HWY_INLINE Vector3 light_points(const PointLighting &view, const Pixels<Power> &pixels, Vector ambient,
+HWY_INLINE Vector3 light_points(const PointLighting &lighting, const Pixels<Power> &pixels, Vector ambient,
                                 const Vector3 &ray, const PointRow &row, std::size_t first) {
-    const Vector3 far_eye = broadcast(0, 0, -1), to_eye = normalised(negated(ray));
     Vector3 light{ambient, ambient, ambient};
-    for (std::size_t l = 0; l < view.lights.size(); ++l) {
-        const EyeLight &of = view.lights[l];
-        light = with_light(light, of, reflect(of, pixels, of.kind == LightKind::directional ? far_eye : to_eye),
-                           l < view.shadowed ? row.lit[l].data() + first : nullptr);
+    NearEye eye{ray};
+    if (lighting.has_places)
+        eye.to_eye = normalised(negated(ray));
+    for (std::size_t l = 0; l < lighting.lights.size(); ++l) {
+        const EyeLight &of = lighting.lights[l];
+        const Vector factor =
+            of.kind == LightKind::directional ? reflect(of, pixels, FarEye{}) : reflect(of, pixels, eye);
+        light = with_light(light, of, factor, l < lighting.shadowed ? row.lit[l].data() + first : nullptr);
     }
     return light;
 }
 
 // Unit normals in eye space; those of two-sided points are turned to the eye.
-HWY_INLINE Vector3 normals_of(IntVector codes, const PointLighting &view, const Vector3 &ray) {
+HWY_INLINE Vector3 normals_of(IntVector codes, const PointLighting &lighting, const Vector3 &ray) {
     const Floats d;
     const Ints di;
     const IntVector mask = hn::Set(di, 127), sign = hn::Set(di, std::numeric_limits<std::int32_t>::min());
@@ -115,19 +128,21 @@ HWY_INLINE Vector3 normals_of(IntVector codes, const PointLighting &view, const 
     };
     const Vector3 in_model{signed_by(unit.x, hn::ShiftLeft<5>(codes)), signed_by(unit.y, hn::ShiftLeft<4>(codes)),
                            signed_by(unit.z, hn::ShiftLeft<3>(codes))};
-    const Vector3 normal{dot(in_model, broadcast(view.axes[0])), dot(in_model, broadcast(view.axes[1])),
-                         dot(in_model, broadcast(view.axes[2]))};
-    const Vector turned = hn::IfThenElseZero(hn::Gt(dot(normal, ray), hn::Zero(d)),
-                                             hn::BitCast(d, hn::And(hn::ShiftLeft<2>(codes), sign)));
+    const Vector3 normal{dot(in_model, broadcast(lighting.axes[0])), dot(in_model, broadcast(lighting.axes[1])),
+                         dot(in_model, broadcast(lighting.axes[2]))};
+    const IntVector two_sided = hn::And(hn::ShiftLeft<2>(codes), sign);
+    if (hn::AllTrue(di, hn::Eq(two_sided, hn::Zero(di))))
+        return normal;
+    const Vector turned = hn::IfThenElseZero(hn::Gt(dot(normal, ray), hn::Zero(d)), hn::BitCast(d, two_sided));
     return {hn::Xor(normal.x, turned), hn::Xor(normal.y, turned), hn::Xor(normal.z, turned)};
 }
 
-void shade_points(const PointLighting &view, const PixelPlaces &places, PointRow &row) {
+void shade_points(const PointLighting &lighting, const PixelPlaces &places, PointRow &row) {
     const Floats d;
     const Ints di;
-    const Vector one = hn::Set(d, 1), inverse_focal = hn::Set(d, view.rays.inverse_focal);
-    const Vector middle_x = hn::Set(d, view.rays.middle_x - 0.5F);
-    const Vector ray_y = hn::Set(d, (places.screen_y - view.rays.middle_y) * view.rays.inverse_focal);
+    const Vector one = hn::Set(d, 1), inverse_focal = hn::Set(d, lighting.rays.inverse_focal);
+    const Vector middle_x = hn::Set(d, lighting.rays.middle_x - 0.5F);
+    const Vector ray_y = hn::Set(d, (places.screen_y - lighting.rays.middle_y) * lighting.rays.inverse_focal);
     auto *const colours = reinterpret_cast<std::int32_t *>(row.colour.data());
     const auto *const normals = reinterpret_cast<const std::int32_t *>(row.normal.data());
     const Float4 &only = row.phong[0];
@@ -135,20 +150,20 @@ void shade_points(const PointLighting &view, const PixelPlaces &places, PointRow
         const Vector x = hn::ConvertTo(d, hn::LoadU(di, places.x + i));
         const Vector3 ray{hn::Mul(hn::Sub(x, middle_x), inverse_focal), ray_y, one};
         const Vector3 place = scaled(ray, hn::LoadU(d, places.depth + i));
-        const Vector3 normal = normals_of(hn::LoadU(di, normals + i), view, ray);
+        const Vector3 normal = normals_of(hn::LoadU(di, normals + i), lighting, ray);
         Vector3 light;
-        if (view.one_material) {
+        if (lighting.one_material) {
             const Pixels<float> pixels{place, normal, hn::Set(d, only[0]), hn::Set(d, only[1]), only[2]};
-            light = light_points(view, pixels, hn::Set(d, only[3]), ray, row, i);
+            light = light_points(lighting, pixels, hn::Set(d, only[3]), ray, row, i);
         } else {
             Vector kd, ks, power, ka;
             hn::LoadInterleaved4(d, reinterpret_cast<const float *>(row.phong.data() + i), kd, ks, power, ka);
-            light = light_points(view, Pixels<Vector>{place, normal, kd, ks, power}, ka, ray, row, i);
+            light = light_points(lighting, Pixels<Vector>{place, normal, kd, ks, power}, ka, ray, row, i);
         }
         const IntVector own = hn::LoadU(di, colours + i);
         Vector3 colour{hn::Mul(light.x, linear_light<0>(own)), hn::Mul(light.y, linear_light<8>(own)),
                        hn::Mul(light.z, linear_light<16>(own))};
-        if (view.mirrors) {
+        if (lighting.mirrors) {
             Vector red, green, blue, share;
             hn::LoadInterleaved4(d, reinterpret_cast<const float *>(row.mirrored.data() + i), red, green, blue, share);
             const auto blend = [&](Vector from, Vector to) {
@@ -178,8 +193,8 @@ void shade_row(const EyeRays &rays, std::span<const EyeLight> lights, std::size_
     HWY_DYNAMIC_DISPATCH(shade_row)(rays, lights, shadowed, screen_y, row);
 }
 
-void shade_points(const PointLighting &view, const PixelPlaces &places, PointRow &row) {
-    HWY_DYNAMIC_DISPATCH(shade_points)(view, places, row);
+void shade_points(const PointLighting &lighting, const PixelPlaces &places, PointRow &row) {
+    HWY_DYNAMIC_DISPATCH(shade_points)(lighting, places, row);
 }
 
 const NormalSums &normal_sums() {
@@ -206,7 +221,9 @@ PointLighting see_points(const EyeRays &rays, const Projection &projection, std:
         return std::array{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
     };
     const EyeAxes &axes = projection.axes;
-    return {rays, {floats(axes.right), floats(-axes.up), floats(axes.forward)}, lights, 0, false, false};
+    const bool has_places = std::any_of(lights.begin(), lights.end(),
+                                        [](const EyeLight &light) { return light.kind != LightKind::directional; });
+    return {rays, {floats(axes.right), floats(-axes.up), floats(axes.forward)}, lights, has_places, 0, false, false};
 }
 
 SurfaceRow::SurfaceRow(int width)

@@ -73,6 +73,7 @@ struct PointLighting {
     EyeRays rays;
     std::array<std::array<float, 3>, 3> axes; // of eye space, in model space
     std::span<const EyeLight> lights;
+    bool has_places;      // some of them are point or spot lights
     std::size_t shadowed; // rows hold lit fractions of so many lights
     bool one_material;    // all points of a row have the Phong coefficients of the first one
     bool mirrors;         // rows hold what materials mirror
@@ -88,6 +89,6 @@ struct PixelPlaces {
 
 // Turns the colours of a row's points into opaque colours of pixels, packed as pack_rgba does. For directional lights
 // the eye is infinitely far away.
-void shade_points(const PointLighting &view, const PixelPlaces &places, PointRow &row);
+void shade_points(const PointLighting &lighting, const PixelPlaces &places, PointRow &row);
 
 } // namespace pbm

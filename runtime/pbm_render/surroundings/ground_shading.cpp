@@ -91,8 +91,12 @@ inline BlockTexels block_texels(const TexelLevels &texels, const BlockLine &line
         const int left = texel(std::min(line.from.x, line.to.x), -2), top = texel(std::min(line.from.y, line.to.y), -2);
         const int right = texel(std::max(line.from.x, line.to.x), 2),
                   bottom = texel(std::max(line.from.y, line.to.y), 2);
-        const TexelLevel ready = texels.require(n, left, top, right, bottom);
+        TexelLevel ready;
         if (may_have_one)
+            result.only = texels.only_value(n, left, top, right, bottom);
+        if (!result.only)
+            ready = texels.require(n, left, top, right, bottom);
+        if (may_have_one && !result.only) // now they are ready
             result.only = texels.only_value(n, left, top, right, bottom);
         return ready;
     };

@@ -39,7 +39,7 @@ class TexelLevels {
     // Makes texels first_x .. last_x, first_y .. last_y of a level ready. Safe to call from several threads; costs next
     // to nothing where they are.
     TexelLevel require(int level, int first_x, int first_y, int last_x, int last_y) const;
-    // The value of all these texels, which are ready, if whole cells around them have no other. Rasters of values only.
+    // The value of all these texels if whole cells around them are ready and have no other. Rasters of values only.
     std::optional<std::uint32_t> only_value(int level, int first_x, int first_y, int last_x, int last_y) const;
     // Lets tiles that read as coarser ones be made ready anew. Not while a picture is drawn.
     void retry() const;
@@ -48,8 +48,8 @@ class TexelLevels {
     struct Level {
         std::once_flag begun;
         PixelArray<std::uint32_t> texels;
-        std::unique_ptr<std::atomic<bool>[]> is_ready; // [tiles]
-        std::vector<std::uint64_t> cells;              // [rows][columns]: the one value of a cell, or kManyValues
+        std::unique_ptr<std::atomic<bool>[]> is_ready;       // [tiles]
+        std::unique_ptr<std::atomic<std::uint64_t>[]> cells; // [rows][columns]: one value, or kManyValues; or null
     };
 
     std::uint32_t *begin(Level &level, int number) const;
