@@ -20,15 +20,18 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Finds the blocks with a pixel that neither object nor ground hides.
-void find_free(const float *object_depths, const float *coverage, std::size_t blocks, std::uint8_t *wanted) {
+// Finds the blocks with a pixel that neither object nor ground hides, the border of the ground included: its depths may
+// be those of the ground, but only there is coverage between 0 and 1.
+void find_free(const float *depths, const float *coverage, std::size_t blocks, std::uint8_t *wanted) {
     const Floats d;
     const Vector infinity = hn::Set(d, std::numeric_limits<float>::infinity()), one = hn::Set(d, 1.0F);
     for (std::size_t block = 0; block < blocks; ++block) {
         bool any = false;
-        for (std::size_t x = block * kRayBlock; x < (block + 1) * kRayBlock; x += hn::Lanes(d))
-            any |= !hn::AllFalse(
-                d, hn::And(hn::Eq(hn::LoadU(d, object_depths + x), infinity), hn::Lt(hn::LoadU(d, coverage + x), one)));
+        for (std::size_t x = block * kRayBlock; x < (block + 1) * kRayBlock; x += hn::Lanes(d)) {
+            const Vector ground = hn::LoadU(d, coverage + x);
+            const Mask shows = hn::Or(hn::Eq(hn::LoadU(d, depths + x), infinity), hn::Gt(ground, hn::Zero(d)));
+            any |= !hn::AllFalse(d, hn::And(shows, hn::Lt(ground, one)));
+        }
         wanted[block] = static_cast<std::uint8_t>(any);
     }
 }

@@ -1,5 +1,6 @@
 // Panorama and ground plane: pixels that miss the object, against values that follow from geometry.
 #include "pbm_render/appearance/shade_table.h"
+#include "pbm_render/camera/unit_grid.h"
 #include "unit/render/surroundings_test_model.h"
 
 #include <gtest/gtest.h>
@@ -137,6 +138,29 @@ TEST(Ground, ItsBorderIsBlendedWithATransparentBackground) {
         EXPECT_NEAR(pixel & 255, linear_to_srgb(65535 / 2), 1); // straight alpha: the ground's own colour
     }
     EXPECT_GT(partly, 30U);
+}
+
+TEST(Ground, ItsBorderIsBlendedWithThePanoramaWhateverTheScratchHolds) {
+    const Model model = ball_on_ground({});
+    const auto surroundings = surroundings_of(model);
+    const Appearance appearance(model.parameters);
+    constexpr std::size_t kWidth = 640;
+    const Projection projection(in_unit_grid(look_from({0.4, -0.9, 2.5}, {0, -1.9, -2}), model.parameters.grid), kWidth,
+                                480);
+    const SurroundingsView view(surroundings.get(), appearance, projection, {});
+    for (int y = 0; y < 480; ++y) {
+        std::array<std::vector<std::uint32_t>, 2> colours;
+        for (std::size_t i = 0; i < 2; ++i) {
+            colours[i].resize(kWidth);
+            std::vector<float> depths(kWidth, kEmpty);
+            SurroundingsRow scratch;
+            scratch.resize(kWidth);
+            for (std::vector<float> *const floats : {&scratch.red, &scratch.green, &scratch.blue, &scratch.alpha})
+                std::fill(floats->begin(), floats->end(), static_cast<float>(i));
+            view.draw_row(y, {colours[i].data(), depths.data(), kWidth, 1}, scratch);
+        }
+        EXPECT_EQ(colours[0], colours[1]) << "row " << y;
+    }
 }
 
 // Colour of the pixel that shows `place`.
