@@ -202,8 +202,9 @@ void FastRenderer::Frame::read_points(const CoveredPixels &pixels, int y, const 
     const ColourFormat format = shader.point_colours();
     const std::size_t colour_bytes = static_cast<std::size_t>(parameters.attributes.colour_bytes());
     const std::size_t last_material = parameters.materials.size() - 1;
-    const auto [rays, axes, lights, has_places, shadowed, one_material, mirrors] = view.lighting;
-    const bool has_shaded_normals = shader.has_shaded_normals();
+    const std::size_t shadowed = view.lighting.shadowed;
+    const bool one_material = view.lighting.one_material, mirrors = view.lighting.mirrors,
+               has_shaded_normals = shader.has_shaded_normals();
     const NormalSums &sums = normal_sums();
     const float ray_y = (static_cast<float>(y) + 0.5F - geometry.middle_y) * geometry.inverse_focal;
     row.count = pixels.count;
