@@ -57,9 +57,12 @@ class Names:
     """`own`: what a file alone may call so, once its number is added; `shared`: what else it declares for itself, and no
     file beside it may declare or call; `calls`: what it calls by no more than a name."""
 
-    def __init__(self, text):
+    def __init__(self, file):
+        text = (ROOT / file).read_text(encoding="utf-8")
         declared = declared_in(text)
         elsewhere = set(re.findall(r"(?:\.|->|::|#define )(\w+)", text))  # a member, or a name of another namespace
+        for header in (ROOT / file).parent.glob("*.h"):  # an overload
+            elsewhere.update(re.findall(r"\b(\w+)\(", header.read_text(encoding="utf-8")))
         simd = "foreach_target.h" in text  # declares its names once per target
         self.own = set() if simd else declared - elsewhere
         self.shared = declared - self.own
@@ -95,7 +98,7 @@ def text_together(files):
     plain = [file for file, text in texts.items() if "foreach_target.h" not in text]
     lines = list(dict.fromkeys(line for file in plain for line in included_by(file)))
     for number, (file, text) in enumerate(texts.items()):
-        names = sorted(Names(text).own | {"main", "LLVMFuzzerTestOneInput"})
+        names = sorted(Names(file).own | {"main", "LLVMFuzzerTestOneInput"})
         lines += [f"#define {name} {name}_{number}" for name in names]
         lines.append(f'#include "{ROOT / file}" // NOLINT')
         lines += [f"#undef {name}" for name in names]
@@ -133,7 +136,7 @@ def groups_of(files, flags):
     for file in files:
         room = next(iter(re.findall(r"^tests/(?:unit/\w+|mutants)", file)), None)  # names of their own in headers
         text = (ROOT / file).read_text(encoding="utf-8")
-        names = Names(text)
+        names = Names(file)
         alone = "<dlfcn.h>" in text
         if "foreach_target.h" in text:
             room = "Highway"

@@ -51,9 +51,6 @@ class ColourTable {
     Float4 linear(std::uint32_t srgb) const {
         return Float4{linear_[srgb & 255], linear_[srgb >> 8 & 255], linear_[srgb >> 16 & 255], 0};
     }
-    // sRGB by linear light: [kSteps + 1], padded for reads of four bytes.
-    const std::uint8_t *srgb() const { return srgb_.data(); }
-
     // Opaque, packed as pack_rgba does.
     std::uint32_t pack_srgb(Float4 linear) const {
         constexpr Float4 kOne{1, 1, 1, 1};
@@ -63,12 +60,11 @@ class ColourTable {
                std::uint32_t{srgb_[index(step[2])]} << 16 | 0xFF000000U;
     }
 
-    static constexpr float kSteps = 4095;
-
   private:
+    static constexpr float kSteps = 4095;
     static std::size_t index(std::int32_t step) { return static_cast<std::size_t>(step); }
     std::array<float, 256> linear_;
-    std::array<std::uint8_t, 4096 + 3> srgb_{};
+    std::array<std::uint8_t, 4096> srgb_{};
 };
 
 } // namespace pbm

@@ -11,6 +11,8 @@
 #include "system/threads/thread_pool.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <optional>
 
 namespace pbm {
@@ -34,6 +36,17 @@ int strip_rows(const Framebuffer &target, int threads) {
 struct StreamPointers {
     const std::uint16_t *normals;
     const std::uint8_t *colours, *materials, *indices; // null: the model lacks the stream
+    std::array<const std::uint8_t *, kMaxLights> shadows;
+    std::array<std::uint8_t, kMaxLights> shadow_bits; // of a lit fraction
+
+    // 0..1
+    float lit(std::size_t point, std::size_t light) const {
+        constexpr std::array<float, 9> kScales{0,         1,         1 / 3.0F,   1 / 7.0F,  1 / 15.0F,
+                                               1 / 31.0F, 1 / 63.0F, 1 / 127.0F, 1 / 255.0F};
+        const unsigned bits = shadow_bits[light];
+        const std::size_t at = point * bits;
+        return static_cast<float>(shadows[light][at / 8] >> (at % 8) & ((1U << bits) - 1)) * kScales[bits];
+    }
 };
 
 // Memory of one thread.
@@ -43,31 +56,11 @@ struct Workplace {
     StripBricks bricks;
 };
 
-// The point and spot lights of a frame.
-struct PositionalLights {
-    PositionalLights(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection) {
-        std::vector<Light> lights;
-        for (std::size_t i = 0; i < appearance.lights.size(); ++i)
-            if (appearance.lights[i].kind != LightKind::directional) {
-                lights.push_back(appearance.lights[i]);
-                indices.push_back(i);
-            }
-        seen = see_lights(lights, parameters.grid.edge(), projection);
-    }
-    // How many of them have an index below `end`.
-    std::size_t below(std::size_t end) const {
-        return static_cast<std::size_t>(std::lower_bound(indices.begin(), indices.end(), end) - indices.begin());
-    }
-
-    std::vector<EyeLight> seen;
-    std::vector<std::size_t> indices; // among all lights, ascending
-};
-
 // Values that all strips of a frame share.
 struct FrameView {
     const RenderOptions &options;
     const FrameGeometry &geometry;
-    const PositionalLights &lights;
+    const PointLighting &lighting;
     const PointShader &shader;
     const SurroundingsView &surroundings;
     Framebuffer &target;
@@ -82,17 +75,7 @@ struct FastRenderer::Frame {
 
     std::uint64_t draw(int top, int rows, const FrameView &view, Workplace &workplace) const;
     void resolve(const DepthStrip &strip, const FrameView &view) const;
-    void read_looks(const CoveredPixels &pixels, const PointShader &shader, std::span<PointLook> looks) const;
-    void light_row(const CoveredPixels &pixels, std::span<const PointLook> looks, int y, const FrameView &view,
-                   SurfaceRow &row) const;
-    template <bool kSpecial>
-    void shade_pixels(const CoveredPixels &pixels, std::span<const PointLook> looks, int y, const PointShader &shader,
-                      const SurfaceRow &positional, std::uint32_t *colours) const;
-    float lit(std::uint32_t id, std::size_t light) const {
-        const PointRun &run = runs[runs.ids().run(id)];
-        return lit_fraction(run, runs.ids().point(id), light,
-                            parameters.attributes.shadow_bits[light][static_cast<std::size_t>(run.level)]);
-    }
+    void read_points(const CoveredPixels &pixels, int y, const FrameView &view, PointRow &row) const;
 
     const ModelParameters &parameters;
     const std::shared_ptr<const Surroundings> surroundings;
@@ -126,15 +109,25 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     frame.streams.clear();
     for (std::size_t i = 0; i < frame.runs.size(); ++i) {
         const ChunkView &chunk = *frame.runs[i].chunk;
-        frame.streams.push_back({chunk.normals.data(), chunk.colours.data(), chunk.materials.data(),
-                                 indices ? chunk.values(*indices).data() : nullptr});
+        StreamPointers &streams =
+            frame.streams.emplace_back(StreamPointers{chunk.normals.data(),
+                                                      chunk.colours.data(),
+                                                      chunk.materials.data(),
+                                                      indices ? chunk.values(*indices).data() : nullptr,
+                                                      {},
+                                                      {}});
+        for (std::size_t l = 0; l < static_cast<std::size_t>(frame.parameters.attributes.lights); ++l) {
+            streams.shadows[l] = chunk.shadows[l].data();
+            streams.shadow_bits[l] = static_cast<std::uint8_t>(
+                frame.parameters.attributes.shadow_bits[l][static_cast<std::size_t>(frame.runs[i].level)]);
+        }
     }
-    const PositionalLights lights(frame.parameters, frame.appearance, projection);
+    const std::vector<EyeLight> lights = see_lights(frame.appearance.lights, frame.parameters.grid.edge(), projection);
     const SurroundingsView surroundings(frame.surroundings.get(), frame.appearance, projection, options);
     std::optional<PointShader> shader;
     frame.pool.run(frame.runs.size() + 1, [&](std::size_t item, std::size_t thread) {
         if (item == 0) // first, since it takes longest
-            shader.emplace(frame.parameters, frame.appearance, projection, &surroundings, options);
+            shader.emplace(frame.parameters, frame.appearance, projection, &surroundings, options, false);
         else
             frame.runs.cull(
                 item - 1, geometry, frame.workplaces[thread].offsets,
@@ -144,7 +137,12 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     const int rows = strip_rows(target, frame.pool.threads());
     const auto count = static_cast<std::size_t>((target.height + rows - 1) / rows);
     std::vector<std::uint64_t> drawn(count);
-    const FrameView view{options, geometry, lights, *shader, surroundings, target};
+    PointLighting lighting =
+        see_points({geometry.middle_x, geometry.middle_y, geometry.inverse_focal}, projection, lights);
+    lighting.shadowed = shader->shadowed();
+    lighting.one_material = !frame.parameters.attributes.material;
+    lighting.mirrors = shader->mirrors();
+    const FrameView view{options, geometry, lighting, *shader, surroundings, target};
     frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
         drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, view, frame.workplaces[thread]);
     });
@@ -171,10 +169,9 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view
     const auto edge = static_cast<float>(parameters.grid.edge());
     const auto width = static_cast<std::size_t>(target.width);
     CoveredPixels covered(target.width);
-    std::vector<PointLook> looks(width);
     const bool is_plain = view.surroundings.is_plain();
     const PointShader &shader = view.shader;
-    SurfaceRow positional(shader.is_positional() ? target.width : 0);
+    PointRow points(target.width);
     SurroundingsRow behind;
     std::vector<float> row_depths(is_plain || !target.depth.empty() ? 0 : width);
     for (int y = strip.top; y < strip.bottom; ++y) {
@@ -185,85 +182,70 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view
                                                     : row_depths.data();
         const PixelRow to{colours, depths, width, edge};
         read_row(strip, y, background, to, covered);
-        // Two loops, so that the cache misses of many points overlap in the first one.
-        read_looks(covered, shader, looks);
-        if (shader.is_positional())
-            light_row(covered, looks, y, view, positional);
-        if (shader.is_special())
-            shade_pixels<true>(covered, looks, y, shader, positional, colours);
-        else
-            shade_pixels<false>(covered, looks, y, shader, positional, colours);
+        read_points(covered, y, view, points);
+        if (!shader.has_shaded_normals())
+            shade_points(view.lighting, {covered.x.data(), covered.depth.data(), static_cast<float>(y) + 0.5F}, points);
+        for (std::size_t i = 0; i < points.count; ++i)
+            colours[covered.x[i]] = points.colour[i];
         if (!is_plain)
             view.surroundings.draw_row(y, to, behind);
     }
 }
 
-// Computes what point and spot lights add to the reflection of white points: the colours of `row`.
-void FastRenderer::Frame::light_row(const CoveredPixels &pixels, std::span<const PointLook> looks, int y,
-                                    const FrameView &view, SurfaceRow &row) const {
-    const float screen_y = static_cast<float>(y) + 0.5F;
-    const std::size_t shadowed = view.lights.below(view.shader.shadowed());
-    row.count = pixels.count;
-    for (std::size_t i = 0; i < pixels.count; ++i) {
-        const float screen_x = static_cast<float>(pixels.x[i]) + 0.5F;
-        const EyeNormal &normal = view.geometry.normals[view.shader.normal_seen(looks[i], {screen_x, screen_y})];
-        const Material &material = appearance.materials[looks[i].material];
-        row.screen_x[i] = screen_x;
-        row.depth[i] = pixels.depth[i];
-        row.normal[0][i] = normal.x;
-        row.normal[1][i] = normal.y;
-        row.normal[2][i] = normal.z;
-        row.colour[0][i] = row.colour[1][i] = row.colour[2][i] = 1;
-        row.phong[0][i] = 0; // the shader's table has the ambient light
-        row.phong[1][i] = material.kd;
-        row.phong[2][i] = material.ks;
-        row.phong[3][i] = material.power;
-        for (std::size_t light = 0; light < shadowed; ++light)
-            row.lit[light][i] = lit(static_cast<std::uint32_t>(pixels.id[i]), view.lights.indices[light]);
-    }
-    const EyeRays rays{view.geometry.middle_x, view.geometry.middle_y, view.geometry.inverse_focal};
-    shade_row(rays, view.lights.seen, shadowed, screen_y, row);
-}
-
-// `positional`: the result of light_row if there are point or spot lights.
-template <bool kSpecial>
-void FastRenderer::Frame::shade_pixels(const CoveredPixels &pixels, std::span<const PointLook> looks, int y,
-                                       const PointShader &shader, const SurfaceRow &positional,
-                                       std::uint32_t *colours) const {
-    for (std::size_t i = 0; i < pixels.count; ++i) {
-        const auto x = static_cast<std::size_t>(pixels.x[i]);
-        const glm::vec2 pixel(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
-        colours[x] = shader.shade<kSpecial>(
-            looks[i], pixel, [&](std::size_t light) { return lit(static_cast<std::uint32_t>(pixels.id[i]), light); },
-            [&] {
-                return Float4{positional.colour[0][i], positional.colour[1][i], positional.colour[2][i], 0};
-            });
-    }
-}
-
-void FastRenderer::Frame::read_looks(const CoveredPixels &pixels, const PointShader &shader,
-                                     std::span<PointLook> looks) const {
+// Reads what the streams hold of the points that a row of pixels shows. If the colours of points depend on their
+// normals alone, the row gets the colours of the pixels.
+void FastRenderer::Frame::read_points(const CoveredPixels &pixels, int y, const FrameView &view, PointRow &row) const {
+    const PointShader &shader = view.shader;
+    const FrameGeometry &geometry = view.geometry;
     const PointIds ids = runs.ids();
-    const bool from_texture = shader.colour_source() == ColourSource::texture;
+    const ColourSource source = shader.colour_source();
     const ColourFormat format = shader.point_colours();
     const std::size_t colour_bytes = static_cast<std::size_t>(parameters.attributes.colour_bytes());
-    const auto last_material = static_cast<std::uint16_t>(parameters.materials.size() - 1);
+    const std::size_t last_material = parameters.materials.size() - 1;
+    const std::size_t shadowed = view.lighting.shadowed;
+    const bool one_material = view.lighting.one_material, mirrors = view.lighting.mirrors,
+               has_shaded_normals = shader.has_shaded_normals();
+    const NormalSums &sums = normal_sums();
+    const float ray_y = (static_cast<float>(y) + 0.5F - geometry.middle_y) * geometry.inverse_focal;
+    row.count = pixels.count;
     for (std::size_t i = 0; i < pixels.count; ++i) {
-        constexpr std::size_t kAhead = 16;
+        constexpr std::size_t kAhead = 16; // so that the cache misses of many points overlap
         const auto soon = static_cast<std::uint32_t>(pixels.id[std::min(i + kAhead, pixels.count - 1)]);
         const StreamPointers &next = streams[ids.run(soon)];
         __builtin_prefetch(next.normals + ids.point(soon));
         __builtin_prefetch(next.colours + ids.point(soon) * colour_bytes);
+        for (std::size_t light = 0; light < shadowed; ++light)
+            __builtin_prefetch(next.shadows[light] + ids.point(soon) * next.shadow_bits[light] / 8);
 
         const auto id = static_cast<std::uint32_t>(pixels.id[i]);
         const StreamPointers &from = streams[ids.run(id)];
         const std::size_t point = ids.point(id);
-        const std::uint32_t packed =
-            from_texture ? shader.palette()[from.indices[point]] : pack_rgb(point_colour(from.colours, point, format));
-        looks[i] = {.colour = packed,
-                    .normal = from.normals[point],
-                    .material = from.materials != nullptr ? std::uint16_t{from.materials[point]} : std::uint16_t{0}};
-        looks[i].material = std::min(looks[i].material, last_material); // the bytes of a mapped file may have changed
+        std::size_t material = from.materials != nullptr ? from.materials[point] : 0;
+        material = std::min(material, last_material); // the bytes of a mapped file may have changed
+        const std::uint16_t stored = from.normals[point];
+        if (has_shaded_normals || mirrors) { // tables by the normal that is seen
+            std::size_t normal = stored & kNormalIndexMask;
+            const EyeNormal &n = geometry.normals[normal];
+            const float ray_x = (static_cast<float>(pixels.x[i]) + 0.5F - geometry.middle_x) * geometry.inverse_focal;
+            if ((stored & kTwoSidedBit) != 0 && n.x * ray_x + n.y * ray_y + n.z > 0)
+                normal ^= kOppositeNormal;
+            if (has_shaded_normals) {
+                row.colour[i] = shader.shaded(material, normal);
+                continue;
+            }
+            row.mirrored[i] = shader.mirrored(normal);
+            row.mirrored[i][3] = appearance.materials[material].environment;
+        }
+        row.normal[i] = normal_code(stored, sums);
+        row.colour[i] = source == ColourSource::texture    ? shader.palette()[from.indices[point]]
+                        : source == ColourSource::material ? pack_rgb(appearance.materials[material].colour)
+                                                           : pack_rgb(point_colour(from.colours, point, format));
+        if (!one_material || i == 0) {
+            const Material &of = appearance.materials[material];
+            row.phong[i] = Float4{of.kd, of.ks, of.power, of.ka};
+        }
+        for (std::size_t light = 0; light < shadowed; ++light)
+            row.lit[light][i] = from.lit(point, light);
     }
 }
 

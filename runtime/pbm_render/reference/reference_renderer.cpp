@@ -346,7 +346,7 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
     std::unique_ptr<const FrameSurroundings> surroundings;
     if (surroundings_)
         surroundings = surroundings_->in_frame(appearance_, projection, options);
-    const PointShader shader(model_.parameters, appearance_, projection, surroundings.get(), options);
+    const PointShader shader(model_.parameters, appearance_, projection, surroundings.get(), options, true);
     Shading(model_, shader, level).resolve(target);
     if (surroundings)
         surroundings->draw_behind(target, static_cast<float>(model_.parameters.grid.edge()));

@@ -45,7 +45,7 @@ std::vector<Float4> mirror_panorama(const FrameSurroundings &surroundings, glm::
 } // namespace
 
 PointShader::PointShader(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection,
-                         const FrameSurroundings *surroundings, const RenderOptions &options)
+                         const FrameSurroundings *surroundings, const RenderOptions &options, bool shades)
     : parameters_(parameters), appearance_(appearance), projection_(projection),
       source_(choose_source(parameters.attributes, options)),
       point_colours_(source_ == ColourSource::material || source_ == ColourSource::texture
@@ -54,8 +54,7 @@ PointShader::PointShader(const ModelParameters &parameters, const Appearance &ap
       shadowed_(static_cast<std::size_t>(count_shadowed(parameters.attributes, appearance, options))),
       normals_(splat_normals()), first_ray_(projection.ray({0, 0})),
       ray_right_(projection.ray({1, 0}) - projection.ray({0, 0})),
-      ray_down_(projection.ray({0, 1}) - projection.ray({0, 0})),
-      table_(appearance.materials, appearance.lights, static_cast<int>(shadowed_), -projection.axes.forward) {
+      ray_down_(projection.ray({0, 1}) - projection.ray({0, 0})) {
     bool mirrors = false;
     for (std::size_t i = 0; i < appearance.materials.size(); ++i) {
         material_colours_[i] = colours_.linear(pack_rgb(appearance.materials[i].colour));
@@ -70,14 +69,17 @@ PointShader::PointShader(const ModelParameters &parameters, const Appearance &ap
             shadowed_directional_.push_back(l);
     if (mirrors && surroundings != nullptr && surroundings->has_reflections())
         mirrored_ = mirror_panorama(*surroundings, projection.axes.forward);
-    if (source_ != ColourSource::material || shadowed_ > 0 || positional_ ||
-        appearance.materials.size() > kFewMaterials)
+    const bool has_shaded_normals = source_ == ColourSource::material && shadowed_ == 0 && !positional_ &&
+                                    appearance.materials.size() <= kFewMaterials;
+    if (has_shaded_normals || shades)
+        table_.emplace(appearance.materials, appearance.lights, static_cast<int>(shadowed_), -projection.axes.forward);
+    if (!has_shaded_normals)
         return;
     shaded_normals_.reserve(appearance.materials.size() * kNormalCount);
     for (std::size_t material = 0; material < appearance.materials.size(); ++material)
         for (std::size_t normal = 0; normal < kNormalCount; ++normal)
             shaded_normals_.push_back(colours_.pack_srgb(
-                mirror(material_colours_[material] * table_.unshadowed(material, normal), material, normal)));
+                mirror(material_colours_[material] * table_->unshadowed(material, normal), material, normal)));
 }
 
 // Blends the panorama over a colour, clamped to white, with the material's environment factor.

@@ -12,6 +12,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -30,9 +31,9 @@ struct PointLook {
 class PointShader {
   public:
     // `projection` maps the unit grid to the screen; `surroundings` are those of the frame, or null. All must
-    // outlive the shader.
+    // outlive the shader. `shades`: shade() will be called; else the shader has tables only for what it needs itself.
     PointShader(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection,
-                const FrameSurroundings *surroundings, const RenderOptions &options);
+                const FrameSurroundings *surroundings, const RenderOptions &options, bool shades);
 
     ColourSource colour_source() const { return source_; }
     // Format of the colour stream if it is used, else none.
@@ -42,7 +43,9 @@ class PointShader {
     // Whether there are point or spot lights: the pixels of one point may then differ.
     bool is_positional() const { return positional_; }
     // Whether there are point or spot lights, or mirroring materials. Selects the template argument of shade().
-    bool is_special() const { return positional_ || !mirrored_.empty(); }
+    bool is_special() const { return positional_ || mirrors(); }
+    // Whether materials mirror the panorama.
+    bool mirrors() const { return !mirrored_.empty(); }
 
     // Lights whose shadow streams are used: those with lower indices.
     std::size_t shadowed() const { return shadowed_; }
@@ -53,11 +56,11 @@ class PointShader {
     template <bool kSpecial, class Lit, class Positional>
     std::uint32_t shade(PointLook point, glm::vec2 pixel, Lit &&lit, Positional &&positional) const {
         const std::size_t normal = normal_seen(point, pixel);
-        if (!shaded_normals_.empty())
-            return shaded_normals_[point.material * kNormalCount + normal];
-        Float4 light = table_.unshadowed(point.material, normal);
+        if (has_shaded_normals())
+            return shaded(point.material, normal);
+        Float4 light = table_->unshadowed(point.material, normal);
         for (const std::size_t l : shadowed_directional_)
-            light += table_.shadowed(l, point.material, normal) * lit(l);
+            light += table_->shadowed(l, point.material, normal) * lit(l);
         if constexpr (kSpecial) {
             if (positional_)
                 light += positional();
@@ -66,7 +69,15 @@ class PointShader {
         return colours_.pack_srgb(own_colour(point) * light);
     }
 
-    // What point and spot lights add to the reflection of one white point; SurfaceRow does so for many. `depth`: grid
+    // Whether colours depend on nothing but material and normal: shaded() is then what shade() returns.
+    bool has_shaded_normals() const { return !shaded_normals_.empty(); }
+    std::uint32_t shaded(std::size_t material, std::size_t normal) const {
+        return shaded_normals_[material * kNormalCount + normal];
+    }
+    // What materials mirror of the panorama, linear. Expects mirrors().
+    Float4 mirrored(std::size_t normal) const { return mirrored_[normal]; }
+
+    // What point and spot lights add to the reflection of one white point; shade_points does so for many. `depth`: grid
     // edges.
     template <class Lit> Float4 positional(PointLook point, glm::vec2 pixel, float depth, Lit &&lit) const {
         const std::size_t normal = normal_seen(point, pixel);
@@ -100,7 +111,7 @@ class PointShader {
     const std::size_t shadowed_; // lights whose shadow streams are used
     const std::span<const SplatNormal> normals_;
     const glm::vec3 first_ray_, ray_right_, ray_down_; // of pixel (0, 0); steps to the next pixel
-    ShadeTable table_;
+    std::optional<ShadeTable> table_;
     ColourTable colours_;
     std::array<Float4, kMaxMaterials> material_colours_{}; // linear
     std::array<std::uint32_t, 256> palette_{};

@@ -1,9 +1,11 @@
-// Shades the pixels of a row by Phong reflection, each with its own normal and position. SIMD (Highway); the colours
-// are the same on every target. Based on: Phong. Illumination for Computer Generated Pictures. 1975
+// Shades the pixels of a row by Phong reflection, each with its own normal and position: of blended surfaces, and of
+// points whose normals are in a table. SIMD (Highway); the colours are the same on every target. Based on: Phong.
+// Illumination for Computer Generated Pictures. 1975
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
 #include "pbm_render/camera/transform_table.h"
+#include "pbm_render/picture/framebuffer.h"
 
 #include <array>
 #include <cstddef>
@@ -45,5 +47,48 @@ struct EyeRays {
 // row holds lit fractions of the first `shadowed` lights.
 void shade_row(const EyeRays &rays, std::span<const EyeLight> lights, std::size_t shadowed, float screen_y,
                SurfaceRow &row);
+
+// Points that the pixels of one row show, from left to right; all arrays are padded for whole SIMD vectors.
+struct PointRow {
+    explicit PointRow(int width);
+
+    std::size_t count = 0;
+    std::vector<std::uint32_t> colour;              // sRGB, red in the lowest byte
+    std::vector<std::uint32_t> normal;              // normal_code
+    std::vector<Float4> phong;                      // kd, ks, power, ka
+    std::array<std::vector<float>, kMaxLights> lit; // fractions
+    std::vector<Float4> mirrored;                   // linear; last the factor of the blend
+};
+
+// By the five digits of a normal's index: x + 128 y of its vector before that is normalised, all signs positive.
+using NormalSums = std::array<std::uint16_t, 1024>;
+const NormalSums &normal_sums();
+// A stored normal in the high half, its vector in the low one.
+inline std::uint32_t normal_code(std::uint16_t stored, const NormalSums &sums) {
+    return std::uint32_t{stored} << 16 | sums[stored & 1023];
+}
+
+// What all points of a frame share.
+struct PointLighting {
+    EyeRays rays;
+    std::array<std::array<float, 3>, 3> axes; // of eye space, in model space
+    std::span<const EyeLight> lights;
+    bool has_places;      // some of them are point or spot lights
+    std::size_t shadowed; // rows hold lit fractions of so many lights
+    bool one_material;    // all points of a row have the Phong coefficients of the first one
+    bool mirrors;         // rows hold what materials mirror
+};
+PointLighting see_points(const EyeRays &rays, const Projection &projection, std::span<const EyeLight> lights);
+
+// The pixels of a row: x ascending, depth in grid edges, padded as the points.
+struct PixelPlaces {
+    const std::int32_t *x;
+    const float *depth;
+    float screen_y;
+};
+
+// Turns the colours of a row's points into opaque colours of pixels, packed as pack_rgba does. For directional lights
+// the eye is infinitely far away.
+void shade_points(const PointLighting &lighting, const PixelPlaces &places, PointRow &row);
 
 } // namespace pbm

@@ -23,6 +23,7 @@ namespace pbm {
 struct BlockTexels {
     TexelLevel finer, coarser;
     float fraction = 0;
+    std::optional<std::uint32_t> only; // the value of all its texels
 };
 struct GroundTexels {
     BlockTexels texture;
@@ -36,41 +37,73 @@ inline glm::vec2 meet(const GroundFrame &frame, const GroundRow &row, float x) {
     return glm::clamp(glm::vec2(frame.eye) + t * glm::vec2(ray), glm::vec2(0), glm::vec2(1));
 }
 
-// Size of a pixel on the plane, in edges of the square: between that of the longer way across it, which would blur,
-// and the mean, which would alias.
-inline float pixel_size(const GroundFrame &frame, const GroundRow &row, float x) {
-    const glm::vec3 ray = row.first + x * row.step;
-    const float slope = 1 / std::max(-ray.z, 1e-20F);
-    const auto across = [&](glm::vec3 step) {
-        return frame.eye.z * slope * (glm::vec2(step) + step.z * slope * glm::vec2(ray));
-    };
-    const glm::vec2 dx = across(row.step), dy = across(row.down);
-    const float longer = std::sqrt(std::max(glm::dot(dx, dx), glm::dot(dy, dy)));
-    const float mean = std::sqrt(std::abs(dx.x * dy.y - dx.y * dy.x));
-    return std::sqrt(longer * mean);
+// At the first, the middle and the next block's first pixel of blocks side by side: where its ray meets the plane,
+// log2 of its size there in edges of the square, and the reflection of each light.
+inline constexpr std::size_t kGroupBlocks = 32, kGroupSamples = 2 * kGroupBlocks + 1;
+struct GroundSamples {
+    using Values = std::array<float, kGroupSamples + kLaneNumbers.size()>;
+    Values u, v, log_size;
+    std::array<Values, kMaxLights> light;
+};
+
+// Values of a block that all its pixels share.
+struct GroundBlock {
+    std::size_t first; // pixel
+    const GroundTexels &texels;
+    const GroundSamples &samples;
+    std::size_t sample; // at its first pixel
+    bool is_smooth;     // reflections between samples are interpolated
+    bool reads_texels;
+};
+
+// Whether straight lines through the samples of a block are as good as what is between them: a parabola is within an
+// eighth of its bend, and an eighth of this is less than half of 1/255 of any sRGB colour above 1/100.
+inline bool is_smooth(const GroundFrame &frame, const GroundSamples &samples, std::size_t sample) {
+    constexpr float kMaxBend = 1.0F / 1024;
+    float bend = 0;
+    for (std::size_t i = 0; i < frame.light_count; ++i) {
+        const float *const at = samples.light[i].data() + sample;
+        const glm::vec3 &colour = frame.lights[i].colour;
+        bend += std::abs(at[0] + at[2] - 2 * at[1]) * std::max({colour.r, colour.g, colour.b});
+    }
+    return bend <= kMaxBend;
 }
 
-// Makes ready what the pixels x .. to_x see, which lies on a straight line.
-inline BlockTexels block_texels(const TexelLevels &texels, const GroundFrame &frame, const GroundRow &row, float x,
-                                float to_x) {
-    const float columns = static_cast<float>(1 << texels.width_bits());
-    const float size = pixel_size(frame, row, (x + to_x) / 2) * columns;
-    const float level = size > 1 ? std::min(std::log2(size), static_cast<float>(texels.levels() - 1)) : 0.0F; // NaN: 0
+// What a block sees of the plane: a straight line. `log_size` is that of a pixel.
+struct BlockLine {
+    glm::vec2 from, to;
+    float log_size;
+};
+
+// Makes the texels ready that a block sees. The coarser mip level is tested first for texels that all have one value:
+// then the finer ones have it too.
+inline BlockTexels block_texels(const TexelLevels &texels, const BlockLine &line) {
+    const float level = std::clamp(line.log_size + static_cast<float>(texels.width_bits()), 0.0F,
+                                   static_cast<float>(texels.levels() - 1));
     const int number = static_cast<int>(level);
-    const glm::vec2 from = meet(frame, row, x), to = meet(frame, row, to_x);
-    const auto require = [&](int n) {
+    BlockTexels result;
+    result.fraction = level - static_cast<float>(number);
+    const auto require = [&](int n, bool may_have_one) {
         const int width = 1 << (texels.width_bits() - n);
         const auto texel = [&](float place, int margin) {
             return std::clamp(static_cast<int>(place * static_cast<float>(width)) + margin, 0, width - 1);
         };
-        return texels.require(n, texel(std::min(from.x, to.x), -2), texel(std::min(from.y, to.y), -2),
-                              texel(std::max(from.x, to.x), 2), texel(std::max(from.y, to.y), 2));
+        const int left = texel(std::min(line.from.x, line.to.x), -2), top = texel(std::min(line.from.y, line.to.y), -2);
+        const int right = texel(std::max(line.from.x, line.to.x), 2),
+                  bottom = texel(std::max(line.from.y, line.to.y), 2);
+        TexelLevel ready;
+        if (may_have_one)
+            result.only = texels.only_value(n, left, top, right, bottom);
+        if (!result.only)
+            ready = texels.require(n, left, top, right, bottom);
+        if (may_have_one && !result.only) // now they are ready
+            result.only = texels.only_value(n, left, top, right, bottom);
+        return ready;
     };
-    BlockTexels result;
-    result.finer = require(number);
-    result.fraction = level - static_cast<float>(number);
     if (result.fraction > 0)
-        result.coarser = require(number + 1);
+        result.coarser = require(number + 1, true);
+    if (!result.only)
+        result.finer = require(number, result.fraction == 0);
     return result;
 }
 
@@ -158,6 +191,11 @@ class BlockCorners {
     float fraction_ = 0;
 };
 
+// One byte of the texels of a block, 0..255; `corners` have been read unless all texels are the same.
+HWY_INLINE Vector filtered(const BlockTexels &texels, const BlockCorners &corners, int byte) {
+    return texels.only ? hn::Set(Floats(), static_cast<float>(*texels.only >> 8 * byte & 255)) : corners.filtered(byte);
+}
+
 // The colour between two entries of the palette.
 HWY_INLINE Colours look_up(const GroundFrame &frame, Vector value) {
     const Floats d;
@@ -191,30 +229,105 @@ HWY_INLINE Vector reflect(const GroundFrame &frame, const GroundLight &light, co
     if (material.ks > 0) {
         const Vector mirrored = hn::Sub(hn::Mul(to_light.z, to_eye.z),
                                         hn::Add(hn::Mul(to_light.x, to_eye.x), hn::Mul(to_light.y, to_eye.y)));
-        sum = hn::Add(sum, hn::Mul(hn::Set(d, material.ks),
-                                   power_of(hn::Min(hn::Max(mirrored, zero), one), hn::Set(d, material.power))));
+        sum = hn::Add(
+            sum, hn::Mul(hn::Set(d, material.ks), power_of(hn::Min(hn::Max(mirrored, zero), one), material.power)));
     }
     if (light.kind == LightKind::spot) {
         const Vector cosine = hn::Neg(dot(to_light, broadcast(light.direction)));
-        sum = hn::Mul(sum, power_of(hn::Min(hn::Max(cosine, zero), one), hn::Set(d, light.exponent)));
+        sum = hn::Mul(sum, power_of(hn::Min(hn::Max(cosine, zero), one), light.exponent));
     }
     return sum;
 }
 
-HWY_INLINE Colours shade_vector(const GroundFrame &frame, const GroundTexels &texels, const Vector3 &hit,
-                                const Vector3 &to_eye) {
+// Where rays meet the plane, near its square.
+HWY_INLINE Vector3 hits_of(const GroundFrame &frame, const Vector3 &ray) {
     const Floats d;
+    const Vector zero = hn::Zero(d), one = hn::Set(d, 1.0F), depth = depths_at(frame, ray);
+    const auto meets = [&](float eye, Vector along) {
+        return hn::Min(hn::Max(hn::Add(hn::Set(d, eye), hn::Mul(depth, along)), zero), one);
+    };
+    return {meets(frame.eye.x, ray.x), meets(frame.eye.y, ray.y), zero};
+}
+
+// log2 of the size of pixels on the plane: between that of the longer way across them, which would blur, and the mean,
+// which would alias.
+HWY_INLINE Vector log_size(const GroundFrame &frame, const GroundRow &row, const Vector3 &ray) {
+    const Floats d;
+    const Vector slope = hn::Div(hn::Set(d, 1.0F), hn::Max(hn::Neg(ray.z), hn::Set(d, 1e-20F)));
+    const Vector scale = hn::Mul(hn::Set(d, frame.eye.z), slope);
+    const auto along = [&](const glm::vec3 &step, int axis, Vector of_ray) {
+        return hn::Mul(scale, hn::Add(hn::Set(d, step[axis]), hn::Mul(hn::Mul(hn::Set(d, step.z), slope), of_ray)));
+    };
+    const Vector right_x = along(row.step, 0, ray.x), right_y = along(row.step, 1, ray.y);
+    const Vector down_x = along(row.down, 0, ray.x), down_y = along(row.down, 1, ray.y);
+    const auto squared = [](Vector x, Vector y) { return hn::Add(hn::Mul(x, x), hn::Mul(y, y)); };
+    const Vector longer = hn::Max(squared(right_x, right_y), squared(down_x, down_y));
+    const Vector area = hn::Abs(hn::Sub(hn::Mul(right_x, down_y), hn::Mul(right_y, down_x)));
+    return hn::Mul(hn::Add(log2_of(longer), log2_of(area)), hn::Set(d, 0.25F));
+}
+
+// Fills the samples of `blocks` blocks.
+void take_samples(const GroundFrame &frame, const GroundRow &row, std::size_t first_block, std::size_t blocks,
+                  GroundSamples &samples) {
+    const Floats d;
+    constexpr std::size_t kStep = kRayBlock / 2;
+    for (std::size_t i = 0; i <= 2 * blocks; i += hn::Lanes(d)) {
+        const Vector number = columns(2 * first_block + i);
+        const Vector3 ray = rays_at(row, hn::Mul(number, hn::Set(d, static_cast<float>(kStep))));
+        const Vector3 hit = hits_of(frame, ray), to_eye = normalised(negated(ray));
+        hn::StoreU(hit.x, d, samples.u.data() + i);
+        hn::StoreU(hit.y, d, samples.v.data() + i);
+        hn::StoreU(log_size(frame, row, ray), d, samples.log_size.data() + i);
+        for (std::size_t light = 0; light < frame.light_count; ++light)
+            hn::StoreU(reflect(frame, frame.lights[light], hit, to_eye), d, samples.light[light].data() + i);
+    }
+}
+
+// Pixels `at` .. of a block between its samples.
+class BetweenSamples {
+  public:
+    explicit HWY_INLINE BetweenSamples(std::size_t at) {
+        const Floats d;
+        const Vector one = hn::Set(d, 1.0F);
+        const Vector t = hn::Mul(columns(at), hn::Set(d, 2.0F / kRayBlock));
+        first_ = hn::Min(t, one);
+        second_ = hn::Max(hn::Sub(t, one), hn::Zero(d));
+    }
+    HWY_INLINE Vector operator()(const float *samples) const {
+        const Floats d;
+        return hn::Add(hn::Add(hn::Set(d, samples[0]), hn::Mul(first_, hn::Set(d, samples[1] - samples[0]))),
+                       hn::Mul(second_, hn::Set(d, samples[2] - samples[1])));
+    }
+
+  private:
+    Vector first_, second_;
+};
+
+// Of the pixels from `x` on.
+HWY_INLINE Colours shade_vector(const GroundFrame &frame, const GroundBlock &block, std::size_t x, const Vector3 &ray) {
+    const GroundTexels &texels = block.texels;
+    const BetweenSamples between(x - block.first);
+    const Floats d;
+    Vector3 hit = broadcast(0, 0, 0), to_eye = hit;
+    if (block.reads_texels || !block.is_smooth)
+        hit = hits_of(frame, ray);
+    if (!block.is_smooth)
+        to_eye = normalised(negated(ray));
     const Vector ambient = hn::Set(d, frame.material.ka);
     Colours light{ambient, ambient, ambient};
     BlockCorners lit; // of the last light's word, which is often that of the next
     int word = -1;
     for (std::size_t i = 0; i < frame.light_count; ++i) {
         const GroundLight &one = frame.lights[i];
-        Vector factor = reflect(frame, one, hit, to_eye);
+        Vector factor =
+            block.is_smooth ? between(block.samples.light[i].data() + block.sample) : reflect(frame, one, hit, to_eye);
         if (one.word >= 0) {
-            if (std::exchange(word, one.word) != one.word)
-                lit.read(texels.lit[static_cast<std::size_t>(one.word)], hit);
-            factor = hn::Mul(factor, hn::Mul(lit.filtered(one.byte), hn::Set(d, 1.0F / 255)));
+            const BlockTexels &from = texels.lit[static_cast<std::size_t>(one.word)];
+            if (!from.only && std::exchange(word, one.word) != one.word)
+                lit.read(from, hit);
+            const Vector value =
+                from.only ? hn::Set(d, static_cast<float>(*from.only >> 8 * one.byte & 255)) : lit.filtered(one.byte);
+            factor = hn::Mul(factor, hn::Mul(value, hn::Set(d, 1.0F / 255)));
         }
         light.red = hn::Add(light.red, hn::Mul(factor, hn::Set(d, one.colour.r)));
         light.green = hn::Add(light.green, hn::Mul(factor, hn::Set(d, one.colour.g)));
@@ -223,8 +336,9 @@ HWY_INLINE Colours shade_vector(const GroundFrame &frame, const GroundTexels &te
     Colours own{hn::Set(d, frame.colour.r), hn::Set(d, frame.colour.g), hn::Set(d, frame.colour.b)};
     if (frame.has_texture) {
         BlockCorners texture;
-        texture.read(texels.texture, hit);
-        own = look_up(frame, texture.filtered(0));
+        if (!texels.texture.only)
+            texture.read(texels.texture, hit);
+        own = look_up(frame, filtered(texels.texture, texture, 0));
     }
     // As a point's: brighter than white is white, also before it is blended with a mirror's picture.
     const Vector white = hn::Set(d, 1.0F);
@@ -236,13 +350,22 @@ HWY_INLINE Colours shade_vector(const GroundFrame &frame, const GroundTexels &te
 HWY_INLINE void blend(const Colours &over, Vector coverage, std::size_t x, const GroundPixels &pixels) {
     const Floats d;
     const Vector one = hn::Set(d, 1.0F);
+    const Mask whole = hn::Eq(coverage, one);
+    if (hn::AllTrue(d, whole)) {
+        hn::StoreU(over.red, d, pixels.red + x);
+        hn::StoreU(over.green, d, pixels.green + x);
+        hn::StoreU(over.blue, d, pixels.blue + x);
+        hn::StoreU(one, d, pixels.alpha + x);
+        return;
+    }
     const Vector below = hn::Mul(hn::Sub(one, coverage), hn::LoadU(d, pixels.alpha + x));
     const Vector alpha = hn::Add(coverage, below);
     const auto visible = hn::Gt(coverage, hn::Zero(d));
     const Vector share = hn::Div(coverage, hn::Max(alpha, hn::Set(d, 1e-6F)));
     const auto put = [&](Vector colour, float *to) {
         const Vector old = hn::LoadU(d, to + x);
-        hn::StoreU(hn::IfThenElse(visible, hn::Add(old, hn::Mul(share, hn::Sub(colour, old))), old), d, to + x);
+        const Vector mixed = hn::IfThenElse(visible, hn::Add(old, hn::Mul(share, hn::Sub(colour, old))), old);
+        hn::StoreU(hn::IfThenElse(whole, colour, mixed), d, to + x);
     };
     put(over.red, pixels.red);
     put(over.green, pixels.green);
@@ -250,22 +373,13 @@ HWY_INLINE void blend(const Colours &over, Vector coverage, std::size_t x, const
     hn::StoreU(alpha, d, pixels.alpha + x);
 }
 
-void shade_block(const GroundFrame &frame, const GroundRow &row, const GroundTexels &texels, std::size_t first,
-                 const GroundPixels &pixels) {
+void shade_block(const GroundFrame &frame, const GroundRow &row, const GroundBlock &block, const GroundPixels &pixels) {
     const Floats d;
-    for (std::size_t x = first; x < first + kRayBlock; x += hn::Lanes(d)) {
+    for (std::size_t x = block.first; x < block.first + kRayBlock; x += hn::Lanes(d)) {
         const Vector coverage = hn::LoadU(d, pixels.coverage + x);
         if (hn::AllTrue(d, hn::Eq(coverage, hn::Zero(d))))
             continue;
-        const Vector3 ray = rays_at(row, columns(x));
-        const Vector depth = depths_at(frame, ray);
-        const Vector zero = hn::Zero(d), one = hn::Set(d, 1.0F);
-        const auto meets = [&](float eye, Vector along) { // near the square
-            return hn::Min(hn::Max(hn::Add(hn::Set(d, eye), hn::Mul(depth, along)), zero), one);
-        };
-        const Vector3 hit{meets(frame.eye.x, ray.x), meets(frame.eye.y, ray.y), zero};
-        const Vector3 to_eye = normalised(negated(ray));
-        Colours colours = shade_vector(frame, texels, hit, to_eye);
+        Colours colours = shade_vector(frame, block, x, rays_at(row, columns(x)));
         if (frame.mirror > 0)
             colours = mix(colours,
                           {hn::LoadU(d, pixels.mirrored_red + x), hn::LoadU(d, pixels.mirrored_green + x),
@@ -282,6 +396,7 @@ HWY_AFTER_NAMESPACE();
 namespace pbm {
 
 HWY_EXPORT(find_covered);
+HWY_EXPORT(take_samples);
 HWY_EXPORT(shade_block);
 
 void GroundSampler::find_covered(const GroundFrame &frame, const GroundRow &row, const GroundPixels &pixels,
@@ -296,18 +411,36 @@ void GroundSampler::shade(const GroundFrame &frame, const GroundRow &row, const 
         if (frame.lights[i].word >= 0)
             is_lit[static_cast<std::size_t>(frame.lights[i].word)] = true;
     GroundTexels texels;
-    for (std::size_t block = row.begin / kRayBlock; block * kRayBlock < row.end; ++block) {
+    GroundSamples samples;
+    const std::size_t end = (row.end + kRayBlock - 1) / kRayBlock;
+    std::size_t group = 0, group_end = 0; // blocks that have samples
+    for (std::size_t block = row.begin / kRayBlock; block < end; ++block) {
         if (wanted[block] == 0)
             continue;
-        const std::size_t first = block * kRayBlock;
-        const auto x = static_cast<float>(std::max(first, row.begin));
-        const auto to_x = static_cast<float>(std::min(first + kRayBlock, row.end) - 1);
-        if (frame.has_texture)
-            texels.texture = block_texels(*texture_, frame, row, x, to_x);
+        if (block >= group_end) {
+            group = block;
+            group_end = std::min(end, group + kGroupBlocks);
+            HWY_DYNAMIC_DISPATCH(take_samples)(frame, row, group, group_end - group, samples);
+        }
+        const std::size_t first = block * kRayBlock, sample = 2 * (block - group);
+        const auto place = [&](std::size_t at, std::size_t x) {
+            return first + kRayBlock / 2 * (at - sample) == x ? glm::vec2(samples.u[at], samples.v[at])
+                                                              : meet(frame, row, static_cast<float>(x));
+        };
+        const BlockLine line{place(sample, std::max(first, row.begin)),
+                             place(sample + 2, std::min(first + kRayBlock, row.end)), samples.log_size[sample + 1]};
+        bool reads_texels = false;
+        if (frame.has_texture) {
+            texels.texture = block_texels(*texture_, line);
+            reads_texels = !texels.texture.only;
+        }
         for (std::size_t word = 0; word < lit_.size(); ++word)
-            if (is_lit[word])
-                texels.lit[word] = block_texels(*lit_[word], frame, row, x, to_x);
-        HWY_DYNAMIC_DISPATCH(shade_block)(frame, row, texels, first, pixels);
+            if (is_lit[word]) {
+                texels.lit[word] = block_texels(*lit_[word], line);
+                reads_texels |= !texels.lit[word].only;
+            }
+        const GroundBlock values{first, texels, samples, sample, is_smooth(frame, samples, sample), reads_texels};
+        HWY_DYNAMIC_DISPATCH(shade_block)(frame, row, values, pixels);
     }
 }
 

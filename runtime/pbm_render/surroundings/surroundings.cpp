@@ -13,46 +13,38 @@
 
 #include <hwy/highway.h>
 
-#include "pbm_render/picture/packing.h"
+#include "pbm_render/picture/lane_vectors.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Finds the blocks with a pixel that neither object nor ground hides.
-void find_free(const float *object_depths, const float *coverage, std::size_t blocks, std::uint8_t *wanted) {
+// Finds the blocks with a pixel that neither object nor ground hides, the border of the ground included: its depths may
+// be those of the ground, but only there is coverage between 0 and 1.
+void find_free(const float *depths, const float *coverage, std::size_t blocks, std::uint8_t *wanted) {
     const Floats d;
     const Vector infinity = hn::Set(d, std::numeric_limits<float>::infinity()), one = hn::Set(d, 1.0F);
     for (std::size_t block = 0; block < blocks; ++block) {
         bool any = false;
-        for (std::size_t x = block * kRayBlock; x < (block + 1) * kRayBlock; x += hn::Lanes(d))
-            any |= !hn::AllFalse(
-                d, hn::And(hn::Eq(hn::LoadU(d, object_depths + x), infinity), hn::Lt(hn::LoadU(d, coverage + x), one)));
+        for (std::size_t x = block * kRayBlock; x < (block + 1) * kRayBlock; x += hn::Lanes(d)) {
+            const Vector ground = hn::LoadU(d, coverage + x);
+            const Mask shows = hn::Or(hn::Eq(hn::LoadU(d, depths + x), infinity), hn::Gt(ground, hn::Zero(d)));
+            any |= !hn::AllFalse(d, hn::And(shows, hn::Lt(ground, one)));
+        }
         wanted[block] = static_cast<std::uint8_t>(any);
     }
-}
-
-HWY_INLINE hn::Vec<Ints> srgb(const std::uint8_t *table, Vector linear) {
-    const Floats d;
-    const Ints di;
-    const Vector clamped = hn::Min(hn::Max(linear, hn::Zero(d)), hn::Set(d, 1.0F));
-    const Vector step = hn::Add(hn::Mul(clamped, hn::Set(d, ColourTable::kSteps)), hn::Set(d, 0.5F));
-    const IntVector bytes =
-        hn::GatherOffset(di, reinterpret_cast<const std::int32_t *>(table), hn::ConvertTo(di, step));
-    return hn::And(bytes, hn::Set(di, 255));
 }
 
 // The same for all pixels of a row that is packed.
 struct RowLook {
     const SurroundingsRow &row;
-    const std::uint8_t *srgb; // table of sRGB bytes
-    bool all_free;            // pixels without object and ground are written too
+    bool all_free; // pixels without object and ground are written too
 };
 
 // Packs a whole vector of a row's pixels from `x` on.
 HWY_INLINE void pack_vector(const RowLook &look, std::size_t x, float scale, std::int32_t *colours, float *depths) {
-    const auto &[row, table, all_free] = look;
+    const auto &[row, all_free] = look;
     const Floats d;
     const Ints di;
     const Vector old_depth = hn::LoadU(d, depths), coverage = hn::LoadU(d, row.coverage.data() + x);
@@ -61,9 +53,9 @@ HWY_INLINE void pack_vector(const RowLook &look, std::size_t x, float scale, std
     const auto write = all_free ? hn::Or(grounded, free) : grounded;
     if (hn::AllFalse(d, write))
         return;
-    const IntVector red = srgb(table, hn::LoadU(d, row.red.data() + x));
-    const IntVector green = srgb(table, hn::LoadU(d, row.green.data() + x));
-    const IntVector blue = srgb(table, hn::LoadU(d, row.blue.data() + x));
+    const IntVector red = srgb_bytes(hn::LoadU(d, row.red.data() + x));
+    const IntVector green = srgb_bytes(hn::LoadU(d, row.green.data() + x));
+    const IntVector blue = srgb_bytes(hn::LoadU(d, row.blue.data() + x));
     const Vector opacity = hn::Mul(hn::LoadU(d, row.alpha.data() + x), hn::Set(d, 255.0F));
     const IntVector alpha = hn::ConvertTo(di, hn::Add(opacity, hn::Set(d, 0.5F)));
     const IntVector packed =
@@ -74,8 +66,8 @@ HWY_INLINE void pack_vector(const RowLook &look, std::size_t x, float scale, std
     hn::StoreU(hn::IfThenElse(near, depth, old_depth), d, depths);
 }
 
-void pack_row(const SurroundingsRow &row, const std::uint8_t *table, bool all_free, const PixelRow &to) {
-    const RowLook look{row, table, all_free};
+void pack_row(const SurroundingsRow &row, bool all_free, const PixelRow &to) {
+    const RowLook look{row, all_free};
     const auto [colours, depths, width, scale] = to;
     auto *const words = reinterpret_cast<std::int32_t *>(colours);
     const std::size_t lanes = hn::Lanes(Floats());
@@ -238,10 +230,11 @@ void SurroundingsView::draw_row(int y, const PixelRow &row, SurroundingsRow &scr
         return;
     std::vector<float> &object_depths = scratch.object_depths;
     object_depths.resize(row.width);
+    const float scale = 1 / row.depth_scale;
     for (std::size_t x = 0; x < row.width; ++x)
-        object_depths[x] = row.depths[x] / row.depth_scale;
+        object_depths[x] = row.depths[x] * scale;
     look({0.5, y + 0.5}, row.width, object_depths.data(), scratch);
-    HWY_DYNAMIC_DISPATCH(pack_row)(scratch, colour_table().srgb(), panorama_ != nullptr, row);
+    HWY_DYNAMIC_DISPATCH(pack_row)(scratch, panorama_ != nullptr, row);
 }
 
 void SurroundingsView::draw_behind(Framebuffer &target, float edge) const {

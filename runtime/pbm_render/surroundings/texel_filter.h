@@ -7,8 +7,11 @@
 #define PBM_RENDER_TEXEL_FILTER_H
 #endif
 
+#include "pbm_format/rasters/image_section.h"
 #include "pbm_render/picture/packing.h"
 #include "pbm_render/surroundings/texel_levels.h"
+
+#include <algorithm>
 
 HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
@@ -55,13 +58,31 @@ class Corners {
         across_ = hn::Sub(x, left);
         down_ = hn::Sub(y, top);
         const IntVector one = hn::Set(di, 1), mask = hn::Set(di, last_x);
-        const IntVector x0 = hn::ConvertTo(di, left), y0 = hn::ConvertTo(di, top);
-        const IntVector x1 = hn::Add(x0, one), y1 = hn::Min(hn::Add(y0, one), hn::Set(di, last_y));
-        const IntVector left_column = wraps ? hn::And(x0, mask) : x0;
-        const IntVector right_column = wraps ? hn::And(x1, mask) : hn::Min(x1, mask);
+        const IntVector x0 = hn::ConvertTo(di, left), x1 = hn::Add(x0, one);
+        const IntVector y0 = hn::ConvertTo(di, top), y1 = hn::Min(hn::Add(y0, one), hn::Set(di, last_y));
         const IntVector upper = hn::ShiftLeftSame(y0, level.width_bits),
                         lower = hn::ShiftLeftSame(y1, level.width_bits);
         const auto *const texels = reinterpret_cast<const std::int32_t *>(level.texels);
+        // Places next to each other mostly lie in one row of few texels: loading these and permuting them is faster
+        // than gathering. The texels are of one tile, so that all of them are ready.
+        constexpr int kTileMask = static_cast<int>(kTileEdge) - 1;
+        const auto lanes = static_cast<std::int32_t>(hn::Lanes(d));
+        const std::int32_t some_x = std::min(hn::GetLane(x0), hn::GetLane(hn::Reverse(di, x0)));
+        const std::int32_t first = std::min(some_x, std::min(some_x | kTileMask, last_x) - (lanes - 1));
+        const IntVector column = hn::Sub(x0, hn::Set(di, first)), row = hn::Set(di, hn::GetLane(y0));
+        const IntVector beyond = hn::And(hn::Or(column, hn::Add(column, one)), hn::Set(di, -lanes));
+        if (first >= 0 && hn::AllTrue(di, hn::Eq(hn::Or(beyond, hn::Xor(y0, row)), hn::Zero(di)))) {
+            const Vector above = load(texels + hn::GetLane(upper) + first),
+                         below = load(texels + hn::GetLane(lower) + first);
+            const auto at = hn::IndicesFromVec(d, column), next = hn::IndicesFromVec(d, hn::Add(column, one));
+            const auto pick = [&](Vector from, const auto &places) {
+                return hn::BitCast(di, hn::TableLookupLanes(from, places));
+            };
+            texels_ = {pick(above, at), pick(above, next), pick(below, at), pick(below, next)};
+            return;
+        }
+        const IntVector left_column = wraps ? hn::And(x0, mask) : x0;
+        const IntVector right_column = wraps ? hn::And(x1, mask) : hn::Min(x1, mask);
         texels_ = {hn::GatherIndex(di, texels, hn::Add(upper, left_column)),
                    hn::GatherIndex(di, texels, hn::Add(upper, right_column)),
                    hn::GatherIndex(di, texels, hn::Add(lower, left_column)),
@@ -78,6 +99,10 @@ class Corners {
     template <int kByte> HWY_INLINE Vector values() const { return blend<8 * kByte, 255, false>(); }
 
   private:
+    static HWY_INLINE Vector load(const std::int32_t *words) {
+        namespace hn = hwy::HWY_NAMESPACE;
+        return hn::BitCast(Floats(), hn::LoadU(Ints(), words));
+    }
     template <int kShift, int kMask, bool kSquare> HWY_INLINE Vector unpacked(IntVector texel) const {
         namespace hn = hwy::HWY_NAMESPACE;
         const IntVector bits = hn::And(hn::ShiftRight<kShift>(texel), hn::Set(Ints(), kMask));

@@ -9,6 +9,10 @@
 namespace pbm {
 namespace {
 
+constexpr int kCellBits = 3;
+constexpr std::uint32_t kCellEdge = 1 << kCellBits;      // texels
+constexpr std::uint64_t kManyValues = ~std::uint64_t{0}; // or not ready
+
 std::uint32_t root_of(std::uint8_t srgb) {
     return static_cast<std::uint32_t>(std::lround(std::sqrt(linear_table()[srgb] / 65535.0) * kRootSteps));
 }
@@ -44,6 +48,11 @@ std::uint32_t *TexelLevels::begin(Level &level, int number) const {
         level.is_ready =
             std::make_unique<std::atomic<bool>[]>(std::size_t{grid.tiles_across(number)} * grid.tiles_down(number));
         level.texels.resize(std::size_t{grid.width(number)} * grid.height(number));
+        if (images_.front()->channels() == 1 && std::min(grid.width(number), grid.height(number)) >= kCellEdge) {
+            const std::size_t cells = level.texels.size() >> 2 * kCellBits;
+            level.cells = std::make_unique<std::atomic<std::uint64_t>[]>(cells);
+            std::fill_n(level.cells.get(), cells, kManyValues);
+        }
     });
     return level.texels.data();
 }
@@ -90,11 +99,47 @@ void TexelLevels::make_ready(Level &level, int number, std::uint32_t tx, std::ui
                 image, texels + std::size_t{y} * width * image.channels(), width, static_cast<unsigned>(8 * channel),
                 level.texels.data() + (std::size_t{ty} * height + y) * grid.width(number) + std::size_t{tx} * width);
     }
+    if (level.cells != nullptr && !is_patched)
+        find_cells(level, number, tx, ty);
     level.is_ready[tile].store(true, std::memory_order_release);
     if (is_patched) {
         const std::lock_guard patched_lock(patched_mutex_);
         patched_.push_back(&level.is_ready[tile]);
     }
+}
+
+void TexelLevels::find_cells(Level &level, int number, std::uint32_t tx, std::uint32_t ty) const {
+    const TileGrid &grid = images_.front()->grid();
+    const std::uint32_t width = grid.width(number), cells_across = width >> kCellBits;
+    const std::uint32_t across = grid.tile_width(number) >> kCellBits, down = grid.tile_height(number) >> kCellBits;
+    for (std::uint32_t y = ty * down; y < (ty + 1) * down; ++y)
+        for (std::uint32_t x = tx * across; x < (tx + 1) * across; ++x) {
+            const std::uint32_t *const texels =
+                level.texels.data() + std::size_t{y} * kCellEdge * width + x * kCellEdge;
+            std::uint32_t other = 0; // bits in which texels differ from the first
+            for (std::uint32_t i = 0; i < kCellEdge * kCellEdge; ++i)
+                other |= texels[i / kCellEdge * width + i % kCellEdge] ^ texels[0];
+            if (other == 0)
+                level.cells[std::size_t{y} * cells_across + x].store(texels[0], std::memory_order_relaxed);
+        }
+}
+
+std::optional<std::uint32_t> TexelLevels::only_value(int number, int first_x, int first_y, int last_x,
+                                                     int last_y) const {
+    Level &level = levels_[static_cast<std::size_t>(number)];
+    begin(level, number);
+    if (level.cells == nullptr)
+        return std::nullopt;
+    const int across = 1 << (width_bits_ - number - kCellBits);
+    const auto cell = [&](int x, int y) {
+        return level.cells[static_cast<std::size_t>(y * across + x)].load(std::memory_order_relaxed);
+    };
+    const std::uint64_t value = cell(first_x >> kCellBits, first_y >> kCellBits);
+    for (int y = first_y >> kCellBits; y <= last_y >> kCellBits; ++y)
+        for (int x = first_x >> kCellBits; x <= last_x >> kCellBits; ++x)
+            if (cell(x, y) != value)
+                return std::nullopt;
+    return value == kManyValues ? std::nullopt : std::optional(static_cast<std::uint32_t>(value));
 }
 
 void TexelLevels::retry() const {

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 namespace pbm {
@@ -38,6 +39,8 @@ class TexelLevels {
     // Makes texels first_x .. last_x, first_y .. last_y of a level ready. Safe to call from several threads; costs next
     // to nothing where they are.
     TexelLevel require(int level, int first_x, int first_y, int last_x, int last_y) const;
+    // The value of all these texels if whole cells around them are ready and have no other. Rasters of values only.
+    std::optional<std::uint32_t> only_value(int level, int first_x, int first_y, int last_x, int last_y) const;
     // Lets tiles that read as coarser ones be made ready anew. Not while a picture is drawn.
     void retry() const;
 
@@ -45,12 +48,14 @@ class TexelLevels {
     struct Level {
         std::once_flag begun;
         PixelArray<std::uint32_t> texels;
-        std::unique_ptr<std::atomic<bool>[]> is_ready; // [tiles]
+        std::unique_ptr<std::atomic<bool>[]> is_ready;       // [tiles]
+        std::unique_ptr<std::atomic<std::uint64_t>[]> cells; // [rows][columns]: one value, or kManyValues; or null
     };
 
     std::uint32_t *begin(Level &level, int number) const;
     void make_ready(Level &level, int number, std::uint32_t tx, std::uint32_t ty) const;
     const std::uint8_t *coarser_texel(const TiledImage &image, int level, std::uint32_t x, std::uint32_t y) const;
+    void find_cells(Level &level, int number, std::uint32_t tx, std::uint32_t ty) const;
     void convert_row(const TiledImage &image, const std::uint8_t *from, std::size_t count, unsigned shift,
                      std::uint32_t *to) const;
 

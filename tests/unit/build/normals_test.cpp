@@ -92,33 +92,33 @@ Truth terrain(std::size_t count, double height) {
     return truth;
 }
 
-Score scored(const Truth &truth, const PointRequest &request = {}) {
+Score score(const Truth &truth, const PointRequest &request = {}) {
     return score(::testing::UnitTest::GetInstance()->current_test_info()->name(), truth, request);
 }
 
 TEST(EstimateNormals, ASphere) {
-    const Score s = scored(sphere(20000));
+    const Score s = score(sphere(20000));
     EXPECT_LT(s.worst, 10);
     EXPECT_EQ(s.wrong, 0);
     EXPECT_EQ(s.two_sided, 0);
 }
 
 TEST(EstimateNormals, ANoisySphere) {
-    const Score s = scored(sphere(20000, 0.01)); // noise: 0.4 of the distance between points
+    const Score s = score(sphere(20000, 0.01)); // noise: 0.4 of the distance between points
     EXPECT_LT(s.bent, 0.01);
     EXPECT_LT(s.wrong, 0.001);
     EXPECT_LT(s.two_sided, 0.005);
 }
 
 TEST(EstimateNormals, ATorus) {
-    const Score s = scored(torus(20000));
+    const Score s = score(torus(20000));
     EXPECT_EQ(s.bent, 0);
     EXPECT_EQ(s.wrong, 0);
     EXPECT_EQ(s.two_sided, 0);
 }
 
 TEST(EstimateNormals, ACubeWithSharpEdges) {
-    const Score s = scored(box(20000, {1, 1, 1}));
+    const Score s = score(box(20000, {1, 1, 1}));
     EXPECT_LT(s.bent, 0.05); // only along the edges
     EXPECT_EQ(s.wrong, 0);
     EXPECT_LT(s.two_sided, 0.001);
@@ -149,7 +149,7 @@ TEST(EstimateNormals, TwoParallelSheets) {
 
 // From outside only the outer wall is visible; the sign of the inner wall is undetermined.
 TEST(EstimateNormals, AHollowBall) {
-    const Score s = scored(two_spheres(20000));
+    const Score s = score(two_spheres(20000));
     EXPECT_EQ(s.bent, 0);
     EXPECT_EQ(s.wrong, 0);
     EXPECT_NEAR(s.two_sided, 0.5, 0.001);
@@ -167,7 +167,7 @@ TEST(EstimateNormals, CurvesAreNoSurface) {
                 const glm::dvec3 out(std::cos(a), std::sin(a), side);
                 truth.add(centre + out * glm::dvec3(r, r, 0.4), out / std::sqrt(2.0));
             }
-    const Score s = scored(truth);
+    const Score s = score(truth);
     EXPECT_LT(s.wrong, 0.1);
     EXPECT_GT(s.two_sided, 0.4);
 }

@@ -1,5 +1,6 @@
 // Panorama and ground plane: pixels that miss the object, against values that follow from geometry.
 #include "pbm_render/appearance/shade_table.h"
+#include "pbm_render/camera/unit_grid.h"
 #include "unit/render/surroundings_test_model.h"
 
 #include <gtest/gtest.h>
@@ -139,6 +140,29 @@ TEST(Ground, ItsBorderIsBlendedWithATransparentBackground) {
     EXPECT_GT(partly, 30U);
 }
 
+TEST(Ground, ItsBorderIsBlendedWithThePanoramaWhateverTheScratchHolds) {
+    const Model model = ball_on_ground({});
+    const auto surroundings = surroundings_of(model);
+    const Appearance appearance(model.parameters);
+    constexpr std::size_t kWidth = 640;
+    const Projection projection(in_unit_grid(look_from({0.4, -0.9, 2.5}, {0, -1.9, -2}), model.parameters.grid), kWidth,
+                                480);
+    const SurroundingsView view(surroundings.get(), appearance, projection, {});
+    for (int y = 0; y < 480; ++y) {
+        std::array<std::vector<std::uint32_t>, 2> colours;
+        for (std::size_t i = 0; i < 2; ++i) {
+            colours[i].resize(kWidth);
+            std::vector<float> depths(kWidth, kEmpty);
+            SurroundingsRow scratch;
+            scratch.resize(kWidth);
+            for (std::vector<float> *const floats : {&scratch.red, &scratch.green, &scratch.blue, &scratch.alpha})
+                std::fill(floats->begin(), floats->end(), static_cast<float>(i));
+            view.draw_row(y, {colours[i].data(), depths.data(), kWidth, 1}, scratch);
+        }
+        EXPECT_EQ(colours[0], colours[1]) << "row " << y;
+    }
+}
+
 // Colour of the pixel that shows `place`.
 std::uint32_t colour_at(const Framebuffer &picture, const Camera &camera, glm::dvec3 place) {
     const glm::dvec3 p = Projection(camera, picture.width, picture.height).point(place);
@@ -202,27 +226,58 @@ TEST(Ground, PositionalLightsAndHighlightsFollowPhong) {
         {.kind = LightKind::point, .intensity = {0.3F, 0.3F, 0.3F}, .position = {0.2F, 0.8F, 0.4F}},
         {.intensity = {0.4F, 0.4F, 0.4F}, .direction = {0, -0.6F, -0.8F}}};
     const Camera camera = look_from({1, 0.5, 2.5}, {0.3, -1.9, -2});
-    const Framebuffer picture = reference_picture(model, camera, {}, 320, 240);
-    for (const glm::dvec3 place :
-         {glm::dvec3(1.2, kGround, -1.2), glm::dvec3(0.9, kGround, -1.0), glm::dvec3(-1.2, kGround, -1.1),
-          glm::dvec3(1.3, kGround, -2.5), glm::dvec3(0.4, kGround, -0.8)}) {
-        float expected = material.ka;
-        const glm::vec3 to_eye = glm::normalize(camera.position - place);
-        for (const Light &light : model.parameters.lights) {
-            const glm::vec3 direction(light.direction[0], light.direction[1], light.direction[2]);
-            glm::vec3 to_light = -direction;
-            if (light.kind != LightKind::directional)
-                to_light = glm::normalize(glm::dvec3(light.position[0], light.position[1], light.position[2]) +
-                                          glm::dvec3(-1, -2, -3) - place);
-            float term = phong(material, light, {0, 1, 0}, to_light, to_eye).r;
-            if (light.kind == LightKind::spot)
-                term *= std::pow(std::max(0.0F, -glm::dot(to_light, direction)), light.exponent);
-            expected += term;
+    RenderOptions without;
+    without.ground = false;
+    for (const float exponent : {1.0F, 23.0F, 180.5F}) { // the last one bends too much to be interpolated
+        material.power = model.parameters.lights[0].exponent = exponent;
+        const Framebuffer picture = reference_picture(model, camera, {}, 320, 240);
+        const Framebuffer object = reference_picture(model, camera, without, 320, 240);
+        const Projection projection(camera, 320, 240);
+        std::size_t ground = 0;
+        for (std::size_t i = 0; i < picture.pixels(); ++i) {
+            const glm::dvec3 ray = projection.ray(glm::dvec2(picture.centre(i)));
+            const glm::dvec3 place = camera.position + (kGround - camera.position.y) / ray.y * ray;
+            if (object.depth[i] != kEmpty || picture.depth[i] == kEmpty ||
+                std::max(std::abs(place.x), std::abs(place.z + 2)) > 1.45)
+                continue;
+            float expected = material.ka;
+            const glm::vec3 to_eye = glm::normalize(-ray);
+            for (const Light &light : model.parameters.lights) {
+                const glm::vec3 direction(light.direction[0], light.direction[1], light.direction[2]);
+                glm::vec3 to_light = -direction;
+                if (light.kind != LightKind::directional)
+                    to_light = glm::normalize(glm::dvec3(light.position[0], light.position[1], light.position[2]) +
+                                              glm::dvec3(-1, -2, -3) - place);
+                float term = phong(material, light, {0, 1, 0}, to_light, to_eye).r;
+                if (light.kind == LightKind::spot)
+                    term *= std::pow(std::max(0.0F, -glm::dot(to_light, direction)), light.exponent);
+                expected += term;
+            }
+            ++ground;
+            EXPECT_NEAR(picture.colour[i] & 255,
+                        linear_to_srgb(static_cast<std::uint32_t>(std::min(1.0F, expected) * 65535)), 1)
+                << place.x << " " << place.z;
         }
-        EXPECT_NEAR(colour_at(picture, camera, place) & 255,
-                    linear_to_srgb(static_cast<std::uint32_t>(std::min(1.0F, expected) * 65535)), 3)
-            << place.x << " " << place.z;
+        EXPECT_GT(ground, 5000U);
     }
+}
+
+TEST(TexelLevels, TellTheOnlyValueOfTexelsInCellsWithoutAnother) {
+    ModelImages images;
+    images.ground_lit = {raster(128, 255), raster(128, 7)};
+    images.ground_lit[1].texels[20 * 128 + 100] = 9;
+    const TexelLevels levels(TiledImages::of(images).ground_lit, 255);
+    const auto value = [&](int level, int x, int y, int last_x, int last_y) {
+        levels.require(level, x, y, last_x, last_y);
+        return levels.only_value(level, x, y, last_x, last_y);
+    };
+    EXPECT_EQ(value(0, 0, 0, 95, 127), 0x7FFU); // the first raster in the lowest byte
+    EXPECT_EQ(value(0, 104, 0, 127, 127), 0x7FFU);
+    EXPECT_EQ(value(0, 90, 10, 95, 30), 0x7FFU);
+    EXPECT_EQ(value(0, 96, 16, 103, 23), std::nullopt);
+    EXPECT_EQ(value(0, 90, 10, 97, 17), std::nullopt);
+    EXPECT_EQ(value(1, 0, 0, 47, 63), 0x7FFU);
+    EXPECT_EQ(value(5, 0, 0, 3, 3), std::nullopt); // smaller than a cell
 }
 
 TEST(Ground, MirrorsThePanorama) {
