@@ -65,14 +65,18 @@ void use_large_pages() {
     ::mallopt(M_MMAP_THRESHOLD, kMaxAtOnce);
     ::mallopt(M_TRIM_THRESHOLD, kHeap);
     ::mallopt(M_TOP_PAD, kHeap);
+    constexpr std::uintptr_t kPage = 2 << 20;
     // A block that does not fit makes the heap grow.
-    const std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kMaxAtOnce / 2), std::free);
-    const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+    std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kMaxAtOnce / 2), std::free);
     const auto address = reinterpret_cast<std::uintptr_t>(block.get());
-    const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(::sbrk(0)), gap = (page - address % page) % page;
+    const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(::sbrk(0)), gap = kPage - address % kPage;
     // If the heap cannot grow, the block lies elsewhere.
-    if (block != nullptr && address < end && end - address <= 2 * std::uintptr_t{kHeap})
-        static_cast<void>(::madvise(static_cast<char *>(block.get()) + gap, end - address - gap, MADV_HUGEPAGE));
+    if (block == nullptr || address >= end || end - address > 2 * std::uintptr_t{kHeap})
+        return;
+    static_cast<void>(::madvise(static_cast<char *>(block.get()) + gap, end - address - gap, MADV_HUGEPAGE));
+    block.reset();
+    // Leave unused what lies before the first large page. Volatile, since compilers remove allocations without effect.
+    [[maybe_unused]] static void *volatile const unused = std::malloc(gap);
 #endif
 }
 

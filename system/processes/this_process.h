@@ -15,7 +15,7 @@ void make_write_errors_returns();
 void end_when_mapped_file_shrinks(std::string_view program);
 
 // Lets the heap grow at once and in pages of 2 MB, if C library and kernel support that: touching a small page for the
-// first time takes a microsecond. For programs that soon use some 10 MB and then end. Call first in `main`.
+// first time takes a microsecond. For programs that soon use some 10 MB and then end. Call before they are allocated.
 void use_large_pages();
 
 // Largest resident memory of this process so far, bytes.

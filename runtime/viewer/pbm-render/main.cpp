@@ -351,10 +351,12 @@ int run(const Arguments &arguments) {
 } // namespace
 
 int main(int argc, char **argv) {
-    use_large_pages();
     return command_line::run_program(kProgram, [&] {
         Arguments arguments;
         const std::optional<int> done = parse(argc, argv, arguments);
-        return done ? *done : run(arguments);
+        if (done)
+            return *done;
+        use_large_pages();
+        return run(arguments);
     });
 }
