@@ -4,7 +4,6 @@
 
 #include <isa-l/crc.h>
 #include <isa-l/igzip_lib.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -77,11 +76,20 @@ struct Bands {
 };
 
 struct EncodedBand {
-    Bytes chunk;          // a complete IDAT chunk
-    uLong adler32 = 1;    // of the filtered bytes
-    z_off_t filtered = 0; // number of filtered bytes
+    Bytes chunk;               // a complete IDAT chunk
+    std::uint32_t adler32 = 1; // of the filtered bytes
+    std::size_t filtered = 0;  // number of filtered bytes
     bool failed = false;
 };
+
+// The Adler-32 checksum of two strings of bytes in a row, from the checksum of each. RFC 1950
+std::uint32_t join_adler32(std::uint32_t first, std::uint32_t second, std::size_t second_bytes) {
+    constexpr std::uint64_t kBase = 65521;
+    const std::uint64_t sum = (first & 0xFFFF) + (second & 0xFFFF) + kBase - 1;
+    const std::uint64_t sum_of_sums =
+        (first >> 16) + (second >> 16) + second_bytes % kBase * ((first & 0xFFFF) + kBase - 1);
+    return static_cast<std::uint32_t>(sum_of_sums % kBase << 16 | sum % kBase);
+}
 
 // Encodes bands with the memory of one thread.
 class BandEncoder {
@@ -105,7 +113,7 @@ class BandEncoder {
         result.failed = !deflate(size, end == bands_.height, result.chunk);
         close_chunk(result.chunk, 0);
         result.adler32 = isal_adler32(1, filtered_.data(), size);
-        result.filtered = static_cast<z_off_t>(size);
+        result.filtered = size;
         return result;
     }
 
@@ -189,12 +197,12 @@ Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
             encoded[band] = encoder.encode(band);
     });
 
-    uLong adler32 = 1;
+    std::uint32_t adler32 = 1;
     std::size_t size = 128; // everything but the bands takes 91
     for (const EncodedBand &band : encoded) {
         if (band.failed)
             return Error{ErrorCode::memory, 0, "the PNG encoder failed"};
-        adler32 = adler32_combine(adler32, band.adler32, band.filtered);
+        adler32 = join_adler32(adler32, band.adler32, band.filtered);
         size += band.chunk.size();
     }
     Bytes header;
@@ -210,7 +218,7 @@ Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
     append_chunk(file, "sRGB", std::array{kPerceptual});
     for (const EncodedBand &band : encoded)
         append(file, band.chunk);
-    append_chunk(file, "IDAT", big_endian(static_cast<std::uint32_t>(adler32)));
+    append_chunk(file, "IDAT", big_endian(adler32));
     append_chunk(file, "IEND", Bytes());
     return file;
 }

@@ -9,7 +9,7 @@ namespace pbm {
 
 // PNG, 8 bits per channel, sRGB; RGB if every pixel is opaque, else RGBA with straight alpha. For speed, rows are
 // filtered by the row above and compressed in bands of a fixed size, one chunk each; so the bytes do not depend on the
-// number of threads (0: one per processor). The only user of ISA-L and zlib.
+// number of threads (0: one per processor). The only user of ISA-L.
 // Based on: PNG Specification (Third Edition), W3C 2025; RFC 1950, RFC 1951
 //
 // errors  memory  the deflate library fails
