@@ -28,7 +28,12 @@ Status ChunkScheduler::load_all(std::vector<MissingChunk> missing) {
         const std::lock_guard lock(mutex_);
         enqueue(std::move(missing));
     }
-    parallel_for(threads, thread_count_, [this](std::size_t) { work(true); });
+    if (threads > 1 && !loaders_)
+        loaders_.emplace(thread_count_);
+    if (threads > 1)
+        loaders_->run(threads, [this](std::size_t, std::size_t) { work(true); });
+    else
+        work(true);
     const std::lock_guard lock(mutex_);
     const std::vector<Error> errors = take_errors();
     if (!errors.empty())

@@ -62,7 +62,8 @@ class ChunkScheduler {
     std::uint64_t bytes_read_ = 0, points_decoded_ = 0;
 
     int loops_ = 0;                     // running calls of `work`
-    std::optional<ThreadPool> threads_; // last member: its work uses the others
+    std::optional<ThreadPool> loaders_; // of load_all, started once: pictures load one level after the other
+    std::optional<ThreadPool> threads_; // of request; last member: its work uses the others
 };
 
 } // namespace pbm
