@@ -10,9 +10,9 @@
 namespace pbm {
 
 ChunkScheduler::ChunkScheduler(const ChunkLoader &loader, ChunkCache &cache, std::mutex &mutex, int threads,
-                               std::function<void()> arrived)
+                               std::shared_ptr<ThreadPool> pool, std::function<void()> arrived)
     : loader_(loader), cache_(cache), thread_count_(resolve_threads(threads)), arrived_(std::move(arrived)),
-      mutex_(mutex) {}
+      mutex_(mutex), pool_(std::move(pool)) {}
 
 ChunkScheduler::~ChunkScheduler() {
     {
@@ -28,10 +28,10 @@ Status ChunkScheduler::load_all(std::vector<MissingChunk> missing) {
         const std::lock_guard lock(mutex_);
         enqueue(std::move(missing));
     }
-    if (threads > 1 && !loaders_)
-        loaders_.emplace(thread_count_);
+    if (threads > 1 && pool_ == nullptr)
+        pool_ = std::make_shared<ThreadPool>(thread_count_);
     if (threads > 1)
-        loaders_->run(threads, [this](std::size_t, std::size_t) { work(true); });
+        pool_->run(threads, [this](std::size_t, std::size_t) { work(true); });
     else
         work(true);
     const std::lock_guard lock(mutex_);

@@ -26,7 +26,7 @@ struct StreamedModel::Parts {
     Parts(Reader r, StreamingOptions options)
         : reader(std::move(r)), loader(reader), cache(options.max_memory), finest(reader.depth()),
           bytes_read(opening_bytes(reader)),
-          scheduler(loader, cache, mutex, options.threads, std::move(options.arrived)) {}
+          scheduler(loader, cache, mutex, options.threads, std::move(options.pool), std::move(options.arrived)) {}
 
     Status read_directory(int level);
     // The caller holds the mutex:

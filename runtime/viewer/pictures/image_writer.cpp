@@ -1,14 +1,15 @@
 #include "viewer/pictures/image_writer.h"
 
 #include "system/threads/parallel.h"
+#include "system/threads/thread_pool.h"
 
 #include <isa-l/crc.h>
 #include <isa-l/igzip_lib.h>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
+#include <cassert>
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -185,21 +186,43 @@ bool is_opaque(const Framebuffer &picture) {
     return true;
 }
 
-Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
-    const bool opaque = is_opaque(picture);
-    const Bands bands(picture, opaque);
-    std::vector<EncodedBand> encoded(bands.count);
-    const std::size_t workers = std::min(bands.count, static_cast<std::size_t>(resolve_threads(threads)));
-    std::atomic<std::size_t> next{0};
-    parallel_for(workers, static_cast<int>(workers), [&](std::size_t) {
-        BandEncoder encoder(picture, bands);
-        for (std::size_t band = next++; band < bands.count; band = next++)
-            encoded[band] = encoder.encode(band);
-    });
+struct PngBands::Parts {
+    Parts(const Framebuffer &shown, bool is_opaque, int threads)
+        : picture(shown), opaque(is_opaque), bands(shown, is_opaque), encoded(bands.count),
+          encoders(static_cast<std::size_t>(threads)) {}
 
+    const Framebuffer &picture;
+    const bool opaque;
+    const Bands bands;
+    std::vector<EncodedBand> encoded;
+    std::vector<std::unique_ptr<BandEncoder>> encoders; // [threads], created on first use
+};
+
+PngBands::PngBands(const Framebuffer &picture, bool opaque, int threads)
+    : parts_(std::make_unique<Parts>(picture, opaque, threads)) {}
+
+PngBands::~PngBands() = default;
+
+std::size_t PngBands::count() const { return parts_->bands.count; }
+
+int PngBands::end_row(std::size_t band) const {
+    const Bands &bands = parts_->bands;
+    return static_cast<int>(std::min((band + 1) * bands.rows, bands.height));
+}
+
+void PngBands::encode(std::size_t band, std::size_t thread) {
+    std::unique_ptr<BandEncoder> &encoder = parts_->encoders[thread];
+    if (encoder == nullptr)
+        encoder = std::make_unique<BandEncoder>(parts_->picture, parts_->bands);
+    parts_->encoded[band] = encoder->encode(band);
+}
+
+Result<Bytes> PngBands::finish() {
+    const Framebuffer &picture = parts_->picture;
+    assert(parts_->opaque == is_opaque(picture));
     std::uint32_t adler32 = 1;
     std::size_t size = 128; // everything but the bands takes 91
-    for (const EncodedBand &band : encoded) {
+    for (const EncodedBand &band : parts_->encoded) {
         if (band.failed)
             return Error{ErrorCode::memory, 0, "the PNG encoder failed"};
         adler32 = join_adler32(adler32, band.adler32, band.filtered);
@@ -208,19 +231,26 @@ Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
     Bytes header;
     append(header, big_endian(static_cast<std::uint32_t>(picture.width)));
     append(header, big_endian(static_cast<std::uint32_t>(picture.height)));
-    append(header,
-           std::array<std::uint8_t, 5>{kEightBits, opaque ? kRgb : kRgba}); // deflate, adaptive filters, no interlace
-
+    append(header, std::array<std::uint8_t, 5>{kEightBits, parts_->opaque ? kRgb : kRgba}); // deflate, adaptive
+                                                                                            // filters, no interlace
     Bytes file;
     file.reserve(size);
     append(file, kSignature);
     append_chunk(file, "IHDR", header);
     append_chunk(file, "sRGB", std::array{kPerceptual});
-    for (const EncodedBand &band : encoded)
+    for (const EncodedBand &band : parts_->encoded)
         append(file, band.chunk);
     append_chunk(file, "IDAT", big_endian(adler32));
     append_chunk(file, "IEND", Bytes());
     return file;
+}
+
+Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
+    const int workers = resolve_threads(threads);
+    PngBands bands(picture, is_opaque(picture), workers);
+    ThreadPool pool(static_cast<int>(std::min(bands.count(), static_cast<std::size_t>(workers))));
+    pool.run(bands.count(), [&](std::size_t band, std::size_t thread) { bands.encode(band, thread); });
+    return bands.finish();
 }
 
 Bytes encode_depth_pfm(const Framebuffer &picture) {
