@@ -91,11 +91,12 @@ HWY_INLINE std::array<std::int32_t, 3> sum_normals(const BrickNormals &normals, 
     return sum;
 }
 
-HWY_INLINE std::int32_t min_product(const BrickNormals &normals, std::size_t count, const IntegerNormal &axis) {
+HWY_INLINE std::int32_t min_product(const BrickNormals &normals, std::size_t count, std::uint64_t axis) {
+    const auto [axis_x, axis_y, axis_z] = coordinates_of(axis);
     std::int32_t least = 32767 * 32767;
     for (std::size_t i = 0; i < count; ++i) {
         const auto [x, y, z] = coordinates_of(normals.words[i]);
-        least = std::min(least, x * axis[0] + y * axis[1] + z * axis[2]);
+        least = std::min(least, x * axis_x + y * axis_y + z * axis_z);
     }
     return least;
 }
@@ -107,8 +108,8 @@ using Words = hn::Repartition<std::uint64_t, Halves>;
 struct Coordinates {
     hn::Vec<Halves> xz, y0;
 };
-HWY_INLINE Coordinates load_normals(const std::uint64_t *words) {
-    const auto halves = hn::BitCast(Halves(), hn::Load(Words(), words));
+HWY_INLINE Coordinates coordinates_of(hn::Vec<Words> words) {
+    const auto halves = hn::BitCast(Halves(), words);
     return {hn::ShiftRight<16>(hn::ShiftLeft<16>(halves)), hn::ShiftRight<16>(halves)};
 }
 
@@ -117,7 +118,7 @@ HWY_INLINE std::array<std::int32_t, 3> sum_normals(const BrickNormals &normals, 
     const Words dw;
     Coordinates sum{hn::Zero(d), hn::Zero(d)};
     for (std::size_t i = 0; i < count; i += hn::Lanes(dw)) {
-        const Coordinates some = load_normals(&normals.words[i]);
+        const Coordinates some = coordinates_of(hn::Load(dw, &normals.words[i]));
         sum = {hn::Add(sum.xz, some.xz), hn::Add(sum.y0, some.y0)};
     }
     const auto x0 = hn::And(sum.xz, hn::BitCast(d, hn::Set(dw, 0xFFFFFFFF)));
@@ -125,18 +126,15 @@ HWY_INLINE std::array<std::int32_t, 3> sum_normals(const BrickNormals &normals, 
             hn::GetLane(hn::SumOfLanes(d, hn::Xor(sum.xz, x0)))};
 }
 
-HWY_INLINE std::int32_t min_product(const BrickNormals &normals, std::size_t count, const IntegerNormal &axis) {
+HWY_INLINE std::int32_t min_product(const BrickNormals &normals, std::size_t count, std::uint64_t axis) {
     const Halves d;
     const Words dw;
-    const auto word = [&](std::int32_t low, std::int32_t high) {
-        return hn::BitCast(
-            d, hn::Set(dw, std::uint64_t{static_cast<std::uint32_t>(high)} << 32 | static_cast<std::uint32_t>(low)));
-    };
-    const auto xz = word(axis[0], axis[2]), y0 = word(axis[1], 0), most = hn::Set(d, 32767 * 32767);
+    const Coordinates along = coordinates_of(hn::Set(dw, axis));
+    const auto most = hn::Set(d, 32767 * 32767);
     auto least = most;
     for (std::size_t i = 0; i < count; i += hn::Lanes(dw)) {
-        const Coordinates some = load_normals(&normals.words[i]);
-        const auto parts = hn::Add(hn::Mul(xz, some.xz), hn::Mul(y0, some.y0));
+        const Coordinates some = coordinates_of(hn::Load(dw, &normals.words[i]));
+        const auto parts = hn::Add(hn::Mul(along.xz, some.xz), hn::Mul(along.y0, some.y0));
         const auto product = hn::Add(parts, hn::Shuffle2301(parts));
         least = hn::Min(least, hn::IfThenElse(hn::FirstN(d, 2 * (count - i)), product, most));
     }
@@ -160,11 +158,12 @@ HWY_INLINE PointSums gather_points(const NormalWords &table, const std::uint16_t
 }
 
 // Computes cone, flags and largest radius of a brick's 1..512 points.
-HWY_INLINE void bound_points(const PointSums &points, const BrickNormals &normals, std::size_t count, BrickRecord &to) {
+HWY_INLINE void bound_points(const NormalWords &table, const PointSums &points, const BrickNormals &normals,
+                             std::size_t count, BrickRecord &to) {
     NormalCone cone;
     if (!points.two_sided) {
         const std::uint16_t axis = triangle_of(points.normal);
-        const std::int32_t least = min_product(normals, count, integer_normal_table()[axis]);
+        const std::int32_t least = min_product(normals, count, table.words[axis]);
         const std::int32_t cosine = least / 32767 - (least % 32767 < 0 ? 1 : 0); // rounded down
         if (cosine > kNoCone)
             cone = {.axis = axis, .cosine = static_cast<std::int16_t>(cosine)};
@@ -207,8 +206,8 @@ bool fill_bricks(const NormalWords &table, ByteView masks, std::span<const std::
             return false;
         brick.first_node = static_cast<std::uint16_t>(node);
         brick.first_point = static_cast<std::uint16_t>(point);
-        bound_points(gather_points(table, normals.data() + point, radii.data() + point, points, gathered), gathered,
-                     points, brick);
+        bound_points(table, gather_points(table, normals.data() + point, radii.data() + point, points, gathered),
+                     gathered, points, brick);
         node += nodes;
         point += points;
     }
