@@ -21,6 +21,7 @@
 #include <iomanip>
 #include <optional>
 #include <ostream>
+#include <span>
 #include <sstream>
 #include <system_error>
 
@@ -65,6 +66,9 @@ struct RunStatistics {
 };
 
 constexpr std::string_view kProgram = "pbm-render";
+
+// Approximate bytes of heap that a picture takes beside its pixels.
+constexpr std::size_t kPictureMemory = 8 << 20;
 
 int fail_usage(const std::string &message) { return command_line::fail_usage(kProgram, message); }
 
@@ -313,7 +317,7 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, c
     return std::nullopt;
 }
 
-int run(const Arguments &arguments) {
+int run(const Arguments &arguments, std::span<std::byte> heap) {
     std::vector<std::string> outputs = arguments.outputs();
     outputs.push_back(arguments.json);
     if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}}, outputs))
@@ -325,6 +329,11 @@ int run(const Arguments &arguments) {
     RunStatistics statistics;
     const Stopwatch loading;
     const auto pool = std::make_shared<ThreadPool>(resolve_threads(view.load.threads));
+    if (pool->threads() > 1) { // while this thread opens the file
+        const auto pixels = static_cast<std::size_t>(view.resolution.x) * static_cast<std::size_t>(view.resolution.y);
+        pool->post(
+            [=] { populate(heap.first(std::min(heap.size(), kPictureMemory + sizeof(std::uint32_t) * pixels))); });
+    }
     const auto opened = ModelDrawer::open(arguments.input, view, pool);
     if (!opened)
         return fail(arguments.input, opened.error());
@@ -369,7 +378,6 @@ int main(int argc, char **argv) {
         const std::optional<int> done = parse(argc, argv, arguments);
         if (done)
             return *done;
-        use_large_pages();
-        return run(arguments);
+        return run(arguments, use_large_pages());
     });
 }
