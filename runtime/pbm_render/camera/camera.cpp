@@ -27,21 +27,18 @@ std::vector<glm::dvec3> voxel_corners(std::span<const ByteView> masks, int level
     struct Row {
         std::uint32_t first = ~0U, last = 0;
     };
-    std::vector<Row> rows(edge * edge);
-    const auto visit_voxels = [&](const auto &visit) {
-        for (const MortonCode code : codes) {
-            const auto [x, y, z] = morton_decode(code);
-            visit(x, y, z, rows[z * edge + y]);
-        }
-    };
-    visit_voxels([](std::uint32_t x, std::uint32_t, std::uint32_t, Row &row) {
+    std::vector<Row> rows(edge * edge); // [z][y]
+    std::vector<std::array<std::uint32_t, 3>> places;
+    places.reserve(codes.size());
+    for (const MortonCode code : codes) {
+        const auto [x, y, z] = places.emplace_back(morton_decode(code));
+        Row &row = rows[z * edge + y];
         row = {std::min(row.first, x), std::max(row.last, x)};
-    });
+    }
     std::vector<glm::dvec3> corners;
-    visit_voxels([&](std::uint32_t x, std::uint32_t y, std::uint32_t z, const Row &row) {
-        if (x == row.first || x == row.last)
+    for (const auto &[x, y, z] : places)
+        if (const Row &row = rows[z * edge + y]; x == row.first || x == row.last)
             corners.emplace_back(x, y, z);
-    });
     return corners;
 }
 
