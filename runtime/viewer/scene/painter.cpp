@@ -34,7 +34,8 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
     const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
         return fine(look.appearance).render(runs, camera, look.options.render, picture, look.options.samples);
     });
-    pool().run(tasks.count, tasks.run);
+    if (tasks.count > 0)
+        pool().run(tasks.count, tasks.run);
     return drawn;
 }
 
