@@ -10,7 +10,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 runtime=(g++ cmake ninja-build pkg-config
     libhwy-dev libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libisal-dev
-    libjpeg62-turbo-dev zlib1g-dev)
+    libjpeg62-turbo-dev)
 viewer=("${runtime[@]}" libglfw3-dev libepoxy-dev libimgui-dev)
 demo=("${runtime[@]}" libtomlplusplus-dev libpng-dev libstb-dev)
 all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev

@@ -57,8 +57,9 @@ class SparseFile {
 class ByteSource {
   public:
     // A whole file. `file` must stay readable and unchanged as long as anything reads from the source. Its first byte
-    // must lie at a multiple of 8 in memory, as in any mapping or vector.
-    explicit ByteSource(ByteView file) : whole_(file) {}
+    // must lie at a multiple of 8 in memory, as in any mapping or vector. `start_reading`: see will_need; may be null.
+    explicit ByteSource(ByteView file, void (*start_reading)(ByteView) = nullptr)
+        : whole_(file), start_reading_(start_reading) {}
     // `file` must not be null.
     explicit ByteSource(std::shared_ptr<SparseFile> file) : sparse_(std::move(file)) {}
 
@@ -70,11 +71,17 @@ class ByteSource {
     std::optional<HeldBytes> view(FileRange range) const {
         if (!is_whole())
             return sparse_->view(range);
+        will_need(range);
         return is_inside(range) ? std::optional(HeldBytes{slice(whole_, range.offset, range.bytes), nullptr})
                                 : std::nullopt;
     }
     // The same where a call needs all of them at once; else `not_there_yet`.
     Result<HeldBytes> require(FileRange range) const;
+    // The caller is going to read the range: a mapped file starts to read it from the disk.
+    void will_need(FileRange range) const {
+        if (start_reading_ != nullptr && is_inside(range))
+            start_reading_(slice(whole_, range.offset, range.bytes));
+    }
     // The caller no longer needs the stored bytes of the range. Has no effect on a whole file.
     void drop(FileRange range) const {
         if (!is_whole())
@@ -87,6 +94,7 @@ class ByteSource {
     }
 
     ByteView whole_;
+    void (*start_reading_)(ByteView) = nullptr;
     std::shared_ptr<SparseFile> sparse_;
 };
 

@@ -49,6 +49,17 @@ Result<MappedFile> MappedFile::open(const std::string &path) {
     return MappedFile(static_cast<const std::uint8_t *>(data), size);
 }
 
+void MappedFile::read_sparsely() {
+    if (data_ != nullptr)
+        static_cast<void>(::madvise(const_cast<std::uint8_t *>(data_), size_, MADV_RANDOM));
+}
+
+void MappedFile::will_need(ByteView bytes) {
+    const auto address = reinterpret_cast<std::uintptr_t>(bytes.data());
+    const std::uintptr_t before = address % static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+    static_cast<void>(::madvise(reinterpret_cast<void *>(address - before), bytes.size() + before, MADV_WILLNEED));
+}
+
 bool is_stream(const std::string &path) {
     struct stat status {};
     return path == "-" || (::stat(path.c_str(), &status) == 0 &&

@@ -31,6 +31,11 @@ class MappedFile {
     ~MappedFile();
 
     ByteView bytes() const { return {data_, size_}; }
+    // Reads no more from the disk than will_need names and single pages that are touched. Without, touching a page may
+    // read megabytes around it.
+    void read_sparsely();
+    // Starts to read these bytes of a mapped file from the disk and returns before they are there: for ByteSource.
+    static void will_need(ByteView bytes);
 
   private:
     MappedFile(const std::uint8_t *data, std::size_t size) : data_(data), size_(size) {}

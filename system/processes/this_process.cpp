@@ -57,7 +57,13 @@ void end_when_mapped_file_shrinks(std::string_view program) {
     ::sigaction(SIGBUS, &action, nullptr);
 }
 
-void use_large_pages() {
+namespace {
+
+constexpr std::uintptr_t kLargePage = 2 << 20;
+
+} // namespace
+
+std::span<std::byte> use_large_pages() {
 #ifdef __GLIBC__
     constexpr int kMaxAtOnce = 32 << 20; // the largest threshold allowed
     constexpr int kHeap = 256 << 20;     // address space, not memory
@@ -66,13 +72,27 @@ void use_large_pages() {
     ::mallopt(M_TRIM_THRESHOLD, kHeap);
     ::mallopt(M_TOP_PAD, kHeap);
     // A block that does not fit makes the heap grow.
-    const std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kMaxAtOnce / 2), std::free);
-    const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+    std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kMaxAtOnce / 2), std::free);
     const auto address = reinterpret_cast<std::uintptr_t>(block.get());
-    const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(::sbrk(0)), gap = (page - address % page) % page;
+    const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(::sbrk(0)), gap = kLargePage - address % kLargePage;
     // If the heap cannot grow, the block lies elsewhere.
-    if (block != nullptr && address < end && end - address <= 2 * std::uintptr_t{kHeap})
-        static_cast<void>(::madvise(static_cast<char *>(block.get()) + gap, end - address - gap, MADV_HUGEPAGE));
+    if (block == nullptr || address >= end || end - address > 2 * std::uintptr_t{kHeap})
+        return {};
+    const std::span<std::byte> pages(static_cast<std::byte *>(block.get()) + gap, kMaxAtOnce / 2 - gap);
+    static_cast<void>(::madvise(pages.data(), end - address - gap, MADV_HUGEPAGE));
+    block.reset();
+    // Leave unused what lies before the first large page. Volatile, since compilers remove allocations without effect.
+    [[maybe_unused]] static void *volatile const unused = std::malloc(gap);
+    return pages;
+#else
+    return {};
+#endif
+}
+
+void populate([[maybe_unused]] std::span<std::byte> pages) {
+#ifdef MADV_POPULATE_WRITE
+    for (; pages.size() >= kLargePage; pages = pages.subspan(kLargePage)) // one by one, so that others may map memory
+        static_cast<void>(::madvise(pages.data(), kLargePage, MADV_POPULATE_WRITE));
 #endif
 }
 

@@ -1,7 +1,9 @@
 // Settings of the program's own process: signals, heap, memory.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 namespace pbm {
@@ -15,8 +17,12 @@ void make_write_errors_returns();
 void end_when_mapped_file_shrinks(std::string_view program);
 
 // Lets the heap grow at once and in pages of 2 MB, if C library and kernel support that: touching a small page for the
-// first time takes a microsecond. For programs that soon use some 10 MB and then end. Call first in `main`.
-void use_large_pages();
+// first time takes a microsecond. For programs that soon use some 10 MB and then end. Call before they are allocated.
+// Returns the address space of these pages, which the heap uses from its start; empty without support.
+std::span<std::byte> use_large_pages();
+
+// Allocates pages before they are touched, so that another thread need not wait for the kernel to clear them.
+void populate(std::span<std::byte> pages);
 
 // Largest resident memory of this process so far, bytes.
 std::uint64_t peak_memory();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <numeric>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "pbm_format/chunks/brick_index.cpp"
@@ -14,18 +15,22 @@
 #define PBM_FORMAT_BRICK_INDEX_TABLE
 namespace pbm {
 
-// Integer normals for two gathers instead of three: x in the low and y in the high half of a word, z in another word.
-struct GatheredNormals {
-    std::array<std::int32_t, kNormalCount> xy{}, z{};
+// Integer normals, each in one word: x, y, z and 0 in 16 bits each, x lowest.
+struct NormalWords {
+    std::array<std::uint64_t, kNormalCount> words{};
 
-    GatheredNormals() {
-        for (std::size_t index = 0; index < kNormalCount; ++index) {
-            const IntegerNormal &n = integer_normal_table()[index];
-            const auto low = static_cast<std::uint32_t>(n[0]) & 0xFFFF, high = static_cast<std::uint32_t>(n[1]) << 16;
-            xy[index] = static_cast<std::int32_t>(high | low);
-            z[index] = n[2];
-        }
+    NormalWords() {
+        for (std::size_t index = 0; index < kNormalCount; ++index)
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                words[index] |= std::uint64_t{static_cast<std::uint16_t>(integer_normal_table()[index][axis])}
+                                << 16 * axis;
     }
+};
+
+// The NormalWords of a brick's points, padded with zeros to whole SIMD vectors.
+inline constexpr std::size_t kMaxBrickPoints = 512, kMaxWords = 8; // of a vector
+struct BrickNormals {
+    alignas(64) std::array<std::uint64_t, kMaxBrickPoints + kMaxWords> words;
 };
 
 } // namespace pbm
@@ -53,11 +58,6 @@ HWY_INLINE std::uint16_t triangle_of(const std::array<std::int32_t, 3> &s) {
                                       (s[2] < 0 ? 1U << 12 : 0U) | digits);
 }
 
-// A brick's normals as coordinates, padded to whole SIMD vectors.
-struct BrickNormals {
-    alignas(64) std::array<std::int32_t, 512> x, y, z;
-};
-
 // Sums over a brick's points.
 struct PointSums {
     std::array<std::int32_t, 3> normal; // sum
@@ -65,72 +65,105 @@ struct PointSums {
     bool two_sided;
 };
 
-// Sums the first `count` of the points at `stored` and `radii`, of which `available` may be read; fills `to`.
-HWY_INLINE PointSums gather_points(const GatheredNormals &table, const std::uint16_t *HWY_RESTRICT stored,
-                                   const std::uint8_t *HWY_RESTRICT radii, std::size_t count, std::size_t available,
-                                   BrickNormals &to) {
-    const hn::CappedTag<std::int32_t, 16> d;
-    const hn::Rebind<std::uint16_t, decltype(d)> d16;
-    const hn::Rebind<std::uint8_t, decltype(d)> d8;
+HWY_INLINE std::uint8_t largest_of(const std::uint8_t *radii, std::size_t count) {
+    const hn::CappedTag<std::uint8_t, 16> d;
     const std::size_t lanes = hn::Lanes(d);
-    auto sum_x = hn::Zero(d), sum_y = hn::Zero(d), sum_z = hn::Zero(d), largest = hn::Zero(d), bits = hn::Zero(d);
-    const auto block = [&](std::size_t i, const std::uint16_t *from, const std::uint8_t *radii_from, auto &&keep) {
-        const auto normal = keep(hn::PromoteTo(d, hn::LoadU(d16, from)));
-        bits = hn::Or(bits, normal);
-        largest = hn::Max(largest, keep(hn::PromoteTo(d, hn::LoadU(d8, radii_from))));
-        const auto index = hn::And(normal, hn::Set(d, kNormalIndexMask));
-        const auto xy = hn::GatherIndex(d, table.xy.data(), index), z = hn::GatherIndex(d, table.z.data(), index);
-        const auto x = hn::ShiftRight<16>(hn::ShiftLeft<16>(xy)), y = hn::ShiftRight<16>(xy);
-        hn::Store(x, d, to.x.data() + i);
-        hn::Store(y, d, to.y.data() + i);
-        hn::Store(z, d, to.z.data() + i);
-        sum_x = hn::Add(sum_x, keep(x));
-        sum_y = hn::Add(sum_y, keep(y));
-        sum_z = hn::Add(sum_z, keep(z));
-    };
-    std::size_t i = 0;
-    for (; i + lanes <= count; i += lanes)
-        block(i, stored + i, radii + i, [](auto lane) { return lane; });
-    if (i < count) {
-        const auto inside = hn::FirstN(d, count - i);
-        const auto keep = [&](auto lane) { return hn::IfThenElseZero(inside, lane); };
-        if (i + lanes <= available) {
-            block(i, stored + i, radii + i, keep);
-        } else { // the chunk's last points
-            std::array<std::uint16_t, 16> last_stored{};
-            std::array<std::uint8_t, 16> last_radii{};
-            std::copy_n(stored + i, count - i, last_stored.begin());
-            std::copy_n(radii + i, count - i, last_radii.begin());
-            block(i, last_stored.data(), last_radii.data(), keep);
-        }
-    }
-    const auto two_sided = hn::And(bits, hn::Set(d, kTwoSidedBit));
-    return {.normal = {hn::GetLane(hn::SumOfLanes(d, sum_x)), hn::GetLane(hn::SumOfLanes(d, sum_y)),
-                       hn::GetLane(hn::SumOfLanes(d, sum_z))},
-            .largest_radius = static_cast<std::uint8_t>(hn::GetLane(hn::MaxOfLanes(d, largest))),
-            .two_sided = !hn::AllTrue(d, hn::Eq(two_sided, hn::Zero(d)))};
+    if (count < lanes)
+        return std::accumulate(radii, radii + count, std::uint8_t{0},
+                               [](std::uint8_t a, std::uint8_t b) { return std::max(a, b); });
+    auto largest = hn::LoadU(d, radii + count - lanes); // overlaps the last whole vector
+    for (std::size_t i = 0; i + lanes <= count; i += lanes)
+        largest = hn::Max(largest, hn::LoadU(d, radii + i));
+    return hn::GetLane(hn::MaxOfLanes(d, largest));
 }
 
-HWY_INLINE std::int32_t min_product(const BrickNormals &normals, std::size_t count, const IntegerNormal &axis) {
-    const hn::CappedTag<std::int32_t, 16> d;
-    const auto x = hn::Set(d, axis[0]), y = hn::Set(d, axis[1]), z = hn::Set(d, axis[2]);
+#if HWY_TARGET == HWY_SCALAR
+HWY_INLINE std::array<std::int32_t, 3> coordinates_of(std::uint64_t word) {
+    const auto at = [&](int axis) { return std::int32_t{static_cast<std::int16_t>(word >> 16 * axis)}; };
+    return {at(0), at(1), at(2)};
+}
+
+HWY_INLINE std::array<std::int32_t, 3> sum_normals(const BrickNormals &normals, std::size_t count) {
+    std::array<std::int32_t, 3> sum{};
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            sum[axis] += coordinates_of(normals.words[i])[axis];
+    return sum;
+}
+
+HWY_INLINE std::int32_t min_product(const BrickNormals &normals, std::size_t count, std::uint64_t axis) {
+    const auto [axis_x, axis_y, axis_z] = coordinates_of(axis);
+    std::int32_t least = 32767 * 32767;
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto [x, y, z] = coordinates_of(normals.words[i]);
+        least = std::min(least, x * axis_x + y * axis_y + z * axis_z);
+    }
+    return least;
+}
+#else
+using Halves = hn::CappedTag<std::int32_t, 2 * kMaxWords>; // two of a word
+using Words = hn::Repartition<std::uint64_t, Halves>;
+
+// The coordinates of some normals: x and z alternately, and y and 0 alternately.
+struct Coordinates {
+    hn::Vec<Halves> xz, y0;
+};
+HWY_INLINE Coordinates coordinates_of(hn::Vec<Words> words) {
+    const auto halves = hn::BitCast(Halves(), words);
+    return {hn::ShiftRight<16>(hn::ShiftLeft<16>(halves)), hn::ShiftRight<16>(halves)};
+}
+
+HWY_INLINE std::array<std::int32_t, 3> sum_normals(const BrickNormals &normals, std::size_t count) {
+    const Halves d;
+    const Words dw;
+    Coordinates sum{hn::Zero(d), hn::Zero(d)};
+    for (std::size_t i = 0; i < count; i += hn::Lanes(dw)) {
+        const Coordinates some = coordinates_of(hn::Load(dw, &normals.words[i]));
+        sum = {hn::Add(sum.xz, some.xz), hn::Add(sum.y0, some.y0)};
+    }
+    const auto x0 = hn::And(sum.xz, hn::BitCast(d, hn::Set(dw, 0xFFFFFFFF)));
+    return {hn::GetLane(hn::SumOfLanes(d, x0)), hn::GetLane(hn::SumOfLanes(d, sum.y0)),
+            hn::GetLane(hn::SumOfLanes(d, hn::Xor(sum.xz, x0)))};
+}
+
+HWY_INLINE std::int32_t min_product(const BrickNormals &normals, std::size_t count, std::uint64_t axis) {
+    const Halves d;
+    const Words dw;
+    const Coordinates along = coordinates_of(hn::Set(dw, axis));
     const auto most = hn::Set(d, 32767 * 32767);
     auto least = most;
-    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-        const auto product = hn::Add(
-            hn::Add(hn::Mul(x, hn::Load(d, normals.x.data() + i)), hn::Mul(y, hn::Load(d, normals.y.data() + i))),
-            hn::Mul(z, hn::Load(d, normals.z.data() + i)));
-        least = hn::Min(least, hn::IfThenElse(hn::FirstN(d, count - i), product, most));
+    for (std::size_t i = 0; i < count; i += hn::Lanes(dw)) {
+        const Coordinates some = coordinates_of(hn::Load(dw, &normals.words[i]));
+        const auto parts = hn::Add(hn::Mul(along.xz, some.xz), hn::Mul(along.y0, some.y0));
+        const auto product = hn::Add(parts, hn::Shuffle2301(parts));
+        least = hn::Min(least, hn::IfThenElse(hn::FirstN(d, 2 * (count - i)), product, most));
     }
     return hn::GetLane(hn::MinOfLanes(d, least));
 }
+#endif
+
+// Sums the `count` points at `stored` and `radii`; lists their normals in `to`. One load per point: gathers are slower.
+HWY_INLINE PointSums gather_points(const NormalWords &table, const std::uint16_t *HWY_RESTRICT stored,
+                                   const std::uint8_t *HWY_RESTRICT radii, std::size_t count, BrickNormals &to) {
+    unsigned bits = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const unsigned normal = stored[i];
+        bits |= normal;
+        to.words[i] = table.words[normal & kNormalIndexMask];
+    }
+    std::fill_n(&to.words[count], kMaxWords, 0);
+    return {.normal = sum_normals(to, count),
+            .largest_radius = largest_of(radii, count),
+            .two_sided = (bits & kTwoSidedBit) != 0};
+}
 
 // Computes cone, flags and largest radius of a brick's 1..512 points.
-HWY_INLINE void bound_points(const PointSums &points, const BrickNormals &normals, std::size_t count, BrickRecord &to) {
+HWY_INLINE void bound_points(const NormalWords &table, const PointSums &points, const BrickNormals &normals,
+                             std::size_t count, BrickRecord &to) {
     NormalCone cone;
     if (!points.two_sided) {
         const std::uint16_t axis = triangle_of(points.normal);
-        const std::int32_t least = min_product(normals, count, integer_normal_table()[axis]);
+        const std::int32_t least = min_product(normals, count, table.words[axis]);
         const std::int32_t cosine = least / 32767 - (least % 32767 < 0 ? 1 : 0); // rounded down
         if (cosine > kNoCone)
             cone = {.axis = axis, .cosine = static_cast<std::int16_t>(cosine)};
@@ -160,7 +193,7 @@ HWY_INLINE std::size_t count_points(ByteView masks, std::size_t count) {
     return points;
 }
 
-bool fill_bricks(const GatheredNormals &table, ByteView masks, std::span<const std::uint16_t> normals, ByteView radii,
+bool fill_bricks(const NormalWords &table, ByteView masks, std::span<const std::uint16_t> normals, ByteView radii,
                  std::span<BrickRecord> to) {
     BrickNormals gathered;
     std::size_t node = 0, point = 0;
@@ -173,8 +206,7 @@ bool fill_bricks(const GatheredNormals &table, ByteView masks, std::span<const s
             return false;
         brick.first_node = static_cast<std::uint16_t>(node);
         brick.first_point = static_cast<std::uint16_t>(point);
-        bound_points(gather_points(table, normals.data() + point, radii.data() + point, points, normals.size() - point,
-                                   gathered),
+        bound_points(table, gather_points(table, normals.data() + point, radii.data() + point, points, gathered),
                      gathered, points, brick);
         node += nodes;
         point += points;
@@ -277,7 +309,7 @@ bool index_bricks(const BrickParents &parents, const ChunkShape &shape, int leve
     if (!place_bricks(parents, shape, to) || !below_root(shape, brick_level, to.front()) ||
         !below_root(shape, brick_level, to.back()))
         return false;
-    static const GatheredNormals table;
+    static const NormalWords table;
     return HWY_DYNAMIC_DISPATCH(fill_bricks)(table, masks, normals, radii, to);
 }
 

@@ -39,17 +39,19 @@ struct NormalTables {
     std::array<IntegerNormal, kNormalCount> integer{};
 
     NormalTables() {
-        for (int index = 0; index < kNormalCount; ++index) {
-            const std::array<int, 3> sum = normal_lattice_sum(static_cast<std::uint16_t>(index));
+        for (std::size_t digits = 0; digits < 1024; ++digits) {
+            const std::array<int, 3> sum = normal_lattice_sum(static_cast<std::uint16_t>(digits));
             const std::array<double, 3> c{static_cast<double>(sum[0]), static_cast<double>(sum[1]),
                                           static_cast<double>(sum[2])};
             const double length = std::sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 const double n = c[axis] / length;
-                const double scaled = n * 32767.0;
-                unit[static_cast<std::size_t>(index)][axis] = n;
-                integer[static_cast<std::size_t>(index)][axis] =
-                    static_cast<std::int32_t>(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
+                const auto rounded = static_cast<std::int32_t>(n * 32767.0 + 0.5);
+                for (std::size_t octant = 0; octant < 8; ++octant) { // they mirror each other
+                    const bool negative = (octant >> axis & 1) != 0;
+                    unit[octant << 10 | digits][axis] = negative ? -n : n;
+                    integer[octant << 10 | digits][axis] = negative ? -rounded : rounded;
+                }
             }
         }
     }

@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::size_t kMaxVoxels = std::size_t{1} << (3 * kBoundsLevel);
 
-// Lower corners of the occupied voxels of `level`, in voxel edges.
+// Lower corners, in voxel edges, of those occupied voxels of `level` that are the first or the last of their row along
+// x: of a row, one of these two is farthest from any point.
 std::vector<glm::dvec3> voxel_corners(std::span<const ByteView> masks, int level) {
     std::vector<MortonCode> codes{0};
     for (int next = 1; next <= level; ++next) {
@@ -22,12 +23,22 @@ std::vector<glm::dvec3> voxel_corners(std::span<const ByteView> masks, int level
         assert(below.ok());
         codes = std::move(*below);
     }
-    std::vector<glm::dvec3> corners;
-    corners.reserve(codes.size());
+    const std::size_t edge = std::size_t{1} << level;
+    struct Row {
+        std::uint32_t first = ~0U, last = 0;
+    };
+    std::vector<Row> rows(edge * edge); // [z][y]
+    std::vector<std::array<std::uint32_t, 3>> places;
+    places.reserve(codes.size());
     for (const MortonCode code : codes) {
-        const auto [x, y, z] = morton_decode(code);
-        corners.emplace_back(x, y, z);
+        const auto [x, y, z] = places.emplace_back(morton_decode(code));
+        Row &row = rows[z * edge + y];
+        row = {std::min(row.first, x), std::max(row.last, x)};
     }
+    std::vector<glm::dvec3> corners;
+    for (const auto &[x, y, z] : places)
+        if (const Row &row = rows[z * edge + y]; x == row.first || x == row.last)
+            corners.emplace_back(x, y, z);
     return corners;
 }
 

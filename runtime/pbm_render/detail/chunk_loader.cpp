@@ -94,6 +94,11 @@ void ChunkLoader::list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) 
             wanted.push_back(range);
 }
 
+void ChunkLoader::will_need(ChunkPlace place) const {
+    for (const FileRange range : ranges_of(place))
+        reader_.source().will_need(range);
+}
+
 void ChunkLoader::drop_bytes(ChunkPlace place) const {
     for (const FileRange range : ranges_of(place))
         reader_.source().drop(range);

@@ -10,9 +10,9 @@
 namespace pbm {
 
 ChunkScheduler::ChunkScheduler(const ChunkLoader &loader, ChunkCache &cache, std::mutex &mutex, int threads,
-                               std::function<void()> arrived)
+                               std::shared_ptr<ThreadPool> pool, std::function<void()> arrived)
     : loader_(loader), cache_(cache), thread_count_(resolve_threads(threads)), arrived_(std::move(arrived)),
-      mutex_(mutex) {}
+      mutex_(mutex), pool_(std::move(pool)) {}
 
 ChunkScheduler::~ChunkScheduler() {
     {
@@ -28,7 +28,12 @@ Status ChunkScheduler::load_all(std::vector<MissingChunk> missing) {
         const std::lock_guard lock(mutex_);
         enqueue(std::move(missing));
     }
-    parallel_for(threads, thread_count_, [this](std::size_t) { work(true); });
+    if (threads > 1 && pool_ == nullptr)
+        pool_ = std::make_shared<ThreadPool>(thread_count_);
+    if (threads > 1)
+        pool_->run(threads, [this](std::size_t, std::size_t) { work(true); });
+    else
+        work(true);
     const std::lock_guard lock(mutex_);
     const std::vector<Error> errors = take_errors();
     if (!errors.empty())

@@ -14,10 +14,11 @@ namespace pbm {
 
 class ChunkScheduler {
   public:
-    // `mutex` guards `cache`; every user of the cache holds it. `threads`: 0 asks for one per processor. Background
-    // threads call `arrived` after each chunk. All references must outlive the scheduler.
+    // `mutex` guards `cache`; every user of the cache holds it. `threads`: 0 asks for one per processor. `pool` runs
+    // load_all; null: a pool of that many threads, started when it is needed. Background threads call `arrived` after
+    // each chunk. All references must outlive the scheduler.
     ChunkScheduler(const ChunkLoader &loader, ChunkCache &cache, std::mutex &mutex, int threads,
-                   std::function<void()> arrived);
+                   std::shared_ptr<ThreadPool> pool, std::function<void()> arrived);
     // Waits for the chunks that are being loaded.
     ~ChunkScheduler();
 
@@ -62,7 +63,8 @@ class ChunkScheduler {
     std::uint64_t bytes_read_ = 0, points_decoded_ = 0;
 
     int loops_ = 0;                     // running calls of `work`
-    std::optional<ThreadPool> threads_; // last member: its work uses the others
+    std::shared_ptr<ThreadPool> pool_;  // of load_all
+    std::optional<ThreadPool> threads_; // of request; last member: its work uses the others
 };
 
 } // namespace pbm

@@ -26,7 +26,7 @@ struct StreamedModel::Parts {
     Parts(Reader r, StreamingOptions options)
         : reader(std::move(r)), loader(reader), cache(options.max_memory), finest(reader.depth()),
           bytes_read(opening_bytes(reader)),
-          scheduler(loader, cache, mutex, options.threads, std::move(options.arrived)) {}
+          scheduler(loader, cache, mutex, options.threads, std::move(options.pool), std::move(options.arrived)) {}
 
     Status read_directory(int level);
     // The caller holds the mutex:
@@ -172,6 +172,8 @@ Result<Detail> StreamedModel::load(const DetailView &view) try {
                 return !parts_->cache.has_parent(chunk.place) || !parts_->loader.has_bytes(chunk.place);
             });
         }
+        for (const MissingChunk &chunk : detail.missing)
+            parts_->loader.will_need(chunk.place);
         const bool complete = detail.missing.empty();
         // The errors include that of a damaged directory.
         if (Status status = parts_->scheduler.load_all(std::move(detail.missing)); !status)

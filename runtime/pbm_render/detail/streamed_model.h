@@ -25,6 +25,7 @@
 #include "pbm_format/reading/reader.h"
 #include "pbm_render/bricks/point_run.h"
 #include "pbm_render/detail/detail_view.h"
+#include "system/threads/thread_pool.h"
 
 #include <functional>
 #include <memory>
@@ -34,6 +35,7 @@ namespace pbm {
 
 struct StreamingOptions {
     int threads = 0;                              // decoding threads; 0: one per processor
+    std::shared_ptr<ThreadPool> pool = nullptr;   // of `load`; null: one of its own
     std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded chunks and of surface offsets
     std::function<void()> arrived = {};           // called by those threads after each chunk that was requested
 };

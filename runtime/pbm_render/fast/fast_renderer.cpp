@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <optional>
 
@@ -56,6 +57,36 @@ struct Workplace {
     StripBricks bricks;
 };
 
+// Which strips of a frame are done, drawn or given up.
+class StripProgress {
+  public:
+    explicit StripProgress(std::size_t strips) : done_(strips) {}
+
+    // Waits for the first `strips` strips.
+    void wait_for(std::size_t strips) const {
+        for (std::size_t i = 0; i < strips; ++i)
+            done_[i].wait(false);
+    }
+
+    // Marks a strip as done when it is destroyed, also by an exception: no thread may wait for it for ever.
+    class Strip {
+      public:
+        Strip(StripProgress &progress, std::size_t index) : done_(progress.done_[index]) {}
+        ~Strip() {
+            done_ = true;
+            done_.notify_all();
+        }
+        Strip(const Strip &) = delete;
+        Strip &operator=(const Strip &) = delete;
+
+      private:
+        std::atomic<bool> &done_;
+    };
+
+  private:
+    std::vector<std::atomic<bool>> done_;
+};
+
 // Values that all strips of a frame share.
 struct FrameView {
     const RenderOptions &options;
@@ -69,9 +100,10 @@ struct FrameView {
 } // namespace
 
 struct FastRenderer::Frame {
-    Frame(const ModelParameters &p, std::uint32_t chunk_points, int threads, std::shared_ptr<const Surroundings> s)
-        : parameters(p), surroundings(std::move(s)), appearance(p), runs(chunk_points), pool(resolve_threads(threads)),
-          workplaces(static_cast<std::size_t>(pool.threads())) {}
+    Frame(const ModelParameters &p, std::uint32_t chunk_points, std::shared_ptr<ThreadPool> threads,
+          std::shared_ptr<const Surroundings> s)
+        : parameters(p), surroundings(std::move(s)), appearance(p), runs(chunk_points), pool(std::move(threads)),
+          workplaces(static_cast<std::size_t>(pool->threads())) {}
 
     std::uint64_t draw(int top, int rows, const FrameView &view, Workplace &workplace) const;
     void resolve(const DepthStrip &strip, const FrameView &view) const;
@@ -81,7 +113,7 @@ struct FastRenderer::Frame {
     const std::shared_ptr<const Surroundings> surroundings;
     Appearance appearance;
     DrawnRuns runs;
-    ThreadPool pool;
+    const std::shared_ptr<ThreadPool> pool;
 
     std::vector<StreamPointers> streams; // [runs]
     std::vector<Workplace> workplaces;   // [thread]
@@ -89,7 +121,12 @@ struct FastRenderer::Frame {
 
 FastRenderer::FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
                            std::shared_ptr<const Surroundings> surroundings)
-    : frame_(std::make_unique<Frame>(parameters, chunk_points, threads, std::move(surroundings))) {}
+    : FastRenderer(parameters, chunk_points, std::make_shared<ThreadPool>(resolve_threads(threads)),
+                   std::move(surroundings)) {}
+
+FastRenderer::FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points,
+                           std::shared_ptr<ThreadPool> pool, std::shared_ptr<const Surroundings> surroundings)
+    : frame_(std::make_unique<Frame>(parameters, chunk_points, std::move(pool), std::move(surroundings))) {}
 
 FastRenderer::~FastRenderer() = default;
 
@@ -99,7 +136,7 @@ void FastRenderer::set_appearance(Appearance appearance) {
 }
 
 RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Camera &camera,
-                                      const RenderOptions &options, Framebuffer &target) {
+                                      const RenderOptions &options, Framebuffer &target, const RowTasks &tasks) {
     Frame &frame = *frame_;
     const Projection projection(in_unit_grid(camera, frame.parameters.grid), target.width, target.height);
     const FrameGeometry geometry(projection, target.width, target.height);
@@ -125,7 +162,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     const std::vector<EyeLight> lights = see_lights(frame.appearance.lights, frame.parameters.grid.edge(), projection);
     const SurroundingsView surroundings(frame.surroundings.get(), frame.appearance, projection, options);
     std::optional<PointShader> shader;
-    frame.pool.run(frame.runs.size() + 1, [&](std::size_t item, std::size_t thread) {
+    frame.pool->run(frame.runs.size() + 1, [&](std::size_t item, std::size_t thread) {
         if (item == 0) // first, since it takes longest
             shader.emplace(frame.parameters, frame.appearance, projection, &surroundings, options, false);
         else
@@ -134,7 +171,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
                 [&](const RunGeometry &run, std::span<SeenBrick> seen) { bound_bricks(geometry, run, seen); });
     });
 
-    const int rows = strip_rows(target, frame.pool.threads());
+    const int rows = strip_rows(target, frame.pool->threads());
     const auto count = static_cast<std::size_t>((target.height + rows - 1) / rows);
     std::vector<std::uint64_t> drawn(count);
     PointLighting lighting =
@@ -143,8 +180,16 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     lighting.one_material = !frame.parameters.attributes.material;
     lighting.mirrors = shader->mirrors();
     const FrameView view{options, geometry, lighting, *shader, surroundings, target};
-    frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
-        drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, view, frame.workplaces[thread]);
+    StripProgress progress(count);
+    // Strips come first: when a task waits for one, another thread draws it.
+    frame.pool->run(count + tasks.count, [&](std::size_t i, std::size_t thread) {
+        if (i < count) {
+            const StripProgress::Strip strip(progress, i);
+            drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, view, frame.workplaces[thread]);
+        } else {
+            progress.wait_for(static_cast<std::size_t>((tasks.end_row(i - count) + rows - 1) / rows));
+            tasks.run(i - count, thread);
+        }
     });
     RenderStatistics statistics = frame.runs.statistics();
     for (const std::uint64_t points : drawn)

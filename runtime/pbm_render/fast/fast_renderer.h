@@ -9,7 +9,9 @@
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/picture/framebuffer.h"
 #include "pbm_render/picture/render_options.h"
+#include "pbm_render/picture/row_tasks.h"
 #include "pbm_render/surroundings/surroundings.h"
+#include "system/threads/thread_pool.h"
 
 #include <memory>
 #include <span>
@@ -22,6 +24,9 @@ class FastRenderer {
     // per processor. Without `surroundings` the background has one colour.
     FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
                  std::shared_ptr<const Surroundings> surroundings = nullptr);
+    // The same with threads that others use too, but not during `render`.
+    FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, std::shared_ptr<ThreadPool> pool,
+                 std::shared_ptr<const Surroundings> surroundings = nullptr);
     ~FastRenderer();
     FastRenderer(const FastRenderer &) = delete;
     FastRenderer &operator=(const FastRenderer &) = delete;
@@ -33,9 +38,10 @@ class FastRenderer {
     // panorama has none. The camera must be usable. The chunks of `runs` must be verified; if the bytes of a mapped
     // file change later, only the picture is wrong. The first frame that shows a run with offsets estimates them. Draws
     // the first 2^32 / `chunk_points` runs; no model has more. The picture is the same for any number of threads and
-    // any SIMD target. Only one thread at a time may call it.
+    // any SIMD target. Runs `tasks` on its threads as the rows that they need are done. Only one thread at a time may
+    // call it.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
-                            Framebuffer &target);
+                            Framebuffer &target, const RowTasks &tasks = {});
 
   private:
     struct Frame;

@@ -15,6 +15,12 @@ Framebuffer::Framebuffer(int w, int h, bool with_depths)
         clear({});
 }
 
+Framebuffer::~Framebuffer() = default;
+Framebuffer::Framebuffer(const Framebuffer &) = default;
+Framebuffer::Framebuffer(Framebuffer &&) noexcept = default;
+Framebuffer &Framebuffer::operator=(const Framebuffer &) = default;
+Framebuffer &Framebuffer::operator=(Framebuffer &&) noexcept = default;
+
 void Framebuffer::clear(Rgba8 background) {
     std::fill(colour.begin(), colour.end(), pack_rgba(background));
     std::fill(depth.begin(), depth.end(), std::numeric_limits<float>::infinity());

@@ -1,6 +1,7 @@
 // pbm-render: pictures of a binary voxel grid without a window.
 #include "command_line/common_options.h"
 #include "system/processes/this_process.h"
+#include "system/threads/parallel.h"
 
 #include "model_drawer.h"
 #include "viewer/options/video_options.h"
@@ -20,6 +21,7 @@
 #include <iomanip>
 #include <optional>
 #include <ostream>
+#include <span>
 #include <sstream>
 #include <system_error>
 
@@ -64,6 +66,9 @@ struct RunStatistics {
 };
 
 constexpr std::string_view kProgram = "pbm-render";
+
+// Approximate bytes of heap that a picture takes beside its pixels.
+constexpr std::size_t kPictureMemory = 8 << 20;
 
 int fail_usage(const std::string &message) { return command_line::fail_usage(kProgram, message); }
 
@@ -224,14 +229,24 @@ Result<BenchStatistics> bench(ModelDrawer &drawer, const Camera &first, int fram
     return statistics;
 }
 
-// Draws the picture and writes its outputs. Returns the exit code on failure.
-std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera,
+// Draws the picture with `threads` threads and writes its outputs. Returns the exit code on failure.
+std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera, int threads,
                                 RunStatistics &statistics) {
     const ViewOptions &view = arguments.view;
     const bool with_depths = drawer.needs_depths() || !arguments.depth_output.empty();
     Framebuffer picture(view.resolution.x, view.resolution.y, with_depths);
+    // On an opaque background every pixel is opaque: rows can be encoded before all of them are drawn.
+    std::optional<PngBands> bands;
+    RowTasks tasks;
+    if (!arguments.output.empty() && *picture_form(arguments.output) == PictureForm::png &&
+        view.look.render.background[3] == 255) {
+        bands.emplace(picture, true, threads);
+        tasks = {.count = bands->count(),
+                 .end_row = [&](std::size_t band) { return bands->end_row(band); },
+                 .run = [&](std::size_t band, std::size_t thread) { bands->encode(band, thread); }};
+    }
     const Stopwatch drawing;
-    statistics.drawn = drawer.draw(camera, picture);
+    statistics.drawn = drawer.draw(camera, picture, tasks);
     statistics.frame_ms = drawing.milliseconds();
     statistics.cost = drawer.cost();
     if (const Status whole = drawer.damage(); !whole)
@@ -239,7 +254,8 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
 
     if (!arguments.output.empty()) {
         const Stopwatch encoding;
-        const auto file = encode_picture(picture, *picture_form(arguments.output), view.load.threads);
+        const auto file =
+            bands ? bands->finish() : encode_picture(picture, *picture_form(arguments.output), view.load.threads);
         if (!file)
             return fail(arguments.output, file.error());
         statistics.encode_ms = encoding.milliseconds();
@@ -301,7 +317,7 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, c
     return std::nullopt;
 }
 
-int run(const Arguments &arguments) {
+int run(const Arguments &arguments, std::span<std::byte> heap) {
     std::vector<std::string> outputs = arguments.outputs();
     outputs.push_back(arguments.json);
     if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}}, outputs))
@@ -312,7 +328,13 @@ int run(const Arguments &arguments) {
 
     RunStatistics statistics;
     const Stopwatch loading;
-    const auto opened = ModelDrawer::open(arguments.input, view);
+    const auto pool = std::make_shared<ThreadPool>(resolve_threads(view.load.threads));
+    if (pool->threads() > 1) { // while this thread opens the file
+        const auto pixels = static_cast<std::size_t>(view.resolution.x) * static_cast<std::size_t>(view.resolution.y);
+        pool->post(
+            [=] { populate(heap.first(std::min(heap.size(), kPictureMemory + sizeof(std::uint32_t) * pixels))); });
+    }
+    const auto opened = ModelDrawer::open(arguments.input, view, pool);
     if (!opened)
         return fail(arguments.input, opened.error());
     ModelDrawer &drawer = **opened;
@@ -332,7 +354,7 @@ int run(const Arguments &arguments) {
         sink = std::move(*open);
     }
     if (arguments.wants_picture())
-        if (const auto failed = make_picture(arguments, drawer, *camera, statistics))
+        if (const auto failed = make_picture(arguments, drawer, *camera, pool->threads(), statistics))
             return *failed;
     if (sink)
         if (const auto failed = make_video(arguments, drawer, *camera, std::move(*sink), statistics))
@@ -351,10 +373,11 @@ int run(const Arguments &arguments) {
 } // namespace
 
 int main(int argc, char **argv) {
-    use_large_pages();
     return command_line::run_program(kProgram, [&] {
         Arguments arguments;
         const std::optional<int> done = parse(argc, argv, arguments);
-        return done ? *done : run(arguments);
+        if (done)
+            return *done;
+        return run(arguments, use_large_pages());
     });
 }

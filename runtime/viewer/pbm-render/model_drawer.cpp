@@ -4,24 +4,26 @@
 
 namespace pbm {
 
-Result<std::unique_ptr<ModelDrawer>> ModelDrawer::open(const std::string &path, const ViewOptions &options) {
-    auto scene = open_scene(path, {.threads = options.load.threads, .max_memory = options.load.max_memory});
+Result<std::unique_ptr<ModelDrawer>> ModelDrawer::open(const std::string &path, const ViewOptions &options,
+                                                       std::shared_ptr<ThreadPool> pool) {
+    auto scene =
+        open_scene(path, {.threads = options.load.threads, .pool = pool, .max_memory = options.load.max_memory});
     if (!scene)
         return scene.error();
     auto bounds = (*scene)->model.bounds();
     if (!bounds)
         return bounds.error();
-    return std::unique_ptr<ModelDrawer>(new ModelDrawer(path, options, std::move(*scene), *bounds));
+    return std::unique_ptr<ModelDrawer>(new ModelDrawer(path, options, std::move(*scene), *bounds, std::move(pool)));
 }
 
 ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene,
-                         Sphere bounds)
+                         Sphere bounds, std::shared_ptr<ThreadPool> pool)
     : path_(std::move(path)), options_(options), scene_(std::move(scene)), bounds_(bounds),
       look_(options.look, scene_->model.reader().parameters()) {
     const Reader &reader = scene_->model.reader();
     if (options_.renderer == Renderer::fast)
-        painter_.emplace(reader.parameters(), scene_->surroundings, reader.header().chunk_points,
-                         options_.load.threads);
+        painter_.emplace(reader.parameters(), scene_->surroundings, reader.header().chunk_points, options_.load.threads,
+                         std::move(pool));
 }
 
 DetailView ModelDrawer::view(const Camera &camera, glm::ivec2 size) const {
@@ -42,7 +44,7 @@ Status ModelDrawer::load(const Camera &camera, glm::ivec2 size) {
     return {};
 }
 
-RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target) {
+RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, const RowTasks &tasks) {
     if (!painter_) {
         const RenderStatistics drawn =
             whole_->renderer.render(camera, options_.look.render, target, {.splats = options_.splats});
@@ -50,10 +52,12 @@ RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target) {
             ThreadPool pool(1);
             add_depth_cue(options_.look.depth_cue, camera, grid().edge(), pool, target);
         }
+        for (std::size_t task = 0; task < tasks.count; ++task)
+            tasks.run(task, 0);
         return drawn;
     }
     const Detail detail = scene_->model.choose(view(camera, {target.width, target.height}));
-    return painter_->draw(detail.runs, camera, look_, target);
+    return painter_->draw(detail.runs, camera, look_, target, tasks);
 }
 
 Status ModelDrawer::damage() const {

@@ -13,8 +13,10 @@ namespace pbm {
 
 class ModelDrawer {
   public:
-    // Reads the coarsest levels. `options` say which renderer draws what, with how many threads and how much memory.
-    static Result<std::unique_ptr<ModelDrawer>> open(const std::string &path, const ViewOptions &options);
+    // Reads the coarsest levels. `options` say which renderer draws what, with how much memory, and with how many
+    // threads unless `pool` gives them.
+    static Result<std::unique_ptr<ModelDrawer>> open(const std::string &path, const ViewOptions &options,
+                                                     std::shared_ptr<ThreadPool> pool = nullptr);
 
     const Sphere &bounds() const { return bounds_; }
     const Grid &grid() const { return scene_->model.reader().parameters().grid; }
@@ -24,8 +26,8 @@ class ModelDrawer {
 
     // Loads what a picture of `size` needs. The reference renderer loads the whole level.
     Status load(const Camera &camera, glm::ivec2 size);
-    // Draws what was loaded for this view.
-    RenderStatistics draw(const Camera &camera, Framebuffer &target);
+    // Draws what was loaded for this view. Runs `tasks`, see Painter::draw.
+    RenderStatistics draw(const Camera &camera, Framebuffer &target, const RowTasks &tasks = {});
 
     // The first error in rasters that pictures have read since the last call.
     Status damage() const;
@@ -34,7 +36,8 @@ class ModelDrawer {
     StreamingStatistics cost() const { return whole_ ? whole_->cost : scene_->model.statistics(); }
 
   private:
-    ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene, Sphere bounds);
+    ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene, Sphere bounds,
+                std::shared_ptr<ThreadPool> pool);
     DetailView view(const Camera &camera, glm::ivec2 size) const;
 
     const std::string path_;

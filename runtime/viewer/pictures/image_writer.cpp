@@ -1,15 +1,15 @@
 #include "viewer/pictures/image_writer.h"
 
 #include "system/threads/parallel.h"
+#include "system/threads/thread_pool.h"
 
 #include <isa-l/crc.h>
 #include <isa-l/igzip_lib.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
+#include <cassert>
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -77,11 +77,20 @@ struct Bands {
 };
 
 struct EncodedBand {
-    Bytes chunk;          // a complete IDAT chunk
-    uLong adler32 = 1;    // of the filtered bytes
-    z_off_t filtered = 0; // number of filtered bytes
+    Bytes chunk;               // a complete IDAT chunk
+    std::uint32_t adler32 = 1; // of the filtered bytes
+    std::size_t filtered = 0;  // number of filtered bytes
     bool failed = false;
 };
+
+// The Adler-32 checksum of two strings of bytes in a row, from the checksum of each. RFC 1950
+std::uint32_t join_adler32(std::uint32_t first, std::uint32_t second, std::size_t second_bytes) {
+    constexpr std::uint64_t kBase = 65521;
+    const std::uint64_t sum = (first & 0xFFFF) + (second & 0xFFFF) + kBase - 1;
+    const std::uint64_t sum_of_sums =
+        (first >> 16) + (second >> 16) + second_bytes % kBase * ((first & 0xFFFF) + kBase - 1);
+    return static_cast<std::uint32_t>(sum_of_sums % kBase << 16 | sum % kBase);
+}
 
 // Encodes bands with the memory of one thread.
 class BandEncoder {
@@ -105,7 +114,7 @@ class BandEncoder {
         result.failed = !deflate(size, end == bands_.height, result.chunk);
         close_chunk(result.chunk, 0);
         result.adler32 = isal_adler32(1, filtered_.data(), size);
-        result.filtered = static_cast<z_off_t>(size);
+        result.filtered = size;
         return result;
     }
 
@@ -177,42 +186,71 @@ bool is_opaque(const Framebuffer &picture) {
     return true;
 }
 
-Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
-    const bool opaque = is_opaque(picture);
-    const Bands bands(picture, opaque);
-    std::vector<EncodedBand> encoded(bands.count);
-    const std::size_t workers = std::min(bands.count, static_cast<std::size_t>(resolve_threads(threads)));
-    std::atomic<std::size_t> next{0};
-    parallel_for(workers, static_cast<int>(workers), [&](std::size_t) {
-        BandEncoder encoder(picture, bands);
-        for (std::size_t band = next++; band < bands.count; band = next++)
-            encoded[band] = encoder.encode(band);
-    });
+struct PngBands::Parts {
+    Parts(const Framebuffer &shown, bool is_opaque, int threads)
+        : picture(shown), opaque(is_opaque), bands(shown, is_opaque), encoded(bands.count),
+          encoders(static_cast<std::size_t>(threads)) {}
 
-    uLong adler32 = 1;
+    const Framebuffer &picture;
+    const bool opaque;
+    const Bands bands;
+    std::vector<EncodedBand> encoded;
+    std::vector<std::unique_ptr<BandEncoder>> encoders; // [threads], created on first use
+};
+
+PngBands::PngBands(const Framebuffer &picture, bool opaque, int threads)
+    : parts_(std::make_unique<Parts>(picture, opaque, threads)) {}
+
+PngBands::~PngBands() = default;
+
+std::size_t PngBands::count() const { return parts_->bands.count; }
+
+int PngBands::end_row(std::size_t band) const {
+    const Bands &bands = parts_->bands;
+    return static_cast<int>(std::min((band + 1) * bands.rows, bands.height));
+}
+
+void PngBands::encode(std::size_t band, std::size_t thread) {
+    std::unique_ptr<BandEncoder> &encoder = parts_->encoders[thread];
+    if (encoder == nullptr)
+        encoder = std::make_unique<BandEncoder>(parts_->picture, parts_->bands);
+    parts_->encoded[band] = encoder->encode(band);
+}
+
+Result<Bytes> PngBands::finish() {
+    const Framebuffer &picture = parts_->picture;
+    assert(parts_->opaque == is_opaque(picture));
+    std::uint32_t adler32 = 1;
     std::size_t size = 128; // everything but the bands takes 91
-    for (const EncodedBand &band : encoded) {
+    for (const EncodedBand &band : parts_->encoded) {
         if (band.failed)
             return Error{ErrorCode::memory, 0, "the PNG encoder failed"};
-        adler32 = adler32_combine(adler32, band.adler32, band.filtered);
+        adler32 = join_adler32(adler32, band.adler32, band.filtered);
         size += band.chunk.size();
     }
     Bytes header;
     append(header, big_endian(static_cast<std::uint32_t>(picture.width)));
     append(header, big_endian(static_cast<std::uint32_t>(picture.height)));
-    append(header,
-           std::array<std::uint8_t, 5>{kEightBits, opaque ? kRgb : kRgba}); // deflate, adaptive filters, no interlace
-
+    append(header, std::array<std::uint8_t, 5>{kEightBits, parts_->opaque ? kRgb : kRgba}); // deflate, adaptive
+                                                                                            // filters, no interlace
     Bytes file;
     file.reserve(size);
     append(file, kSignature);
     append_chunk(file, "IHDR", header);
     append_chunk(file, "sRGB", std::array{kPerceptual});
-    for (const EncodedBand &band : encoded)
+    for (const EncodedBand &band : parts_->encoded)
         append(file, band.chunk);
-    append_chunk(file, "IDAT", big_endian(static_cast<std::uint32_t>(adler32)));
+    append_chunk(file, "IDAT", big_endian(adler32));
     append_chunk(file, "IEND", Bytes());
     return file;
+}
+
+Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
+    const int workers = resolve_threads(threads);
+    PngBands bands(picture, is_opaque(picture), workers);
+    ThreadPool pool(static_cast<int>(std::min(bands.count(), static_cast<std::size_t>(workers))));
+    pool.run(bands.count(), [&](std::size_t band, std::size_t thread) { bands.encode(band, thread); });
+    return bands.finish();
 }
 
 Bytes encode_depth_pfm(const Framebuffer &picture) {

@@ -8,33 +8,54 @@
 #include <utility>
 
 namespace pbm {
+namespace {
+
+// Sets the appearance of a renderer unless it is `last`.
+template <class Renderer>
+Renderer &with_appearance(Renderer &renderer, std::optional<Appearance> &last, const Appearance &appearance) {
+    if (last != appearance) {
+        renderer.set_appearance(appearance);
+        last = appearance;
+    }
+    return renderer;
+}
+
+} // namespace
 
 Painter::Painter(const ModelParameters &file, std::shared_ptr<const Surroundings> surroundings,
-                 std::uint32_t chunk_points, int threads)
-    : file_(file), surroundings_(std::move(surroundings)), chunk_points_(chunk_points), threads_(threads) {}
+                 std::uint32_t chunk_points, int threads, std::shared_ptr<ThreadPool> pool)
+    : file_(file), surroundings_(std::move(surroundings)), chunk_points_(chunk_points), threads_(threads),
+      pool_(std::move(pool)) {}
 
 RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &camera, const Look &look,
-                               Framebuffer &target) {
+                               Framebuffer &target, const RowTasks &tasks) {
     if (look.options.quality == Quality::fast)
-        return draw_fast(runs, camera, look, target);
-    return with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
-        return prepare(fine_, fine_appearance_, look.appearance)
-            .render(runs, camera, look.options.render, picture, look.options.samples);
+        return draw_fast(runs, camera, look, target, tasks);
+    const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
+        return fine(look.appearance).render(runs, camera, look.options.render, picture, look.options.samples);
     });
+    if (tasks.count > 0)
+        pool().run(tasks.count, tasks.run);
+    return drawn;
 }
 
 RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
-                                    Framebuffer &target) {
-    return with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
-        return prepare(fast_, fast_appearance_, look.appearance).render(runs, camera, look.options.render, picture);
+                                    Framebuffer &target, const RowTasks &tasks) {
+    FastRenderer &renderer = fast(look.appearance);
+    if (look.options.depth_cue == DepthCue::none)
+        return renderer.render(runs, camera, look.options.render, target, tasks);
+    const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
+        return renderer.render(runs, camera, look.options.render, picture);
     });
+    pool().run(tasks.count, tasks.run); // the cue changes rows until the end
+    return drawn;
 }
 
 void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width,
                          int height) {
     fine_camera_ = camera;
     fine_cue_ = look.options.depth_cue;
-    prepare(fine_, fine_appearance_, look.appearance)
+    fine(look.appearance)
         .begin(runs, camera, look.options.render, Framebuffer(width, height, fine_cue_ != DepthCue::none));
 }
 
@@ -47,16 +68,24 @@ RenderStatistics Painter::add_sample(Framebuffer &target) {
     return drawn;
 }
 
-template <class Renderer>
-Renderer &Painter::prepare(std::optional<Renderer> &renderer, std::optional<Appearance> &last,
-                           const Appearance &appearance) {
-    if (!renderer)
-        renderer.emplace(file_, chunk_points_, threads_, surroundings_);
-    if (last != appearance) {
-        renderer->set_appearance(appearance);
-        last = appearance;
+ThreadPool &Painter::pool() {
+    if (pool_ == nullptr)
+        pool_ = std::make_shared<ThreadPool>(resolve_threads(threads_));
+    return *pool_;
+}
+
+FastRenderer &Painter::fast(const Appearance &appearance) {
+    if (!fast_) {
+        pool();
+        fast_.emplace(file_, chunk_points_, pool_, surroundings_);
     }
-    return *renderer;
+    return with_appearance(*fast_, fast_appearance_, appearance);
+}
+
+FineRenderer &Painter::fine(const Appearance &appearance) {
+    if (!fine_)
+        fine_.emplace(file_, chunk_points_, threads_, surroundings_);
+    return with_appearance(*fine_, fine_appearance_, appearance);
 }
 
 template <class Draw>
@@ -68,9 +97,7 @@ RenderStatistics Painter::with_depth_cue(const Camera &camera, DepthCue cue, Fra
         depths_.emplace(target.width, target.height, true);
     Framebuffer &picture = has_depths ? target : *depths_;
     const RenderStatistics drawn = draw(picture);
-    if (!pool_)
-        pool_.emplace(resolve_threads(threads_));
-    add_depth_cue(cue, camera, file_.grid.edge(), *pool_, picture);
+    add_depth_cue(cue, camera, file_.grid.edge(), pool(), picture);
     if (!has_depths)
         std::copy_n(picture.colour.begin(), target.pixels(), target.colour.begin());
     return drawn;

@@ -15,15 +15,18 @@ namespace pbm {
 
 class Painter {
   public:
-    // `file` must outlive the painter. The other parameters are those of FastRenderer.
+    // `file` must outlive the painter. The other parameters are those of FastRenderer; `pool` draws fast pictures,
+    // null: `threads` threads of its own.
     Painter(const ModelParameters &file, std::shared_ptr<const Surroundings> surroundings, std::uint32_t chunk_points,
-            int threads);
+            int threads, std::shared_ptr<ThreadPool> pool = nullptr);
 
-    // Draws a picture of the quality that `look` asks for.
-    RenderStatistics draw(std::span<const PointRun> runs, const Camera &camera, const Look &look, Framebuffer &target);
+    // Draws a picture of the quality that `look` asks for. Runs `tasks`, in fast pictures without a depth cue while
+    // other rows are drawn.
+    RenderStatistics draw(std::span<const PointRun> runs, const Camera &camera, const Look &look, Framebuffer &target,
+                          const RowTasks &tasks = {});
     // Draws fast, whatever the quality in `look`.
     RenderStatistics draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
-                               Framebuffer &target);
+                               Framebuffer &target, const RowTasks &tasks = {});
 
     // Draws a fine picture sample by sample, see FineRenderer; `target` must have the size given to `begin_fine`.
     void begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width, int height);
@@ -31,9 +34,9 @@ class Painter {
     RenderStatistics add_sample(Framebuffer &target);
 
   private:
-    // Creates the renderer on first use and sets its appearance unless it is `last`.
-    template <class Renderer>
-    Renderer &prepare(std::optional<Renderer> &renderer, std::optional<Appearance> &last, const Appearance &appearance);
+    ThreadPool &pool();
+    FastRenderer &fast(const Appearance &appearance);
+    FineRenderer &fine(const Appearance &appearance);
     // Calls `draw` with a picture that has depths if the depth cue needs them, and adds the cue to `target`.
     template <class Draw>
     RenderStatistics with_depth_cue(const Camera &camera, DepthCue cue, Framebuffer &target, const Draw &draw);
@@ -42,10 +45,10 @@ class Painter {
     const std::shared_ptr<const Surroundings> surroundings_;
     const std::uint32_t chunk_points_;
     const int threads_;
+    std::shared_ptr<ThreadPool> pool_; // created on first use
     std::optional<FastRenderer> fast_; // created on first use
     std::optional<FineRenderer> fine_;
     std::optional<Appearance> fast_appearance_, fine_appearance_; // last set in the renderers
-    std::optional<ThreadPool> pool_;                              // for the depth cue
     std::optional<Framebuffer> depths_;                           // used if the target has no depths
     Camera fine_camera_;
     DepthCue fine_cue_ = DepthCue::none;

@@ -2,6 +2,8 @@
 #include "pbm_format/reading/images.h"
 #include "pbm_format/reading/load_model.h"
 
+#include <algorithm>
+
 namespace pbm {
 
 namespace {
@@ -11,11 +13,20 @@ struct OpenedFile {
     Reader reader; // refers to the mapping, which stays in place when this is moved
 };
 
-Result<OpenedFile> open_file(const std::string &path) {
+// Most files hold within their first bytes what every view needs: tables and the coarsest levels.
+constexpr std::size_t kFirstBytes = 256 * 1024;
+
+enum class Use { whole, chunks }; // what is going to be read
+
+Result<OpenedFile> open_file(const std::string &path, Use use) {
     auto file = MappedFile::open(path);
     if (!file)
         return file.error();
-    auto reader = Reader::open(file->bytes());
+    if (use == Use::chunks) {
+        file->read_sparsely();
+        MappedFile::will_need(slice(file->bytes(), 0, std::min(kFirstBytes, file->bytes().size())));
+    }
+    auto reader = Reader::open(ByteSource(file->bytes(), MappedFile::will_need));
     if (!reader)
         return reader.error();
     return OpenedFile{std::move(*file), std::move(*reader)};
@@ -36,12 +47,12 @@ StreamingStatistics cost_of(const Reader &reader, const Model &model) {
 } // namespace
 
 Status check_scene(const std::string &path) {
-    const auto opened = open_file(path);
+    const auto opened = open_file(path, Use::chunks);
     return opened ? Status() : Status(opened.error());
 }
 
 Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options) {
-    auto opened = open_file(path);
+    auto opened = open_file(path, Use::chunks);
     if (!opened)
         return opened.error();
     auto images = read_images(opened->reader);
@@ -52,7 +63,7 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
 }
 
 Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options) {
-    auto opened = open_file(path);
+    auto opened = open_file(path, Use::whole);
     if (!opened)
         return opened.error();
     auto model = load_model(opened->reader, options);

@@ -122,6 +122,20 @@ TEST(ByteSource, OfAWholeFileHasItAllWhereItLies) {
     EXPECT_TRUE(source.has({0, 1000}));
 }
 
+TEST(ByteSource, SaysWhichBytesAWholeFileIsGoingToNeed) {
+    static std::vector<ByteView> wanted;
+    const Bytes file = numbered(1000);
+    const ByteSource source(file, [](ByteView bytes) { wanted.push_back(bytes); });
+    source.will_need({10, 20});
+    source.will_need({990, 11});
+    EXPECT_TRUE(source.view({500, 500}));
+    EXPECT_FALSE(source.view({500, 501}));
+    ASSERT_EQ(wanted.size(), 2U);
+    EXPECT_EQ(wanted[0].data(), file.data() + 10);
+    EXPECT_EQ(wanted[0].size(), 20U);
+    EXPECT_EQ(wanted[1].data(), file.data() + 500);
+}
+
 const Bytes &file(Storage storage) {
     static const auto make = [](Storage of) {
         const Model model = test::sphere_model(5, test::every_attribute(ColourFormat::rgb565, 5));

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
@@ -382,6 +383,34 @@ TEST(FastRenderer, FillsTheBackgroundAndNeedsNoDepths) {
     EXPECT_EQ(drawn.drawn_points, 0U);
     EXPECT_EQ(nothing.depth[1000], kEmpty);
     EXPECT_EQ(unpack_rgba(nothing.colour[1000]), (Rgba8{9, 8, 7, 0}));
+}
+
+TEST(FastRenderer, RunsTasksWhenTheirRowsAreDone) {
+    constexpr int kWide = 1280, kHigh = 480; // seven strips
+    const Camera camera = camera_at_ball(7, 1.0, kHigh);
+    const Framebuffer expected = ball().fast(camera, kWide, kHigh, {});
+    const test::WholeLevel level(ball().file, 7);
+    constexpr int kRows = 7; // of a task
+    for (const int threads : {1, 2, 4}) {
+        Framebuffer target(kWide, kHigh);
+        std::vector<std::atomic<int>> runs(std::size_t{(kHigh + kRows - 1) / kRows});
+        std::atomic<int> early = 0;
+        const auto end_row = [&](std::size_t task) { return std::min((static_cast<int>(task) + 1) * kRows, kHigh); };
+        FastRenderer(ball().model.parameters, ball().chunk_points, threads)
+            .render(level.runs, camera, {}, target,
+                    {.count = runs.size(), .end_row = end_row, .run = [&](std::size_t task, std::size_t thread) {
+                         const auto end = static_cast<std::ptrdiff_t>(end_row(task)) * kWide;
+                         early +=
+                             std::equal(target.colour.begin(), target.colour.begin() + end, expected.colour.begin())
+                                 ? 0
+                                 : 1;
+                         early += thread < static_cast<std::size_t>(threads) ? 0 : 1;
+                         ++runs[task];
+                     }});
+        EXPECT_EQ(early, 0) << threads;
+        EXPECT_TRUE(std::all_of(runs.begin(), runs.end(), [](const auto &count) { return count == 1; })) << threads;
+        EXPECT_EQ(target.colour, expected.colour);
+    }
 }
 
 } // namespace

@@ -125,6 +125,18 @@ TEST(EncodePng, HasTheSameBytesForAnyNumberOfThreads) {
     }
 }
 
+TEST(EncodePng, HasTheSameBytesFromBandsInAnyOrder) {
+    const Framebuffer picture = painted(640, 480, [&](int x, int y) { return ball(x, y, 0xFF808080); });
+    PngBands bands(picture, true, 2);
+    ASSERT_GT(bands.count(), 2U);
+    for (std::size_t band = bands.count(); band-- > 0;)
+        bands.encode(band, band % 2);
+    EXPECT_TRUE(*bands.finish() == *encode_png(picture));
+    EXPECT_EQ(bands.end_row(bands.count() - 1), picture.height);
+    for (std::size_t band = 1; band < bands.count(); ++band)
+        EXPECT_LT(bands.end_row(band - 1), bands.end_row(band));
+}
+
 // Small inputs have small hash tables in the compressor, where a dependence on addresses shows more often.
 TEST(EncodePng, HasTheSameBytesWhereverItsMemoryLies) {
     std::mt19937 random(1);
