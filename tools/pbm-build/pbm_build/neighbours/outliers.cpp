@@ -23,10 +23,13 @@ float mean_distance(const Nearest &nearest) {
 // The spacing of each of `points`.
 std::vector<float> spacings_of(const PointNeighbours &neighbours, std::span<const std::uint32_t> points, int threads) {
     std::vector<float> spacings(points.size());
-    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
+    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+        NeighbourCursor cursor(neighbours);
         Nearest nearest;
-        neighbours.nearest(points[i], nearest);
-        spacings[i] = mean_distance(nearest);
+        for (std::size_t i = begin; i < end; ++i) {
+            cursor.nearest(points[i], nearest);
+            spacings[i] = mean_distance(nearest);
+        }
     });
     return spacings;
 }
@@ -54,13 +57,16 @@ std::vector<std::uint32_t> suspects(const PointNeighbours &neighbours, double le
         return sum <= most;
     };
     Bytes suspected(points.size());
-    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
-        if (near_those_from(i - std::min(i, kSpacingNeighbours / 2), i) ||
-            near_those_from(i - std::min(i, kSpacingNeighbours), i) || near_those_from(i, i))
-            return;
+    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+        NeighbourCursor cursor(neighbours);
         Nearest nearest;
-        const bool few = neighbours.nearest_in_order(i, nearest) < nearest.size();
-        suspected[i] = few || static_cast<double>(mean_distance(nearest)) > least ? 1 : 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            if (near_those_from(i - std::min(i, kSpacingNeighbours / 2), i) ||
+                near_those_from(i - std::min(i, kSpacingNeighbours), i) || near_those_from(i, i))
+                continue;
+            const bool few = cursor.nearest_in_order(i, nearest) < nearest.size();
+            suspected[i] = few || static_cast<double>(mean_distance(nearest)) > least ? 1 : 0;
+        }
     });
     std::vector<std::uint32_t> suspects;
     for (std::size_t i = 0; i < points.size(); ++i)
@@ -73,11 +79,14 @@ std::vector<std::uint32_t> suspects(const PointNeighbours &neighbours, double le
 std::vector<float> median_spacings_around(const PointNeighbours &neighbours, std::span<const std::uint32_t> points,
                                           int threads) {
     std::vector<std::array<std::uint32_t, kSpacingNeighbours>> around(points.size());
-    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
+    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+        NeighbourCursor cursor(neighbours);
         Nearest nearest;
-        neighbours.nearest(points[i], nearest);
-        for (std::size_t k = 0; k < nearest.size(); ++k)
-            around[i][k] = nearest[k].point;
+        for (std::size_t i = begin; i < end; ++i) {
+            cursor.nearest(points[i], nearest);
+            for (std::size_t k = 0; k < nearest.size(); ++k)
+                around[i][k] = nearest[k].point;
+        }
     });
     std::vector<std::uint32_t> each; // of all of them once: outliers come in clusters
     for (const auto &some : around)

@@ -148,22 +148,25 @@ PlaneFits fit_planes(const PointNeighbours &neighbours, int threads) {
     PlaneFits fits{{std::vector<std::uint32_t>(count * kLinks), std::vector<float>(count)},
                    std::vector<ShortNormal>(count),
                    Bytes(count)};
-    parallel_for(count, kBlock, threads, [&](std::size_t i) {
-        std::array<NearPoint, kMaxNeighbours> found;
-        const std::size_t few = neighbours.nearest(i, std::span(found).first(kScales.front()));
-        auto near = std::span(found).first(few);
-        keep_links(fits.links, i, near);
-        Plane best = plane_at(points, i, near);
-        if (best.roughness > kSmooth) {
-            near = std::span(found).first(neighbours.nearest(i, found));
-            for (std::size_t scale = 1; scale < kScales.size(); ++scale) {
-                const Plane plane = plane_at(points, i, near.first(std::min(near.size(), kScales[scale])));
-                if (plane.roughness < best.roughness)
-                    best = plane;
+    parallel_blocks(count, kBlock, threads, [&](std::size_t begin, std::size_t end) {
+        NeighbourCursor small(neighbours), large(neighbours);
+        for (std::size_t i = begin; i < end; ++i) {
+            std::array<NearPoint, kMaxNeighbours> found;
+            const std::size_t few = small.nearest(i, std::span(found).first(kScales.front()));
+            auto near = std::span(found).first(few);
+            keep_links(fits.links, i, near);
+            Plane best = plane_at(points, i, near);
+            if (best.roughness > kSmooth) {
+                near = std::span(found).first(large.nearest(i, found));
+                for (std::size_t scale = 1; scale < kScales.size(); ++scale) {
+                    const Plane plane = plane_at(points, i, near.first(std::min(near.size(), kScales[scale])));
+                    if (plane.roughness < best.roughness)
+                        best = plane;
+                }
             }
+            fits.normals[i] = to_short_normal(best.normal);
+            fits.at_border[i] = is_at_border(points, i, near.first(few), best) ? 1 : 0;
         }
-        fits.normals[i] = to_short_normal(best.normal);
-        fits.at_border[i] = is_at_border(points, i, near.first(few), best) ? 1 : 0;
     });
     return fits;
 }

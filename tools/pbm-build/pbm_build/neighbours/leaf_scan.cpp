@@ -1,0 +1,111 @@
+#include "pbm_build/neighbours/leaf_scan.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "pbm_build/neighbours/leaf_scan.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace pbm::build::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using IntTag = hn::CappedTag<std::int32_t, kFan>;
+using FloatTag = hn::RebindToFloat<IntTag>;
+using Ints = hn::Vec<IntTag>;
+
+HWY_INLINE hn::Vec<FloatTag> squared_length(Ints x, Ints y, Ints z) {
+    const FloatTag d;
+    const auto a = hn::ConvertTo(d, x), b = hn::ConvertTo(d, y), c = hn::ConvertTo(d, z);
+    return hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
+}
+
+std::uint32_t boxes_within_lanes(const Boxes &boxes, const Box &box, float limit) {
+    const IntTag di;
+    const FloatTag d;
+    std::uint32_t bits = 0;
+    for (std::size_t i = 0; i < kFan; i += hn::Lanes(di)) {
+        const auto gap = [&](std::size_t axis) {
+            const auto a = static_cast<int>(axis);
+            return hn::Max(hn::Max(hn::Sub(hn::Load(di, &boxes.low[axis][i]), hn::Set(di, box.high[a])),
+                                   hn::Sub(hn::Set(di, box.low[a]), hn::Load(di, &boxes.high[axis][i]))),
+                           hn::Zero(di));
+        };
+        alignas(8) std::uint8_t some[8] = {};
+        hn::StoreMaskBits(d, hn::Le(squared_length(gap(0), gap(1), gap(2)), hn::Set(d, limit)), some);
+        bits |= static_cast<std::uint32_t>(some[0] | some[1] << 8) << i;
+    }
+    return bits;
+}
+
+// Sorts by counting, for each candidate, those with smaller keys. The lowest bits of a key are the candidate's place,
+// so that no two are equal.
+void sort_candidates(Candidates &candidates, const std::int32_t *squared, const std::uint32_t *points) {
+    const IntTag d;
+    constexpr std::int32_t kPlace = Candidates::kRoom - 1;
+    const std::size_t count = candidates.count;
+    const Ints places = hn::Iota(d, 0);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d))
+        hn::Store(hn::Or(hn::AndNot(hn::Set(d, kPlace), hn::Load(d, squared + i)),
+                         hn::Add(places, hn::Set(d, static_cast<std::int32_t>(i)))),
+                  d, &candidates.keys[i]);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const auto keys = hn::Load(d, &candidates.keys[i]);
+        auto rank = hn::Zero(d);
+        for (std::size_t j = 0; j < count; ++j)
+            rank = hn::Sub(rank, hn::VecFromMask(d, hn::Gt(keys, hn::Set(d, candidates.keys[j]))));
+        alignas(64) Lanes ranks;
+        hn::Store(rank, d, ranks.data());
+        for (std::size_t lane = 0; lane < std::min(hn::Lanes(d), count - i); ++lane)
+            candidates.points[static_cast<std::size_t>(ranks[lane])] = points[i + lane];
+    }
+}
+
+std::size_t points_within_lanes(const Leaf *leaves, std::span<const std::uint32_t> near, const LatticePoint &at,
+                                float limit, Candidates &candidates) {
+    const IntTag di;
+    const FloatTag d;
+    alignas(64) std::array<std::int32_t, Candidates::kRoom + kFan> squared;
+    std::array<std::uint32_t, Candidates::kRoom + kFan> points;
+    std::size_t count = 0, searched = 0;
+    const Ints places = hn::Iota(di, 0);
+    for (; searched < near.size() && count + kFan <= Candidates::kRoom; ++searched) {
+        const Leaf &leaf = leaves[near[searched]];
+        for (std::size_t i = 0; i < kFan; i += hn::Lanes(di)) {
+            const auto step = [&](std::size_t axis) {
+                return hn::Sub(hn::Load(di, &leaf.at[axis][i]), hn::Set(di, at[static_cast<int>(axis)]));
+            };
+            const auto length = squared_length(step(0), step(1), step(2));
+            const auto within = hn::Le(length, hn::Set(d, limit));
+            const auto chosen = hn::RebindMask(di, within);
+            const auto index = hn::Add(places, hn::Set(di, static_cast<std::int32_t>(near[searched] * kFan + i)));
+            hn::StoreU(hn::Compress(hn::BitCast(di, length), chosen), di, &squared[count]);
+            hn::StoreU(hn::Compress(index, chosen), di, reinterpret_cast<std::int32_t *>(&points[count]));
+            count += hn::CountTrue(d, within);
+        }
+    }
+    candidates.count = count;
+    sort_candidates(candidates, squared.data(), points.data());
+    return searched;
+}
+
+} // namespace pbm::build::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace pbm::build {
+
+HWY_EXPORT(boxes_within_lanes);
+HWY_EXPORT(points_within_lanes);
+
+std::uint32_t boxes_within(const Boxes &boxes, const Box &box, float limit) {
+    return HWY_DYNAMIC_DISPATCH(boxes_within_lanes)(boxes, box, limit);
+}
+
+std::size_t points_within(const Leaf *leaves, std::span<const std::uint32_t> near, const LatticePoint &at, float limit,
+                          Candidates &candidates) {
+    return HWY_DYNAMIC_DISPATCH(points_within_lanes)(leaves, near, at, limit, candidates);
+}
+
+} // namespace pbm::build
+#endif // HWY_ONCE
