@@ -3,6 +3,8 @@
 #include "pbm_build/normals/parity_sets.h"
 #include "system/threads/parallel.h"
 
+#include <algorithm>
+
 namespace pbm::build {
 namespace {
 
@@ -57,22 +59,21 @@ std::vector<Mean> means_of(const PlaneFits &fits, const SignEvidence &evidence) 
 std::vector<float> margins_of_signs(const PlaneFits &fits, const SignEvidence &evidence, int threads) {
     const std::vector<Mean> means = means_of(fits, evidence);
     const std::size_t count = means.size();
-    std::vector<float> margins(count, 1.0F), next(count);
+    std::vector<float> margins(2 * count, 1.0F); // now, and behind them those of the sweep before
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
         parallel_blocks(count, kBlock, threads, [&](std::size_t first, std::size_t end) {
             for (std::size_t i = first; i < end; ++i) {
                 float sum = 0;
                 for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link) {
                     const std::size_t j = fits.links.nearest[link];
-                    const std::vector<float> &known =
-                        j - first < i - first ? next : margins; // within the block: updated
-                    sum += static_cast<float>(evidence.votes[link]) * known[j];
+                    sum += static_cast<float>(evidence.votes[link]) * margins[j - first < end - first ? j : j + count];
                 }
-                next[i] = means[i].alone + means[i].share * sum;
+                margins[i] = means[i].alone + means[i].share * sum;
             }
         });
-        std::swap(margins, next);
+        std::copy_n(margins.begin(), count, margins.begin() + static_cast<std::ptrdiff_t>(count));
     }
+    margins.resize(count);
     return margins;
 }
 
