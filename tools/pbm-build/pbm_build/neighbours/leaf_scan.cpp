@@ -61,16 +61,16 @@ void sort_candidates(Candidates &candidates, const std::int32_t *squared, const 
     }
 }
 
-std::size_t points_within_lanes(const Leaf *leaves, std::span<const std::uint32_t> near, const LatticePoint &at,
+std::size_t points_within_lanes(const Leaf *leaves, const LeafList &near, std::size_t first, const LatticePoint &at,
                                 float limit, Candidates &candidates) {
     const IntTag di;
     const FloatTag d;
     alignas(64) std::array<std::int32_t, Candidates::kRoom + kFan> squared;
     std::array<std::uint32_t, Candidates::kRoom + kFan> points;
-    std::size_t count = 0, searched = 0;
+    std::size_t count = 0;
     const Ints places = hn::Iota(di, 0);
-    for (; searched < near.size() && count + kFan <= Candidates::kRoom; ++searched) {
-        const Leaf &leaf = leaves[near[searched]];
+    const auto search = [&](std::uint32_t index) {
+        const Leaf &leaf = leaves[index];
         for (std::size_t i = 0; i < kFan; i += hn::Lanes(di)) {
             const auto step = [&](std::size_t axis) {
                 return hn::Sub(hn::Load(di, &leaf.at[axis][i]), hn::Set(di, at[static_cast<int>(axis)]));
@@ -78,15 +78,24 @@ std::size_t points_within_lanes(const Leaf *leaves, std::span<const std::uint32_
             const auto length = squared_length(step(0), step(1), step(2));
             const auto within = hn::Le(length, hn::Set(d, limit));
             const auto chosen = hn::RebindMask(di, within);
-            const auto index = hn::Add(places, hn::Set(di, static_cast<std::int32_t>(near[searched] * kFan + i)));
+            const auto point = hn::Add(places, hn::Set(di, static_cast<std::int32_t>(index * kFan + i)));
             hn::StoreU(hn::Compress(hn::BitCast(di, length), chosen), di, &squared[count]);
-            hn::StoreU(hn::Compress(index, chosen), di, reinterpret_cast<std::int32_t *>(&points[count]));
+            hn::StoreU(hn::Compress(point, chosen), di, reinterpret_cast<std::int32_t *>(&points[count]));
             count += hn::CountTrue(d, within);
         }
+    };
+    std::size_t next = first;
+    while (next < near.leaves.size() && count + kFan <= Candidates::kRoom) {
+        const std::size_t group = next / kFan, end = std::min(near.leaves.size(), (group + 1) * kFan);
+        std::uint32_t within = boxes_within_lanes(near.boxes[group], {at, at}, limit) >> next % kFan << next % kFan;
+        within &= static_cast<std::uint32_t>((std::uint64_t{1} << (end - group * kFan)) - 1);
+        for (; within != 0 && count + kFan <= Candidates::kRoom; within &= within - 1)
+            search(near.leaves[group * kFan + hwy::Num0BitsBelowLS1Bit_Nonzero32(within)]);
+        next = within == 0 ? end : group * kFan + hwy::Num0BitsBelowLS1Bit_Nonzero32(within);
     }
     candidates.count = count;
     sort_candidates(candidates, squared.data(), points.data());
-    return searched;
+    return next;
 }
 
 } // namespace pbm::build::HWY_NAMESPACE
@@ -102,9 +111,25 @@ std::uint32_t boxes_within(const Boxes &boxes, const Box &box, float limit) {
     return HWY_DYNAMIC_DISPATCH(boxes_within_lanes)(boxes, box, limit);
 }
 
-std::size_t points_within(const Leaf *leaves, std::span<const std::uint32_t> near, const LatticePoint &at, float limit,
-                          Candidates &candidates) {
-    return HWY_DYNAMIC_DISPATCH(points_within_lanes)(leaves, near, at, limit, candidates);
+std::size_t points_within(const Leaf *leaves, const LeafList &near, std::size_t first, const LatticePoint &at,
+                          float limit, Candidates &candidates) {
+    return HWY_DYNAMIC_DISPATCH(points_within_lanes)(leaves, near, first, at, limit, candidates);
+}
+
+void LeafList::clear() {
+    leaves.clear();
+    boxes.clear();
+}
+
+void LeafList::add(std::uint32_t leaf, const Box &box) {
+    const std::size_t lane = leaves.size() % kFan;
+    if (lane == 0)
+        boxes.emplace_back();
+    leaves.push_back(leaf);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        boxes.back().low[axis][lane] = box.low[static_cast<int>(axis)];
+        boxes.back().high[axis][lane] = box.high[static_cast<int>(axis)];
+    }
 }
 
 } // namespace pbm::build

@@ -5,7 +5,7 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
+#include <vector>
 
 namespace pbm::build {
 
@@ -20,6 +20,13 @@ struct alignas(64) Boxes {
 };
 struct Box {
     LatticePoint low, high;
+};
+struct LeafList {
+    std::vector<std::uint32_t> leaves; // indices
+    std::vector<Boxes> boxes;          // theirs, in groups of kFan
+
+    void clear();
+    void add(std::uint32_t leaf, const Box &box);
 };
 
 // Squared distances are compared in single precision. The differences are exact, so the relative error is below this.
@@ -38,9 +45,9 @@ struct Candidates {
     alignas(64) std::array<std::int32_t, kRoom> keys{};
 };
 
-// Finds the points of `leaves`[near[...]] within the squared distance `limit` of `at`, itself and padding included.
-// Returns the number of leaves of `near` that were searched before `candidates` became full.
-std::size_t points_within(const Leaf *leaves, std::span<const std::uint32_t> near, const LatticePoint &at, float limit,
-                          Candidates &candidates);
+// Finds the points of the leaves near.leaves[first...] within the squared distance `limit` of `at`, itself and padding
+// included. Returns the place of the next leaf to search: near.leaves.size(), unless `candidates` became full.
+std::size_t points_within(const Leaf *leaves, const LeafList &near, std::size_t first, const LatticePoint &at,
+                          float limit, Candidates &candidates);
 
 } // namespace pbm::build

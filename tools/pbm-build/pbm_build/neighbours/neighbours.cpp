@@ -8,7 +8,7 @@ namespace {
 
 // Squared distances: of the neighbours of a point, over those of the point before; of the leaves collected, over those
 // that a point needs; of a second attempt, over those of the first.
-constexpr float kSpread = 1.4F, kSpare = 1.5F, kWider = 3;
+constexpr float kSpread = 1.4F, kSpare = 2, kWider = 3;
 
 } // namespace
 
@@ -52,24 +52,27 @@ bool comes_before(const std::vector<LatticePoint> &points, std::size_t a, std::s
 
 } // namespace
 
+Box PointNeighbours::box_of(std::size_t leaf) const {
+    const Boxes &group = levels_[0][leaf / kFan];
+    const auto corner = [&](const std::array<Lanes, 3> &of) {
+        return LatticePoint(of[0][leaf % kFan], of[1][leaf % kFan], of[2][leaf % kFan]);
+    };
+    return {corner(group.low), corner(group.high)};
+}
+
 void NeighbourCursor::enter(std::size_t leaf) {
     if (leaf == leaf_)
         return;
     leaf_ = leaf;
     reach_ = -1;
-    beside_ = {static_cast<std::uint32_t>(leaf)};
-    if (leaf > 0)
-        beside_.push_back(static_cast<std::uint32_t>(leaf - 1));
-    if (leaf + 1 < tree_.leaves_.size())
-        beside_.push_back(static_cast<std::uint32_t>(leaf + 1));
+    beside_.clear();
+    for (std::size_t other = leaf - std::min<std::size_t>(leaf, 1); other < std::min(leaf + 2, tree_.leaves_.size());
+         ++other)
+        beside_.add(static_cast<std::uint32_t>(other), tree_.box_of(other));
 }
 
 void NeighbourCursor::collect(float limit) {
-    const Boxes &group = tree_.levels_[0][leaf_ / kFan];
-    const auto corner = [&](const std::array<Lanes, 3> &of) {
-        return LatticePoint(of[0][leaf_ % kFan], of[1][leaf_ % kFan], of[2][leaf_ % kFan]);
-    };
-    const Box own{corner(group.low), corner(group.high)};
+    const Box own = tree_.box_of(leaf_);
     struct Group {
         std::size_t level, index;
     };
@@ -84,7 +87,7 @@ void NeighbourCursor::collect(float limit) {
         for (; within != 0; within &= within - 1) {
             const std::size_t child = first + static_cast<std::size_t>(std::countr_zero(within));
             if (level == 0)
-                near_.push_back(static_cast<std::uint32_t>(child));
+                near_.add(static_cast<std::uint32_t>(child), tree_.box_of(child));
             else
                 stack[depth++] = {level - 1, child};
         }
@@ -93,13 +96,12 @@ void NeighbourCursor::collect(float limit) {
 }
 
 // Fills `found` with the nearest points of some leaves. All of them within `limit` are considered.
-std::size_t NeighbourCursor::scan(std::span<const std::uint32_t> leaves, std::size_t point, float limit,
-                                  std::span<NearPoint> found) {
+std::size_t NeighbourCursor::scan(const LeafList &leaves, std::size_t point, float limit, std::span<NearPoint> found) {
     const std::vector<LatticePoint> &points = tree_.points_;
     const LatticePoint at = points[point];
     std::size_t count = 0;
-    while (!leaves.empty()) {
-        leaves = leaves.subspan(points_within(tree_.leaves_.data(), leaves, at, limit, candidates_));
+    for (std::size_t next = 0; next < leaves.leaves.size();) {
+        next = points_within(tree_.leaves_.data(), leaves, next, at, limit, candidates_);
         for (std::size_t c = 0; c < candidates_.count; ++c) {
             const std::size_t other = candidates_.points[c];
             if (other == point || other >= points.size())

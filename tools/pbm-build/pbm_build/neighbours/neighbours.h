@@ -26,6 +26,7 @@ class PointNeighbours {
 
   private:
     friend class NeighbourCursor;
+    Box box_of(std::size_t leaf) const;
 
     std::vector<LatticePoint> points_;
     std::vector<Leaf> leaves_;               // of kFan points each, in their order
@@ -52,15 +53,15 @@ class NeighbourCursor {
   private:
     void enter(std::size_t leaf);
     void collect(float limit);
-    std::size_t scan(std::span<const std::uint32_t> leaves, std::size_t point, float limit, std::span<NearPoint> found);
+    std::size_t scan(const LeafList &leaves, std::size_t point, float limit, std::span<NearPoint> found);
 
     static constexpr std::size_t kNoLeaf = std::numeric_limits<std::size_t>::max();
     static constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 
     const PointNeighbours &tree_;
-    std::size_t leaf_ = kNoLeaf;        // of the last query
-    std::vector<std::uint32_t> near_;   // leaves within the squared distance reach_ of it
-    std::vector<std::uint32_t> beside_; // itself, the one before and the one behind
+    std::size_t leaf_ = kNoLeaf; // of the last query
+    LeafList near_;              // leaves within the squared distance reach_ of it
+    LeafList beside_;            // itself, the one before and the one behind
     float reach_ = -1;
     float predicted_ = kUnlimited; // squared distance that probably holds all neighbours of the next point
     Candidates candidates_;
