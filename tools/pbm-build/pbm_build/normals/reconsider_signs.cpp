@@ -8,7 +8,7 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kBlock = 4096;
+constexpr std::size_t kBlock = 4096, kTogether = 4;
 constexpr int kSweeps = 20;           // a low margin spreads over about as many points
 constexpr double kViewWeight = 0.06;  // weight of a view; a link of full confidence has 1
 constexpr float kBorderWeight = 1.1F; // weight of the margin 0 at a border
@@ -61,15 +61,22 @@ std::vector<float> margins_of_signs(const PlaneFits &fits, const SignEvidence &e
     const std::size_t count = means.size();
     std::vector<float> margins(2 * count, 1.0F); // now, and behind them those of the sweep before
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
-        parallel_blocks(count, kBlock, threads, [&](std::size_t first, std::size_t end) {
-            for (std::size_t i = first; i < end; ++i) {
-                float sum = 0;
-                for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link) {
-                    const std::size_t j = fits.links.nearest[link];
-                    sum += static_cast<float>(evidence.votes[link]) * margins[j - first < end - first ? j : j + count];
-                }
-                margins[i] = means[i].alone + means[i].share * sum;
-            }
+        const auto update = [&](std::size_t i, std::size_t block) {
+            const std::uint32_t *const nearest = &fits.links.nearest[i * kLinks];
+            const Vote *const votes = &evidence.votes[i * kLinks];
+            std::array<float, kLinks> known;
+            for (std::size_t k = 0; k < kLinks; ++k)
+                known[k] = margins[nearest[k] - block < kBlock ? nearest[k] : nearest[k] + count];
+            float sum = 0;
+            for (std::size_t k = 0; k < kLinks; ++k)
+                sum += static_cast<float>(votes[k]) * known[k];
+            margins[i] = means[i].alone + means[i].share * sum;
+        };
+        // Each point waits for the one before it, so that several blocks take turns.
+        parallel_blocks(count, kTogether * kBlock, threads, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = 0; i < kBlock; ++i)
+                for (std::size_t block = begin; block + i < end; block += kBlock)
+                    update(block + i, block);
         });
         std::copy_n(margins.begin(), count, margins.begin() + static_cast<std::ptrdiff_t>(count));
     }
