@@ -18,39 +18,59 @@ using Planes = PlaneColumns::Planes;
 class BlockFitter {
   public:
     BlockFitter(const PointNeighbours &neighbours, PlaneFits &fits)
-        : points_(neighbours.points()), fits_(fits), cursor_(neighbours) {}
+        : points_(neighbours.points()), fits_(fits), few_(neighbours), many_(neighbours) {}
 
-    // Fits planes to some points at the smallest `scales` of kScales. Returns those that are not smooth.
-    std::vector<std::uint32_t> fit(std::span<const std::uint32_t> some, std::size_t scales) {
-        std::vector<std::uint32_t> rough;
-        for (; !some.empty(); some = some.subspan(std::min(some.size(), PlaneColumns::kRows))) {
-            const auto rows = some.first(std::min(some.size(), PlaneColumns::kRows));
-            const std::size_t near = find_neighbours(rows, kScales[scales - 1]);
-            for (std::size_t scale = 0; scale < scales; ++scale)
-                fit_scale(std::min(near, kScales[scale]), scale);
-            columns_.find_borders(std::min(near, kMinNeighbours), best_, at_border_);
-            columns_.measure(std::min(near, kLinks), spacing_);
-            for (std::size_t row = 0; row < rows.size(); ++row) {
-                const std::uint32_t point = rows[row];
-                fits_.links.spacing[point] = spacing_[row];
-                fits_.normals[point] =
-                    to_short_normal({best_.normals[0][row], best_.normals[1][row], best_.normals[2][row]});
-                fits_.at_border[point] = at_border_[row];
-                if (best_.roughness[row] > kSmooth)
-                    rough.push_back(point);
-            }
-        }
-        return rough;
+    // All scales at once where most points need them, else those of the points that are not smooth behind all others.
+    void fit(std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t> all(end - begin), rough;
+        std::iota(all.begin(), all.end(), static_cast<std::uint32_t>(begin));
+        for_rows(all, [&](Rows rows) {
+            const bool all_scales = 2 * rough_rows_ > PlaneColumns::kRows;
+            fit_rows(rows, all_scales ? kScales.size() : 1);
+            for (std::size_t row = 0; row < rows.size() && !all_scales; ++row)
+                if (is_rough_[row])
+                    rough.push_back(rows[row]);
+        });
+        for_rows(rough, [&](Rows rows) { fit_rows(rows, kScales.size()); });
     }
 
   private:
+    using Rows = std::span<const std::uint32_t>; // the point of each row
+
+    template <class Work> static void for_rows(Rows points, const Work &work) {
+        for (std::size_t first = 0; first < points.size(); first += PlaneColumns::kRows)
+            work(points.subspan(first, std::min(PlaneColumns::kRows, points.size() - first)));
+    }
+
+    // Fits planes at the smallest `scales` of kScales, only at the smallest one to points that are smooth there.
+    void fit_rows(Rows rows, std::size_t scales) {
+        const std::size_t near = find_neighbours(rows, scales == 1 ? few_ : many_, kScales[scales - 1]);
+        columns_.fit(std::clamp<std::size_t>(near, 1, kScales[0]), best_);
+        rough_rows_ = 0;
+        for (std::size_t row = 0; row < rows.size(); ++row) {
+            is_rough_[row] = best_.roughness[row] > kSmooth;
+            rough_rows_ += is_rough_[row] ? 1 : 0;
+        }
+        for (std::size_t scale = 1; scale < scales; ++scale)
+            improve(rows.size(), std::clamp<std::size_t>(near, 1, kScales[scale]));
+        columns_.find_borders(std::min(near, kMinNeighbours), best_, at_border_);
+        columns_.measure(std::min(near, kLinks), spacing_);
+        for (std::size_t row = 0; row < rows.size(); ++row) {
+            const std::uint32_t point = rows[row];
+            fits_.links.spacing[point] = spacing_[row];
+            fits_.normals[point] =
+                to_short_normal({best_.normals[0][row], best_.normals[1][row], best_.normals[2][row]});
+            fits_.at_border[point] = at_border_[row];
+        }
+    }
+
     // Fills a row for each point, and keeps its links. Returns the number of neighbours, at most `most`.
-    std::size_t find_neighbours(std::span<const std::uint32_t> rows, std::size_t most) {
+    std::size_t find_neighbours(Rows rows, NeighbourCursor &cursor, std::size_t most) {
         std::array<NearPoint, kMaxNeighbours> room;
         std::size_t near = 0;
         for (std::size_t row = 0; row < rows.size(); ++row) {
             const std::uint32_t point = rows[row];
-            const auto found = std::span(room).first(cursor_.nearest(point, std::span(room).first(most)));
+            const auto found = std::span(room).first(cursor.nearest(point, std::span(room).first(most)));
             near = found.size();
             for (std::size_t k = 0; k < near; ++k) {
                 const LatticePoint offset = points_[found[k].point] - points_[point];
@@ -63,11 +83,11 @@ class BlockFitter {
         return near;
     }
 
-    // Keeps the smoothest of the planes so far.
-    void fit_scale(std::size_t count, std::size_t scale) {
-        columns_.fit(std::max<std::size_t>(count, 1), scale == 0 ? best_ : planes_);
-        for (std::size_t row = 0; scale > 0 && row < PlaneColumns::kRows; ++row)
-            if (planes_.roughness[row] < best_.roughness[row]) {
+    // Replaces the planes of rough points by those through `count` neighbours where these are smoother.
+    void improve(std::size_t rows, std::size_t count) {
+        columns_.fit(count, planes_);
+        for (std::size_t row = 0; row < rows; ++row)
+            if (is_rough_[row] && planes_.roughness[row] < best_.roughness[row]) {
                 best_.roughness[row] = planes_.roughness[row];
                 for (std::size_t axis = 0; axis < 3; ++axis) {
                     best_.normals[axis][row] = planes_.normals[axis][row];
@@ -78,9 +98,11 @@ class BlockFitter {
 
     const std::vector<LatticePoint> &points_;
     PlaneFits &fits_;
-    NeighbourCursor cursor_;
+    NeighbourCursor few_, many_; // neighbours: for the smallest scale, for all
     PlaneColumns columns_;
     Planes best_{}, planes_{};
+    PlaneColumns::Column<bool> is_rough_{};
+    std::size_t rough_rows_ = 0; // of the rows before
     PlaneColumns::Column<std::uint8_t> at_border_{};
     PlaneColumns::Column<float> spacing_{};
 };
@@ -92,12 +114,8 @@ PlaneFits fit_planes(const PointNeighbours &neighbours, int threads) {
     PlaneFits fits{{std::vector<std::uint32_t>(count * kLinks), std::vector<float>(count)},
                    std::vector<ShortNormal>(count),
                    Bytes(count)};
-    parallel_blocks(count, kBlock, threads, [&](std::size_t begin, std::size_t end) {
-        std::vector<std::uint32_t> all(end - begin);
-        std::iota(all.begin(), all.end(), static_cast<std::uint32_t>(begin));
-        const std::vector<std::uint32_t> rough = BlockFitter(neighbours, fits).fit(all, 1);
-        BlockFitter(neighbours, fits).fit(rough, kScales.size());
-    });
+    parallel_blocks(count, kBlock, threads,
+                    [&](std::size_t begin, std::size_t end) { BlockFitter(neighbours, fits).fit(begin, end); });
     return fits;
 }
 
