@@ -190,6 +190,17 @@ TEST(Outliers, AreThoseThatSpacingsOfAllPointsName) {
         EXPECT_LT(std::count(expected.begin(), expected.end(), 1), 100);
         EXPECT_EQ(find_outliers(neighbours, 1), expected);
         EXPECT_EQ(find_outliers(neighbours, 4), expected);
+        std::vector<float> spacings;
+        std::vector<std::uint32_t> nearest;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            double sum = 0;
+            for (const NearPoint &near : nearest_of_all(points, i, kSpacingNeighbours)) {
+                sum += std::sqrt(near.squared_distance);
+                nearest.push_back(near.point);
+            }
+            spacings.push_back(static_cast<float>(sum / static_cast<double>(kSpacingNeighbours)));
+        }
+        EXPECT_EQ(find_outliers(spacings, nearest), expected);
     }
 }
 

@@ -34,10 +34,13 @@ std::vector<float> spacings_of(const PointNeighbours &neighbours, std::span<cons
     return spacings;
 }
 
+// Between the points of a sample of `count`.
+std::size_t sample_step(std::size_t count) { return std::max<std::size_t>(1, count / kSpacingSample); }
+
 float median_spacing(const PointNeighbours &neighbours, int threads) {
-    const std::size_t count = neighbours.points().size(), step = std::max<std::size_t>(1, count / kSpacingSample);
+    const std::size_t count = neighbours.points().size();
     std::vector<std::uint32_t> sample;
-    for (std::size_t i = 0; i < count; i += step)
+    for (std::size_t i = 0; i < count; i += sample_step(count))
         sample.push_back(static_cast<std::uint32_t>(i));
     return median_of(spacings_of(neighbours, sample, threads));
 }
@@ -112,6 +115,25 @@ float median_of(std::vector<float> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+Bytes find_outliers(std::span<const float> spacings, std::span<const std::uint32_t> nearest) {
+    const std::size_t count = spacings.size();
+    Bytes outliers(count);
+    if (count <= kSpacingNeighbours)
+        return outliers;
+    std::vector<float> sample;
+    for (std::size_t i = 0; i < count; i += sample_step(count))
+        sample.push_back(spacings[i]);
+    const double least = kOutlierFactor * static_cast<double>(median_of(std::move(sample)));
+    for (std::size_t i = 0; i < count; ++i)
+        if (const auto spacing = static_cast<double>(spacings[i]); spacing > least) {
+            std::vector<float> theirs;
+            for (const std::uint32_t point : nearest.subspan(i * kSpacingNeighbours, kSpacingNeighbours))
+                theirs.push_back(spacings[point]);
+            outliers[i] = spacing > kOutlierFactor * static_cast<double>(median_of(std::move(theirs))) ? 1 : 0;
+        }
+    return outliers;
 }
 
 Bytes find_outliers(const PointNeighbours &neighbours, int threads) {

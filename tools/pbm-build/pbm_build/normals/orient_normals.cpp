@@ -63,9 +63,10 @@ Bytes sure_links(const PointLinks &links, const std::vector<Vote> &votes, int th
         int bits = 0;
         for (std::size_t k = 0; k < kLinks; ++k) {
             const std::size_t to = links.nearest[i * kLinks + k];
-            const auto back = links.nearest.begin() + static_cast<std::ptrdiff_t>(to * kLinks);
-            if (std::abs(votes[i * kLinks + k]) >= kStrong &&
-                (i < to || std::find(back, back + kLinks, i) == back + kLinks))
+            int named = 0; // by the other end
+            for (std::size_t back = to * kLinks; back < (to + 1) * kLinks; ++back)
+                named |= links.nearest[back] == i ? 1 : 0;
+            if (std::abs(votes[i * kLinks + k]) >= kStrong && (i < to || named == 0))
                 bits |= 1 << k;
         }
         sure[i] = static_cast<std::uint8_t>(bits);
