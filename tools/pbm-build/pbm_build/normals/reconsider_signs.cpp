@@ -64,12 +64,12 @@ std::vector<float> margins_of_signs(const PlaneFits &fits, const SignEvidence &e
         const auto update = [&](std::size_t i, std::size_t block) {
             const std::uint32_t *const nearest = &fits.links.nearest[i * kLinks];
             const Vote *const votes = &evidence.votes[i * kLinks];
-            std::array<float, kLinks> known;
-            for (std::size_t k = 0; k < kLinks; ++k)
-                known[k] = margins[nearest[k] - block < kBlock ? nearest[k] : nearest[k] + count];
             float sum = 0;
-            for (std::size_t k = 0; k < kLinks; ++k)
-                sum += static_cast<float>(votes[k]) * known[k];
+            for (std::size_t k = 0; k < kLinks; ++k) {
+                const bool inside = nearest[k] - block < kBlock;
+                const std::size_t before = count & (static_cast<std::size_t>(inside) - 1); // count or 0: no branch
+                sum += static_cast<float>(votes[k]) * margins[nearest[k] + before];
+            }
             margins[i] = means[i].alone + means[i].share * sum;
         };
         // Each point waits for the one before it, so that several blocks take turns.
