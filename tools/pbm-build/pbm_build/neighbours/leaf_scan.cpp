@@ -20,6 +20,32 @@ HWY_INLINE hn::Vec<FloatTag> squared_length(Ints x, Ints y, Ints z) {
     return hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
 }
 
+HWY_INLINE std::uint32_t bits_of(hn::Mask<FloatTag> mask) {
+    alignas(8) std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(FloatTag(), mask, bits);
+    return static_cast<std::uint32_t>(bits[0] | bits[1] << 8);
+}
+
+// Stores the chosen lanes of `lengths` one behind the other, and their points: `first` + `places`. Overwrites
+// whole vectors.
+HWY_INLINE void append([[maybe_unused]] Ints places, Ints lengths, hn::Mask<FloatTag> chosen, std::int32_t first,
+                       std::int32_t *squared, std::int32_t *points) {
+    const IntTag d;
+#if HWY_TARGET == HWY_AVX2 // Compress of Highway 1.0.3 copies a table of 1 KiB to the stack each time
+    alignas(64) Lanes all;
+    hn::Store(lengths, d, all.data());
+    for (std::uint32_t bits = bits_of(chosen); bits != 0; bits &= bits - 1) {
+        const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(bits);
+        *squared++ = all[lane];
+        *points++ = first + static_cast<std::int32_t>(lane);
+    }
+#else
+    const auto which = hn::RebindMask(d, chosen);
+    hn::StoreU(hn::Compress(lengths, which), d, squared);
+    hn::StoreU(hn::Compress(hn::Add(places, hn::Set(d, first)), which), d, points);
+#endif
+}
+
 std::uint32_t boxes_within_lanes(const Boxes &boxes, const Box &box, float limit) {
     const IntTag di;
     const FloatTag d;
@@ -31,16 +57,14 @@ std::uint32_t boxes_within_lanes(const Boxes &boxes, const Box &box, float limit
                                    hn::Sub(hn::Set(di, box.low[a]), hn::Load(di, &boxes.high[axis][i]))),
                            hn::Zero(di));
         };
-        alignas(8) std::uint8_t some[8] = {};
-        hn::StoreMaskBits(d, hn::Le(squared_length(gap(0), gap(1), gap(2)), hn::Set(d, limit)), some);
-        bits |= static_cast<std::uint32_t>(some[0] | some[1] << 8) << i;
+        bits |= bits_of(hn::Le(squared_length(gap(0), gap(1), gap(2)), hn::Set(d, limit))) << i;
     }
     return bits;
 }
 
 // Sorts by counting, for each candidate, those with smaller keys. The lowest bits of a key are the candidate's place,
 // so that no two are equal.
-void sort_candidates(Candidates &candidates, const std::int32_t *squared, const std::uint32_t *points) {
+void sort_candidates(Candidates &candidates, const std::int32_t *squared, const std::int32_t *points) {
     const IntTag d;
     constexpr std::int32_t kPlace = Candidates::kRoom - 1;
     const std::size_t count = candidates.count;
@@ -57,7 +81,7 @@ void sort_candidates(Candidates &candidates, const std::int32_t *squared, const 
         alignas(64) Lanes ranks;
         hn::Store(rank, d, ranks.data());
         for (std::size_t lane = 0; lane < std::min(hn::Lanes(d), count - i); ++lane)
-            candidates.points[static_cast<std::size_t>(ranks[lane])] = points[i + lane];
+            candidates.points[static_cast<std::size_t>(ranks[lane])] = static_cast<std::uint32_t>(points[i + lane]);
     }
 }
 
@@ -66,9 +90,9 @@ std::size_t points_within_lanes(const Leaf *leaves, const LeafList &near, std::s
     const IntTag di;
     const FloatTag d;
     alignas(64) std::array<std::int32_t, Candidates::kRoom + kFan> squared;
-    std::array<std::uint32_t, Candidates::kRoom + kFan> points;
+    std::array<std::int32_t, Candidates::kRoom + kFan> points;
     std::size_t count = 0;
-    const Ints places = hn::Iota(di, 0);
+    const Ints places = hn::Iota(di, 0); // a slow operation
     const auto search = [&](std::uint32_t index) {
         const Leaf &leaf = leaves[index];
         for (std::size_t i = 0; i < kFan; i += hn::Lanes(di)) {
@@ -77,10 +101,8 @@ std::size_t points_within_lanes(const Leaf *leaves, const LeafList &near, std::s
             };
             const auto length = squared_length(step(0), step(1), step(2));
             const auto within = hn::Le(length, hn::Set(d, limit));
-            const auto chosen = hn::RebindMask(di, within);
-            const auto point = hn::Add(places, hn::Set(di, static_cast<std::int32_t>(index * kFan + i)));
-            hn::StoreU(hn::Compress(hn::BitCast(di, length), chosen), di, &squared[count]);
-            hn::StoreU(hn::Compress(point, chosen), di, reinterpret_cast<std::int32_t *>(&points[count]));
+            append(places, hn::BitCast(di, length), within, static_cast<std::int32_t>(index * kFan + i),
+                   &squared[count], &points[count]);
             count += hn::CountTrue(d, within);
         }
     };
