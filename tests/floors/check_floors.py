@@ -59,10 +59,10 @@ HOMES = {
     r"xxh.*\.h": r"format_spec/pbm_format/container/hash(_avx2|_avx512)?\.cpp",
     r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|tools/.*\.cpp|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools|data)/.*",
-    # In the builder only what runs once per sample: vectors elsewhere are the compiler's.
+    # In the builder only what runs once per sample or point: vectors elsewhere are the compiler's.
     r"hwy/.*": (
         r"(system/simd|format_spec/pbm_format|runtime/pbm_(surface|bake|render))/.*\.(cpp|h)"
-        r"|tools/pbm-build/pbm_build/\w+/(noise|short_normal|triangle_columns|triangle_mix)\.cpp"
+        r"|tools/pbm-build/pbm_build/\w+/(noise|short_normal|triangle_columns|triangle_mix|leaf_scan|plane_columns|outside_view)\.cpp"
     ),
     r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh/mesh_reader\.cpp",
     r"CLI/.*": r"command_line/parse\.cpp",

@@ -65,18 +65,43 @@ TEST(PointNeighbours, AreThoseThatComparingAllFinds) {
                 if (in_order)
                     along_the_curve(points);
                 const PointNeighbours neighbours(points);
-                for (const std::size_t most : {1U, 8U, 30U})
+                for (const std::size_t most : {1U, 8U, 30U}) {
+                    NeighbourCursor cursor(neighbours);
                     for (std::size_t i = 0; i < count; i += 1 + count / 40) {
                         std::vector<NearPoint> found(most), in_order_found(most);
-                        found.resize(neighbours.nearest(i, found));
+                        found.resize(cursor.nearest(i, found));
                         const std::vector<NearPoint> expected = nearest_of_all(points, i, most);
                         ASSERT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end(), same))
                             << count << " points in " << edge << ", point " << i;
-                        in_order_found.resize(neighbours.nearest_in_order(i, in_order_found));
+                        in_order_found.resize(cursor.nearest_in_order(i, in_order_found));
                         for (std::size_t k = 0; k < in_order_found.size(); ++k)
                             ASSERT_GE(in_order_found[k].squared_distance, found[k].squared_distance);
                     }
+                }
             }
+}
+
+// More points at one distance than a search holds at once, and more near points than the one before has.
+TEST(PointNeighbours, AreThoseThatComparingAllFindsAroundTheCentreOfASphere) {
+    constexpr std::array<std::array<int, 3>, 4> kTriples{{{0, 0, 15}, {2, 5, 14}, {2, 10, 11}, {0, 9, 12}}};
+    std::vector<LatticePoint> points{{100, 100, 100}, {5000, 0, 0}, {0, 100000, 0}};
+    for (int x = -15; x <= 15; ++x)
+        for (int y = -15; y <= 15; ++y)
+            for (int z = -15; z <= 15; ++z) {
+                std::array<int, 3> sizes{std::abs(x), std::abs(y), std::abs(z)};
+                std::sort(sizes.begin(), sizes.end());
+                if (std::find(kTriples.begin(), kTriples.end(), sizes) != kTriples.end())
+                    points.emplace_back(100 + x, 100 + y, 100 + z);
+            }
+    ASSERT_GT(points.size(), Candidates::kRoom);
+    const PointNeighbours neighbours(points);
+    NeighbourCursor cursor(neighbours);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        std::vector<NearPoint> found(20);
+        found.resize(cursor.nearest(i, found));
+        const std::vector<NearPoint> expected = nearest_of_all(points, i, 20);
+        ASSERT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end(), same)) << i;
+    }
 }
 
 // A bumpy sheet: most voxels have near neighbours; one voxel is far from all others.
@@ -165,6 +190,17 @@ TEST(Outliers, AreThoseThatSpacingsOfAllPointsName) {
         EXPECT_LT(std::count(expected.begin(), expected.end(), 1), 100);
         EXPECT_EQ(find_outliers(neighbours, 1), expected);
         EXPECT_EQ(find_outliers(neighbours, 4), expected);
+        std::vector<float> spacings;
+        std::vector<std::uint32_t> nearest;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            double sum = 0;
+            for (const NearPoint &near : nearest_of_all(points, i, kSpacingNeighbours)) {
+                sum += std::sqrt(near.squared_distance);
+                nearest.push_back(near.point);
+            }
+            spacings.push_back(static_cast<float>(sum / static_cast<double>(kSpacingNeighbours)));
+        }
+        EXPECT_EQ(find_outliers(spacings, nearest), expected);
     }
 }
 

@@ -120,10 +120,12 @@ void NearVoxelCursor::gather(MortonCode node) {
     }
 }
 
-std::size_t NearVoxelCursor::nearest_by_tree(std::size_t voxel, std::span<Neighbour> found) const {
+std::size_t NearVoxelCursor::nearest_by_tree(std::size_t voxel, std::span<Neighbour> found) {
     const PointNeighbours &tree = voxels_.tree();
+    if (!in_tree_)
+        in_tree_.emplace(tree);
     std::array<NearPoint, kMost> near;
-    const std::size_t count = tree.nearest(voxel, std::span(near).first(found.size()));
+    const std::size_t count = in_tree_->nearest(voxel, std::span(near).first(found.size()));
     for (std::size_t i = 0; i < count; ++i)
         found[i] = {near[i].point, static_cast<float>(near[i].squared_distance),
                     tree.points()[near[i].point] - tree.points()[voxel]};

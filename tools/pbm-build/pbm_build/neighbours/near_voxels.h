@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -45,13 +46,14 @@ class NearVoxelCursor {
     std::size_t nearest(std::size_t voxel, std::span<Neighbour> found);
 
   private:
-    std::size_t nearest_by_tree(std::size_t voxel, std::span<Neighbour> found) const;
+    std::size_t nearest_by_tree(std::size_t voxel, std::span<Neighbour> found);
     void gather(MortonCode node);
 
     const NearVoxels &voxels_;
-    MortonCode node_ = ~MortonCode{0}; // at the centre of the grid
-    std::vector<std::uint32_t> grid_;  // [z][y][x] index of the voxel + 1; 0: empty
-    std::vector<std::size_t> filled_;  // places in the grid that are not 0
+    std::optional<NeighbourCursor> in_tree_; // made with the tree
+    MortonCode node_ = ~MortonCode{0};       // at the centre of the grid
+    std::vector<std::uint32_t> grid_;        // [z][y][x] index of the voxel + 1; 0: empty
+    std::vector<std::size_t> filled_;        // places in the grid that are not 0
 };
 
 } // namespace pbm::build

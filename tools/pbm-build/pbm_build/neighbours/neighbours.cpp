@@ -1,13 +1,14 @@
 #include "pbm_build/neighbours/neighbours.h"
 
 #include <algorithm>
-#include <limits>
+#include <bit>
 
 namespace pbm::build {
 namespace {
 
-// Distances are first compared in single precision. The differences are exact, so the relative error is below this.
-constexpr float kRounding = 1 + 1e-6F;
+// Squared distances: of the neighbours of a point, over those of the point before; of the leaves collected, over those
+// that a point needs; of a second attempt, over those of the first.
+constexpr float kSpread = 1.4F, kSpare = 2, kWider = 3;
 
 } // namespace
 
@@ -17,7 +18,7 @@ PointNeighbours::PointNeighbours(std::vector<LatticePoint> points) : points_(std
     leaves_.resize((points_.size() + kFan - 1) / kFan);
     for (std::size_t i = 0; i < leaves_.size() * kFan; ++i)
         for (std::size_t axis = 0; axis < 3; ++axis)
-            leaves_[i / kFan][axis][i % kFan] = points_[std::min(i, points_.size() - 1)][static_cast<int>(axis)];
+            leaves_[i / kFan].at[axis][i % kFan] = points_[std::min(i, points_.size() - 1)][static_cast<int>(axis)];
     // Padding repeats the last box.
     const auto enclose = [&](std::size_t count, const auto &low_of, const auto &high_of) {
         std::vector<Boxes> groups((count + kFan - 1) / kFan);
@@ -30,7 +31,7 @@ PointNeighbours::PointNeighbours(std::vector<LatticePoint> points) : points_(std
         boxes_of_level_.push_back(count);
         return groups;
     };
-    const auto of_leaf = [&](std::size_t i, std::size_t axis) -> const Lanes & { return leaves_[i][axis]; };
+    const auto of_leaf = [&](std::size_t i, std::size_t axis) -> const Lanes & { return leaves_[i].at[axis]; };
     levels_.push_back(enclose(leaves_.size(), of_leaf, of_leaf));
     while (levels_.back().size() > 1) {
         const std::vector<Boxes> &below = levels_.back();
@@ -41,137 +42,124 @@ PointNeighbours::PointNeighbours(std::vector<LatticePoint> points) : points_(std
     }
 }
 
-// One search: the sorted candidates, and the maximum distance of a new one.
-class PointNeighbours::Search {
-  public:
-    Search(const PointNeighbours &tree, std::size_t point, std::span<NearPoint> found)
-        : tree_(tree), point_(point), at_(tree.points_[point]), found_(found) {}
+namespace {
 
-    // Searches the point's own leaf and its two neighbours.
-    void scan_beside() {
-        const std::size_t own = point_ / kFan;
-        first_ = own - std::min<std::size_t>(own, 1);
-        last_ = std::min(own + 1, tree_.leaves_.size() - 1);
-        scan(own);
-        if (first_ < own)
-            scan(first_);
-        if (last_ > own)
-            scan(last_);
-    }
-
-    // Searches all other leaves, the nearest of each group first.
-    void scan_others() {
-        struct Box {
-            float squared;
-            std::uint32_t level; // of the group inside, plus 1; 0: a leaf
-            std::size_t index;
-        };
-        std::array<Box, kFan * 9> stack; // 16^9 is more than there are points
-        std::size_t depth = 0;
-        stack[depth++] = {0, static_cast<std::uint32_t>(tree_.levels_.size()), 0};
-        while (depth > 0) {
-            const Box box = stack[--depth];
-            if (box.squared > limit_)
-                continue;
-            if (box.level == 0) {
-                scan(box.index);
-                continue;
-            }
-            const std::uint32_t level = box.level - 1;
-            const std::array<float, kFan> squared = distances(tree_.levels_[level][box.index]);
-            const std::size_t begin = box.index * kFan, old_depth = depth,
-                              count = std::min(kFan, tree_.boxes_of_level_[level] - begin);
-            for (std::size_t i = 0; i < count; ++i) {
-                const std::size_t child = begin + i;
-                if (squared[i] > limit_ || (level == 0 && child >= first_ && child <= last_))
-                    continue;
-                std::size_t place = depth++;
-                for (; place > old_depth && stack[place - 1].squared < squared[i]; --place)
-                    stack[place] = stack[place - 1];
-                stack[place] = {squared[i], level, child};
-            }
-        }
-    }
-
-    std::size_t count() const { return count_; }
-
-  private:
-    // Squared distances to the boxes of a group.
-    std::array<float, kFan> distances(const Boxes &boxes) const {
-        const auto outside = [](std::int32_t below, std::int32_t above) {
-            return std::max(std::max(static_cast<float>(below), static_cast<float>(above)), 0.0F);
-        };
-        const LatticePoint at = at_;
-        std::array<float, kFan> squared;
-        for (std::size_t i = 0; i < kFan; ++i) {
-            const float x = outside(boxes.low[0][i] - at.x, at.x - boxes.high[0][i]),
-                        y = outside(boxes.low[1][i] - at.y, at.y - boxes.high[1][i]),
-                        z = outside(boxes.low[2][i] - at.z, at.z - boxes.high[2][i]);
-            squared[i] = x * x + y * y + z * z;
-        }
-        return squared;
-    }
-
-    void scan(std::size_t index) {
-        const Leaf &leaf = tree_.leaves_[index];
-        const LatticePoint at = at_;
-        std::array<float, kFan> squared;
-        for (std::size_t i = 0; i < kFan; ++i) {
-            const auto x = static_cast<float>(leaf[0][i] - at.x), y = static_cast<float>(leaf[1][i] - at.y),
-                       z = static_cast<float>(leaf[2][i] - at.z);
-            squared[i] = x * x + y * y + z * z;
-        }
-        const std::size_t count = std::min(kFan, tree_.points_.size() - index * kFan);
-        for (std::size_t i = 0; i < count; ++i)
-            if (squared[i] <= limit_ && index * kFan + i != point_)
-                add(index * kFan + i);
-    }
-
-    // The order of two points at equal distance.
-    bool comes_before(std::size_t a, std::size_t b) const {
-        const LatticePoint &p = tree_.points_[a], &q = tree_.points_[b];
-        return p.z != q.z ? p.z < q.z : p.y != q.y ? p.y < q.y : p.x != q.x ? p.x < q.x : a < b;
-    }
-
-    void add(std::size_t point) {
-        const glm::dvec3 d(tree_.points_[point] - at_);
-        const double squared = (d.x * d.x + d.y * d.y) + d.z * d.z;
-        const bool full = count_ == found_.size();
-        if (full && (count_ == 0 || squared > found_.back().squared_distance ||
-                     (squared == found_.back().squared_distance && !comes_before(point, found_.back().point))))
-            return;
-        std::size_t place = full ? count_ - 1 : count_++;
-        for (; place > 0 && found_[place - 1].squared_distance > squared; --place)
-            found_[place] = found_[place - 1];
-        for (;
-             place > 0 && found_[place - 1].squared_distance == squared && comes_before(point, found_[place - 1].point);
-             --place)
-            found_[place] = found_[place - 1];
-        found_[place] = {static_cast<std::uint32_t>(point), squared};
-        if (count_ == found_.size())
-            limit_ = static_cast<float>(found_.back().squared_distance) * kRounding;
-    }
-
-    const PointNeighbours &tree_;
-    std::size_t point_;
-    LatticePoint at_;
-    std::span<NearPoint> found_;
-    std::size_t count_ = 0;
-    std::size_t first_ = 0, last_ = 0;                     // leaves that scan_beside has searched
-    float limit_ = std::numeric_limits<float>::infinity(); // squared
-};
-
-std::size_t PointNeighbours::nearest(std::size_t point, std::span<NearPoint> found) const {
-    Search search(*this, point, found);
-    search.scan_beside();
-    search.scan_others();
-    return search.count();
+// The order of two points at equal distance.
+bool comes_before(const std::vector<LatticePoint> &points, std::size_t a, std::size_t b) {
+    const LatticePoint &p = points[a], &q = points[b];
+    return p.z != q.z ? p.z < q.z : p.y != q.y ? p.y < q.y : p.x != q.x ? p.x < q.x : a < b;
 }
 
-std::size_t PointNeighbours::nearest_in_order(std::size_t point, std::span<NearPoint> found) const {
-    Search search(*this, point, found);
-    search.scan_beside();
-    return search.count();
+} // namespace
+
+Box PointNeighbours::box_of(std::size_t leaf) const {
+    const Boxes &group = levels_[0][leaf / kFan];
+    const auto corner = [&](const std::array<Lanes, 3> &of) {
+        return LatticePoint(of[0][leaf % kFan], of[1][leaf % kFan], of[2][leaf % kFan]);
+    };
+    return {corner(group.low), corner(group.high)};
+}
+
+void NeighbourCursor::enter(std::size_t leaf) {
+    if (leaf == leaf_)
+        return;
+    leaf_ = leaf;
+    reach_ = -1;
+    beside_.clear();
+    for (std::size_t other = leaf - std::min<std::size_t>(leaf, 1); other < std::min(leaf + 2, tree_.leaves_.size());
+         ++other)
+        beside_.add(static_cast<std::uint32_t>(other), tree_.box_of(other));
+}
+
+void NeighbourCursor::collect(float limit) {
+    const Box own = tree_.box_of(leaf_);
+    struct Group {
+        std::size_t level, index;
+    };
+    std::array<Group, kFan * 9> stack; // 16^9 is more than there are points
+    std::size_t depth = 0;
+    stack[depth++] = {tree_.levels_.size() - 1, 0};
+    near_.clear();
+    while (depth > 0) {
+        const auto [level, index] = stack[--depth];
+        const std::size_t first = index * kFan, count = std::min(kFan, tree_.boxes_of_level_[level] - first);
+        std::uint32_t within = boxes_within(tree_.levels_[level][index], own, limit) & ((1U << count) - 1);
+        for (; within != 0; within &= within - 1) {
+            const std::size_t child = first + static_cast<std::size_t>(std::countr_zero(within));
+            if (level == 0)
+                near_.add(static_cast<std::uint32_t>(child), tree_.box_of(child));
+            else
+                stack[depth++] = {level - 1, child};
+        }
+    }
+    reach_ = limit;
+}
+
+// Fills `found` with the nearest points of some leaves. All of them within `limit` are considered.
+std::size_t NeighbourCursor::scan(const LeafList &leaves, std::size_t point, float limit, std::span<NearPoint> found) {
+    const std::vector<LatticePoint> &points = tree_.points_;
+    const LatticePoint at = points[point];
+    std::size_t count = 0;
+    for (std::size_t next = 0; next < leaves.leaves.size();) {
+        next = points_within(tree_.leaves_.data(), leaves, next, at, limit, candidates_);
+        for (std::size_t c = 0; c < candidates_.count; ++c) {
+            const std::size_t other = candidates_.points[c];
+            if (other == point || other >= points.size())
+                continue;
+            const glm::dvec3 d(points[other] - at);
+            const double squared = (d.x * d.x + d.y * d.y) + d.z * d.z;
+            if (count == found.size()) {
+                const double last = found.back().squared_distance;
+                if (squared > last * Candidates::kOrder)
+                    break; // and so are all further ones
+                if (squared > last || (squared == last && !comes_before(points, other, found.back().point)))
+                    continue;
+                --count;
+            }
+            std::size_t place = count++;
+            for (; place > 0; --place) {
+                const NearPoint &before = found[place - 1];
+                if (before.squared_distance < squared ||
+                    (before.squared_distance == squared && comes_before(points, before.point, other)))
+                    break;
+                found[place] = before;
+            }
+            found[place] = {static_cast<std::uint32_t>(other), squared};
+        }
+        if (count == found.size())
+            limit = std::min(limit, static_cast<float>(found.back().squared_distance) * kRounding);
+    }
+    return count;
+}
+
+std::size_t NeighbourCursor::nearest_in_order(std::size_t point, std::span<NearPoint> found) {
+    enter(point / kFan);
+    return scan(beside_, point, kUnlimited, found);
+}
+
+std::size_t NeighbourCursor::nearest(std::size_t point, std::span<NearPoint> found) {
+    enter(point / kFan);
+    const auto distance_of_last = [&] { return static_cast<float>(found.back().squared_distance) * kRounding; };
+    float limit = predicted_, beside = kUnlimited;
+    std::size_t count = 0;
+    for (bool first = true;; first = false) {
+        if (first ? !(limit < kUnlimited) : count < found.size()) { // no prediction, or one too small
+            if (!(beside < kUnlimited) && nearest_in_order(point, found) == found.size())
+                beside = distance_of_last();
+            limit = first ? beside : std::min(std::max(1.0F, kWider * limit), beside);
+        }
+        if (limit > reach_)
+            collect(limit * kSpare);
+        count = scan(near_, point, limit, found);
+        if (count == found.size() && distance_of_last() <= limit)
+            break;
+        if (!(limit < kUnlimited))
+            break;
+        if (count == found.size())
+            limit = distance_of_last();
+    }
+    predicted_ = count == found.size() ? distance_of_last() * kSpread : kUnlimited;
+    return count;
 }
 
 std::vector<LatticePoint> centres_of(std::span<const MortonCode> codes) {

@@ -3,10 +3,10 @@
 // consecutive points of the Morton curve: a tree built in one pass)
 #pragma once
 
-#include "pbm_build/grid/lattice.h"
+#include "pbm_build/neighbours/leaf_scan.h"
 #include "pbm_format/model/octree.h"
 
-#include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -22,30 +22,49 @@ class PointNeighbours {
     // At most 2^32 - 1 points, coordinates 0..2^30 - 1; positions may repeat. Fast if sorted along the Morton curve.
     explicit PointNeighbours(std::vector<LatticePoint> points);
 
-    // Fills `found` with the points nearest to `point`, itself excluded, and returns their number (below found.size()
-    // only in a small cloud). Equal distances are sorted by z, y, x, so that translating the cloud changes nothing,
-    // equal positions by index. Safe to call from several threads.
-    std::size_t nearest(std::size_t point, std::span<NearPoint> found) const;
-
-    // Searches only a few dozen points before and after `point` in their order: much faster, and the k-th distance is
-    // never below that of `nearest`.
-    std::size_t nearest_in_order(std::size_t point, std::span<NearPoint> found) const;
-
     const std::vector<LatticePoint> &points() const { return points_; }
 
   private:
-    class Search;
-    static constexpr std::size_t kFan = 16;       // points of a leaf, boxes of a group
-    using Lanes = std::array<std::int32_t, kFan>; // one coordinate of each, for vectorised loops
-    using Leaf = std::array<Lanes, 3>;            // [axis], padded with the last point
-    struct Boxes {
-        std::array<Lanes, 3> low, high; // [axis]
-    };
+    friend class NeighbourCursor;
+    Box box_of(std::size_t leaf) const;
 
     std::vector<LatticePoint> points_;
     std::vector<Leaf> leaves_;               // of kFan points each, in their order
     std::vector<std::vector<Boxes>> levels_; // [0] groups of boxes of leaves, [L] of groups of [L - 1]; the last is one
     std::vector<std::size_t> boxes_of_level_; // [L] without the padding
+};
+
+// Searches for one thread; fastest in ascending order of points, with the same number of neighbours each time. The
+// leaves near a leaf are collected once for all of its points, and the distance of one point's neighbours predicts that
+// of the next.
+class NeighbourCursor {
+  public:
+    explicit NeighbourCursor(const PointNeighbours &tree) : tree_(tree) {}
+
+    // Fills `found` with the points nearest to `point`, itself excluded, and returns their number (below found.size()
+    // only in a small cloud). Equal distances are sorted by z, y, x, so that translating the cloud changes nothing,
+    // equal positions by index. `found` is not empty.
+    std::size_t nearest(std::size_t point, std::span<NearPoint> found);
+
+    // Searches only a few dozen points before and after `point` in their order: much faster, and the k-th distance is
+    // never below that of `nearest`.
+    std::size_t nearest_in_order(std::size_t point, std::span<NearPoint> found);
+
+  private:
+    void enter(std::size_t leaf);
+    void collect(float limit);
+    std::size_t scan(const LeafList &leaves, std::size_t point, float limit, std::span<NearPoint> found);
+
+    static constexpr std::size_t kNoLeaf = std::numeric_limits<std::size_t>::max();
+    static constexpr float kUnlimited = std::numeric_limits<float>::infinity();
+
+    const PointNeighbours &tree_;
+    std::size_t leaf_ = kNoLeaf; // of the last query
+    LeafList near_;              // leaves within the squared distance reach_ of it
+    LeafList beside_;            // itself, the one before and the one behind
+    float reach_ = -1;
+    float predicted_ = kUnlimited; // squared distance that probably holds all neighbours of the next point
+    Candidates candidates_;
 };
 
 // Centres of voxels, at most 2^32 - 1, as points on the grid of voxels.

@@ -23,18 +23,24 @@ float mean_distance(const Nearest &nearest) {
 // The spacing of each of `points`.
 std::vector<float> spacings_of(const PointNeighbours &neighbours, std::span<const std::uint32_t> points, int threads) {
     std::vector<float> spacings(points.size());
-    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
+    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+        NeighbourCursor cursor(neighbours);
         Nearest nearest;
-        neighbours.nearest(points[i], nearest);
-        spacings[i] = mean_distance(nearest);
+        for (std::size_t i = begin; i < end; ++i) {
+            cursor.nearest(points[i], nearest);
+            spacings[i] = mean_distance(nearest);
+        }
     });
     return spacings;
 }
 
+// Between the points of a sample of `count`.
+std::size_t sample_step(std::size_t count) { return std::max<std::size_t>(1, count / kSpacingSample); }
+
 float median_spacing(const PointNeighbours &neighbours, int threads) {
-    const std::size_t count = neighbours.points().size(), step = std::max<std::size_t>(1, count / kSpacingSample);
+    const std::size_t count = neighbours.points().size();
     std::vector<std::uint32_t> sample;
-    for (std::size_t i = 0; i < count; i += step)
+    for (std::size_t i = 0; i < count; i += sample_step(count))
         sample.push_back(static_cast<std::uint32_t>(i));
     return median_of(spacings_of(neighbours, sample, threads));
 }
@@ -54,13 +60,16 @@ std::vector<std::uint32_t> suspects(const PointNeighbours &neighbours, double le
         return sum <= most;
     };
     Bytes suspected(points.size());
-    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
-        if (near_those_from(i - std::min(i, kSpacingNeighbours / 2), i) ||
-            near_those_from(i - std::min(i, kSpacingNeighbours), i) || near_those_from(i, i))
-            return;
+    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+        NeighbourCursor cursor(neighbours);
         Nearest nearest;
-        const bool few = neighbours.nearest_in_order(i, nearest) < nearest.size();
-        suspected[i] = few || static_cast<double>(mean_distance(nearest)) > least ? 1 : 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            if (near_those_from(i - std::min(i, kSpacingNeighbours / 2), i) ||
+                near_those_from(i - std::min(i, kSpacingNeighbours), i) || near_those_from(i, i))
+                continue;
+            const bool few = cursor.nearest_in_order(i, nearest) < nearest.size();
+            suspected[i] = few || static_cast<double>(mean_distance(nearest)) > least ? 1 : 0;
+        }
     });
     std::vector<std::uint32_t> suspects;
     for (std::size_t i = 0; i < points.size(); ++i)
@@ -73,11 +82,14 @@ std::vector<std::uint32_t> suspects(const PointNeighbours &neighbours, double le
 std::vector<float> median_spacings_around(const PointNeighbours &neighbours, std::span<const std::uint32_t> points,
                                           int threads) {
     std::vector<std::array<std::uint32_t, kSpacingNeighbours>> around(points.size());
-    parallel_for(points.size(), kBlock, threads, [&](std::size_t i) {
+    parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+        NeighbourCursor cursor(neighbours);
         Nearest nearest;
-        neighbours.nearest(points[i], nearest);
-        for (std::size_t k = 0; k < nearest.size(); ++k)
-            around[i][k] = nearest[k].point;
+        for (std::size_t i = begin; i < end; ++i) {
+            cursor.nearest(points[i], nearest);
+            for (std::size_t k = 0; k < nearest.size(); ++k)
+                around[i][k] = nearest[k].point;
+        }
     });
     std::vector<std::uint32_t> each; // of all of them once: outliers come in clusters
     for (const auto &some : around)
@@ -103,6 +115,25 @@ float median_of(std::vector<float> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+Bytes find_outliers(std::span<const float> spacings, std::span<const std::uint32_t> nearest) {
+    const std::size_t count = spacings.size();
+    Bytes outliers(count);
+    if (count <= kSpacingNeighbours)
+        return outliers;
+    std::vector<float> sample;
+    for (std::size_t i = 0; i < count; i += sample_step(count))
+        sample.push_back(spacings[i]);
+    const double least = kOutlierFactor * static_cast<double>(median_of(std::move(sample)));
+    for (std::size_t i = 0; i < count; ++i)
+        if (const auto spacing = static_cast<double>(spacings[i]); spacing > least) {
+            std::vector<float> theirs;
+            for (const std::uint32_t point : nearest.subspan(i * kSpacingNeighbours, kSpacingNeighbours))
+                theirs.push_back(spacings[point]);
+            outliers[i] = spacing > kOutlierFactor * static_cast<double>(median_of(std::move(theirs))) ? 1 : 0;
+        }
+    return outliers;
 }
 
 Bytes find_outliers(const PointNeighbours &neighbours, int threads) {

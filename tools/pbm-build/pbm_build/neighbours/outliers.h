@@ -21,6 +21,9 @@ inline constexpr std::size_t kSpacingSample = 4096;
 // these distances bound the spacing from above.
 Bytes find_outliers(const PointNeighbours &neighbours, int threads);
 
+// The same for points whose spacings and `nearest` [points][kSpacingNeighbours] are known.
+Bytes find_outliers(std::span<const float> spacings, std::span<const std::uint32_t> nearest);
+
 // The upper median; `values` is not empty.
 float median_of(std::vector<float> values);
 

@@ -13,6 +13,8 @@
 namespace pbm::build {
 namespace {
 
+static_assert(kLinks == kSpacingNeighbours, "outliers are found by links");
+
 std::span<const glm::dvec3> places_of(const Surface &surface) {
     return std::span(surface.positions).subspan(surface.first_point());
 }
@@ -116,17 +118,20 @@ VertexNormals estimate_normals(Surface &surface, const PointRequest &request, in
     const PointNeighbours neighbours(std::move(points.at));
     const std::size_t places = neighbours.points().size(), first = surface.first_point();
 
-    report_repeated_points(points, statistics);
-    if (!request.remove_outliers)
-        report_outliers(surface, points, find_outliers(neighbours, threads), false, statistics);
     VertexNormals result = vertex_normals(surface, threads);
     const std::span<ShortNormal> normals = std::span(result.normals).subspan(first);
     const auto missing = static_cast<std::uint64_t>(std::count_if(normals.begin(), normals.end(), is_zero));
+    PlaneFits fits = missing > 0 ? fit_planes(neighbours, threads) : PlaneFits{};
+    report_repeated_points(points, statistics);
+    if (!request.remove_outliers)
+        report_outliers(surface, points,
+                        missing > 0 ? find_outliers(fits.links.spacing, fits.links.nearest)
+                                    : find_outliers(neighbours, threads),
+                        false, statistics);
     if (missing == 0) {
         report_unused(request, true, statistics);
         return result;
     }
-    PlaneFits fits = fit_planes(neighbours, threads);
     Bytes is_given;
     const std::uint64_t given = normals.size() - missing;
     if (given > 0) {

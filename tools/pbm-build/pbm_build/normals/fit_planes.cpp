@@ -2,169 +2,120 @@
 
 #include "system/threads/parallel.h"
 
-#include <glm/vec2.hpp>
-
 #include <algorithm>
+#include <numeric>
 
 namespace pbm::build {
 namespace {
 
 constexpr std::size_t kBlock = 1024;
 constexpr std::array<std::size_t, 3> kScales{kMinNeighbours, 18, kMaxNeighbours};
-constexpr double kSmooth = 0.03;       // roughness up to which the smallest scale will do
-constexpr double kFarthestLoss = 0.75; // of its weight
-constexpr double kWideGap = 0.75;      // squared cosine of 150 degrees
-constexpr double kLine = 1e-4;         // of the largest moment: below, the middle one is that of a line
+constexpr double kSmooth = 0.03; // roughness up to which the smallest scale will do
 
-using Matrix = std::array<std::array<double, 3>, 3>;
+using Planes = PlaneColumns::Planes;
 
-// Eigenvectors of a symmetric matrix as columns of `vectors`, eigenvalues on the diagonal of `m`.
-// Based on: Golub, Van Loan. Matrix Computations. Section 8.5, cyclic Jacobi rotations
-void diagonalise(Matrix &m, Matrix &vectors) {
-    vectors = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    constexpr int kMaxSweeps = 12; // convergence is quadratic: 4 or 5 do
-    for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
-        const double off = std::fabs(m[0][1]) + std::fabs(m[0][2]) + std::fabs(m[1][2]);
-        if (off <= 1e-14 * (m[0][0] + m[1][1] + m[2][2]))
-            return;
-        for (const auto &[p, q, r] : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 1}, {1, 2, 0}}) {
-            if (m[p][q] == 0)
-                continue;
-            const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
-            const double t = (theta < 0 ? -1 : 1) / (std::fabs(theta) + std::sqrt(theta * theta + 1));
-            const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-            const double pq = m[p][q], pr = m[p][r], qr = m[q][r];
-            m[p][p] -= t * pq;
-            m[q][q] += t * pq;
-            m[p][q] = m[q][p] = 0;
-            m[p][r] = m[r][p] = c * pr - s * qr;
-            m[q][r] = m[r][q] = s * pr + c * qr;
-            for (auto &row : vectors) {
-                const double vp = row[p], vq = row[q];
-                row[p] = c * vp - s * vq;
-                row[q] = s * vp + c * vq;
-            }
+// Fits planes to the points of one block.
+class BlockFitter {
+  public:
+    BlockFitter(const PointNeighbours &neighbours, PlaneFits &fits)
+        : points_(neighbours.points()), fits_(fits), few_(neighbours), many_(neighbours) {}
+
+    // All scales at once where most points need them, else those of the points that are not smooth behind all others.
+    void fit(std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t> all(end - begin), rough;
+        std::iota(all.begin(), all.end(), static_cast<std::uint32_t>(begin));
+        for_rows(all, [&](Rows rows) {
+            const bool all_scales = 2 * rough_rows_ > PlaneColumns::kRows;
+            fit_rows(rows, all_scales ? kScales.size() : 1);
+            for (std::size_t row = 0; row < rows.size() && !all_scales; ++row)
+                if (is_rough_[row])
+                    rough.push_back(rows[row]);
+        });
+        for_rows(rough, [&](Rows rows) { fit_rows(rows, kScales.size()); });
+    }
+
+  private:
+    using Rows = std::span<const std::uint32_t>; // the point of each row
+
+    template <class Work> static void for_rows(Rows points, const Work &work) {
+        for (std::size_t first = 0; first < points.size(); first += PlaneColumns::kRows)
+            work(points.subspan(first, std::min(PlaneColumns::kRows, points.size() - first)));
+    }
+
+    // Fits planes at the smallest `scales` of kScales, only at the smallest one to points that are smooth there.
+    void fit_rows(Rows rows, std::size_t scales) {
+        const std::size_t near = find_neighbours(rows, scales == 1 ? few_ : many_, kScales[scales - 1]);
+        columns_.fit(std::clamp<std::size_t>(near, 1, kScales[0]), best_);
+        rough_rows_ = 0;
+        for (std::size_t row = 0; row < rows.size(); ++row) {
+            is_rough_[row] = best_.roughness[row] > kSmooth;
+            rough_rows_ += is_rough_[row] ? 1 : 0;
+        }
+        for (std::size_t scale = 1; scale < scales; ++scale)
+            improve(rows.size(), std::clamp<std::size_t>(near, 1, kScales[scale]));
+        columns_.find_borders(std::min(near, kMinNeighbours), best_, at_border_);
+        columns_.measure(std::min(near, kLinks), spacing_);
+        for (std::size_t row = 0; row < rows.size(); ++row) {
+            const std::uint32_t point = rows[row];
+            fits_.links.spacing[point] = spacing_[row];
+            fits_.normals[point] =
+                to_short_normal({best_.normals[0][row], best_.normals[1][row], best_.normals[2][row]});
+            fits_.at_border[point] = at_border_[row];
         }
     }
-}
 
-struct Plane {
-    glm::dvec3 normal{0}; // zero where the points lie on a line
-    glm::dvec3 along{0};  // in the plane; zero with the normal
-    double roughness = 1; // least moment to middle one, 0..1
+    // Fills a row for each point, and keeps its links. Returns the number of neighbours, at most `most`.
+    std::size_t find_neighbours(Rows rows, NeighbourCursor &cursor, std::size_t most) {
+        std::array<NearPoint, kMaxNeighbours> room;
+        std::size_t near = 0;
+        for (std::size_t row = 0; row < rows.size(); ++row) {
+            const std::uint32_t point = rows[row];
+            const auto found = std::span(room).first(cursor.nearest(point, std::span(room).first(most)));
+            near = found.size();
+            for (std::size_t k = 0; k < near; ++k) {
+                const LatticePoint offset = points_[found[k].point] - points_[point];
+                for (const int axis : {0, 1, 2})
+                    columns_.offsets[k][static_cast<std::size_t>(axis)][row] = offset[axis];
+            }
+            for (std::size_t k = 0; k < kLinks; ++k)
+                fits_.links.nearest[point * kLinks + k] = k < near ? found[k].point : point;
+        }
+        return near;
+    }
+
+    // Replaces the planes of rough points by those through `count` neighbours where these are smoother.
+    void improve(std::size_t rows, std::size_t count) {
+        columns_.fit(count, planes_);
+        for (std::size_t row = 0; row < rows; ++row)
+            if (is_rough_[row] && planes_.roughness[row] < best_.roughness[row]) {
+                best_.roughness[row] = planes_.roughness[row];
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    best_.normals[axis][row] = planes_.normals[axis][row];
+                    best_.along[axis][row] = planes_.along[axis][row];
+                }
+            }
+    }
+
+    const std::vector<LatticePoint> &points_;
+    PlaneFits &fits_;
+    NeighbourCursor few_, many_; // neighbours: for the smallest scale, for all
+    PlaneColumns columns_;
+    Planes best_{}, planes_{};
+    PlaneColumns::Column<bool> is_rough_{};
+    std::size_t rough_rows_ = 0; // of the rows before
+    PlaneColumns::Column<std::uint8_t> at_border_{};
+    PlaneColumns::Column<float> spacing_{};
 };
-
-// The plane through a point and others at `offsets` from it.
-Plane fit_plane(std::span<const glm::dvec3> offsets, std::span<const double> weights) {
-    double weight = 1; // of the point itself, at offset 0
-    glm::dvec3 mean(0);
-    for (std::size_t i = 0; i < offsets.size(); ++i) {
-        weight += weights[i];
-        mean += weights[i] * offsets[i];
-    }
-    mean /= weight;
-    Matrix m{};
-    const auto add = [&](const glm::dvec3 &d, double w) {
-        m[0][0] += w * d.x * d.x;
-        m[0][1] += w * d.x * d.y;
-        m[0][2] += w * d.x * d.z;
-        m[1][1] += w * d.y * d.y;
-        m[1][2] += w * d.y * d.z;
-        m[2][2] += w * d.z * d.z;
-    };
-    add(mean, 1);
-    for (std::size_t i = 0; i < offsets.size(); ++i)
-        add(offsets[i] - mean, weights[i]);
-    m[1][0] = m[0][1];
-    m[2][0] = m[0][2];
-    m[2][1] = m[1][2];
-    Matrix vectors;
-    diagonalise(m, vectors);
-    std::size_t least = 0, most = 0;
-    for (std::size_t k = 1; k < 3; ++k) {
-        least = m[k][k] < m[least][least] ? k : least;
-        most = m[k][k] >= m[most][most] ? k : most;
-    }
-    const std::size_t middle = least == most ? most : 3 - least - most;
-    if (!(m[middle][middle] > kLine * m[most][most]))
-        return {};
-    return {{vectors[0][least], vectors[1][least], vectors[2][least]},
-            {vectors[0][most], vectors[1][most], vectors[2][most]},
-            std::max(0.0, m[least][least]) / m[middle][middle]};
-}
-
-Plane plane_at(const std::vector<LatticePoint> &points, std::size_t point, std::span<const NearPoint> found) {
-    const double farthest = found.empty() ? 0 : found.back().squared_distance;
-    if (!(farthest > 0))
-        return {};
-    const double scale = 1 / std::sqrt(farthest);
-    std::array<glm::dvec3, kMaxNeighbours> offsets;
-    std::array<double, kMaxNeighbours> weights{};
-    for (std::size_t k = 0; k < found.size(); ++k) {
-        offsets[k] = glm::dvec3(points[found[k].point] - points[point]) * scale;
-        weights[k] = 1 - kFarthestLoss * (found[k].squared_distance / farthest);
-    }
-    return fit_plane(std::span(offsets).first(found.size()), std::span(weights).first(found.size()));
-}
-
-// Whether the directions of the nearest few leave a gap of 150 degrees: some direction then has no other one within 150
-// degrees to its left.
-bool is_at_border(const std::vector<LatticePoint> &points, std::size_t point, std::span<const NearPoint> near,
-                  const Plane &plane) {
-    const glm::dvec3 &n = plane.normal, &u = plane.along;
-    const glm::dvec3 v(n.y * u.z - n.z * u.y, n.z * u.x - n.x * u.z, n.x * u.y - n.y * u.x);
-    std::array<glm::dvec2, kMinNeighbours> at;
-    const std::size_t count = std::min(near.size(), at.size());
-    for (std::size_t k = 0; k < count; ++k) {
-        const glm::dvec3 e = glm::dvec3(points[near[k].point] - points[point]);
-        at[k] = {(e.x * u.x + e.y * u.y) + e.z * u.z, (e.x * v.x + e.y * v.y) + e.z * v.z};
-    }
-    const auto follows = [](const glm::dvec2 &a, const glm::dvec2 &b) { // within 150 degrees to the left
-        const double inner = a.x * b.x + a.y * b.y;
-        return a.x * b.y - a.y * b.x > 0 &&
-               (inner >= 0 || inner * inner < kWideGap * (a.x * a.x + a.y * a.y) * (b.x * b.x + b.y * b.y));
-    };
-    const auto directions = std::span(at).first(count);
-    return std::any_of(directions.begin(), directions.end(), [&](const glm::dvec2 &a) {
-        return std::none_of(directions.begin(), directions.end(), [&](const glm::dvec2 &b) { return follows(a, b); });
-    });
-}
-
-void keep_links(PointLinks &links, std::size_t point, std::span<const NearPoint> found) {
-    const std::size_t count = std::min(kLinks, found.size());
-    double sum = 0;
-    for (std::size_t k = 0; k < kLinks; ++k) {
-        links.nearest[point * kLinks + k] = k < count ? found[k].point : static_cast<std::uint32_t>(point);
-        sum += k < count ? std::sqrt(found[k].squared_distance) : 0;
-    }
-    links.spacing[point] = count > 0 ? static_cast<float>(sum / static_cast<double>(count)) : 0;
-}
 
 } // namespace
 
 PlaneFits fit_planes(const PointNeighbours &neighbours, int threads) {
-    const std::vector<LatticePoint> &points = neighbours.points();
-    const std::size_t count = points.size();
+    const std::size_t count = neighbours.points().size();
     PlaneFits fits{{std::vector<std::uint32_t>(count * kLinks), std::vector<float>(count)},
                    std::vector<ShortNormal>(count),
                    Bytes(count)};
-    parallel_for(count, kBlock, threads, [&](std::size_t i) {
-        std::array<NearPoint, kMaxNeighbours> found;
-        const std::size_t few = neighbours.nearest(i, std::span(found).first(kScales.front()));
-        auto near = std::span(found).first(few);
-        keep_links(fits.links, i, near);
-        Plane best = plane_at(points, i, near);
-        if (best.roughness > kSmooth) {
-            near = std::span(found).first(neighbours.nearest(i, found));
-            for (std::size_t scale = 1; scale < kScales.size(); ++scale) {
-                const Plane plane = plane_at(points, i, near.first(std::min(near.size(), kScales[scale])));
-                if (plane.roughness < best.roughness)
-                    best = plane;
-            }
-        }
-        fits.normals[i] = to_short_normal(best.normal);
-        fits.at_border[i] = is_at_border(points, i, near.first(few), best) ? 1 : 0;
-    });
+    parallel_blocks(count, kBlock, threads,
+                    [&](std::size_t begin, std::size_t end) { BlockFitter(neighbours, fits).fit(begin, end); });
     return fits;
 }
 

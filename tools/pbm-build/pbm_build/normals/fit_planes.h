@@ -3,13 +3,10 @@
 #pragma once
 
 #include "pbm_build/neighbours/neighbours.h"
-#include "pbm_build/surface/short_normal.h"
+#include "pbm_build/normals/plane_columns.h"
 #include "system/bytes.h"
 
 namespace pbm::build {
-
-inline constexpr std::size_t kMinNeighbours = 10, kMaxNeighbours = 30; // that a plane is fitted to
-inline constexpr std::size_t kLinks = 8;                               // nearest neighbours that are kept
 
 struct PointLinks {
     std::vector<std::uint32_t> nearest; // [points][kLinks] nearest first; the point itself where there are fewer

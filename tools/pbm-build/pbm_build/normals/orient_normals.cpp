@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <numeric>
 
 namespace pbm::build {
@@ -55,27 +56,44 @@ std::vector<Vote> votes_of_links(const std::vector<LatticePoint> &points, const 
     return votes;
 }
 
+// [points] bit k: link k is of high confidence, and the first of two if both ends name each other.
+Bytes sure_links(const PointLinks &links, const std::vector<Vote> &votes, int threads) {
+    Bytes sure(links.spacing.size());
+    parallel_for(sure.size(), kBlock, threads, [&](std::size_t i) {
+        int bits = 0;
+        for (std::size_t k = 0; k < kLinks; ++k) {
+            const std::size_t to = links.nearest[i * kLinks + k];
+            int named = 0; // by the other end
+            for (std::size_t back = to * kLinks; back < (to + 1) * kLinks; ++back)
+                named |= links.nearest[back] == i ? 1 : 0;
+            if (std::abs(votes[i * kLinks + k]) >= kStrong && (i < to || named == 0))
+                bits |= 1 << k;
+        }
+        sure[i] = static_cast<std::uint8_t>(bits);
+    });
+    return sure;
+}
+
 // Joins the links of high confidence to a spanning forest: Kruskal's algorithm, highest |vote| first, ties by index.
-void join_along_sure_links(const PointLinks &links, const std::vector<Vote> &votes, ParitySets &sets) {
-    const auto is_taken = [&](std::size_t link) { // one of two links if both ends name each other
-        if (std::abs(votes[link]) < kStrong)
-            return false;
-        const std::size_t from = link / kLinks, to = links.nearest[link];
-        const auto back = links.nearest.begin() + static_cast<std::ptrdiff_t>(to * kLinks);
-        return from < to || std::find(back, back + kLinks, from) == back + kLinks;
+void join_along_sure_links(const PointLinks &links, const std::vector<Vote> &votes, int threads, ParitySets &sets) {
+    const Bytes sure = sure_links(links, votes, threads);
+    const auto for_sure_links = [&](const auto &work) { // (from, link, rank)
+        for (std::size_t i = 0; i < sure.size(); ++i)
+            for (unsigned bits = sure[i]; bits != 0; bits &= bits - 1) {
+                const std::size_t link = i * kLinks + static_cast<std::size_t>(std::countr_zero(bits));
+                work(i, link, static_cast<std::size_t>(kSure - std::abs(votes[link])));
+            }
     };
-    const auto rank = [&](std::size_t link) { return static_cast<std::size_t>(kSure - std::abs(votes[link])); };
     std::array<std::size_t, kSure - kStrong + 2> place{}; // of the links of a rank; counted one behind
-    for (std::size_t link = 0; link < votes.size(); ++link)
-        if (is_taken(link))
-            ++place[rank(link) + 1];
+    for_sure_links([&](std::size_t, std::size_t, std::size_t rank) { ++place[rank + 1]; });
     std::partial_sum(place.begin(), place.end(), place.begin());
-    std::vector<std::uint64_t> order(place.back());
-    for (std::size_t link = 0; link < votes.size(); ++link)
-        if (is_taken(link))
-            order[place[rank(link)]++] = link;
+    std::vector<std::uint64_t> order(place.back()); // from << 32 | to << 1 | opposite: at most 2^31 points
+    for_sure_links([&](std::size_t from, std::size_t link, std::size_t rank) {
+        order[place[rank]++] =
+            std::uint64_t{from} << 32 | std::uint64_t{links.nearest[link]} << 1 | (votes[link] < 0 ? 1 : 0);
+    });
     for (const std::uint64_t link : order)
-        sets.join(static_cast<std::uint32_t>(link / kLinks), links.nearest[link], votes[link] < 0);
+        sets.join(static_cast<std::uint32_t>(link >> 32), static_cast<std::uint32_t>(link) >> 1, (link & 1) != 0);
 }
 
 // Connected points with consistent normals, and their visibility from outside. The root of a patch is its lowest point.
@@ -265,7 +283,7 @@ Orientation orient_normals(const std::vector<LatticePoint> &points, PlaneFits &f
             patches.sets.join(static_cast<std::uint32_t>(first_given), static_cast<std::uint32_t>(i), false);
         }
     std::vector<Vote> votes = votes_of_links(points, fits, threads);
-    join_along_sure_links(fits.links, votes, patches.sets);
+    join_along_sure_links(fits.links, votes, threads, patches.sets);
     OutsideView view;
     if (is_given.empty())
         view = look_from_outside(points, fits, patches, threads);

@@ -3,10 +3,12 @@
 #include "pbm_build/normals/parity_sets.h"
 #include "system/threads/parallel.h"
 
+#include <algorithm>
+
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kBlock = 4096;
+constexpr std::size_t kBlock = 4096, kTogether = 4;
 constexpr int kSweeps = 20;           // a low margin spreads over about as many points
 constexpr double kViewWeight = 0.06;  // weight of a view; a link of full confidence has 1
 constexpr float kBorderWeight = 1.1F; // weight of the margin 0 at a border
@@ -57,22 +59,28 @@ std::vector<Mean> means_of(const PlaneFits &fits, const SignEvidence &evidence) 
 std::vector<float> margins_of_signs(const PlaneFits &fits, const SignEvidence &evidence, int threads) {
     const std::vector<Mean> means = means_of(fits, evidence);
     const std::size_t count = means.size();
-    std::vector<float> margins(count, 1.0F), next(count);
+    std::vector<float> margins(2 * count, 1.0F); // now, and behind them those of the sweep before
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
-        parallel_blocks(count, kBlock, threads, [&](std::size_t first, std::size_t end) {
-            for (std::size_t i = first; i < end; ++i) {
-                float sum = 0;
-                for (std::size_t link = i * kLinks; link < (i + 1) * kLinks; ++link) {
-                    const std::size_t j = fits.links.nearest[link];
-                    const std::vector<float> &known =
-                        j - first < i - first ? next : margins; // within the block: updated
-                    sum += static_cast<float>(evidence.votes[link]) * known[j];
-                }
-                next[i] = means[i].alone + means[i].share * sum;
+        const auto update = [&](std::size_t i, std::size_t block) {
+            const std::uint32_t *const nearest = &fits.links.nearest[i * kLinks];
+            const Vote *const votes = &evidence.votes[i * kLinks];
+            float sum = 0;
+            for (std::size_t k = 0; k < kLinks; ++k) {
+                const bool inside = nearest[k] - block < kBlock;
+                const std::size_t before = count & (static_cast<std::size_t>(inside) - 1); // count or 0: no branch
+                sum += static_cast<float>(votes[k]) * margins[nearest[k] + before];
             }
+            margins[i] = means[i].alone + means[i].share * sum;
+        };
+        // Each point waits for the one before it, so that several blocks take turns.
+        parallel_blocks(count, kTogether * kBlock, threads, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = 0; i < kBlock; ++i)
+                for (std::size_t block = begin; block + i < end; block += kBlock)
+                    update(block + i, block);
         });
-        std::swap(margins, next);
+        std::copy_n(margins.begin(), count, margins.begin() + static_cast<std::ptrdiff_t>(count));
     }
+    margins.resize(count);
     return margins;
 }
 

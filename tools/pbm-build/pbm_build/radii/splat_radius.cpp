@@ -185,7 +185,7 @@ void fill_normals(Voxels &voxels, int threads) {
     std::vector<std::uint16_t> filled(missing.size());
     parallel_for(missing.size(), threads, [&](std::size_t m) {
         std::array<NearPoint, kNormalVotes> found;
-        const std::size_t near = neighbours.nearest(missing[m], found);
+        const std::size_t near = NeighbourCursor(neighbours).nearest(missing[m], found);
         std::array<std::int64_t, 3> sum{};
         for (std::size_t k = 0; k < near; ++k)
             if (const std::uint16_t normal = normals[found[k].point]; normal != kNoNormal)
