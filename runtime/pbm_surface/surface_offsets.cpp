@@ -69,8 +69,9 @@ struct NormalKinds {
     std::array<NormalKind, kCount> kinds;
     std::array<std::uint32_t, kCount> near, opposite; // repeated in each byte
     std::array<std::uint8_t, kCount> far;
-    std::array<std::uint8_t, kCount> longest; // the signed axis nearest to the normal
-    std::array<std::int16_t, kCount> behind;  // one voxel against that axis, in a padded brick
+    // What makes a point redundant: from the highest bit, 16 bits of the step in a padded brick from a voxel to the one
+    // behind it, along the signed axis nearest to the normal; a byte of `opposite`; a byte of that axis.
+    std::array<std::int32_t, kCount> behind;
 };
 
 inline NormalKind kind_of(const UnitVector &normal) {
@@ -109,9 +110,9 @@ inline const NormalKinds &normal_kinds() {
             all.far[i] = ways_of(middle, kFar);
             const std::size_t axis = longest_axis(middle);
             const bool positive = middle[axis] > 0;
-            all.longest[i] = static_cast<std::uint8_t>((positive ? 1 : 2) << (2 * axis));
-            constexpr std::array<std::int16_t, 3> kSteps{1, kRow, kSlice};
-            all.behind[i] = static_cast<std::int16_t>(positive ? -kSteps[axis] : kSteps[axis]);
+            constexpr std::array<int, 3> kSteps{1, kRow, kSlice};
+            all.behind[i] = (positive ? -kSteps[axis] : kSteps[axis]) * 0x10000 +
+                            static_cast<int>((all.opposite[i] & 0xFF) << 8) + ((positive ? 1 : 2) << (2 * axis));
         }
         return all;
     }();
@@ -354,23 +355,51 @@ HWY_INLINE void sum_four(const NormalKinds &kinds, const BrickScratch &scratch, 
 }
 #endif
 
-// offset = moments / weights, in 1 / kOffsetSteps, rounded to even numbers.
-HWY_INLINE void divide_sums(std::size_t points, BrickScratch &scratch) {
+// Of the points whose voxels are at `padded`: which have a point of nearly the same direction behind them.
+template <class D>
+HWY_INLINE hn::Mask<D> have_point_behind(D d, const NormalKinds &kinds, hn::Vec<D> normals, hn::Vec<D> padded,
+                                         const BrickScratch &scratch) {
+    const hn::RebindToUnsigned<D> words;
+    const auto kind = hn::ShiftRight<kKindShift>(hn::And(normals, hn::Set(d, kNormalIndexMask)));
+    const auto behind = hn::GatherIndex(d, kinds.behind.data(), kind);
+    const auto at = hn::Add(padded, hn::ShiftRight<16>(behind));
+    const auto four =
+        hn::GatherIndex(d, reinterpret_cast<const std::int32_t *>(scratch.sides.data()), hn::ShiftRight<2>(at));
+    const auto shift = hn::ShiftLeft<3>(hn::And(at, hn::Set(d, 3)));
+    const auto sides = hn::BitCast(d, hn::Shr(hn::BitCast(words, four), hn::BitCast(words, shift)));
+    const auto same = hn::And(hn::And(sides, behind), hn::Set(d, 0xFF));
+    const auto other = hn::And(hn::And(sides, hn::ShiftRight<8>(behind)), hn::Set(d, 0xFF));
+    return hn::And(hn::Ne(same, hn::Zero(d)), hn::Eq(other, hn::Zero(d)));
+}
+
+// offset = moments / weights, in 1 / kOffsetSteps, rounded to even numbers; and kRedundantBit.
+HWY_INLINE void find_offsets(const NormalKinds &kinds, std::size_t points, BrickScratch &scratch) {
     const hn::CappedTag<float, kMaxLanes> d;
     const hn::RebindToUnsigned<decltype(d)> words;
     const hn::RebindToSigned<decltype(d)> integers;
+    const hn::Rebind<std::uint16_t, decltype(d)> halves;
     const hn::Rebind<std::int8_t, decltype(d)> bytes;
     constexpr auto kScale = static_cast<float>(kWeightScale / kMomentScale * kOffsetSteps),
                    kShift = static_cast<float>(kMomentShift * kOffsetSteps);
+    constexpr auto kRedundantSteps = static_cast<std::int32_t>(kRedundantDepth * kOffsetSteps);
+    constexpr auto kOneSurface = static_cast<std::int32_t>(kRedundantWeight * kWeightScale);
     for (std::size_t i = 0; i < points; i += hn::Lanes(d)) {
         hn::Vec<decltype(words)> weights, moments;
         hn::LoadInterleaved2(words, &scratch.sums[2 * i], weights, moments);
         const auto real = [&](auto sum) { return hn::ConvertTo(d, hn::BitCast(integers, sum)); };
         const auto ratio = hn::Div(real(moments), real(hn::Max(weights, hn::Set(words, 1))));
         const auto steps = hn::Sub(hn::Mul(ratio, hn::Set(d, kScale)), hn::Set(d, kShift));
-        const auto halves = hn::Mul(hn::Min(hn::Max(steps, hn::Set(d, -126)), hn::Set(d, 126)), hn::Set(d, 0.5F));
-        const auto rounded = hn::ConvertTo(integers, hn::Add(halves, hn::CopySign(hn::Set(d, 0.5F), halves)));
-        hn::StoreU(hn::DemoteTo(bytes, hn::Add(rounded, rounded)), bytes, &scratch.steps[i]);
+        const auto half = hn::Mul(hn::Min(hn::Max(steps, hn::Set(d, -126)), hn::Set(d, 126)), hn::Set(d, 0.5F));
+        const auto rounded = hn::ConvertTo(integers, hn::Add(half, hn::CopySign(hn::Set(d, 0.5F), half)));
+        const auto offset = hn::Add(rounded, rounded);
+        const auto normals = hn::PromoteTo(integers, hn::LoadU(halves, &scratch.normals[i]));
+        const auto padded = hn::PromoteTo(integers, hn::LoadU(halves, &scratch.padded[i]));
+        const auto one_surface = hn::Lt(hn::BitCast(integers, weights), hn::Set(integers, kOneSurface + 1));
+        const auto redundant = hn::And(hn::And(hn::Lt(offset, hn::Set(integers, 1 - kRedundantSteps)), one_surface),
+                                       have_point_behind(integers, kinds, normals, padded, scratch));
+        const auto marked = hn::Or(offset, hn::IfThenElseZero(redundant, hn::Set(integers, kRedundantBit)));
+        const auto two_sided = hn::Ne(hn::And(normals, hn::Set(integers, kTwoSidedBit)), hn::Zero(integers));
+        hn::StoreU(hn::DemoteTo(bytes, hn::IfThenZeroElse(two_sided, marked)), bytes, &scratch.steps[i]);
     }
 }
 
@@ -386,23 +415,12 @@ void estimate_brick(const SurfaceOffsets::Brick &brick, const BrickNeighbours &a
     const std::size_t points = list_places(brick.node_map, chunk.masks.subspan(brick.first_node), scratch.places);
     list_padded(points, scratch);
     std::copy_n(chunk.normals + brick.first_point, points, scratch.normals.begin()); // mapped bytes may change
-    std::fill_n(&scratch.padded[points], 3, static_cast<std::uint16_t>(kFirstInside));
-    std::fill_n(&scratch.normals[points], 3, std::uint16_t{0});
+    std::fill_n(&scratch.padded[points], kMaxLanes, static_cast<std::uint16_t>(kFirstInside));
+    std::fill_n(&scratch.normals[points], kMaxLanes, std::uint16_t{0});
     for (std::size_t i = 0; i < points; i += 4)
         sum_four(kinds, scratch, i, &scratch.sums[2 * i]);
-    divide_sums(points, scratch);
-    std::int8_t *const offsets = to + brick.first_point; // a local, since a store of bytes may alias any member
-    constexpr auto kRedundantSteps = static_cast<int>(kRedundantDepth * kOffsetSteps);
-    constexpr auto kOneSurface = static_cast<std::uint32_t>(kRedundantWeight * kWeightScale);
-    for (std::size_t i = 0; i < points; ++i) {
-        const std::size_t kind = kind_number(scratch.normals[i]);
-        const std::uint32_t behind = scratch.sides[static_cast<std::size_t>(scratch.padded[i] + kinds.behind[kind])];
-        const int steps = scratch.steps[i];
-        const bool redundant = (steps <= -kRedundantSteps) & (scratch.sums[2 * i] <= kOneSurface) &
-                               ((behind & kinds.longest[kind]) != 0) & ((behind & kinds.opposite[kind]) == 0);
-        offsets[i] = static_cast<std::int8_t>(
-            (scratch.normals[i] & kTwoSidedBit) != 0 ? 0 : steps | (redundant ? kRedundantBit : 0));
-    }
+    find_offsets(kinds, points, scratch);
+    std::copy_n(scratch.steps.begin(), points, to + brick.first_point);
 }
 
 } // namespace pbm::HWY_NAMESPACE
