@@ -146,8 +146,8 @@ FinishedVertex finish_vertex(const Shell &shell, const Vec3 &position, const Vec
     const double pyrite = gradient_noise(position * 3.7, seed ^ 0x61u) - 0.30;
     if (pyrite > 0)
         color = mixed(color, {132, 112, 66},
-                    smooth_step(0.22, 0.36, gradient_noise(position * 90.0, seed ^ 0x62u)) *
-                        smooth_step(0, 0.12, pyrite) * 0.85);
+                      smooth_step(0.22, 0.36, gradient_noise(position * 90.0, seed ^ 0x62u)) *
+                          smooth_step(0, 0.12, pyrite) * 0.85);
     const double shade = 1.0 + 0.10 * fractal_noise(position * 39.0, 3, seed ^ 0x63u) +
                          0.055 * (hash_unit(seed + 7u, index) + hash_unit(seed + 8u, index) - 1.0);
     color = color * (shade * mix(0.86, 1.06, clamp01(open)));
