@@ -55,9 +55,10 @@ void MappedFile::read_sparsely() {
 }
 
 void MappedFile::will_need(ByteView bytes) {
-    const auto address = reinterpret_cast<std::uintptr_t>(bytes.data());
-    const std::uintptr_t before = address % static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
-    static_cast<void>(::madvise(reinterpret_cast<void *>(address - before), bytes.size() + before, MADV_WILLNEED));
+    const std::uintptr_t before =
+        reinterpret_cast<std::uintptr_t>(bytes.data()) % static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+    static_cast<void>(
+        ::madvise(const_cast<std::uint8_t *>(bytes.data()) - before, bytes.size() + before, MADV_WILLNEED));
 }
 
 bool is_stream(const std::string &path) {

@@ -130,9 +130,10 @@ std::optional<std::uint32_t> TexelLevels::only_value(int number, int first_x, in
     begin(level, number);
     if (level.cells == nullptr)
         return std::nullopt;
-    const int across = 1 << (width_bits_ - number - kCellBits);
+    const int across_bits = width_bits_ - number - kCellBits;
     const auto cell = [&](int x, int y) {
-        return level.cells[static_cast<std::size_t>(y * across + x)].load(std::memory_order_relaxed);
+        const std::size_t row = static_cast<std::size_t>(y) << across_bits;
+        return level.cells[row + static_cast<std::size_t>(x)].load(std::memory_order_relaxed);
     };
     const std::uint64_t value = cell(first_x >> kCellBits, first_y >> kCellBits);
     for (int y = first_y >> kCellBits; y <= last_y >> kCellBits; ++y)
