@@ -61,8 +61,10 @@ class Names:
         text = (ROOT / file).read_text(encoding="utf-8")
         declared = declared_in(text)
         elsewhere = set(re.findall(r"(?:\.|->|::|#define )(\w+)", text))  # a member, or a name of another namespace
-        for header in (ROOT / file).parent.glob("*.h"):  # an overload
-            elsewhere.update(re.findall(r"\b(\w+)\(", header.read_text(encoding="utf-8")))
+        for header in re.findall(r'#include "(?:.*/)?(.*\.h)"', text):
+            beside = (ROOT / file).parent / header
+            if beside.exists():  # may have overloads
+                elsewhere.update(re.findall(r"\b(\w+)\(", beside.read_text(encoding="utf-8")))
         simd = "foreach_target.h" in text  # declares its names once per target
         self.own = set() if simd else declared - elsewhere
         self.shared = declared - self.own
