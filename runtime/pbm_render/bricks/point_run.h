@@ -20,11 +20,16 @@ struct PointRun {
     const ChunkOffsets *offsets = nullptr; // of its points; null: splats lie at the mean surface
 };
 
+// Value of point `i` in a shadow stream of `bits` bits, 0 .. 2^bits - 1; the largest is fully lit.
+inline unsigned shadow_value(const std::uint8_t *stream, std::size_t i, unsigned bits) {
+    const std::size_t at = i * bits;
+    return stream[at / 8] >> (at % 8) & ((1U << bits) - 1);
+}
+
 // Lit fraction of point `i` of the run's chunk, 0..1. The light has a shadow stream of `bits` bits at the run's level.
 inline float lit_fraction(const PointRun &run, std::size_t i, std::size_t light, unsigned bits) {
-    const std::size_t at = i * bits;
-    const unsigned most = (1U << bits) - 1;
-    return static_cast<float>(run.chunk->shadows[light][at / 8] >> (at % 8) & most) / static_cast<float>(most);
+    return static_cast<float>(shadow_value(run.chunk->shadows[light].data(), i, bits)) /
+           static_cast<float>((1U << bits) - 1);
 }
 
 } // namespace pbm

@@ -45,8 +45,7 @@ struct StreamPointers {
         constexpr std::array<float, 9> kScales{0,         1,         1 / 3.0F,   1 / 7.0F,  1 / 15.0F,
                                                1 / 31.0F, 1 / 63.0F, 1 / 127.0F, 1 / 255.0F};
         const unsigned bits = shadow_bits[light];
-        const std::size_t at = point * bits;
-        return static_cast<float>(shadows[light][at / 8] >> (at % 8) & ((1U << bits) - 1)) * kScales[bits];
+        return static_cast<float>(shadow_value(shadows[light], point, bits)) * kScales[bits];
     }
 };
 
