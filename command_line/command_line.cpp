@@ -179,18 +179,25 @@ Status write_text(const std::string &path, std::string_view text) {
     return write_bytes(path, {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
 }
 
+namespace {
+
+int run_without_exceptions(std::string_view program, const std::function<int()> &run) {
+    try {
+        return run();
+    } catch (const std::bad_alloc &) {
+        return fail(program, file_worked_on(),
+                    {ErrorCode::memory, 0, "out of memory; end other programs or choose a coarser model"});
+    } catch (const std::exception &error) {
+        return fail(program, file_worked_on(), {ErrorCode::memory, 0, error.what()});
+    }
+}
+
+} // namespace
+
 int run_program(std::string_view program, const std::function<int()> &run) {
     make_write_errors_returns();
     end_when_mapped_file_shrinks(program);
-    int code = 0;
-    try {
-        code = run();
-    } catch (const std::bad_alloc &) {
-        code = fail(program, file_worked_on(),
-                    {ErrorCode::memory, 0, "out of memory; end other programs or choose a coarser model"});
-    } catch (const std::exception &error) {
-        code = fail(program, file_worked_on(), {ErrorCode::memory, 0, error.what()});
-    }
+    int code = run_with_large_stack([&] { return run_without_exceptions(program, run); });
     const bool printed = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
     if ((!std::cout.flush() || !printed) && code == 0)
         code = fail(program, "", {ErrorCode::io, 0, "cannot write to standard output"});

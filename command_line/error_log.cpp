@@ -9,6 +9,8 @@
 #include <mutex>
 #include <system_error>
 
+#include <fcntl.h>
+
 namespace pbm::command_line {
 namespace {
 
@@ -39,9 +41,15 @@ std::string time_stamp() {
 
 Status open_log(std::string_view program, const std::string &path) {
     Log &log = the_log();
-    log.file = std::fopen(path.c_str(), "ae");
+    // Without O_NONBLOCK, opening a pipe waits for somebody who reads it.
+    const int file = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
+    if (file >= 0)
+        ::fcntl(file, F_SETFL, O_APPEND);
+    log.file = file < 0 ? nullptr : ::fdopen(file, "a");
     if (log.file == nullptr)
-        return Error{ErrorCode::io, 0, "cannot open the log: " + std::generic_category().message(errno)};
+        return Error{ErrorCode::io, 0,
+                     "cannot open the log: " + (errno == ENXIO ? std::string("nobody reads this pipe")
+                                                               : std::generic_category().message(errno))};
     std::setvbuf(log.file, nullptr, _IOFBF, std::size_t{1} << 16); // one write per line
     log.program = program;
     log.path = path;

@@ -203,7 +203,12 @@ CLI::Option *add_target(CLI::App &app, const Option &option) {
             [&](const Version &version) { return app.set_version_flag(names, version.text, help); },
             [&](const SettingsFile &file) {
                 app.config_formatter(std::make_shared<SettingsReader>(app, file.read));
-                return app.set_config(names, "", help);
+                // CLI11 would wait for the writer of a pipe.
+                return app.set_config(names, "", help)->check([](const std::string &path) {
+                    if (const auto opened = MappedFile::open(path); !path.empty() && !opened)
+                        throw Refusal{path, opened.error()};
+                    return std::string();
+                });
             }},
         option.target);
 }
@@ -410,10 +415,6 @@ std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<con
         return app.exit(done);
     } catch (const Refusal &thrown) {
         refusal = thrown;
-    } catch (const CLI::FileError &error) {
-        const std::string path = first_result(app.get_config_ptr());
-        const auto file = MappedFile::open(path);
-        refusal = Refusal{path, file ? Error{ErrorCode::io, 0, error.what()} : file.error()};
     } catch (const CLI::ArgumentMismatch &error) {
         problem = wrong_count(error);
     } catch (const CLI::ParseError &error) {

@@ -144,7 +144,8 @@ Result<std::pair<Descriptor, std::string>> open_sibling(int folder, const std::s
 
 FileReplacement::FileReplacement(FileReplacement &&other) noexcept
     : file_(std::exchange(other.file_, -1)), folder_(std::exchange(other.folder_, -1)),
-      target_(std::move(other.target_)), sibling_(std::exchange(other.sibling_, {})), mode_(other.mode_) {}
+      target_(std::move(other.target_)), sibling_(std::exchange(other.sibling_, {})), mode_(other.mode_),
+      owner_(other.owner_), group_(other.group_) {}
 
 FileReplacement::~FileReplacement() {
     if (!sibling_.empty()) // unlink before closing releases the lock
@@ -186,6 +187,10 @@ Result<FileReplacement> FileReplacement::begin(const std::string &path) {
     const mode_t mask = ::umask(0);
     ::umask(mask);
     file.mode_ = exists ? old.st_mode & 07777 : 0666 & ~mask;
+    if (exists) {
+        file.owner_ = old.st_uid;
+        file.group_ = old.st_gid;
+    }
     return file;
 }
 
@@ -221,6 +226,10 @@ Status FileReplacement::finish(Durability durability) {
     const bool synced = durability == Durability::synced;
     if (sibling_.empty())
         return ::close(std::exchange(file_, -1)) == 0 ? Status() : io_error("cannot write", errno);
+    // Only root may give files away. Others keep the group where they belong to it. The mode comes last: a new owner
+    // clears bits of it.
+    if (::fchown(file_, owner_, group_) != 0)
+        static_cast<void>(::fchown(file_, kUnchanged, group_) == 0);
     if (::fchmod(file_, mode_) != 0 || (synced && sync(file_) != 0))
         return io_error("cannot write", errno);
     // Some file systems report a full disk only when a descriptor is closed, so close a duplicate. The file itself

@@ -14,7 +14,8 @@ namespace pbm {
 enum class Durability { synced, cached };
 
 // Writes a file piece by piece, then renames it to `path`; on failure `path` stays as it was. Steps: create a temporary
-// sibling, write, fsync, rename, fsync the folder (fsync only if `synced`). Symbolic links stay; the file that they
+// sibling, write, fsync, rename, fsync the folder (fsync only if `synced`). Mode, owner and group of a file that is
+// replaced stay as far as this process may set them. Symbolic links stay; the file that they
 // name is replaced or created. Written directly: open files of this process ("-", which is standard output,
 // /dev/stdout, /dev/stderr, /dev/fd/N), character devices, pipes.
 //
@@ -44,6 +45,8 @@ class FileReplacement {
     int file_ = -1, folder_ = -1;  // the folder of both names, wherever it is moved
     std::string target_, sibling_; // `sibling_` is empty if the file is written directly
     unsigned mode_ = 0;
+    static constexpr unsigned kUnchanged = ~0U;
+    unsigned owner_ = kUnchanged, group_ = kUnchanged; // those of the file that is replaced
 };
 
 // The same in one call.

@@ -206,6 +206,7 @@ def test_mp4():
     (work / "bin").mkdir()
     for script, message in (("echo 'no codec' >&2; exit 3", "failed with exit code 3: no codec"),
                             ("cat >/dev/null; exit 1", "failed with exit code 1"),
+                            ("cat >/dev/null", "ended without an error and wrote nothing"),
                             ("exit 0", "ended before it had all of its input")):
         (work / "bin" / "ffmpeg").write_text(f"#!/bin/sh\n{script}\n")
         (work / "bin" / "ffmpeg").chmod(0o755)

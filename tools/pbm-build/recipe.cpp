@@ -14,8 +14,38 @@ namespace {
 using command_line::Setting;
 
 constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
+constexpr int kMaxDots = 8; // of one key: keys of recipes have none
 
 Error refuse(std::size_t line, const std::string &what) { return usage("line " + std::to_string(line) + ": " + what); }
+
+// The line of a key with more than kMaxDots dots, a.b.c, if there is one. The TOML library would nest as many tables
+// and overflow its stack. Strings and comments are skipped; an unfinished string ends the search.
+std::optional<std::size_t> line_of_deep_key(std::string_view text) {
+    std::size_t line = 1;
+    int dots = 0;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '"' || c == '\'') {
+            const std::string_view quotes =
+                text.substr(i).starts_with(std::string(3, c)) ? text.substr(i, 3) : text.substr(i, 1);
+            std::size_t end = i + quotes.size();
+            while (end < text.size() && !text.substr(end).starts_with(quotes))
+                end += c == '"' && text[end] == '\\' ? 2 : 1;
+            end = std::min(end, text.size());
+            line += static_cast<std::size_t>(std::count(text.begin() + static_cast<std::ptrdiff_t>(i),
+                                                        text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+            i = end + quotes.size() - 1;
+        } else if (c == '#') {
+            i = std::min(text.find('\n', i), text.size()) - 1;
+        } else if (c == '.' && ++dots > kMaxDots) {
+            return line;
+        } else if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) {
+            dots = 0;
+            line += c == '\n' ? 1 : 0;
+        }
+    }
+    return std::nullopt;
+}
 
 struct Value {
     Setting::Kind kind;
@@ -106,9 +136,12 @@ Result<std::vector<Setting>> read_recipe(const std::string &path) {
     const ByteView bytes = file->bytes();
     if (bytes.size() > kMaxBytes)
         return usage("larger than 1 MiB: this is no recipe");
+    const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
+    if (const auto line = line_of_deep_key(text))
+        return refuse(*line, "a key of more than " + std::to_string(kMaxDots) + " dots; keys of recipes have none");
     toml::table table;
     try {
-        table = toml::parse(std::string_view(reinterpret_cast<const char *>(bytes.data()), bytes.size()));
+        table = toml::parse(text);
     } catch (const toml::parse_error &error) {
         const toml::source_position at = error.source().begin;
         return refuse(at.line, "column " + std::to_string(at.column) + ": " + std::string(error.description()));

@@ -4,6 +4,7 @@
 #include "verdict.h"
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -71,9 +72,12 @@ Verdict examine(const std::string &path, const Options &options) {
     }
 }
 
-// .bvg is the former extension.
+// .bvg is the former extension. Other systems' file names may be in capitals.
 bool is_model_name(const std::filesystem::path &name) {
-    return name.extension() == ".pbvg" || name.extension() == ".bvg";
+    std::string extension = name.extension().string();
+    for (char &c : extension)
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".pbvg" || extension == ".bvg";
 }
 
 // Files with the extension of models below a folder, sorted by name.

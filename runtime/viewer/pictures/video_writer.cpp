@@ -82,16 +82,20 @@ Result<VideoSink> open_mp4(const VideoOptions &options, glm::ivec2 size) {
     if (!started)
         return with_advice(started.error());
     const auto program = std::make_shared<ChildProgram>(std::move(*started));
-    return VideoSink{.encode = [](const Framebuffer &frame) { return rgb_of(frame); },
-                     .write = [=](ByteView rgb) -> Status {
-                         Status written = program->write(rgb);
-                         return written ? written : with_advice(std::move(written).error());
-                     },
-                     .finish = [=]() -> Status {
-                         if (Status ended = program->finish(); !ended)
-                             return with_advice(std::move(ended).error());
-                         return file->finish(Durability::cached);
-                     }};
+    return VideoSink{
+        .encode = [](const Framebuffer &frame) { return rgb_of(frame); },
+        .write = [=](ByteView rgb) -> Status {
+            Status written = program->write(rgb);
+            return written ? written : with_advice(std::move(written).error());
+        },
+        .finish = [=]() -> Status {
+            if (Status ended = program->finish(); !ended)
+                return with_advice(std::move(ended).error());
+            std::error_code unknown;
+            if (std::filesystem::file_size(file->name_until_finished(), unknown) == 0)
+                return with_advice({ErrorCode::memory, 0, "ffmpeg ended without an error and wrote nothing"});
+            return file->finish(Durability::cached);
+        }};
 }
 
 Result<VideoSink> open_pictures(const std::string &output) {

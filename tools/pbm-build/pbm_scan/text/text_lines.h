@@ -146,6 +146,8 @@ inline std::string as_unmarked_text(std::span<const std::uint8_t> bytes) {
 }
 
 inline Status refuse_nul(const std::string &text) {
+    if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+        return bad_input("text in UTF-16; convert it, as with iconv -f UTF-16 -t UTF-8", 0);
     const std::size_t nul = text.find('\0');
     if (nul != std::string::npos)
         return bad_input("a NUL byte in a text file: it is damaged; export the scan again", nul);
