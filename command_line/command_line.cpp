@@ -3,6 +3,7 @@
 #include "command_line/error_log.h"
 #include "system/files/file_replacement.h"
 #include "system/processes/this_process.h"
+#include "system/threads/large_stack.h"
 
 #include <algorithm>
 #include <array>

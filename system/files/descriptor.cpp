@@ -5,11 +5,20 @@
 #include <cstddef>
 #include <system_error>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 namespace pbm {
 
 int Descriptor::close() { return number_ < 0 ? 0 : ::close(std::exchange(number_, -1)); }
+
+Descriptor open_to_append(const std::string &path) {
+    constexpr int kFlags = O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC;
+    Descriptor file(::open(path.c_str(), kFlags | O_NONBLOCK, 0666));
+    if (file.ok())
+        ::fcntl(file.number(), F_SETFL, O_APPEND);
+    return file;
+}
 
 int write_all(int file, ByteView bytes) {
     constexpr std::size_t kMaxAtOnce = std::size_t{1} << 30;

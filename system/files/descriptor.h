@@ -28,6 +28,10 @@ class Descriptor {
     int number_;
 };
 
+// Opens a file to write behind its end, or creates it. Not ok() and errno if that fails: ENXIO for a pipe that nobody
+// reads, for which others would wait.
+Descriptor open_to_append(const std::string &path);
+
 // Writes all bytes, in as many calls as the system needs. Returns 0 or errno.
 int write_all(int file, ByteView bytes);
 

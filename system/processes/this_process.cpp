@@ -10,12 +10,10 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
-#include <thread>
 
 #include <fcntl.h>
 #ifdef __GLIBC__
 #include <malloc.h>
-#include <pthread.h>
 #endif
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -57,23 +55,6 @@ void end_when_mapped_file_shrinks(std::string_view program) {
     action.sa_handler = report_shrunk_file;
     ::sigemptyset(&action.sa_mask);
     ::sigaction(SIGBUS, &action, nullptr);
-}
-
-int run_with_large_stack(const std::function<int()> &program) {
-#ifdef __GLIBC__
-    constexpr std::size_t kLarge = std::size_t{8} << 20;
-    struct rlimit limit {};
-    pthread_attr_t attributes;
-    if (::getrlimit(RLIMIT_STACK, &limit) == 0 && limit.rlim_cur < kLarge && ::pthread_attr_init(&attributes) == 0) {
-        ::pthread_attr_setstacksize(&attributes, kLarge);
-        ::pthread_setattr_default_np(&attributes);
-        ::pthread_attr_destroy(&attributes);
-        int code = 0;
-        std::thread([&] { code = program(); }).join();
-        return code;
-    }
-#endif
-    return program();
 }
 
 namespace {

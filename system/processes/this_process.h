@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string_view>
 
@@ -16,11 +15,6 @@ void make_write_errors_returns();
 // If another process truncates a mapped file, the program ends with a line on standard error and exit code 2 instead of
 // SIGBUS. Call first in `main`.
 void end_when_mapped_file_shrinks(std::string_view program);
-
-// Runs `program` with a stack of at least 8 MB, and threads that it starts too. A shell may have set a limit (ulimit
-// -s) that is too small for tables of a frame and for libraries; then the program runs in a thread of its own. Returns
-// what `program` returns, which throws nothing.
-int run_with_large_stack(const std::function<int()> &program);
 
 // Lets the heap grow at once and in pages of 2 MB, if C library and kernel support that: touching a small page for the
 // first time takes a microsecond. For programs that soon use some 10 MB and then end. Call before they are allocated.

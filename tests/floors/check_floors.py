@@ -74,8 +74,8 @@ HOMES = {
     r"jpeglib\.h": r"tools/pbm-build/pbm_build/panorama/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
     r"png\.h|stb/.*": r"tools/pbm-build/pbm_build/panorama/image_decoder\.cpp",
     r"malloc\.h": r"system/processes/this_process\.cpp",
-    r"pthread\.h": r"system/threads/per_thread\.h",
-    r"thread|stop_token": r"system/threads/(thread_pool\.h|parallel\.cpp)",
+    r"pthread\.h": r"system/threads/(per_thread\.h|large_stack\.cpp)",
+    r"thread|stop_token": r"system/threads/(thread_pool\.h|parallel\.cpp|large_stack\.cpp)",
     r"(fcntl|unistd|spawn|poll|signal)\.h|sys/.*": r"system/(files|processes)/\w+\.cpp|command_line/progress_display\.cpp",
 }
 C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot
