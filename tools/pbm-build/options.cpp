@@ -137,7 +137,12 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
     line.add("--viewpoint", "Where the scanner stood, in the model: estimated normals are turned to it",
              command_line::stored(three_numbers, options.viewpoint),
              {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
-    line.add("--remove-outliers", "Drop points without faces far from all others", &options.remove_outliers);
+    line.add("--remove-outliers",
+             "Drop points without faces far from all others; default: only those that make the "
+             "grid 10 times larger",
+             [&options] { options.outliers = Outliers::drop; });
+    line.add("--keep-outliers", "Drop none of them", [&options] { options.outliers = Outliers::keep; },
+             {.excludes = {"--remove-outliers"}});
     line.add("--strict", "Refuse the input if anything of it would be dropped", &options.strict,
              {.excludes = {"--remove-outliers"}});
 }

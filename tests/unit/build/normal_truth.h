@@ -35,7 +35,7 @@ struct Score {
 inline Score score(const std::string &name, const Truth &truth, const PointRequest &request = {}) {
     Surface points = truth.points;
     BuildStatistics statistics;
-    const VertexNormals found = estimate_normals(points, request, 2, statistics);
+    const VertexNormals found = estimate_normals(points, request, 2, statistics).value();
     Score score;
     const double share = 1.0 / static_cast<double>(truth.normals.size());
     for (std::size_t i = 0; i < truth.normals.size(); ++i) {

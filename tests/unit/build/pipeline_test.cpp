@@ -247,9 +247,9 @@ TEST(Pipeline, TheOrderOfPointsWithoutNormalsDoesNotChangeAByte) {
     surface.colours.insert(surface.colours.end(), surface.colours.begin(), surface.colours.begin() + 1000);
     surface.material_ids.resize(surface.positions.size(), 1);
     surface.positions.back() = {5, 5, 5}; // astray
-    for (const bool remove_outliers : {false, true}) {
+    for (const Outliers outliers : {Outliers::drop_strays, Outliers::drop}) {
         BuildOptions options;
-        options.remove_outliers = remove_outliers;
+        options.outliers = outliers;
         options.threads = 2;
         const Bytes file = file_of(built(surface, options));
         unsigned seed = 1;
@@ -283,6 +283,54 @@ TEST(Pipeline, StrictTakesPointsWithoutNormals) {
     EXPECT_EQ(statistics.two_sided_points, 0U);
 }
 
+// 200 points within a cube of edge 1, and strays: each hides the nearer ones.
+Surface points_with_strays(const std::vector<double> &strays) {
+    Surface surface;
+    for (int i = 0; i < 200; ++i)
+        surface.positions.emplace_back(std::fmod(i * 0.618034, 1), std::fmod(i * 0.414214, 1),
+                                       std::fmod(i * 0.732051, 1));
+    for (const double stray : strays)
+        surface.positions.emplace_back(stray, stray, stray);
+    return surface;
+}
+
+TEST(Pipeline, StraysThatWouldMakeTheModelADotAreDroppedAndNamed) {
+    const Model bulk = built(points_with_strays({}), {});
+    for (const std::vector<double> &strays : {std::vector<double>{1e9}, {1e9, 1e4}, {-1e25, 1e12, 40}}) {
+        BuildStatistics statistics;
+        const Result<Model> model = build_model({points_with_strays(strays)}, {}, statistics);
+        ASSERT_TRUE(model.ok());
+        EXPECT_EQ(model->levels, bulk.levels) << strays.size();
+        ASSERT_FALSE(statistics.attributes.empty());
+        EXPECT_EQ(statistics.attributes.front().name, "outliers");
+        EXPECT_EQ(statistics.attributes.front().fate, AttributeReport::Fate::dropped);
+        EXPECT_NE(statistics.attributes.front().note.find("--keep-outliers keeps them"), std::string::npos);
+
+        BuildOptions strict;
+        strict.strict = true;
+        BuildStatistics refused;
+        const Result<Model> none = build_model({points_with_strays(strays)}, strict, refused);
+        ASSERT_FALSE(none.ok());
+        EXPECT_EQ(none.error().code, ErrorCode::bad_input);
+        EXPECT_NE(none.error().message.find(" far from all others"), std::string::npos);
+    }
+}
+
+TEST(Pipeline, StraysStayWhereTheyAreWantedOrDoNoHarm) {
+    const auto extent = [](const std::vector<double> &strays, const BuildOptions &options) {
+        return built(points_with_strays(strays), options).parameters.grid.edge();
+    };
+    BuildOptions keep;
+    keep.outliers = Outliers::keep;
+    EXPECT_GT(extent({1e9}, keep), 1e9);
+    EXPECT_GT(extent({8}, {}), 7); // the grid is 8 times larger
+    BuildOptions given;
+    given.grid.voxel_size = 0.5;
+    EXPECT_GT(extent({100}, given), 100);
+    // Every hundredth point: a cluster.
+    EXPECT_GT(extent({100, 100.5, 101, 101.5, 102, 102.5, 103, 103.5, 104, 104.5}, {}), 100);
+}
+
 TEST(Pipeline, OutliersAreCountedAndStaySmallOrAreDroppedBeforeTheGridIsChosen) {
     Surface surface = without_normals(as_points(bumpy_sphere(60)));
     const double edge = built(surface, {}).parameters.grid.edge();
@@ -301,7 +349,7 @@ TEST(Pipeline, OutliersAreCountedAndStaySmallOrAreDroppedBeforeTheGridIsChosen) 
     std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
     EXPECT_LE(of_outlier, radii[radii.size() / 2] + 12) << "more than twice the median";
 
-    options.remove_outliers = true;
+    options.outliers = Outliers::drop;
     BuildStatistics dropped;
     const Result<Model> model = build_model(surface, options, dropped);
     ASSERT_TRUE(model.ok());
@@ -399,10 +447,13 @@ TEST(Pipeline, AScanThatAStrayPointShrinksToNothingBuildsInTime) {
     for (int i = 0; i < 300000; ++i)
         surface.positions.emplace_back(random(), random(), random());
     surface.positions.emplace_back(1e30, 0, 0);
-    EXPECT_EQ(built(surface, {}).point_count(), 2U);
     BuildOptions options;
-    options.remove_outliers = true;
-    EXPECT_GT(built(surface, options).point_count(), 1000U);
+    options.outliers = Outliers::keep;
+    EXPECT_EQ(built(surface, options).point_count(), 2U);
+    for (const Outliers outliers : {Outliers::drop_strays, Outliers::drop}) {
+        options.outliers = outliers;
+        EXPECT_GT(built(surface, options).point_count(), 1000U);
+    }
 }
 
 TEST(Pipeline, NormalsOfNoLengthTakeTheirNeighboursMean) {
@@ -477,7 +528,7 @@ TEST(Pipeline, ADepthThatNobodyAskedForFitsIntoMemory) {
 TEST(Pipeline, OptionsThatChangeNothingAreNamed) {
     BuildOptions options = at_depth(5);
     options.viewpoint = {0, 0, 5};
-    options.remove_outliers = true;
+    options.outliers = Outliers::drop;
     BuildStatistics statistics;
     ASSERT_TRUE(build_model(cube(0, 1), options, statistics).ok());
     const auto dropped = [&](std::string_view name) {

@@ -38,7 +38,8 @@ Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour
         options["compression_level"] = build.compression_level;
     set("flip_faces", build.flip_faces);
     give("viewpoint", build.viewpoint);
-    set("remove_outliers", build.remove_outliers);
+    set("remove_outliers", build.outliers == Outliers::drop);
+    set("keep_outliers", build.outliers == Outliers::keep);
     for (const GivenOption &given : build.scene.given) {
         nlohmann::ordered_json &value = options[given.name];
         if (value.is_null())

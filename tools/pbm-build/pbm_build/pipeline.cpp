@@ -2,7 +2,6 @@
 
 #include "pbm_build/grid/examine_surface.h"
 #include "pbm_build/metadata.h"
-#include "pbm_build/normals/estimate_normals.h"
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/surface/merge_surfaces.h"
 #include "pbm_build/surface/vertex_normals.h"
@@ -158,10 +157,17 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (!metadata)
         return metadata.error();
 
-    const PointRequest points{options.viewpoint, options.remove_outliers,
-                              options.grid.like ? options.grid.like->up : options.grid.up};
-    VertexNormals normals =
+    const bool grid_is_given = options.grid.like || options.grid.voxel_size;
+    const PointRequest points{.viewpoint = options.viewpoint,
+                              .outliers = grid_is_given && options.outliers == Outliers::drop_strays ? Outliers::keep
+                                                                                                     : options.outliers,
+                              .strict = options.strict,
+                              .up = options.grid.like ? options.grid.like->up : options.grid.up};
+    Result<VertexNormals> estimated =
         clock.run("normals", [&] { return estimate_normals(surface, points, threads, statistics); });
+    if (!estimated)
+        return estimated.error();
+    VertexNormals &normals = *estimated;
     if (surface.point_count() > 0)
         bounds = bounds_of(surface);
     Result<Grid> grid = clock.run("choose grid", [&] { return choose_grid(surface, bounds, options.grid, threads); });

@@ -7,6 +7,7 @@
 
 #include "pbm_build/grid/grid_choice.h"
 #include "pbm_build/grid/placement.h"
+#include "pbm_build/normals/estimate_normals.h"
 #include "pbm_build/report/build_statistics.h"
 #include "pbm_build/scene/scene.h"
 #include "pbm_format/model/model.h"
@@ -34,7 +35,7 @@ struct BuildOptions {
     SceneRequest scene;
     bool flip_faces = false;                              // reverses the winding of all faces
     std::optional<std::array<double, 3>> viewpoint;       // estimated normals face it; model units
-    bool remove_outliers = false;                         // of points without faces; outliers.h
+    Outliers outliers = Outliers::drop_strays;            // of points without faces; kept with a grid that is given
     bool strict = false;                                  // refuse the input instead of dropping any of it
     int threads = 0;                                      // 0: one per processor
     std::uint64_t max_hit_bytes = std::uint64_t{4} << 30; // of hits (hit_store.h); more is ErrorCode::memory

@@ -4,11 +4,13 @@
 #include "pbm_build/neighbours/distinct_points.h"
 #include "pbm_build/neighbours/outliers.h"
 #include "pbm_build/normals/orient_normals.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 
 #include <glm/gtc/type_precision.hpp>
 
 #include <algorithm>
+#include <array>
 
 namespace pbm::build {
 namespace {
@@ -50,20 +52,75 @@ double extent_without(const Surface &surface, const DistinctPoints &points, cons
     return kept.empty() ? 0 : bounds_of(kept).extent();
 }
 
-void report_outliers(const Surface &surface, const DistinctPoints &points, const Bytes &outliers, bool removed,
-                     BuildStatistics &statistics) {
+// How many times larger the points to drop make the box of all; 0 if there are no others.
+double growth_by(const Surface &surface, const DistinctPoints &points, const Bytes &drop) {
+    const double without = extent_without(surface, points, drop);
+    return without > 0 ? bounds_of(places_of(surface)).extent() / without : 0;
+}
+
+std::string outliers_text(const DistinctPoints &points, const Bytes &outliers) {
     std::uint64_t count = 0;
     for (const std::uint32_t place : points.place_of)
         count += outliers[place];
-    if (count == 0)
+    return counted(count, "point") + " far from all others";
+}
+
+void report_outliers(const Surface &surface, const DistinctPoints &points, const Bytes &outliers, bool dropped,
+                     BuildStatistics &statistics) {
+    if (std::find(outliers.begin(), outliers.end(), 1) == outliers.end())
         return;
-    std::string note = counted(count, "point") + " far from all others";
-    if (!removed)
+    std::string note = outliers_text(points, outliers);
+    if (!dropped)
         note += "; --remove-outliers drops them";
-    const double with = bounds_of(places_of(surface)).extent(), without = extent_without(surface, points, outliers);
-    if (surface.triangles.empty() && without > 0 && with > 1.5 * without)
-        note += formatted(", which %s the grid %.3g times smaller", removed ? "makes" : "would make", with / without);
-    statistics.report("outliers", removed ? Fate::dropped : Fate::kept, note);
+    if (const double growth = growth_by(surface, points, outliers); surface.triangles.empty() && growth > 1.5)
+        note += formatted(", which %s the grid %.3g times smaller", dropped ? "makes" : "would make", growth);
+    statistics.report("outliers", dropped ? Fate::dropped : Fate::kept, note);
+}
+
+// Whether the box of all points is at least kStrayFactor times longer than that of all but a hundredth at each end of
+// each axis. Without that there are no strays; their search takes longer.
+bool may_have_strays(std::span<const glm::dvec3> places) {
+    constexpr std::size_t kBins = 1024;
+    const Bounds bounds = bounds_of(places);
+    const double extent = bounds.extent();
+    if (!(extent > 0))
+        return false;
+    std::array<std::array<std::uint64_t, kBins>, 3> counts{};
+    for (const glm::dvec3 &place : places) {
+        const glm::dvec3 from_corner = (place - bounds.lowest) * (kBins / extent);
+        for (int axis = 0; axis < 3; ++axis)
+            ++counts[static_cast<std::size_t>(axis)][std::min(static_cast<std::size_t>(from_corner[axis]), kBins - 1)];
+    }
+    const std::uint64_t few = places.size() / 100;
+    return std::all_of(counts.begin(), counts.end(), [&](const auto &bins) {
+        std::size_t first = 0, last = kBins - 1;
+        for (std::uint64_t seen = bins[first]; seen <= few; seen += bins[first])
+            ++first;
+        for (std::uint64_t seen = bins[last]; seen <= few; seen += bins[last])
+            --last;
+        return static_cast<double>(last - first) * kStrayFactor <= static_cast<double>(kBins);
+    });
+}
+
+// Drops outliers until they do not make the grid kStrayFactor times larger: nearer strays show only when the farthest
+// are gone.
+Status drop_strays(Surface &surface, bool strict, int threads, BuildStatistics &statistics) {
+    while (surface.triangles.empty() && may_have_strays(places_of(surface))) {
+        DistinctPoints points = distinct_points(places_of(surface), finest_grid(surface), threads);
+        const PointNeighbours neighbours(std::move(points.at));
+        const Bytes outliers = find_outliers(neighbours, threads);
+        const double growth = growth_by(surface, points, outliers);
+        if (growth < kStrayFactor)
+            break;
+        const std::string note =
+            outliers_text(points, outliers) +
+            formatted(", with which the grid would be %.3g times larger; --keep-outliers keeps them", growth);
+        if (strict)
+            return bad_input(note);
+        statistics.report("outliers", Fate::dropped, note);
+        drop_points(surface, points, outliers);
+    }
+    return {};
 }
 
 void report_repeated_points(const DistinctPoints &points, BuildStatistics &statistics) {
@@ -97,7 +154,7 @@ void report_normals(const PointRequest &request, const Orientation &orientation,
 
 // Reports options without effect.
 void report_unused(const PointRequest &request, bool has_points, BuildStatistics &statistics) {
-    if (request.remove_outliers && !has_points)
+    if (request.outliers == Outliers::drop && !has_points)
         statistics.report("--remove-outliers", Fate::dropped, "there are no points without faces");
     if (request.viewpoint)
         statistics.report("--viewpoint", Fate::dropped, "no normal had to be estimated from points");
@@ -105,14 +162,17 @@ void report_unused(const PointRequest &request, bool has_points, BuildStatistics
 
 } // namespace
 
-VertexNormals estimate_normals(Surface &surface, const PointRequest &request, int threads,
-                               BuildStatistics &statistics) {
+Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &request, int threads,
+                                       BuildStatistics &statistics) {
     if (surface.point_count() == 0) {
         report_unused(request, false, statistics);
         return vertex_normals(surface, threads);
     }
-    if (request.remove_outliers)
+    if (request.outliers == Outliers::drop)
         remove_outliers(surface, threads, statistics);
+    else if (request.outliers == Outliers::drop_strays)
+        if (Status dropped = drop_strays(surface, request.strict, threads, statistics); !dropped)
+            return dropped.error();
     const Grid grid = finest_grid(surface);
     DistinctPoints points = distinct_points(places_of(surface), grid, threads);
     const PointNeighbours neighbours(std::move(points.at));
@@ -123,7 +183,7 @@ VertexNormals estimate_normals(Surface &surface, const PointRequest &request, in
     const auto missing = static_cast<std::uint64_t>(std::count_if(normals.begin(), normals.end(), is_zero));
     PlaneFits fits = missing > 0 ? fit_planes(neighbours, threads) : PlaneFits{};
     report_repeated_points(points, statistics);
-    if (!request.remove_outliers)
+    if (request.outliers != Outliers::drop)
         report_outliers(surface, points,
                         missing > 0 ? find_outliers(fits.links.spacing, fits.links.nearest)
                                     : find_outliers(neighbours, threads),

@@ -10,16 +10,28 @@
 
 namespace pbm::build {
 
+// What becomes of outliers (outliers.h) among points without faces.
+//   drop_strays  they stay, unless they make the grid at least kStrayFactor times larger
+//   keep, drop   all of them
+enum class Outliers { drop_strays, keep, drop };
+
+// A grid that is so many times larger takes three levels from the model and shows it as a dot.
+inline constexpr double kStrayFactor = 10;
+
 struct PointRequest {
     std::optional<std::array<double, 3>> viewpoint; // model units: estimated normals face it
-    bool remove_outliers = false;
+    Outliers outliers = Outliers::drop_strays;
+    bool strict = false;   // refuse strays
     UpAxis up = UpAxis::y; // open sheets are oriented upwards
 };
 
-// Normals of the vertices (vertex_normals.h) and points of a surface. Removes the outliers of the points on request. A
+// Normals of the vertices (vertex_normals.h) and points of a surface. Drops outliers of the points as requested. A
 // point without a normal gets an estimated one, and becomes two-sided if its sign is unknown. Given normals of points
 // are kept, and determine the signs of estimated ones. The result does not depend on the number of threads or the order
 // of the points. Reports to `statistics`. At most 2^31 points.
-VertexNormals estimate_normals(Surface &surface, const PointRequest &request, int threads, BuildStatistics &statistics);
+//
+// errors  bad_input  with `strict`: strays
+Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &request, int threads,
+                                       BuildStatistics &statistics);
 
 } // namespace pbm::build
