@@ -39,6 +39,7 @@ Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour
     set("flip_faces", build.flip_faces);
     give("viewpoint", build.viewpoint);
     set("remove_outliers", build.remove_outliers);
+    give("upsample", build.upsample);
     for (const GivenOption &given : build.scene.given) {
         nlohmann::ordered_json &value = options[given.name];
         if (value.is_null())

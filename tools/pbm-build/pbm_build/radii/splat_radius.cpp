@@ -5,8 +5,6 @@
 #include "pbm_build/radii/tangent_cell.h"
 #include "system/threads/parallel.h"
 
-#include <glm/geometric.hpp>
-
 #include <algorithm>
 #include <cmath>
 
@@ -37,7 +35,7 @@ template <class T> std::vector<std::size_t> indices_of(const std::vector<T> &val
 }
 
 // Radius in voxels that covers the Voronoi cell of a voxel's centre in its tangent plane. The cell is clipped by the
-// neighbours of the same sheet: normals within 60 degrees, and a slope below 45 degrees or a step of at most a voxel.
+// neighbours of the same sheet.
 float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Neighbour> near) {
     if (near.empty())
         return 0;
@@ -47,20 +45,15 @@ float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Nei
         const UnitVector &n = table[normals[i] & kNormalIndexMask];
         return glm::dvec3(n[0], n[1], n[2]);
     };
-    const glm::dvec3 n = normal_of(voxel);
-    // Based on: Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin. Building an Orthonormal Basis, Revisited.
-    // 2017
-    const double sign = n.z < 0 ? -1 : 1, a = -1 / (sign + n.z), b = n.x * n.y * a;
-    const glm::dvec3 right(1 + sign * n.x * n.x * a, sign * b, -sign * n.x), up(b, sign + n.y * n.y * a, -n.y);
-
+    const TangentPlane plane(normal_of(voxel));
     TangentCell cell(static_cast<double>(distance_of(near, near.size())));
     for (const Neighbour &neighbour : near) {
         const glm::dvec3 offset(neighbour.offset), m = normal_of(neighbour.voxel);
         const bool either = ((normals[voxel] | normals[neighbour.voxel]) & kTwoSidedBit) != 0;
-        const double cosine = either ? std::fabs(glm::dot(n, m)) : glm::dot(n, m);
-        const glm::dvec2 flat(glm::dot(offset, right), glm::dot(offset, up));
-        const double height = std::fabs(glm::dot(offset, n)), squared = flat.x * flat.x + flat.y * flat.y;
-        if (cosine > 0.5 && squared > 0.25 && (height <= 1 || height * height < squared))
+        const double cosine = either ? std::fabs(plane.height(m)) : plane.height(m);
+        const glm::dvec2 flat = plane.flat(offset);
+        const double squared = glm::dot(flat, flat);
+        if (squared > 0.25 && is_same_sheet(cosine, plane.height(offset), squared))
             cell.cut(flat);
     }
     const TangentCell::Reach reach = cell.reach();
