@@ -41,7 +41,8 @@ template <class T> std::vector<std::size_t> indices_of(const std::vector<T> &val
 // Distances in voxels of the farthest corners of the Voronoi cell of a voxel's centre in its tangent plane.
 struct CellReach {
     double closed = 0;    // of corners between two neighbours
-    double flat = 0;      // of those whose two neighbours lie with the voxel on a flat surface
+    double flat = 0;      // of those that no further neighbour would clip, and whose two neighbours lie with the voxel
+                          // on a flat surface
     bool open = true;     // no neighbour lies in some direction
     bool complete = true; // no further neighbour would clip the cell
 };
@@ -75,8 +76,10 @@ CellReach reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const
     const auto corners = cell.corners();
     for (std::size_t i = 0; i < corners.size(); ++i) {
         const double distance = glm::length(corners[i].at);
-        result.complete = result.complete && 2 * distance <= seen;
-        if (corners[i].next_edge == kFlat && corners[i > 0 ? i - 1 : corners.size() - 1].next_edge == kFlat)
+        const bool is_known = 2 * distance <= seen; // no further neighbour is nearer to it
+        result.complete = result.complete && is_known;
+        if (is_known && corners[i].next_edge == kFlat &&
+            corners[i > 0 ? i - 1 : corners.size() - 1].next_edge == kFlat)
             result.flat = std::max(result.flat, kOverlap * distance);
     }
     return result;

@@ -58,7 +58,7 @@ class TangentCell {
     };
 
     // Clips the polygon at the bisector between the origin and `other`. `label` is positive. At most kMaxCuts calls.
-    static constexpr std::size_t kMaxCuts = 192;
+    static constexpr std::size_t kMaxCuts = 448;
     void cut(const glm::dvec2 &other, int label = 1) {
         const double limit = (other.x * other.x + other.y * other.y) / 2;
         Corners &corners = corners_[now_], &kept = corners_[1 - now_];

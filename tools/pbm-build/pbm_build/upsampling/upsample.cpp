@@ -19,7 +19,7 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kBlock = 1024;
-constexpr std::array<std::size_t, 4> kNear{12, 32, 80, 192}; // neighbours that clip a cell, until it is complete
+constexpr std::array<std::size_t, 4> kNear{12, 32, 96, 448}; // neighbours that clip a cell, until it is complete
 constexpr std::size_t kSpacing = 8;                          // neighbours whose mean distance is the spacing
 constexpr double kStep = 0.5;                                // between the places of a triangle, voxels
 constexpr std::size_t kFitted = 48;                          // maximum number of points of a fit
