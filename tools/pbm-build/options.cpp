@@ -139,7 +139,8 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
              command_line::stored(three_numbers, options.viewpoint),
              {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
     line.add("--remove-outliers", "Drop points without faces far from all others", &options.remove_outliers);
-    line.add("--upsample", "Fill gaps of up to N voxels between points without faces with points on their surface, 2..16",
+    line.add("--upsample",
+             "Fill gaps of up to N voxels between points without faces with points on their surface, 2..16",
              &options.upsample, {.check = command_line::Integers{kMinGap, kMaxGap}});
     line.add("--strict", "Refuse the input if anything of it would be dropped", &options.strict,
              {.excludes = {"--remove-outliers"}});

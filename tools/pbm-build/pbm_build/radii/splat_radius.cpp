@@ -21,9 +21,9 @@ constexpr std::size_t kNormalVotes = 16;    // neighbours whose normals are aver
 constexpr double kMaxVoxels = 2;            // maximum radius of dense samples, voxels
 constexpr std::size_t kCellNeighbours = 12; // neighbours that clip a cell
 constexpr std::size_t kMoreNeighbours = NearVoxelCursor::kMost; // where these do not close it
-constexpr double kFlatCosine = 0.9, kFlatSlope = 0.2;           // limits of a flat surface between a point and a neighbour
-constexpr std::size_t kBorder = 5;          // minimum reach at a border: the distance of this neighbour
-constexpr double kOverlap = 1.1;            // overlap of splats, since neighbours lie slightly off the tangent plane
+constexpr double kFlatCosine = 0.9, kFlatSlope = 0.2; // limits of a flat surface between a point and a neighbour
+constexpr std::size_t kBorder = 5;                    // minimum reach at a border: the distance of this neighbour
+constexpr double kOverlap = 1.1; // overlap of splats, since neighbours lie slightly off the tangent plane
 
 float distance_of(std::span<const Neighbour> near, std::size_t neighbour) {
     return near.empty() ? 0 : std::sqrt(near[std::min(neighbour, near.size()) - 1].squared_distance);
@@ -40,11 +40,11 @@ template <class T> std::vector<std::size_t> indices_of(const std::vector<T> &val
 
 // Distances in voxels of the farthest corners of the Voronoi cell of a voxel's centre in its tangent plane.
 struct CellReach {
-    double closed = 0;    // of corners between two neighbours
-    double flat = 0;      // of those that no further neighbour would clip, and whose two neighbours lie with the voxel
-                          // on a flat surface
-    bool open = true;     // no neighbour lies in some direction
-    bool complete = true; // no further neighbour would clip the cell
+    double closed = 0;   // of corners between two neighbours
+    double flat = 0;     // of those that no further neighbour would clip, and whose two neighbours lie with the voxel
+                         // on a flat surface
+    bool open = true;    // no neighbour lies in some direction
+    bool at_gap = false; // further neighbours may lie beyond a gap of a flat surface
 };
 
 // The cell is clipped by the neighbours of the same sheet.
@@ -61,6 +61,7 @@ CellReach reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const
     const auto seen = static_cast<double>(distance_of(near, near.size()));
     TangentCell cell(seen);
     constexpr int kFlat = 1, kBent = 2; // labels of neighbours
+    std::size_t flat_count = 0;
     for (const Neighbour &neighbour : near) {
         const glm::dvec3 offset(neighbour.offset), m = normal_of(neighbour.voxel);
         const bool either = ((normals[voxel] | normals[neighbour.voxel]) & kTwoSidedBit) != 0;
@@ -68,26 +69,32 @@ CellReach reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const
         const glm::dvec2 flat = plane.flat(offset);
         const double squared = glm::dot(flat, flat);
         const bool is_flat = cosine > kFlatCosine && height * height < kFlatSlope * kFlatSlope * squared;
+        flat_count += is_flat ? 1 : 0;
         if (squared > 0.25 && is_same_sheet(cosine, height, squared))
             cell.cut(flat, is_flat ? kFlat : kBent);
     }
     const TangentCell::Reach reach = cell.reach();
-    CellReach result{kOverlap * reach.closed, 0, reach.open, true};
+    const auto ring = static_cast<double>(distance_of(near, kRing));
+    const double known = seen * seen / 4, gap = std::max(known, ring * ring / (kOverlap * kOverlap)); // squared
+    double flat_reach = 0;
+    CellReach result{kOverlap * reach.closed, 0, reach.open, reach.open};
     const auto corners = cell.corners();
     for (std::size_t i = 0; i < corners.size(); ++i) {
-        const double distance = glm::length(corners[i].at);
-        const bool is_known = 2 * distance <= seen; // no further neighbour is nearer to it
-        result.complete = result.complete && is_known;
-        if (is_known && corners[i].next_edge == kFlat &&
-            corners[i > 0 ? i - 1 : corners.size() - 1].next_edge == kFlat)
-            result.flat = std::max(result.flat, kOverlap * distance);
+        const double squared = glm::dot(corners[i].at, corners[i].at);
+        result.at_gap = result.at_gap || squared > gap;
+        const bool is_flat =
+            ((corners[i].next_edge ^ kFlat) | (corners[i > 0 ? i - 1 : corners.size() - 1].next_edge ^ kFlat)) == 0;
+        if (is_flat && squared <= known) // no further neighbour is nearer to it
+            flat_reach = std::max(flat_reach, squared);
     }
+    result.flat = kOverlap * std::sqrt(flat_reach);
+    result.at_gap = result.at_gap && 2 * flat_count >= near.size();
     return result;
 }
 
 // The reach of one voxel before it is limited by the spacing around.
 struct Reach {
-    float closed = 0, flat = 0, border = 0; // border: minimum
+    float closed = 0, flat = 0, border = 0;              // border: minimum
     std::array<std::uint32_t, kCellNeighbours> around{}; // the nearest voxels; itself where there are fewer
 };
 
@@ -101,7 +108,7 @@ Reach reach_of(const Voxels &voxels, std::size_t voxel, NearVoxelCursor &cursor,
     reach.around.fill(static_cast<std::uint32_t>(voxel));
     for (std::size_t k = 0; k < near.size(); ++k)
         reach.around[k] = near[k].voxel;
-    if (cell.open || !cell.complete) {
+    if (cell.at_gap) {
         near = std::span(found).first(cursor.nearest(voxel, found));
         const CellReach wider = reach_of_cell(voxels, voxel, near);
         reach.flat = wider.open ? 0 : static_cast<float>(wider.flat); // a large splat would extend beyond the border

@@ -80,7 +80,8 @@ class TangentCell {
             const int inside = a <= 0 ? 1 : 0, next_inside = b <= 0 ? 1 : 0;
             kept[kept_count] = from;
             kept_count += static_cast<std::size_t>(inside);
-            kept[kept_count] = {from.at + (to.at - from.at) * (a / (a - b)), inside != 0 ? label : from.next_edge};
+            kept[kept_count] = {from.at + (to.at - from.at) * (a / (a - b)),
+                                (label & -inside) | (from.next_edge & (inside - 1))};
             kept_count += static_cast<std::size_t>(inside ^ next_inside);
         }
         assert(kept_count <= kMaxCorners);
@@ -97,8 +98,7 @@ class TangentCell {
         double farthest = 0;
         const Corners &corners = corners_[now_];
         for (std::size_t i = 0; i < count_; ++i) {
-            const bool closed =
-                corners[i].next_edge != 0 && corners[i > 0 ? i - 1 : count_ - 1].next_edge != 0;
+            const bool closed = std::min(corners[i].next_edge, corners[i > 0 ? i - 1 : count_ - 1].next_edge) > 0;
             if (closed)
                 farthest = std::max(farthest, squared(corners[i].at));
             reach.open = reach.open || !closed;

@@ -37,12 +37,12 @@ struct Place {
 };
 
 struct MadePoint {
-    MortonCode code;         // its voxel
-    double from_centre;      // squared distance from the voxel's centre
-    LatticePoint at;         //
-    ShortNormal normal;      //
-    LinearColour colour;     //
-    float radius;            //
+    MortonCode code;     // its voxel
+    double from_centre;  // squared distance from the voxel's centre
+    LatticePoint at;     //
+    ShortNormal normal;  //
+    LinearColour colour; //
+    float radius;        //
     std::uint8_t material, two_sided;
 };
 
@@ -137,7 +137,8 @@ class GapFiller {
                     cell.cut(flat, static_cast<int>(k) + 1);
             }
             const bool all = near_count_ < count;
-            const double seen = near_count_ > 0 ? std::sqrt(near_[near_count_ - 1].squared_distance) / kLatticeSteps : 0;
+            const double seen =
+                near_count_ > 0 ? std::sqrt(near_[near_count_ - 1].squared_distance) / kLatticeSteps : 0;
             complete_ = all ? max_circle_ : std::min(max_circle_, seen / 2);
             double farthest = 0;
             for (const TangentCell::Corner &corner : cell.corners())
@@ -192,8 +193,8 @@ class GapFiller {
         const Place &place = cloud_.places[point];
         const glm::dvec3 to_point = glm::dvec3(points_[point]) - candidate.at;
         const double distance = glm::length(to_point), reach = kAround * distance + kBeyond * spacing();
-        const std::size_t count = fitted_.nearest_within(LatticePoint(candidate.at),
-                                                         static_cast<float>(reach * reach), found_);
+        const std::size_t count =
+            fitted_.nearest_within(LatticePoint(candidate.at), static_cast<float>(reach * reach), found_);
         if (count == 0)
             return;
         const double farthest = kFade * found_[count - 1].squared_distance, unit = 1 / std::sqrt(farthest);
@@ -223,10 +224,14 @@ class GapFiller {
         };
         const glm::dvec3 colour = mean(place.colour, a.colour, b.colour) + 0.5;
         const bool all_radii = place.radius > 0 && a.radius > 0 && b.radius > 0;
-        made.push_back({code, from_centre(at), LatticePoint(at), to_short_normal(foot->normal),
+        made.push_back({code,
+                        from_centre(at),
+                        LatticePoint(at),
+                        to_short_normal(foot->normal),
                         {static_cast<std::uint16_t>(colour.x), static_cast<std::uint16_t>(colour.y),
                          static_cast<std::uint16_t>(colour.z)},
-                        all_radii ? static_cast<float>(mean(place.radius, a.radius, b.radius)) : 0.0F, place.material,
+                        all_radii ? static_cast<float>(mean(place.radius, a.radius, b.radius)) : 0.0F,
+                        place.material,
                         place.two_sided});
     }
 
@@ -256,8 +261,8 @@ void keep_one_per_voxel(std::vector<MadePoint> &made) {
     std::stable_sort(made.begin(), made.end(), [](const MadePoint &p, const MadePoint &q) {
         return std::tie(p.code, p.from_centre) < std::tie(q.code, q.from_centre);
     });
-    const auto end = std::unique(made.begin(), made.end(),
-                                 [](const MadePoint &p, const MadePoint &q) { return p.code == q.code; });
+    const auto end =
+        std::unique(made.begin(), made.end(), [](const MadePoint &p, const MadePoint &q) { return p.code == q.code; });
     made.erase(end, made.end());
 }
 
@@ -270,8 +275,7 @@ void append(const std::vector<MadePoint> &made, const Grid &grid, Surface &surfa
         surface);
     std::size_t i = surface.positions.size();
     for (const MadePoint &point : made) {
-        surface.positions.push_back(vector_of(grid.origin) +
-                                    glm::dvec3(point.at) * (grid.voxel_size / kLatticeSteps));
+        surface.positions.push_back(vector_of(grid.origin) + glm::dvec3(point.at) * (grid.voxel_size / kLatticeSteps));
         normals.normals.push_back(point.normal);
         if (!surface.normals.empty())
             surface.normals[i] = glm::vec3(point.normal[0], point.normal[1], point.normal[2]);
