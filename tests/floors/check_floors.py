@@ -43,7 +43,7 @@ ROOMS = {
     "runtime/viewer": ["pictures", "options", "scene", "pbm-render pbm-view", "pbm-view/window"],
     "tools/pbm-build/pbm_scan": ["surface", "text", "mesh ply", "."],
     "tools/pbm-build/pbm_build": [
-        "report", "surface", "grid", "voxels", "neighbours", "normals radii texture", "panorama", "scene", "."],
+        "report", "surface", "grid", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
 }
 
 # What needs an operating system, and the rooms of the floors that must do without it.

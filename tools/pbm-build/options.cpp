@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include "command_line/common_options.h"
+#include "pbm_build/upsampling/upsample.h"
 #include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"
 #include "recipe.h"
@@ -143,6 +144,9 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
              [&options] { options.outliers = Outliers::drop; });
     line.add("--keep-outliers", "Drop none of them", [&options] { options.outliers = Outliers::keep; },
              {.excludes = {"--remove-outliers"}});
+    line.add("--upsample",
+             "Fill gaps of up to N voxels between points without faces with points on their surface, 2..16",
+             &options.upsample, {.check = command_line::Integers{kMinGap, kMaxGap}});
     line.add("--strict", "Refuse the input if anything of it would be dropped", &options.strict,
              {.excludes = {"--remove-outliers"}});
 }

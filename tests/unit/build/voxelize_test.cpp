@@ -449,6 +449,42 @@ TEST(SplatRadius, PointsCoverTheirCell) {
     }
 }
 
+// The nearest 12 points of each lie on its own line.
+TEST(SplatRadius, GapsBetweenScanLinesClose) {
+    constexpr int kDepth = 8, kApart = 7;
+    Voxels voxels;
+    for (std::uint32_t y = 0; y < 12; ++y)
+        for (std::uint32_t x = 0; x < 100; ++x)
+            voxels.codes.push_back(morton_encode(x, kApart * y, 100));
+    std::sort(voxels.codes.begin(), voxels.codes.end());
+    voxels.points.resize(voxels.codes.size(), {});
+    std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
+    radii_from_neighbours(voxels, kDepth, 2);
+    for (std::size_t i = 0; i < voxels.codes.size(); ++i) {
+        const auto v = morton_decode(voxels.codes[i]);
+        const bool inside = v[0] > 10 && v[0] < 90 && v[1] > 0 && v[1] < 11 * kApart;
+        if (inside) {
+            EXPECT_GE(radius_fraction(voxels.points.radii[i]) * (1 << kDepth), std::hypot(0.5, kApart / 2.0));
+        }
+    }
+}
+
+// A dense square with a hole of 20 voxels: its edge is a border, and splats there do not reach into it.
+TEST(SplatRadius, SplatsAtALargeHoleAreNoLargerThanThoseAtABorder) {
+    constexpr int kDepth = 8;
+    Voxels voxels;
+    for (std::uint32_t y = 0; y < 60; ++y)
+        for (std::uint32_t x = 0; x < 60; ++x)
+            if (std::hypot(static_cast<double>(x) - 30, static_cast<double>(y) - 30) > 10)
+                voxels.codes.push_back(morton_encode(x, y, 100));
+    std::sort(voxels.codes.begin(), voxels.codes.end());
+    voxels.points.resize(voxels.codes.size(), {});
+    std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
+    radii_from_neighbours(voxels, kDepth, 2);
+    for (const std::uint8_t radius : voxels.points.radii)
+        EXPECT_LE(radius_fraction(radius) * (1 << kDepth), 2 * 1.26 * 1.1);
+}
+
 TEST(SplatRadius, PointsBelowOneNodeShareTheLargestRadiusAmongThem) {
     constexpr int kDepth = 8;
     std::mt19937 random(1);

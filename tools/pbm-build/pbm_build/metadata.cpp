@@ -40,6 +40,7 @@ Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour
     give("viewpoint", build.viewpoint);
     set("remove_outliers", build.outliers == Outliers::drop);
     set("keep_outliers", build.outliers == Outliers::keep);
+    give("upsample", build.upsample);
     for (const GivenOption &given : build.scene.given) {
         nlohmann::ordered_json &value = options[given.name];
         if (value.is_null())

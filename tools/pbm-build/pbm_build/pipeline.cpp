@@ -5,6 +5,7 @@
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/surface/merge_surfaces.h"
 #include "pbm_build/surface/vertex_normals.h"
+#include "pbm_build/upsampling/upsample.h"
 #include "pbm_build/voxels/sample_points.h"
 #include "pbm_build/voxels/voxelize.h"
 #include "pbm_format/reading/reader.h"
@@ -55,19 +56,51 @@ std::vector<Material> choose_materials(const Surface &surface, const AttributeSe
     return materials;
 }
 
-// Samples and voxelizes at the depth of `grid`. If the user set no depth, decrements it until the number of points is
-// within max_points and the samples fit into memory.
-Result<Voxels> sample_and_voxelize(const Surface &surface, const Bounds &bounds, const VertexNormals &normals,
+// Fills gaps of the points as requested.
+Status fill_gaps(Surface &surface, VertexNormals &normals, const Grid &grid, const Run &run) {
+    const BuildOptions &options = run.options;
+    if (!options.upsample || surface.point_count() == 0)
+        return {};
+    const Result<std::uint64_t> made = run.clock.run("upsample", [&] {
+        return upsample(surface, normals, grid, {*options.upsample, options.max_hit_bytes}, options.threads);
+    });
+    if (!made)
+        return made.error();
+    run.statistics.made_points = *made;
+    return {};
+}
+
+void report_made_points(const Surface &surface, const BuildOptions &options, BuildStatistics &statistics) {
+    if (!options.upsample)
+        return;
+    if (surface.point_count() == 0)
+        statistics.report("--upsample", Fate::dropped, "there are no points without faces");
+    else
+        statistics.report("upsampling", Fate::estimated,
+                          counted(statistics.made_points, "point") + " made in gaps of up to " +
+                              counted(static_cast<std::uint64_t>(*options.upsample), "voxel"));
+}
+
+// Fills gaps, samples and voxelizes at the depth of `grid`. If the user set no depth, decrements it until the number of
+// points is within max_points and the samples fit into memory.
+Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, VertexNormals &normals,
                                    const AttributeSet &set, Grid &grid, const Run &run) {
     const BuildOptions &options = run.options;
     const bool depth_is_free = !options.grid.depth && !options.grid.voxel_size && !options.grid.like;
     const int first_depth = grid.depth;
+    const std::size_t given = surface.positions.size();
     for (;; grid.depth -= 1, grid.voxel_size *= 2) {
         const bool may_be_coarser = depth_is_free && grid.depth > kMinBuildDepth;
         if (Status checked = check_hit_count(surface, bounds, grid, options); !checked) {
             if (may_be_coarser)
                 continue;
             return checked.error();
+        }
+        remove_made_points(surface, normals, given); // of a finer grid
+        if (Status filled = fill_gaps(surface, normals, grid, run); !filled) {
+            if (filled.error().code == ErrorCode::memory && may_be_coarser)
+                continue;
+            return filled.error();
         }
         const Bytes radii = given_radii(surface, grid);
         const SurfaceSampler sampler(surface, normals, radii, grid, options.threads);
@@ -181,6 +214,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
         return voxels.error();
     if (voxels->codes.size() > kMaxPoints)
         return too_large(std::to_string(voxels->codes.size()) + " points, a .pbvg file holds 2^32 - 1");
+    report_made_points(surface, options, statistics);
     normals = {};
     clock.run("choose radii", [&] { choose_radii(*voxels, surface, grid->depth, threads); });
 

@@ -1,8 +1,8 @@
 // The whole walk from a scan to a .pbvg file.
 //
-//   read_surface -> place -> dress -> merge_surfaces -> estimate_normals -> choose_grid -> sample_points -> voxelize ->
-//   choose_radii -> place_scene -> evaluate_solid_texture -> bake_shadows -> encode_octree -> average_levels ->
-//   write_model
+//   read_surface -> place -> dress -> merge_surfaces -> estimate_normals -> choose_grid -> upsample -> sample_points ->
+//   voxelize -> choose_radii -> place_scene -> evaluate_solid_texture -> bake_shadows -> encode_octree ->
+//   average_levels -> write_model
 #pragma once
 
 #include "pbm_build/grid/grid_choice.h"
@@ -36,9 +36,10 @@ struct BuildOptions {
     bool flip_faces = false;                              // reverses the winding of all faces
     std::optional<std::array<double, 3>> viewpoint;       // estimated normals face it; model units
     Outliers outliers = Outliers::drop_strays;            // of points without faces; kept with a grid that is given
+    std::optional<int> upsample;                          // largest gap, voxels; upsample.h
     bool strict = false;                                  // refuse the input instead of dropping any of it
     int threads = 0;                                      // 0: one per processor
-    std::uint64_t max_hit_bytes = std::uint64_t{4} << 30; // of hits (hit_store.h); more is ErrorCode::memory
+    std::uint64_t max_hit_bytes = std::uint64_t{4} << 30; // of hits (hit_store.h) and of made points, each
 };
 
 // Builds a model with all levels, without panorama, from surfaces in the model's coordinates. The result does not
@@ -47,7 +48,7 @@ struct BuildOptions {
 // errors  unsupported_feature  more than kMaxMaterials materials, that of the ground plane included
 //         bad_input            with `strict`: vertices that no triangle uses
 //         too_large, usage     see grid_choice.h; more than kMaxPoints points
-//         memory               more samples than max_hit_bytes hold
+//         memory               more samples or made points than max_hit_bytes hold
 Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics &statistics,
                           const Progress &progress = {});
 

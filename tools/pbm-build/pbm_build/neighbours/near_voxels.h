@@ -42,7 +42,7 @@ class NearVoxelCursor {
     explicit NearVoxelCursor(const NearVoxels &voxels);
 
     // As PointNeighbours::nearest, at most kMost.
-    static constexpr std::size_t kMost = 31;
+    static constexpr std::size_t kMost = 48;
     std::size_t nearest(std::size_t voxel, std::span<Neighbour> found);
 
   private:

@@ -71,8 +71,7 @@ void NeighbourCursor::enter(std::size_t leaf) {
         beside_.add(static_cast<std::uint32_t>(other), tree_.box_of(other));
 }
 
-void NeighbourCursor::collect(float limit) {
-    const Box own = tree_.box_of(leaf_);
+void NeighbourCursor::collect(const Box &own, float limit) {
     struct Group {
         std::size_t level, index;
     };
@@ -96,15 +95,15 @@ void NeighbourCursor::collect(float limit) {
 }
 
 // Fills `found` with the nearest points of some leaves. All of them within `limit` are considered.
-std::size_t NeighbourCursor::scan(const LeafList &leaves, std::size_t point, float limit, std::span<NearPoint> found) {
+std::size_t NeighbourCursor::scan(const LeafList &leaves, const Query &query, float limit, std::span<NearPoint> found) {
     const std::vector<LatticePoint> &points = tree_.points_;
-    const LatticePoint at = points[point];
+    const LatticePoint at = query.at;
     std::size_t count = 0;
     for (std::size_t next = 0; next < leaves.leaves.size();) {
         next = points_within(tree_.leaves_.data(), leaves, next, at, limit, candidates_);
         for (std::size_t c = 0; c < candidates_.count; ++c) {
             const std::size_t other = candidates_.points[c];
-            if (other == point || other >= points.size())
+            if (other == query.excluded || other >= points.size())
                 continue;
             const glm::dvec3 d(points[other] - at);
             const double squared = (d.x * d.x + d.y * d.y) + d.z * d.z;
@@ -134,7 +133,13 @@ std::size_t NeighbourCursor::scan(const LeafList &leaves, std::size_t point, flo
 
 std::size_t NeighbourCursor::nearest_in_order(std::size_t point, std::span<NearPoint> found) {
     enter(point / kFan);
-    return scan(beside_, point, kUnlimited, found);
+    return scan(beside_, {tree_.points_[point], point}, kUnlimited, found);
+}
+
+std::size_t NeighbourCursor::nearest_within(const LatticePoint &at, float limit, std::span<NearPoint> found) {
+    leaf_ = kNoLeaf;
+    collect({at, at}, limit);
+    return scan(near_, {at, kNoPoint}, limit, found);
 }
 
 std::size_t NeighbourCursor::nearest(std::size_t point, std::span<NearPoint> found) {
@@ -149,8 +154,8 @@ std::size_t NeighbourCursor::nearest(std::size_t point, std::span<NearPoint> fou
             limit = first ? beside : std::min(std::max(1.0F, kWider * limit), beside);
         }
         if (limit > reach_)
-            collect(limit * kSpare);
-        count = scan(near_, point, limit, found);
+            collect(tree_.box_of(leaf_), limit * kSpare);
+        count = scan(near_, {tree_.points_[point], point}, limit, found);
         if (count == found.size() && distance_of_last() <= limit)
             break;
         if (!(limit < kUnlimited))

@@ -50,12 +50,21 @@ class NeighbourCursor {
     // never below that of `nearest`.
     std::size_t nearest_in_order(std::size_t point, std::span<NearPoint> found);
 
-  private:
-    void enter(std::size_t leaf);
-    void collect(float limit);
-    std::size_t scan(const LeafList &leaves, std::size_t point, float limit, std::span<NearPoint> found);
+    // The same for any place, which need not be that of a point: the nearest points within a squared distance of
+    // `limit`.
+    std::size_t nearest_within(const LatticePoint &at, float limit, std::span<NearPoint> found);
 
-    static constexpr std::size_t kNoLeaf = std::numeric_limits<std::size_t>::max();
+  private:
+    // The place of a search, and the point that it does not find.
+    struct Query {
+        LatticePoint at;
+        std::size_t excluded;
+    };
+    void enter(std::size_t leaf);
+    void collect(const Box &own, float limit);
+    std::size_t scan(const LeafList &leaves, const Query &query, float limit, std::span<NearPoint> found);
+
+    static constexpr std::size_t kNoLeaf = std::numeric_limits<std::size_t>::max(), kNoPoint = kNoLeaf;
     static constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 
     const PointNeighbours &tree_;

@@ -5,9 +5,8 @@
 #include "pbm_build/radii/tangent_cell.h"
 #include "system/threads/parallel.h"
 
-#include <glm/geometric.hpp>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace pbm::build {
@@ -15,13 +14,16 @@ namespace {
 
 constexpr std::size_t kBlock = 4096;
 constexpr int kMaxShared = 7;               // steps of the radius table: a factor of 1.5
-constexpr std::size_t kRing = 8;            // maximum reach of a splat: the distance of this neighbour
-constexpr double kStray = 3;                // maximum reach over the median
+constexpr std::size_t kRing = 8;            // spacing: the distance of this neighbour
+constexpr double kFlatGap = 2;              // maximum reach over the spacing around, where the surface is flat
+constexpr double kStray = 3;                // maximum reach over the median spacing of all
 constexpr std::size_t kNormalVotes = 16;    // neighbours whose normals are averaged
 constexpr double kMaxVoxels = 2;            // maximum radius of dense samples, voxels
 constexpr std::size_t kCellNeighbours = 12; // neighbours that clip a cell
-constexpr std::size_t kBorder = 5;          // minimum reach at a border: the distance of this neighbour
-constexpr double kOverlap = 1.1;            // overlap of splats, since neighbours lie slightly off the tangent plane
+constexpr std::size_t kMoreNeighbours = NearVoxelCursor::kMost; // where these do not close it
+constexpr double kFlatCosine = 0.9, kFlatSlope = 0.2; // limits of a flat surface between a point and a neighbour
+constexpr std::size_t kBorder = 5;                    // minimum reach at a border: the distance of this neighbour
+constexpr double kOverlap = 1.1; // overlap of splats, since neighbours lie slightly off the tangent plane
 
 float distance_of(std::span<const Neighbour> near, std::size_t neighbour) {
     return near.empty() ? 0 : std::sqrt(near[std::min(neighbour, near.size()) - 1].squared_distance);
@@ -36,36 +38,95 @@ template <class T> std::vector<std::size_t> indices_of(const std::vector<T> &val
     return indices;
 }
 
-// Radius in voxels that covers the Voronoi cell of a voxel's centre in its tangent plane. The cell is clipped by the
-// neighbours of the same sheet: normals within 60 degrees, and a slope below 45 degrees or a step of at most a voxel.
-float reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Neighbour> near) {
+// Distances in voxels of the farthest corners of the Voronoi cell of a voxel's centre in its tangent plane.
+struct CellReach {
+    double closed = 0;   // of corners between two neighbours
+    double flat = 0;     // of those that no further neighbour would clip, and whose two neighbours lie with the voxel
+                         // on a flat surface
+    bool open = true;    // no neighbour lies in some direction
+    bool at_gap = false; // further neighbours may lie beyond a gap of a flat surface
+};
+
+// The cell is clipped by the neighbours of the same sheet.
+CellReach reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const Neighbour> near) {
     if (near.empty())
-        return 0;
+        return {};
     const std::vector<std::uint16_t> &normals = voxels.points.normals;
     const auto table = normal_table();
     const auto normal_of = [&](std::size_t i) {
         const UnitVector &n = table[normals[i] & kNormalIndexMask];
         return glm::dvec3(n[0], n[1], n[2]);
     };
-    const glm::dvec3 n = normal_of(voxel);
-    // Based on: Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin. Building an Orthonormal Basis, Revisited.
-    // 2017
-    const double sign = n.z < 0 ? -1 : 1, a = -1 / (sign + n.z), b = n.x * n.y * a;
-    const glm::dvec3 right(1 + sign * n.x * n.x * a, sign * b, -sign * n.x), up(b, sign + n.y * n.y * a, -n.y);
-
-    TangentCell cell(static_cast<double>(distance_of(near, near.size())));
+    const TangentPlane plane(normal_of(voxel));
+    const auto seen = static_cast<double>(distance_of(near, near.size()));
+    TangentCell cell(seen);
+    constexpr int kFlat = 1, kBent = 2; // labels of neighbours
+    std::size_t flat_count = 0;
     for (const Neighbour &neighbour : near) {
         const glm::dvec3 offset(neighbour.offset), m = normal_of(neighbour.voxel);
         const bool either = ((normals[voxel] | normals[neighbour.voxel]) & kTwoSidedBit) != 0;
-        const double cosine = either ? std::fabs(glm::dot(n, m)) : glm::dot(n, m);
-        const glm::dvec2 flat(glm::dot(offset, right), glm::dot(offset, up));
-        const double height = std::fabs(glm::dot(offset, n)), squared = flat.x * flat.x + flat.y * flat.y;
-        if (cosine > 0.5 && squared > 0.25 && (height <= 1 || height * height < squared))
-            cell.cut(flat);
+        const double cosine = either ? std::fabs(plane.height(m)) : plane.height(m), height = plane.height(offset);
+        const glm::dvec2 flat = plane.flat(offset);
+        const double squared = glm::dot(flat, flat);
+        const bool is_flat = cosine > kFlatCosine && height * height < kFlatSlope * kFlatSlope * squared;
+        flat_count += is_flat ? 1 : 0;
+        if (squared > 0.25 && is_same_sheet(cosine, height, squared))
+            cell.cut(flat, is_flat ? kFlat : kBent);
     }
     const TangentCell::Reach reach = cell.reach();
-    const double closed = std::min(kOverlap * reach.closed, static_cast<double>(distance_of(near, kRing)));
-    return static_cast<float>(reach.open ? std::max(closed, static_cast<double>(distance_of(near, kBorder))) : closed);
+    const auto ring = static_cast<double>(distance_of(near, kRing));
+    const double known = seen * seen / 4, gap = std::max(known, ring * ring / (kOverlap * kOverlap)); // squared
+    double flat_reach = 0;
+    CellReach result{kOverlap * reach.closed, 0, reach.open, reach.open};
+    const auto corners = cell.corners();
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        const double squared = glm::dot(corners[i].at, corners[i].at);
+        result.at_gap = result.at_gap || squared > gap;
+        const bool is_flat =
+            ((corners[i].next_edge ^ kFlat) | (corners[i > 0 ? i - 1 : corners.size() - 1].next_edge ^ kFlat)) == 0;
+        if (is_flat && squared <= known) // no further neighbour is nearer to it
+            flat_reach = std::max(flat_reach, squared);
+    }
+    result.flat = kOverlap * std::sqrt(flat_reach);
+    result.at_gap = result.at_gap && 2 * flat_count >= near.size();
+    return result;
+}
+
+// The reach of one voxel before it is limited by the spacing around.
+struct Reach {
+    float closed = 0, flat = 0, border = 0;              // border: minimum
+    std::array<std::uint32_t, kCellNeighbours> around{}; // the nearest voxels; itself where there are fewer
+};
+
+Reach reach_of(const Voxels &voxels, std::size_t voxel, NearVoxelCursor &cursor, float &ring) {
+    std::array<Neighbour, kMoreNeighbours> found;
+    auto near = std::span(found).first(cursor.nearest(voxel, std::span(found).first(kCellNeighbours)));
+    const CellReach cell = reach_of_cell(voxels, voxel, near);
+    Reach reach{static_cast<float>(cell.closed), static_cast<float>(cell.flat),
+                cell.open ? distance_of(near, kBorder) : 0};
+    ring = distance_of(near, kRing);
+    reach.around.fill(static_cast<std::uint32_t>(voxel));
+    for (std::size_t k = 0; k < near.size(); ++k)
+        reach.around[k] = near[k].voxel;
+    if (cell.at_gap) {
+        near = std::span(found).first(cursor.nearest(voxel, found));
+        const CellReach wider = reach_of_cell(voxels, voxel, near);
+        reach.flat = wider.open ? 0 : static_cast<float>(wider.flat); // a large splat would extend beyond the border
+    }
+    return reach;
+}
+
+// The median of the known spacings of a voxel and those around it.
+float spacing_around(const std::vector<float> &rings, float own,
+                     const std::array<std::uint32_t, kCellNeighbours> &around) {
+    std::array<float, kCellNeighbours + 1> some{own};
+    std::size_t count = 1;
+    for (const std::uint32_t voxel : around)
+        if (rings[voxel] > 0)
+            some[count++] = rings[voxel];
+    const auto middle = some.begin() + static_cast<std::ptrdiff_t>(count / 2);
+    std::nth_element(some.begin(), middle, some.begin() + static_cast<std::ptrdiff_t>(count));
+    return *middle;
 }
 
 // Returns classes[radius_index(fraction)] by linear search: most radii are in the first few classes.
@@ -156,22 +217,28 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
     const std::size_t count = missing.size();
     const double edge = static_cast<double>(std::uint64_t{1} << depth); // in voxels
     const NearVoxels near_voxels(voxels.codes, depth);
-    std::vector<float> reach(count, 0), ring(count, 0); // in voxels
+    std::vector<Reach> reaches(count);
+    std::vector<float> rings(voxels.codes.size(), 0); // in voxels; 0: not known
     parallel_blocks(count, kBlock, threads, [&](std::size_t begin, std::size_t end) {
         NearVoxelCursor cursor(near_voxels);
-        std::array<Neighbour, kCellNeighbours> found;
-        for (std::size_t i = begin; i < end; ++i) {
-            const auto near = std::span(found).first(cursor.nearest(missing[i], found));
-            ring[i] = distance_of(near, kRing);
-            reach[i] = reach_of_cell(voxels, missing[i], near);
-        }
+        for (std::size_t i = begin; i < end; ++i)
+            reaches[i] = reach_of(voxels, missing[i], cursor, rings[missing[i]]);
     });
-    const auto median = static_cast<double>(median_of(ring));
+    std::vector<float> known;
+    known.reserve(count);
+    for (const std::size_t voxel : missing)
+        known.push_back(rings[voxel]);
+    const auto median = static_cast<double>(median_of(std::move(known)));
     const ClassFinder class_of(radius_classes(depth));
-    for (std::size_t i = 0; i < count; ++i) {
-        const double most = ring[i] > kOutlierFactor * median ? median : kStray * median;
-        voxels.points.radii[missing[i]] = class_of(std::min(static_cast<double>(reach[i]), most) / edge);
-    }
+    parallel_for(count, kBlock, threads, [&](std::size_t i) {
+        const Reach &reach = reaches[i];
+        const float ring = rings[missing[i]];
+        const float spacing = spacing_around(rings, ring, reach.around);
+        const auto wanted = std::max({std::min(reach.closed, spacing), reach.border,
+                                      std::min(reach.flat, static_cast<float>(kFlatGap) * spacing)});
+        const double most = ring > kOutlierFactor * median ? median : kStray * median;
+        voxels.points.radii[missing[i]] = class_of(std::min(static_cast<double>(wanted), most) / edge);
+    });
     share_below_nodes(voxels, missing, voxels.points.radii);
 }
 

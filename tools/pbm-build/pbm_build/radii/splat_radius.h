@@ -25,10 +25,14 @@ Bytes given_radii(const Surface &surface, const Grid &grid);
 
 // Computes the missing radii, those of index 0, in place. All normals must be set.
 //
+// The spacing of a voxel is the distance of its 8th nearest one, the spacing around it the median of its own and those
+// of its nearest 12: at the edge of a hole it is that of the surface, not that of the hole.
+//
 //   radius = 1.1 x distance of the farthest corner of the Voronoi cell in the tangent plane (tangent_cell.h)
-//   radius <= distance of the 8th nearest voxel
+//   radius <= the spacing around; twice that for corners between neighbours on a flat surface, so that gaps in a dense
+//             surface close
 //   radius >= distance of the 5th nearest voxel, where the cell is open (at a border)
-//   radius <= 3 x median distance of the 8th nearest voxel; that median itself for outliers (outliers.h)
+//   radius <= 3 x median spacing of all; that median itself for outliers (outliers.h)
 //
 // Points below one node of the next level share the largest of their radii, unless it is more than 1.5 times their own:
 // a radius that equals its node's prediction costs no bits.

@@ -2,15 +2,38 @@
 // Based on: Sutherland, Hodgman. Reentrant Polygon Clipping. 1974 (one cut per neighbour)
 #pragma once
 
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <span>
 
 namespace pbm::build {
+
+// An orthonormal basis whose third axis is the unit vector `n`.
+// Based on: Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin. Building an Orthonormal Basis, Revisited. 2017
+struct TangentPlane {
+    explicit TangentPlane(const glm::dvec3 &n) : normal(n) {
+        const double sign = n.z < 0 ? -1 : 1, a = -1 / (sign + n.z), b = n.x * n.y * a;
+        right = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x};
+        up = {b, sign + n.y * n.y * a, -n.y};
+    }
+    glm::dvec2 flat(const glm::dvec3 &offset) const { return {glm::dot(offset, right), glm::dot(offset, up)}; }
+    double height(const glm::dvec3 &offset) const { return glm::dot(offset, normal); }
+
+    glm::dvec3 normal, right, up;
+};
+
+// Whether two points belong to one sheet of the surface: normals within 60 degrees, and a slope below 45 degrees or a
+// step of at most a voxel. `squared`: squared distance in the tangent plane; lengths in voxels.
+inline bool is_same_sheet(double cosine, double height, double squared) {
+    return cosine > 0.5 && (std::fabs(height) <= 1 || height * height < squared);
+}
 
 // A convex polygon around the origin: an octagon of circumradius `radius`, clipped by the bisectors of its neighbours.
 class TangentCell {
@@ -29,9 +52,14 @@ class TangentCell {
             corners_[0][i] = {radius * corners[i], 0};
     }
 
-    // Clips the polygon at the bisector between the origin and `other`. At most kMaxCuts calls.
-    static constexpr std::size_t kMaxCuts = 24;
-    void cut(const glm::dvec2 &other) {
+    struct Corner { // no default values: initialising them would take as long as a cut
+        glm::dvec2 at;
+        int next_edge; // 0, or the label of the neighbour beyond the edge to the next corner
+    };
+
+    // Clips the polygon at the bisector between the origin and `other`. `label` is positive. At most kMaxCuts calls.
+    static constexpr std::size_t kMaxCuts = 448;
+    void cut(const glm::dvec2 &other, int label = 1) {
         const double limit = (other.x * other.x + other.y * other.y) / 2;
         Corners &corners = corners_[now_], &kept = corners_[1 - now_];
         std::array<double, kMaxCorners + 1> beyond; // scaled distance of each corner from the bisector
@@ -52,7 +80,8 @@ class TangentCell {
             const int inside = a <= 0 ? 1 : 0, next_inside = b <= 0 ? 1 : 0;
             kept[kept_count] = from;
             kept_count += static_cast<std::size_t>(inside);
-            kept[kept_count] = {from.at + (to.at - from.at) * (a / (a - b)), inside | from.next_edge_is_cut};
+            kept[kept_count] = {from.at + (to.at - from.at) * (a / (a - b)),
+                                (label & -inside) | (from.next_edge & (inside - 1))};
             kept_count += static_cast<std::size_t>(inside ^ next_inside);
         }
         assert(kept_count <= kMaxCorners);
@@ -69,8 +98,7 @@ class TangentCell {
         double farthest = 0;
         const Corners &corners = corners_[now_];
         for (std::size_t i = 0; i < count_; ++i) {
-            const bool closed =
-                (corners[i].next_edge_is_cut & corners[i > 0 ? i - 1 : count_ - 1].next_edge_is_cut) != 0;
+            const bool closed = std::min(corners[i].next_edge, corners[i > 0 ? i - 1 : count_ - 1].next_edge) > 0;
             if (closed)
                 farthest = std::max(farthest, squared(corners[i].at));
             reach.open = reach.open || !closed;
@@ -79,11 +107,9 @@ class TangentCell {
         return reach;
     }
 
+    std::span<const Corner> corners() const { return std::span(corners_[now_]).first(count_); }
+
   private:
-    struct Corner { // no default values: initialising them would take as long as a cut
-        glm::dvec2 at;
-        int next_edge_is_cut; // 1: the edge to the next corner lies between two points
-    };
     static double squared(const glm::dvec2 &v) { return v.x * v.x + v.y * v.y; }
     static constexpr std::size_t kMaxCorners = 8 + kMaxCuts;
     using Corners = std::array<Corner, kMaxCorners + 2>; // the first corner repeated, and one spare

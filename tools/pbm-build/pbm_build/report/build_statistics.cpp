@@ -69,6 +69,7 @@ std::string to_json(const BuildStatistics &statistics, std::span<const std::stri
     json["vertices"] = statistics.vertices;
     json["triangles"] = statistics.triangles;
     json["samples"] = statistics.samples;
+    json["made_points"] = statistics.made_points;
     json["points"] = statistics.points;
     json["two_sided_points"] = statistics.two_sided_points;
     json["depth"] = statistics.depth;
