@@ -8,6 +8,7 @@
 #endif
 
 #include "pbm_format/model/octree.h"
+#include "pbm_surface/brick_points.h"
 #include "system/bytes.h"
 
 #include <array>
@@ -48,9 +49,6 @@ inline constexpr std::array<VoxelPlace, 64> kNodePlaces = [] {
         places[node] = voxel_place(8 * node);
     return places;
 }();
-
-inline constexpr std::size_t kMaxLanes = 16;
-inline constexpr std::size_t kBrickPoints = 512;
 
 // Positions of a brick's points in stream order, padded to whole SIMD vectors.
 struct BrickPlaces {

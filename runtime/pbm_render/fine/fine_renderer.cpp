@@ -40,6 +40,7 @@ struct Workplace {
 
     SurfaceOffsets offsets;
     DepthStrip visible;
+    StripPoints points;
     SurfaceBuffer surface;
     SurfaceRow row;
     SurroundingsRow around;
@@ -123,7 +124,9 @@ void FineRenderer::begin(std::span<const PointRun> runs, const Camera &camera, c
     assert(std::all_of(runs.begin(), runs.end(), [](const PointRun &run) { return run.offsets != nullptr; }));
     frame.runs.set(runs);
     frame.picture.emplace(frame.parameters, frame.appearance, frame.surroundings.get(), camera, options, target);
-    frame.workplaces.assign(static_cast<std::size_t>(frame.pool.threads()), Workplace(target.width));
+    frame.workplaces.clear();
+    for (int i = 0; i < frame.pool.threads(); ++i)
+        frame.workplaces.emplace_back(target.width);
     frame.sum_of_light.resize(target.pixels());
     frame.first_depth.resize(frame.picture->with_depths ? target.pixels() : 0);
     frame.picture->statistics = frame.runs.statistics();
@@ -167,16 +170,14 @@ void FineRenderer::resolve(Framebuffer &target) {
 // Adds a sample to `rows` rows from row `top` on. Returns the number of points drawn.
 std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample, Workplace &at) {
     at.visible.begin(picture->width, top, std::min(top + rows, picture->height));
+    at.points.clear();
     std::uint64_t drawn = 0;
-    const int bottom = at.visible.bottom;
-    runs.for_each_in_rows(top, bottom,
+    runs.for_each_in_rows(top, at.visible.bottom,
                           [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
-                              drawn += draw_visible(sample.geometry, run, seen, first_id, at.visible);
+                              drawn += draw_visible(sample.geometry, run, seen, first_id, at.visible, at.points);
                           });
     at.surface.begin(at.visible, picture->points.groups());
-    runs.for_each_in_rows(top, bottom, [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t) {
-        blend_bricks({sample.geometry, run, at.visible}, seen, picture->points, at.surface);
-    });
+    blend_points(sample.geometry, at.visible, at.points, picture->points, at.surface);
     const EyeRays rays{sample.geometry.middle_x, sample.geometry.middle_y, sample.geometry.inverse_focal};
     for (int y = at.visible.top; y < at.visible.bottom; ++y) {
         collect_row(y, sample, at);

@@ -25,6 +25,8 @@ inline constexpr std::size_t kGroupSplats = kMaxLanes;
 // Edge, in pixels, of the largest block for which a group is drawn pixel by pixel, all splats at once.
 inline constexpr std::int32_t kSmallBlock = 7;
 
+inline constexpr Enlargement kSoftSplats{.radius = kKernelRadius, .low_pass = kLowPass};
+
 struct SplatGroup {
     Ellipses ellipses;
     alignas(64) std::array<float, kGroupSplats> across; // converts differences of depths to halves of kBlendBand
@@ -103,15 +105,17 @@ struct Kept {
     Vector value;
 };
 
-// Values that all splats of a run share.
+// Values that all splats of a block share.
 struct Blending {
     const StripRun &at;
-    const SurfacePoints &points;
+    const StripPoints::Block &block;
+    const SurfacePoints &looks;
     SurfaceBuffer &surface;
 };
 
-HWY_INLINE void read_point(const Blending &blending, const FacingPoints &facing, std::size_t i, SurfacePoint &to) {
+HWY_INLINE void read_point(const Blending &blending, std::size_t i, SurfacePoint &to) {
     const FrameGeometry &frame = blending.at.frame;
+    const FacingPoints &facing = blending.block.points;
     const EyeNormal &n = frame.normals[static_cast<std::size_t>(facing.normal_index[i]) & kNormalIndexMask];
     const float ray_x = (facing.x[i] - frame.middle_x) * frame.inverse_focal,
                 ray_y = (facing.y[i] - frame.middle_y) * frame.inverse_focal;
@@ -121,15 +125,8 @@ HWY_INLINE void read_point(const Blending &blending, const FacingPoints &facing,
     to.channels[channel::kNormal + 1] = sign * n.y;
     to.channels[channel::kNormal + 2] = sign * n.z;
     to.channels[channel::kWeight] = 1;
-    blending.points.read(*blending.at.run.run, static_cast<std::size_t>(facing.id[i]), to);
-}
-
-template <std::size_t kGroups> HWY_INLINE void add_point(const SurfacePoint &point, float weight, SurfaceGroup *to) {
-    const Group d;
-    const auto w = hn::Set(d, weight);
-    float *const sums = to->channels.data();
-    for (std::size_t i = 0; i < kGroups * kGroupChannels; i += hn::Lanes(d))
-        hn::Store(hn::Add(hn::Load(d, sums + i), hn::Mul(w, hn::Load(d, point.channels.data() + i))), d, sums + i);
+    const std::uint32_t point = static_cast<std::uint32_t>(facing.id[i]) - blending.block.first_id;
+    blending.looks.read(*blending.at.run.run, point, to);
 }
 
 // The weight of a splat at a pixel. `form`: the quadratic form there; `behind`: distance of the visible surface from
@@ -140,102 +137,153 @@ template <class D, class V = hn::Vec<D>> HWY_INLINE V blend_weight(D d, V form, 
     return hn::Mul(hn::Mul(inside, inside), hn::Min(near, one));
 }
 
-template <std::size_t kGroups>
-HWY_INLINE void blend_splat(const Blending &blending, const SplatGroup &group, std::size_t lane,
-                            const FacingPoints &facing, std::size_t i) {
+// Adds a point to `kPixels` pixels of each of `kRows` rows.
+template <std::size_t kGroups, std::size_t kRows, std::size_t kPixels>
+HWY_INLINE void add_point(const SurfacePoint &point, const float *weights, SurfaceGroup *to, std::size_t stride) {
     const Group d;
+    constexpr std::size_t kChannels = kGroups * kGroupChannels;
+    for (std::size_t i = 0; i < kChannels; i += hn::Lanes(d)) {
+        const auto channels = hn::Load(d, point.channels.data() + i);
+        for (std::size_t row = 0; row < kRows; ++row)
+            for (std::size_t k = 0; k < kPixels; ++k) {
+                float *const sums = to[row * stride].channels.data() + k * kChannels + i;
+                hn::Store(hn::Add(hn::Load(d, sums), hn::Mul(hn::Set(d, weights[row * kPixels + k]), channels)), d,
+                          sums);
+            }
+    }
+}
+
+// Blends a splat of any size, whose ellipse is in `lane`.
+template <std::size_t kGroups>
+HWY_INLINE void blend_splat(const Blending &blending, const SplatGroup &group, std::size_t lane, std::size_t i) {
+    const Group d;
+    const auto lanes = static_cast<std::int32_t>(hn::Lanes(d));
     const Ellipses &e = group.ellipses;
     const auto set = [&](float value) { return hn::Set(d, value); };
-    const auto xx = set(e.xx[lane]), slope_x = set(e.slope_x[lane]), across = set(group.across[lane]);
+    const auto xx = set(e.xx[lane]), xy = set(e.xy[lane]), slope_x = set(e.slope_x[lane]),
+               across = set(group.across[lane]);
     const std::int32_t left = e.left[lane], right = e.right[lane];
     const auto lane_numbers = hn::ConvertTo(d, hn::LoadU(hn::RebindToSigned<Group>(), kLaneNumbers.data()));
-    const auto middle = set(e.x[lane]);
     SurfaceBuffer &surface = blending.surface;
     SurfacePoint point;
     bool is_read = false; // read lazily: most splats behind the surface are not needed
-    for (std::int32_t row = e.top[lane]; row < e.bottom[lane]; ++row) {
-        const float y = static_cast<float>(row) + 0.5F - e.y[lane];
-        const auto row_xy = set(e.xy[lane] * y), row_yy = set(e.yy[lane] * y * y),
-                   row_depth = set(e.depth[lane] + e.slope_y[lane] * y);
-        for (std::int32_t column = left; column < right; column += static_cast<std::int32_t>(hn::Lanes(d))) {
-            const std::size_t offset = surface.offset(column, row);
-            const auto x = hn::Sub(hn::Add(lane_numbers, set(static_cast<float>(column) + 0.5F)), middle);
-            const auto form = hn::Add(hn::Mul(x, hn::Add(hn::Mul(xx, x), row_xy)), row_yy);
-            const auto behind = hn::Mul(
-                hn::Sub(hn::Add(row_depth, hn::Mul(slope_x, x)), hn::LoadU(d, surface.depth.data() + offset)), across);
+    for (std::int32_t column = left; column < right; column += lanes) {
+        const std::int32_t count = std::min(right - column, lanes);
+        const auto x = hn::Add(lane_numbers, set(static_cast<float>(column) + 0.5F - e.x[lane]));
+        const auto column_form = hn::Mul(xx, x), column_depth = hn::Add(set(e.depth[lane]), hn::Mul(slope_x, x));
+        std::size_t offset = surface.offset(column, e.top[lane]);
+        for (std::int32_t row = e.top[lane]; row < e.bottom[lane];
+             ++row, offset += static_cast<std::size_t>(surface.stride)) {
+            const float y = static_cast<float>(row) + 0.5F - e.y[lane];
+            const auto form = hn::Add(hn::Mul(x, hn::Add(column_form, hn::Mul(xy, set(y)))), set(e.yy[lane] * y * y));
+            const auto depth = hn::Add(column_depth, set(e.slope_y[lane] * y));
+            const auto behind = hn::Mul(hn::Sub(depth, hn::LoadU(d, surface.depth.data() + offset)), across);
             const auto weight = blend_weight(d, form, behind);
-            const auto some = hn::Gt(weight, hn::Zero(d));
-            if (hn::AllFalse(d, some))
+            if (hn::AllFalse(d, hn::Gt(weight, hn::Zero(d))))
                 continue;
             if (!is_read)
-                read_point(blending, facing, i, point);
+                read_point(blending, i, point);
             is_read = true;
             alignas(64) std::array<float, kGroupChannels> weights;
-            std::array<std::uint8_t, 8> bits{};
             hn::Store(weight, d, weights.data());
-            hn::StoreMaskBits(d, some, bits.data());
-            for (unsigned rest = bits[0]; rest != 0; rest &= rest - 1) {
-                const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-                add_point<kGroups>(point, weights[k], surface.sums_of(offset + k));
-            }
+            SurfaceGroup *to = surface.sums_of(offset);
+            for (std::int32_t k = 0; k < count; ++k, to += kGroups)
+                add_point<kGroups, 1, 1>(point, weights.data() + k, to, 0);
         }
     }
 }
 
-// As blend_splat, for all splats of a group.
-template <std::size_t kGroups>
-HWY_INLINE void blend_small_splats(const Blending &blending, const SplatGroup &group, const FacingPoints &facing,
-                                   std::size_t first, SmallPixels &pixels) {
-    const Floats d;
-    SurfaceBuffer &surface = blending.surface;
-    list_small_pixels(group, {0, surface.top, surface.stride}, pixels, [&](std::size_t i, const BoxPixels &box) {
-        const Vector visible = hn::GatherIndex(d, surface.depth.data(), box.offset);
-        const Vector behind = hn::Mul(hn::Sub(box.depth, visible), hn::Load(d, group.across.data() + i));
-        const Vector weight = blend_weight(d, box.form, behind);
-        return Kept{hn::And(box.inside, hn::Gt(weight, hn::Zero(d))), weight};
-    });
-    std::uint32_t used = 0;
-    for (std::size_t i = 0; i < pixels.count; ++i)
-        used |= 1U << pixels.splat[i];
-    std::array<SurfacePoint, kGroupSplats> points;
-    for (; used != 0; used &= used - 1) {
-        const auto splat = static_cast<std::size_t>(std::countr_zero(used));
-        read_point(blending, facing, first + splat, points[splat]);
+// Small splats are weighed and added in tiles of 4 x 4 pixels without a branch: pixels beside the ellipse have weight
+// 0.
+inline constexpr std::int32_t kTileEdge = 4;
+struct Tile {
+    alignas(64) std::array<float, kTileEdge * kTileEdge> weights;
+};
+alignas(64) inline constexpr std::array<float, 16> kTileX{0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3},
+    kTileY{0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
+
+// Depths of the visible surface at the pixels of a tile from `row` on, as many as a vector holds.
+HWY_INLINE hn::Vec<Group> load_tile(const float *row, std::size_t stride) {
+    const Group d;
+#if HWY_TARGET <= HWY_AVX2
+    const hn::Half<Group> half;
+    return hn::Combine(d, hn::LoadU(half, row + stride), hn::LoadU(half, row));
+#else
+    (void)stride;
+    return hn::LoadU(d, row);
+#endif
+}
+
+// Computes the weights of the splat in `lane` from its box's upper left pixel on. Returns whether one is above 0.
+HWY_INLINE bool weigh_tile(const SplatGroup &group, std::size_t lane, const SurfaceBuffer &surface, Tile &tile) {
+    const Group d;
+    const Ellipses &e = group.ellipses;
+    const auto set = [&](float value) { return hn::Set(d, value); };
+    const auto stride = static_cast<std::size_t>(surface.stride);
+    const auto first_x = set(static_cast<float>(e.left[lane]) + 0.5F - e.x[lane]),
+               first_y = set(static_cast<float>(e.top[lane]) + 0.5F - e.y[lane]);
+    const float *const depths = surface.depth.data() + surface.offset(e.left[lane], e.top[lane]);
+    auto largest = hn::Zero(d);
+    for (std::size_t i = 0; i < tile.weights.size(); i += hn::Lanes(d)) {
+        const auto x = hn::Add(first_x, hn::LoadU(d, kTileX.data() + i)),
+                   y = hn::Add(first_y, hn::LoadU(d, kTileY.data() + i));
+        const auto form = hn::Add(hn::Mul(x, hn::Add(hn::Mul(set(e.xx[lane]), x), hn::Mul(set(e.xy[lane]), y))),
+                                  hn::Mul(hn::Mul(set(e.yy[lane]), y), y));
+        const auto depth =
+            hn::Add(hn::Add(set(e.depth[lane]), hn::Mul(set(e.slope_x[lane]), x)), hn::Mul(set(e.slope_y[lane]), y));
+        const auto seen = load_tile(depths + i / kTileEdge * stride + i % kTileEdge, stride);
+        const auto weight = blend_weight(d, form, hn::Mul(hn::Sub(depth, seen), set(group.across[lane])));
+        hn::Store(weight, d, tile.weights.data() + i);
+        largest = hn::Max(largest, weight);
     }
-    for (std::size_t i = 0; i < pixels.count; ++i)
-        add_point<kGroups>(points[static_cast<std::size_t>(pixels.splat[i])], pixels.value[i],
-                           surface.sums_of(static_cast<std::size_t>(pixels.offset[i])));
+    return !hn::AllFalse(d, hn::Gt(largest, hn::Zero(d)));
 }
 
 HWY_INLINE void project_soft_splats(const StripRun &at, const FacingPoints &facing, std::size_t first, SplatGroup &to) {
     const Floats d;
     for (std::size_t i = 0; i < kGroupSplats; i += hn::Lanes(d)) {
-        const ProjectedSplats splats = project_ellipses<true>(at, facing, first + i, to.ellipses, i,
-                                                              {.radius = kKernelRadius, .low_pass = kLowPass});
+        const ProjectedSplats splats = project_ellipses<true>(at, facing, first + i, to.ellipses, i, kSoftSplats);
         const Vector band = hn::Mul(hn::Set(d, kBlendBand / 2), hn::LoadU(d, facing.radius.data() + first + i));
         hn::Store(hn::Div(hn::Max(splats.cosine, hn::Set(d, kBandCosine)), band), d, to.across.data() + i);
     }
-    measure_group(to);
 }
 
-template <std::size_t kGroups> HWY_INLINE void blend_points(const Blending &blending, FacingPoints &facing) {
+template <std::size_t kGroups> HWY_INLINE void blend_block(const Blending &blending) {
     SplatGroup group;
-    SmallPixels pixels;
+    std::array<Tile, kGroupSplats> tiles;
+    const FacingPoints &facing = blending.block.points;
+    SurfaceBuffer &surface = blending.surface;
+    const Ellipses &e = group.ellipses;
     for (std::size_t i = 0; i < facing.count; i += kGroupSplats) {
         project_soft_splats(blending.at, facing, i, group);
-        if (group.columns <= kSmallBlock && group.rows <= kSmallBlock) {
-            blend_small_splats<kGroups>(blending, group, facing, i, pixels);
-            continue;
+        std::uint32_t small = 0, large = 0;
+        for (std::size_t lane = 0; lane < kGroupSplats; ++lane) {
+            const std::int32_t columns = e.right[lane] - e.left[lane], rows = e.bottom[lane] - e.top[lane];
+            const bool is_seen = columns > 0 && rows > 0, fits = columns <= kTileEdge && rows <= kTileEdge;
+            small |= static_cast<std::uint32_t>(is_seen && fits) << lane;
+            large |= static_cast<std::uint32_t>(is_seen && !fits) << lane;
         }
-        const Ellipses &e = group.ellipses;
-        for (std::size_t lane = 0; lane < kGroupSplats; ++lane)
-            if (e.left[lane] < e.right[lane] && e.top[lane] < e.bottom[lane])
-                blend_splat<kGroups>(blending, group, lane, facing, i + lane);
+        std::uint32_t visible = 0;
+        for (; small != 0; small &= small - 1) {
+            const auto lane = static_cast<std::size_t>(std::countr_zero(small));
+            visible |= static_cast<std::uint32_t>(weigh_tile(group, lane, surface, tiles[lane])) << lane;
+        }
+        for (; visible != 0; visible &= visible - 1) {
+            const auto lane = static_cast<std::size_t>(std::countr_zero(visible));
+            SurfacePoint point;
+            read_point(blending, i + lane, point);
+            add_point<kGroups, kTileEdge, kTileEdge>(point, tiles[lane].weights.data(),
+                                                     surface.sums_of(surface.offset(e.left[lane], e.top[lane])),
+                                                     static_cast<std::size_t>(surface.stride) * kGroups);
+        }
+        for (; large != 0; large &= large - 1) {
+            const auto lane = static_cast<std::size_t>(std::countr_zero(large));
+            blend_splat<kGroups>(blending, group, lane, i + lane);
+        }
     }
-    facing.count = 0;
 }
 
-HWY_INLINE void draw_points(const StripRun &at, FacingPoints &facing, DepthStrip &strip) {
+HWY_INLINE void draw_points(const StripRun &at, const FacingPoints &facing, DepthStrip &strip) {
     SplatGroup group;
     group.ellipses.cone = kPlacedCone * at.run.voxel;
     SmallPixels pixels;
@@ -262,47 +310,41 @@ HWY_INLINE void draw_points(const StripRun &at, FacingPoints &facing, DepthStrip
             pixel = std::min(pixel, DepthStrip::pixel(pixels.value[k], id(static_cast<std::size_t>(pixels.splat[k]))));
         }
     }
-    facing.count = 0;
 }
 
 std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
-                           std::uint32_t first_id, DepthStrip &strip) {
+                           std::uint32_t first_id, DepthStrip &strip, StripPoints &points) {
     const StripRun at{frame, run, strip};
-    FacingPoints facing;
+    FacingPoints *facing = nullptr;
     std::uint64_t drawn = 0;
     for (const SeenBrick &it : seen) {
         if (it.top >= strip.bottom || it.bottom <= strip.top)
             continue;
-        drawn += add_brick<true, true>(at, it, first_id, facing);
-        if (facing.count >= kWaiting)
-            draw_points(at, facing, strip);
+        if (facing == nullptr)
+            facing = &points.add(run, first_id).points;
+        drawn += add_brick<true, true>(at, it, first_id, *facing, kSoftSplats);
+        if (facing->count >= kWaiting) {
+            draw_points(at, *facing, strip);
+            facing = nullptr;
+        }
     }
-    draw_points(at, facing, strip);
+    if (facing != nullptr)
+        draw_points(at, *facing, strip);
     return drawn;
 }
 
-template <std::size_t kGroups> HWY_INLINE void blend_all(const Blending &blending, std::span<const SeenBrick> seen) {
-    const DepthStrip &strip = blending.at.strip;
-    FacingPoints facing;
-    for (const SeenBrick &it : seen) {
-        if (it.top >= strip.bottom || it.bottom <= strip.top)
-            continue;
-        add_brick<true, true>(blending.at, it, 0, facing);
-        if (facing.count >= kWaiting)
-            blend_points<kGroups>(blending, facing);
+void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
+                  const SurfacePoints &looks, SurfaceBuffer &surface) {
+    for (const std::unique_ptr<StripPoints::Block> &block : points.blocks()) {
+        const StripRun at{frame, *block->run, strip};
+        const Blending blending{at, *block, looks, surface};
+        if (surface.groups == 1)
+            blend_block<1>(blending);
+        else if (surface.groups == 2)
+            blend_block<2>(blending);
+        else
+            blend_block<3>(blending);
     }
-    blend_points<kGroups>(blending, facing);
-}
-
-void blend_bricks(const StripRun &at, std::span<const SeenBrick> seen, const SurfacePoints &points,
-                  SurfaceBuffer &surface) {
-    const Blending blending{at, points, surface};
-    if (surface.groups == 1)
-        blend_all<1>(blending, seen);
-    else if (surface.groups == 2)
-        blend_all<2>(blending, seen);
-    else
-        blend_all<3>(blending, seen);
 }
 
 } // namespace pbm::HWY_NAMESPACE
@@ -312,16 +354,16 @@ HWY_AFTER_NAMESPACE();
 namespace pbm {
 
 HWY_EXPORT(draw_visible);
-HWY_EXPORT(blend_bricks);
+HWY_EXPORT(blend_points);
 
 std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
-                           std::uint32_t first_id, DepthStrip &strip) {
-    return HWY_DYNAMIC_DISPATCH(draw_visible)(frame, run, seen, first_id, strip);
+                           std::uint32_t first_id, DepthStrip &strip, StripPoints &points) {
+    return HWY_DYNAMIC_DISPATCH(draw_visible)(frame, run, seen, first_id, strip, points);
 }
 
-void blend_bricks(const StripRun &at, std::span<const SeenBrick> seen, const SurfacePoints &points,
-                  SurfaceBuffer &surface) {
-    HWY_DYNAMIC_DISPATCH(blend_bricks)(at, seen, points, surface);
+void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
+                  const SurfacePoints &looks, SurfaceBuffer &surface) {
+    HWY_DYNAMIC_DISPATCH(blend_points)(frame, strip, points, looks, surface);
 }
 
 void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> seen) {

@@ -4,6 +4,7 @@
 // Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002 (visibility, then blending)
 #pragma once
 
+#include "pbm_render/fine/strip_points.h"
 #include "pbm_render/fine/surface_buffer.h"
 #include "pbm_render/fine/surface_points.h"
 #include "pbm_render/splats/depth_strip.h"
@@ -25,15 +26,16 @@ inline constexpr float kBandCosine = 0.25F;
 
 // All functions below expect runs with surface offsets.
 
-// Draws those of the run's `seen` bricks that touch the strip, every point as an ellipse. The id of point i of the
-// chunk is `first_id` + i. Returns the number of points drawn; only one strip counts a point.
+// Draws those of the run's `seen` bricks that touch the strip's rows, every point as an ellipse. The rows of bricks
+// must include those of soft splats, see widen_bricks. The id of point i of the chunk is `first_id` + i. Appends the
+// points that face the eye to `points`. Returns the number of points drawn; only one strip counts a point.
 std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
-                           std::uint32_t first_id, DepthStrip &strip);
+                           std::uint32_t first_id, DepthStrip &strip, StripPoints &points);
 
-// Adds those of the run's `seen` bricks that touch the strip's rows to `surface`, which has the strip's depths. The
-// rows of bricks must include those of soft splats, see widen_bricks. Accesses stay in bounds if mapped bytes change.
-void blend_bricks(const StripRun &at, std::span<const SeenBrick> seen, const SurfacePoints &points,
-                  SurfaceBuffer &surface);
+// Adds the points that draw_visible collected to `surface`, which has the strip's depths. Accesses stay in bounds if
+// mapped bytes change.
+void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
+                  const SurfacePoints &looks, SurfaceBuffer &surface);
 
 // Upper bound of the distance between two points of a brick, voxel edges.
 inline constexpr float kBrickReach = 12.2F;

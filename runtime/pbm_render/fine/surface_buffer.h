@@ -32,7 +32,8 @@ struct alignas(32) SurfaceGroup {
 };
 
 struct SurfaceBuffer {
-    static constexpr int kMarginRight = 16; // empty columns beside the picture, for whole SIMD vectors
+    // Empty columns and rows beside the picture, for whole SIMD vectors.
+    static constexpr int kMarginRight = 16, kMarginBottom = 3;
 
     // Starts with the depths of a strip after all visible splats were drawn.
     void begin(const DepthStrip &strip, std::size_t groups_of_pixel) {
@@ -41,7 +42,7 @@ struct SurfaceBuffer {
         bottom = strip.bottom;
         stride = width + kMarginRight;
         groups = groups_of_pixel;
-        const auto rows = static_cast<std::size_t>(bottom - top);
+        const auto rows = static_cast<std::size_t>(bottom - top + kMarginBottom);
         depth.assign(static_cast<std::size_t>(stride) * rows, std::numeric_limits<float>::infinity());
         for (int y = top; y < bottom; ++y)
             for (int x = 0; x < width; ++x)

@@ -13,6 +13,7 @@
 #include "pbm_render/bricks/brick_culling.h"
 #include "pbm_render/bricks/frame_geometry.h"
 #include "pbm_render/splats/depth_strip.h"
+#include "pbm_render/splats/facing_point_arrays.h"
 #include "pbm_render/splats/splat.h"
 #include "pbm_surface/surface_offsets.h"
 
@@ -36,21 +37,6 @@ HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-// Points of several bricks, contiguous, so that SIMD vectors are full although bricks differ in size.
-inline constexpr std::size_t kWaiting = 512; // points that are collected before they are drawn
-struct FacingPoints {
-    static constexpr std::size_t kCapacity = kWaiting + kBrickPoints + kMaxLanes;
-    std::size_t count = 0;
-    alignas(64) std::array<float, kCapacity> x, y, w;       // pixel and depth
-    alignas(64) std::array<std::int32_t, kCapacity> normal; // packed; bit 0 is set for two-sided points
-    alignas(64) std::array<std::int32_t, kCapacity> id;
-    // Only for placed splats:
-    alignas(64) std::array<float, kCapacity> offset; // voxel edges
-    // Only for large splats:
-    alignas(64) std::array<float, kCapacity> radius; // grid edges
-    alignas(64) std::array<std::int32_t, kCapacity> normal_index;
-};
 
 // A normal in eye space at a point on the screen; a two-sided one is turned towards the eye.
 struct SeenNormal {
@@ -90,12 +76,32 @@ struct BrickPoints {
     std::uint32_t first_id; // of the brick's first point
 };
 
+// Factors by which an ellipse is larger than its splat.
+struct Enlargement {
+    float radius = 1;   // times the splat radius
+    float low_pass = 0; // pixels: replaces a radius r by sqrt(r^2 + low_pass^2)
+};
+
+// Upper bound of the rows between a point and the border of its ellipse. `radius`: of the splats, grid edges;
+// `ray_y`: of the points' rays; `inverse_depth`: theirs.
+HWY_INLINE Vector rows_to_border(const StripRun &at, const Enlargement &enlarged, Vector radius, Vector ray_y,
+                                 Vector inverse_depth) {
+    constexpr float kRounding = 1.02F; // packed normals are up to 1 % too long
+    const Floats d;
+    const auto set = [&](float value) { return hn::Set(d, value); };
+    const Vector moved = set(kOutlineInset * at.run.voxel + at.run.max_offset);
+    const Vector reach = hn::Add(hn::Mul(radius, set(enlarged.radius)), moved);
+    const Vector stretch = hn::Mul(hn::Add(set(1), hn::Abs(ray_y)), set(kRounding * at.frame.focal));
+    return hn::Add(hn::Mul(hn::Mul(reach, stretch), inverse_depth), set(enlarged.low_pass + 1));
+}
+
 // Projects points of a brick to the screen and appends to `to` those that face the eye and may touch the strip. Returns
 // how many of them have their centres in the strip. kPlaced: the points have surface offsets; redundant ones of thin
 // bricks are left out if they are small.
 template <bool kLarge, bool kPlaced>
 HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &brick, const BrickPlaces &places,
-                                          const BrickPoints &points, FacingPoints &to) {
+                                          const BrickPoints &points, FacingPoints &to,
+                                          const Enlargement &enlarged = {}) {
     const auto &[frame, run, strip] = at;
     const Floats d;
     const Ints di;
@@ -109,6 +115,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
     constexpr float kShift = kPlaced ? 3 : 2;
     const Vector above = set(static_cast<float>(strip.top) - kShift),
                  below = set(static_cast<float>(strip.bottom) + kShift);
+    const Vector strip_top = set(static_cast<float>(strip.top)), strip_bottom = set(static_cast<float>(strip.bottom));
     constexpr float kNowhere = std::numeric_limits<float>::infinity();
     const Vector home_top = set(strip.top == 0 ? -kNowhere : static_cast<float>(strip.top));
     const Vector home_bottom = set(strip.bottom == frame.height ? kNowhere : static_cast<float>(strip.bottom));
@@ -151,8 +158,8 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
         const auto side = hn::And(hn::ShiftRight<kTwoSidedShift>(stored), hn::Set(di, kPackedTwoSided));
         const IntVector index = hn::And(stored, hn::Set(di, kNormalIndexMask));
         const IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), side);
-        const Vector facing = see_normal(frame, packed, pixel_x, pixel_y).facing;
-        Mask keep = hn::And(hn::Le(facing, set(kFacingSlack)), hn::FirstN(d, points.end - i));
+        const SeenNormal normal = see_normal(frame, packed, pixel_x, pixel_y);
+        Mask keep = hn::And(hn::Le(normal.facing, set(kFacingSlack)), hn::FirstN(d, points.end - i));
         if constexpr (kPlaced) {
             if constexpr (!kLarge) {
                 const auto left_out = hn::Set(di, brick.thin ? kRedundantBit : 0);
@@ -164,6 +171,9 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
         if constexpr (kLarge) { // drop points around the eye or behind it
             radius = hn::GatherIndex(d, frame.radii.data(), radius_index);
             keep = hn::And(keep, hn::Gt(w, hn::Add(hn::Mul(radius, set(kMinRadii)), set(kMinVoxels * run.voxel))));
+            const Vector reach = rows_to_border(at, enlarged, radius, normal.ray_y, inverse);
+            keep = hn::And(keep, hn::And(hn::Gt(hn::Add(pixel_y, reach), strip_top),
+                                         hn::Lt(hn::Sub(pixel_y, reach), strip_bottom)));
         } else {
             keep = hn::And(keep, hn::And(hn::Gt(pixel_y, above), hn::Lt(pixel_y, below)));
         }
@@ -190,7 +200,8 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
 // Appends those points of a brick that find_facing_points keeps, and returns its result. The id of point i of the chunk
 // is `first_id` + i. Accesses stay in bounds if the bytes of a mapped chunk change.
 template <bool kLarge, bool kPlaced>
-HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std::uint32_t first_id, FacingPoints &to) {
+HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std::uint32_t first_id, FacingPoints &to,
+                                 const Enlargement &enlarged = {}) {
     const PointRun &run = *at.run.run;
     const std::span<const std::uint16_t> normals = run.chunk->normals;
     const BrickRecord brick = run.chunk->bricks[seen.brick];
@@ -208,7 +219,7 @@ HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std:
     const std::size_t count =
         std::min(list_places(brick.node_map, run.chunk->masks.subspan(brick.first_node), places), points.available);
     points.end = run.last > first_point ? std::min<std::size_t>(count, run.last - first_point) : 0;
-    return find_facing_points<kLarge, kPlaced>(at, seen, places, points, to);
+    return find_facing_points<kLarge, kPlaced>(at, seen, places, points, to, enlarged);
 }
 
 } // namespace pbm::HWY_NAMESPACE

@@ -71,12 +71,6 @@ HWY_INLINE Vector depth_in_middle(const ProjectedSplats &s, Vector w, Vector slo
     return hn::Add(w, hn::Sub(hn::Mul(along, hn::Sub(s.inset, s.outline)), hn::Mul(s.inset, s.normal.z)));
 }
 
-// Factors by which an ellipse is larger than its splat.
-struct Enlargement {
-    float radius = 1;   // times the splat radius
-    float low_pass = 0; // pixels: replaces a radius r by sqrt(r^2 + low_pass^2)
-};
-
 // As SplatShape, but at the points' depths: a vector of splats of any size.
 struct Ellipses {
     alignas(64) std::array<float, kMaxLanes> x, y, depth;                     // middle

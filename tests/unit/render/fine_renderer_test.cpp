@@ -203,6 +203,29 @@ TEST(FineRenderer, GivesTheSamePictureForAnyThreadsAndSimdTargets) {
     hwy::SetSupportedTargetsForTest(0);
 }
 
+// Wide pictures have strips of 16 rows, narrow ones a single strip: no strip may miss points of its neighbours.
+TEST(FineRenderer, GivesTheSameRowsWhateverTheHeightOfStrips) {
+    constexpr int kWide = 2304, kNarrow = 256, kHeight = 96, kBeside = (kWide - kNarrow) / 2;
+    const FileOfModel ball(smooth_ball(7, every_attribute(ColourFormat::rgb888, 7), 5));
+    for (const double pixels : {0.7, 1.4, 3.0, 9.0}) {
+        const Camera camera = camera_at_ball(7, pixels, kHeight, {1, 2, 3});
+        const Framebuffer wide = ball.draw(camera, kWide, kHeight, {}, 2),
+                          narrow = ball.draw(camera, kNarrow, kHeight, {}, 2);
+        int different = 0; // by more than rounding
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kNarrow; ++x) {
+                const auto a = unpack_rgba(wide.colour[static_cast<std::size_t>(y * kWide + kBeside + x)]),
+                           b = unpack_rgba(narrow.colour[static_cast<std::size_t>(y * kNarrow + x)]);
+                for (std::size_t channel = 0; channel < 4; ++channel)
+                    if (std::abs(a[channel] - b[channel]) > 1) {
+                        ++different;
+                        break;
+                    }
+            }
+        EXPECT_LE(different, 4) << pixels << " pixels per voxel";
+    }
+}
+
 TEST(FineRenderer, ComesSampleBySample) {
     const FileOfModel ball(smooth_ball(6, {}));
     const Camera camera = camera_at_ball(6, 2, 60);

@@ -1,0 +1,43 @@
+// The points of a strip, kept from its first pass to its second.
+#pragma once
+
+#include "pbm_render/bricks/brick_culling.h"
+#include "pbm_render/splats/facing_point_arrays.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace pbm {
+
+class StripPoints {
+  public:
+    // Points of one run.
+    struct Block {
+        const RunGeometry *run;
+        std::uint32_t first_id; // of the run's chunk
+        FacingPoints points;
+    };
+
+    // Removes all blocks, and keeps their memory.
+    void clear() { used_ = 0; }
+    // Adds a block without points.
+    Block &add(const RunGeometry &run, std::uint32_t first_id) {
+        if (used_ == blocks_.size())
+            blocks_.push_back(std::make_unique_for_overwrite<Block>());
+        Block &block = *blocks_[used_++];
+        block.run = &run;
+        block.first_id = first_id;
+        block.points.count = 0;
+        return block;
+    }
+    std::span<const std::unique_ptr<Block>> blocks() const { return std::span(blocks_).first(used_); }
+
+  private:
+    std::size_t used_ = 0;
+    std::vector<std::unique_ptr<Block>> blocks_;
+};
+
+} // namespace pbm
