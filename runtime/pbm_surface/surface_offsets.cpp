@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <numeric>
 #include <type_traits>
 
 #undef HWY_TARGET_INCLUDE
@@ -67,8 +66,8 @@ inline constexpr double kNear = 0.38, kFar = 0.5;
 struct NormalKinds {
     static constexpr std::size_t kCount = kNormalCount >> kKindShift;
     std::array<NormalKind, kCount> kinds;
-    std::array<std::uint32_t, kCount> near, opposite; // repeated in each byte
-    std::array<std::uint8_t, kCount> far;
+    std::array<std::uint32_t, kCount> near, opposite;          // repeated in each byte
+    alignas(16) std::array<std::uint8_t, kCount / 8> far_axes; // of kinds in the first octant: +x, +y, +z
     // What makes a point redundant: from the highest bit, 16 bits of the step in a padded brick from a voxel to the one
     // behind it, along the signed axis nearest to the normal; a byte of `opposite`; a byte of that axis.
     std::array<std::int32_t, kCount> behind;
@@ -107,7 +106,8 @@ inline const NormalKinds &normal_kinds() {
             const std::uint32_t near = ways_of(middle, kNear);
             all.near[i] = 0x01010101U * near;
             all.opposite[i] = 0x01010101U * ((near & 21) << 1 | (near & 42) >> 1);
-            all.far[i] = ways_of(middle, kFar);
+            if (i < all.far_axes.size())
+                all.far_axes[i] = ways_of(middle, kFar);
             const std::size_t axis = longest_axis(middle);
             const bool positive = middle[axis] > 0;
             constexpr std::array<int, 3> kSteps{1, kRow, kSlice};
@@ -118,6 +118,15 @@ inline const NormalKinds &normal_kinds() {
     }();
     return kKinds;
 }
+
+// [octant]: both bits of the axes along which its normals are negative.
+alignas(16) inline constexpr std::array<std::uint8_t, 16> kNegativeAxes = [] {
+    std::array<std::uint8_t, 16> negative{};
+    for (unsigned octant = 0; octant < 8; ++octant)
+        for (unsigned axis = 0; axis < 3; ++axis)
+            negative[octant] |= static_cast<std::uint8_t>((octant >> axis & 1) * (3U << (2 * axis)));
+    return negative;
+}();
 
 inline std::size_t kind_number(std::uint16_t normal) { return (normal & kNormalIndexMask) >> kKindShift; }
 
@@ -185,9 +194,10 @@ inline constexpr std::array<std::uint32_t, 256> kDirectionsOfMask = [] {
 }();
 
 struct ChunkPoints {
-    ByteView masks;             // of nodes
-    const std::uint64_t *sides; // [nodes]: axes for kFar of the eight children, a byte each; 0: no point
-    const std::uint16_t *normals;
+    ByteView masks;                   // of nodes
+    const std::uint16_t *node_points; // [nodes]: number of the brick's points before those of the node
+    const std::uint8_t *sides;        // [points]: axes for kFar; 512 + 16 bytes more may be read
+    std::span<const std::uint16_t> normals;
 };
 
 struct BrickScratch {
@@ -196,8 +206,8 @@ struct BrickScratch {
     std::array<std::uint16_t, kBrickPoints + kMaxLanes> padded; // indices of points in `sides`
     std::array<std::uint16_t, kBrickPoints + kMaxLanes> normals;
     std::array<std::uint32_t, 2 * (kBrickPoints + kMaxLanes)> sums; // of weights, of moments
-    std::array<std::int8_t, kBrickPoints + kMaxLanes> steps;
 };
+static_assert(sizeof(BrickOffsets::steps) >= kBrickPoints + kMaxLanes);
 
 // The neighbours with points next to a brick's points, grouped as in kDirectionsByX.
 struct BrickNeighbours {
@@ -213,28 +223,6 @@ HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Arranges the sides of points by the children of nodes: [nodes].
-void list_sides(std::span<const SurfaceOffsets::Brick> bricks, ByteView masks, const std::uint8_t *of_points,
-                std::uint64_t *to) {
-    for (const SurfaceOffsets::Brick &brick : bricks) {
-        const std::uint8_t *from = of_points + brick.first_point;
-        const std::size_t end = brick.first_node + static_cast<std::size_t>(std::popcount(brick.node_map));
-        for (std::size_t i = brick.first_node; i < end; ++i) {
-            const std::array<std::uint8_t, 16> &points = kPointOfChild[masks[i]];
-#if HWY_TARGET == HWY_SCALAR
-            to[i] = 0;
-            for (std::size_t child = 0; child < 8; ++child)
-                to[i] |= points[child] == 255 ? 0 : std::uint64_t{from[points[child]]} << (8 * child);
-#else
-            const hn::FixedTag<std::uint8_t, 16> d;
-            const hn::Repartition<std::uint64_t, decltype(d)> word;
-            to[i] = hn::GetLane(hn::BitCast(word, lookup_bytes(hn::LoadU(d, from), hn::LoadU(d, points.data()))));
-#endif
-            from += kChildren[masks[i]];
-        }
-    }
-}
-
 HWY_INLINE void list_padded(std::size_t points, BrickScratch &scratch) {
     const hn::CappedTag<std::uint16_t, kMaxLanes> d;
     for (std::size_t i = 0; i < points; i += hn::Lanes(d)) {
@@ -245,6 +233,57 @@ HWY_INLINE void list_padded(std::size_t points, BrickScratch &scratch) {
                                 hn::Add(hn::Mul(y, hn::Set(d, kRow)), hn::Mul(z, hn::Set(d, kSlice))));
         hn::StoreU(to, d, &scratch.padded[i]);
     }
+}
+
+// Axes for kFar of all normals. `to` is padded to whole SIMD vectors.
+void list_sides(std::span<const std::uint16_t> normals, std::uint8_t *to) {
+    const NormalKinds &kinds = normal_kinds();
+    std::size_t i = 0;
+#if HWY_TARGET != HWY_SCALAR
+    const hn::ScalableTag<std::uint16_t> d;
+    const hn::Repartition<std::uint8_t, decltype(d)> bytes;
+    const hn::Rebind<std::uint8_t, decltype(d)> halves;
+    const auto table = [&](const std::uint8_t *from) { return hn::LoadDup128(bytes, from); };
+    const auto look_up = [&](auto in, auto index) {
+        return hn::BitCast(d, lookup_bytes(in, hn::BitCast(bytes, index)));
+    };
+    const auto a = table(&kinds.far_axes[0]), b = table(&kinds.far_axes[16]), c = table(&kinds.far_axes[32]),
+               e = table(&kinds.far_axes[48]), signs = table(kNegativeAxes.data());
+    for (; i + hn::Lanes(d) <= normals.size(); i += hn::Lanes(d)) {
+        const auto stored = hn::LoadU(d, normals.data() + i);
+        const auto number = hn::And(hn::ShiftRight<kKindShift>(stored), hn::Set(d, 15));
+        const auto odd = hn::TestBit(stored, hn::Set(d, 16 << kKindShift));
+        const auto upper = hn::TestBit(stored, hn::Set(d, 32 << kKindShift));
+        const auto axes = hn::And(hn::IfThenElse(upper, hn::IfThenElse(odd, look_up(e, number), look_up(c, number)),
+                                                 hn::IfThenElse(odd, look_up(b, number), look_up(a, number))),
+                                  hn::Set(d, 21));
+        const auto negative = look_up(signs, hn::And(hn::ShiftRight<10>(stored), hn::Set(d, 7)));
+        const auto sides =
+            hn::Or(hn::AndNot(negative, axes), hn::And(hn::Add(axes, axes), hn::And(negative, hn::Set(d, 63))));
+        hn::StoreU(hn::DemoteTo(halves, hn::BitCast(hn::RebindToSigned<decltype(d)>(), sides)), halves, to + i);
+    }
+#endif
+    for (; i < normals.size(); ++i) {
+        const std::size_t kind = kind_number(normals[i]);
+        const unsigned axes = kinds.far_axes[kind % kinds.far_axes.size()];
+        const unsigned negative = kNegativeAxes[kind / kinds.far_axes.size()];
+        to[i] = static_cast<std::uint8_t>((axes & ~negative) | (axes << 1 & negative));
+    }
+}
+
+// Arranges the sides of a node's points by its children: a byte for each, 0 where there is no point.
+HWY_INLINE std::uint64_t by_children(std::uint8_t mask, const std::uint8_t *sides) {
+    const std::array<std::uint8_t, 16> &points = kPointOfChild[mask];
+#if HWY_TARGET == HWY_SCALAR
+    std::uint64_t word = 0;
+    for (std::size_t child = 0; child < 8; ++child)
+        word |= points[child] == 255 ? 0 : std::uint64_t{sides[points[child]]} << (8 * child);
+    return word;
+#else
+    const hn::FixedTag<std::uint8_t, 16> d;
+    const hn::Repartition<std::uint64_t, decltype(d)> word;
+    return hn::GetLane(hn::BitCast(word, lookup_bytes(hn::LoadU(d, sides), hn::LoadU(d, points.data()))));
+#endif
 }
 
 // Writes the sides of a node's children into the padded brick. kWayX: the step along x from the brick to the node's
@@ -266,32 +305,34 @@ template <int kWayX> HWY_INLINE void put_node(std::uint64_t children, std::uint8
     put(kRow + kSlice, 48);
 }
 
-HWY_INLINE void put_brick(const SurfaceOffsets::Brick &brick, const std::uint64_t *sides, BrickScratch &scratch) {
-    const std::uint64_t *children = sides + brick.first_node;
-    for (std::uint64_t map = brick.node_map; map != 0; map &= map - 1, ++children)
-        put_node<0>(*children, &scratch.sides[kPaddedNodes[static_cast<std::size_t>(std::countr_zero(map))]]);
+HWY_INLINE void put_brick(const SurfaceOffsets::Brick &brick, const ChunkPoints &chunk, BrickScratch &scratch) {
+    const std::uint8_t *const sides = chunk.sides + brick.first_point;
+    std::size_t index = brick.first_node;
+    for (std::uint64_t map = brick.node_map; map != 0; map &= map - 1, ++index)
+        put_node<0>(by_children(chunk.masks[index], sides + chunk.node_points[index]),
+                    &scratch.sides[kPaddedNodes[static_cast<std::size_t>(std::countr_zero(map))]]);
 }
 
-// Writes those nodes of a neighbour that are in `beside`. `step` leads to the neighbour.
+// Writes those nodes of a neighbour that touch the brick. `direction` leads to the neighbour.
 template <int kWayX>
-HWY_INLINE void put_border(const SurfaceOffsets::Brick &brick, std::uint64_t beside, int step,
-                           const std::uint64_t *sides, BrickScratch &scratch) {
-    for (std::uint64_t map = brick.node_map & beside; map != 0; map &= map - 1) {
+HWY_INLINE void put_border(const SurfaceOffsets::Brick &brick, std::size_t direction, const ChunkPoints &chunk,
+                           BrickScratch &scratch) {
+    const std::uint8_t *const sides = chunk.sides + brick.first_point;
+    std::uint8_t *const to = scratch.sides.data() + kBrickDirections[direction].step;
+    for (std::uint64_t map = brick.node_map & kBrickDirections[opposite(direction)].touching; map != 0;
+         map &= map - 1) {
         const int node = std::countr_zero(map);
         const std::uint64_t before = brick.node_map & ((std::uint64_t{1} << node) - 1);
-        const int to = kPaddedNodes[static_cast<std::size_t>(node)] + step;
-        put_node<kWayX>(sides[brick.first_node + static_cast<std::size_t>(std::popcount(before))],
-                        scratch.sides.data() + to);
+        const std::size_t index = brick.first_node + static_cast<std::size_t>(std::popcount(before));
+        put_node<kWayX>(by_children(chunk.masks[index], sides + chunk.node_points[index]),
+                        to + kPaddedNodes[static_cast<std::size_t>(node)]);
     }
 }
 
-HWY_INLINE void put_neighbours(const BrickNeighbours &around, const std::uint64_t *sides, BrickScratch &scratch) {
+HWY_INLINE void put_neighbours(const BrickNeighbours &around, const ChunkPoints &chunk, BrickScratch &scratch) {
     const auto put = [&](std::size_t first, std::size_t last, auto direction_x) {
-        for (std::size_t i = first; i < last; ++i) {
-            const std::size_t direction = around.directions[i];
-            put_border<decltype(direction_x)::value>(*around.bricks[i], kBrickDirections[opposite(direction)].touching,
-                                                     kBrickDirections[direction].step, sides, scratch);
-        }
+        for (std::size_t i = first; i < last; ++i)
+            put_border<decltype(direction_x)::value>(*around.bricks[i], around.directions[i], chunk, scratch);
     };
     put(0, around.ends[0], std::integral_constant<int, -1>());
     put(around.ends[0], around.ends[1], std::integral_constant<int, 0>());
@@ -373,7 +414,8 @@ HWY_INLINE hn::Mask<D> have_point_behind(D d, const NormalKinds &kinds, hn::Vec<
 }
 
 // offset = moments / weights, in 1 / kOffsetSteps, rounded to even numbers; and kRedundantBit.
-HWY_INLINE void find_offsets(const NormalKinds &kinds, std::size_t points, BrickScratch &scratch) {
+HWY_INLINE void find_offsets(const NormalKinds &kinds, std::size_t points, const BrickScratch &scratch,
+                             BrickOffsets &to) {
     const hn::CappedTag<float, kMaxLanes> d;
     const hn::RebindToUnsigned<decltype(d)> words;
     const hn::RebindToSigned<decltype(d)> integers;
@@ -399,28 +441,29 @@ HWY_INLINE void find_offsets(const NormalKinds &kinds, std::size_t points, Brick
                                        have_point_behind(integers, kinds, normals, padded, scratch));
         const auto marked = hn::Or(offset, hn::IfThenElseZero(redundant, hn::Set(integers, kRedundantBit)));
         const auto two_sided = hn::Ne(hn::And(normals, hn::Set(integers, kTwoSidedBit)), hn::Zero(integers));
-        hn::StoreU(hn::DemoteTo(bytes, hn::IfThenZeroElse(two_sided, marked)), bytes, &scratch.steps[i]);
+        hn::StoreU(hn::DemoteTo(bytes, hn::IfThenZeroElse(two_sided, marked)), bytes, &to.steps[i]);
     }
 }
 
-// `to` holds the offsets of all points of the chunk.
 void estimate_brick(const SurfaceOffsets::Brick &brick, const BrickNeighbours &around, const ChunkPoints &chunk,
-                    BrickScratch &scratch, std::int8_t *to) {
+                    BrickOffsets &to) {
     const NormalKinds &kinds = normal_kinds();
+    BrickScratch scratch;
     const hn::CappedTag<std::uint8_t, 64> d;
     for (std::size_t i = 0; i < kPadded; i += hn::Lanes(d))
         hn::Store(hn::Zero(d), d, &scratch.sides[i]);
-    put_brick(brick, chunk.sides, scratch);
-    put_neighbours(around, chunk.sides, scratch);
-    const std::size_t points = list_places(brick.node_map, chunk.masks.subspan(brick.first_node), scratch.places);
+    const std::size_t points =
+        std::min(list_places(brick.node_map, chunk.masks.subspan(brick.first_node), scratch.places),
+                 chunk.normals.size() - brick.first_point);
     list_padded(points, scratch);
-    std::copy_n(chunk.normals + brick.first_point, points, scratch.normals.begin()); // mapped bytes may change
+    std::copy_n(chunk.normals.begin() + brick.first_point, points, scratch.normals.begin()); // mapped bytes may change
     std::fill_n(&scratch.padded[points], kMaxLanes, static_cast<std::uint16_t>(kFirstInside));
     std::fill_n(&scratch.normals[points], kMaxLanes, std::uint16_t{0});
+    put_brick(brick, chunk, scratch);
+    put_neighbours(around, chunk, scratch);
     for (std::size_t i = 0; i < points; i += 4)
         sum_four(kinds, scratch, i, &scratch.sums[2 * i]);
-    find_offsets(kinds, points, scratch);
-    std::copy_n(scratch.steps.begin(), points, to + brick.first_point);
+    find_offsets(kinds, points, scratch, to);
 }
 
 } // namespace pbm::HWY_NAMESPACE
@@ -434,9 +477,7 @@ HWY_EXPORT(list_sides);
 
 namespace {
 
-constexpr std::size_t kMinSlots = 4096;
-
-// Free of collisions within a cube of 16x16x16 bricks, which holds most chunks.
+// Bricks of a chunk differ in the low bits of their coordinates; most chunks lie in a cube of 16x16x16 bricks.
 std::size_t hash(std::uint64_t place) {
     constexpr std::uint64_t kLow = 0x000F000F000F;
     return static_cast<std::size_t>((place & 15) + (place >> 12 & 0xF0) + (place >> 24 & 0xF00) +
@@ -445,34 +486,43 @@ std::size_t hash(std::uint64_t place) {
 
 } // namespace
 
-void SurfaceOffsets::list_bricks(const ChunkView &chunk) {
+void SurfaceOffsets::begin(const ChunkView &chunk) {
     bricks_.clear();
-    masks_.clear();
-    table_.assign(std::max(kMinSlots, std::bit_ceil(2 * chunk.bricks.size())), 0);
+    bricks_.reserve(chunk.bricks.size() + 2);
+    node_points_.resize(chunk.masks.size());
+    table_.assign(std::bit_ceil(2 * chunk.bricks.size()), 0);
     bricks_.push_back({.place = ~std::uint64_t{0}}); // free slots of the table refer to it
+    std::size_t total = 0;
     for (const BrickRecord &record : chunk.bricks) {
         const BrickRecord brick = record; // bytes of a mapped chunk may change
-        Brick listed{.place = brick.x | std::uint64_t{brick.y} << 16 | std::uint64_t{brick.z} << 32,
-                     .node_map = brick.node_map,
-                     .first_node = static_cast<std::uint32_t>(masks_.size()),
-                     .first_point =
-                         std::min(std::uint32_t{brick.first_point}, static_cast<std::uint32_t>(chunk.normals.size()))};
-        std::size_t point = listed.first_point, node = brick.first_node;
-        for (std::uint64_t map = listed.node_map; map != 0; map &= map - 1, ++node) {
-            std::uint8_t mask = node < chunk.masks.size() ? chunk.masks[node] : 0;
-            if (point + kChildren[mask] > chunk.normals.size())
-                mask = 0;
+        Brick listed{
+            .place = brick.x | std::uint64_t{brick.y} << 16 | std::uint64_t{brick.z} << 32,
+            .first_node = std::min(std::uint32_t{brick.first_node}, static_cast<std::uint32_t>(chunk.masks.size())),
+            .first_point = std::min(std::uint32_t{brick.first_point}, static_cast<std::uint32_t>(chunk.normals.size())),
+            .points_before = static_cast<std::uint32_t>(total)};
+        std::size_t points = 0, node = listed.first_node;
+        for (std::uint64_t map = brick.node_map; map != 0 && node < chunk.masks.size(); map &= map - 1, ++node) {
+            const std::uint8_t mask = chunk.masks[node];
             listed.directions |=
                 kDirectionsOfNode[static_cast<std::size_t>(std::countr_zero(map))] & kDirectionsOfMask[mask];
-            masks_.push_back(mask);
-            point += kChildren[mask];
+            listed.node_map |= map & ~(map - 1);
+            node_points_[node] = static_cast<std::uint16_t>(points);
+            points += kChildren[mask];
         }
+        if (total + points > chunk.normals.size()) { // changed bytes
+            listed.node_map = listed.directions = 0;
+            points = 0;
+        }
+        total += points;
         std::size_t slot = hash(listed.place) & (table_.size() - 1);
         while (table_[slot] != 0)
             slot = (slot + 1) & (table_.size() - 1);
         table_[slot] = static_cast<std::uint32_t>(bricks_.size());
         bricks_.push_back(listed);
     }
+    bricks_.push_back({.points_before = static_cast<std::uint32_t>(total)});
+    sides_.resize(chunk.normals.size() + kBrickPoints + kMaxLanes);
+    HWY_DYNAMIC_DISPATCH(list_sides)(chunk.normals, sides_.data());
 }
 
 const SurfaceOffsets::Brick &SurfaceOffsets::find(std::uint64_t place) const {
@@ -480,15 +530,6 @@ const SurfaceOffsets::Brick &SurfaceOffsets::find(std::uint64_t place) const {
     while (table_[slot] != 0 && bricks_[table_[slot]].place != place)
         slot = (slot + 1) & (table_.size() - 1);
     return bricks_[table_[slot]];
-}
-
-void SurfaceOffsets::list_sides(const ChunkView &chunk) {
-    const NormalKinds &kinds = normal_kinds();
-    point_sides_.resize(chunk.normals.size() + 16); // reads whole vectors
-    for (std::size_t i = 0; i < chunk.normals.size(); ++i)
-        point_sides_[i] = kinds.far[kind_number(chunk.normals[i])];
-    sides_.resize(masks_.size());
-    HWY_DYNAMIC_DISPATCH(list_sides)(bricks_, masks_, point_sides_.data(), sides_.data());
 }
 
 void SurfaceOffsets::find_neighbours(const Brick &brick, BrickNeighbours &to) const {
@@ -506,23 +547,23 @@ void SurfaceOffsets::find_neighbours(const Brick &brick, BrickNeighbours &to) co
     }
 }
 
-void SurfaceOffsets::estimate(const ChunkView &chunk, std::span<const std::uint32_t> bricks,
-                              std::span<std::int8_t> to) {
-    list_bricks(chunk);
-    list_sides(chunk);
-    const ChunkPoints points{masks_, sides_.data(), chunk.normals.data()};
-    BrickScratch scratch;
+void SurfaceOffsets::estimate(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &to) const {
+    const Brick &listed = bricks_[brick + 1];
     BrickNeighbours around;
-    for (const std::uint32_t i : bricks) {
-        find_neighbours(bricks_[i + 1], around);
-        HWY_DYNAMIC_DISPATCH(estimate_brick)(bricks_[i + 1], around, points, scratch, to.data());
-    }
+    find_neighbours(listed, around);
+    HWY_DYNAMIC_DISPATCH(estimate_brick)
+    (listed, around, {chunk.masks, node_points_.data(), sides_.data(), chunk.normals}, to);
 }
 
 void SurfaceOffsets::estimate(const ChunkView &chunk, std::span<std::int8_t> to) {
-    std::vector<std::uint32_t> bricks(chunk.bricks.size());
-    std::iota(bricks.begin(), bricks.end(), 0U);
-    estimate(chunk, bricks, to);
+    begin(chunk);
+    BrickOffsets some;
+    for (std::uint32_t brick = 0; brick < chunk.bricks.size(); ++brick) {
+        estimate(chunk, brick, some);
+        const std::size_t before = points_before(brick);
+        std::copy_n(some.steps.begin(), points_before(brick + 1) - before,
+                    to.begin() + static_cast<std::ptrdiff_t>(before));
+    }
 }
 
 } // namespace pbm

@@ -34,46 +34,57 @@ inline constexpr float kRedundantDepth = 0.2F, kRedundantWeight = 25;
 inline constexpr std::int8_t kRedundantBit = 1;
 constexpr float offset_of(std::int8_t stored) { return static_cast<float>(stored & ~kRedundantBit) / kOffsetSteps; }
 
+// Stored offsets of a brick's points, in order; padded for whole SIMD vectors.
+struct BrickOffsets {
+    alignas(64) std::array<std::int8_t, 512 + 16> steps{};
+};
+
 struct BrickNeighbours;
 
 // Estimates one chunk at a time; reuses its memory for the next one.
 class SurfaceOffsets {
   public:
-    // For each point, estimates the distance from the centre of its voxel to the surface along its normal n, and
-    // whether the point is redundant. Let d be the vectors to those of the 27 voxels around it that are occupied and of
-    // the same side, and w = 3 - (d.d - (n.d)^2):
+    // Lists the bricks of a chunk. The functions below refer to this chunk.
+    void begin(const ChunkView &chunk);
+    // Number of the points in bricks before number `brick`, which may be the number of bricks.
+    std::size_t points_before(std::uint32_t brick) const { return bricks_[brick + 1].points_before; }
+
+    // For each point of brick number `brick`, estimates the distance from the centre of its voxel to the surface along
+    // its normal n, and whether the point is redundant. Let d be the vectors to those of
+    // the 27 voxels around a point that are occupied and of the same side, and w = 3 - (d.d - (n.d)^2):
     //
     //   offset = sum(w n.d) / sum(w)
     //
     // A point with normal m is of the same side if m.a > 0.5 on at least one signed axis a with n.a > 0.38, and on no
     // such axis m.a < -0.5. Two-sided points get 0, since their normal does not tell the side. Normals are rounded to 6
     // degrees, w to 1/84, w (n.d + 1.75) to 1/24, offsets to two steps; the result is the same on every machine. Voxels
-    // of other chunks count as empty. Accesses stay in bounds if the bytes of a mapped chunk change.
-    //
-    // bricks  indices of the bricks whose points are estimated
-    // to      [points of the chunk]; offsets of other bricks are left unchanged
-    void estimate(const ChunkView &chunk, std::span<const std::uint32_t> bricks, std::span<std::int8_t> to);
-    // The same for all bricks.
+    // of other chunks count as empty. Accesses stay in bounds if the bytes of a mapped chunk change. Several threads
+    // may call at once.
+    void estimate(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &to) const;
+    // The same for all bricks of a chunk; begins it. `to`: [points]
     void estimate(const ChunkView &chunk, std::span<std::int8_t> to);
 
     struct Brick {
         std::uint64_t place = 0;    // x, y, z in 16 bits each
-        std::uint64_t node_map = 0; // as in the BrickRecord
-        std::uint32_t first_node = 0, first_point = 0;
+        std::uint64_t node_map = 0; // as in the BrickRecord, without nodes whose masks are missing
+        std::uint32_t first_node = 0, first_point = 0, points_before = 0;
         std::uint32_t directions = 0; // bit i: the brick has points on the side of direction i (kDirectionCount)
     };
 
+    // Bytes that the lists of a chunk of this shape take at most.
+    static std::uint64_t memory_of(const ChunkShape &shape) {
+        return shape.bricks * (sizeof(Brick) + 4 * sizeof(std::uint32_t)) + shape.nodes * sizeof(std::uint16_t) +
+               shape.points;
+    }
+
   private:
-    void list_bricks(const ChunkView &chunk);
-    void list_sides(const ChunkView &chunk);
     const Brick &find(std::uint64_t place) const; // the empty brick if there is none
     void find_neighbours(const Brick &brick, BrickNeighbours &to) const;
 
-    std::vector<Brick> bricks_;             // [0] is an empty brick; those of the chunk follow
-    std::vector<std::uint8_t> masks_;       // of all bricks' nodes; 0 if points are missing
-    std::vector<std::uint8_t> point_sides_; // [points]: directions of their normals
-    std::vector<std::uint64_t> sides_;      // [nodes]: directions of the normals of their children, a byte each
-    std::vector<std::uint32_t> table_;      // hash table of bricks by place; 0: free slot
+    std::vector<Brick> bricks_;              // an empty brick, those of the chunk, an empty brick
+    std::vector<std::uint16_t> node_points_; // [nodes]: number of the brick's points before those of the node
+    std::vector<std::uint8_t> sides_;        // [points]: directions of their normals; padded
+    std::vector<std::uint32_t> table_;       // hash table of bricks by place; 0: free slot
 };
 
 } // namespace pbm

@@ -19,13 +19,11 @@ constexpr float kBlockRoom = 0.8F;
 constexpr float kThinRoom = 1.12F;
 
 // Whether no normal of the cone faces the eye anywhere in the brick. `sight`: from the eye to the brick's centre;
-// `reach`: the brick's radius; both in eye space.
-bool faces_away(const BrickRecord &brick, const EyeNormal &axis, glm::vec3 sight, float reach) {
+// `along`: its product with the cone's axis, positive; `reach`: the brick's radius; all in eye space.
+bool faces_away(const BrickRecord &brick, glm::vec3 sight, float along, float reach) {
     const float inverse_length = 1 / glm::length(sight);
     const float cosine = static_cast<float>(brick.cone_cosine) / 32767.0F;
-    const float along = (axis.x * sight.x + axis.y * sight.y + axis.z * sight.z) * inverse_length;
-    if (along <= 0)
-        return false;
+    along *= inverse_length;
     const float sines = std::sqrt(std::max(0.0F, (1 - cosine * cosine) * (1 - along * along)));
     // The reference's slack refers to rays of depth 1, which are at least as long as the unit ray here.
     return along * cosine - sines > kFacingSlack + reach * inverse_length;
@@ -70,6 +68,7 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
         const float nearest = centre.z - reach;
         SeenBrick &it = to[seen];
         it.large = true;
+        it.faces_eye = true;
         it.thin = false;
         it.top = 0;
         it.bottom = frame.height;
@@ -83,9 +82,14 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
             const float reach_y = extent * (1 + std::abs(y) * frame.inverse_focal) + 2;
             if (std::abs(x) > reach_x + frame.middle_x || std::abs(y) > reach_y + frame.middle_y)
                 continue;
-            if (brick.cone_cosine != kNoCone &&
-                faces_away(brick, frame.normals[brick.cone_axis & kNormalIndexMask], centre, reach))
-                continue;
+            it.faces_eye = false;
+            if (brick.cone_cosine != kNoCone) {
+                const EyeNormal &axis = frame.normals[brick.cone_axis & kNormalIndexMask];
+                const float along = axis.x * centre.x + axis.y * centre.y + axis.z * centre.z;
+                it.faces_eye = along <= 0;
+                if (along > 0 && faces_away(brick, centre, along, reach))
+                    continue;
+            }
             // Off the picture's middle, a length across the ray covers more pixels; blocks leave some room for that.
             const float stretch = std::sqrt(1 + (x * x + y * y) * frame.inverse_focal * frame.inverse_focal);
             const float pixels = radius * frame.focal;

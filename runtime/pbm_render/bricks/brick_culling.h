@@ -18,6 +18,7 @@ struct SeenBrick {
     std::int32_t left, right; // and columns left .. right - 1
     float nearest;            // lower bound of the depths of their pixels, grid edges
     bool large;               // some splat needs more than a block of 2 x 2 pixels, or the eye is near
+    bool faces_eye;           // the axis of its normal cone faces the eye; or the eye is near
     bool thin;                // splats are so small that redundant points (surface_offsets.h) may be left out
 };
 
@@ -26,8 +27,7 @@ struct RunGeometry {
     RunGeometry(const PointRun &points, const FrameGeometry &frame);
 
     const PointRun *run;
-    const std::int8_t *offsets = nullptr; // [points of the chunk]; null if the run has none or no brick was seen
-    float voxel;                          // edge, in grid edges
+    float voxel;                    // edge, in grid edges
     float max_offset;               // largest distance between a splat's middle and its voxel's centre, grid edges
     std::array<glm::vec3, 3> steps; // M * (d, 0) from a voxel to the next in x, y, z
 };

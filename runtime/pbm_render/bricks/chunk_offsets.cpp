@@ -1,33 +1,41 @@
 #include "pbm_render/bricks/chunk_offsets.h"
 
-#include <utility>
+#include <algorithm>
 
 namespace pbm {
 
-const std::int8_t *ChunkOffsets::of(const ChunkView &chunk, std::span<const SeenBrick> seen,
-                                    SurfaceOffsets &workplace) const {
+void ChunkOffsets::begin(const ChunkView &chunk) const {
     const std::lock_guard lock(mutex_);
-    if (is_complete_)
-        return offsets_.data();
+    if (has_begun_)
+        return;
+    surface_.begin(chunk);
     offsets_.resize(chunk.normals.size());
-    known_.resize(chunk.bricks.size());
-    std::vector<std::uint32_t> missing;
-    for (const SeenBrick &brick : seen)
-        if (known_[brick.brick] == 0)
-            missing.push_back(brick.brick);
-    if (missing.empty())
-        return offsets_.data();
-    if (!std::exchange(is_first_, false)) { // each estimate lists all bricks, its main cost: make at most two
-        missing.clear();
-        for (std::uint32_t i = 0; i < known_.size(); ++i)
-            if (known_[i] == 0)
-                missing.push_back(i);
-        is_complete_ = true;
+    known_ = std::vector<std::atomic<Known>>(chunk.bricks.size());
+    has_begun_ = true;
+}
+
+void ChunkOffsets::read(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &to) const {
+    std::atomic<Known> &known = known_[brick];
+    const std::size_t before = surface_.points_before(brick), points = surface_.points_before(brick + 1) - before;
+    std::int8_t *const kept = offsets_.data() + before;
+    if (known.load(std::memory_order_acquire) == Known::yes) {
+        std::copy_n(kept, points, to.steps.begin());
+        return;
     }
-    workplace.estimate(chunk, missing, offsets_);
-    for (const std::uint32_t brick : missing)
-        known_[brick] = 1;
-    return offsets_.data();
+    surface_.estimate(chunk, brick, to);
+    // Of several threads that estimate the brick at once, one keeps the offsets.
+    if (auto expected = Known::no; known.compare_exchange_strong(expected, Known::soon)) {
+        std::copy_n(to.steps.begin(), points, kept);
+        known.store(Known::yes, std::memory_order_release);
+    }
+}
+
+void ChunkOffsets::estimate(const ChunkView &chunk, std::span<const SeenBrick> seen) const {
+    begin(chunk);
+    BrickOffsets kept;
+    for (const SeenBrick &it : seen)
+        if (it.faces_eye && known_[it.brick].load(std::memory_order_relaxed) == Known::no)
+            read(chunk, it.brick, kept);
 }
 
 } // namespace pbm

@@ -4,7 +4,7 @@
 #include "pbm_render/bricks/brick_culling.h"
 #include "pbm_surface/surface_offsets.h"
 
-#include <cstddef>
+#include <atomic>
 #include <cstdint>
 #include <mutex>
 #include <span>
@@ -12,20 +12,31 @@
 
 namespace pbm {
 
-// Computes the offsets lazily and allocates no memory before. The first frame that shows the chunk estimates them for
-// the visible bricks; the first frame that shows another brick estimates them for all others.
+// Estimates offsets brick by brick, when a picture needs them, and keeps them.
 class ChunkOffsets {
   public:
-    // Returns the offsets of the chunk's points, as SurfaceOffsets::estimate writes them. They are valid for the bricks
-    // in `seen`; another thread may still write those of other bricks. All calls must pass the same chunk. Several
-    // threads may call at once and wait for each other.
-    const std::int8_t *of(const ChunkView &chunk, std::span<const SeenBrick> seen, SurfaceOffsets &workplace) const;
+    // Estimates the offsets of the bricks in `seen` that face the eye, one after the other as they lie in memory. Of
+    // the others most are hidden behind nearer points; `read` estimates those that are not. Call this before `read`,
+    // with the same chunk. Several threads may call both at once.
+    void estimate(const ChunkView &chunk, std::span<const SeenBrick> seen) const;
+    // Writes the offsets of a brick's points, as SurfaceOffsets::estimate.
+    void read(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &to) const;
+
+    // Bytes that they take at most, for a chunk of this shape.
+    static std::uint64_t memory_of(const ChunkShape &shape) {
+        return shape.points + shape.bricks + SurfaceOffsets::memory_of(shape);
+    }
 
   private:
-    mutable std::mutex mutex_;                 // guards all below
-    mutable std::vector<std::int8_t> offsets_; // [points]; empty before the first estimate
-    mutable std::vector<std::uint8_t> known_;  // [bricks]: nonzero where the offsets are estimated
-    mutable bool is_first_ = true, is_complete_ = false;
+    enum class Known : std::uint8_t { no, soon, yes };
+
+    void begin(const ChunkView &chunk) const;
+
+    mutable std::mutex mutex_; // of `begin`
+    mutable bool has_begun_ = false;
+    mutable SurfaceOffsets surface_;
+    mutable std::vector<std::int8_t> offsets_;      // [points]
+    mutable std::vector<std::atomic<Known>> known_; // [bricks]: whether offsets_ holds those of the brick
 };
 
 } // namespace pbm

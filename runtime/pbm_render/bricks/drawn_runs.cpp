@@ -37,12 +37,12 @@ void DrawnRuns::begin_view(const FrameGeometry &frame) {
     }
 }
 
-std::span<SeenBrick> DrawnRuns::find_seen(std::size_t index, const FrameGeometry &frame, SurfaceOffsets &workplace) {
+std::span<SeenBrick> DrawnRuns::find_seen(std::size_t index, const FrameGeometry &frame) {
     DrawnRun &run = drawn_[index];
     const std::span<SeenBrick> room(bricks_.data() + run.first_brick, run.geometry.run->chunk->bricks.size());
     run.seen = find_seen_bricks(run.geometry, frame, room);
     if (const ChunkOffsets *offsets = runs_[index].offsets; offsets != nullptr && run.seen > 0)
-        run.geometry.offsets = offsets->of(*runs_[index].chunk, room.first(run.seen), workplace);
+        offsets->estimate(*runs_[index].chunk, room.first(run.seen));
     return room.first(run.seen);
 }
 

@@ -3,7 +3,6 @@
 
 #include "pbm_render/bricks/brick_culling.h"
 #include "pbm_render/picture/render_options.h"
-#include "pbm_surface/surface_offsets.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -39,16 +38,15 @@ class DrawnRuns {
     RenderStatistics statistics() const;
     std::size_t size() const { return runs_.size(); }
 
-    // Starts a view. Then `cull` finds the visible bricks of a run; threads may cull different runs, each with its own
-    // workplace. `frame` must outlive the use of the results. `widen(run, bricks)` may change the rows of bricks.
+    // Starts a view. Then `cull` finds the visible bricks of a run; threads may cull different runs. `frame` must
+    // outlive the use of the results. `widen(run, bricks)` may change the rows of bricks.
     void begin_view(const FrameGeometry &frame);
-    template <class Widen>
-    void cull(std::size_t run, const FrameGeometry &frame, SurfaceOffsets &workplace, Widen &&widen) {
-        widen(drawn_[run].geometry, find_seen(run, frame, workplace));
+    template <class Widen> void cull(std::size_t run, const FrameGeometry &frame, Widen &&widen) {
+        widen(drawn_[run].geometry, find_seen(run, frame));
         find_rows(run, frame);
     }
-    void cull(std::size_t run, const FrameGeometry &frame, SurfaceOffsets &workplace) {
-        cull(run, frame, workplace, [](const RunGeometry &, std::span<SeenBrick>) {});
+    void cull(std::size_t run, const FrameGeometry &frame) {
+        cull(run, frame, [](const RunGeometry &, std::span<SeenBrick>) {});
     }
 
     // Calls work(run, its seen bricks, id of its chunk's first point) for runs that touch rows top .. bottom - 1.
@@ -63,7 +61,7 @@ class DrawnRuns {
     const PointRun &operator[](std::size_t run) const { return runs_[run]; }
 
   private:
-    std::span<SeenBrick> find_seen(std::size_t run, const FrameGeometry &frame, SurfaceOffsets &workplace);
+    std::span<SeenBrick> find_seen(std::size_t run, const FrameGeometry &frame);
     void find_rows(std::size_t run, const FrameGeometry &frame);
 
     PointIds ids_;

@@ -69,7 +69,7 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
 
 std::uint64_t ChunkLoader::memory_of(int level, const ChunkEntry &entry) const {
     const ChunkShape &shape = entry.shape;
-    const std::uint64_t offsets = shape.points + shape.bricks;
+    const std::uint64_t offsets = ChunkOffsets::memory_of(shape);
     if (is_mapped()) // the bytes of a whole file take no memory
         return offsets + (reader_.source().is_whole() ? 0 : bytes_read_by(entry));
     const AttributeSet &set = reader_.parameters().attributes;

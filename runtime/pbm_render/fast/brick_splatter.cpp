@@ -195,8 +195,8 @@ std::uint64_t draw_bricks(const FrameGeometry &frame, const StripBricks &list, D
         left = left.subspan(of_run.size());
         const StripBricks::Run &run = list.run(number);
         const StripRun at{frame, *run.geometry, strip};
-        drawn += run.geometry->offsets != nullptr ? draw_all<true>(at, run.seen, of_run, run.first_id, strip)
-                                                  : draw_all<false>(at, run.seen, of_run, run.first_id, strip);
+        drawn += run.geometry->run->offsets != nullptr ? draw_all<true>(at, run.seen, of_run, run.first_id, strip)
+                                                       : draw_all<false>(at, run.seen, of_run, run.first_id, strip);
     }
     return drawn;
 }

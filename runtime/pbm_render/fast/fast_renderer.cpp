@@ -51,7 +51,6 @@ struct StreamPointers {
 
 // Memory of one thread.
 struct Workplace {
-    SurfaceOffsets offsets;
     DepthStrip strip;
     StripBricks bricks;
 };
@@ -161,13 +160,13 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     const std::vector<EyeLight> lights = see_lights(frame.appearance.lights, frame.parameters.grid.edge(), projection);
     const SurroundingsView surroundings(frame.surroundings.get(), frame.appearance, projection, options);
     std::optional<PointShader> shader;
-    frame.pool->run(frame.runs.size() + 1, [&](std::size_t item, std::size_t thread) {
+    frame.pool->run(frame.runs.size() + 1, [&](std::size_t item, std::size_t) {
         if (item == 0) // first, since it takes longest
             shader.emplace(frame.parameters, frame.appearance, projection, &surroundings, options, false);
         else
-            frame.runs.cull(
-                item - 1, geometry, frame.workplaces[thread].offsets,
-                [&](const RunGeometry &run, std::span<SeenBrick> seen) { bound_bricks(geometry, run, seen); });
+            frame.runs.cull(item - 1, geometry, [&](const RunGeometry &run, std::span<SeenBrick> seen) {
+                bound_bricks(geometry, run, seen);
+            });
     });
 
     const int rows = strip_rows(target, frame.pool->threads());

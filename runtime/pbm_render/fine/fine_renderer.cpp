@@ -7,7 +7,6 @@
 #include "pbm_render/fine/surface_points.h"
 #include "pbm_render/shading/surface_shader.h"
 #include "pbm_render/surroundings/surroundings.h"
-#include "pbm_surface/surface_offsets.h"
 #include "system/threads/parallel.h"
 #include "system/threads/thread_pool.h"
 
@@ -38,7 +37,6 @@ glm::dvec2 sample_offset(int i) {
 struct Workplace {
     explicit Workplace(int width) : row(width) {}
 
-    SurfaceOffsets offsets;
     DepthStrip visible;
     StripPoints points;
     SurfaceBuffer surface;
@@ -141,8 +139,8 @@ RenderStatistics FineRenderer::add_sample() {
     const FrameGeometry geometry(projection, picture.width, picture.height);
     const Sample sample{offset, geometry};
     frame.runs.begin_view(geometry);
-    frame.pool.run(frame.runs.size(), [&](std::size_t run, std::size_t thread) {
-        frame.runs.cull(run, geometry, frame.workplaces[thread].offsets,
+    frame.pool.run(frame.runs.size(), [&](std::size_t run, std::size_t) {
+        frame.runs.cull(run, geometry,
                         [&](const RunGeometry &of, std::span<SeenBrick> seen) { widen_bricks(geometry, of, seen); });
     });
 

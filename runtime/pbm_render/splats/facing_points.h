@@ -11,11 +11,11 @@
 #include "pbm_surface/brick_places.h"
 
 #include "pbm_render/bricks/brick_culling.h"
+#include "pbm_render/bricks/chunk_offsets.h"
 #include "pbm_render/bricks/frame_geometry.h"
 #include "pbm_render/splats/depth_strip.h"
 #include "pbm_render/splats/facing_point_arrays.h"
 #include "pbm_render/splats/splat.h"
-#include "pbm_surface/surface_offsets.h"
 
 #include <algorithm>
 #include <array>
@@ -70,7 +70,7 @@ HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, V
 struct BrickPoints {
     const std::uint16_t *normals;
     const std::uint8_t *radii;
-    const std::int8_t *offsets; // null: no surface offsets
+    const std::int8_t *offsets; // padded to whole SIMD vectors; null: no surface offsets
     std::size_t available;
     std::size_t begin, end;
     std::uint32_t first_id; // of the brick's first point
@@ -140,8 +140,6 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
             stored = hn::PromoteTo(di, hn::LoadU(d16, points.normals + i));
             if constexpr (kLarge)
                 radius_index = hn::PromoteTo(di, hn::LoadU(d8, points.radii + i));
-            if constexpr (kPlaced)
-                offset = hn::PromoteTo(di, hn::LoadU(signed8, points.offsets + i));
         } else { // the chunk's last points
             alignas(32) std::array<std::uint16_t, kMaxLanes> last{};
             alignas(32) std::array<std::uint8_t, kMaxLanes> last_radii{};
@@ -149,12 +147,9 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
             std::copy_n(points.radii + i, points.available - i, last_radii.begin());
             stored = hn::PromoteTo(di, hn::Load(d16, last.data()));
             radius_index = hn::PromoteTo(di, hn::Load(d8, last_radii.data()));
-            if constexpr (kPlaced) {
-                alignas(32) std::array<std::int8_t, kMaxLanes> last_offsets{};
-                std::copy_n(points.offsets + i, points.available - i, last_offsets.begin());
-                offset = hn::PromoteTo(di, hn::Load(signed8, last_offsets.data()));
-            }
         }
+        if constexpr (kPlaced)
+            offset = hn::PromoteTo(di, hn::LoadU(signed8, points.offsets + i));
         const auto side = hn::And(hn::ShiftRight<kTwoSidedShift>(stored), hn::Set(di, kPackedTwoSided));
         const IntVector index = hn::And(stored, hn::Set(di, kNormalIndexMask));
         const IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), side);
@@ -208,9 +203,12 @@ HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std:
     const std::size_t first_point = brick.first_point;
     if (first_point >= normals.size() || brick.first_node >= run.chunk->masks.size())
         return 0;
+    BrickOffsets offsets;
+    if constexpr (kPlaced)
+        run.offsets->read(*run.chunk, seen.brick, offsets);
     BrickPoints points{.normals = normals.data() + first_point,
                        .radii = run.chunk->radii.data() + first_point,
-                       .offsets = kPlaced ? at.run.offsets + first_point : nullptr,
+                       .offsets = kPlaced ? offsets.steps.data() : nullptr,
                        .available = normals.size() - first_point,
                        .begin = run.first > first_point ? run.first - first_point : 0,
                        .end = 0,

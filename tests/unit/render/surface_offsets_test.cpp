@@ -184,7 +184,7 @@ TEST(SurfaceOffsets, OfBytesThatChangedAreOffsetsAsWell) {
     }
 }
 
-std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std::size_t end) {
+std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std::size_t end, bool faces_eye) {
     std::vector<SeenBrick> seen;
     for (std::uint32_t i = first; i < end; i += step)
         seen.push_back({.u = 0,
@@ -197,33 +197,40 @@ std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std:
                         .right = 1,
                         .nearest = 0,
                         .large = false,
+                        .faces_eye = faces_eye,
                         .thin = false});
     return seen;
 }
 
-// Computed lazily: each call fills in the bricks that it asks for.
+// The offsets of all points of a chunk, brick by brick.
+std::vector<std::int8_t> read_all(const ChunkOffsets &offsets, const ChunkView &chunk) {
+    std::vector<std::int8_t> all(chunk.normals.size());
+    for (std::uint32_t brick = 0; brick < chunk.bricks.size(); ++brick) {
+        const std::size_t begin = chunk.bricks[brick].first_point;
+        const std::size_t end =
+            brick + 1 < chunk.bricks.size() ? std::size_t{chunk.bricks[brick + 1].first_point} : all.size();
+        BrickOffsets some;
+        offsets.read(chunk, brick, some);
+        std::copy_n(some.steps.begin(), end - begin, &all[begin]);
+    }
+    return all;
+}
+
+// Whatever was estimated before a brick is read, and whether it is read for the first time.
 TEST(ChunkOffsets, AreThoseOfTheWholeChunkWhateverIsAskedFor) {
     const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
     const test::WholeLevel whole(model.file, kDepth);
     const ChunkView &chunk = *whole.runs.front().chunk;
-    SurfaceOffsets workplace;
-    std::vector<std::int8_t> expected(chunk.normals.size());
-    workplace.estimate(chunk, expected);
+    const std::vector<std::int8_t> expected = whole.offsets();
     const std::size_t bricks = chunk.bricks.size();
     ASSERT_GT(bricks, 20U);
-    for (const std::uint32_t step : {2U, 3U, 5U}) {
-        const ChunkOffsets offsets;
-        for (std::uint32_t first = 0; first < step; ++first) {
-            const std::vector<SeenBrick> seen = seen_bricks(first, step, bricks);
-            const std::int8_t *const some = offsets.of(chunk, seen, workplace);
-            for (const SeenBrick &brick : seen) {
-                const std::size_t begin = chunk.bricks[brick.brick].first_point;
-                const std::size_t end =
-                    brick.brick + 1 < bricks ? std::size_t{chunk.bricks[brick.brick + 1].first_point} : expected.size();
-                EXPECT_TRUE(std::equal(some + begin, some + end, &expected[begin])) << brick.brick;
-            }
+    for (const std::uint32_t step : {1U, 3U})
+        for (const bool faces_eye : {false, true}) {
+            const ChunkOffsets offsets;
+            offsets.estimate(chunk, seen_bricks(0, step, bricks, faces_eye));
+            for (int time = 0; time < 2; ++time)
+                EXPECT_EQ(read_all(offsets, chunk), expected) << step << faces_eye << time;
         }
-    }
 }
 
 TEST(ChunkOffsets, MayBeAskedForBySeveralThreadsAtOnce) {
@@ -231,20 +238,33 @@ TEST(ChunkOffsets, MayBeAskedForBySeveralThreadsAtOnce) {
     const test::WholeLevel whole(model.file, kDepth);
     const ChunkView &chunk = *whole.runs.front().chunk;
     const ChunkOffsets offsets;
-    std::vector<std::vector<std::int8_t>> seen(4);
+    std::vector<std::vector<std::int8_t>> read(4);
     {
         std::vector<std::jthread> threads;
-        for (std::uint32_t i = 0; i < seen.size(); ++i)
+        for (std::uint32_t i = 0; i < read.size(); ++i)
             threads.emplace_back([&, i] {
-                SurfaceOffsets workplace;
-                const std::size_t end = chunk.bricks.size() - i;
-                const std::int8_t *const some = offsets.of(chunk, seen_bricks(0, 1, end), workplace);
-                seen[i].assign(some, some + std::size_t{chunk.bricks[end - 1].first_point});
+                offsets.estimate(chunk, seen_bricks(i, 3, chunk.bricks.size(), true));
+                read[i] = read_all(offsets, chunk);
             });
     }
     const std::vector<std::int8_t> expected = whole.offsets();
-    for (const std::vector<std::int8_t> &some : seen)
-        EXPECT_TRUE(std::equal(some.begin(), some.end(), expected.begin()));
+    for (const std::vector<std::int8_t> &all : read)
+        EXPECT_EQ(all, expected);
+}
+
+// Pictures do not depend on which bricks wait: views from the back show first what a view from the front has hidden.
+TEST(ChunkOffsets, OfHiddenBricksAreEstimatedWhenTheyAreShown) {
+    const test::DrawnModel model(smooth_ball(kDepth, {}), kDefaultChunkPoints);
+    test::WholeLevel turned(model.file, kDepth);
+    FastRenderer renderer(model.model.parameters, kDefaultChunkPoints, 2);
+    for (const glm::dvec3 direction :
+         {glm::dvec3(0.3, 0.5, 0.8), glm::dvec3(-0.8, 0.1, 0.2), glm::dvec3(-0.3, -0.5, -0.8)}) {
+        constexpr int kSize = 300;
+        const Camera camera = test::camera_at_ball(kDepth, 2, kSize, direction);
+        Framebuffer picture(kSize, kSize);
+        renderer.render(turned.runs, camera, {}, picture);
+        EXPECT_EQ(picture.colour, model.fast(camera, kSize, kSize, {}).colour);
+    }
 }
 
 TEST(SurfaceOffsets, FindTheSurfaceOfABall) {
