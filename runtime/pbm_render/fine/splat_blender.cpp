@@ -252,7 +252,7 @@ HWY_INLINE void draw_points(const StripRun &at, FacingPoints &facing, DepthStrip
                     draw_ellipse<true>(e, lane, id(lane), strip);
             continue;
         }
-        list_small_pixels(group, {DepthStrip::kMarginLeft, strip.top - 1, strip.stride}, pixels,
+        list_small_pixels(group, {DepthStrip::kMarginLeft, strip.top - DepthStrip::kMarginRows, strip.stride}, pixels,
                           [&](std::size_t, const BoxPixels &box) {
                               const Vector depth = hn::Add(box.depth, hn::Mul(box.form, hn::Set(d, e.cone)));
                               return Kept{hn::And(box.inside, hn::Le(box.form, hn::Set(d, 1))), depth};
@@ -273,7 +273,7 @@ std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, s
     for (const SeenBrick &it : seen) {
         if (it.top >= strip.bottom || it.bottom <= strip.top)
             continue;
-        drawn += add_brick<true, true>(at, it, first_id, facing);
+        drawn += add_brick<0, true>(at, it, first_id, facing);
         if (facing.count >= kWaiting)
             draw_points(at, facing, strip);
     }
@@ -287,7 +287,7 @@ template <std::size_t kGroups> HWY_INLINE void blend_all(const Blending &blendin
     for (const SeenBrick &it : seen) {
         if (it.top >= strip.bottom || it.bottom <= strip.top)
             continue;
-        add_brick<true, true>(blending.at, it, 0, facing);
+        add_brick<0, true>(blending.at, it, 0, facing);
         if (facing.count >= kWaiting)
             blend_points<kGroups>(blending, facing);
     }
@@ -330,7 +330,7 @@ void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<
     for (SeenBrick &it : seen) {
         const float radius = frame.radii[run.run->chunk->bricks[it.brick].largest_radius];
         const float nearest = it.w - kBrickReach * run.voxel - radius;
-        it.large = true;
+        it.block = 0;
         const float extra =
             nearest > 0 ? (kKernelRadius * radius * frame.focal / nearest + kLowPass) * stretch : height;
         it.top = static_cast<std::int32_t>(std::max(static_cast<float>(it.top) - extra, 0.0F));

@@ -196,7 +196,7 @@ std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std:
                         .left = 0,
                         .right = 1,
                         .nearest = 0,
-                        .large = false,
+                        .block = 2,
                         .thin = false});
     return seen;
 }
