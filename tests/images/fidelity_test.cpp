@@ -84,7 +84,7 @@ TEST_P(ClosedMesh, KeepsTheGatesWithLevelsMixed) {
         std::vector<int> heights;
     };
     for (const auto &[max_error, heights] :
-         {Sizes{kDefaultMaxError, {300, 360, 430, 520, 610, 720}}, Sizes{1, {360, 610}}})
+         {Sizes{kDefaultMaxError, {300, 360, 430, 520, 610, 720}}, Sizes{1, {360, 610}}, Sizes{2, {300, 430, 610}}})
         for (const int height : heights) {
             const int width = height * 16 / 9;
             const std::vector<View> views =

@@ -13,10 +13,12 @@ namespace {
 constexpr float kBrickVoxels = 8;
 // The bounds below do not hold for eyes nearer than this many times the brick's reach: such bricks are not culled.
 constexpr float kNear = 8;
-// Blocks of points up to this fraction of 2 pixels apart leave no gap, at any angle.
+// Blocks of points up to this fraction of their edge apart leave no gap, at any angle.
 constexpr float kBlockRoom = 0.8F;
-// Splats up to kBlockRadius / kThinRoom leave no gap without redundant points.
+// Blocks of splats that are smaller by this factor leave no gap without redundant points.
 constexpr float kThinRoom = 1.12F;
+// Pixels. Voxels up to this width are drawn as blocks of 2 x 2 pixels or as ellipses.
+constexpr float kSmallVoxel = 1.42F;
 
 // Whether no normal of the cone faces the eye anywhere in the brick. `sight`: from the eye to the brick's centre;
 // `along`: its product with the cone's axis, positive; `reach`: the brick's radius; all in eye space.
@@ -67,7 +69,7 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
             continue;
         const float nearest = centre.z - reach;
         SeenBrick &it = to[seen];
-        it.large = true;
+        it.block = 0;
         it.faces_eye = true;
         it.thin = false;
         it.top = 0;
@@ -93,8 +95,11 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
             // Off the picture's middle, a length across the ray covers more pixels; blocks leave some room for that.
             const float stretch = std::sqrt(1 + (x * x + y * y) * frame.inverse_focal * frame.inverse_focal);
             const float pixels = radius * frame.focal;
-            it.large = pixels * std::max(1.0F, kBlockRoom * stretch) > kBlockRadius * nearest;
-            it.thin = pixels * kThinRoom * stretch <= kBlockRadius * nearest;
+            const bool is_small = voxel * frame.focal <= kSmallVoxel * centre.z;
+            const std::uint8_t edge = is_small ? 2 : run.max_block;
+            const float largest = kBlockRadius * static_cast<float>(edge) * nearest;
+            it.block = pixels * std::max(1.0F, kBlockRoom * stretch) > largest ? 0 : edge;
+            it.thin = pixels * kThinRoom * stretch <= largest;
             it.top = static_cast<std::int32_t>(std::max(y + frame.middle_y - reach_y, 0.0F));
             it.bottom = static_cast<std::int32_t>(std::min(y + frame.middle_y + reach_y + 1, height));
         }

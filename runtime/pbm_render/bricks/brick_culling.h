@@ -17,8 +17,8 @@ struct SeenBrick {
     std::int32_t top, bottom; // its points touch rows top .. bottom - 1 only
     std::int32_t left, right; // and columns left .. right - 1
     float nearest;            // lower bound of the depths of their pixels, grid edges
-    bool large;               // some splat needs more than a block of 2 x 2 pixels, or the eye is near
     bool faces_eye;           // the axis of its normal cone faces the eye; or the eye is near
+    std::uint8_t block;       // its splats are drawn as blocks of so many pixels each way, 2 or 3; 0: as ellipses
     bool thin;                // splats are so small that redundant points (surface_offsets.h) may be left out
 };
 
@@ -32,9 +32,9 @@ struct RunGeometry {
     std::array<glm::vec3, 3> steps; // M * (d, 0) from a voxel to the next in x, y, z
 };
 
-// Splats up to this radius in pixels are drawn as 2 x 2 blocks. Points of voxels up to 1.42 pixels wide are close
-// enough that no pixel between their blocks stays empty.
-inline constexpr float kBlockRadius = 1.35F;
+// Splats up to this radius, times the edge of a block, are drawn as blocks. Points of voxels up to 0.71 times that edge
+// are close enough that no pixel between their blocks stays empty.
+inline constexpr float kBlockRadius = 0.675F;
 
 // Writes the visible bricks to `to`, in their order, and returns their number. `to` has room for all bricks of the
 // chunk. Columns are those of the picture, depths are not bounded; see bound_bricks. Accesses stay in bounds if the

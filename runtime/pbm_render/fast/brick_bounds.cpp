@@ -15,8 +15,6 @@ namespace {
 constexpr float kPackedLength = 1.01F;
 // For rounding: relative to the depth; in pixels.
 constexpr float kDepthSlack = 1e-6F, kPixelSlack = 0.1F;
-// From the middle of a block to the outermost of its pixels' centres, along each axis.
-constexpr float kBlockPixels = 1;
 
 // How far splats of a run reach from their points, in grid edges, for image vectors of length 1.
 struct SplatReach {
@@ -64,8 +62,10 @@ void bound_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<
         const float ray_x = (std::abs(x - frame.middle_x) + half_x) * frame.inverse_focal;
         const float ray_y = (std::abs(y - frame.middle_y) + half_y) * frame.inverse_focal;
         const float stretch = std::sqrt(1 + ray_x * ray_x + ray_y * ray_y);
-        const float radius = it.large ? stretch * frame.radii[records[it.brick].largest_radius] : 0;
-        const float splat = it.large ? radius * frame.focal * pixels : kBlockPixels;
+        // From the middle of a block to the outermost of its pixels' centres, along each axis.
+        const float block = static_cast<float>(it.block) / 2;
+        const float radius = it.block == 0 ? stretch * frame.radii[records[it.brick].largest_radius] : 0;
+        const float splat = it.block == 0 ? radius * frame.focal * pixels : block;
         const float around = reach.across * stretch * frame.focal * pixels + splat + kPixelSlack + 0.5F;
         const auto clamped = [](float v, float end) { return static_cast<std::int32_t>(std::clamp(v, 0.0F, end)); };
         it.left = clamped(x - half_x - around, width);
@@ -73,7 +73,7 @@ void bound_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<
         it.top = std::max(it.top, clamped(y - half_y - around, height));
         it.bottom = std::min(it.bottom, clamped(y + half_y + around + 1, height));
         const float farthest_pixel = (middle.z + deep) * frame.inverse_focal;
-        const float slope = 2 * reach.steepest * (it.large ? radius : kBlockPixels * farthest_pixel);
+        const float slope = 2 * reach.steepest * (it.block == 0 ? radius : block * farthest_pixel);
         it.nearest = std::max(nearest * (1 - kDepthSlack) - reach.forward * stretch - slope, 0.0F);
     }
 }

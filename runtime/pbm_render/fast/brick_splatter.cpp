@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "pbm_render/fast/brick_splatter.cpp"
@@ -15,8 +16,16 @@
 #define PBM_RENDER_BRICK_SPLATTER_TABLES
 namespace pbm {
 
-// How far a placed block lies behind its plane one pixel from its middle, in voxel edges.
+// How far a placed block of 2 x 2 pixels lies behind its plane one pixel from its middle, in voxel edges. One of 3 x 3
+// lies as far behind it 1.5 pixels from its middle.
 inline constexpr float kPlacedBlockCone = 1.2F;
+
+// Placed blocks of 3 x 3 pixels leave out pixels outside of an ellipse: those at (x, y) pixels from the middle where
+//
+//   x^2 + y^2 + kBlockTilt slope(x, y)^2 > (kBlockReach r)^2
+//
+// for a splat radius of r pixels; slope(x, y) is the depth of its plane there, in lengths of a pixel.
+inline constexpr float kBlockTilt = 0.5F, kBlockReach = 1.25F;
 
 } // namespace pbm
 #endif
@@ -26,18 +35,22 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-struct Blocks {
+// Blocks of kEdge x kEdge pixels. Four depths lie side by side: all of a block of 2 x 2 pixels, or a row of three and
+// an unused one.
+template <int kEdge> struct Blocks {
+    static_assert(kEdge == 2 || kEdge == 3);
+    static constexpr std::size_t kParts = kEdge == 2 ? 1 : 3;
+    using Part = std::array<float, 4 * FacingPoints::kCapacity>;
     alignas(64) std::array<std::int32_t, FacingPoints::kCapacity> offset; // of the upper left pixel
-    alignas(64) std::array<float, 4 * FacingPoints::kCapacity> depths;    // upper left and right, lower left and right
+    alignas(64) std::array<Part, kParts> depths;
 };
 
-HWY_INLINE void draw_block(const float *depths, std::uint32_t id, double *upper, std::ptrdiff_t stride) {
-    double *const lower = upper + stride;
+// Draws three or four pixels.
+template <std::size_t kPixels>
+HWY_INLINE void draw_part(const float *depths, std::uint32_t id, const std::array<double *, kPixels> &to) {
 #if HWY_TARGET == HWY_SCALAR
-    for (std::size_t i = 0; i < 2; ++i) {
-        upper[i] = std::min(upper[i], DepthStrip::pixel(depths[i], id));
-        lower[i] = std::min(lower[i], DepthStrip::pixel(depths[2 + i], id));
-    }
+    for (std::size_t i = 0; i < kPixels; ++i)
+        *to[i] = std::min(*to[i], DepthStrip::pixel(depths[i], id));
 #else
     const hn::FixedTag<float, 4> d32;
     const hn::FixedTag<double, 2> d64;
@@ -49,19 +62,35 @@ HWY_INLINE void draw_block(const float *depths, std::uint32_t id, double *upper,
     const auto second = hn::BitCast(d64, hn::InterleaveUpper(du32, ids, z));
     // Load and store one pixel at a time: the previous block often stored one of them, and a load is fast only if it
     // has the size of that store.
-    const auto draw = [&](auto value, double *to) {
-        hn::StoreU(lesser_doubles(value, hn::LoadU(pixel, to)), pixel, to);
+    const auto draw = [&](auto value, double *at) {
+        hn::StoreU(lesser_doubles(value, hn::LoadU(pixel, at)), pixel, at);
     };
-    draw(hn::LowerHalf(first), upper);
-    draw(hn::UpperHalf(pixel, first), upper + 1);
-    draw(hn::LowerHalf(second), lower);
-    draw(hn::UpperHalf(pixel, second), lower + 1);
+    draw(hn::LowerHalf(first), to[0]);
+    draw(hn::UpperHalf(pixel, first), to[1]);
+    draw(hn::LowerHalf(second), to[2]);
+    if constexpr (kPixels == 4)
+        draw(hn::UpperHalf(pixel, second), to[3]);
 #endif
 }
 
+// Draws block number `i`. `upper`: its upper left pixel.
+template <int kEdge>
+HWY_INLINE void draw_block(const Blocks<kEdge> &blocks, std::size_t i, std::uint32_t id, double *upper,
+                           std::ptrdiff_t stride) {
+    if constexpr (kEdge == 2) {
+        draw_part<4>(blocks.depths[0].data() + 4 * i, id, {upper, upper + 1, upper + stride, upper + stride + 1});
+    } else {
+        for (const auto &row : blocks.depths) {
+            draw_part<3>(row.data() + 4 * i, id, {upper, upper + 1, upper + 2});
+            upper += stride;
+        }
+    }
+}
+
 // Computes the blocks of a vector of points from `first` on. Lanes behind the last point get unused blocks.
-template <bool kPlaced>
-HWY_INLINE void project_blocks(const StripRun &at, const FacingPoints &points, std::size_t first, Blocks &blocks) {
+template <int kEdge, bool kPlaced>
+HWY_INLINE void project_blocks(const StripRun &at, const FacingPoints &points, std::size_t first,
+                               Blocks<kEdge> &blocks) {
     const FrameGeometry &frame = at.frame;
     const DepthStrip &strip = at.strip;
     const float voxel_edge = at.run.voxel;
@@ -69,11 +98,11 @@ HWY_INLINE void project_blocks(const StripRun &at, const FacingPoints &points, s
     const Floats d;
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
-    const Vector half = set(0.5F);
+    const Vector half = set(0.5F), one = set(1);
     const ProjectedSplats s = project_splats<kPlaced>(
         frame, voxel_edge, kPlaced ? kPlacedBlockOutlineInset : kBlockOutlineInset, points, first);
     const SeenNormal &n = s.normal;
-    const Vector inverse = hn::Div(set(1), hn::Mul(s.pixel_size, s.cosine)); // one division for two
+    const Vector inverse = hn::Div(one, hn::Mul(s.pixel_size, s.cosine)); // one division for two
     const Vector inverse_cosine = hn::Mul(inverse, s.pixel_size);
     const Vector outline_pixels = hn::Mul(s.outline, hn::Mul(inverse, s.cosine));
     const Vector at_x = hn::Sub(hn::Load(d, points.x.data() + first), hn::Mul(outline_pixels, s.image_x));
@@ -84,44 +113,72 @@ HWY_INLINE void project_blocks(const StripRun &at, const FacingPoints &points, s
     const Vector at_z = depth_in_middle(s, hn::Load(d, points.w.data() + first), plane_x, plane_y);
     const Vector slope_x = hn::Mul(plane_x, s.pixel_size), slope_y = hn::Mul(plane_y, s.pixel_size);
 
-    // The 2 x 2 pixels whose centres surround the point. A block outside of the strip is drawn to an unused place.
+    // The pixels whose centres are nearest to the point. A block outside of the strip is drawn to an unused place.
+    const Vector to_first = set((kEdge - 1) / 2.0F);
     const auto within = [&](Vector v, int from, int to) {
         return hn::And(hn::Ge(v, set(static_cast<float>(from))), hn::Lt(v, set(static_cast<float>(to))));
     };
-    const Vector column = hn::Floor(hn::Sub(at_x, half)), row = hn::Floor(hn::Sub(at_y, half));
-    const Mask visible = hn::And(hn::FirstN(d, end - first),
-                                 hn::And(within(column, -1, strip.width), within(row, strip.top - 1, strip.bottom)));
+    const Vector column = hn::Floor(hn::Sub(at_x, to_first)), row = hn::Floor(hn::Sub(at_y, to_first));
+    const Mask visible = hn::And(hn::FirstN(d, end - first), hn::And(within(column, 1 - kEdge, strip.width),
+                                                                     within(row, strip.top + 1 - kEdge, strip.bottom)));
     const auto offset =
         hn::Add(hn::Add(hn::ConvertTo(di, column), hn::Set(di, DepthStrip::kMarginLeft)),
-                hn::Mul(hn::Sub(hn::ConvertTo(di, row), hn::Set(di, strip.top - 1)), hn::Set(di, strip.stride)));
+                hn::Mul(hn::Sub(hn::ConvertTo(di, row), hn::Set(di, strip.top - DepthStrip::kMarginRows)),
+                        hn::Set(di, strip.stride)));
     hn::Store(hn::IfThenElse(hn::RebindMask(di, visible), offset, hn::Set(di, strip.unseen())), di,
               blocks.offset.data() + first);
     // From the middle of the splat to the centres of the pixels.
     const Vector left = hn::Sub(hn::Add(column, half), at_x), upper = hn::Sub(hn::Add(row, half), at_y);
-    const Vector depth = hn::Add(at_z, hn::Add(hn::Mul(slope_x, left), hn::Mul(slope_y, upper)));
-    const Vector next = hn::Add(depth, slope_x);
-    std::array<Vector, 4> depths{depth, next, hn::Add(depth, slope_y), hn::Add(next, slope_y)};
-    if constexpr (kPlaced) {
-        const Vector one = set(1), cone = set(kPlacedBlockCone * voxel_edge);
-        const Vector right = hn::Add(left, one), lower = hn::Add(upper, one);
-        const Vector left2 = hn::Mul(left, left), right2 = hn::Mul(right, right);
-        const Vector upper2 = hn::Mul(upper, upper), lower2 = hn::Mul(lower, lower);
-        depths = {hn::Add(depths[0], hn::Mul(cone, hn::Add(left2, upper2))),
-                  hn::Add(depths[1], hn::Mul(cone, hn::Add(right2, upper2))),
-                  hn::Add(depths[2], hn::Mul(cone, hn::Add(left2, lower2))),
-                  hn::Add(depths[3], hn::Mul(cone, hn::Add(right2, lower2)))};
+    std::array<std::array<Vector, kEdge>, kEdge> depths; // [row][column]
+    depths[0][0] = hn::Add(at_z, hn::Add(hn::Mul(slope_x, left), hn::Mul(slope_y, upper)));
+    for (std::size_t x = 1; x < kEdge; ++x)
+        depths[0][x] = hn::Add(depths[0][x - 1], slope_x);
+    for (std::size_t y = 1; y < kEdge; ++y)
+        for (std::size_t x = 0; x < kEdge; ++x)
+            depths[y][x] = hn::Add(depths[y - 1][x], slope_y);
+    std::array<Vector, kEdge> from_x, from_y; // of the pixels' centres from the middle
+    for (std::size_t i = 0; i < kEdge; ++i) {
+        from_x[i] = hn::Add(left, set(static_cast<float>(i)));
+        from_y[i] = hn::Add(upper, set(static_cast<float>(i)));
     }
-    hn::StoreInterleaved4(depths[0], depths[1], depths[2], depths[3], d, blocks.depths.data() + 4 * first);
+    constexpr bool kIsCut = kPlaced && kEdge == 3;
+    const Vector cone = set(kPlacedBlockCone * 4 / (kEdge * kEdge) * voxel_edge);
+    Vector reach2 = hn::Zero(d);
+    if constexpr (kIsCut) {
+        const Vector radius = hn::Load(d, points.radius.data() + first);
+        const Vector reach = hn::Mul(hn::Mul(set(kBlockReach), radius), hn::Mul(inverse, s.cosine));
+        reach2 = hn::Mul(reach, reach);
+    }
+    for (std::size_t y = 0; y < kEdge; ++y)
+        for (std::size_t x = 0; x < kEdge; ++x) {
+            Vector form = hn::Add(hn::Mul(from_x[x], from_x[x]), hn::Mul(from_y[y], from_y[y]));
+            if constexpr (kIsCut) {
+                const Vector slope = hn::Add(hn::Mul(plane_x, from_x[x]), hn::Mul(plane_y, from_y[y]));
+                form = hn::Add(form, hn::Mul(set(kBlockTilt), hn::Mul(slope, slope)));
+            }
+            Vector &depth = depths[y][x];
+            if constexpr (kPlaced)
+                depth = hn::Add(depth, hn::Mul(cone, form));
+            if constexpr (kIsCut)
+                depth = hn::IfThenElse(hn::Le(form, reach2), depth, set(std::numeric_limits<float>::infinity()));
+        }
+    if constexpr (kEdge == 2)
+        hn::StoreInterleaved4(depths[0][0], depths[0][1], depths[1][0], depths[1][1], d,
+                              blocks.depths[0].data() + 4 * first);
+    else
+        for (std::size_t y = 0; y < kEdge; ++y)
+            hn::StoreInterleaved4(depths[y][0], depths[y][1], depths[y][2], depths[y][2], d,
+                                  blocks.depths[y].data() + 4 * first);
 }
 
 // Draws all points as blocks. All blocks are computed before the first is drawn, so that latencies overlap.
-template <bool kPlaced>
-HWY_INLINE void draw_blocks(const StripRun &at, Blocks &blocks, FacingPoints &points, DepthStrip &strip) {
+template <bool kPlaced, int kEdge>
+HWY_INLINE void draw_blocks(const StripRun &at, Blocks<kEdge> &blocks, FacingPoints &points, DepthStrip &strip) {
     for (std::size_t i = 0; i < points.count; i += hn::Lanes(Floats()))
-        project_blocks<kPlaced>(at, points, i, blocks);
+        project_blocks<kEdge, kPlaced>(at, points, i, blocks);
     for (std::size_t i = 0; i < points.count; ++i)
-        draw_block(blocks.depths.data() + 4 * i, static_cast<std::uint32_t>(points.id[i]),
-                   strip.pixels.data() + blocks.offset[i], strip.stride);
+        draw_block(blocks, i, static_cast<std::uint32_t>(points.id[i]), strip.pixels.data() + blocks.offset[i],
+                   strip.stride);
     points.count = 0;
 }
 
@@ -163,25 +220,31 @@ template <bool kPlaced>
 HWY_INLINE std::uint64_t draw_all(const StripRun &at, std::span<const SeenBrick> seen,
                                   std::span<const StripBricks::Brick> bricks, std::uint32_t first_id,
                                   DepthStrip &strip) {
-    Blocks blocks;
-    FacingPoints small, large;
+    Blocks<2> small_blocks;
+    Blocks<3> blocks;
+    FacingPoints small, middling, large;
     std::uint64_t drawn = 0;
     for (const StripBricks::Brick &brick : bricks) {
         const SeenBrick &it = seen[brick.seen];
         if (is_hidden(it, strip))
             continue;
-        if (it.large) {
-            drawn += add_brick<true, kPlaced>(at, it, first_id, large);
+        if (it.block == 0) {
+            drawn += add_brick<0, kPlaced>(at, it, first_id, large);
             if (large.count >= kWaiting)
                 draw_ellipses<kPlaced>(at, large, strip);
-        } else {
-            drawn += add_brick<false, kPlaced>(at, it, first_id, small);
+        } else if (it.block == 2) {
+            drawn += add_brick<2, kPlaced>(at, it, first_id, small);
             if (small.count >= kWaiting)
-                draw_blocks<kPlaced>(at, blocks, small, strip);
+                draw_blocks<kPlaced>(at, small_blocks, small, strip);
+        } else {
+            drawn += add_brick<3, kPlaced>(at, it, first_id, middling);
+            if (middling.count >= kWaiting)
+                draw_blocks<kPlaced>(at, blocks, middling, strip);
         }
     }
     draw_ellipses<kPlaced>(at, large, strip);
-    draw_blocks<kPlaced>(at, blocks, small, strip);
+    draw_blocks<kPlaced>(at, small_blocks, small, strip);
+    draw_blocks<kPlaced>(at, blocks, middling, strip);
     return drawn;
 }
 

@@ -300,7 +300,7 @@ HWY_INLINE void draw_points(const StripRun &at, const FacingPoints &facing, Dept
                     draw_ellipse<true>(e, lane, id(lane), strip);
             continue;
         }
-        list_small_pixels(group, {DepthStrip::kMarginLeft, strip.top - 1, strip.stride}, pixels,
+        list_small_pixels(group, {DepthStrip::kMarginLeft, strip.top - DepthStrip::kMarginRows, strip.stride}, pixels,
                           [&](std::size_t, const BoxPixels &box) {
                               const Vector depth = hn::Add(box.depth, hn::Mul(box.form, hn::Set(d, e.cone)));
                               return Kept{hn::And(box.inside, hn::Le(box.form, hn::Set(d, 1))), depth};
@@ -322,7 +322,7 @@ std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, s
             continue;
         if (facing == nullptr)
             facing = &points.add(run, first_id).points;
-        drawn += add_brick<true, true>(at, it, first_id, *facing, kSoftSplats);
+        drawn += add_brick<0, true>(at, it, first_id, *facing, kSoftSplats);
         if (facing->count >= kWaiting) {
             draw_points(at, *facing, strip);
             facing = nullptr;
@@ -372,7 +372,7 @@ void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<
     for (SeenBrick &it : seen) {
         const float radius = frame.radii[run.run->chunk->bricks[it.brick].largest_radius];
         const float nearest = it.w - kBrickReach * run.voxel - radius;
-        it.large = true;
+        it.block = 0;
         const float extra =
             nearest > 0 ? (kKernelRadius * radius * frame.focal / nearest + kLowPass) * stretch : height;
         it.top = static_cast<std::int32_t>(std::max(static_cast<float>(it.top) - extra, 0.0F));

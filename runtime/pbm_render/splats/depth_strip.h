@@ -16,26 +16,28 @@ namespace pbm {
 // lower half. The smallest number is the nearest point, and the lower id wins a tie, so the order of drawing does not
 // matter. It is stored as a double (never a NaN), since the minimum of doubles is one instruction on every target.
 struct DepthStrip {
-    static constexpr int kMarginLeft = 1,
-                         kMarginRight = 16; // columns beside the picture, for blocks and whole SIMD vectors
+    // Rows above and below the strip, and columns beside the picture: for blocks and whole SIMD vectors.
+    static constexpr int kMarginRows = 2, kMarginLeft = 2, kMarginRight = 16;
 
     static constexpr double pixel(float depth, std::uint32_t id) {
         return std::bit_cast<double>(std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 | id);
     }
 
-    // Clears the strip for rows first .. end - 1 of a picture. One more row above and below may be drawn into.
+    // Clears the strip for rows first .. end - 1 of a picture.
     void begin(int picture_width, int first, int end) {
         width = picture_width;
         top = first;
         bottom = end;
         stride = picture_width + kMarginLeft + kMarginRight;
         constexpr float kNothing = std::numeric_limits<float>::infinity();
-        pixels.assign(static_cast<std::size_t>(stride) * static_cast<std::size_t>(end - first + 2),
+        pixels.assign(static_cast<std::size_t>(stride) * static_cast<std::size_t>(end - first + 2 * kMarginRows),
                       pixel(kNothing, 0xFFFFFFFF));
     }
     // Offset of an unused block outside the picture.
     int unseen() const { return stride - kMarginRight + 2; }
-    std::ptrdiff_t offset(int x, int y) const { return std::ptrdiff_t{y - top + 1} * stride + x + kMarginLeft; }
+    std::ptrdiff_t offset(int x, int y) const {
+        return std::ptrdiff_t{y - top + kMarginRows} * stride + x + kMarginLeft;
+    }
 
     float depth(int x, int y) const { return std::bit_cast<float>(static_cast<std::uint32_t>(bits(x, y) >> 32)); }
     std::uint32_t id(int x, int y) const { return static_cast<std::uint32_t>(bits(x, y)); }

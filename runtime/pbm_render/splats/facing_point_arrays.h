@@ -21,8 +21,9 @@ struct FacingPoints {
     alignas(64) std::array<std::int32_t, kCapacity> id;
     // Only for placed splats:
     alignas(64) std::array<float, kCapacity> offset; // voxel edges
-    // Only for large splats:
+    // For blocks of 3 x 3 pixels and ellipses:
     alignas(64) std::array<float, kCapacity> radius; // grid edges
+    // Only for ellipses:
     alignas(64) std::array<std::int32_t, kCapacity> normal_index;
 };
 

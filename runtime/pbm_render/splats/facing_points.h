@@ -96,9 +96,9 @@ HWY_INLINE Vector rows_to_border(const StripRun &at, const Enlargement &enlarged
 }
 
 // Projects points of a brick to the screen and appends to `to` those that face the eye and may touch the strip. Returns
-// how many of them have their centres in the strip. kPlaced: the points have surface offsets; redundant ones of thin
-// bricks are left out if they are small.
-template <bool kLarge, bool kPlaced>
+// how many of them have their centres in the strip. kBlock: as SeenBrick::block of the brick; kPlaced: the points have
+// surface offsets; redundant ones of thin bricks are left out if they are blocks.
+template <int kBlock, bool kPlaced>
 HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &brick, const BrickPlaces &places,
                                           const BrickPoints &points, FacingPoints &to,
                                           const Enlargement &enlarged = {}) {
@@ -111,8 +111,9 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
     const std::size_t lanes = hn::Lanes(d);
     const auto set = [&](float value) { return hn::Set(d, value); };
     const auto &[step_x, step_y, step_z] = run.steps;
-    // Largest distance in pixels between a block and its point, with rounding: a voxel is at most 1.42 pixels wide.
-    constexpr float kShift = kPlaced ? 3 : 2;
+    constexpr bool kLarge = kBlock == 0, kHasRadius = kBlock != 2;
+    // Largest distance in pixels between a block and its point, with rounding: a voxel is at most 0.71 blocks wide.
+    constexpr float kShift = (kPlaced ? 1.5F : 1) * kBlock;
     const Vector above = set(static_cast<float>(strip.top) - kShift),
                  below = set(static_cast<float>(strip.bottom) + kShift);
     const Vector strip_top = set(static_cast<float>(strip.top)), strip_bottom = set(static_cast<float>(strip.bottom));
@@ -138,7 +139,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
         [[maybe_unused]] auto offset = hn::Zero(di);
         if (i + lanes <= points.available) {
             stored = hn::PromoteTo(di, hn::LoadU(d16, points.normals + i));
-            if constexpr (kLarge)
+            if constexpr (kHasRadius)
                 radius_index = hn::PromoteTo(di, hn::LoadU(d8, points.radii + i));
         } else { // the chunk's last points
             alignas(32) std::array<std::uint16_t, kMaxLanes> last{};
@@ -163,8 +164,9 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
             offset = hn::AndNot(hn::Set(di, kRedundantBit), offset);
         }
         [[maybe_unused]] Vector radius = hn::Zero(d);
-        if constexpr (kLarge) { // drop points around the eye or behind it
+        if constexpr (kHasRadius)
             radius = hn::GatherIndex(d, frame.radii.data(), radius_index);
+        if constexpr (kLarge) { // drop points around the eye or behind it
             keep = hn::And(keep, hn::Gt(w, hn::Add(hn::Mul(radius, set(kMinRadii)), set(kMinVoxels * run.voxel))));
             const Vector reach = rows_to_border(at, enlarged, radius, normal.ray_y, inverse);
             keep = hn::And(keep, hn::And(hn::Gt(hn::Add(pixel_y, reach), strip_top),
@@ -181,10 +183,10 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
         hn::StoreU(pack(id), di, to.id.data() + count);
         if constexpr (kPlaced)
             hn::StoreU(pack(hn::Mul(hn::ConvertTo(d, offset), set(1 / kOffsetSteps))), d, to.offset.data() + count);
-        if constexpr (kLarge) {
+        if constexpr (kHasRadius)
             hn::StoreU(pack(radius), d, to.radius.data() + count);
+        if constexpr (kLarge)
             hn::StoreU(pack(index), di, to.normal_index.data() + count);
-        }
         count += hn::CountTrue(d, keep);
         at_home += hn::CountTrue(d, hn::And(keep, hn::And(hn::Ge(pixel_y, home_top), hn::Lt(pixel_y, home_bottom))));
     }
@@ -194,7 +196,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
 
 // Appends those points of a brick that find_facing_points keeps, and returns its result. The id of point i of the chunk
 // is `first_id` + i. Accesses stay in bounds if the bytes of a mapped chunk change.
-template <bool kLarge, bool kPlaced>
+template <int kBlock, bool kPlaced>
 HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std::uint32_t first_id, FacingPoints &to,
                                  const Enlargement &enlarged = {}) {
     const PointRun &run = *at.run.run;
@@ -217,7 +219,7 @@ HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std:
     const std::size_t count =
         std::min(list_places(brick.node_map, run.chunk->masks.subspan(brick.first_node), places), points.available);
     points.end = run.last > first_point ? std::min<std::size_t>(count, run.last - first_point) : 0;
-    return find_facing_points<kLarge, kPlaced>(at, seen, places, points, to, enlarged);
+    return find_facing_points<kBlock, kPlaced>(at, seen, places, points, to, enlarged);
 }
 
 } // namespace pbm::HWY_NAMESPACE

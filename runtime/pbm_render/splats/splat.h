@@ -44,7 +44,7 @@ inline constexpr float kSteepest = 3;
 inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.3F, kPlacedLeast = 0.3F;
 // Replaces kOutlineInset for placed splats.
 inline constexpr float kPlacedOutlineInset = 0.2F;
-// Replace kOutlineInset and kPlacedOutlineInset for splats that are drawn as blocks of 2 x 2 pixels: blocks are larger
+// Replace kOutlineInset and kPlacedOutlineInset for splats that are drawn as blocks of pixels: blocks are larger
 // than the ellipses that they stand for.
 inline constexpr float kBlockOutlineInset = 0.6F, kPlacedBlockOutlineInset = 0.5F;
 // How far the outline of a placed splat lies behind its plane, voxel edges. Where two splats overlap, each is then

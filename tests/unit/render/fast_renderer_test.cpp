@@ -106,6 +106,20 @@ const std::vector<glm::dvec3> &directions() {
     return all;
 }
 
+struct Pixels {
+    std::vector<std::uint32_t> colour;
+    std::vector<std::uint32_t> depth; // bit patterns, so that +infinity compares equal
+    bool operator==(const Pixels &) const = default;
+};
+Pixels pixels_of(const Framebuffer &target) {
+    Pixels pixels;
+    for (std::size_t i = 0; i < target.pixels(); ++i) {
+        pixels.colour.push_back(target.colour[i]);
+        pixels.depth.push_back(std::bit_cast<std::uint32_t>(target.depth[i]));
+    }
+    return pixels;
+}
+
 TEST(FastRenderer, ShowsWhatTheReferenceShowsAsBlocks) {
     for (const double pixels : {0.4, 0.7, 1.0, 1.2, 1.42})
         for (const glm::dvec3 &direction : directions()) {
@@ -113,6 +127,26 @@ TEST(FastRenderer, ShowsWhatTheReferenceShowsAsBlocks) {
             expect_alike(difference(ball(), camera), 7, pixels, "blocks");
             expect_alike(difference(plain_ball(), camera), 7, pixels, "blocks without offsets");
         }
+}
+
+TEST(FastRenderer, ShowsWhatTheReferenceShowsAsLargerBlocks) {
+    DrawnModel placed = make_ball(true), plain = make_ball(false);
+    placed.max_block = plain.max_block = 3;
+    for (const double pixels : {1.4, 1.5, 1.6}) // a fifth wider in front of the ball's centre
+        for (const glm::dvec3 &direction : directions())
+            for (const DrawnModel *model : {&placed, &plain}) {
+                const Camera camera = camera_at_ball(7, pixels, kHeight, direction);
+                const Difference d = difference(*model, camera);
+                SCOPED_TRACE(std::to_string(pixels) + " pixels: " + text(d));
+                EXPECT_LE(static_cast<double>(d.lost), 0.003 * static_cast<double>(d.both)); // at the outline
+                EXPECT_LE(static_cast<double>(d.added), std::sqrt(4 * 3.1416 * static_cast<double>(d.both)));
+                EXPECT_LE(d.depth, 0.3 * std::ldexp(2.0, -7));
+                EXPECT_LE(d.colour, 0.7);
+                // They are not the ellipses that runs get whose error is the default.
+                const DrawnModel &ellipses = model->placed ? ball() : plain_ball();
+                EXPECT_NE(pixels_of(model->fast(camera, kWidth, kHeight, {})),
+                          pixels_of(ellipses.fast(camera, kWidth, kHeight, {})));
+            }
 }
 
 TEST(FastRenderer, ShowsWhatTheReferenceShowsAsEllipses) {
@@ -253,20 +287,6 @@ TEST(FastRenderer, ShadesAsTheReferenceDoes) {
                         EXPECT_LE(static_cast<double>(d.other_colours), 0.02 * static_cast<double>(d.both)) << what;
                     }
             }
-}
-
-struct Pixels {
-    std::vector<std::uint32_t> colour;
-    std::vector<std::uint32_t> depth; // bit patterns, so that +infinity compares equal
-    bool operator==(const Pixels &) const = default;
-};
-Pixels pixels_of(const Framebuffer &target) {
-    Pixels pixels;
-    for (std::size_t i = 0; i < target.pixels(); ++i) {
-        pixels.colour.push_back(target.colour[i]);
-        pixels.depth.push_back(std::bit_cast<std::uint32_t>(target.depth[i]));
-    }
-    return pixels;
 }
 
 // Pictures of a file as the programs draw them: mixed levels, blocks and ellipses.

@@ -196,8 +196,8 @@ std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std:
                         .left = 0,
                         .right = 1,
                         .nearest = 0,
-                        .large = false,
                         .faces_eye = faces_eye,
+                        .block = 2,
                         .thin = false});
     return seen;
 }
