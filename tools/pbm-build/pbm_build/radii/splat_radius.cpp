@@ -60,7 +60,7 @@ CellReach reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const
     const TangentPlane plane(normal_of(voxel));
     const auto seen = static_cast<double>(distance_of(near, near.size()));
     TangentCell cell(seen);
-    constexpr int kFlat = 1, kBent = 2; // labels of neighbours
+    constexpr int kFlat = 1, kBent = 2; // labels of neighbours: bits
     std::size_t flat_count = 0;
     for (const Neighbour &neighbour : near) {
         const glm::dvec3 offset(neighbour.offset), m = normal_of(neighbour.voxel);
@@ -77,14 +77,13 @@ CellReach reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const
     const auto ring = static_cast<double>(distance_of(near, kRing));
     const double known = seen * seen / 4, gap = std::max(known, ring * ring / (kOverlap * kOverlap)); // squared
     double flat_reach = 0;
-    CellReach result{kOverlap * reach.closed, 0, reach.open, reach.open};
+    CellReach result{kOverlap * reach.closed, 0, reach.open, false};
     const auto corners = cell.corners();
     for (std::size_t i = 0; i < corners.size(); ++i) {
         const double squared = glm::dot(corners[i].at, corners[i].at);
-        result.at_gap = result.at_gap || squared > gap;
-        const bool is_flat =
-            ((corners[i].next_edge ^ kFlat) | (corners[i > 0 ? i - 1 : corners.size() - 1].next_edge ^ kFlat)) == 0;
-        if (is_flat && squared <= known) // no further neighbour is nearer to it
+        const int edge = corners[i].next_edge, before = corners[i > 0 ? i - 1 : corners.size() - 1].next_edge;
+        result.at_gap = result.at_gap || (squared > gap && ((edge | before) & kBent) == 0);
+        if ((edge & before) == kFlat && squared <= known) // no further neighbour is nearer to it
             flat_reach = std::max(flat_reach, squared);
     }
     result.flat = kOverlap * std::sqrt(flat_reach);
