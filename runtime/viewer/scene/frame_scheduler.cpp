@@ -14,6 +14,8 @@ FrameScheduler::FrameScheduler(double max_error, double min_fps)
 
 void FrameScheduler::view_changed(double now) {
     shown_.reset();
+    if (!changed_ || now > *changed_ + kRest)
+        quick_.reset();
     changed_ = now;
 }
 
@@ -52,17 +54,23 @@ std::optional<double> FrameScheduler::due() const {
     return news_ == News::all ? drawn_at_ : drawn_at_ + kPause * shown_->seconds;
 }
 
+bool FrameScheduler::fits(double error, double part, const PointsAt &points_at) const {
+    const std::uint64_t points = points_at(error);
+    return points <= kFewPoints || expected_seconds(points) <= part * moving_budget_;
+}
+
 double FrameScheduler::quick_error(const PointsAt &points_at) const {
-    double error = exact_;
-    const auto fits = [&] {
-        const std::uint64_t points = points_at(error);
-        const bool finer = quick_ && error < *quick_;
-        return points <= kFewPoints ||
-               expected_seconds(points) <= (finer ? (1 - kReserve) * moving_budget_ : moving_budget_);
-    };
-    while (error < kLargestError && !fits())
-        error *= kErrorStep;
-    return error;
+    const double largest = std::max(exact_, kLargestError);
+    if (!quick_) { // the first picture of a motion
+        double error = exact_;
+        while (error < largest && !fits(error, 1, points_at))
+            error = std::min(error * kErrorStep, largest);
+        return error;
+    }
+    if (!fits(*quick_, 1, points_at))
+        return std::min(*quick_ * (fits(*quick_, 2, points_at) ? kErrorStep : kHurriedStep), largest);
+    const double finer = std::max(*quick_ / kErrorStep, exact_);
+    return fits(finer, 1 - kReserve, points_at) ? finer : *quick_;
 }
 
 } // namespace pbm

@@ -21,9 +21,12 @@ class FrameScheduler {
     static constexpr double kRest = 0.1;
     // Fewer points than this cost less than their pixels: a larger error would not save time.
     static constexpr std::uint64_t kFewPoints = 100'000;
-    // Errors are the exact error times powers of this: four steps are one detail level.
-    static constexpr double kErrorStep = 1.189207115002721;
-    static constexpr double kLargestError = 64; // pixels
+    // From one picture of a moving view to the next its error changes by at most this factor, so that chunks change
+    // their level one after another; if a picture would take more than twice its time, by at most kHurriedStep.
+    static constexpr double kErrorStep = 1.03, kHurriedStep = 1.2;
+    // Pixels. Voxels up to this width are drawn as blocks of pixels, larger ones as ellipses, whose time is that of the
+    // pixels that they cover: a larger error would save hardly any time.
+    static constexpr double kLargestError = 2.1;
     // Pause after a picture while chunks arrive, in durations of the picture: decoding needs the same processors.
     static constexpr double kPause = 2;
 
@@ -64,12 +67,14 @@ class FrameScheduler {
 
     bool is_exact() const { return shown_->max_error <= exact_; }
     double expected_seconds(std::uint64_t points) const { return seconds_per_point_ * static_cast<double>(points); }
+    // Whether a moving picture at this error takes no more than this part of its time.
+    bool fits(double error, double part, const PointsAt &points_at) const;
     double quick_error(const PointsAt &points_at) const;
 
     double exact_, moving_budget_; // pixels, seconds
     std::optional<Picture> shown_;
     News news_ = News::none;        // since the last picture
-    std::optional<double> quick_;   // error of the first picture of the last view
+    std::optional<double> quick_;   // of the motion's last picture; absent before its first
     std::optional<double> changed_; // last change of the view
     double drawn_at_ = 0;
     // Cost of a point in the last picture. The initial value is a guess for a slow computer.
