@@ -36,7 +36,7 @@ constexpr float offset_of(std::int8_t stored) { return static_cast<float>(stored
 
 // Stored offsets of a brick's points, in order; padded for whole SIMD vectors.
 struct BrickOffsets {
-    alignas(64) std::array<std::int8_t, 512 + 16> steps{};
+    alignas(64) std::array<std::int8_t, 512 + 16> steps;
 };
 
 struct BrickNeighbours;

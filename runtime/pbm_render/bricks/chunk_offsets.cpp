@@ -9,33 +9,32 @@ void ChunkOffsets::begin(const ChunkView &chunk) const {
     if (has_begun_)
         return;
     surface_.begin(chunk);
-    offsets_.resize(chunk.normals.size());
-    known_ = std::vector<std::atomic<Known>>(chunk.bricks.size());
+    // The bytes of a mapped chunk may change, and its bricks get more points: they stay in bounds.
+    offsets_.resize(chunk.normals.size() + chunk.bricks.size() * kPadding + sizeof(BrickOffsets::steps));
+    starts_ = std::vector<std::atomic<std::uint32_t>>(chunk.bricks.size());
+    for (std::atomic<std::uint32_t> &start : starts_)
+        start.store(kUnknown, std::memory_order_relaxed);
     has_begun_ = true;
-}
-
-void ChunkOffsets::read(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &to) const {
-    std::atomic<Known> &known = known_[brick];
-    const std::size_t before = surface_.points_before(brick), points = surface_.points_before(brick + 1) - before;
-    std::int8_t *const kept = offsets_.data() + before;
-    if (known.load(std::memory_order_acquire) == Known::yes) {
-        std::copy_n(kept, points, to.steps.begin());
-        return;
-    }
-    surface_.estimate(chunk, brick, to);
-    // Of several threads that estimate the brick at once, one keeps the offsets.
-    if (auto expected = Known::no; known.compare_exchange_strong(expected, Known::soon)) {
-        std::copy_n(to.steps.begin(), points, kept);
-        known.store(Known::yes, std::memory_order_release);
-    }
 }
 
 void ChunkOffsets::estimate(const ChunkView &chunk, std::span<const SeenBrick> seen) const {
     begin(chunk);
-    BrickOffsets kept;
+    BrickOffsets memory;
     for (const SeenBrick &it : seen)
-        if (it.faces_eye && known_[it.brick].load(std::memory_order_relaxed) == Known::no)
-            read(chunk, it.brick, kept);
+        if (it.faces_eye && starts_[it.brick].load(std::memory_order_relaxed) == kUnknown)
+            estimate(chunk, it.brick, memory);
+}
+
+const std::int8_t *ChunkOffsets::estimate(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &memory) const {
+    memory.steps.fill(0);
+    surface_.estimate(chunk, brick, memory);
+    // Of several threads that estimate the brick at once, one keeps the offsets.
+    if (auto expected = kUnknown; starts_[brick].compare_exchange_strong(expected, kEstimating)) {
+        const std::size_t before = surface_.points_before(brick), start = before + brick * kPadding;
+        std::copy_n(memory.steps.begin(), surface_.points_before(brick + 1) - before, offsets_.data() + start);
+        starts_[brick].store(static_cast<std::uint32_t>(start), std::memory_order_release);
+    }
+    return memory.steps.data();
 }
 
 } // namespace pbm

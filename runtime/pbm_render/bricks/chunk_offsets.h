@@ -19,24 +19,31 @@ class ChunkOffsets {
     // the others most are hidden behind nearer points; `read` estimates those that are not. Call this before `read`,
     // with the same chunk. Several threads may call both at once.
     void estimate(const ChunkView &chunk, std::span<const SeenBrick> seen) const;
-    // Writes the offsets of a brick's points, as SurfaceOffsets::estimate.
-    void read(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &to) const;
+    // The offsets of a brick's points, as SurfaceOffsets::estimate writes them, padded: they are kept or in `memory`.
+    const std::int8_t *read(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &memory) const {
+        const std::uint32_t start = starts_[brick].load(std::memory_order_acquire);
+        return start < kEstimating ? offsets_.data() + start : estimate(chunk, brick, memory);
+    }
 
     // Bytes that they take at most, for a chunk of this shape.
     static std::uint64_t memory_of(const ChunkShape &shape) {
-        return shape.points + shape.bricks + SurfaceOffsets::memory_of(shape);
+        return shape.points + shape.bricks * (kPadding + sizeof(std::uint32_t)) + SurfaceOffsets::memory_of(shape);
     }
 
   private:
-    enum class Known : std::uint8_t { no, soon, yes };
+    // Bytes between the offsets of two bricks: vectors read so many that they do not use.
+    static constexpr std::size_t kPadding = 16;
+    // Values in starts_ of bricks whose offsets are not kept: a thread estimates them, or none does.
+    static constexpr std::uint32_t kEstimating = 0xFFFFFFFE, kUnknown = 0xFFFFFFFF;
 
     void begin(const ChunkView &chunk) const;
+    const std::int8_t *estimate(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &memory) const;
 
     mutable std::mutex mutex_; // of `begin`
     mutable bool has_begun_ = false;
     mutable SurfaceOffsets surface_;
-    mutable std::vector<std::int8_t> offsets_;      // [points]
-    mutable std::vector<std::atomic<Known>> known_; // [bricks]: whether offsets_ holds those of the brick
+    mutable std::vector<std::int8_t> offsets_;               // of the bricks, each padded
+    mutable std::vector<std::atomic<std::uint32_t>> starts_; // [bricks]: index of its first offset
 };
 
 } // namespace pbm

@@ -205,12 +205,10 @@ HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std:
     const std::size_t first_point = brick.first_point;
     if (first_point >= normals.size() || brick.first_node >= run.chunk->masks.size())
         return 0;
-    BrickOffsets offsets;
-    if constexpr (kPlaced)
-        run.offsets->read(*run.chunk, seen.brick, offsets);
+    BrickOffsets memory;
     BrickPoints points{.normals = normals.data() + first_point,
                        .radii = run.chunk->radii.data() + first_point,
-                       .offsets = kPlaced ? offsets.steps.data() : nullptr,
+                       .offsets = kPlaced ? run.offsets->read(*run.chunk, seen.brick, memory) : nullptr,
                        .available = normals.size() - first_point,
                        .begin = run.first > first_point ? run.first - first_point : 0,
                        .end = 0,

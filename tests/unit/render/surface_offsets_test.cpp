@@ -209,9 +209,8 @@ std::vector<std::int8_t> read_all(const ChunkOffsets &offsets, const ChunkView &
         const std::size_t begin = chunk.bricks[brick].first_point;
         const std::size_t end =
             brick + 1 < chunk.bricks.size() ? std::size_t{chunk.bricks[brick + 1].first_point} : all.size();
-        BrickOffsets some;
-        offsets.read(chunk, brick, some);
-        std::copy_n(some.steps.begin(), end - begin, &all[begin]);
+        BrickOffsets memory;
+        std::copy_n(offsets.read(chunk, brick, memory), end - begin, &all[begin]);
     }
     return all;
 }
