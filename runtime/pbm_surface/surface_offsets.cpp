@@ -422,15 +422,18 @@ HWY_INLINE void find_offsets(const NormalKinds &kinds, std::size_t points, const
     const hn::Rebind<std::uint16_t, decltype(d)> halves;
     const hn::Rebind<std::int8_t, decltype(d)> bytes;
     constexpr auto kScale = static_cast<float>(kWeightScale / kMomentScale * kOffsetSteps),
-                   kShift = static_cast<float>(kMomentShift * kOffsetSteps);
+                   kShift = static_cast<float>(kMomentShift * kOffsetSteps),
+                   kLift = static_cast<float>(kLayerLift / kWeightScale * kOffsetSteps);
     constexpr auto kRedundantSteps = static_cast<std::int32_t>(kRedundantDepth * kOffsetSteps);
-    constexpr auto kOneSurface = static_cast<std::int32_t>(kRedundantWeight * kWeightScale);
+    constexpr auto kOneSurface = static_cast<std::int32_t>(kOneSurfaceWeight * kWeightScale);
     for (std::size_t i = 0; i < points; i += hn::Lanes(d)) {
         hn::Vec<decltype(words)> weights, moments;
         hn::LoadInterleaved2(words, &scratch.sums[2 * i], weights, moments);
         const auto real = [&](auto sum) { return hn::ConvertTo(d, hn::BitCast(integers, sum)); };
         const auto ratio = hn::Div(real(moments), real(hn::Max(weights, hn::Set(words, 1))));
-        const auto steps = hn::Sub(hn::Mul(ratio, hn::Set(d, kScale)), hn::Set(d, kShift));
+        const auto layers = real(hn::Sub(hn::Max(weights, hn::Set(words, kOneSurface)), hn::Set(words, kOneSurface)));
+        const auto steps = hn::Add(hn::Sub(hn::Mul(ratio, hn::Set(d, kScale)), hn::Set(d, kShift)),
+                                   hn::Mul(layers, hn::Set(d, kLift)));
         const auto half = hn::Mul(hn::Min(hn::Max(steps, hn::Set(d, -126)), hn::Set(d, 126)), hn::Set(d, 0.5F));
         const auto rounded = hn::ConvertTo(integers, hn::Add(half, hn::CopySign(hn::Set(d, 0.5F), half)));
         const auto offset = hn::Add(rounded, rounded);

@@ -26,11 +26,14 @@ namespace pbm {
 //   - the surface lies at least kRedundantDepth voxel edges behind the centre of its voxel,
 //   - the next voxel behind it, along the longest axis a of its normal, has a point whose normal m is not on the other
 //     side and has m.a > 0.5: so the last voxel of a row is never redundant,
-//   - sum(w), see below, is at most kRedundantWeight: it is larger where layers of several scans lie on each other, and
+//   - sum(w), see below, is at most kOneSurfaceWeight: it is larger where layers of several scans lie on each other,
+//   and
 //     the voxels of the front layer alone are seen there.
 inline constexpr float kMaxOffset = 0.875F;
 inline constexpr float kOffsetSteps = 127 / kMaxOffset;
-inline constexpr float kRedundantDepth = 0.2F, kRedundantWeight = 25;
+inline constexpr float kRedundantDepth = 0.2F, kOneSurfaceWeight = 25;
+// Voxel edges per unit of sum(w) beyond that of one surface: from the mean of the layers to the outermost one.
+inline constexpr float kLayerLift = 0.03F;
 inline constexpr std::int8_t kRedundantBit = 1;
 constexpr float offset_of(std::int8_t stored) { return static_cast<float>(stored & ~kRedundantBit) / kOffsetSteps; }
 
@@ -53,7 +56,10 @@ class SurfaceOffsets {
     // its normal n, and whether the point is redundant. Let d be the vectors to those of
     // the 27 voxels around a point that are occupied and of the same side, and w = 3 - (d.d - (n.d)^2):
     //
-    //   offset = sum(w n.d) / sum(w)
+    //   offset = sum(w n.d) / sum(w) + kLayerLift max(sum(w) - kOneSurfaceWeight, 0)
+    //
+    // The first term is the mean surface. The second one is zero on a single surface. Where scans lie on each other in
+    // layers that the 27 voxels hold, they are one surface for the eye: the outermost one, which lies above their mean.
     //
     // A point with normal m is of the same side if m.a > 0.5 on at least one signed axis a with n.a > 0.38, and on no
     // such axis m.a < -0.5. Two-sided points get 0, since their normal does not tell the side. Normals are rounded to 6

@@ -147,12 +147,14 @@ void find_voxels(std::span<const PointRun> runs, FastRenderer &renderer, const G
 } // namespace
 
 Draw draw_detail(StreamedModel &model, FastRenderer &fast, double max_error, int finest, const RenderOptions &options,
-                 FineRenderer *fine) {
-    return [&model, &fast, max_error, finest, options, fine](const Camera &camera, Drawing &drawing) {
+                 FineRenderer *fine, const std::function<void(std::span<PointRun>)> &change) {
+    return [&model, &fast, max_error, finest, options, fine, change](const Camera &camera, Drawing &drawing) {
         Framebuffer &picture = drawing.picture;
-        const Result<Detail> detail = model.load({camera, picture.width, picture.height, max_error, finest});
+        Result<Detail> detail = model.load({camera, picture.width, picture.height, max_error, finest});
         if (!detail)
             throw std::runtime_error(detail.error().message);
+        if (change)
+            change(detail->runs);
         drawing.drawn = fast.render(detail->runs, camera, options, picture);
         find_voxels(detail->runs, fast, model.reader().parameters().grid, camera, picture, drawing.voxels);
         if (fine != nullptr)

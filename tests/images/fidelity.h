@@ -61,9 +61,10 @@ using Draw = std::function<void(const Camera &camera, Drawing &drawing)>;
 Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level);
 // Draws by the fast renderer as the programs do, or by the fine renderer if it is given. Mixes levels: voxels are at
 // most `max_error` pixels where a finer level exists; no level is finer than `finest`. Throws if the model cannot be
-// loaded.
+// loaded. `change` may change the runs before they are drawn.
 Draw draw_detail(StreamedModel &model, FastRenderer &fast, double max_error, int finest,
-                 const RenderOptions &options = {}, FineRenderer *fine = nullptr);
+                 const RenderOptions &options = {}, FineRenderer *fine = nullptr,
+                 const std::function<void(std::span<PointRun>)> &change = {});
 
 // Eight views of the whole model: four around it at the height of its centre, four between them from 35 degrees above.
 std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, int height);

@@ -3,12 +3,15 @@
 #include "close_ups.h"
 #include "command_line/common_options.h"
 #include "depth_by_angle.h"
+#include "depth_misses.h"
 #include "difference_pictures.h"
 #include "fidelity.h"
 #include "pbm_format/reading/load_model.h"
+#include "pbm_format/writing/writer.h"
 #include "pbm_render/appearance/shade_table.h"
 #include "pbm_scan/surface_reader.h"
 #include "shadow_truth.h"
+#include "surface_oracle.h"
 #include "system/files/mapped_file.h"
 #include "viewer/options/option_values.h"
 
@@ -36,6 +39,7 @@ struct Options {
     int views = 8;
     bool close_ups = false;
     bool shading = false, shadows = true, shadow_flags = false, angles = false;
+    bool true_offsets = false, true_normals = false;
     int samples = 8; // rays per pixel of the truth
     std::string pictures;
     std::string json; // file, "-" for standard output, empty for none
@@ -96,6 +100,7 @@ struct Renderer {
     Draw draw;
     std::vector<View> views{};
     DepthByAngle depths{};
+    DepthMisses misses{};
 };
 
 nlohmann::json to_json(const View &view) {
@@ -180,6 +185,8 @@ void measure(const RayCaster &rays, const Subject &subject, const ModelParameter
             renderer.draw(view.camera, drawing);
             renderer.views.push_back({.drawn = drawing.drawn, .figures = compare(image, truth, drawing)});
             add_depth_errors(image, drawing, renderer.depths);
+            if (options.angles)
+                add_depth_misses(rays, view.camera, image, drawing, renderer.misses);
             if (picture.empty())
                 continue;
             write_picture(picture + " " + renderer.name + ".png", drawing.picture);
@@ -194,15 +201,28 @@ Model load_whole(const MappedFile &file, const std::string &name) {
     return value_or_throw(load_model(reader), name);
 }
 
+// The file's bytes with the normals of the mesh.
+Bytes with_true_normals(const MappedFile &file, const std::string &name, const RayCaster &rays) {
+    Model model = load_whole(file, name);
+    SurfaceOracle(rays, model.parameters.grid).replace_normals(model);
+    return value_or_throw(encode_model(model, {.compression_level = 1}), name);
+}
+
 int run(const Options &options) {
     const Subject subject = read_subject(options.mesh);
     const auto file = MappedFile::open(options.model);
     if (!file)
         throw std::runtime_error(options.model + ": " + file.error().message);
-    StreamedModel model(value_or_throw(Reader::open(file->bytes()), options.model));
-    const Sphere bounds = value_or_throw(model.bounds(), options.model);
-    const ModelParameters &parameters = model.reader().parameters();
+    const Sphere bounds = value_or_throw(
+        StreamedModel(value_or_throw(Reader::open(file->bytes()), options.model)).bounds(), options.model);
     const RayCaster rays(subject.mesh, bounds.centre);
+    const Bytes changed = options.true_normals ? with_true_normals(*file, options.model, rays) : Bytes();
+    StreamedModel model(value_or_throw(Reader::open(changed.empty() ? file->bytes() : changed), options.model));
+    const ModelParameters &parameters = model.reader().parameters();
+    SurfaceOracle oracle(rays, parameters.grid);
+    std::function<void(std::span<PointRun>)> change;
+    if (options.true_offsets)
+        change = [&oracle](std::span<PointRun> runs) { oracle.replace_offsets(runs); };
 
     RenderOptions look{
         .texture = false, .shadows = options.shadows, .panorama = false, .ground = false, .reflections = false};
@@ -218,7 +238,7 @@ int run(const Options &options) {
     } else {
         for (const std::string &quality : options.qualities)
             renderers.push_back({quality, draw_detail(model, fast, options.max_error, options.finest, look,
-                                                      quality == "fine" ? &fine : nullptr)});
+                                                      quality == "fine" ? &fine : nullptr, change)});
     }
 
     const std::vector<NamedView> views = choose_views(rays, bounds, parameters.grid, options);
@@ -236,7 +256,7 @@ int run(const Options &options) {
         std::printf("%s: level %d, %llu points\n%s", renderer.name.c_str(), renderer.views[0].drawn.level,
                     static_cast<unsigned long long>(renderer.views[0].drawn.points), to_text(renderer.views).c_str());
         if (options.angles)
-            std::fputs(to_text(renderer.depths).c_str(), stdout);
+            std::fputs((to_text(renderer.depths) + to_text(renderer.misses)).c_str(), stdout);
         if (options.shading)
             print_psnr(views, renderer);
     }
@@ -262,7 +282,9 @@ int parse_and_run(int argc, char **argv) {
              {.check = command_line::Words{"fast", "fine"}, .separator = ','});
     add("--views", options.views, "So many of the eight views of the whole model", Integers{0, 8});
     add("--close-ups", options.close_ups, "Close views, too: 4 to 8 pixels per voxel");
-    add("--angles", options.angles, "Depths by the angle under which the surface is seen");
+    add("--angles", options.angles, "Depths by the angle under which the surface is seen, and why they miss");
+    add("--true-offsets", options.true_offsets, "Surface offsets of the mesh instead of estimated ones");
+    add("--true-normals", options.true_normals, "Normals of the mesh instead of the model's");
     add("--shading", options.shading, "Compare colours with the ray-traced picture");
     add("--samples", options.samples, "Rays per pixel of that picture", Integers{1, 256});
     add("!--no-shadows", options.shadows, "Neither has shadows");

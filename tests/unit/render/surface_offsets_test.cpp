@@ -54,8 +54,10 @@ bool is_of_same_side(const UnitVector &normal, const UnitVector &other) {
     return same && !opposite;
 }
 
-// Weighted mean along the normal, over the 3 x 3 x 3 neighbours of the same side.
-double mean_along(const Voxel &at, const UnitVector &normal, const std::map<Voxel, UnitVector> &normals) {
+// Weighted mean along the normal, over the 3 x 3 x 3 neighbours of the same side, and what lifts it to the outermost of
+// several layers.
+double surface_along(const Voxel &at, const UnitVector &normal, const std::map<Voxel, UnitVector> &normals,
+                     double lift = kLayerLift) {
     double sum = 0, weights = 0;
     for (int z = -1; z <= 1; ++z)
         for (int y = -1; y <= 1; ++y)
@@ -68,7 +70,7 @@ double mean_along(const Voxel &at, const UnitVector &normal, const std::map<Voxe
                 sum += weight * along;
                 weights += weight;
             }
-    return sum / weights;
+    return sum / weights + lift * std::max(weights - kOneSurfaceWeight, 0.0);
 }
 
 TEST(SurfaceOffsets, AreTheMeanOfVoxelsOfTheSameSideAlongTheNormal) {
@@ -92,7 +94,7 @@ TEST(SurfaceOffsets, AreTheMeanOfVoxelsOfTheSameSideAlongTheNormal) {
                     continue;
                 }
                 const double expected =
-                    std::clamp(mean_along(voxels[i], middle_normal(stored), normals), -0.875, 0.875);
+                    std::clamp(surface_along(voxels[i], middle_normal(stored), normals), -0.875, 0.875);
                 EXPECT_NEAR(offset_of(offsets[i]), expected, 0.017) << "level " << level << ", point " << i;
             }
         }
@@ -289,6 +291,58 @@ TEST(SurfaceOffsets, FindTheSurfaceOfABall) {
     }
     EXPECT_GT(std::sqrt(before / static_cast<double>(points)), 0.4);
     EXPECT_LT(std::sqrt(after / static_cast<double>(points)), 0.13);
+}
+
+std::vector<MortonCode> finest_codes(const Model &model) {
+    std::vector<MortonCode> codes{0};
+    for (std::size_t level = 1; level < model.levels.size(); ++level)
+        codes = expand_level(codes, model.levels[level].masks, model.levels[level].points.size()).value();
+    return codes;
+}
+
+// Two balls, one a voxel within the other, as two scans of one surface lie on each other.
+TEST(SurfaceOffsets, LieAtTheOutermostOfSeveralLayers) {
+    constexpr double kEdge = 1 << kDepth, kRadius = 0.45 * kEdge; // voxels
+    Model both = test::sphere_model(kDepth, {});
+    std::vector<MortonCode> codes = finest_codes(both);
+    const std::vector<MortonCode> within = finest_codes(test::sphere_model(kDepth, {}, (kRadius - 1) / kEdge));
+    codes.insert(codes.end(), within.begin(), within.end());
+    std::sort(codes.begin(), codes.end());
+    codes.erase(std::unique(codes.begin(), codes.end()), codes.end());
+    const LevelMasks masks = encode_octree(codes, kDepth);
+    for (std::size_t level = 0; level < masks.size(); ++level)
+        both.levels[level].masks = masks[level];
+    PointAttributes &points = both.levels.back().points;
+    points.normals.clear();
+    for (const MortonCode code : codes) {
+        const auto [x, y, z] = morton_decode(code);
+        points.normals.push_back(quantise_normal(x + 0.5 - kEdge / 2, y + 0.5 - kEdge / 2, z + 0.5 - kEdge / 2));
+    }
+    points.radii.assign(codes.size(), points.radii[0]);
+    average_levels(both, 1);
+
+    const test::DrawnModel model(std::move(both), kDefaultChunkPoints);
+    const test::WholeLevel whole(model.file, kDepth);
+    const std::vector<std::int8_t> offsets = whole.offsets();
+    const std::vector<Voxel> voxels = voxels_of(*whole.runs.front().chunk);
+    std::map<Voxel, UnitVector> normals;
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+        normals[voxels[i]] = middle_normal(whole.runs.front().chunk->normals[i]);
+    double squares = 0, squares_of_mean = 0;
+    for (const auto &[voxel, normal] : normals) {
+        UnitVector from_middle{};
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            from_middle[axis] = voxel[axis] + 0.5 - kEdge / 2;
+        const double out = kRadius - std::sqrt(dot(from_middle, from_middle));
+        if (out > 0.3) // another voxel lies in front
+            continue;
+        const auto at = static_cast<std::size_t>(std::find(voxels.begin(), voxels.end(), voxel) - voxels.begin());
+        const double error = out - static_cast<double>(offset_of(offsets[at]));
+        const double of_mean = out - surface_along(voxel, normal, normals, 0);
+        squares += error * error;
+        squares_of_mean += of_mean * of_mean;
+    }
+    EXPECT_LT(squares, 0.8 * squares_of_mean);
 }
 
 // For each pixel: the distance in pixels by which its ray misses the ball.
