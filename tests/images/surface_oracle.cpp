@@ -114,14 +114,17 @@ void SurfaceOracle::replace_offsets(std::span<PointRun> runs) {
             const ChunkView &chunk = *run.chunk;
             known = std::make_unique<ChunkOffsets>();
             std::vector<SeenBrick> all(chunk.bricks.size());
-            for (std::size_t i = 0; i < all.size(); ++i)
+            for (std::size_t i = 0; i < all.size(); ++i) {
                 all[i].brick = static_cast<std::uint32_t>(i);
-            known->of(chunk, std::span(all).first(1), workplace_);
-            // The second call estimates all others; later calls return what is written here.
-            auto *const offsets = const_cast<std::int8_t *>(known->of(chunk, all, workplace_));
+                all[i].faces_eye = true;
+            }
+            known->estimate(chunk, all); // and keeps what is replaced here
             const double edge = grid_.voxel_size_at(run.level);
             parallel_for(chunk.bricks.size(), 0, [&](std::size_t b) {
                 const BrickRecord &brick = chunk.bricks[b];
+                BrickOffsets unused;
+                auto *const offsets =
+                    const_cast<std::int8_t *>(known->read(chunk, static_cast<std::uint32_t>(b), unused));
                 std::size_t point = brick.first_point, node = brick.first_node;
                 for (std::uint64_t map = brick.node_map; map != 0; map &= map - 1, ++node)
                     for (unsigned mask = chunk.masks[node]; mask != 0; mask &= mask - 1, ++point) {
@@ -138,7 +141,8 @@ void SurfaceOracle::replace_offsets(std::span<PointRun> runs) {
                             continue;
                         const double steps = std::clamp(plane->offset, -0.86, 0.86) * static_cast<double>(kOffsetSteps);
                         const int even = 2 * static_cast<int>(std::lround(steps / 2));
-                        offsets[point] = static_cast<std::int8_t>(even | (offsets[point] & kRedundantBit));
+                        offsets[point - brick.first_point] =
+                            static_cast<std::int8_t>(even | (offsets[point - brick.first_point] & kRedundantBit));
                     }
             });
         }

@@ -41,7 +41,6 @@ class SurfaceOracle {
     const RayCaster &rays_;
     Grid grid_;
     std::map<const ChunkView *, std::unique_ptr<ChunkOffsets>> offsets_;
-    SurfaceOffsets workplace_;
 };
 
 } // namespace pbm
