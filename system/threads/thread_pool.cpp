@@ -70,10 +70,12 @@ void ThreadPool::serve(std::size_t thread) {
     const auto loop_open = [this] { return loop_ != nullptr && loop_->open(); };
     std::unique_lock lock(mutex_);
     while (true) {
-        more_.wait(lock, [&] { return stop_ || loop_open() || !queue_.empty(); });
+        // Others take items of a loop without the mutex: it is open or not once, here.
+        bool open = false;
+        more_.wait(lock, [&] { return stop_ || (open = loop_open()) || !queue_.empty(); });
         if (stop_)
             return;
-        if (loop_open()) {
+        if (open) {
             Loop &loop = *loop_;
             ++loop.helpers;
             lock.unlock();

@@ -68,8 +68,9 @@ void add_depth_misses(const RayCaster &rays, const Camera &camera, const RayImag
             to.outgrown += depth < ray;
             continue;
         }
+        const std::size_t line = at / width;
         const glm::dvec3 direction =
-            pixels.through(static_cast<double>(at % width) + 0.5, static_cast<double>(at / width) + 0.5);
+            pixels.through(static_cast<double>(at % width) + 0.5, static_cast<double>(line) + 0.5);
         const auto hit = rays.nearest(pixels.eye, direction);
         const glm::dvec3 place = pixels.eye + direction * static_cast<double>(ray);
         const auto edge = static_cast<double>(voxel);

@@ -42,7 +42,7 @@ struct SurfaceBuffer {
         bottom = strip.bottom;
         stride = width + kMarginRight;
         groups = groups_of_pixel;
-        const auto rows = static_cast<std::size_t>(bottom - top + kMarginBottom);
+        const auto rows = static_cast<std::size_t>(bottom) - static_cast<std::size_t>(top) + kMarginBottom;
         depth.assign(static_cast<std::size_t>(stride) * rows, std::numeric_limits<float>::infinity());
         for (int y = top; y < bottom; ++y)
             for (int x = 0; x < width; ++x)

@@ -244,6 +244,7 @@ TEST(MovingLeastSquares, FindsAQuadraticSurface) {
 
 TEST(MovingLeastSquares, PointsOnALineHaveNoSurface) {
     std::vector<WeightedPoint> points;
+    points.reserve(9);
     for (int i = 0; i < 9; ++i)
         points.push_back({{i * 0.1, 0, 0}, {0, 0, 1}, 1});
     EXPECT_FALSE(moving_least_squares(points));

@@ -32,6 +32,16 @@ class Meeting {
     int missing_;
 };
 
+// The last item of a loop may be taken between a worker's waking and its next look.
+TEST(ThreadPool, SurvivesLoopsThatEndWhileWorkersWake) {
+    ThreadPool pool(4);
+    std::atomic<std::size_t> done{0};
+    constexpr std::size_t kLoops = 100000;
+    for (std::size_t i = 0; i < kLoops; ++i)
+        pool.run(2, [&](std::size_t, std::size_t) { ++done; });
+    EXPECT_EQ(done, 2 * kLoops);
+}
+
 TEST(ThreadPool, RunsEachItemOnceInEveryRound) {
     for (const int threads : {1, 2, 5}) {
         ThreadPool pool(threads);
