@@ -30,7 +30,7 @@ struct BuildStatistics {
     std::vector<AttributeReport> attributes;
     std::vector<StepStatistics> steps; // in order; a step done several times (--max-points) is summed
     std::uint64_t input_bytes = 0, vertices = 0, triangles = 0;
-    std::uint64_t samples = 0; // pairs of a voxel and a triangle or point
+    std::uint64_t samples = 0;     // pairs of a voxel and a triangle or point
     std::uint64_t made_points = 0; // by up-sampling, part of the samples
     std::uint64_t points = 0, two_sided_points = 0;
     int depth = 0;
