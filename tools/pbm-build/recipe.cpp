@@ -34,7 +34,10 @@ std::optional<std::size_t> line_of_deep_key(std::string_view text) {
             end = std::min(end, text.size());
             line += static_cast<std::size_t>(std::count(text.begin() + static_cast<std::ptrdiff_t>(i),
                                                         text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
-            i = end + quotes.size() - 1;
+            end = std::min(end + quotes.size(), text.size());
+            for (int more = 0; quotes.size() == 3 && more < 2 && end < text.size() && text[end] == c; ++more)
+                ++end; // a string may end with two quotes of its own
+            i = end - 1;
         } else if (c == '#') {
             i = std::min(text.find('\n', i), text.size()) - 1;
         } else if (c == '.' && ++dots > kMaxDots) {

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -102,13 +103,18 @@ bool may_have_strays(std::span<const glm::dvec3> places) {
     });
 }
 
+// The places of all points, without their positions, and which of them are outliers.
+std::pair<DistinctPoints, Bytes> outliers_of(const Surface &surface, int threads) {
+    DistinctPoints points = distinct_points(places_of(surface), finest_grid(surface), threads);
+    Bytes outliers = find_outliers(PointNeighbours(std::move(points.at)), threads);
+    return {std::move(points), std::move(outliers)};
+}
+
 // Drops outliers until they do not make the grid kStrayFactor times larger: nearer strays show only when the farthest
 // are gone.
 Status drop_strays(Surface &surface, bool strict, int threads, BuildStatistics &statistics) {
     while (surface.triangles.empty() && may_have_strays(places_of(surface))) {
-        DistinctPoints points = distinct_points(places_of(surface), finest_grid(surface), threads);
-        const PointNeighbours neighbours(std::move(points.at));
-        const Bytes outliers = find_outliers(neighbours, threads);
+        const auto [points, outliers] = outliers_of(surface, threads);
         const double growth = growth_by(surface, points, outliers);
         if (growth < kStrayFactor)
             break;
@@ -132,9 +138,7 @@ void report_repeated_points(const DistinctPoints &points, BuildStatistics &stati
 }
 
 void remove_outliers(Surface &surface, int threads, BuildStatistics &statistics) {
-    DistinctPoints points = distinct_points(places_of(surface), finest_grid(surface), threads);
-    const PointNeighbours neighbours(std::move(points.at));
-    const Bytes outliers = find_outliers(neighbours, threads);
+    const auto [points, outliers] = outliers_of(surface, threads);
     report_outliers(surface, points, outliers, true, statistics);
     drop_points(surface, points, outliers);
 }

@@ -42,12 +42,9 @@ class HeaderReader {
 
     Result<PlyHeader> read() {
         if (!is_ply({reinterpret_cast<const std::uint8_t *>(text_.data()), text_.size()}))
-            return bad_input(text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF")
-                                 ? "not a PLY file but text in UTF-16; convert it, as with iconv -f UTF-16 -t UTF-8"
-                                 : "not a PLY file: the first line is not 'ply'" +
-                                       std::string(text_.starts_with("\xEF\xBB\xBF")
-                                                       ? "; remove the byte order mark before it"
-                                                       : ""));
+            return bad_input(is_utf16(text_) ? std::string("not a PLY file but ") + kUtf16
+                                             : std::string("not a PLY file: the first line is not 'ply'") +
+                                                   (has_mark(text_) ? "; remove the byte order mark before it" : ""));
         const std::size_t first_end = text_.find_first_of("\r\n");
         const bool crlf = first_end + 1 < text_.size() && text_.substr(first_end, 2) == "\r\n";
         line_end_ = text_[first_end] == '\r' && !crlf ? '\r' : '\n';

@@ -137,17 +137,23 @@ inline std::string_view as_text(std::span<const std::uint8_t> bytes) {
     return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
 }
 
+// Whether it begins with the byte order mark of UTF-8.
+inline bool has_mark(std::string_view text) { return text.starts_with("\xEF\xBB\xBF"); }
+
 // The same with the byte order mark blanked; keeps the length.
 inline std::string as_unmarked_text(std::span<const std::uint8_t> bytes) {
     std::string text(as_text(bytes));
-    if (text.starts_with("\xEF\xBB\xBF"))
+    if (has_mark(text))
         text.replace(0, 3, 3, ' ');
     return text;
 }
 
+inline bool is_utf16(std::string_view text) { return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"); }
+inline constexpr const char *kUtf16 = "text in UTF-16; convert it, as with iconv -f UTF-16 -t UTF-8";
+
 inline Status refuse_nul(const std::string &text) {
-    if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
-        return bad_input("text in UTF-16; convert it, as with iconv -f UTF-16 -t UTF-8", 0);
+    if (is_utf16(text))
+        return bad_input(kUtf16, 0);
     const std::size_t nul = text.find('\0');
     if (nul != std::string::npos)
         return bad_input("a NUL byte in a text file: it is damaged; export the scan again", nul);
