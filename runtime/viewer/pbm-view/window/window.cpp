@@ -37,7 +37,7 @@ Error no_window(const std::string &what) {
             what + (why.empty() ? "" : ": " + why) + "; pbm-render draws without display and OpenGL"};
 }
 
-constexpr std::array<std::pair<int, Key>, 19> kKeys{{{GLFW_KEY_LEFT, Key::left},
+constexpr std::array<std::pair<int, Key>, 21> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_A, Key::left},
                                                      {GLFW_KEY_RIGHT, Key::right},
                                                      {GLFW_KEY_D, Key::right},
@@ -55,7 +55,12 @@ constexpr std::array<std::pair<int, Key>, 19> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_F2, Key::frame_time},
                                                      {GLFW_KEY_TAB, Key::panel},
                                                      {GLFW_KEY_F11, Key::full_screen},
+                                                     {GLFW_KEY_PAGE_UP, Key::previous_file},
+                                                     {GLFW_KEY_PAGE_DOWN, Key::next_file},
                                                      {GLFW_KEY_ESCAPE, Key::quit}}};
+// Pressed while Control is held.
+constexpr std::array<std::pair<int, Key>, 2> kControlKeys{
+    {{GLFW_KEY_O, Key::open_dialog}, {GLFW_KEY_R, Key::start_page}}};
 constexpr std::array<std::pair<int, EditKey>, 9> kEditKeys{{{GLFW_KEY_BACKSPACE, EditKey::backspace},
                                                             {GLFW_KEY_DELETE, EditKey::erase},
                                                             {GLFW_KEY_ENTER, EditKey::enter},
@@ -138,8 +143,10 @@ Window::~Window() {
 
 void Window::receive_events() {
     glfwSetWindowUserPointer(window_, &events_);
-    glfwSetKeyCallback(window_, [](GLFWwindow *window, int key, int, int action, int) {
-        if (const auto known = find(kKeys, key); known && action != GLFW_REPEAT)
+    glfwSetKeyCallback(window_, [](GLFWwindow *window, int key, int, int action, int modifiers) {
+        // A key that was pressed without Control may be released with it.
+        const bool control = (modifiers & GLFW_MOD_CONTROL) != 0 && action == GLFW_PRESS;
+        if (const auto known = control ? find(kControlKeys, key) : find(kKeys, key); known && action != GLFW_REPEAT)
             events_of(window).push_back(KeyEvent{*known, action == GLFW_PRESS});
         if (const auto known = find(kEditKeys, key))
             events_of(window).push_back(EditEvent{*known, action != GLFW_RELEASE});

@@ -16,7 +16,24 @@ struct GLFWwindow;
 
 namespace pbm {
 
-enum class Key { left, right, up, down, save, reset, switch_camera, help, frame_time, panel, full_screen, quit };
+enum class Key {
+    left,
+    right,
+    up,
+    down,
+    save,
+    reset,
+    switch_camera,
+    help,
+    frame_time,
+    panel,
+    full_screen,
+    quit,
+    open_dialog,
+    start_page,
+    previous_file,
+    next_file,
+};
 // Keys that edit a text field.
 enum class EditKey { backspace, erase, enter, cancel, left, right, home, end };
 enum class MouseButton { left, middle, right };
