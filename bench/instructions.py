@@ -39,7 +39,7 @@ def count(program, what, model, options):
         command = ["valgrind", "--tool=callgrind", "--collect-atstart=no",
                    *[f"--toggle-collect=pbm::{function}" for function in toggles],
                    f"--callgrind-out-file={name}/out", program, model,
-                   "-o", f"{name}/picture.png", "-j", "1", "--json", "--renderer", renderer, *options]
+                   "-o", f"{name}/picture.png", "-j", "1", "--json", "--quality", "fast", "--renderer", renderer, *options]
         run = subprocess.run(command, capture_output=True, text=True)
     if run.returncode != 0:
         sys.exit(f"{' '.join(map(str, command))}: exit code {run.returncode}\n{run.stderr[-2000:]}")

@@ -11,7 +11,7 @@ export DISPLAY=:97 LIBGL_ALWAYS_SOFTWARE=1
 Xvfb $DISPLAY -screen 0 "${size}x24" -nolisten tcp >/dev/null 2>&1 &
 pids=$!
 sleep 1
-pbm-view -v --quality fine --resolution "${size%x*},${size#*x}" "$@" >"$log" 2>&1 &
+pbm-view -v --resolution "${size%x*},${size#*x}" "$@" >"$log" 2>&1 &
 pids="$! $pids"
 until grep -q '8 of 8 samples' "$log"; do sleep 1; done
 import -window root "$picture"

@@ -60,7 +60,7 @@ check(statistics, "pbm-build --json is empty")
 same("j1.pbvg", "again.pbvg")
 
 # In the picture the model covers a large part, has many colours and does not touch the border.
-size = ("--resolution", "320,240")
+size = ("--resolution", "320,240", "--quality", "fast")
 run("pbm-render", "j1.pbvg", "-o", "a.png", "--depth-output", "a.pfm", *size)
 width, height, channels, pixels = pictures.read_png(work / "a.png")
 check((width, height) == (320, 240), f"the picture has {width}x{height} pixels")

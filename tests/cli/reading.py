@@ -31,7 +31,7 @@ def same(a, b):
 
 
 def draw(model, picture, *options):
-    run("pbm-render", "-q", model, "-o", picture, "--json=drawn.json", *options)
+    run("pbm-render", "-q", model, "-o", picture, "--quality=fast", "--json=drawn.json", *options)
     return json.loads((work / "drawn.json").read_text())
 
 

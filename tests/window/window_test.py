@@ -70,12 +70,12 @@ def run(program, *arguments, display=None, **more):
 
 
 class View:
-    """A running pbm-view, observed by its standard output."""
+    """A running pbm-view, observed by its standard output. It draws fast pictures unless `arguments` ask for others."""
 
     def __init__(self, display, *arguments, size=SIZE, loading=False, **more):
         self.display = display
         self.log = work / f"log-{time.monotonic_ns()}.txt"
-        options = ["-v", f"--resolution={size[0]},{size[1]}"]
+        options = ["-v", f"--resolution={size[0]},{size[1]}", *fast_unless_asked(arguments)]
         with open(self.log, "w") as log:
             self.process = subprocess.Popen([str(programs / "pbm-view"), *options, *map(str, arguments)], cwd=work,
                                             stdout=log, stderr=subprocess.STDOUT, env={**environment(display), **more})
@@ -169,8 +169,12 @@ class View:
         return self.process.wait(PATIENCE)
 
 
+def fast_unless_asked(options):
+    return [] if any(str(option).startswith("--quality") for option in options) else ["--quality=fast"]
+
+
 def rendered(model, *options):
-    result = run("pbm-render", "-q", model, "-o", "expected.png", *options)
+    result = run("pbm-render", "-q", model, "-o", "expected.png", *options, *fast_unless_asked(options))
     check(result.returncode == 0, f"pbm-render {options}: {result.stderr}")
     width, height, channels, pixels = pictures.read_png(work / "expected.png")
     check(channels == 3, "pbm-render drew something transparent")
@@ -608,7 +612,7 @@ def test_panel(display):
         time.sleep(1)
         check(len(view.lines("frame ")) == frames, "frames are drawn while the panel is open and nothing changes")
         view.act(*clicked(79))
-        check(view.view()[-1] == "--ignore-point-colours", f"no other look: {view.view()}")
+        check("--ignore-point-colours" in view.view(), f"no other look: {view.view()}")
         views = len(view.lines("view: "))
         view.xdotool(*dragged(1, (left + 200, 70), (left + 250, 100)), "click", 4)
         view.xdotool("key", "space")
@@ -649,41 +653,51 @@ def test_panel(display):
 
 
 def test_fine(display):
-    """A resting view accumulates samples until it equals the fine picture of pbm-render; input stops this at once."""
-    with View(display, "model.pbvg", "--quality=fine", "--samples=3") as view:
-        def fine_frames():
-            return re.findall(r"fine, (\d+) of 3 samples$", view.text()[view.text().rindex("view: "):], re.MULTILINE)
+    """A resting view accumulates samples until it equals the picture of pbm-render; input stops this at once."""
+    for quality in ("--quality=auto", "--quality=fine"):  # auto is the default
+        unprinted = [quality] if quality == "--quality=auto" else []
+        with View(display, "model.pbvg", quality, "--samples=3") as view:
+            def fine_frames():
+                return re.findall(r"fine, (\d+) of 3 samples$", view.text()[view.text().rindex("view: "):], re.MULTILINE)
 
-        def is_fine():
-            return fine_frames()[-1:] == ["3"]
+            def is_fine():
+                return fine_frames()[-1:] == ["3"]
 
-        view.wait(is_fine, "fine picture")
-        check("--quality=fine" in view.view(), f"not the options of the picture: {view.view()}")
-        check_same(view, "model.pbvg", "a fine picture")
-        frames = len(view.lines("frame "))
-        time.sleep(0.5)
-        check(len(view.lines("frame ")) == frames, "frames are drawn when the picture is fine")
-        view.act("key", "Left")
-        view.wait(is_fine, "fine picture of another view")
-        check_same(view, "model.pbvg", "a fine picture of another view")
-        check(fine_frames() in (["1", "2", "3"], ["1", "2", "3", "3"]), f"samples {fine_frames()}")
-        view.xdotool("key", "space")
-        view.wait(lambda: view.lines("saved "), "saved picture")
-        rendered("model.pbvg", *view.view())
-        saved = work / view.lines("saved ")[-1].removeprefix("saved ")
-        check(saved.read_bytes() == (work / "expected.png").read_bytes(), "another picture is saved")
-        check(view.quit() == 0, "Escape does not end with 0")
-    with View(display, "large.pbvg", "--quality=fine", "--samples=64") as view:
+            view.wait(is_fine, "fine picture")
+            check(("--quality=fine" in view.view()) == (not unprinted), f"not the options of the picture: {view.view()}")
+            check_same(view, "model.pbvg", "a fine picture", *unprinted)
+            frames = len(view.lines("frame "))
+            time.sleep(0.5)
+            check(len(view.lines("frame ")) == frames, "frames are drawn when the picture is fine")
+            view.act("key", "Left")
+            view.wait(is_fine, "fine picture of another view")
+            check_same(view, "model.pbvg", "a fine picture of another view", *unprinted)
+            check(fine_frames() in (["1", "2", "3"], ["1", "2", "3", "3"]), f"samples {fine_frames()}")
+            view.xdotool("key", "space")
+            view.wait(lambda: view.lines("saved "), "saved picture")
+            rendered("model.pbvg", *view.view(), *unprinted)
+            saved = work / view.lines("saved ")[-1].removeprefix("saved ")
+            check(saved.read_bytes() == (work / "expected.png").read_bytes(), "another picture is saved")
+            check(view.quit() == 0, "Escape does not end with 0")
+    # A view that moves is drawn fast: samples are added only after it has rested.
+    with View(display, "large.pbvg", "--quality=auto", "--samples=64") as view:
         before = len(view.lines("view: "))
+        view.xdotool("keydown", "Left")
+        view.wait(lambda: len(view.lines("view: ")) > before + 5, "steady motion")
+        moving = view.text()[view.text().rindex("view: ", 0, view.text().rindex("view: ")):]
+        view.xdotool("keyup", "Left")
+        check("fine" not in moving, f"a moving view is refined: {moving}")
+        view.wait(lambda: "fine, " in view.text()[view.text().rindex("view: "):], "refinement of the view at rest")
         view.xdotool("key", "Left", "key", "Up", "key", "Left")
         view.settle(before)
         check(view.quit() == 0, "Escape does not end with 0")
-    result = run("pbm-view", "-AVI", "-q", "--quality=fine", "--samples=2", "--resolution=160,120", "--frames=3",
-                 "model.pbvg", display=display)
-    check(result.returncode == 0 and not result.stderr, f"{result}")
-    drawn = run("pbm-render", "-q", "--turntable=fine.avi", "--quality=fine", "--samples=2", "--resolution=160,120",
-                "--frames=3", "model.pbvg")
-    check(drawn.returncode == 0 and (work / "model.avi").read_bytes() == (work / "fine.avi").read_bytes(), "fine video")
+    for quality in ("--quality=auto", "--quality=fine"):
+        result = run("pbm-view", "-AVI", "-q", quality, "--samples=2", "--resolution=160,120", "--frames=3", "model.pbvg",
+                     display=display)
+        check(result.returncode == 0 and not result.stderr, f"{result}")
+        drawn = run("pbm-render", "-q", "--turntable=fine.avi", quality, "--samples=2", "--resolution=160,120",
+                    "--frames=3", "model.pbvg")
+        check(drawn.returncode == 0 and (work / "model.avi").read_bytes() == (work / "fine.avi").read_bytes(), "video")
 
 
 def test_recording(display):

@@ -130,7 +130,8 @@ void FineRenderer::begin(std::span<const PointRun> runs, const Camera &camera, c
     frame.picture->statistics = frame.runs.statistics();
 }
 
-RenderStatistics FineRenderer::add_sample() {
+RenderStatistics FineRenderer::add_sample(const std::atomic<bool> *stop) {
+    const auto stopped = [stop] { return stop != nullptr && stop->load(std::memory_order_relaxed); };
     Frame &frame = *frame_;
     Picture &picture = *frame.picture;
     const glm::dvec2 offset = sample_offset(picture.samples);
@@ -140,15 +141,20 @@ RenderStatistics FineRenderer::add_sample() {
     const Sample sample{offset, geometry};
     frame.runs.begin_view(geometry);
     frame.pool.run(frame.runs.size(), [&](std::size_t run, std::size_t) {
-        frame.runs.cull(run, geometry,
-                        [&](const RunGeometry &of, std::span<SeenBrick> seen) { widen_bricks(geometry, of, seen); });
+        if (!stopped())
+            frame.runs.cull(run, geometry, [&](const RunGeometry &of, std::span<SeenBrick> seen) {
+                widen_bricks(geometry, of, seen);
+            });
     });
+    if (stopped())
+        return {};
 
     const int rows = std::max(kMinStripRows, kStripPixels / picture.width);
     const auto count = static_cast<std::size_t>((picture.height + rows - 1) / rows);
     std::vector<std::uint64_t> drawn(count);
     frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
-        drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, sample, frame.workplaces[thread]);
+        if (!stopped())
+            drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, sample, frame.workplaces[thread]);
     });
     picture.statistics.drawn_points = 0;
     for (const std::uint64_t points : drawn)

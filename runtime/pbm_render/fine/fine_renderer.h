@@ -21,6 +21,7 @@
 #include "pbm_render/picture/render_options.h"
 #include "pbm_render/surroundings/surroundings.h"
 
+#include <atomic>
 #include <memory>
 #include <span>
 
@@ -58,8 +59,9 @@ class FineRenderer {
     // The chunks of `runs` must stay resident until the last sample. `target` gives size and presence of depths.
     void begin(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                const Framebuffer &target);
-    // Adds one sample; any number may be added.
-    RenderStatistics add_sample();
+    // Adds one sample; any number may be added. Once another thread sets `stop` it returns within a few milliseconds,
+    // without a whole sample: the picture is then lost, and the next call must be `begin`.
+    RenderStatistics add_sample(const std::atomic<bool> *stop = nullptr);
     // Number of samples added since `begin`.
     int samples() const;
     // Writes the mean of the samples so far, at least one, to a picture like that of `begin`.

@@ -9,14 +9,27 @@
 
 namespace pbm {
 
-// fast: FastRenderer; fine: FineRenderer.
-enum class Quality : std::uint8_t { fast, fine };
+// fast: FastRenderer; fine: FineRenderer; automatic: fine for pictures at rest, fast for moving ones.
+enum class Quality : std::uint8_t { automatic, fast, fine };
+
+// still: a picture of its own, or of a window at rest. moving: one of many, of a video, a bench or a window in motion.
+enum class Motion : std::uint8_t { still, moving };
+
+constexpr bool draws_fine(Quality quality, Motion motion) {
+    return quality == Quality::fine || (quality == Quality::automatic && motion == Motion::still);
+}
 
 struct LookOptions {
     RenderOptions render;
-    Quality quality = Quality::fast;
+    Quality quality = Quality::automatic;
     int samples = kDefaultSamples; // per pixel of fine pictures, 1..kMaxSamples
     DepthCue depth_cue = DepthCue::none;
 };
+
+// The look with the quality that such pictures are drawn with: fast or fine.
+inline LookOptions look_of(Motion motion, LookOptions look) {
+    look.quality = draws_fine(look.quality, motion) ? Quality::fine : Quality::fast;
+    return look;
+}
 
 } // namespace pbm

@@ -31,7 +31,8 @@ std::string vector_text(const glm::dvec3 &v) {
     return number_text(v.x) + "," + number_text(v.y) + "," + number_text(v.z);
 }
 
-const std::vector<std::pair<std::string, Quality>> kQualities{{"fast", Quality::fast}, {"fine", Quality::fine}};
+const std::vector<std::pair<std::string, Quality>> kQualities{
+    {"auto", Quality::automatic}, {"fast", Quality::fast}, {"fine", Quality::fine}};
 const std::vector<std::pair<std::string, DepthCue>> kDepthCues{
     {"none", DepthCue::none}, {"eye-dome", DepthCue::eye_dome}, {"ambient-occlusion", DepthCue::ambient_occlusion}};
 
@@ -43,8 +44,8 @@ const std::string &word_of(const std::vector<std::pair<std::string, Value>> &cho
 void add_look_options(CommandLine &line, ViewOptions &options) {
     line.topic = "Look";
     command_line::add_choice(line, "--quality", "quality", kQualities, options.look.quality,
-                             "fast (default); fine: points blended, every pixel shaded, several samples, in a window "
-                             "when the view rests");
+                             "fast: one colour a point; fine: points blended, every pixel shaded, several samples, in "
+                             "a window when the view rests; auto (default): fine, but videos and --bench fast");
     line.add("--samples", "Of a pixel of fine pictures", &options.look.samples,
              {.check = Integers{1, kMaxSamples}, .shows_default = true});
     line.add("--level", "Finest detail level to draw; default, and above the depth: the finest there is",
@@ -158,7 +159,9 @@ std::string look_as_options(const LookOptions &look) {
     if (look.depth_cue != standard.depth_cue)
         text += " --depth-cue=" + word_of(look.depth_cue);
     if (look.quality != standard.quality)
-        text += " --quality=" + word_of(look.quality) + " --samples=" + std::to_string(look.samples);
+        text += " --quality=" + word_of(look.quality);
+    if (look.quality != Quality::fast && look.samples != standard.samples)
+        text += " --samples=" + std::to_string(look.samples);
     if (render.background[3] == 0)
         text += " --no-background";
     else if (render.background != standard.render.background)
@@ -168,7 +171,7 @@ std::string look_as_options(const LookOptions &look) {
 
 Status check_picture_memory(const ViewOptions &options) {
     const std::uint64_t bytes_per_pixel = 16 // colour, depth, two copies
-                                          + (options.look.quality == Quality::fine ? 20 : 0) // sums of samples
+                                          + (options.look.quality != Quality::fast ? 20 : 0) // sums of samples
                                           + (options.look.depth_cue != DepthCue::none ? 8 : 0);
     const glm::ivec2 size = options.resolution;
     const auto pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);

@@ -37,7 +37,10 @@ struct Arguments {
     int bench = 0; // frames
 
     const VideoOptions &video() const { return choice.video; }
-    bool wants_picture() const { return !output.empty() || !depth_output.empty() || bench > 0; }
+    bool wants_still() const { return !output.empty() || !depth_output.empty(); }
+    bool wants_picture() const { return wants_still() || bench > 0; }
+    LookOptions frame_look() const { return look_of(Motion::moving, view.look); }
+    LookOptions picture_look() const { return wants_still() ? look_of(Motion::still, view.look) : frame_look(); }
     std::vector<std::string> outputs() const {
         std::vector<std::string> files = video_files(video());
         files.insert(files.end(), {output, depth_output});
@@ -102,7 +105,8 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
              .examples = {
                  {"pbm-render scan.pbvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
                  {"pbm-render scan.pbvg -o - --no-background | display", "A transparent picture for the next program."},
-                 {"pbm-render scan.pbvg --turntable scan.avi --quality fine", "A video once round the model."},
+                 {"pbm-render scan.pbvg --turntable scan.avi --quality fine",
+                  "A video once round the model; fine frames take 10 to 20 times as long."},
                  {"pbm-render scan.pbvg --turntable - | ffmpeg -f rawvideo -pix_fmt rgb24 -s 1280x720 -r 30 "
                   "-i - scan.webm",
                   "The same in any other form."}}}))
@@ -113,6 +117,8 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     }
     if (arguments.view.renderer == Renderer::reference && arguments.view.look.quality == Quality::fine)
         return fail_usage("--renderer reference draws no fine pictures; leave out --quality fine");
+    if (arguments.view.renderer == Renderer::reference)
+        arguments.view.look.quality = Quality::fast;
     if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.look.render); !known)
         return fail_usage(known.error().message);
     if (!arguments.wants_picture() && arguments.video().output.empty())
@@ -149,7 +155,7 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
     nlohmann::ordered_json json{{"width", arguments.view.resolution.x},
                                 {"height", arguments.view.resolution.y},
                                 {"renderer", arguments.view.renderer == Renderer::fast ? "fast" : "reference"},
-                                {"look", look_json(arguments.view.look)},
+                                {"look", look_json(arguments.picture_look())},
                                 {"level", s.drawn.level},
                                 {"points", s.drawn.points},
                                 {"drawn_points", s.drawn.drawn_points},
@@ -177,8 +183,7 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
 
 // Empty for fast pictures.
 std::string quality_text(const LookOptions &look) {
-    return look.quality == Quality::fast ? ""
-                                         : word_of(look.quality) + ", " + std::to_string(look.samples) + " samples, ";
+    return look.quality == Quality::fine ? "fine, " + std::to_string(look.samples) + " samples, " : "";
 }
 
 // The report of a run; `camera` is that of the first picture.
@@ -196,12 +201,12 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
     text << std::fixed << std::setprecision(1);
     if (arguments.wants_picture())
         text << shown_name(arguments.output.empty() ? arguments.input : arguments.output) << ": " << size.x << 'x'
-             << size.y << ", " << quality_text(arguments.view.look) << "level " << s.drawn.level << ", "
+             << size.y << ", " << quality_text(arguments.picture_look()) << "level " << s.drawn.level << ", "
              << s.drawn.drawn_points << " of " << s.drawn.points << " points drawn, load " << s.load_ms << " ms, frame "
              << s.frame_ms << " ms, encode " << s.encode_ms << " ms\n";
     if (s.video)
         text << shown_name(arguments.video().output) << ": " << arguments.video().frames << " frames of " << size.x
-             << 'x' << size.y << ", " << quality_text(arguments.view.look) << s.video->bytes << " bytes, "
+             << 'x' << size.y << ", " << quality_text(arguments.frame_look()) << s.video->bytes << " bytes, "
              << s.video->ms / 1000 << " s\n";
     if (s.bench)
         text << "bench: " << arguments.bench << " frames, minimum " << std::setprecision(2) << s.bench->min_ms
@@ -219,7 +224,7 @@ Result<BenchStatistics> bench(ModelDrawer &drawer, const Camera &first, int fram
         if (Status loaded = drawer.load(camera, {picture.width, picture.height}); !loaded)
             return std::move(loaded).error();
         const Stopwatch frame;
-        statistics.drawn_points += drawer.draw(camera, picture).drawn_points;
+        statistics.drawn_points += drawer.draw_frame(camera, picture).drawn_points;
         times.push_back(frame.milliseconds());
     }
     std::sort(times.begin(), times.end());
@@ -246,7 +251,8 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
                  .run = [&](std::size_t band, std::size_t thread) { bands->encode(band, thread); }};
     }
     const Stopwatch drawing;
-    statistics.drawn = drawer.draw(camera, picture, tasks);
+    statistics.drawn =
+        arguments.wants_still() ? drawer.draw(camera, picture, tasks) : drawer.draw_frame(camera, picture);
     statistics.frame_ms = drawing.milliseconds();
     statistics.cost = drawer.cost();
     if (const Status whole = drawer.damage(); !whole)
@@ -292,10 +298,10 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, c
         progress.show("video", static_cast<double>(frame) / video.frames);
         if (view.verbosity == command_line::Verbosity::verbose && stream != nullptr)
             *stream << "frame " << frame + 1 << ": " << view_as_options(from, view.view_angle, view.resolution)
-                    << look_as_options(view.look) << '\n';
+                    << look_as_options(arguments.frame_look()) << '\n';
         Status drawn = drawer.load(from, view.resolution);
         if (drawn) {
-            drawer.draw(from, recorder.canvas());
+            drawer.draw_frame(from, recorder.canvas());
             drawn = drawer.damage();
         }
         if (!drawn) {

@@ -60,6 +60,13 @@ RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, co
     return painter_->draw(detail.runs, camera, look_, target, tasks);
 }
 
+RenderStatistics ModelDrawer::draw_frame(const Camera &camera, Framebuffer &target) {
+    if (!painter_)
+        return draw(camera, target);
+    const Detail detail = scene_->model.choose(view(camera, {target.width, target.height}));
+    return painter_->draw_frame(detail.runs, camera, look_, target);
+}
+
 Status ModelDrawer::damage() const {
     const std::vector<Error> errors = scene_->surroundings->take_errors();
     return errors.empty() ? Status() : Status(errors.front());

@@ -26,8 +26,9 @@ class ModelDrawer {
 
     // Loads what a picture of `size` needs. The reference renderer loads the whole level.
     Status load(const Camera &camera, glm::ivec2 size);
-    // Draws what was loaded for this view. Runs `tasks`, see Painter::draw.
+    // Draws what was loaded for this view: a still picture, and one of many pictures of a moving view. See Painter.
     RenderStatistics draw(const Camera &camera, Framebuffer &target, const RowTasks &tasks = {});
+    RenderStatistics draw_frame(const Camera &camera, Framebuffer &target);
 
     // The first error in rasters that pictures have read since the last call.
     Status damage() const;

@@ -32,7 +32,7 @@ class Recording {
         const auto detail = model.streamed().load(view);
         if (!detail)
             return detail.error();
-        const PictureStatistics drawn = model.draw_and_wait(*detail, view, look, recorder_.canvas());
+        const PictureStatistics drawn = model.draw_frame(*detail, view, look, recorder_.canvas());
         show(recorder_.canvas(), drawn);
         ++frame_;
         return recorder_.add();

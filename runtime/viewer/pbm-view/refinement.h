@@ -1,10 +1,11 @@
 // Refines the picture of a view at rest, sample by sample on the background thread. Each sample yields a picture;
-// refinement can end between two samples.
+// the refinement's end interrupts the sample in progress.
 #pragma once
 
 #include "system/threads/thread_pool.h"
 #include "viewer/scene/shown_model.h"
 
+#include <atomic>
 #include <future>
 #include <memory>
 #include <optional>
@@ -23,11 +24,11 @@ class Refinement {
     // Starts at once on `background`, which must outlive this object. `detail` was chosen for `view`, nothing missing.
     Refinement(ThreadPool &background, ShownModelPointer model, Detail detail, const DetailView &view, LookPointer look)
         : background_(background),
-          work_(std::make_shared<Work>(Work{std::move(model), std::move(detail), view, std::move(look)})) {
+          work_(std::make_shared<Work>(std::move(model), std::move(detail), view, std::move(look))) {
         add_sample(1);
     }
-    // Does not wait for the sample in progress.
-    ~Refinement() = default;
+    // Does not wait for the sample in progress, which leaves the processors to the next picture.
+    ~Refinement() { work_->stop = true; }
     Refinement(const Refinement &) = delete;
     Refinement &operator=(const Refinement &) = delete;
 
@@ -44,18 +45,24 @@ class Refinement {
   private:
     // Data of the sample in progress, which may outlive the refinement.
     struct Work {
-        ShownModelPointer model;
-        Detail detail;
-        DetailView view;
-        LookPointer look;
+        Work(ShownModelPointer m, Detail d, const DetailView &v, LookPointer l)
+            : model(std::move(m)), detail(std::move(d)), view(v), look(std::move(l)) {}
+
+        const ShownModelPointer model;
+        const Detail detail;
+        const DetailView view;
+        const LookPointer look;
         bool begun = false;
+        std::atomic<bool> stop = false;
     };
     void add_sample(int samples) {
         next_ = background_.post([work = work_, samples] {
             Picture picture{Framebuffer(work->view.width, work->view.height, false), {}, samples};
+            if (work->stop)
+                return picture; // nobody receives it
             if (!std::exchange(work->begun, true))
                 work->model->begin_fine(work->detail, work->view, work->look);
-            picture.drawn = work->model->add_sample(work->detail, work->view, picture.pixels);
+            picture.drawn = work->model->add_sample(work->detail, work->view, picture.pixels, &work->stop);
             return picture;
         });
     }

@@ -149,6 +149,9 @@ std::optional<double> Viewer::timeout() const {
     if (background_.busy() || (model_ && model_->streamed().is_loading()))
         no_later_than(now + kBusyPoll);
     no_later_than(arrows_.next_step(now));
+    // A refinement that is overdue waits for chunks, which wake the window.
+    if (const auto refinement = refinement_due(); refinement && *refinement > now)
+        no_later_than(refinement);
     // A fine picture that is due waits for the one in progress.
     if (scheduler_ && picture_size() != glm::ivec2(0) && !(scheduler_->shown() && drawing_.valid()))
         no_later_than(scheduler_->due());

@@ -91,6 +91,7 @@ class Viewer {
     void draw_now(const DetailView &view);
     void draw_in_background(const DetailView &view);
     void receive_picture();
+    std::optional<double> refinement_due() const;
     void refine();
     void end_refinement();
     void show_picture(const Framebuffer &pixels, double max_error, const PictureStatistics &drawn);

@@ -72,7 +72,15 @@ void Viewer::receive_picture() {
     full_view_ = 0; // the picture held chunks, maybe of an old view
 }
 
-// Refines a view at rest at full detail, if its look asks for fine pictures.
+// When to start to refine the picture shown; absent if it is not to be refined, or is already.
+std::optional<double> Viewer::refinement_due() const {
+    if (!scheduler_ || refinement_ || samples_ > 0 || recording_ || video_ ||
+        !draws_fine(look_->options.quality, Motion::still))
+        return std::nullopt;
+    return scheduler_->refinement_due();
+}
+
+// Refines a view that rests at full detail, unless its look asks for fast pictures.
 void Viewer::refine() {
     if (refinement_) {
         const auto picture = refinement_->receive();
@@ -84,8 +92,7 @@ void Viewer::refine() {
         stale_ = true;
         return;
     }
-    if (!scheduler_ || !scheduler_->complete() || samples_ > 0 || recording_ || video_ ||
-        look_->options.quality != Quality::fine)
+    if (const auto when = refinement_due(); !when || Window::now() < *when)
         return;
     const DetailView view = model_->view(camera_, view_size_, options_.max_error);
     Detail detail = model_->streamed().choose(view);
@@ -178,7 +185,7 @@ void Viewer::record() {
             stale_ = true;
             if (verbose())
                 std::cout << "view: " << view_as_options(camera, options_.view_angle, options_.resolution)
-                          << look_as_options(look_->options) << std::endl;
+                          << look_as_options(look_of(Motion::moving, look_->options)) << std::endl;
         });
     if (!added)
         end_recording(added);

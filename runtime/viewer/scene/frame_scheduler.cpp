@@ -54,6 +54,10 @@ std::optional<double> FrameScheduler::due() const {
     return news_ == News::all ? drawn_at_ : drawn_at_ + kPause * shown_->seconds;
 }
 
+std::optional<double> FrameScheduler::refinement_due() const {
+    return complete() ? std::optional(changed_ ? *changed_ + kRest : 0) : std::nullopt;
+}
+
 bool FrameScheduler::fits(double error, double part, const PointsAt &points_at) const {
     const std::uint64_t points = points_at(error);
     return points <= kFewPoints || expected_seconds(points) <= part * moving_budget_;

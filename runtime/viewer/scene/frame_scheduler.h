@@ -57,6 +57,8 @@ class FrameScheduler {
     std::optional<Step> next(double now, const PointsAt &points_at) const;
     // When `next` will have an answer; absent if that needs an arrival or a change.
     std::optional<double> due() const;
+    // When the picture of the current view may be refined: once the view rests; absent before it has full detail.
+    std::optional<double> refinement_due() const;
     // The picture of the current view, if there is one.
     const std::optional<Picture> &shown() const { return shown_; }
     // Whether that picture has full detail.

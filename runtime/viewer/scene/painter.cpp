@@ -29,7 +29,7 @@ Painter::Painter(const ModelParameters &file, std::shared_ptr<const Surroundings
 
 RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                Framebuffer &target, const RowTasks &tasks) {
-    if (look.options.quality == Quality::fast)
+    if (!draws_fine(look.options.quality, Motion::still))
         return draw_fast(runs, camera, look, target, tasks);
     const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
         return fine(look.appearance).render(runs, camera, look.options.render, picture, look.options.samples);
@@ -37,6 +37,12 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
     if (tasks.count > 0)
         pool().run(tasks.count, tasks.run);
     return drawn;
+}
+
+RenderStatistics Painter::draw_frame(std::span<const PointRun> runs, const Camera &camera, const Look &look,
+                                     Framebuffer &target) {
+    return draws_fine(look.options.quality, Motion::moving) ? draw(runs, camera, look, target)
+                                                            : draw_fast(runs, camera, look, target);
 }
 
 RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
@@ -59,8 +65,10 @@ void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, c
         .begin(runs, camera, look.options.render, Framebuffer(width, height, fine_cue_ != DepthCue::none));
 }
 
-RenderStatistics Painter::add_sample(Framebuffer &target) {
-    const RenderStatistics drawn = fine_->add_sample();
+RenderStatistics Painter::add_sample(Framebuffer &target, const std::atomic<bool> *stop) {
+    const RenderStatistics drawn = fine_->add_sample(stop);
+    if (stop != nullptr && *stop)
+        return drawn;
     with_depth_cue(fine_camera_, fine_cue_, target, [&](Framebuffer &picture) {
         fine_->resolve(picture);
         return drawn;

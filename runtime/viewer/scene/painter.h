@@ -7,6 +7,7 @@
 #include "system/threads/thread_pool.h"
 #include "viewer/scene/look.h"
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <span>
@@ -20,18 +21,22 @@ class Painter {
     Painter(const ModelParameters &file, std::shared_ptr<const Surroundings> surroundings, std::uint32_t chunk_points,
             int threads, std::shared_ptr<ThreadPool> pool = nullptr);
 
-    // Draws a picture of the quality that `look` asks for. Runs `tasks`, in fast pictures without a depth cue while
-    // other rows are drawn.
+    // Draws a still picture: fine, unless `look` asks for a fast one. Runs `tasks`, in fast pictures without a depth
+    // cue while other rows are drawn.
     RenderStatistics draw(std::span<const PointRun> runs, const Camera &camera, const Look &look, Framebuffer &target,
                           const RowTasks &tasks = {});
+    // Draws one of many pictures of a moving view: fast, unless `look` asks for fine ones.
+    RenderStatistics draw_frame(std::span<const PointRun> runs, const Camera &camera, const Look &look,
+                                Framebuffer &target);
     // Draws fast, whatever the quality in `look`.
     RenderStatistics draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                Framebuffer &target, const RowTasks &tasks = {});
 
     // Draws a fine picture sample by sample, see FineRenderer; `target` must have the size given to `begin_fine`.
     void begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width, int height);
-    // Adds a sample and fills `target` with the mean of all so far.
-    RenderStatistics add_sample(Framebuffer &target);
+    // Adds a sample and fills `target` with the mean of all so far. Once `stop` is set it returns early; the picture
+    // must then begin anew.
+    RenderStatistics add_sample(Framebuffer &target, const std::atomic<bool> *stop = nullptr);
 
   private:
     ThreadPool &pool();

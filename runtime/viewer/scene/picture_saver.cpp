@@ -30,7 +30,7 @@ void PictureSaver::begin(const Waiting &picture, Detail detail) {
         if (!detail.missing.empty())
             return Error{ErrorCode::memory, 0, "the picture needs more memory than allowed"};
         Framebuffer pixels(view.width, view.height, false);
-        model->draw_in_background(detail, view, look, pixels);
+        model->draw_still(detail, view, look, pixels);
         return save_picture(std::filesystem::path(), std::filesystem::path(model->path()).stem().string(), pixels);
     }));
 }

@@ -66,13 +66,19 @@ PictureStatistics ShownModel::draw_now(const Detail &detail, const DetailView &v
     return measure(detail, view, [&] { return painter(window_).draw_fast(detail.runs, view.camera, *look, target); });
 }
 
-PictureStatistics ShownModel::draw_and_wait(const Detail &detail, const DetailView &view, const LookPointer &look,
-                                            Framebuffer &target) {
-    return measure(detail, view, [&] { return painter(window_).draw(detail.runs, view.camera, *look, target); });
-}
-
 PictureStatistics ShownModel::draw_in_background(const Detail &detail, const DetailView &view, const LookPointer &look,
                                                  Framebuffer &target) {
+    return measure(detail, view,
+                   [&] { return painter(background_).draw_fast(detail.runs, view.camera, *look, target); });
+}
+
+PictureStatistics ShownModel::draw_frame(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                         Framebuffer &target) {
+    return measure(detail, view, [&] { return painter(window_).draw_frame(detail.runs, view.camera, *look, target); });
+}
+
+PictureStatistics ShownModel::draw_still(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                         Framebuffer &target) {
     return measure(detail, view, [&] { return painter(background_).draw(detail.runs, view.camera, *look, target); });
 }
 
@@ -80,8 +86,9 @@ void ShownModel::begin_fine(const Detail &detail, const DetailView &view, const 
     painter(refining_).begin_fine(detail.runs, view.camera, *look, view.width, view.height);
 }
 
-PictureStatistics ShownModel::add_sample(const Detail &detail, const DetailView &view, Framebuffer &target) {
-    return measure(detail, view, [&] { return refining_->add_sample(target); });
+PictureStatistics ShownModel::add_sample(const Detail &detail, const DetailView &view, Framebuffer &target,
+                                         const std::atomic<bool> *stop) {
+    return measure(detail, view, [&] { return refining_->add_sample(target, stop); });
 }
 
 Painter &ShownModel::painter(std::optional<Painter> &made) const {

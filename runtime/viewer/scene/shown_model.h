@@ -58,17 +58,20 @@ class ShownModel {
     DetailView view(const Camera &camera, glm::ivec2 size, double max_error) const;
     // The look of the command line and the file.
     LookPointer first_look() const { return std::make_shared<Look>(options_.look, parameters()); }
-    // Draws the detail chosen for `view` on the window's thread, always fast.
+    // Draws the detail chosen for `view`, always fast: on the window's thread and on the background thread.
     PictureStatistics draw_now(const Detail &detail, const DetailView &view, const LookPointer &look,
                                Framebuffer &target);
-    // Draws with the quality of `look`: on the window's thread and on the background thread.
-    PictureStatistics draw_and_wait(const Detail &detail, const DetailView &view, const LookPointer &look,
-                                    Framebuffer &target);
     PictureStatistics draw_in_background(const Detail &detail, const DetailView &view, const LookPointer &look,
                                          Framebuffer &target);
-    // Refines a fine picture on the background thread: each sample updates `target`.
+    // Draws a frame of a video on the window's thread, and a still picture to be saved on the background thread.
+    PictureStatistics draw_frame(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                 Framebuffer &target);
+    PictureStatistics draw_still(const Detail &detail, const DetailView &view, const LookPointer &look,
+                                 Framebuffer &target);
+    // Refines a fine picture on the background thread: each sample updates `target`. `stop`: see Painter::add_sample.
     void begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look);
-    PictureStatistics add_sample(const Detail &detail, const DetailView &view, Framebuffer &target);
+    PictureStatistics add_sample(const Detail &detail, const DetailView &view, Framebuffer &target,
+                                 const std::atomic<bool> *stop = nullptr);
 
   private:
     ShownModel(std::string path, const ViewOptions &options) : path_(std::move(path)), options_(options) {}

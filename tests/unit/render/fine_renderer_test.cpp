@@ -249,6 +249,23 @@ TEST(FineRenderer, ComesSampleBySample) {
     }
 }
 
+TEST(FineRenderer, LeavesASampleThatIsStopped) {
+    const FileOfModel ball(smooth_ball(6, {}));
+    const Camera camera = camera_at_ball(6, 2, 60);
+    const test::WholeLevel level(ball.bytes, 6);
+    FineRenderer renderer(ball.model.parameters, 4096, 1);
+    Framebuffer target(80, 60);
+    std::atomic<bool> stop = true;
+    renderer.begin(level.runs, camera, {}, target);
+    EXPECT_EQ(renderer.add_sample(&stop).drawn_points, 0U);
+    EXPECT_EQ(renderer.samples(), 0);
+    stop = false;
+    renderer.begin(level.runs, camera, {}, target);
+    EXPECT_GT(renderer.add_sample(&stop).drawn_points, 0U);
+    renderer.resolve(target);
+    EXPECT_EQ(target.colour, ball.draw(camera, 80, 60, {}, 1).colour);
+}
+
 TEST(FineRenderer, ShadesAsTheFastRendererOnAverage) {
     const Model model = smooth_ball(7, every_attribute(ColourFormat::rgb888, 7));
     const test::DrawnModel drawn(model);

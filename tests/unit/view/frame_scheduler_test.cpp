@@ -85,6 +85,19 @@ TEST(FrameScheduler, ReturnsToTheExactErrorWhenTheViewRests) {
     EXPECT_FALSE(step->at_once);
 }
 
+TEST(FrameScheduler, RefinesOnlyAViewThatRestsAtFullDetail) {
+    FrameScheduler scheduler(kExact, 0);
+    EXPECT_FALSE(scheduler.refinement_due());
+    scheduler.drawn(picture(kExact, false), 1);
+    EXPECT_FALSE(scheduler.refinement_due());
+    scheduler.drawn(picture(kExact), 2);
+    EXPECT_LE(*scheduler.refinement_due(), 2); // the first picture of a model does not wait
+    scheduler.view_changed(10);
+    EXPECT_FALSE(scheduler.refinement_due());
+    scheduler.drawn(picture(kExact), 10.01); // exact, but the view may still move
+    EXPECT_NEAR(*scheduler.refinement_due(), 10 + FrameScheduler::kRest, 1e-9);
+}
+
 TEST(FrameScheduler, DrawsAtOnceWhatTakesNoLongerThanTheBudget) {
     FrameScheduler scheduler(kExact, 60);
     scheduler.drawn({.max_error = kExact, .points = points_at(kExact), .complete = true, .seconds = 0.03}, 0);

@@ -48,11 +48,29 @@ TEST(LookAsOptions, NamesOptionsThatAreNotTheDefault) {
     look.depth_cue = DepthCue::ambient_occlusion;
     EXPECT_EQ(look_as_options(look),
               " --no-shadows --no-ground --depth-cue=ambient-occlusion --quality=fine --samples=3");
+    LookOptions fewer;
+    fewer.samples = 3;
+    EXPECT_EQ(look_as_options(fewer), " --samples=3");
+    fewer.quality = Quality::fast;
+    EXPECT_EQ(look_as_options(fewer), " --quality=fast");
     for (int value = 0; value < 256; ++value) {
         const auto byte = static_cast<std::uint8_t>(value);
         render.background = {byte, 7, static_cast<std::uint8_t>(255 - byte), 255};
         EXPECT_EQ(*parse_colour(option(look_as_options(look), "background-color")), render.background);
     }
+}
+
+TEST(LookOf, IsFineForStillPicturesUnlessTheLookSaysOtherwise) {
+    const auto quality = [](Motion motion, Quality asked) {
+        LookOptions look;
+        look.quality = asked;
+        return look_of(motion, look).quality;
+    };
+    EXPECT_EQ(quality(Motion::still, LookOptions{}.quality), Quality::fine);
+    EXPECT_EQ(quality(Motion::moving, LookOptions{}.quality), Quality::fast);
+    for (const Quality asked : {Quality::fast, Quality::fine})
+        for (const Motion motion : {Motion::still, Motion::moving})
+            EXPECT_EQ(quality(motion, asked), asked);
 }
 
 TEST(ParseFrameRate, IsOneTo240OrNone) {
@@ -96,10 +114,12 @@ TEST(CheckPictureMemory, RefusesPicturesThatTakeMoreThanGranted) {
     ViewOptions options;
     EXPECT_TRUE(check_picture_memory(options));
     options.load.max_memory = 1280 * 720 * 16;
-    EXPECT_TRUE(check_picture_memory(options));
-    options.look.quality = Quality::fine; // accumulates samples
-    EXPECT_FALSE(check_picture_memory(options));
+    for (const Quality quality : {Quality::automatic, Quality::fine}) { // they accumulate samples
+        options.look.quality = quality;
+        EXPECT_FALSE(check_picture_memory(options));
+    }
     options.look.quality = Quality::fast;
+    EXPECT_TRUE(check_picture_memory(options));
     options.load.max_memory = 1280 * 720 * 16 - 1;
     const Status refused = check_picture_memory(options);
     ASSERT_FALSE(refused);

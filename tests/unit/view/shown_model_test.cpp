@@ -130,13 +130,33 @@ TEST_F(ShownModelTest, DepthCuesNeedNoDepthsOfTheTarget) {
             look.options.quality = quality;
             look.options.samples = 2;
             Framebuffer with(kSize.x, kSize.y, true), without(kSize.x, kSize.y, false);
-            model->draw_and_wait(detail, view(*model), std::make_shared<Look>(look), with);
-            model->draw_and_wait(detail, view(*model), std::make_shared<Look>(look), without);
+            model->draw_still(detail, view(*model), std::make_shared<Look>(look), with);
+            model->draw_still(detail, view(*model), std::make_shared<Look>(look), without);
             EXPECT_TRUE(std::equal(without.colour.begin(),
                                    without.colour.begin() + static_cast<std::ptrdiff_t>(without.pixels()),
                                    with.colour.begin()));
             EXPECT_NE(with.colour, plain.colour);
         }
+}
+
+TEST_F(ShownModelTest, IsFineAtRestAndFastInMotionUnlessTheLookSaysOtherwise) {
+    write(file());
+    const ShownModelPointer model = open();
+    const Detail detail = model->streamed().load(view(*model)).value();
+    const Framebuffer fast = exact_picture(*model);
+    for (const Quality quality : {Quality::automatic, Quality::fast, Quality::fine}) {
+        Look look = *model->first_look();
+        look.options.quality = quality;
+        look.options.samples = 2;
+        const auto pointer = std::make_shared<const Look>(look);
+        Framebuffer picture(kSize.x, kSize.y);
+        model->draw_still(detail, view(*model), pointer, picture);
+        EXPECT_EQ(picture.colour == fast.colour, quality == Quality::fast);
+        model->draw_frame(detail, view(*model), pointer, picture);
+        EXPECT_EQ(picture.colour == fast.colour, quality != Quality::fine);
+        model->draw_in_background(detail, view(*model), pointer, picture);
+        EXPECT_EQ(picture.colour, fast.colour);
+    }
 }
 
 // The final picture of a window equals that of a program without a window.
@@ -151,7 +171,7 @@ TEST_F(ShownModelTest, SampleBySampleIsTheWholeFinePicture) {
         look.options.depth_cue = cue;
         const auto pointer = std::make_shared<const Look>(look);
         Framebuffer whole(kSize.x, kSize.y, false), shown(kSize.x, kSize.y, false);
-        model->draw_and_wait(detail, view(*model), pointer, whole);
+        model->draw_still(detail, view(*model), pointer, whole);
         model->begin_fine(detail, view(*model), pointer);
         for (int i = 0; i < 3; ++i) {
             model->add_sample(detail, view(*model), shown);
@@ -226,6 +246,7 @@ TEST_F(ShownModelTest, IsOpenedAndDestroyedInTheBackground) {
 
 TEST_F(ShownModelTest, SavesTheExactPictureHoweverLittleIsLoaded) {
     write(file());
+    options_.look.quality = Quality::fast; // as exact_picture
     ThreadPool background(2);
     const ShownModelPointer model = open();
     PictureSaver saver(background);

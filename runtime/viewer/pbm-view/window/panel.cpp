@@ -142,9 +142,9 @@ bool build_switches(const ModelParameters &file, bool has_panorama, RenderOption
 
 bool build_quality(LookOptions &options) {
     bool changed = false;
-    bool fine = options.quality == Quality::fine;
+    bool fine = draws_fine(options.quality, Motion::still);
     if (ImGui::Checkbox("Fine at rest", &fine)) {
-        options.quality = fine ? Quality::fine : Quality::fast;
+        options.quality = fine ? Quality::automatic : Quality::fast;
         changed = true;
     }
     ImGui::BeginDisabled(!fine);
