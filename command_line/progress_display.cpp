@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 
 #include <unistd.h>
 
@@ -16,12 +17,26 @@ constexpr std::chrono::seconds kLong{5};
 
 } // namespace
 
-ProgressDisplay::ProgressDisplay(Verbosity verbosity) : verbosity_(verbosity), terminal_(isatty(STDERR_FILENO) == 1) {}
+ProgressDisplay::ProgressDisplay(Verbosity verbosity, bool for_programs)
+    : verbosity_(verbosity), for_programs_(for_programs), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void ProgressDisplay::show_to_programs(std::string_view step, double done) {
+    const int percent = static_cast<int>(std::clamp(done, 0.0, 1.0) * 100);
+    if (step == step_ && percent == percent_)
+        return;
+    percent_ = percent;
+    step_ = step;
+    std::printf("%d %.*s\n", percent, static_cast<int>(step.size()), step.data());
+    if (std::fflush(stdout) != 0)
+        std::_Exit(2);
+}
 
 void ProgressDisplay::show(std::string_view step, double done) {
-    if (verbosity_ == Verbosity::quiet)
+    if (verbosity_ == Verbosity::quiet && !for_programs_)
         return;
     const std::lock_guard lock(mutex_);
+    if (for_programs_)
+        return show_to_programs(step, done);
     const auto now = Clock::now();
     const bool first = step != step_;
     if (first && verbosity_ == Verbosity::verbose)

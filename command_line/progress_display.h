@@ -1,4 +1,4 @@
-// Shows the progress of a long job on stderr: a bar on a terminal, lines otherwise.
+// Shows the progress of a long job: on stderr a bar on a terminal, lines otherwise; or on stdout for a program.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,9 @@ class ProgressDisplay {
   public:
     // Shows nothing if `verbosity` is quiet, a bar if stderr is a terminal, else one line per step: with `verbose` from
     // the start, otherwise only for steps that start after five seconds.
-    explicit ProgressDisplay(Verbosity verbosity);
+    // With `for_programs`, whatever `verbosity`: the lines of --progress on stdout instead. If nobody reads them any
+    // more, the process ends with exit code 2: the program that asked for the job has ended.
+    explicit ProgressDisplay(Verbosity verbosity, bool for_programs = false);
     ~ProgressDisplay() { clear(); }
     ProgressDisplay(const ProgressDisplay &) = delete;
     ProgressDisplay &operator=(const ProgressDisplay &) = delete;
@@ -25,9 +27,12 @@ class ProgressDisplay {
   private:
     using Clock = std::chrono::steady_clock;
 
+    void show_to_programs(std::string_view step, double done);
+
     std::mutex mutex_;
     Verbosity verbosity_;
-    bool terminal_;
+    bool for_programs_, terminal_;
+    int percent_ = -1; // shown last
     bool bar_shown_ = false;
     std::string step_; // shown last
     Clock::time_point begin_ = Clock::now();

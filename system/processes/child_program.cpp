@@ -16,14 +16,17 @@
 namespace pbm {
 namespace {
 
+constexpr int kNothing = -1; // /dev/null
+constexpr std::size_t kMaxLine = 64 << 10, kMaxMessage = 4 << 10;
+
 // What a program starts with: its standard streams, and default signal handlers.
 class Start {
   public:
-    Start(int input, int messages) {
+    Start(int input, int output, int messages) {
         ::posix_spawn_file_actions_init(&actions_);
-        ::posix_spawn_file_actions_adddup2(&actions_, input, STDIN_FILENO);
-        ::posix_spawn_file_actions_addopen(&actions_, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-        ::posix_spawn_file_actions_adddup2(&actions_, messages, STDERR_FILENO);
+        set_stream(STDIN_FILENO, input, O_RDONLY);
+        set_stream(STDOUT_FILENO, output, O_WRONLY);
+        set_stream(STDERR_FILENO, messages, O_WRONLY);
         ::posix_spawnattr_init(&attributes_);
         sigset_t ignored;
         ::sigemptyset(&ignored);
@@ -50,6 +53,13 @@ class Start {
     }
 
   private:
+    void set_stream(int stream, int file, int mode) {
+        if (file == kNothing)
+            ::posix_spawn_file_actions_addopen(&actions_, stream, "/dev/null", mode, 0);
+        else
+            ::posix_spawn_file_actions_adddup2(&actions_, file, stream);
+    }
+
     posix_spawn_file_actions_t actions_{};
     posix_spawnattr_t attributes_{};
 };
@@ -65,7 +75,73 @@ std::string first_line(const Descriptor &file) {
     return line;
 }
 
+// The last line of the output that is not empty.
+std::string last_line(const Descriptor &file) {
+    const off_t size = ::lseek(file.number(), 0, SEEK_END);
+    std::array<char, kMaxMessage> text{};
+    const off_t from = std::max<off_t>(0, size - static_cast<off_t>(text.size()));
+    const ssize_t count = ::pread(file.number(), text.data(), text.size(), from);
+    std::string line(text.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    line.erase(line.find_last_not_of("\r\n") + 1);
+    return line.substr(line.find_last_of("\r\n") + 1);
+}
+
+Error cannot_start(const std::string &name, int number) {
+    return {ErrorCode::memory, 0,
+            number == ENOENT ? name + " is not installed"
+                             : "cannot start " + name + ": " + std::generic_category().message(number)};
+}
+
+// Calls `line` for each line until the end of the stream.
+void read_lines(int file, const std::function<void(std::string_view)> &line) {
+    std::array<char, 4096> buffer{};
+    std::string text;
+    for (;;) {
+        const ssize_t count = ::read(file, buffer.data(), buffer.size());
+        if (count < 0 && errno == EINTR)
+            continue;
+        if (count <= 0)
+            break;
+        for (const char c : std::string_view(buffer.data(), static_cast<std::size_t>(count))) {
+            if (c == '\n')
+                line(std::exchange(text, {}));
+            else if (text.size() < kMaxLine)
+                text += c;
+        }
+    }
+    if (!text.empty())
+        line(text);
+}
+
 } // namespace
+
+Result<ProgramEnd> run_program(const std::vector<std::string> &arguments,
+                               const std::function<void(std::string_view)> &line, const std::stop_token &stop) {
+    std::array<int, 2> ends{};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+        return io_error("cannot make a pipe", errno);
+    const Descriptor output(ends[0]);
+    Descriptor write_end(ends[1]);
+    const Descriptor messages(::memfd_create("messages", MFD_CLOEXEC));
+    if (!messages.ok())
+        return io_error("cannot start " + arguments.front(), errno);
+    pid_t id = -1;
+    if (const int error = Start(kNothing, write_end.number(), messages.number()).run(arguments, id); error != 0)
+        return cannot_start(arguments.front(), error);
+    static_cast<void>(write_end.close());
+    siginfo_t ended{};
+    {
+        const std::stop_callback kill_it(stop, [id] { ::kill(id, SIGKILL); });
+        read_lines(output.number(), line);
+        // Leave the process unreaped, so that a stop request cannot kill another one that got its number.
+        while (::waitid(P_PID, static_cast<id_t>(id), &ended, WEXITED | WNOWAIT) < 0 && errno == EINTR) {
+        }
+    }
+    int status = 0;
+    while (::waitpid(id, &status, 0) < 0 && errno == EINTR) {
+    }
+    return ProgramEnd{WIFEXITED(status) ? WEXITSTATUS(status) : -1, last_line(messages)};
+}
 
 Result<ChildProgram> ChildProgram::start(const std::vector<std::string> &arguments) {
     ChildProgram program;
@@ -79,12 +155,10 @@ Result<ChildProgram> ChildProgram::start(const std::vector<std::string> &argumen
     program.messages_ = Descriptor(::memfd_create("messages", MFD_CLOEXEC));
     if (!program.messages_.ok())
         return io_error("cannot start " + program.name_, errno);
-    const Start start(read_end.number(), program.messages_.number());
+    const Start start(read_end.number(), kNothing, program.messages_.number());
     if (const int error = start.run(arguments, program.id_); error != 0) {
         program.id_ = -1;
-        return Error{ErrorCode::memory, 0,
-                     error == ENOENT ? program.name_ + " is not installed"
-                                     : "cannot start " + program.name_ + ": " + std::generic_category().message(error)};
+        return cannot_start(program.name_, error);
     }
     return program;
 }

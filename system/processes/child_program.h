@@ -1,11 +1,14 @@
-// Runs another program and feeds its standard input.
+// Runs another program: feeds its standard input, or reads its standard output.
 #pragma once
 
 #include "system/bytes.h"
 #include "system/error.h"
 #include "system/files/descriptor.h"
 
+#include <functional>
+#include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace pbm {
@@ -39,5 +42,19 @@ class ChildProgram {
     Descriptor input_, messages_;
     int id_ = -1;
 };
+
+struct ProgramEnd {
+    int exit_code;       // -1: a signal ended the program
+    std::string message; // the last line of its standard error, at most 4 KB; may be empty
+};
+
+// Runs `arguments[0]`, searched in PATH, to its end; it has no input. Calls `line` for each line of its standard
+// output, without the line feed; bytes after 64 KB of a line are dropped. A stop request kills the program at once,
+// from the thread that makes the request.
+//
+// errors  memory (exit code 4)  the program is not installed, or no process can be started
+//         io                    no pipes
+Result<ProgramEnd> run_program(const std::vector<std::string> &arguments,
+                               const std::function<void(std::string_view)> &line, const std::stop_token &stop = {});
 
 } // namespace pbm

@@ -83,6 +83,7 @@ def main():
         **os.environ,
         "PATH": f"{programs.resolve()}:{os.environ['PATH']}",
         "LC_ALL": "C",
+        "PBM_CACHE": str(work.resolve() / "cache"),
         "ROOT": str(pathlib.Path(__file__).resolve().parents[2]),
     }
     failures, passed, skipped, skip_title = [], 0, 0, None

@@ -40,7 +40,7 @@ ROOMS = {
     "format_spec/pbm_format": ["law", "model", "container", "streams", "chunks", "rasters", "reading", "checking", "writing"],
     "runtime/pbm_render": [
         "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference"],
-    "runtime/viewer": ["pictures", "options", "scene", "pbm-render pbm-view", "pbm-view/window"],
+    "runtime/viewer": ["pictures", "options", "opening", "scene", "pbm-render pbm-view", "pbm-view/window"],
     "tools/pbm-build/pbm_scan": ["surface", "text", "mesh ply", "."],
     "tools/pbm-build/pbm_build": [
         "report", "surface", "grid", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
@@ -69,13 +69,13 @@ HOMES = {
     r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",
     r"GLFW/.*": r"runtime/viewer/pbm-view/window/window\.cpp",
     r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/window/presenter\.cpp",
-    r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/window/(overlay|panel)\.cpp",
+    r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/window/(overlay|panel|start_page)\.cpp",
     r"isa-l/.*": r"runtime/viewer/pictures/image_writer\.cpp",
     r"jpeglib\.h": r"tools/pbm-build/pbm_build/panorama/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
     r"png\.h|stb/.*": r"tools/pbm-build/pbm_build/panorama/image_decoder\.cpp",
     r"malloc\.h": r"system/processes/this_process\.cpp",
     r"pthread\.h": r"system/threads/(per_thread\.h|large_stack\.cpp)",
-    r"thread|stop_token": r"system/threads/(thread_pool\.h|parallel\.cpp|large_stack\.cpp)",
+    r"thread": r"system/threads/(thread_pool\.h|parallel\.cpp|large_stack\.cpp)",
     r"(fcntl|unistd|spawn|poll|signal)\.h|sys/.*": r"system/(files|processes)/\w+\.cpp|command_line/progress_display\.cpp",
 }
 C_HEADERS = re.compile(r"[a-z_0-9]+")  # C++ standard headers have no dot

@@ -66,8 +66,9 @@ std::optional<int> refuse(const Arguments &arguments, std::span<const std::strin
             if (is_stream(file))
                 return command_line::fail_usage(
                     kProgram, file + ": --if-changed and --source-hash read the input twice: a stream cannot be");
-    if (const auto refused =
-            command_line::refuse_outputs(kProgram, files, {{arguments.output, arguments.depfile_name, arguments.json}}))
+    const std::string progress = arguments.progress ? "-" : "";
+    if (const auto refused = command_line::refuse_outputs(
+            kProgram, files, {{arguments.output, arguments.depfile_name, arguments.json, progress}}))
         return refused;
     if (!arguments.depfile)
         return std::nullopt;
@@ -115,7 +116,7 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
         return 0;
     }
 
-    command_line::ProgressDisplay display(arguments.verbosity);
+    command_line::ProgressDisplay display(arguments.verbosity, arguments.progress);
     const Progress progress = [&](std::string_view step, double done) { display.show(step, done); };
     auto panorama = read_panorama_first(arguments, statistics, progress);
     if (!panorama) {

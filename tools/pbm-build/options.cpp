@@ -77,9 +77,9 @@ std::optional<int> check_inputs(std::string_view program, const Arguments &argum
 
 // False for options of destination, speed and output, which do not affect the result.
 bool changes_result(const command_line::GivenValue &option) {
-    constexpr std::array<std::string_view, 13> kHarmless{
+    constexpr std::array<std::string_view, 14> kHarmless{
         {"--output", "--threads", "--json", "--quiet", "--verbose", "--log", "--write-dependencies",
-         "--dependency-file", "--recipe", "--if-changed", "--source-hash", "--help", "--version"}};
+         "--dependency-file", "--recipe", "--if-changed", "--source-hash", "--progress", "--help", "--version"}};
     return std::find(kHarmless.begin(), kHarmless.end(), option.name) == kHarmless.end();
 }
 
@@ -196,6 +196,9 @@ void add_build_system_options(CommandLine &line, Arguments &arguments) {
     line.add("--write-dependencies", "Write what was read, for Make and Ninja, to the output's name with .d",
              &arguments.depfile);
     line.add("--dependency-file", "The same, to FILE", &arguments.depfile_name, {.type = "FILE"});
+    line.add("--progress",
+             "Print progress to stdout for a program that shows it: lines of a step's percentage and name",
+             &arguments.progress);
 }
 
 void add_general_options(CommandLine &line, Arguments &arguments) {

@@ -16,6 +16,7 @@ struct Arguments {
     std::string grid_like; // .pbvg whose grid is taken, empty for none
     std::string json;      // file, "-" for stdout, empty for none
     bool if_changed = false, source_hash = false;
+    bool progress = false; // lines of progress on stdout
     bool depfile = false;
     std::string depfile_name;         // empty: the output's with .d
     std::string recipe;               // file, empty for none

@@ -4,6 +4,7 @@
 #include "system/threads/parallel.h"
 
 #include "model_drawer.h"
+#include "viewer/opening/prepared_model.h"
 #include "viewer/options/video_options.h"
 #include "viewer/options/view_options.h"
 #include "viewer/pictures/image_writer.h"
@@ -33,6 +34,7 @@ struct Arguments {
     std::string input, output, depth_output;
     std::string json; // file, "-" for stdout, empty for none
     ViewOptions view;
+    CacheOptions cache;
     VideoChoice choice;
     int bench = 0; // frames
 
@@ -82,8 +84,9 @@ int fail(const std::string &file, const Error &error) {
 // Fills `arguments`, or returns the exit code if the program is done.
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{std::string(kProgram),
-                                   "Draws a binary voxel grid (.pbvg) into a picture or a video."};
-    line.add("FILE", "Model to draw", &arguments.input, {.required = true});
+                                   "Draws a binary voxel grid (.pbvg) into a picture or a video.\n"
+                                   "A scan is drawn as the model that pbm-build makes of it."};
+    line.add("FILE", "Model to draw, or a scan", &arguments.input, {.required = true});
     line.topic = "Output";
     line.add("-o,--output", "Picture to write, .png or .bmp; - for standard output (PNG)", &arguments.output,
              {.type = "FILE"});
@@ -91,6 +94,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
              &arguments.depth_output, {.type = "FILE"});
     add_view_options(line, arguments.view);
     add_renderer_option(line, arguments.view);
+    add_cache_option(line, arguments.cache);
     bool no_background = false;
     line.add("--no-background", "Transparent where nothing is drawn, without panorama", &no_background,
              {.topic = "Look"});
@@ -323,6 +327,15 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, c
     return std::nullopt;
 }
 
+// Builds the model of a scan, with progress on standard error.
+Result<PreparedModel> prepare(const Arguments &arguments) {
+    command_line::ProgressDisplay display(arguments.view.verbosity);
+    return prepare_model(arguments.input,
+                         {.cache = arguments.cache,
+                          .threads = arguments.view.load.threads,
+                          .progress = [&](std::string_view step, double done) { display.show(step, done); }});
+}
+
 int run(const Arguments &arguments, std::span<std::byte> heap) {
     std::vector<std::string> outputs = arguments.outputs();
     outputs.push_back(arguments.json);
@@ -332,6 +345,9 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     if (const Status affordable = check_picture_memory(view); !affordable)
         return command_line::fail(kProgram, arguments.output, affordable.error());
 
+    const auto prepared = prepare(arguments);
+    if (!prepared)
+        return command_line::fail(kProgram, arguments.input, prepared.error());
     RunStatistics statistics;
     const Stopwatch loading;
     const auto pool = std::make_shared<ThreadPool>(resolve_threads(view.load.threads));
@@ -340,7 +356,7 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
         pool->post(
             [=] { populate(heap.first(std::min(heap.size(), kPictureMemory + sizeof(std::uint32_t) * pixels))); });
     }
-    const auto opened = ModelDrawer::open(arguments.input, view, pool);
+    const auto opened = ModelDrawer::open(prepared->file, view, pool);
     if (!opened)
         return fail(arguments.input, opened.error());
     ModelDrawer &drawer = **opened;

@@ -1,0 +1,66 @@
+#include "viewer/opening/file_dialog.h"
+
+#include "system/processes/child_program.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <string_view>
+
+namespace pbm {
+namespace {
+
+constexpr std::string_view kTitle = "Open models or scans";
+constexpr std::string_view kPatterns = "*.pbvg *.bvg *.ply *.obj *.stl *.off *.PLY *.OBJ *.STL *.OFF";
+
+// A command that prints one path a line. zenity's options are those of qarma and yad too.
+std::vector<std::string> command(const std::string &program, const std::string &folder) {
+    const std::string title(kTitle), patterns(kPatterns);
+    if (program == "kdialog")
+        return {program,
+                "--title",
+                title,
+                "--multiple",
+                "--separate-output",
+                "--getopenfilename",
+                folder,
+                patterns + "|Models and scans\n*|All files"};
+    return {program,
+            "--file-selection",
+            "--multiple",
+            "--separator=\n",
+            "--title=" + title,
+            "--filename=" + folder + "/",
+            "--file-filter=Models and scans | " + patterns,
+            "--file-filter=All files | *"};
+}
+
+} // namespace
+
+Result<std::vector<std::string>> ask_for_files(const std::string &folder, const std::stop_token &stop) {
+    std::array<std::string, 4> programs{"zenity", "kdialog", "qarma", "yad"};
+    const char *const desktop = std::getenv("XDG_CURRENT_DESKTOP");
+    if (desktop != nullptr && std::string_view(desktop).find("KDE") != std::string_view::npos)
+        std::swap(programs[0], programs[1]);
+    for (const std::string &program : programs) {
+        std::vector<std::string> files;
+        const auto ended = run_program(
+            command(program, folder),
+            [&](std::string_view line) {
+                if (!line.empty())
+                    files.emplace_back(line);
+            },
+            stop);
+        if (!ended)
+            continue;
+        if (ended->exit_code == 0)
+            return files;
+        if (ended->exit_code == 1 || stop.stop_requested()) // closed, or Cancel
+            return std::vector<std::string>{};
+        return Error{ErrorCode::memory, 0, program + " failed" + (ended->message.empty() ? "" : ": " + ended->message)};
+    }
+    return Error{ErrorCode::memory, 0,
+                 "no open dialog is installed (zenity or kdialog); drop a file onto the window instead"};
+}
+
+} // namespace pbm

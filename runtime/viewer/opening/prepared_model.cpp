@@ -1,0 +1,174 @@
+#include "viewer/opening/prepared_model.h"
+
+#include "command_line/parse.h"
+#include "pbm_format/container/layout.h"
+#include "system/processes/child_program.h"
+#include "viewer/opening/model_cache.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace pbm {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kBuilder = "pbm-build", kNoCache = "none";
+
+bool is_program(const fs::path &file) {
+    std::error_code ignored;
+    constexpr fs::perms kExecutable = fs::perms::owner_exec | fs::perms::group_exec | fs::perms::others_exec;
+    return fs::is_regular_file(file, ignored) &&
+           (fs::status(file, ignored).permissions() & kExecutable) != fs::perms::none;
+}
+
+Result<std::string> find_builder(const std::string &named) {
+    if (!named.empty())
+        return named;
+    std::error_code ignored;
+    std::vector<fs::path> folders{fs::read_symlink("/proc/self/exe", ignored).parent_path()};
+    const char *const path = std::getenv("PATH");
+    std::istringstream names(path == nullptr ? "" : path);
+    for (std::string name; std::getline(names, name, ':');)
+        folders.emplace_back(name.empty() ? "." : name);
+    for (const fs::path &folder : folders)
+        if (is_program(folder / kBuilder))
+            return (folder / kBuilder).string();
+    return Error{ErrorCode::memory, 0,
+                 "a scan is shown as the model that pbm-build makes of it, and pbm-build is not installed"};
+}
+
+std::string lower_extension(const std::string &path) {
+    std::string extension = fs::path(path).extension().string();
+    for (char &c : extension)
+        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return extension;
+}
+
+ErrorCode code_of(int exit_code) {
+    switch (exit_code) {
+    case 1: return ErrorCode::usage;
+    case 2: return ErrorCode::io;
+    case 3: return ErrorCode::bad_input;
+    case 5: return ErrorCode::unsupported_feature;
+    default: return ErrorCode::memory;
+    }
+}
+
+// The error of a build that ended like this; its message lost the names of pbm-build and of the scan.
+Error build_error(const ProgramEnd &end, const std::string &scan) {
+    if (end.exit_code < 0)
+        return {ErrorCode::memory, 0, "a signal ended pbm-build"};
+    std::string message = end.message;
+    for (const std::string &prefix : {std::string(kBuilder) + ": ", command_line::printable(scan) + ": "})
+        if (message.starts_with(prefix))
+            message.erase(0, prefix.size());
+    if (message.empty())
+        message = "pbm-build ended with exit code " + std::to_string(end.exit_code);
+    return {code_of(end.exit_code), 0, message};
+}
+
+Status build(const std::string &builder, const std::string &scan, const std::string &output,
+             const Preparation &preparation) {
+    const std::vector<std::string> command{builder,
+                                           "--quiet",
+                                           "--progress",
+                                           "--if-changed",
+                                           "--threads=" + std::to_string(preparation.threads),
+                                           "--output=" + output,
+                                           "--",
+                                           scan};
+    const auto report = [&](std::string_view line) { // PERCENT STEP
+        int percent = 0;
+        const char *const end = line.data() + line.size();
+        const auto [rest, error] = std::from_chars(line.data(), end, percent);
+        if (preparation.progress && error == std::errc() && rest != end)
+            preparation.progress({rest + 1, end}, percent / 100.0);
+    };
+    const auto ended = run_program(command, report, preparation.stop);
+    if (!ended)
+        return ended.error();
+    return ended->exit_code == 0 ? Status() : build_error(*ended, scan);
+}
+
+Result<PreparedModel> build_outside_cache(const std::string &builder, const std::string &scan,
+                                          const Preparation &preparation) {
+    std::error_code error;
+    std::string folder = (fs::temp_directory_path(error) / "pbm-XXXXXX").string();
+    if (error || ::mkdtemp(folder.data()) == nullptr)
+        return Error{ErrorCode::io, 0, "cannot create a folder for the model of the scan; name one with --cache"};
+    PreparedModel model{folder + "/model.pbvg", std::shared_ptr<const void>(nullptr, [folder](const void *) {
+                            std::error_code ignored;
+                            fs::remove_all(folder, ignored);
+                        })};
+    if (const Status built = build(builder, scan, model.file, preparation); !built)
+        return built.error();
+    return model;
+}
+
+// Empty: none.
+std::string cache_folder(const CacheOptions &options) {
+    const char *const given = std::getenv("PBM_CACHE");
+    const std::string folder = !options.folder.empty() ? options.folder : given != nullptr ? given : "";
+    return folder == kNoCache ? "" : folder.empty() ? xdg_folder("XDG_CACHE_HOME", ".cache", "pbm") : folder;
+}
+
+} // namespace
+
+void add_cache_option(command_line::CommandLine &line, CacheOptions &options) {
+    line.add("--cache",
+             "Folder for the models that pbm-build makes of scans, at most 4 GB; none: build anew each time; default "
+             "$PBM_CACHE, else ~/.cache/pbm",
+             &options.folder, {.type = "DIR", .topic = "General"});
+}
+
+bool is_scan(const std::string &path) {
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored))
+        return false;
+    const std::string extension = lower_extension(path);
+    std::array<char, kMagic.size()> start{};
+    std::ifstream file(path, std::ios::binary);
+    file.read(start.data(), start.size());
+    const bool has_magic = std::equal(start.begin(), start.end(), kMagic.begin(),
+                                      [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; });
+    return file.is_open() && !has_magic && extension != ".pbvg" && extension != ".bvg";
+}
+
+Result<PreparedModel> prepare_model(const std::string &path, const Preparation &preparation) {
+    if (!is_scan(path))
+        return PreparedModel{path};
+    const auto builder = find_builder(preparation.builder);
+    if (!builder)
+        return builder.error();
+    const std::string folder = cache_folder(preparation.cache);
+    if (folder.empty())
+        return build_outside_cache(*builder, path, preparation);
+    const auto cache = ModelCache::open(folder);
+    if (!cache) {
+        if (preparation.cache.folder.empty()) // not asked for
+            return build_outside_cache(*builder, path, preparation);
+        return Error{cache.error().code, 0, "--cache " + folder + ": " + cache.error().message};
+    }
+    auto file = cache->file_for(path, *builder);
+    if (!file)
+        return file.error();
+    // Material files of an OBJ may have changed alone: pbm-build examines them.
+    if (const bool cached = ModelCache::use(*file); !cached || lower_extension(path) == ".obj") {
+        if (const Status built = build(*builder, path, *file, preparation); !built)
+            return built.error();
+        ModelCache::use(*file);
+        cache->evict_others(*file);
+    }
+    return PreparedModel{std::move(*file)};
+}
+
+} // namespace pbm

@@ -1,0 +1,332 @@
+#include "pbm_format/writing/writer.h"
+#include "system/processes/child_program.h"
+#include "unit/support/test_models.h"
+#include "viewer/opening/explanation.h"
+#include "viewer/opening/file_dialog.h"
+#include "viewer/opening/file_list.h"
+#include "viewer/opening/model_cache.h"
+#include "viewer/opening/prepared_model.h"
+#include "viewer/opening/recent_files.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <stop_token>
+
+namespace pbm {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Works in a folder of its own.
+class Opening : public ::testing::Test {
+  public:
+    Opening() { fs::create_directories(folder_); }
+    ~Opening() override { fs::remove_all(folder_); }
+    Opening(const Opening &) = delete;
+    Opening &operator=(const Opening &) = delete;
+
+  protected:
+    std::string file(const std::string &name) const { return (folder_ / name).string(); }
+    std::string write(const std::string &name, const std::string &text = "x") const {
+        fs::create_directories((folder_ / name).parent_path());
+        std::ofstream(folder_ / name) << text;
+        return file(name);
+    }
+    std::string write_model(const std::string &name) const {
+        const Bytes model = encode_model(test::sphere_model(5, {}), {.chunk_points = 512, .threads = 1}).value();
+        return write(name, std::string(model.begin(), model.end()));
+    }
+    std::string program(const std::string &name, const std::string &script) const {
+        std::string path = write(name, "#!/bin/sh\n" + script);
+        fs::permissions(path, fs::perms::owner_all);
+        return path;
+    }
+    std::vector<std::string> names(const std::vector<std::string> &files) const {
+        std::vector<std::string> result;
+        result.reserve(files.size());
+        for (const std::string &each : files)
+            result.push_back(fs::path(each).lexically_relative(folder_).string());
+        return result;
+    }
+
+  private:
+    const fs::path folder_ =
+        fs::temp_directory_path() /
+        ("pbm_opening_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+};
+
+using Names = std::vector<std::string>;
+
+TEST_F(Opening, ACacheNamesAFileForEachStateOfAScanAndOfTheProgram) {
+    const std::string scan = write("a.ply"), builder = write("pbm-build");
+    const auto cache = ModelCache::open(file("new/cache"));
+    ASSERT_TRUE(cache);
+    const std::string first = *cache->file_for(scan, builder);
+    EXPECT_EQ(*cache->file_for(scan, builder), first);
+    EXPECT_EQ(fs::path(first).parent_path(), file("new/cache"));
+    EXPECT_NE(*cache->file_for(write("b.ply"), builder), first);
+    fs::last_write_time(scan, fs::last_write_time(scan) + std::chrono::seconds(1));
+    const std::string later = *cache->file_for(scan, builder);
+    EXPECT_NE(later, first);
+    write("a.ply", "longer");
+    EXPECT_NE(*cache->file_for(scan, builder), later);
+    const std::string other_program = *cache->file_for(scan, write("other/pbm-build"));
+    EXPECT_NE(other_program, *cache->file_for(scan, builder));
+    fs::create_symlink(scan, file("link.ply"));
+    EXPECT_EQ(*cache->file_for(file("link.ply"), builder), *cache->file_for(scan, builder));
+    const auto none = cache->file_for(file("none.ply"), builder);
+    ASSERT_FALSE(none);
+    EXPECT_EQ(none.error().code, ErrorCode::io);
+    EXPECT_FALSE(ModelCache::open(scan + "/cache"));
+}
+
+TEST_F(Opening, ACacheEvictsTheLeastRecentlyUsedAndNothingElse) {
+    const auto now = fs::file_time_type::clock::now();
+    const auto write_used = [&](const std::string &name, int hours_ago) {
+        write("cache/" + name, std::string(1000, 'x'));
+        fs::last_write_time(file("cache/" + name), now - std::chrono::hours(hours_ago));
+        return file("cache/" + name);
+    };
+    const std::string oldest = write_used("scan-0000000000000001.pbvg", 9);
+    const std::string used_again = file("cache/scan-0000000000000002.pbvg");
+    write_model("cache/scan-0000000000000002.pbvg");
+    const std::string newest = write_used("scan-0000000000000003.pbvg", 7);
+    const std::string part = write_used("scan-0000000000000004.pbvg.pbm-1", 0);
+    const std::string old_part = write_used("scan-0000000000000005.pbvg.pbm-1", 2);
+    const std::string others[] = {write_used("scan.pbvg", 99), write_used("scan-000000000000000g.pbvg", 99),
+                                  write_used("notes.txt", 99)};
+    EXPECT_TRUE(ModelCache::use(used_again));
+    EXPECT_FALSE(ModelCache::use(file("cache/none.pbvg")));
+    EXPECT_FALSE(ModelCache::use(newest)); // no model
+    const auto cache = ModelCache::open(file("cache"), fs::file_size(used_again) + 2500);
+    cache->evict_others(newest);
+    EXPECT_FALSE(fs::exists(oldest));
+    EXPECT_TRUE(fs::exists(used_again));
+    EXPECT_TRUE(fs::exists(part));
+    EXPECT_FALSE(fs::exists(old_part));
+    ModelCache::open(file("cache"), 1)->evict_others(newest);
+    EXPECT_FALSE(fs::exists(used_again));
+    EXPECT_TRUE(fs::exists(newest)); // whatever its size
+    for (const std::string &other : others)
+        EXPECT_TRUE(fs::exists(other)) << other;
+}
+
+TEST_F(Opening, AScanIsWhatIsNeitherAModelNorNamedLikeOne) {
+    EXPECT_TRUE(is_scan(write("a.ply")));
+    EXPECT_TRUE(is_scan(write("notes.txt")));
+    EXPECT_TRUE(is_scan(write("empty", "")));
+    EXPECT_FALSE(is_scan(write("damaged.PBVG")));
+    EXPECT_FALSE(is_scan(write("old.bvg")));
+    EXPECT_FALSE(is_scan(write("model", "\x89"
+                                        "BVG\r\n\x1a\n and more")));
+    EXPECT_FALSE(is_scan(file("none.ply")));
+    EXPECT_FALSE(is_scan(file("")));
+}
+
+TEST_F(Opening, AFolderIsListedAsPeopleSortIt) {
+    for (const char *const name : {"scan-10.ply", "scan-2.PLY", "Scan-1.obj", "b.pbvg", "b.ply", "notes.txt", "c.stl",
+                                   "sub/d.pbvg", "scan-02.off"})
+        write(name);
+    EXPECT_EQ(names(models_of_folder(file(""))),
+              (Names{"b.pbvg", "c.stl", "Scan-1.obj", "scan-02.off", "scan-2.PLY", "scan-10.ply"}));
+    EXPECT_TRUE(models_of_folder(file("none")).empty());
+}
+
+TEST_F(Opening, AListGoesRound) {
+    for (const char *const name : {"a.pbvg", "b.pbvg", "c.pbvg", "c.ply", "empty/x.txt"})
+        write(name);
+    auto named = FileList::of({file("c.pbvg"), file("a.pbvg")});
+    ASSERT_TRUE(named);
+    EXPECT_EQ(named->position(), " (1 of 2)");
+    EXPECT_TRUE(named->step(1));
+    EXPECT_EQ(named->current(), file("a.pbvg"));
+    EXPECT_TRUE(named->step(1));
+    EXPECT_EQ(named->current(), file("c.pbvg"));
+    // One file starts among its neighbours, which are looked for at the first step.
+    auto single = FileList::of({file("a.pbvg")});
+    EXPECT_EQ(single->position(), "");
+    write("aa.pbvg");
+    EXPECT_TRUE(single->step(-1));
+    EXPECT_EQ(single->current(), file("c.pbvg"));
+    EXPECT_EQ(single->position(), " (4 of 4)");
+    auto beside = FileList::of({file("c.ply")});
+    EXPECT_TRUE(beside->step(-1));
+    EXPECT_EQ(beside->current(), file("c.pbvg"));
+    auto folder = FileList::of({file("")});
+    EXPECT_EQ(folder->position(), " (1 of 4)");
+    auto alone = FileList::of({write("alone/a.pbvg")});
+    EXPECT_FALSE(alone->step(1));
+    EXPECT_EQ(alone->current(), file("alone/a.pbvg"));
+    const auto empty = FileList::of({file("a.pbvg"), file("empty")});
+    ASSERT_FALSE(empty);
+    EXPECT_EQ(empty.error().code, ErrorCode::io);
+    FileList nothing;
+    EXPECT_FALSE(nothing.step(1));
+}
+
+TEST_F(Opening, RecentFilesAreKeptNewestFirst) {
+    const RecentFiles recent(file("state/pbm/recent"));
+    EXPECT_TRUE(recent.list().empty());
+    std::vector<std::string> files;
+    for (std::size_t i = 0; i < RecentFiles::kMax + 2; ++i)
+        recent.add(files.emplace_back(write(std::to_string(i) + ".pbvg")));
+    EXPECT_EQ(recent.list().size(), RecentFiles::kMax);
+    EXPECT_EQ(recent.list().front(), files.back());
+    recent.add(files[5]);
+    EXPECT_EQ(recent.list().front(), files[5]);
+    EXPECT_EQ(recent.list().size(), RecentFiles::kMax);
+    fs::remove(files[5]);
+    EXPECT_EQ(recent.list().size(), RecentFiles::kMax - 1);
+    EXPECT_EQ(recent.list().front(), files.back());
+    write("state/pbm/recent", "relative\n\n" + files[1]);
+    EXPECT_EQ(recent.list(), Names{files[1]});
+    RecentFiles("").add(files[1]); // without a home
+    EXPECT_TRUE(RecentFiles("").list().empty());
+}
+
+TEST_F(Opening, AnExplanationKeepsRulesBehindTheDetails) {
+    const Explanation cut = explain({.code = ErrorCode::truncated,
+                                     .offset = 16,
+                                     .message = "2.7 the header says 99 bytes, the file has 10",
+                                     .name = "header.size",
+                                     .rule = "2.7"});
+    EXPECT_NE(cut.what.find("cut off"), std::string::npos);
+    EXPECT_NE(cut.advice.find("pbm-build"), std::string::npos);
+    EXPECT_EQ(cut.details, (Names{"2.7 the header says 99 bytes, the file has 10", "Byte 16 of the file",
+                                  "Rule 2.7 of BVG.md, code header.size"}));
+    for (int code = 0; code <= static_cast<int>(ErrorCode::unsupported_feature); ++code) {
+        const Explanation any =
+            explain({.code = static_cast<ErrorCode>(code), .message = "9.9 too bad", .rule = "9.9"});
+        EXPECT_FALSE(any.what.empty()) << code;
+        EXPECT_EQ(any.what.find("9.9"), std::string::npos) << code;
+        EXPECT_EQ(any.details.back(), "Rule 9.9 of BVG.md") << code;
+    }
+    const Explanation missing = explain({.code = ErrorCode::io, .message = "cannot open: No such file or directory"});
+    EXPECT_EQ(missing.what, "Cannot open: No such file or directory");
+}
+
+TEST_F(Opening, AProgramSpeaksLineByLine) {
+    Names lines;
+    const auto ended = run_program({"sh", "-c", "echo one; echo; printf two; echo no >&2; echo 'last one' >&2; exit 3"},
+                                   [&](std::string_view line) { lines.emplace_back(line); });
+    ASSERT_TRUE(ended);
+    EXPECT_EQ(lines, (Names{"one", "", "two"}));
+    EXPECT_EQ(ended->exit_code, 3);
+    EXPECT_EQ(ended->message, "last one");
+    const auto killed = run_program({"sh", "-c", "kill -9 $$"}, {});
+    EXPECT_EQ(killed->exit_code, -1);
+    EXPECT_EQ(run_program({"pbm-no-such-program"}, {}).error().message, "pbm-no-such-program is not installed");
+    EXPECT_EQ(run_program({"cat"}, {})->exit_code, 0); // has no input
+    const auto silent = run_program({"sh", "-c", "head -c 300000 /dev/zero | tr '\\0' x; echo; echo end"},
+                                    [&](std::string_view line) { lines.emplace_back(line); });
+    EXPECT_EQ(silent->exit_code, 0);
+    EXPECT_EQ(lines[3].size(), 65536);
+    EXPECT_EQ(lines.back(), "end");
+}
+
+TEST_F(Opening, AStopRequestKillsTheProgram) {
+    std::stop_source stop;
+    auto ended = std::async(std::launch::async, [&] {
+        return run_program(
+            {"sh", "-c", "echo ready; exec sleep 1000"}, [&](std::string_view) { stop.request_stop(); },
+            stop.get_token());
+    });
+    EXPECT_EQ(ended.get()->exit_code, -1);
+    EXPECT_EQ(run_program({"sleep", "1000"}, {}, stop.get_token())->exit_code, -1); // requested before the start
+}
+
+// Changes an environment variable for the time of a test.
+class Environment {
+  public:
+    Environment(const char *name, const std::string &value) : name_(name) {
+        const char *const old = std::getenv(name);
+        old_ = old == nullptr ? "" : old;
+        ::setenv(name, value.c_str(), 1);
+    }
+    Environment(const Environment &) = delete;
+    Environment &operator=(const Environment &) = delete;
+    ~Environment() { old_.empty() ? ::unsetenv(name_) : ::setenv(name_, old_.c_str(), 1); }
+
+  private:
+    const char *name_;
+    std::string old_;
+};
+
+TEST_F(Opening, AScanIsBuiltOnceAndOnlyTheProgramsWordsAreAnError) {
+    const std::string scan = write("a.ply", "ply");
+    const std::string arguments =
+        "for last; do :; done; for a; do case $a in --output=*) out=${a#--output=};; esac; done\n";
+    const std::string builder =
+        program("bin/pbm-build", arguments + "echo '7 sample points'; echo built >> '" + file("count") + "'; cp '" +
+                                     write_model("model") + "' \"$out\"");
+    const Environment cache("PBM_CACHE", file("cache"));
+    std::string step;
+    double done = 0;
+    const Preparation preparation{.progress =
+                                      [&](std::string_view name, double share) {
+                                          step = name;
+                                          done = share;
+                                      },
+                                  .builder = builder};
+    const auto first = prepare_model(scan, preparation), second = prepare_model(scan, preparation);
+    ASSERT_TRUE(first && second);
+    EXPECT_EQ(step, "sample points");
+    EXPECT_EQ(done, 0.07);
+    EXPECT_EQ(first->file, second->file);
+    EXPECT_EQ(fs::file_size(file("count")), 6);
+    EXPECT_EQ(prepare_model(file("model.pbvg"), preparation)->file, file("model.pbvg"));
+    std::string temporary;
+    {
+        const auto alone = prepare_model(scan, {.cache = {"none"}, .builder = builder});
+        ASSERT_TRUE(alone);
+        temporary = alone->file;
+        EXPECT_TRUE(fs::exists(temporary));
+    }
+    EXPECT_FALSE(fs::exists(temporary));
+    EXPECT_FALSE(fs::exists(fs::path(temporary).parent_path()));
+
+    program("bin/pbm-build", arguments + "echo \"pbm-build: $last: line 3 is bad\" >&2; exit 3");
+    const auto bad = prepare_model(scan, preparation);
+    ASSERT_FALSE(bad);
+    EXPECT_EQ(bad.error().code, ErrorCode::bad_input);
+    EXPECT_EQ(bad.error().message, "line 3 is bad");
+    for (const int code : {1, 2, 3, 4, 5}) {
+        program("bin/pbm-build", std::string(static_cast<std::size_t>(code), '\n') + "exit " + std::to_string(code));
+        const auto failed = prepare_model(scan, preparation);
+        ASSERT_FALSE(failed);
+        EXPECT_EQ(exit_code(failed.error().code), code);
+        EXPECT_EQ(failed.error().message, "pbm-build ended with exit code " + std::to_string(code));
+    }
+    program("bin/pbm-build", "kill -9 $$");
+    EXPECT_EQ(exit_code(prepare_model(scan, preparation).error().code), 4);
+    const auto nowhere = prepare_model(scan, {.cache = {scan + "/cache"}, .builder = builder});
+    ASSERT_FALSE(nowhere);
+    EXPECT_EQ(nowhere.error().code, ErrorCode::io);
+}
+
+TEST_F(Opening, TheDialogIsTheDesktops) {
+    const Environment desktop("XDG_CURRENT_DESKTOP", "GNOME");
+    const Environment path("PATH", file("bin"));
+    const auto none = ask_for_files("/", {});
+    ASSERT_FALSE(none);
+    EXPECT_EQ(exit_code(none.error().code), 4);
+    program("bin/zenity", "echo /a.ply; echo '/b c.pbvg'");
+    program("bin/kdialog", "echo /kde.ply");
+    EXPECT_EQ(*ask_for_files("/", {}), (Names{"/a.ply", "/b c.pbvg"}));
+    {
+        const Environment kde("XDG_CURRENT_DESKTOP", "KDE");
+        EXPECT_EQ(*ask_for_files("/", {}), Names{"/kde.ply"});
+    }
+    program("bin/zenity", "exit 1");
+    EXPECT_TRUE(ask_for_files("/", {})->empty());
+    program("bin/zenity", "echo 'no display' >&2; exit 255");
+    EXPECT_EQ(ask_for_files("/", {}).error().message, "zenity failed: no display");
+}
+
+} // namespace
+} // namespace pbm
