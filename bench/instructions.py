@@ -20,31 +20,39 @@ import sys
 import tempfile
 
 EXPECTED = pathlib.Path(__file__).resolve().parent.parent / "tests" / "instructions" / "expected.csv"
-# What is counted: pbm-render's renderer, and the functions at whose entry and exit counting begins or ends. Offsets are
-# estimated within the first frame that shows a chunk, bands of the PNG are encoded while the rest is drawn; neither is
-# part of a frame.
-COUNTED = {"fast": ("fast", ["FastRenderer::render*", "SurfaceOffsets::estimate*", "PngBands::encode*"]),
-           "offsets": ("fast", ["SurfaceOffsets::estimate*"]),
-           "reference": ("reference", ["ReferenceRenderer::render*"])}
+# What is counted: pbm-render's renderer, and the functions at whose entry and exit counting begins or ends. Bands of the
+# PNG are encoded while the rest is drawn, and offsets that no loading thread has estimated are estimated within the
+# first frame that needs them; neither is part of a frame. What is subtracted: such a function.
+COUNTED = {"fast": ("fast", ["FastRenderer::render*", "PngBands::encode*"], "SurfaceOffsets::estimate"),
+           "offsets": ("fast", ["SurfaceOffsets::estimate*"], None),
+           "reference": ("reference", ["ReferenceRenderer::render*"], None)}
 VIEWS = {"whole": [],  # splats of a pixel or two
          "coarse": ["--level", "6"],  # of a dozen pixels, and what a picture costs without any
          "dense": ["--resolution", "640,360", "--max-error", "0.5"]}  # more points than pixels
 TOLERANCE = 1.02  # other C libraries may cost so much more: a loop of a fifth of a frame that gets 10 % slower fails
 
 
+def instructions_within(function, counts):
+    """Instructions of a function and all that it calls, in a file of callgrind."""
+    listed = subprocess.run(["callgrind_annotate", "--inclusive=yes", "--threshold=100", counts], capture_output=True,
+                            text=True, check=True).stdout
+    return sum(int(line.split()[0].replace(",", "")) for line in listed.splitlines() if f":pbm::{function}(" in line)
+
+
 def count(program, what, model, options):
     """Instructions of what is COUNTED in a picture, and pbm-render's statistics."""
-    renderer, toggles = COUNTED[what]
+    renderer, toggles, subtracted = COUNTED[what]
     with tempfile.TemporaryDirectory() as name:
         command = ["valgrind", "--tool=callgrind", "--collect-atstart=no",
                    *[f"--toggle-collect=pbm::{function}" for function in toggles],
                    f"--callgrind-out-file={name}/out", program, model,
                    "-o", f"{name}/picture.png", "-j", "1", "--json", "--quality", "fast", "--renderer", renderer, *options]
         run = subprocess.run(command, capture_output=True, text=True)
-    if run.returncode != 0:
-        sys.exit(f"{' '.join(map(str, command))}: exit code {run.returncode}\n{run.stderr[-2000:]}")
+        if run.returncode != 0:
+            sys.exit(f"{' '.join(map(str, command))}: exit code {run.returncode}\n{run.stderr[-2000:]}")
+        apart = instructions_within(subtracted, f"{name}/out") if subtracted else 0
     collected = next(line for line in run.stderr.splitlines() if "Collected" in line)
-    return int(collected.split(":")[1]), json.loads(run.stdout[run.stdout.index("{"):])
+    return int(collected.split(":")[1]) - apart, json.loads(run.stdout[run.stdout.index("{"):])
 
 
 def print_frames(program, model, options):

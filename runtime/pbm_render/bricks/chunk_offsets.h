@@ -19,6 +19,10 @@ class ChunkOffsets {
     // the others most are hidden behind nearer points; `read` estimates those that are not. Call this before `read`,
     // with the same chunk. Several threads may call both at once.
     void estimate(const ChunkView &chunk, std::span<const SeenBrick> seen) const;
+    // Whether the offsets of a brick are kept. Not while another thread calls `estimate` for the first time.
+    bool has(std::uint32_t brick) const {
+        return brick < starts_.size() && starts_[brick].load(std::memory_order_relaxed) < kEstimating;
+    }
     // The offsets of a brick's points, as SurfaceOffsets::estimate writes them, padded: they are kept or in `memory`.
     const std::int8_t *read(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &memory) const {
         const std::uint32_t start = starts_[brick].load(std::memory_order_acquire);

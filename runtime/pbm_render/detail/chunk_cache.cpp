@@ -19,7 +19,8 @@ std::optional<ChunkTask> ChunkCache::begin_loading(ChunkPlace place, const Chunk
                    .parent_entry = nullptr,
                    .parent = nullptr,
                    .memory = {},
-                   .bytes = {}};
+                   .bytes = {},
+                   .frame = nullptr};
     if (place.level > 1) {
         task.parent_entry = &entry_of(parent_of(place));
         task.parent = chunk(parent_of(place)); // the task's copy keeps make_room from evicting it

@@ -20,6 +20,22 @@ Box bounds_of(std::span<const BrickRecord> bricks, int level) {
     return box;
 }
 
+namespace {
+
+void estimate_offsets(const ChunkTask &task, const ResidentChunk &chunk) {
+    const PointRun whole{.chunk = &chunk.view,
+                         .entry = task.entry,
+                         .level = task.place.level,
+                         .last = task.entry->shape.points,
+                         .offsets = &chunk.offsets};
+    std::vector<SeenBrick> seen(chunk.view.bricks.size());
+    seen.resize(find_seen_bricks(RunGeometry(whole, *task.frame), *task.frame, seen));
+    if (!seen.empty())
+        chunk.offsets.estimate(chunk.view, seen);
+}
+
+} // namespace
+
 Status ChunkLoader::decode(const ChunkTask &task, ResidentChunk &to) const {
     const auto [level, index] = task.place;
     const ChunkShape &shape = task.entry->shape;
@@ -62,6 +78,8 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     chunk->bounds = bounds_of(chunk->view.bricks, task.place.level);
     for (const BrickRecord &brick : chunk->view.bricks)
         chunk->largest_radius = std::max(chunk->largest_radius, brick.largest_radius);
+    if (task.frame != nullptr)
+        estimate_offsets(task, *chunk);
     return ResidentPointer(std::move(chunk));
 } catch (const std::bad_alloc &) {
     return out_of_memory();

@@ -2,10 +2,14 @@
 #pragma once
 
 #include "pbm_format/reading/reader.h"
+#include "pbm_render/bricks/frame_geometry.h"
 #include "pbm_render/detail/detail_view.h"
 #include "pbm_render/detail/resident_chunk.h"
 
 namespace pbm {
+
+// The picture that chunks are loaded for.
+using FramePointer = std::shared_ptr<const FrameGeometry>;
 
 struct ChunkTask {
     ChunkPlace place;
@@ -14,6 +18,7 @@ struct ChunkTask {
     ResidentPointer parent;                   // null for level 1
     MemoryClaim memory;                       // memory_of(place.level, *entry); the chunk takes it over
     ChunkBytes bytes;                         // bytes_of(place)
+    FramePointer frame;                       // the picture that shows it as a whole, or null
 };
 
 class ChunkLoader {
@@ -21,6 +26,8 @@ class ChunkLoader {
     // `reader` must outlive the loader and must have read the directories of the levels that are loaded. Thread-safe.
     explicit ChunkLoader(const Reader &reader) : reader_(reader), root_(reader.root_chunk()) {}
 
+    // Estimates the surface offsets of the bricks that task.frame shows, so that no frame waits for them.
+    //
     // errors  as Reader::load_chunk; bad_directory: the chunk does not hold whole bricks below its root; memory
     Result<ResidentPointer> load(ChunkTask &task) const;
 

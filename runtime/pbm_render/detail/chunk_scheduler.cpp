@@ -22,11 +22,11 @@ ChunkScheduler::~ChunkScheduler() {
     changed_.notify_all();
 }
 
-Status ChunkScheduler::load_all(std::vector<MissingChunk> missing) {
+Status ChunkScheduler::load_all(std::vector<MissingChunk> missing, FramePointer frame) {
     const auto threads = std::clamp<std::size_t>(missing.size(), 1, static_cast<std::size_t>(thread_count_));
     {
         const std::lock_guard lock(mutex_);
-        enqueue(std::move(missing));
+        enqueue(std::move(missing), std::move(frame));
     }
     if (threads > 1 && pool_ == nullptr)
         pool_ = std::make_shared<ThreadPool>(thread_count_);
@@ -46,10 +46,10 @@ Status ChunkScheduler::load_all(std::vector<MissingChunk> missing) {
     return {};
 }
 
-void ChunkScheduler::request(std::vector<MissingChunk> missing) {
+void ChunkScheduler::request(std::vector<MissingChunk> missing, FramePointer frame) {
     {
         const std::lock_guard lock(mutex_);
-        enqueue(std::move(missing));
+        enqueue(std::move(missing), std::move(frame));
     }
     changed_.notify_all();
     if (!threads_)
@@ -91,8 +91,9 @@ void ChunkScheduler::work(bool until_done) {
     }
 }
 
-void ChunkScheduler::enqueue(std::vector<MissingChunk> missing) {
+void ChunkScheduler::enqueue(std::vector<MissingChunk> missing, FramePointer frame) {
     queue_ = std::move(missing);
+    frame_ = std::move(frame);
     queue_start_ = 0;
     full_ = false;
 }
@@ -122,6 +123,7 @@ std::optional<ChunkTask> ChunkScheduler::take_task() try {
     std::optional<ChunkTask> task = cache_.begin_loading(place, loader_);
     if (task) {
         task->bytes = std::move(*bytes);
+        task->frame = queue_[next].is_shown ? frame_ : nullptr;
         loader_.drop_bytes(place);
         ++loading_;
     } else {

@@ -22,14 +22,15 @@ class ChunkScheduler {
     // Waits for the chunks that are being loaded.
     ~ChunkScheduler();
 
-    // Loads all of these chunks before it returns. After an error it continues with the other chunks.
+    // Loads all of these chunks before it returns. After an error it continues with the other chunks. `frame`: the
+    // picture that they are for, if any of them is shown; null: none.
     //
     // errors  as ChunkLoader::load, the one with the lowest offset; memory: they do not fit
-    Status load_all(std::vector<MissingChunk> missing);
+    Status load_all(std::vector<MissingChunk> missing, FramePointer frame);
 
     // Loads these chunks in the background until all are resident or no more fit. They replace chunks of earlier calls
     // that no thread has started. If the system gives no thread, it loads them before it returns.
-    void request(std::vector<MissingChunk> missing);
+    void request(std::vector<MissingChunk> missing, FramePointer frame);
     // Whether a requested chunk is still to come.
     bool is_loading() const;
 
@@ -42,7 +43,7 @@ class ChunkScheduler {
   private:
     void work(bool until_done);
     // The caller holds the mutex:
-    void enqueue(std::vector<MissingChunk> missing);
+    void enqueue(std::vector<MissingChunk> missing, FramePointer frame);
     std::size_t find_next() const;
     std::optional<ChunkTask> take_task();
     void finish(const ChunkTask &task, Result<ResidentPointer> loaded);
@@ -55,6 +56,7 @@ class ChunkScheduler {
     std::mutex &mutex_; // of all below but the threads
     std::condition_variable changed_;
     std::vector<MissingChunk> queue_;
+    FramePointer frame_;          // that the queued chunks are for
     std::size_t queue_start_ = 0; // the chunks before it are settled
     int loading_ = 0;             // chunks
     bool full_ = false;           // the next queued chunk does not fit

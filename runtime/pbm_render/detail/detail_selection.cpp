@@ -151,7 +151,7 @@ bool Selector::show(ChunkPlace place, Box box, std::uint8_t radius_above) {
     if (chunk != nullptr)
         selection_.present.push_back(place);
     else
-        selection_.missing.push_back({place, error});
+        selection_.missing.push_back({place, error, !too_coarse});
     return chunk != nullptr;
 }
 

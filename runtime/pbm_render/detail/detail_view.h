@@ -26,7 +26,8 @@ struct ChunkPlace {
 
 struct MissingChunk {
     ChunkPlace place;
-    double error = 0; // pixels: upper bound of its voxels' edge on the screen; infinite around the eye
+    double error = 0;      // pixels: upper bound of its voxels' edge on the screen; infinite around the eye
+    bool is_shown = false; // the picture shows its points, and no chunk below it
 };
 
 } // namespace pbm

@@ -1,5 +1,6 @@
 #include "pbm_render/detail/streamed_model.h"
 
+#include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/detail/chunk_scheduler.h"
 
 #include <algorithm>
@@ -29,6 +30,8 @@ struct StreamedModel::Parts {
           scheduler(loader, cache, mutex, options.threads, std::move(options.pool), std::move(options.arrived)) {}
 
     Status read_directory(int level);
+    // What the loading of these chunks needs to know of `view`: null if it shows none of them as a whole.
+    FramePointer frame_of(const DetailView &view, std::span<const MissingChunk> missing) const;
     // The caller holds the mutex:
     DetailSelection select(const DetailView &view) const;
     // Appends the ranges that the source lacks: of a chunk that is not settled, or of all such chunks of a level.
@@ -41,6 +44,7 @@ struct StreamedModel::Parts {
     ChunkCache cache;
     int finest;               // levels below it are not read: a directory is damaged
     std::uint64_t bytes_read; // for opening and directories
+    DetailView last_view;     // of choose
     ChunkScheduler scheduler; // last member: its threads use the others
 };
 
@@ -61,6 +65,13 @@ Status StreamedModel::Parts::read_directory(int level) {
     bytes_read += reader.section(SectionType::level_directory, static_cast<std::uint32_t>(level))->stored_bytes;
     cache.add_level(**read);
     return {};
+}
+
+FramePointer StreamedModel::Parts::frame_of(const DetailView &view, std::span<const MissingChunk> missing) const {
+    if (std::none_of(missing.begin(), missing.end(), [](const MissingChunk &chunk) { return chunk.is_shown; }))
+        return nullptr;
+    const Projection projection(in_unit_grid(view.camera, reader.parameters().grid), view.width, view.height);
+    return std::make_shared<const FrameGeometry>(projection, view.width, view.height);
 }
 
 DetailSelection StreamedModel::Parts::select(const DetailView &view) const {
@@ -95,7 +106,7 @@ Result<Sphere> StreamedModel::bounds() try {
         for (const MissingChunk &chunk : all)
             parts_->cache.use(chunk.place);
     }
-    if (Status status = parts_->scheduler.load_all(all); !status)
+    if (Status status = parts_->scheduler.load_all(all, nullptr); !status)
         return std::move(status).error();
 
     const std::lock_guard lock(parts_->mutex);
@@ -131,6 +142,7 @@ std::vector<FileRange> StreamedModel::bounds_wanted() const {
 }
 
 Detail StreamedModel::choose(const DetailView &view) {
+    parts_->last_view = view;
     std::unique_lock lock(parts_->mutex);
     DetailSelection selection = parts_->select(view);
     const Reader &reader = parts_->reader;
@@ -164,6 +176,7 @@ Detail StreamedModel::choose(const DetailView &view) {
 Result<Detail> StreamedModel::load(const DetailView &view) try {
     // A chunk's bounds are exact once its parent is resident, so the loop loads no chunk in vain. Loading level by
     // level costs little, since a chunk is decoded after its parent anyway.
+    FramePointer frame;
     while (true) {
         Detail detail = choose(view);
         {
@@ -176,7 +189,9 @@ Result<Detail> StreamedModel::load(const DetailView &view) try {
             parts_->loader.will_need(chunk.place);
         const bool complete = detail.missing.empty();
         // The errors include that of a damaged directory.
-        if (Status status = parts_->scheduler.load_all(std::move(detail.missing)); !status)
+        if (frame == nullptr)
+            frame = parts_->frame_of(view, detail.missing);
+        if (Status status = parts_->scheduler.load_all(std::move(detail.missing), frame); !status)
             return std::move(status).error();
         if (complete)
             return detail;
@@ -185,7 +200,11 @@ Result<Detail> StreamedModel::load(const DetailView &view) try {
     return out_of_memory();
 }
 
-void StreamedModel::request(std::vector<MissingChunk> missing) { parts_->scheduler.request(std::move(missing)); }
+void StreamedModel::request(std::vector<MissingChunk> missing) {
+    FramePointer frame = parts_->frame_of(parts_->last_view, missing);
+    parts_->scheduler.request(std::move(missing), std::move(frame));
+}
+
 bool StreamedModel::is_loading() const { return parts_->scheduler.is_loading(); }
 const Reader &StreamedModel::reader() const { return parts_->reader; }
 

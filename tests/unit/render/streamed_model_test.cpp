@@ -1,6 +1,8 @@
 #include "pbm_render/detail/streamed_model.h"
 
 #include "pbm_format/writing/writer.h"
+#include "pbm_render/bricks/chunk_offsets.h"
+#include "pbm_render/camera/unit_grid.h"
 #include "unit/render/test_model.h"
 #include "unit/support/file_editor.h"
 #include "unit/support/test_models.h"
@@ -262,6 +264,51 @@ TEST(StreamedModel, RefinesInTheBackground) {
         StreamedModel at_once(reader_of(file(storage)));
         expect_same_runs(streamed.choose(view), at_once.load(view).value());
         EXPECT_EQ(streamed.statistics().points_decoded, at_once.statistics().points_decoded);
+    }
+}
+
+// Bricks of a picture that face the eye, of chunks that it shows as a whole: how many there are, and how many have
+// their surface offsets.
+struct BricksWithOffsets {
+    std::size_t facing = 0, estimated = 0;
+};
+
+BricksWithOffsets find_offsets(const Detail &detail, const DetailView &view) {
+    const Projection projection(in_unit_grid(view.camera, model().parameters.grid), view.width, view.height);
+    const FrameGeometry frame(projection, view.width, view.height);
+    BricksWithOffsets bricks;
+    for (const PointRun &run : detail.runs) {
+        if (run.first != 0 || run.last != run.entry->shape.points)
+            continue;
+        std::vector<SeenBrick> seen(run.chunk->bricks.size());
+        seen.resize(find_seen_bricks(RunGeometry(run, frame), frame, seen));
+        for (const SeenBrick &brick : seen) {
+            bricks.facing += brick.faces_eye;
+            bricks.estimated += brick.faces_eye && run.offsets->has(brick.brick);
+        }
+    }
+    return bricks;
+}
+
+// No frame waits for the offsets of a chunk that was loaded for it.
+TEST(StreamedModel, EstimatesSurfaceOffsetsWhereItLoads) {
+    const DetailView view = view_from(1.3);
+    for (const Storage storage : {Storage::packed, Storage::mapped}) {
+        StreamedModel at_once(reader_of(file(storage)));
+        const BricksWithOffsets loaded = find_offsets(at_once.load(view).value(), view);
+        EXPECT_GT(loaded.facing, 20U);
+        EXPECT_EQ(loaded.estimated, loaded.facing);
+
+        StreamedModel streamed(reader_of(file(storage)));
+        Detail detail = streamed.choose(view);
+        for (int i = 0; i < 20 && !detail.missing.empty(); ++i) {
+            streamed.request(detail.missing);
+            EXPECT_TRUE(wait_for([&] { return !streamed.is_loading(); }));
+            detail = streamed.choose(view);
+        }
+        const BricksWithOffsets requested = find_offsets(detail, view);
+        EXPECT_EQ(requested.facing, loaded.facing);
+        EXPECT_EQ(requested.estimated, requested.facing);
     }
 }
 
