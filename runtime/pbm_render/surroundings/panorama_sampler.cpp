@@ -178,10 +178,96 @@ struct MipPair {
     float fraction;
 };
 
+#if HWY_TARGET != HWY_SCALAR
+// The colours of a block from texels that fit two vectors, one below the other: they are unpacked once for all pixels.
+// Each number is computed as Corners computes it.
+class CloseTexels {
+  public:
+    // Whether the texels around all pixels of the block are those of two such vectors, within one tile.
+    HWY_INLINE bool hold(const TexelLevel &level, const Block &block, const Rays &rays) {
+        const Floats d;
+        const Ints di;
+        const Vector half = hn::Set(d, 0.5F);
+        const auto columns = static_cast<float>(level.width()), rows = static_cast<float>(level.height());
+        constexpr int kTileMask = static_cast<int>(kTileEdge) - 1;
+        const int last_x = level.width() - 1, last_y = level.height() - 1;
+        const auto lanes = static_cast<std::int32_t>(hn::Lanes(d));
+        const auto some_x = static_cast<std::int32_t>(std::floor(std::min(block.u, block.to_u) * columns - 0.5F));
+        const auto some_y =
+            static_cast<std::int32_t>(std::clamp(block.v * rows - 0.5F, 0.0F, static_cast<float>(last_y)));
+        const std::int32_t first = std::min(some_x, std::min(some_x | kTileMask, last_x) - (lanes - 1));
+        if (first < 0)
+            return false;
+        const IntVector row = hn::Set(di, some_y), none = hn::Set(di, -lanes), one = hn::Set(di, 1);
+        IntVector beyond = hn::Zero(di);
+        for (std::size_t i = 0; i < kVectors; ++i) {
+            const auto [u, v] = block.places(rays, i * hn::Lanes(d));
+            const Vector x = hn::Sub(hn::Mul(u, hn::Set(d, columns)), half);
+            const Vector y = hn::Min(hn::Max(hn::Sub(hn::Mul(v, hn::Set(d, rows)), half), hn::Zero(d)),
+                                     hn::Set(d, static_cast<float>(last_y)));
+            const Vector left = hn::Floor(x), top = hn::Floor(y);
+            across_[i] = hn::Sub(x, left);
+            down_[i] = hn::Sub(y, top);
+            columns_[i] = hn::Sub(hn::ConvertTo(di, left), hn::Set(di, first));
+            const IntVector outside = hn::And(hn::Or(columns_[i], hn::Add(columns_[i], one)), none);
+            beyond = hn::Or(beyond, hn::Or(outside, hn::Xor(hn::ConvertTo(di, top), row)));
+        }
+        if (!hn::AllTrue(di, hn::Eq(beyond, hn::Zero(di))))
+            return false;
+        const auto *const texels = reinterpret_cast<const std::int32_t *>(level.texels) + first;
+        above_ = hn::LoadU(di, texels + (std::int64_t{some_y} << level.width_bits));
+        below_ = hn::LoadU(di, texels + (std::int64_t{std::min(some_y + 1, last_y)} << level.width_bits));
+        return true;
+    }
+
+    template <int kShift> HWY_INLINE void write(float *to) const {
+        const Floats d;
+        const auto next =
+            hn::IndicesFromVec(d, hn::Min(hn::Add(hn::LoadU(Ints(), kLaneNumbers.data()), hn::Set(Ints(), 1)),
+                                          hn::Set(Ints(), static_cast<std::int32_t>(hn::Lanes(d)) - 1)));
+        const Vector upper = unpacked<kShift>(above_), lower = unpacked<kShift>(below_);
+        const Vector upper_step = hn::Sub(hn::TableLookupLanes(upper, next), upper),
+                     lower_step = hn::Sub(hn::TableLookupLanes(lower, next), lower);
+        const Vector scale = hn::Set(d, 1 / (kRootSteps * kRootSteps));
+        for (std::size_t i = 0; i < kVectors; ++i) {
+            const auto at = hn::IndicesFromVec(d, columns_[i]);
+            const auto along = [&](Vector from, Vector step) {
+                return hn::Add(hn::TableLookupLanes(from, at), hn::Mul(across_[i], hn::TableLookupLanes(step, at)));
+            };
+            const Vector top = along(upper, upper_step), bottom = along(lower, lower_step);
+            const Vector colour = hn::Add(top, hn::Mul(down_[i], hn::Sub(bottom, top)));
+            hn::StoreU(hn::Mul(scale, colour), d, to + i * hn::Lanes(d));
+        }
+    }
+
+  private:
+    static constexpr std::size_t kVectors = kRayBlock / hn::MaxLanes(Floats());
+
+    template <int kShift> static HWY_INLINE Vector unpacked(IntVector texels) {
+        const IntVector bits = hn::And(hn::ShiftRight<kShift>(texels), hn::Set(Ints(), 1023));
+        const Vector root = hn::ConvertTo(Floats(), bits);
+        return hn::Mul(root, root);
+    }
+
+    std::array<Vector, kVectors> across_, down_;
+    std::array<IntVector, kVectors> columns_; // of the left texels, in the two vectors
+    IntVector above_, below_;
+};
+#endif
+
 void filter_block(const Block &block, const Rays &rays, const MipPair &mips, const LinearRow &row) {
     const auto &[finer, coarser, fraction] = mips;
     const auto [red, green, blue] = row;
     const Floats d;
+#if HWY_TARGET != HWY_SCALAR
+    // Where the picture is finer than the panorama, a block sees few texels.
+    if (CloseTexels texels; fraction == 0 && texels.hold(finer, block, rays)) {
+        texels.write<0>(red + block.x);
+        texels.write<10>(green + block.x);
+        texels.write<20>(blue + block.x);
+        return;
+    }
+#endif
     for (std::size_t at = 0; at < kRayBlock; at += hn::Lanes(d)) {
         const auto [u, v] = block.places(rays, at);
         Colours colours = Corners(finer, u, v, true).colours();
@@ -204,13 +290,16 @@ void sample_row(const TexelLevels &texels, const RayRow &row, float pixel_texels
     for (int level = 0; level <= last_level; ++level)
         ready.emplace_back(texels, level);
     BlockPlaces places;
+    std::size_t placed = 0; // blocks before this one have places, if they are among the last kBlocks
     const std::size_t blocks = (row.count + kRayBlock - 1) / kRayBlock;
     for (std::size_t i = 0; i < blocks; ++i) {
-        const std::size_t at = i % kBlocks;
-        if (at == 0)
-            find_places(rays, i, places);
         if (wanted[i] == 0)
             continue;
+        const std::size_t at = i % kBlocks;
+        if (i >= placed) {
+            find_places(rays, i - at, places);
+            placed = i - at + kBlocks;
+        }
         Block block{i * kRayBlock, places.u[at], places.v[at], places.u[at + 1], places.v[at + 1], narrow};
         block.to_u -= std::round(block.to_u - block.u); // the short way round
         block.straight &= std::min(places.squared_cosine[at], places.squared_cosine[at + 1]) > kMinSquaredCosine;
