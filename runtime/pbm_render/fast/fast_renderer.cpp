@@ -4,6 +4,7 @@
 #include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/fast/brick_bounds.h"
 #include "pbm_render/fast/brick_splatter.h"
+#include "pbm_render/fast/point_reader.h"
 #include "pbm_render/fast/strip_pixels.h"
 #include "pbm_render/shading/point_shader.h"
 #include "pbm_render/shading/surface_shader.h"
@@ -32,22 +33,6 @@ int strip_rows(const Framebuffer &target, int threads) {
                            : static_cast<int>(std::clamp<std::size_t>(balanced, kMinStripPixels, kMaxStripPixels));
     return std::max(kMinStripRows, pixels / target.width);
 }
-
-// Pointers to the streams of a run's chunk, in one struct since every pixel reads them.
-struct StreamPointers {
-    const std::uint16_t *normals;
-    const std::uint8_t *colours, *materials, *indices; // null: the model lacks the stream
-    std::array<const std::uint8_t *, kMaxLights> shadows;
-    std::array<std::uint8_t, kMaxLights> shadow_bits; // of a lit fraction
-
-    // 0..1
-    float lit(std::size_t point, std::size_t light) const {
-        constexpr std::array<float, 9> kScales{0,         1,         1 / 3.0F,   1 / 7.0F,  1 / 15.0F,
-                                               1 / 31.0F, 1 / 63.0F, 1 / 127.0F, 1 / 255.0F};
-        const unsigned bits = shadow_bits[light];
-        return static_cast<float>(shadow_value(shadows[light], point, bits)) * kScales[bits];
-    }
-};
 
 // Memory of one thread.
 struct Workplace {
@@ -105,7 +90,6 @@ struct FastRenderer::Frame {
 
     std::uint64_t draw(int top, int rows, const FrameView &view, Workplace &workplace) const;
     void resolve(const DepthStrip &strip, const FrameView &view) const;
-    void read_points(const CoveredPixels &pixels, int y, const FrameView &view, PointRow &row) const;
 
     const ModelParameters &parameters;
     const std::shared_ptr<const Surroundings> surroundings;
@@ -113,8 +97,8 @@ struct FastRenderer::Frame {
     DrawnRuns runs;
     const std::shared_ptr<ThreadPool> pool;
 
-    std::vector<StreamPointers> streams; // [runs]
-    std::vector<Workplace> workplaces;   // [thread]
+    PointReader reader;
+    std::vector<Workplace> workplaces; // [thread]
 };
 
 FastRenderer::FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
@@ -140,23 +124,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     const FrameGeometry geometry(projection, target.width, target.height);
     frame.runs.set(runs);
     frame.runs.begin_view(geometry);
-    const std::optional<StreamInfo> indices = palette_stream(frame.parameters.attributes);
-    frame.streams.clear();
-    for (std::size_t i = 0; i < frame.runs.size(); ++i) {
-        const ChunkView &chunk = *frame.runs[i].chunk;
-        StreamPointers &streams =
-            frame.streams.emplace_back(StreamPointers{chunk.normals.data(),
-                                                      chunk.colours.data(),
-                                                      chunk.materials.data(),
-                                                      indices ? chunk.values(*indices).data() : nullptr,
-                                                      {},
-                                                      {}});
-        for (std::size_t l = 0; l < static_cast<std::size_t>(frame.parameters.attributes.lights); ++l) {
-            streams.shadows[l] = chunk.shadows[l].data();
-            streams.shadow_bits[l] = static_cast<std::uint8_t>(
-                frame.parameters.attributes.shadow_bits[l][static_cast<std::size_t>(frame.runs[i].level)]);
-        }
-    }
+    frame.reader.begin(frame.parameters, frame.runs);
     const std::vector<EyeLight> lights = see_lights(frame.appearance.lights, frame.parameters.grid.edge(), projection);
     const SurroundingsView surroundings(frame.surroundings.get(), frame.appearance, projection, options);
     std::optional<PointShader> shader;
@@ -213,7 +181,7 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view
     const auto width = static_cast<std::size_t>(target.width);
     CoveredPixels covered(target.width);
     const bool is_plain = view.surroundings.is_plain();
-    const PointShader &shader = view.shader;
+    const ShadedFrame shaded{view.geometry, appearance, view.shader, view.lighting};
     PointRow points(target.width);
     SurroundingsRow behind;
     std::vector<float> row_depths(is_plain || !target.depth.empty() ? 0 : width);
@@ -225,70 +193,13 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view
                                                     : row_depths.data();
         const PixelRow to{colours, depths, width, edge};
         read_row(strip, y, background, to, covered);
-        read_points(covered, y, view, points);
-        if (!shader.has_shaded_normals())
+        reader.read(covered, y, shaded, points);
+        if (!view.shader.has_shaded_normals())
             shade_points(view.lighting, {covered.x.data(), covered.depth.data(), static_cast<float>(y) + 0.5F}, points);
         for (std::size_t i = 0; i < points.count; ++i)
             colours[covered.x[i]] = points.colour[i];
         if (!is_plain)
             view.surroundings.draw_row(y, to, behind);
-    }
-}
-
-// Reads what the streams hold of the points that a row of pixels shows. If the colours of points depend on their
-// normals alone, the row gets the colours of the pixels.
-void FastRenderer::Frame::read_points(const CoveredPixels &pixels, int y, const FrameView &view, PointRow &row) const {
-    const PointShader &shader = view.shader;
-    const FrameGeometry &geometry = view.geometry;
-    const PointIds ids = runs.ids();
-    const ColourSource source = shader.colour_source();
-    const ColourFormat format = shader.point_colours();
-    const std::size_t colour_bytes = static_cast<std::size_t>(parameters.attributes.colour_bytes());
-    const std::size_t last_material = parameters.materials.size() - 1;
-    const std::size_t shadowed = view.lighting.shadowed;
-    const bool one_material = view.lighting.one_material, mirrors = view.lighting.mirrors,
-               has_shaded_normals = shader.has_shaded_normals();
-    const NormalSums &sums = normal_sums();
-    const float ray_y = (static_cast<float>(y) + 0.5F - geometry.middle_y) * geometry.inverse_focal;
-    row.count = pixels.count;
-    for (std::size_t i = 0; i < pixels.count; ++i) {
-        constexpr std::size_t kAhead = 16; // so that the cache misses of many points overlap
-        const auto soon = static_cast<std::uint32_t>(pixels.id[std::min(i + kAhead, pixels.count - 1)]);
-        const StreamPointers &next = streams[ids.run(soon)];
-        __builtin_prefetch(next.normals + ids.point(soon));
-        __builtin_prefetch(next.colours + ids.point(soon) * colour_bytes);
-        for (std::size_t light = 0; light < shadowed; ++light)
-            __builtin_prefetch(next.shadows[light] + ids.point(soon) * next.shadow_bits[light] / 8);
-
-        const auto id = static_cast<std::uint32_t>(pixels.id[i]);
-        const StreamPointers &from = streams[ids.run(id)];
-        const std::size_t point = ids.point(id);
-        std::size_t material = from.materials != nullptr ? from.materials[point] : 0;
-        material = std::min(material, last_material); // the bytes of a mapped file may have changed
-        const std::uint16_t stored = from.normals[point];
-        if (has_shaded_normals || mirrors) { // tables by the normal that is seen
-            std::size_t normal = stored & kNormalIndexMask;
-            const EyeNormal &n = geometry.normals[normal];
-            const float ray_x = (static_cast<float>(pixels.x[i]) + 0.5F - geometry.middle_x) * geometry.inverse_focal;
-            if ((stored & kTwoSidedBit) != 0 && n.x * ray_x + n.y * ray_y + n.z > 0)
-                normal ^= kOppositeNormal;
-            if (has_shaded_normals) {
-                row.colour[i] = shader.shaded(material, normal);
-                continue;
-            }
-            row.mirrored[i] = shader.mirrored(normal);
-            row.mirrored[i][3] = appearance.materials[material].environment;
-        }
-        row.normal[i] = normal_code(stored, sums);
-        row.colour[i] = source == ColourSource::texture    ? shader.palette()[from.indices[point]]
-                        : source == ColourSource::material ? pack_rgb(appearance.materials[material].colour)
-                                                           : pack_rgb(point_colour(from.colours, point, format));
-        if (!one_material || i == 0) {
-            const Material &of = appearance.materials[material];
-            row.phong[i] = Float4{of.kd, of.ks, of.power, of.ka};
-        }
-        for (std::size_t light = 0; light < shadowed; ++light)
-            row.lit[light][i] = from.lit(point, light);
     }
 }
 

@@ -36,7 +36,7 @@ class FastRenderer {
 
     // Draws one frame; overwrites all of `target`. Depths, if `target` has them, are those of object and ground; the
     // panorama has none. The camera must be usable. The chunks of `runs` must be verified; if the bytes of a mapped
-    // file change later, only the picture is wrong. The first frame that shows a run with offsets estimates them. Draws
+    // file change later, only the picture is wrong. Estimates the surface offsets that loading has not. Draws
     // the first 2^32 / `chunk_points` runs; no model has more. The picture is the same for any number of threads and
     // any SIMD target. Runs `tasks` on its threads as the rows that they need are done. Only one thread at a time may
     // call it.

@@ -1,0 +1,67 @@
+// Reads what shading needs of the points that a row of pixels shows, from the streams of their chunks.
+#pragma once
+
+#include "pbm_render/appearance/appearance.h"
+#include "pbm_render/bricks/drawn_runs.h"
+#include "pbm_render/bricks/frame_geometry.h"
+#include "pbm_render/fast/strip_pixels.h"
+#include "pbm_render/shading/point_shader.h"
+#include "pbm_render/shading/surface_shader.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pbm {
+
+// How the points of a frame are shaded.
+struct ShadedFrame {
+    const FrameGeometry &geometry;
+    const Appearance &appearance;
+    const PointShader &shader;
+    const PointLighting &lighting;
+};
+
+class PointReader {
+  public:
+    // Lists the streams of a frame's runs, whose chunks must stay as long as the frame is drawn.
+    void begin(const ModelParameters &parameters, const DrawnRuns &runs);
+
+    // Reads the points of row `y` of the picture. If their colours depend on their normals alone, `row` gets the
+    // colours of the pixels. Several threads may call this at once.
+    void read(const CoveredPixels &pixels, int y, const ShadedFrame &frame, PointRow &row) const;
+
+  private:
+    // Of a run's chunk, in one struct since every pixel reads them.
+    struct Streams {
+        const std::uint16_t *normals;
+        const std::uint8_t *colours, *materials, *indices; // null: the model lacks the stream
+        std::array<const std::uint8_t *, kMaxLights> shadows;
+        std::array<std::uint8_t, kMaxLights> shadow_bits; // of a lit fraction
+    };
+
+    // Places of points side by side in a row: the loops over them are short, so that what one of them prefetches is
+    // still there for the next.
+    struct Batch {
+        static constexpr std::size_t kPoints = 32;
+        std::size_t first = 0, count = 0; // in the row
+        std::array<const Streams *, kPoints> from;
+        std::array<std::uint32_t, kPoints> point; // of the chunk
+    };
+
+    void locate(const CoveredPixels &pixels, std::size_t first, std::size_t shadowed, Batch &to) const;
+    void read_batch(const Batch &batch, const ShadedFrame &frame, PointRow &row) const;
+    void read_colours(const Batch &batch, const ShadedFrame &frame, std::uint32_t *to) const;
+    void read_by_normal(const Batch &batch, const CoveredPixels &pixels, int y, const ShadedFrame &frame,
+                        PointRow &row) const;
+    std::size_t material(const Streams &from, std::uint32_t point) const {
+        return from.materials != nullptr ? std::min<std::size_t>(from.materials[point], last_material_) : 0;
+    }
+
+    PointIds ids_{};
+    std::size_t colour_bytes_ = 0, last_material_ = 0;
+    std::vector<Streams> streams_; // [runs]
+};
+
+} // namespace pbm
