@@ -96,6 +96,12 @@ void populate([[maybe_unused]] std::span<std::byte> pages) {
 #endif
 }
 
+void lower_priority() {
+    constexpr int kLowest = 19;
+    // On Linux, 0 is the calling thread.
+    static_cast<void>(::setpriority(PRIO_PROCESS, 0, kLowest));
+}
+
 std::uint64_t peak_memory() {
     struct rusage usage {};
     ::getrusage(RUSAGE_SELF, &usage);

@@ -24,6 +24,9 @@ std::span<std::byte> use_large_pages();
 // Allocates pages before they are touched, so that another thread need not wait for the kernel to clear them.
 void populate(std::span<std::byte> pages);
 
+// Gives the calling thread the lowest priority for good, for work that nobody waits for.
+void lower_priority();
+
 // Largest resident memory of this process so far, bytes.
 std::uint64_t peak_memory();
 

@@ -64,8 +64,8 @@ class Desktop:
         self.x.XChangeProperty(self.display, Window(window), name, name, 32, PROPERTY_REPLACE, ctypes.byref(state), 2)
         self.x.XFlush(self.display)
 
-    def drop(self, window, uri):
-        """Drops a file by XDND version 5, from another window."""
+    def drop(self, window, *uris):
+        """Drops files by XDND version 5, from another window."""
         root = self.x.XDefaultRootWindow(self.display)
         source = self.x.XCreateSimpleWindow(self.display, Window(root), 0, 0, 1, 1, 0, Window(0), Window(0))
         selection, uri_list = self.atom("XdndSelection"), self.atom("text/uri-list")
@@ -74,7 +74,7 @@ class Desktop:
         self.send(window, "XdndPosition", source, 0, 20 << 16 | 20, 0, self.atom("XdndActionCopy"))
         self.next_message("XdndStatus")
         self.send(window, "XdndDrop", source, 0, 0, 0, 0)
-        self.next_message("XdndFinished", lambda request: self.hand_over(request, uri + "\r\n"))
+        self.next_message("XdndFinished", lambda request: self.hand_over(request, "".join(uri + "\r\n" for uri in uris)))
         self.x.XDestroyWindow(self.display, Window(source))
         self.x.XFlush(self.display)
 

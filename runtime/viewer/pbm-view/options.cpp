@@ -7,7 +7,7 @@ namespace pbm {
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{std::string(program),
                                    "Shows a binary voxel grid (.pbvg) in a window.\nF1 lists the keys, Escape quits."};
-    line.add("FILE", "Model to show; default: the sample", &arguments.input);
+    line.add("FILE", "Models, scans or folders to show; default: the sample", &arguments.inputs);
     line.topic = "Camera";
     command_line::add_choice<CameraMode>(
         line, "--camera-mode", "camera mode", {{"orbit", CameraMode::orbit}, {"fly", CameraMode::fly}},
@@ -20,17 +20,23 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     line.add("--show-frame-time", "Show what a picture costs; F2 does too", &arguments.show_frame_time);
     line.add("--panel", "Show the panel of the shading; Tab does too", &arguments.show_panel);
     add_view_options(line, arguments.view);
+    add_cache_option(line, arguments.cache);
     add_video_options(line, arguments.choice);
     line.add_version(PBM_VERSION);
     if (const auto done = command_line::parse(
             line, argc, argv, old_switches({kOldVideoSwitch, {"-FLYING_CAMERA", "--camera-mode=fly"}}),
             {.most_used = {"--camera-mode", "--resolution", "--show-frame-time", "--help"},
              .examples = {{"pbm-view scan.pbvg", "The model in a window; drag it, Space saves a picture."},
+                          {"pbm-view scans/", "A folder of models and scans; Page Up and Page Down turn its pages."},
                           {"pbm-view scan.pbvg --camera-mode fly", "Through the model; the arrow keys fly."}},
              .run_time_limits = "no display or OpenGL"}))
         return done;
-    if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.look.render); !known)
+    if (const Status known = complete_video(arguments.choice, arguments.inputs.empty() ? "" : arguments.inputs.front(),
+                                            arguments.view.look.render);
+        !known)
         return command_line::fail_usage(program, known.error().message);
+    if (!arguments.choice.video.output.empty() && arguments.inputs.size() > 1)
+        return command_line::fail_usage(program, "a video is of one model; name one FILE");
     if (arguments.choice.video.output == "-")
         return command_line::fail_usage(program, "raw frames are written by pbm-render --turntable -; name a file");
     return std::nullopt;

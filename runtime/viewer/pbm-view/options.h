@@ -1,6 +1,7 @@
 // The command line of pbm-view.
 #pragma once
 
+#include "viewer/opening/prepared_model.h"
 #include "viewer/options/video_options.h"
 #include "viewer/options/view_options.h"
 #include "viewer/scene/camera_control.h"
@@ -8,12 +9,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace pbm {
 
 struct Arguments {
-    std::string input; // empty: the sample
+    std::vector<std::string> inputs; // models, scans and folders; empty: the sample
     ViewOptions view;
+    CacheOptions cache;
     VideoChoice choice;
     CameraMode camera_mode = CameraMode::orbit;
     double min_fps = 30; // frames per second while the view moves; 0: any

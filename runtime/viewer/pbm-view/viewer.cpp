@@ -3,6 +3,7 @@
 #include "window/view_text.h"
 
 #include "command_line/command_line.h"
+#include "viewer/opening/explanation.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -21,17 +22,31 @@ constexpr double kBusyPoll = 0.1; // seconds; covers a lost wake-up while other 
 
 } // namespace
 
-Viewer::Viewer(const Arguments &arguments, Window &window, ThreadPool &background, Start start)
+Viewer::Viewer(const Arguments &arguments, Window &window, Workers &workers, Start start)
     : program_(start.program), options_(arguments.view), min_fps_(arguments.min_fps), window_(window),
-      background_(background), start_(start.time), context_(Window::now()), overlay_(window.content_scale()),
-      loading_(std::move(start.loading)), loading_path_(std::move(start.path)), mode_(arguments.camera_mode),
-      video_(std::move(start.video)), video_options_(arguments.choice.video), saver_(background),
+      workers_(workers), background_(workers.background), start_(start.time), context_(Window::now()),
+      overlay_(window.content_scale()), cache_(arguments.cache), files_(std::move(start.files)),
+      is_sample_(start.is_sample), opening_(std::move(start.opening)), mode_(arguments.camera_mode),
+      video_(std::move(start.video)), video_options_(arguments.choice.video), saver_(background_),
       show_frame_time_(arguments.show_frame_time), show_panel_(arguments.show_panel) {
-    background_.set_wake(Window::wake);
+    for (ThreadPool *const pool : {&workers_.helpers, &workers_.idle, &workers_.background})
+        pool->set_wake(Window::wake);
+    if (start.problem) {
+        problem_code_ = exit_code(start.problem->code);
+        start_page_.set_problem({{files_.empty() ? "" : file_name(files_.current()), explain(*start.problem)}});
+    }
+    if ((is_sample_ || start.problem) && !video_)
+        show_start_page();
 }
 
 Viewer::~Viewer() {
-    background_.set_wake({});
+    stop_.request_stop();
+    stop_search_.request_stop();
+    if (watch_)
+        watch_->stop();
+    opening_.reset();
+    for (ThreadPool *const pool : {&workers_.helpers, &workers_.idle, &workers_.background})
+        pool->set_wake({});
     destroy_in(background_, std::move(model_));
 }
 
@@ -45,6 +60,8 @@ int Viewer::run() {
             move_to(after_arrows(camera_, mode_, steps, model_->bounds().radius));
         if (const auto failed = receive_model())
             return *failed;
+        receive_dialog();
+        reopen_changed();
         receive_chunks();
         receive_saves(false);
         receive_picture();
@@ -52,6 +69,7 @@ int Viewer::run() {
         refine();
         serve_saver();
         check_room();
+        search_damage();
         if (video_ || recording_)
             record();
         if (!notice_.text.empty() && Window::now() >= notice_.until) {
@@ -69,7 +87,7 @@ int Viewer::run() {
     receive_saves(true);
     if (verbose())
         std::cout << "frames: " << frames_ << std::endl;
-    return exit_code_;
+    return model_ ? exit_code_ : problem_code_;
 }
 
 void Viewer::move_to(const Camera &camera) {
@@ -107,21 +125,31 @@ void Viewer::toggle_panel() {
     update_panel();
 }
 
-// Passes the pending input to the panel.
+// Passes the pending input to the panel and to the start page.
 void Viewer::update_panel() {
-    if (!model_ || !show_panel_ || recording_ || picture_size() == glm::ivec2(0))
+    if (!has_windows() || picture_size() == glm::ivec2(0))
         return;
     const bool had_mouse = overlay_.wants_mouse();
-    Look look = *look_;
-    bool changed = false;
-    overlay_.update(window_.framebuffer_size(), [&] { changed = build_panel(look) || changed; });
+    std::optional<Look> changed;
+    overlay_.update(window_.framebuffer_size(), [&] { build_windows(changed); });
     stale_ = stale_ || had_mouse || overlay_.wants_mouse();
     if (changed)
-        change_look(std::move(look));
+        change_look(std::move(*changed));
+    if (const auto choice = std::exchange(page_choice_, std::nullopt))
+        choose_from_page(choice);
 }
 
-bool Viewer::build_panel(Look &look) {
-    return panel_.build(look, window_.framebuffer_size(), static_cast<float>(window_.content_scale()));
+// Builds the panel and the start page in a frame of Dear ImGui. Sets `changed` if the panel changes the look.
+void Viewer::build_windows(std::optional<Look> &changed) {
+    const auto scale = static_cast<float>(window_.content_scale());
+    if (has_panel()) {
+        Look look = changed ? *changed : *look_;
+        if (panel_.build(look, window_.framebuffer_size(), scale))
+            changed = std::move(look);
+    }
+    if (start_page_.is_shown())
+        if (auto choice = start_page_.build(window_.framebuffer_size(), scale, model_ != nullptr))
+            page_choice_ = std::move(choice);
 }
 
 void Viewer::change_look(Look look) {
@@ -146,7 +174,7 @@ std::optional<double> Viewer::timeout() const {
         no_later_than(now);
     if (!notice_.text.empty())
         no_later_than(notice_.until);
-    if (background_.busy() || (model_ && model_->streamed().is_loading()))
+    if (background_.busy() || opening_ || (model_ && model_->streamed().is_loading()))
         no_later_than(now + kBusyPoll);
     no_later_than(arrows_.next_step(now));
     // A refinement that is overdue waits for chunks, which wake the window.
@@ -168,8 +196,13 @@ glm::ivec2 Viewer::picture_size() const {
 
 OverlayText Viewer::overlay_text() const {
     OverlayText text;
-    if (loading_.valid())
-        text.middle = "Loading " + file_name(loading_path_) + " ...";
+    if (const auto progress = opening_ ? opening_->progress() : std::nullopt) {
+        text.middle =
+            "Building the model of " + file_name(opening_->path()) + ": " + progress->step + "\nEscape cancels";
+        text.progress = progress->done;
+    } else if (opening_) {
+        text.middle = "Loading " + file_name(opening_->path()) + " ...";
+    }
     if (show_help_) {
         text.help_title = std::string(program_) + " " PBM_VERSION;
         text.help = help_rows(mode_);
@@ -190,13 +223,12 @@ void Viewer::present() {
     if (size.x <= 0 || size.y <= 0)
         return;
     presenter_.draw(size, look_ ? look_->options.render.background : options_.look.render.background);
-    const bool with_panel = show_panel_ && look_ && !recording_;
-    if (const OverlayText text = overlay_text(); with_panel || !text.empty())
-        overlay_.draw(size, text, with_panel ? [&] {
-            Look look = *look_;
-            if (build_panel(look))
-                change_look(std::move(look));
-        } : Overlay::Build());
+    if (const OverlayText text = overlay_text(); has_windows() || !text.empty()) {
+        std::optional<Look> changed;
+        overlay_.draw(size, text, has_windows() ? [&] { build_windows(changed); } : Overlay::Build());
+        if (changed)
+            change_look(std::move(*changed));
+    }
     window_.swap();
     ++frames_;
     if (verbose())

@@ -5,23 +5,31 @@
 // due.
 #pragma once
 
+#include "opening.h"
 #include "options.h"
 #include "recording.h"
 #include "refinement.h"
 #include "window/overlay.h"
 #include "window/panel.h"
 #include "window/presenter.h"
+#include "window/start_page.h"
 #include "window/window.h"
 
+#include "system/files/file_watch.h"
 #include "system/threads/thread_pool.h"
+#include "viewer/opening/file_list.h"
+#include "viewer/opening/recent_files.h"
 #include "viewer/scene/frame_scheduler.h"
 #include "viewer/scene/picture_saver.h"
 #include "viewer/scene/shown_model.h"
 
+#include <atomic>
 #include <chrono>
 #include <future>
 #include <memory>
 #include <optional>
+#include <set>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -31,15 +39,25 @@ class Viewer {
   public:
     using Clock = std::chrono::steady_clock;
 
-    // What the program started before it opened the window.
-    struct Start {
-        std::string_view program;
-        Clock::time_point time; // when the program started
-        std::string path;
-        Loading loading;                // of `path`
-        std::optional<VideoSink> video; // if there is one, the viewer records it and then ends
+    // Threads that outlive the viewer; each pool runs what must not wait for the others.
+    struct Workers {
+        ThreadPool helpers{4};    // open files, watch a file, wait for a dialog
+        ThreadPool idle{2};       // at the lowest priority
+        ThreadPool background{2}; // draws, saves, frees
+
+        bool busy() const { return helpers.busy() || idle.busy() || background.busy(); }
     };
-    Viewer(const Arguments &arguments, Window &window, ThreadPool &background, Start start);
+    // What the program did before it opened the window.
+    struct Start {
+        std::string_view program{};
+        Clock::time_point time{};           // when the program started
+        FileList files{};                   // the current one is `opening`; empty without a model
+        bool is_sample = false;             // no file was named
+        std::unique_ptr<Opening> opening{}; // null if its file is known to be bad
+        std::optional<Error> problem{};     // of that file, already told on standard error
+        std::optional<VideoSink> video{};   // if there is one, the viewer records it and then ends
+    };
+    Viewer(const Arguments &arguments, Window &window, Workers &workers, Start start);
     ~Viewer();
     Viewer(const Viewer &) = delete;
     Viewer &operator=(const Viewer &) = delete;
@@ -71,17 +89,31 @@ class Viewer {
     void handle(const RefreshEvent &event);
 
     std::optional<int> receive_model();
-    void open(const std::string &path);
+    void open_files(const std::vector<std::string> &paths);
+    void open(const std::string &path, bool again = false);
+    void open_neighbour(int steps);
+    void open_dialog();
+    void choose_from_page(const std::optional<StartPage::Choice> &choice);
+    void receive_dialog();
+    void reopen_changed();
     Status show(ShownModelPointer loaded);
+    void watch();
+    void search_damage();
     void receive_chunks();
+    void report_damage(const std::vector<Error> &errors);
+    int report_problem(const std::string &path, const Error &error);
+    void show_start_page();
+    void escape();
     void move_to(const Camera &camera);
     void change_view();
     Result<Camera> first_camera(const ShownModel &model) const;
     void reset_camera();
 
     void toggle_panel();
+    bool has_panel() const { return show_panel_ && look_ && !recording_; }
+    bool has_windows() const { return has_panel() || start_page_.is_shown(); }
     void update_panel();
-    bool build_panel(Look &look);
+    void build_windows(std::optional<Look> &changed);
     void change_look(Look look);
 
     void record();
@@ -114,15 +146,31 @@ class Viewer {
     ViewOptions options_;
     const double min_fps_;
     Window &window_;
+    Workers &workers_;
     ThreadPool &background_;
     const Clock::time_point start_;
     const double context_; // when the OpenGL context was created, window's clock
     Presenter presenter_;
     Overlay overlay_;
 
-    Loading loading_;
-    std::string loading_path_;
-    std::string dropped_path_; // opened when the present loading ends; empty for none
+    const CacheOptions cache_;
+    FileList files_;
+    const RecentFiles recent_;
+    bool is_sample_; // the file that is opened first
+    std::unique_ptr<Opening> opening_;
+    std::string next_path_;      // opened when `opening_` ends; empty for none
+    bool opening_again_ = false; // `opening_` is of the model shown, whose file was replaced
+    std::future<Result<std::vector<std::string>>> dialog_;
+    StartPage start_page_;
+    std::optional<StartPage::Choice> page_choice_; // made in the last frame of the page
+    int problem_code_ = 0;                         // of the last file that could not be shown, while none was
+    std::stop_source stop_;                        // ends the dialog
+    std::shared_ptr<FileWatch> watch_;             // of the model shown
+    std::shared_ptr<std::atomic<bool>> has_changed_ = std::make_shared<std::atomic<bool>>(false); // its file
+    std::stop_source stop_search_;
+    std::future<std::vector<Error>> search_; // of damage in the model shown
+    bool is_searched_ = false;
+    std::set<std::uint64_t> damage_; // offsets that were reported
     ShownModelPointer model_;
     LookPointer look_; // while there is a model
     Camera camera_;

@@ -13,8 +13,12 @@ constexpr double kDoubleClickReach = 0.01; // picture heights
 } // namespace
 
 void Viewer::handle(const KeyEvent &event) {
-    if (show_panel_ && overlay_.wants_keys() && event.pressed)
+    if (has_panel() && overlay_.wants_keys() && event.pressed)
         return; // a number is being typed
+    if (start_page_.is_shown() && event.pressed && (event.key == Key::up || event.key == Key::down)) {
+        start_page_.move(event.key == Key::up ? -1 : 1);
+        return update_panel(), static_cast<void>(stale_ = true);
+    }
     static_assert(static_cast<int>(Key::left) == static_cast<int>(Arrow::left) &&
                   static_cast<int>(Key::down) == static_cast<int>(Arrow::down)); // the first keys are the arrows
     if (event.key <= Key::down) {
@@ -24,9 +28,16 @@ void Viewer::handle(const KeyEvent &event) {
     if (!event.pressed)
         return;
     switch (event.key) {
-    case Key::quit: quit_ = true; break;
+    case Key::quit: escape(); break;
     case Key::save: save(); break;
-    case Key::reset: reset_camera(); break;
+    case Key::reset:
+        if (!start_page_.is_shown()) // Return chooses a row of it
+            reset_camera();
+        break;
+    case Key::open_dialog: open_dialog(); break;
+    case Key::start_page: start_page_.is_shown() ? start_page_.hide() : show_start_page(); break;
+    case Key::previous_file: open_neighbour(-1); break;
+    case Key::next_file: open_neighbour(1); break;
     case Key::help: show_help_ = !show_help_; break;
     case Key::frame_time: show_frame_time_ = !show_frame_time_; break;
     case Key::panel: toggle_panel(); break;
@@ -41,21 +52,23 @@ void Viewer::handle(const KeyEvent &event) {
 }
 
 void Viewer::handle(const EditEvent &event) {
-    if (show_panel_ && (overlay_.wants_keys() || !event.pressed)) {
+    if (start_page_.is_shown() && event.key == EditKey::enter && event.pressed)
+        choose_from_page(start_page_.take());
+    if (has_windows() && (overlay_.wants_keys() || !event.pressed)) {
         overlay_.handle(event);
         update_panel();
     }
 }
 
 void Viewer::handle(const CharacterEvent &event) {
-    if (show_panel_ && overlay_.wants_keys()) {
+    if (has_windows() && overlay_.wants_keys()) {
         overlay_.handle(event);
         update_panel();
     }
 }
 
 void Viewer::handle(const ButtonEvent &event) {
-    if (show_panel_) {
+    if (has_windows()) {
         overlay_.handle(event);
         update_panel();
     }
@@ -64,7 +77,7 @@ void Viewer::handle(const ButtonEvent &event) {
             dragging_.reset();
         return;
     }
-    if (dragging_ || (show_panel_ && overlay_.wants_mouse()))
+    if (dragging_ || (has_windows() && overlay_.wants_mouse()))
         return;
     dragging_ = event.button;
     drag_with_shift_ = event.shift;
@@ -83,7 +96,7 @@ void Viewer::handle(const ButtonEvent &event) {
 void Viewer::handle(const MoveEvent &event) {
     const glm::dvec2 moved = event.position - mouse_.value_or(event.position);
     mouse_ = event.position;
-    if (show_panel_) {
+    if (has_windows()) {
         overlay_.point(event.position * static_cast<double>(window_.framebuffer_size().y));
         if (!dragging_)
             update_panel();
@@ -99,7 +112,7 @@ void Viewer::handle(const MoveEvent &event) {
 }
 
 void Viewer::handle(const WheelEvent &event) {
-    if (show_panel_ && overlay_.wants_mouse()) {
+    if (has_windows() && overlay_.wants_mouse()) {
         overlay_.handle(event);
         return update_panel();
     }
@@ -108,11 +121,8 @@ void Viewer::handle(const WheelEvent &event) {
 }
 
 void Viewer::handle(const DropEvent &event) {
-    // Load one model at a time: the program's first model must be shown or refused first.
-    if (loading_.valid())
-        dropped_path_ = event.path;
-    else
-        open(event.path);
+    if (!video_ && !recording_)
+        open_files(event.paths);
 }
 
 void Viewer::handle(const RefreshEvent & /*event*/) {

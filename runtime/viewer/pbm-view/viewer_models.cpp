@@ -1,10 +1,15 @@
-// Opens models and receives what is loaded of them.
+// Opens files, receives what is loaded of models, and reports what is wrong with them.
 #include "viewer.h"
 
 #include "window/view_text.h"
 
 #include "command_line/command_line.h"
+#include "system/processes/this_process.h"
+#include "viewer/opening/explanation.h"
+#include "viewer/opening/file_dialog.h"
+#include "viewer/scene/damage_search.h"
 
+#include <filesystem>
 #include <utility>
 
 namespace pbm {
@@ -15,36 +20,114 @@ void forget_camera(ViewOptions &options) { options.position = options.focal_poin
 
 } // namespace
 
-// Takes the model if loading has ended. Returns the exit code if the first model cannot be shown.
+// Takes the model if opening has ended. Returns the exit code if the program must end.
 std::optional<int> Viewer::receive_model() {
-    if (!is_ready(loading_))
+    if (!opening_)
         return std::nullopt;
-    auto loaded = loading_.get();
-    const std::string path = std::exchange(loading_path_, "");
-    stale_ = true;
-    if (!loaded) {
-        const Error error = with_advice(program_, loaded.error());
-        const int code = command_line::fail(program_, path, error); // stderr gets it too
-        if (!model_)
-            return code;
-        notify(file_name(path) + ": " + error.message, true);
-    } else if (const Status shown = show(std::move(*loaded)); !shown) {
-        return command_line::fail_usage(program_, shown.error().message);
+    if (!opening_->is_ready()) {
+        stale_ = stale_ || opening_->progress().has_value();
+        return std::nullopt;
     }
-    if (const std::string next = std::exchange(dropped_path_, ""); !next.empty())
+    auto loaded = opening_->take();
+    const std::string path = opening_->path();
+    const bool was_cancelled = opening_->was_cancelled();
+    opening_.reset();
+    stale_ = true;
+    if (loaded) {
+        const bool is_kept = !std::exchange(is_sample_, false) && !video_;
+        if (const Status shown = show(std::move(*loaded)); !shown)
+            return command_line::fail_usage(program_, shown.error().message);
+        if (is_kept)
+            recent_.add(path);
+    } else if (!was_cancelled) {
+        const int code = report_problem(path, loaded.error());
+        if (video_)
+            return code;
+    } else if (next_path_.empty()) {
+        notify("Cancelled: " + file_name(path), false);
+        if (!model_)
+            show_start_page();
+    }
+    if (const std::string next = std::exchange(next_path_, ""); !next.empty())
         open(next);
     return std::nullopt;
 }
 
-void Viewer::open(const std::string &path) {
+// Opens the first of `paths`; the page keys go through the others.
+void Viewer::open_files(const std::vector<std::string> &paths) {
+    auto files = FileList::of(paths);
+    if (!files) {
+        report_problem("", files.error());
+        return;
+    }
+    files_ = std::move(*files);
+    open(files_.current());
+}
+
+// `again`: the file of the model shown was replaced, so the view stays. One file is opened at a time.
+void Viewer::open(const std::string &path, bool again) {
+    start_page_.hide();
+    stale_ = true;
+    if (opening_) {
+        next_path_ = path;
+        if (opening_->progress())
+            opening_->cancel();
+        return;
+    }
     ViewOptions options = options_;
     if (model_)
         forget_camera(options);
     if (view_size_ != glm::ivec2(0))
         options.resolution = view_size_;
-    loading_ = begin_loading(background_, path, options);
-    loading_path_ = path;
+    opening_again_ = again;
+    opening_ = std::make_unique<Opening>(workers_.helpers, path, options, cache_);
+}
+
+void Viewer::open_neighbour(int steps) {
+    if (video_ || recording_)
+        return;
+    if (files_.step(steps))
+        open(files_.current());
+    else
+        notify("There is no other model and no other scan in this folder", false);
+}
+
+void Viewer::open_dialog() {
+    if (dialog_.valid() || video_ || recording_)
+        return;
+    std::error_code ignored;
+    const std::filesystem::path here = files_.empty() ? "" : std::filesystem::path(files_.current()).parent_path();
+    dialog_ = workers_.helpers.post([folder = std::filesystem::absolute(here.empty() ? "." : here, ignored).string(),
+                                     stop = stop_.get_token()] { return ask_for_files(folder, stop); });
+}
+
+// An empty path: the open dialog.
+void Viewer::choose_from_page(const std::optional<StartPage::Choice> &choice) {
     stale_ = true;
+    if (!choice)
+        update_panel(); // its details were opened or closed
+    else if (choice->path.empty())
+        open_dialog();
+    else
+        open_files({choice->path});
+}
+
+void Viewer::receive_dialog() {
+    if (!pbm::is_ready(dialog_))
+        return;
+    const auto files = dialog_.get();
+    if (!files) {
+        command_line::fail(program_, "", files.error());
+        notify(explain(files.error()).what, true);
+    } else if (!files->empty()) {
+        open_files(*files);
+    }
+}
+
+// Opens the file of the model shown again if it was replaced or written.
+void Viewer::reopen_changed() {
+    if (model_ && !opening_ && !video_ && !recording_ && has_changed_->exchange(false))
+        open(model_->path(), true);
 }
 
 Status Viewer::show(ShownModelPointer loaded) {
@@ -56,9 +139,13 @@ Status Viewer::show(ShownModelPointer loaded) {
     std::optional<LookOptions> shown_options;
     if (look_)
         shown_options = look_->options;
+    const bool is_same = model_ && opening_again_ && model_->path() == loaded->path();
+    stop_search_.request_stop();
+    search_ = {};
     destroy_in(background_, std::exchange(model_, std::move(loaded)));
     look_ = model_->first_look();
-    camera_ = *camera;
+    if (!is_same)
+        camera_ = *camera;
     if (picture_size() != glm::ivec2(0))
         view_size_ = picture_size();
     // Options that the user has changed survive the change of model.
@@ -68,10 +155,45 @@ Status Viewer::show(ShownModelPointer loaded) {
     ++view_;
     end_refinement();
     scheduler_.emplace(options_.max_error, min_fps_);
+    has_reported_memory_ = is_searched_ = false;
+    damage_.clear();
+    start_page_.set_problem(std::nullopt);
     update_panel(); // lays out the panel before it is drawn
-    has_reported_memory_ = false;
-    window_.set_title(file_name(model_->path()) + " - " + std::string(program_) + " (F1: help)");
+    window_.set_title(file_name(model_->path()) + files_.position() + " - " + std::string(program_) + " (F1: help)");
+    if (is_same)
+        notify(file_name(model_->path()) + " was written anew", false);
+    else
+        watch();
     return {};
+}
+
+// Watches the file of the model shown.
+void Viewer::watch() {
+    if (watch_)
+        watch_->stop();
+    watch_ = std::make_shared<FileWatch>(model_->path());
+    has_changed_ = std::make_shared<std::atomic<bool>>(false);
+    workers_.helpers.post([watch = watch_, has_changed = has_changed_, &helpers = workers_.helpers] {
+        while (watch->wait()) {
+            has_changed->store(true);
+            helpers.wake();
+        }
+    });
+}
+
+// Once the picture has full detail, looks for damage in what it does not show.
+void Viewer::search_damage() {
+    if (pbm::is_ready(search_))
+        report_damage(search_.get());
+    if (is_searched_ || video_ || recording_ || !scheduler_ || !scheduler_->complete() ||
+        model_->bytes().size() > kMaxSearchedBytes)
+        return;
+    is_searched_ = true;
+    stop_search_ = {};
+    search_ = workers_.idle.post([model = model_, stop = stop_search_.get_token()] {
+        lower_priority();
+        return find_damage(model->bytes(), stop);
+    });
 }
 
 // Newly loaded chunks improve the picture. Damaged ones are reported; coarser levels stay in their place.
@@ -80,11 +202,64 @@ void Viewer::receive_chunks() {
         return;
     if (model_->take_arrivals())
         scheduler_->arrived(!model_->streamed().is_loading());
-    const std::vector<Error> errors = model_->take_errors();
-    for (const Error &error : errors)
+    report_damage(model_->take_errors());
+}
+
+// Reports each fault once, whether a picture met it or the search.
+void Viewer::report_damage(const std::vector<Error> &errors) {
+    const Error *first = nullptr;
+    for (const Error &error : errors) {
+        if (has_offset(error) && !damage_.insert(error.offset).second)
+            continue;
         command_line::fail(program_, model_->path(), with_advice(program_, error));
-    if (!errors.empty())
-        notify(file_name(model_->path()) + ": " + with_advice(program_, errors.front()).message, true);
+        first = first == nullptr ? &error : first;
+    }
+    if (first == nullptr)
+        return;
+    if (video_ || recording_) { // a video of a damaged model would be wrong
+        video_.reset();
+        recording_.reset();
+        exit_code_ = exit_code(first->code);
+        quit_ = true;
+        return;
+    }
+    const Explanation explanation = explain(*first);
+    start_page_.set_problem({{file_name(model_->path()), explanation}});
+    notify(file_name(model_->path()) + ": " + explanation.what + " What is damaged is drawn coarser. Ctrl+R: details",
+           true);
+}
+
+// Says on standard error and in the window that `path` cannot be shown. Returns its exit code.
+int Viewer::report_problem(const std::string &path, const Error &error) {
+    const int code = command_line::fail(program_, path, error);
+    const Explanation explanation = explain(error);
+    start_page_.set_problem({{file_name(path), explanation}});
+    if (model_) {
+        notify((path.empty() ? "" : file_name(path) + ": ") + explanation.what + " Ctrl+R: details", true);
+    } else {
+        problem_code_ = code;
+        if (!video_)
+            show_start_page();
+    }
+    return code;
+}
+
+void Viewer::show_start_page() {
+    start_page_.show(recent_.list());
+    if (mouse_)
+        overlay_.point(*mouse_ * static_cast<double>(window_.framebuffer_size().y));
+    update_panel();
+    stale_ = true;
+}
+
+// Leaves what lies over the model, one thing at a time, then the program.
+void Viewer::escape() {
+    if (opening_ && opening_->progress() && !video_)
+        opening_->cancel();
+    else if (start_page_.is_shown() && (model_ || opening_))
+        start_page_.hide();
+    else
+        quit_ = true;
 }
 
 } // namespace pbm

@@ -194,7 +194,9 @@ void Viewer::record() {
 void Viewer::end_recording(const Status &status) {
     recording_.reset();
     quit_ = true;
-    if (!status)
+    if (!status && has_offset(status.error())) // of the model
+        exit_code_ = command_line::fail(program_, model_->path(), with_advice(program_, status.error()));
+    else if (!status)
         exit_code_ = command_line::fail(program_, video_options_.output, status.error());
     else if (options_.verbosity != command_line::Verbosity::quiet && video_options_.output != "-")
         std::cout << "saved " << video_options_.output << std::endl;

@@ -1,7 +1,6 @@
 #include "viewer/scene/shown_model.h"
 
 #include <algorithm>
-#include <new>
 #include <utility>
 
 namespace pbm {
@@ -11,7 +10,7 @@ double error_of(const Detail &detail, double max_error) {
     return detail.missing.empty() ? max_error : std::max(max_error, 2 * detail.missing.front().error);
 }
 
-Result<ShownModelPointer> ShownModel::open(const std::string &path, const ViewOptions &options,
+Result<ShownModelPointer> ShownModel::open(const std::string &path, const std::string &file, const ViewOptions &options,
                                            std::function<void()> arrived) {
     ShownModelPointer shown(new ShownModel(path, options));
     StreamingOptions streaming{.threads = options.load.threads, .max_memory = options.load.max_memory};
@@ -20,7 +19,7 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const ViewOp
         if (!has_arrivals.exchange(true))
             arrived();
     };
-    auto scene = open_scene(path, std::move(streaming));
+    auto scene = open_scene(file, std::move(streaming));
     if (!scene)
         return scene.error();
     shown->scene_ = std::move(*scene);
@@ -96,16 +95,6 @@ Painter &ShownModel::painter(std::optional<Painter> &made) const {
         made.emplace(parameters(), scene_->surroundings, streamed().reader().header().chunk_points,
                      options_.load.threads);
     return *made;
-}
-
-Loading begin_loading(ThreadPool &background, const std::string &path, const ViewOptions &options) {
-    return background.post([&background, path, options]() -> Result<ShownModelPointer> {
-        try {
-            return ShownModel::open(path, options, [&background] { background.wake(); });
-        } catch (const std::bad_alloc &) {
-            return Error{ErrorCode::memory, 0, "out of memory"};
-        }
-    });
 }
 
 void destroy_in(ThreadPool &background, ShownModelPointer model) {

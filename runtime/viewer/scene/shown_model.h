@@ -9,7 +9,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,16 +28,18 @@ double error_of(const Detail &detail, double max_error);
 
 class ShownModel {
   public:
-    // Reads what a first camera needs and requests the chunks of the first picture of `options`, which load while the
-    // window opens. Other threads call `arrived` when chunks arrive after a call of `take_arrivals`.
+    // Maps `file`, the model of the file at `path`, which may be a scan. Reads what a first camera needs and requests
+    // the chunks of the first picture of `options`, which load while the window opens. Other threads call `arrived`
+    // when chunks arrive after a call of `take_arrivals`.
     //
     // errors  as open_scene and StreamedModel::bounds
-    static Result<std::shared_ptr<ShownModel>> open(const std::string &path, const ViewOptions &options,
-                                                    std::function<void()> arrived);
+    static Result<std::shared_ptr<ShownModel>> open(const std::string &path, const std::string &file,
+                                                    const ViewOptions &options, std::function<void()> arrived);
     ShownModel(const ShownModel &) = delete;
     ShownModel &operator=(const ShownModel &) = delete;
 
     const std::string &path() const { return path_; }
+    ByteView bytes() const { return scene_->file.bytes(); }
     const Sphere &bounds() const { return bounds_; }
     const ModelParameters &parameters() const { return streamed().reader().parameters(); }
     const Grid &grid() const { return parameters().grid; }
@@ -89,11 +90,6 @@ class ShownModel {
 };
 
 using ShownModelPointer = std::shared_ptr<ShownModel>;
-using Loading = std::future<Result<ShownModelPointer>>;
-
-// Opens a model on the background thread, which must outlive it; arrivals wake the window.
-Loading begin_loading(ThreadPool &background, const std::string &path, const ViewOptions &options);
-
 // Releases a model on the background thread: the last owner waits for chunks that are being decoded.
 void destroy_in(ThreadPool &background, ShownModelPointer model);
 

@@ -1,4 +1,5 @@
 #include "pbm_format/writing/writer.h"
+#include "system/files/file_watch.h"
 #include "system/processes/child_program.h"
 #include "unit/support/test_models.h"
 #include "viewer/opening/explanation.h"
@@ -307,6 +308,25 @@ TEST_F(Opening, AScanIsBuiltOnceAndOnlyTheProgramsWordsAreAnError) {
     const auto nowhere = prepare_model(scan, {.cache = {scan + "/cache"}, .builder = builder});
     ASSERT_FALSE(nowhere);
     EXPECT_EQ(nowhere.error().code, ErrorCode::io);
+}
+
+TEST_F(Opening, AWatchSeesAFileReplacedOrRewritten) {
+    const std::string watched = write("a.pbvg");
+    fs::create_directories(file("links"));
+    fs::create_symlink(watched, file("links/a.pbvg"));
+    FileWatch watch(watched), link(file("links/a.pbvg")), other(file("b.pbvg")), nowhere(file("none/a.pbvg"));
+    write("new");
+    fs::rename(file("new"), watched);
+    EXPECT_TRUE(watch.wait());
+    EXPECT_TRUE(link.wait());
+    write("a.pbvg", "rewritten");
+    EXPECT_TRUE(watch.wait());
+    auto waiting = std::async(std::launch::async, [&] { return other.wait() || nowhere.wait(); });
+    EXPECT_NE(waiting.wait_for(std::chrono::milliseconds(50)), std::future_status::ready);
+    other.stop();
+    nowhere.stop();
+    EXPECT_FALSE(waiting.get());
+    EXPECT_FALSE(other.wait()); // later too
 }
 
 TEST_F(Opening, TheDialogIsTheDesktops) {

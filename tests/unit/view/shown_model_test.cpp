@@ -1,6 +1,7 @@
 #include "pbm_format/writing/writer.h"
 #include "unit/support/test_models.h"
 #include "viewer/pictures/picture_file.h"
+#include "viewer/scene/damage_search.h"
 #include "viewer/scene/picture_saver.h"
 #include "viewer/scene/shown_model.h"
 
@@ -61,7 +62,7 @@ class ShownModelTest : public testing::Test {
         return {std::istreambuf_iterator<char>(stream), {}};
     }
     ShownModelPointer open() {
-        auto model = ShownModel::open("ball.pbvg", options_, [this] { ++wakes_; });
+        auto model = ShownModel::open("ball.pbvg", "ball.pbvg", options_, [this] { ++wakes_; });
         EXPECT_TRUE(model.ok()) << model.error().message;
         return *model;
     }
@@ -216,32 +217,68 @@ TEST_F(ShownModelTest, SaysHowCoarseAPictureIs) {
 }
 
 TEST_F(ShownModelTest, RefusesFilesThatAreNoModels) {
-    const auto none = ShownModel::open("ball.pbvg", options_, [] {});
+    const auto none = ShownModel::open("ball.pbvg", "ball.pbvg", options_, [] {});
     ASSERT_FALSE(none.ok());
     EXPECT_EQ(none.error().code, ErrorCode::io);
     Bytes damaged = file();
     Reader reader = Reader::open(damaged).value();
     damaged[reader.directory(5).value()->chunks[0].offset] ^= 1;
     write(damaged);
-    const auto refused = ShownModel::open("ball.pbvg", options_, [] {});
+    const auto refused = ShownModel::open("ball.pbvg", "ball.pbvg", options_, [] {});
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().code, ErrorCode::bad_hash);
 }
 
-TEST_F(ShownModelTest, IsOpenedAndDestroyedInTheBackground) {
+TEST_F(ShownModelTest, KeepsTheNameOfTheScan) {
+    write(file());
+    const auto model = ShownModel::open("scan.ply", "ball.pbvg", options_, [] {});
+    ASSERT_TRUE(model.ok());
+    EXPECT_EQ((*model)->path(), "scan.ply");
+    EXPECT_EQ((*model)->bytes().size(), file().size());
+}
+
+TEST_F(ShownModelTest, DamageIsFoundInEveryChunkAndSection) {
+    EXPECT_TRUE(find_damage(file(), {}).empty());
+    Bytes damaged = file();
+    Reader reader = Reader::open(file()).value();
+    std::vector<std::uint64_t> offsets;
+    for (int level = reader.depth(); level > reader.depth() - 2; --level)
+        for (const ChunkEntry &chunk : (*reader.directory(level))->chunks)
+            offsets.push_back(chunk.offset);
+    for (const std::uint64_t offset : offsets) {
+        damaged[offset] ^= 1;
+        const std::vector<Error> found = find_damage(damaged, {});
+        ASSERT_EQ(found.size(), 1U);
+        EXPECT_EQ(found[0].code, ErrorCode::bad_hash);
+        EXPECT_EQ(found[0].offset, offset);
+        EXPECT_EQ(found[0].rule, "5.6.4");
+        damaged[offset] ^= 1;
+    }
+    for (const std::uint64_t offset : offsets)
+        damaged[offset] ^= 1;
+    EXPECT_EQ(find_damage(damaged, {}).size(), std::min(kMaxDamageFound, offsets.size()));
+    std::stop_source stop;
+    stop.request_stop();
+    EXPECT_TRUE(find_damage(damaged, stop.get_token()).empty());
+    damaged = file();
+    const FileRange directory = reader.directory_range(reader.depth());
+    damaged[directory.offset + directory.bytes - 1] ^= 1;
+    const std::vector<Error> found = find_damage(damaged, {});
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].rule, "3.2.14");
+}
+
+TEST_F(ShownModelTest, IsDestroyedInTheBackground) {
     write(file());
     ThreadPool background(2);
-    Loading loading = begin_loading(background, "ball.pbvg", options_);
-    auto model = loading.get();
-    ASSERT_TRUE(model.ok());
-    const std::weak_ptr<ShownModel> watched = *model;
+    ShownModelPointer model = open();
+    const std::weak_ptr<ShownModel> watched = model;
     std::promise<void> gate;
     background.post([&] { gate.get_future().wait(); });
-    destroy_in(background, std::move(*model));
+    destroy_in(background, std::move(model));
     EXPECT_FALSE(watched.expired());
     gate.set_value();
     EXPECT_TRUE(wait_for([&] { return watched.expired(); }));
-    EXPECT_FALSE(begin_loading(background, "none.pbvg", options_).get().ok());
 }
 
 TEST_F(ShownModelTest, SavesTheExactPictureHoweverLittleIsLoaded) {

@@ -13,8 +13,8 @@
 namespace pbm {
 namespace {
 
-constexpr float kFontSize = 16;       // pixels at scale 1
-constexpr float kSmallestText = 0.6F; // of the usual size
+constexpr float kFontSize = 16;        // pixels at scale 1
+constexpr float kSmallestText = 0.45F; // of the usual size
 constexpr ImU32 kCard = IM_COL32(18, 20, 24, 240);
 constexpr ImU32 kBorder = IM_COL32(255, 255, 255, 40);
 constexpr ImU32 kText = IM_COL32(235, 235, 235, 255);
@@ -44,15 +44,26 @@ class Page {
         : list_(list), size_(static_cast<float>(size.x), static_cast<float>(size.y)), scale_(scale) {}
 
     // Draws text on a card, wrapped to the window's width. `place`: position as fractions of the free space.
-    void text(const std::string &text, ImU32 colour, ImVec2 place) {
+    // `progress`: 0..1, as a bar under the text.
+    void text(const std::string &text, ImU32 colour, ImVec2 place, std::optional<double> progress = {}) {
         const float width = most().x, font_size = ImGui::GetFontSize();
-        const ImVec2 extent = ImGui::GetFont()->CalcTextSizeA(font_size, width, width, text.c_str());
-        list_.AddText(nullptr, font_size, card(extent, place), colour, text.c_str(), nullptr, width);
+        ImVec2 extent = ImGui::GetFont()->CalcTextSizeA(font_size, width, width, text.c_str());
+        if (progress) // a card that does not change its size with the name of the step
+            extent = {std::min(width, std::max(extent.x, 30 * font_size)), extent.y + font_size};
+        const ImVec2 corner = card(extent, place);
+        list_.AddText(nullptr, font_size, corner, colour, text.c_str(), nullptr, width);
+        if (!progress)
+            return;
+        const ImVec2 bar(corner.x, corner.y + extent.y - 0.4F * font_size),
+            end(corner.x + extent.x, corner.y + extent.y);
+        list_.AddRectFilled(bar, end, kBorder, 3 * scale_);
+        const float done = static_cast<float>(std::clamp(*progress, 0.0, 1.0)) * extent.x;
+        list_.AddRectFilled(bar, {corner.x + done, end.y}, kKey, 3 * scale_);
     }
 
     void table(const std::string &title, const std::vector<OverlayRow> &rows) {
         const float font_size = ImGui::GetFontSize();
-        const float gap = 20 * scale_, line_height = 1.45F * font_size;
+        const float gap = 20 * scale_, line_height = 1.3F * font_size;
         float keys = 0, meanings = measure(title).x;
         for (const OverlayRow &row : rows) {
             keys = std::max(keys, measure(row.key).x);
@@ -152,7 +163,7 @@ void Overlay::draw(glm::ivec2 size, const OverlayText &text, const Build &panel)
     if (!text.help.empty())
         page.table(text.middle.empty() ? text.help_title : text.middle, text.help);
     else if (!text.middle.empty())
-        page.text(text.middle, kText, {0.5F, 0.5F});
+        page.text(text.middle, kText, {0.5F, 0.5F}, text.progress);
     if (!text.notice.empty())
         page.text(text.notice, text.notice_is_problem ? kProblem : kText, {0.5F, 1});
     ImGui::Render();

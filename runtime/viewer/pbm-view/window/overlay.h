@@ -6,6 +6,7 @@
 #include <glm/vec2.hpp>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,9 @@ struct OverlayRow {
 
 // The texts of the cards; a card without text is not shown.
 struct OverlayText {
-    std::string middle;     // in the middle; replaces the title of the help
-    std::string help_title; // in the middle, over the rows
+    std::string middle;             // in the middle; replaces the title of the help
+    std::optional<double> progress; // 0..1, as a bar under `middle`
+    std::string help_title;         // in the middle, over the rows
     std::vector<OverlayRow> help;
     std::string corner; // upper left
     std::string notice; // at the bottom

@@ -61,7 +61,9 @@ std::vector<OverlayRow> help_rows(CameraMode mode) {
                                          {"F1, H", "this help"},
                                          {"F2", "what a picture costs"},
                                          {"F11", "full screen"},
-                                         {"Drop a file", "open it"},
+                                         {"Ctrl + O, drop files", "open models, scans or folders"},
+                                         {"Page Up, Page Down", "previous, next file"},
+                                         {"Ctrl + R", "recent files; what is wrong with a file"},
                                          {"Escape", "quit"}};
     rows.insert(rows.end(), common.begin(), common.end());
     return rows;

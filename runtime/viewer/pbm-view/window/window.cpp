@@ -170,7 +170,7 @@ void Window::receive_events() {
         window_, [](GLFWwindow *window, double, double notches) { events_of(window).push_back(WheelEvent{notches}); });
     glfwSetDropCallback(window_, [](GLFWwindow *window, int count, const char **paths) {
         if (count > 0)
-            events_of(window).push_back(DropEvent{paths[0]});
+            events_of(window).push_back(DropEvent{{paths, paths + count}});
     });
     glfwSetWindowRefreshCallback(window_, [](GLFWwindow *window) { events_of(window).push_back(RefreshEvent{}); });
     glfwSetWindowIconifyCallback(window_, [](GLFWwindow *window, int) { events_of(window).push_back(RefreshEvent{}); });

@@ -61,7 +61,7 @@ struct WheelEvent {
     double notches; // positive: away from the user
 };
 struct DropEvent {
-    std::string path; // the first one of several files
+    std::vector<std::string> paths; // at least one
 };
 // The window's content is lost, or its size has changed.
 struct RefreshEvent {};

@@ -1,0 +1,54 @@
+#include "opening.h"
+
+#include <new>
+#include <utility>
+
+namespace pbm {
+
+Opening::Opening(ThreadPool &pool, std::string path, const ViewOptions &options, const CacheOptions &cache)
+    : path_(std::move(path)) {
+    const auto set_progress = [&pool, shared = shared_](std::optional<Progress> progress) {
+        {
+            const std::lock_guard lock(shared->mutex);
+            shared->progress = std::move(progress);
+        }
+        pool.wake();
+    };
+    if (is_scan(path_))
+        shared_->progress = Progress{"start", 0};
+    Preparation preparation{.cache = cache,
+                            .threads = options.load.threads,
+                            .progress =
+                                [set_progress](std::string_view step, double done) {
+                                    set_progress(Progress{std::string(step), done});
+                                },
+                            .stop = stop_.get_token()};
+    opened_ = pool.post([&pool, path = path_, options, set_progress,
+                         preparation = std::move(preparation)]() -> Result<ShownModelPointer> {
+        try {
+            const auto prepared = prepare_model(path, preparation);
+            set_progress(std::nullopt);
+            if (!prepared)
+                return prepared.error();
+            auto model = ShownModel::open(path, prepared->file, options, [&pool] { pool.wake(); });
+            if (!model)
+                return with_advice("pbm-view", model.error());
+            return model;
+        } catch (const std::bad_alloc &) {
+            return out_of_memory();
+        }
+    });
+}
+
+Opening::~Opening() {
+    cancel();
+    if (progress() && opened_.valid())
+        opened_.wait(); // until pbm-build has ended and its temporary files are removed
+}
+
+std::optional<Opening::Progress> Opening::progress() const {
+    const std::lock_guard lock(shared_->mutex);
+    return shared_->progress;
+}
+
+} // namespace pbm
