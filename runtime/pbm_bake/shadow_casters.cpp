@@ -27,7 +27,7 @@ ShadowCasters::ShadowCasters(const Grid &grid, const PointsOfLevel &points, int 
       radii_(points.radii) {
     assert(points.codes.size() == normals_.size() && normals_.size() == radii_.size());
     find_bricks(points.codes);
-    offsets_ = carried_offsets({level_, bricks_, places_, normals_}, threads);
+    offsets_ = carried_offsets({level_, bricks_, places_, normals_, radii_}, threads);
 }
 
 void ShadowCasters::find_bricks(std::span<const MortonCode> codes) {

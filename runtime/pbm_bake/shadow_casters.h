@@ -49,8 +49,9 @@ class ShadowCasters {
     std::span<const LevelBrick> bricks() const { return bricks_; }
     // Position of each point within its brick: a Morton code of 9 bits. [size()]
     std::span<const std::uint16_t> places() const { return places_; }
-    // Surface offsets from carried_offsets(). [size()]
-    std::span<const std::int8_t> offsets() const { return offsets_; }
+    // The surface, which casts shadows, and the layers above it, whose outermost one receives them: where scans lie on
+    // each other they are one surface. [size()]
+    const CarriedOffsets &offsets() const { return offsets_; }
     std::span<const std::uint16_t> normals() const { return normals_; }
     ByteView radii() const { return radii_; }
 
@@ -64,7 +65,7 @@ class ShadowCasters {
     ByteView radii_;
     std::vector<LevelBrick> bricks_;
     std::vector<std::uint16_t> places_;
-    std::vector<std::int8_t> offsets_;
+    CarriedOffsets offsets_;
 };
 
 } // namespace pbm

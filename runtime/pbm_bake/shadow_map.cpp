@@ -18,8 +18,8 @@ constexpr float kDenseRadius = 1, kDenseScale = 0.83F; // voxels
 constexpr float kMinCosine = 0.02F;
 // Splats nearer to the light than this many voxels cast no shadow: the light lies in their voxel.
 constexpr float kNearest = 1;
-// Voxels from a brick's centre to its surfaces: half the diagonal of the brick, and one voxel.
-constexpr double kBrickReach = 8 * 0.8660254 + 1;
+// Voxels from a brick's centre to its surfaces: half the diagonal of the brick, one voxel, and the layers above.
+constexpr double kBrickReach = 8 * 0.8660254 + 1 + static_cast<double>(kMaxLayer);
 
 double dot(const Vector3 &a, const Vector3 &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -111,19 +111,26 @@ class ShadowView::SplatsOfView {
   public:
     explicit SplatsOfView(const ShadowView &view)
         : place_of_(view.casters_.places().data()), normal_of_(view.casters_.normals().data()),
-          offset_of_(view.casters_.offsets().data()), places_(view.places_.data()), normals_(view.normals_.data()) {}
+          offset_of_(view.casters_.offsets().surface.data()), layers_of_(view.casters_.offsets().layers.data()),
+          places_(view.places_.data()), normals_(view.normals_.data()) {}
 
-    Splat operator()(const ViewBrick &brick, std::size_t i) const {
+    // At the point's surface, which casts a shadow.
+    Splat caster(const ViewBrick &brick, std::size_t i) const { return at(brick, i, offset_of_[i]); }
+    // At the outermost layer above it, which receives shadows.
+    Splat receiver(const ViewBrick &brick, std::size_t i) const { return at(brick, i, offset_of_[i] + layers_of_[i]); }
+
+  private:
+    Splat at(const ViewBrick &brick, std::size_t i, int steps) const {
         const auto &place = places_[place_of_[i]];
         const ViewNormal &n = normals_[normal_of_[i] & kNormalIndexMask];
-        const float offset = static_cast<float>(offset_of_[i]) * (1.0F / kCarriedSteps);
+        const float offset = static_cast<float>(steps) * (1.0F / kCarriedSteps);
         return {brick.corner[0] + place[0] + offset * n.x, brick.corner[1] + place[1] + offset * n.y,
                 brick.corner[2] + place[2] + offset * n.z, &n};
     }
 
-  private:
     const std::uint16_t *place_of_, *normal_of_;
     const std::int8_t *offset_of_;
+    const std::uint8_t *layers_of_;
     const std::array<float, 4> *places_;
     const ViewNormal *normals_;
 };
@@ -240,7 +247,7 @@ template <bool kPerspective> void ShadowView::draw_bricks(const Rows &rows) cons
     for (std::size_t b = 0; b < bricks_.size(); ++b)
         if (rows.touch(bricks_[b]))
             for (std::size_t i = bricks[b].first_point, end = bricks[b + 1].first_point; i < end; ++i)
-                rows.draw<kPerspective>(splats(bricks_[b], i), radii[radius_of[i]]);
+                rows.draw<kPerspective>(splats.caster(bricks_[b], i), radii[radius_of[i]]);
 }
 
 void ShadowView::draw(int first, int rows, std::span<float> map) const {
@@ -263,7 +270,7 @@ template <bool kPerspective> void ShadowView::vote_bricks(const Rows &rows, std:
         if (!rows.touch(bricks_[b]))
             continue;
         for (std::size_t i = bricks[b].first_point, end = bricks[b + 1].first_point; i < end; ++i) {
-            const Splat p = splats(bricks_[b], i);
+            const Splat p = splats.receiver(bricks_[b], i);
             const ViewNormal &n = *p.normal;
             float q = 1, cosine = n.z;
             if constexpr (kPerspective) {

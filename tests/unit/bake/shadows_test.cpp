@@ -120,6 +120,25 @@ TEST(Shadows, NoLightLeaksUnderAWallThatStandsOnTheFloor) {
     EXPECT_EQ(lit[scene.index(40, 4, 32)], 1);
 }
 
+// Whether a floor at height 4 is lit below sheets at other heights.
+bool floor_is_lit(std::initializer_list<int> above, std::array<double, 3> normal, bool floor_two_sided = false) {
+    VoxelScene scene;
+    scene.add_sheet(0, 64, 0, 64, 4, floor_two_sided);
+    for (const int y : above)
+        for (int z = 0; z < 64; ++z)
+            for (int x = 0; x < 64; ++x)
+                scene.add(x, y, z, normal);
+    return bake(scene.model(), sun({0.25, -1, 0}))[scene.index(20, 4, 20)] != 0;
+}
+
+TEST(Shadows, WhereScansLieOnEachOtherTheOutermostReceivesThem) {
+    EXPECT_TRUE(floor_is_lit({5}, {0, 1, 0}));
+    EXPECT_TRUE(floor_is_lit({5, 6}, {0, 1, 0}));
+    EXPECT_FALSE(floor_is_lit({8}, {0, 1, 0})) << "a roof";
+    EXPECT_FALSE(floor_is_lit({5, 6}, {0, -1, 0})) << "the other side of something";
+    EXPECT_FALSE(floor_is_lit({5, 6}, {0, 1, 0}, true)) << "nobody knows which side of the floor is the outer one";
+}
+
 TEST(Shadows, PointsFacingAwayTakeTheValueAroundThem) {
     VoxelScene scene;
     scene.add_sheet(0, 64, 0, 64, 4);
