@@ -31,10 +31,10 @@ struct Cloud {
     }
     std::vector<glm::dvec3> made(int gap, int threads = 2) {
         const std::size_t given = surface.positions.size();
-        const auto count = upsample(surface, normals, kGrid, {gap, 1 << 30}, threads);
-        EXPECT_TRUE(count.ok());
-        EXPECT_EQ(surface.positions.size(), given + *count);
-        EXPECT_EQ(normals.normals.size(), given + *count);
+        const auto voxels = upsample(surface, normals, kGrid, {gap, 1 << 30}, threads);
+        EXPECT_TRUE(voxels.ok());
+        EXPECT_EQ(surface.positions.size(), given + voxels->size());
+        EXPECT_EQ(normals.normals.size(), given + voxels->size());
         return {surface.positions.begin() + static_cast<std::ptrdiff_t>(given), surface.positions.end()};
     }
 };

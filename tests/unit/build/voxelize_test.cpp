@@ -449,6 +449,52 @@ TEST(SplatRadius, PointsCoverTheirCell) {
     }
 }
 
+// Points of the plane z = 100, three voxels apart, without those in a hole; `made`: with a made point in each voxel
+// between them, but in the hole.
+Voxels plane_with_a_hole(bool made) {
+    Voxels voxels;
+    for (std::uint32_t y = 0; y < 61; ++y)
+        for (std::uint32_t x = 0; x < 61; ++x) {
+            const bool given = x % 3 == 0 && y % 3 == 0;
+            if ((x > 24 && x < 33 && y > 24 && y < 33) || (!given && !made))
+                continue;
+            voxels.codes.push_back(morton_encode(x, y, 100));
+            if (!given)
+                voxels.made.push_back(voxels.codes.back());
+        }
+    std::sort(voxels.codes.begin(), voxels.codes.end());
+    std::sort(voxels.made.begin(), voxels.made.end());
+    voxels.points.resize(voxels.codes.size(), {});
+    std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
+    radii_from_neighbours(voxels, 8, 2);
+    return voxels;
+}
+
+TEST(SplatRadius, MadePointsOpenNoPlaceThatWasCovered) {
+    const Voxels before = plane_with_a_hole(false), after = plane_with_a_hole(true);
+    const auto covers = [](const Voxels &voxels, const glm::dvec2 &place) {
+        for (std::size_t i = 0; i < voxels.codes.size(); ++i) {
+            const auto v = morton_decode(voxels.codes[i]);
+            if (glm::length(place - glm::dvec2(v[0], v[1])) <= radius_fraction(voxels.points.radii[i]) * 256)
+                return true;
+        }
+        return false;
+    };
+    std::size_t covered = 0;
+    for (double y = 22; y <= 35; y += 0.25)
+        for (double x = 22; x <= 35; x += 0.25)
+            if (const glm::dvec2 place(x, y); covers(before, place)) {
+                ++covered;
+                EXPECT_TRUE(covers(after, place)) << x << " " << y;
+            }
+    EXPECT_GT(covered, 1500U) << "some of 2809 lie in the hole";
+    double largest = 0; // of the splats far from the hole
+    for (std::size_t i = 0; i < after.codes.size(); ++i)
+        if (const auto v = morton_decode(after.codes[i]); v[0] > 5 && v[0] < 18 && v[1] > 5 && v[1] < 18)
+            largest = std::max(largest, radius_fraction(after.points.radii[i]) * 256);
+    EXPECT_LT(largest, 1.2) << "voxels: between made points splats are small";
+}
+
 // The nearest 12 points of each lie on its own line.
 TEST(SplatRadius, GapsBetweenScanLinesClose) {
     constexpr int kDepth = 8, kApart = 7;

@@ -56,18 +56,17 @@ std::vector<Material> choose_materials(const Surface &surface, const AttributeSe
     return materials;
 }
 
-// Fills gaps of the points as requested.
-Status fill_gaps(Surface &surface, VertexNormals &normals, const Grid &grid, const Run &run) {
+// Fills gaps of the points as requested. Returns the voxels filled.
+Result<std::vector<MortonCode>> fill_gaps(Surface &surface, VertexNormals &normals, const Grid &grid, const Run &run) {
     const BuildOptions &options = run.options;
     if (!options.upsample || surface.point_count() == 0)
-        return {};
-    const Result<std::uint64_t> made = run.clock.run("upsample", [&] {
+        return std::vector<MortonCode>{};
+    Result<std::vector<MortonCode>> made = run.clock.run("upsample", [&] {
         return upsample(surface, normals, grid, {*options.upsample, options.max_hit_bytes}, options.threads);
     });
-    if (!made)
-        return made.error();
-    run.statistics.made_points = *made;
-    return {};
+    if (made)
+        run.statistics.made_points = made->size();
+    return made;
 }
 
 void report_made_points(const Surface &surface, const BuildOptions &options, BuildStatistics &statistics) {
@@ -97,7 +96,8 @@ Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, Verte
             return checked.error();
         }
         remove_made_points(surface, normals, given); // of a finer grid
-        if (Status filled = fill_gaps(surface, normals, grid, run); !filled) {
+        Result<std::vector<MortonCode>> filled = fill_gaps(surface, normals, grid, run);
+        if (!filled) {
             if (filled.error().code == ErrorCode::memory && may_be_coarser)
                 continue;
             return filled.error();
@@ -113,6 +113,7 @@ Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, Verte
             return sampled.error();
         run.statistics.samples = hits.size();
         Voxels voxels = run.clock.run("voxelize", [&] { return voxelize(sampler, hits, set, options.threads); });
+        voxels.made = std::move(*filled);
         if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points) {
             if (!options.grid.max_points && grid.depth < first_depth)
                 run.statistics.report("depth", Fate::converted,

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 namespace pbm::build {
 namespace {
@@ -23,7 +25,8 @@ constexpr std::size_t kCellNeighbours = 12; // neighbours that clip a cell
 constexpr std::size_t kMoreNeighbours = NearVoxelCursor::kMost; // where these do not close it
 constexpr double kFlatCosine = 0.9, kFlatSlope = 0.2; // limits of a flat surface between a point and a neighbour
 constexpr std::size_t kBorder = 5;                    // minimum reach at a border: the distance of this neighbour
-constexpr double kOverlap = 1.1; // overlap of splats, since neighbours lie slightly off the tangent plane
+constexpr float kFarthestGiven = 1024; // squared distance of a made point from a given one; no gap is as wide
+constexpr double kOverlap = 1.1;       // overlap of splats, since neighbours lie slightly off the tangent plane
 
 float distance_of(std::span<const Neighbour> near, std::size_t neighbour) {
     return near.empty() ? 0 : std::sqrt(near[std::min(neighbour, near.size()) - 1].squared_distance);
@@ -91,10 +94,21 @@ CellReach reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const
     return result;
 }
 
+// The nearest voxels; the voxel itself where there are fewer.
+using VoxelsAround = std::array<std::uint32_t, kCellNeighbours>;
+VoxelsAround indices_around(std::size_t voxel, std::span<const Neighbour> near) {
+    VoxelsAround around;
+    around.fill(static_cast<std::uint32_t>(voxel));
+    for (std::size_t k = 0; k < near.size(); ++k)
+        around[k] = near[k].voxel;
+    return around;
+}
+
 // The reach of one voxel before it is limited by the spacing around.
 struct Reach {
-    float closed = 0, flat = 0, border = 0;              // border: minimum
-    std::array<std::uint32_t, kCellNeighbours> around{}; // the nearest voxels; itself where there are fewer
+    float closed = 0, flat = 0, border = 0; // border: minimum
+    bool open = false;
+    VoxelsAround around{};
 };
 
 Reach reach_of(const Voxels &voxels, std::size_t voxel, NearVoxelCursor &cursor, float &ring) {
@@ -102,22 +116,24 @@ Reach reach_of(const Voxels &voxels, std::size_t voxel, NearVoxelCursor &cursor,
     auto near = std::span(found).first(cursor.nearest(voxel, std::span(found).first(kCellNeighbours)));
     const CellReach cell = reach_of_cell(voxels, voxel, near);
     Reach reach{static_cast<float>(cell.closed), static_cast<float>(cell.flat),
-                cell.open ? distance_of(near, kBorder) : 0};
+                cell.open ? distance_of(near, kBorder) : 0, cell.open};
     ring = distance_of(near, kRing);
-    reach.around.fill(static_cast<std::uint32_t>(voxel));
-    for (std::size_t k = 0; k < near.size(); ++k)
-        reach.around[k] = near[k].voxel;
-    if (cell.at_gap) {
+    reach.around = indices_around(voxel, near);
+    const bool beside_made = cell.open && !voxels.made.empty(); // the nearest may all be made ones
+    if (cell.at_gap || beside_made) {
         near = std::span(found).first(cursor.nearest(voxel, found));
         const CellReach wider = reach_of_cell(voxels, voxel, near);
         reach.flat = wider.open ? 0 : static_cast<float>(wider.flat); // a large splat would extend beyond the border
+        if (beside_made) {
+            reach.closed = static_cast<float>(wider.closed);
+            reach.open = wider.open;
+        }
     }
     return reach;
 }
 
 // The median of the known spacings of a voxel and those around it.
-float spacing_around(const std::vector<float> &rings, float own,
-                     const std::array<std::uint32_t, kCellNeighbours> &around) {
+float spacing_around(const std::vector<float> &rings, float own, const VoxelsAround &around) {
     std::array<float, kCellNeighbours + 1> some{own};
     std::size_t count = 1;
     for (const std::uint32_t voxel : around)
@@ -127,6 +143,51 @@ float spacing_around(const std::vector<float> &rings, float own,
     std::nth_element(some.begin(), middle, some.begin() + static_cast<std::ptrdiff_t>(count));
     return *middle;
 }
+
+// Spacings of a scan before up-sampling, in voxels: what a splat may reach where a gap was not filled.
+struct GivenSpacing {
+    std::vector<float> around, border; // [voxels] the spacing around; the distance of neighbour kBorder
+    float median = 0;                  // spacing
+
+    // The values of the nearest given voxel for those that up-sampling filled.
+    GivenSpacing(const Voxels &voxels, int depth, int threads)
+        : around(voxels.codes.size()), border(voxels.codes.size()) {
+        std::vector<MortonCode> codes; // of given voxels
+        std::set_difference(voxels.codes.begin(), voxels.codes.end(), voxels.made.begin(), voxels.made.end(),
+                            std::back_inserter(codes));
+        const NearVoxels near_voxels(codes, depth);
+        std::vector<float> rings(codes.size()), borders(codes.size());
+        std::vector<VoxelsAround> neighbours(codes.size());
+        parallel_blocks(codes.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+            NearVoxelCursor cursor(near_voxels);
+            std::array<Neighbour, kCellNeighbours> found;
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto near = std::span(found).first(cursor.nearest(i, found));
+                rings[i] = distance_of(near, kRing);
+                borders[i] = distance_of(near, kBorder);
+                neighbours[i] = indices_around(i, near);
+            }
+        });
+        const PointNeighbours tree(centres_of(codes));
+        parallel_blocks(voxels.codes.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+            NeighbourCursor cursor(tree);
+            for (std::size_t i = begin; i < end; ++i) {
+                std::size_t given = static_cast<std::size_t>(
+                    std::lower_bound(codes.begin(), codes.end(), voxels.codes[i]) - codes.begin());
+                if (given == codes.size() || codes[given] != voxels.codes[i]) {
+                    std::array<NearPoint, 1> nearest;
+                    const auto at = morton_decode(voxels.codes[i]);
+                    if (cursor.nearest_within({at[0], at[1], at[2]}, kFarthestGiven, nearest) == 0)
+                        continue;
+                    given = nearest[0].point;
+                }
+                around[i] = spacing_around(rings, rings[given], neighbours[given]);
+                border[i] = borders[given];
+            }
+        });
+        median = median_of(std::move(rings));
+    }
+};
 
 // Returns classes[radius_index(fraction)] by linear search: most radii are in the first few classes.
 class ClassFinder {
@@ -223,18 +284,25 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
         for (std::size_t i = begin; i < end; ++i)
             reaches[i] = reach_of(voxels, missing[i], cursor, rings[missing[i]]);
     });
+    std::optional<GivenSpacing> given;
+    if (!voxels.made.empty())
+        given.emplace(voxels, depth, threads);
     std::vector<float> known;
     known.reserve(count);
     for (const std::size_t voxel : missing)
         known.push_back(rings[voxel]);
-    const auto median = static_cast<double>(median_of(std::move(known)));
+    const auto median = static_cast<double>(given ? given->median : median_of(std::move(known)));
     const ClassFinder class_of(radius_classes(depth));
     parallel_for(count, kBlock, threads, [&](std::size_t i) {
         const Reach &reach = reaches[i];
         const float ring = rings[missing[i]];
-        const float spacing = spacing_around(rings, ring, reach.around);
-        const auto wanted = std::max({std::min(reach.closed, spacing), reach.border,
-                                      std::min(reach.flat, static_cast<float>(kFlatGap) * spacing)});
+        float spacing = spacing_around(rings, ring, reach.around), border = reach.border;
+        if (given) {
+            spacing = std::max(spacing, given->around[missing[i]]);
+            border = reach.open ? std::max(border, given->border[missing[i]]) : 0;
+        }
+        const auto wanted = std::max(
+            {std::min(reach.closed, spacing), border, std::min(reach.flat, static_cast<float>(kFlatGap) * spacing)});
         const double most = ring > kOutlierFactor * median ? median : kStray * median;
         voxels.points.radii[missing[i]] = class_of(std::min(static_cast<double>(wanted), most) / edge);
     });

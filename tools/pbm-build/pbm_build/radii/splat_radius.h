@@ -34,6 +34,9 @@ Bytes given_radii(const Surface &surface, const Grid &grid);
 //   radius >= distance of the 5th nearest voxel, where the cell is open (at a border)
 //   radius <= 3 x median spacing of all; that median itself for outliers (outliers.h)
 //
+// Where up-sampling made points, all spacings, and the 5th nearest voxel at a border, are those of the given points: a
+// gap that was not filled stays as covered as it was.
+//
 // Points below one node of the next level share the largest of their radii, unless it is more than 1.5 times their own:
 // a radius that equals its node's prediction costs no bits.
 void radii_from_neighbours(Voxels &voxels, int depth, int threads);

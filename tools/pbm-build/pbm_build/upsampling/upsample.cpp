@@ -296,8 +296,8 @@ void append(const std::vector<MadePoint> &made, const Grid &grid, Surface &surfa
 
 } // namespace
 
-Result<std::uint64_t> upsample(Surface &surface, VertexNormals &normals, const Grid &grid,
-                               const UpsampleRequest &request, int threads) {
+Result<std::vector<MortonCode>> upsample(Surface &surface, VertexNormals &normals, const Grid &grid,
+                                         const UpsampleRequest &request, int threads) {
     const Cloud cloud = cloud_of(surface, normals, grid, threads);
     const std::size_t count = cloud.places.size(), blocks = (count + kBlock - 1) / kBlock;
     std::vector<std::vector<MadePoint>> made_in(blocks);
@@ -324,7 +324,11 @@ Result<std::uint64_t> upsample(Surface &surface, VertexNormals &normals, const G
     }
     keep_one_per_voxel(made);
     append(made, grid, surface, normals);
-    return static_cast<std::uint64_t>(made.size());
+    std::vector<MortonCode> filled;
+    filled.reserve(made.size());
+    for (const MadePoint &point : made)
+        filled.push_back(point.code);
+    return filled;
 }
 
 void remove_made_points(Surface &surface, VertexNormals &normals, std::size_t given) {

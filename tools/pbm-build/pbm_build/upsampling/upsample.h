@@ -9,6 +9,8 @@
 #include "pbm_format/model/model.h"
 #include "pbm_scan/surface/surface.h"
 
+#include <vector>
+
 namespace pbm::build {
 
 inline constexpr int kMinGap = 2, kMaxGap = 16; // voxels
@@ -18,7 +20,8 @@ struct UpsampleRequest {
     std::uint64_t max_bytes = 0; // of working memory for made points
 };
 
-// Appends points to `surface` and `normals`, at most one to each empty voxel of `grid`, and returns their number.
+// Appends points to `surface` and `normals`, at most one to each empty voxel of `grid`, and returns the voxels that they
+// fill, ascending.
 //
 // A gap is a place that lies between points: within a triangle of three points of one sheet of the surface whose
 // circumcircle is empty, and at most `gap` voxels wide. So a hole stays open as far as a disc of that width fits into
@@ -30,8 +33,8 @@ struct UpsampleRequest {
 // result does not depend on the number of threads or the order of the points.
 //
 // errors  memory  more points than max_bytes hold
-Result<std::uint64_t> upsample(Surface &surface, VertexNormals &normals, const Grid &grid,
-                               const UpsampleRequest &request, int threads);
+Result<std::vector<MortonCode>> upsample(Surface &surface, VertexNormals &normals, const Grid &grid,
+                                         const UpsampleRequest &request, int threads);
 
 // Removes the points that upsample appended to `given` ones.
 void remove_made_points(Surface &surface, VertexNormals &normals, std::size_t given);

@@ -13,6 +13,7 @@ namespace pbm::build {
 struct Voxels {
     std::vector<MortonCode> codes; // ascending, unique
     PointAttributes points;        // radii: the largest of the samples
+    std::vector<MortonCode> made;  // those of `codes` that up-sampling filled, ascending
 };
 
 // Takes all hits out of `store`, which was filled from `sampler`, and averages their samples.
