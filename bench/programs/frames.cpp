@@ -14,8 +14,8 @@
 #include "pbm_scan/surface_reader.h"
 #include "system/processes/this_process.h"
 #include "value_or_throw.h"
+#include "viewer/navigation/camera_control.h"
 #include "viewer/pbm-render/model_drawer.h"
-#include "viewer/scene/camera_control.h"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
@@ -85,7 +85,8 @@ class Renderers {
                 Camera &camera = cameras.emplace_back(end);
                 camera.position += left * (whole.position - end.position);
             } else {
-                cameras.push_back(nearer(drawer, orbit(whole, glm::two_pi<double>() * i / view_count_, 0), distance));
+                cameras.push_back(
+                    nearer(drawer, orbit(whole, whole.up, glm::two_pi<double>() * i / view_count_, 0), distance));
             }
         return cameras;
     }

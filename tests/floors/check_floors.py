@@ -40,7 +40,8 @@ ROOMS = {
     "format_spec/pbm_format": ["law", "model", "container", "streams", "chunks", "rasters", "reading", "checking", "writing"],
     "runtime/pbm_render": [
         "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference"],
-    "runtime/viewer": ["pictures", "options", "opening", "scene", "pbm-render pbm-view", "pbm-view/window"],
+    "runtime/viewer": [
+        "pictures", "options", "measure opening", "navigation", "scene", "pbm-render pbm-view", "pbm-view/window"],
     "tools/pbm-build/pbm_scan": ["surface", "text", "mesh ply", "."],
     "tools/pbm-build/pbm_build": [
         "report", "surface", "grid", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
@@ -238,7 +239,7 @@ def self_test():
         ("runtime/pbm_render/camera/camera.h", '#include "pbm_bake/shadow_map.h"'),
         ("runtime/pbm_surface/surface_offsets.h", '#include "pbm_render/bricks/point_run.h"'),
         ("runtime/viewer/pbm-render/main.cpp", "#include <GLFW/glfw3.h>"),
-        ("runtime/viewer/scene/camera_control.cpp", "#include <GLFW/glfw3.h>"),
+        ("runtime/viewer/navigation/camera_control.cpp", "#include <GLFW/glfw3.h>"),
         ("runtime/viewer/pictures/avi_writer.cpp", '#include "viewer/scene/scene.h"'),
         ("runtime/viewer/pbm-view/viewer.cpp", "#include <GLFW/glfw3.h>"),
         ("runtime/viewer/pbm-view/window/window.cpp", "#include <epoxy/gl.h>"),

@@ -5,6 +5,8 @@ HOLD is the library of hold_zstd.cpp. The tests grab the window from the screen 
 picture of pbm-render for the view that `pbm-view -v` prints. Exit code 77: Xvfb, xdotool or ImageMagick is not installed.
 """
 
+import array
+import math
 import os
 import pathlib
 import re
@@ -142,7 +144,7 @@ class View:
     def pictures(self):
         """The printed figures of each frame with a picture: (error in pixels, ms, points decoded, chunks missing or None)."""
         found = re.findall(r"^frame \d+: error (\S+) pixels, levels? [\d to]+ of \d+, \d+ of \d+ points drawn, (\S+) ms, "
-                           r"\d+x\d+, \d+ bytes read, (\d+) points decoded, (?:exact|fine, \d+ of \d+ samples|coarse, (\d+) chunks missing)$",
+                           r"\d+x\d+, \d+ bytes read, (\d+) points decoded, (?:exact|gliding|fine, \d+ of \d+ samples|coarse, (\d+) chunks missing)$",
                            self.text(), re.MULTILINE)
         check(len(found) == len([line for line in self.lines("frame ") if "no picture" not in line]), self.text())
         return [(float(error), float(ms), int(points), int(missing) if missing else None)
@@ -414,32 +416,173 @@ def test_target_camera(display):
 
         check(acted("Up", "key", "Up")[2] < distance * 0.99, "Up does not come nearer")
         view.key("f")
-        check(view.grab() == first, "F does not bring the first view back")
+        check(view.grab() == first, "F does not show the whole model")
         check(acted("Down", "key", "Down")[2] > distance * 1.01, "Down does not go away")
         view.key("Return")
         check(view.grab() == first, "Enter does not bring the first view back")
         check(acted("wheel up", "mousemove", 100, 100, "click", 4)[2] < distance * 0.99, "the wheel does not come nearer")
         view.act("click", 5)
         check(abs(length(minus(*view.vectors())) / distance - 1) < 1e-9, "the wheel does not go back")
-        view.key("f")
+        view.key("Return")
         for what, arguments in (("Left", ("key", "Left")), ("A", ("key", "a")),
                                 ("a drag", dragged(1, (200, 150), (260, 190)))):
             now, centre, reach = acted(what, *arguments)
             check(now != position and centre == focus, f"{what} does not turn around the focal point")
             check(abs(reach / distance - 1) < 1e-9, f"{what} changes the distance")
-        view.key("f")
+        view.key("Return")
         now, centre, reach = acted("a drag with the right button", *dragged(3, (200, 150), (200, 100)))
         check(centre == focus and reach < distance * 0.99, "a drag with the right button does not come nearer")
-        view.key("f")
+        view.key("Return")
         for what, arguments in (("a drag with the middle button", dragged(2, (200, 150), (220, 150))),
                                 ("a drag with Shift", dragged(1, (220, 150), (220, 180), "shift"))):
             before = view.vectors()
             now, centre, reach = acted(what, *arguments)
             moved = length(minus(minus(now, before[0]), minus(centre, before[1])))
             check(centre != before[1] and moved < 1e-9 * distance, f"{what} does not move both ends of the view")
-        time.sleep(0.5)  # separates the clicks of the drags from the double click
-        view.act("mousemove", 100, 100, "click", 1, "click", 1)
-        check(view.grab() == first, "a double click does not bring the first view back")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_views(display):
+    """Keys glide to views of the whole model; double clicks and the wheel keep what is under the mouse."""
+    with View(display, "model.pbvg") as view:
+        position, focus = view.vectors()
+        distance = length(minus(position, focus))
+        seen = {}
+        for key, name in (("1", "front"), ("2", "side"), ("3", "top"), ("4", "isometric")):
+            glides = len(view.lines("view: "))
+            view.key(key)
+            check(len(view.lines("view: ")) > glides + 1, f"{name}: the view jumps")
+            now, centre = view.vectors()
+            sight = [n / distance for n in minus(now, centre)]
+            expected = {"front": (0, 0, 1), "side": (1, 0, 0), "top": (0, 1, 0), "isometric": (3**-0.5,) * 3}[name]
+            check(length(minus(sight, expected)) < 1e-9 and length(minus(centre, focus)) < 1e-9, f"{name}: {now}")
+            seen[name] = check_same(view, "model.pbvg", f"the {name} view")
+        # A glide ends at input: the last key alone counts.
+        view.act("key", "1", "key", "2")
+        check(view.grab() == seen["side"], "a key does not end a glide")
+        view.key("5")
+        check("--projection=orthographic" in view.view(), f"5 is not orthographic: {view.view()}")
+        wait_for_notice(view, "model.pbvg", "an orthographic view")
+        view.key("5")
+        check("--projection=orthographic" not in view.view(), "5 does not return to perspective")
+        # F shows all from where the camera stands; Enter goes back to the first view.
+        view.act("mousemove", 240, 180, *["click", 4] * 5)
+        view.act(*dragged(1, (200, 150), (260, 190)))
+        now, centre = view.vectors()
+        direction = [n / length(minus(now, centre)) for n in minus(now, centre)]
+        view.key("f")
+        now, centre = view.vectors()
+        check(length(minus([n / distance for n in minus(now, centre)], direction)) < 1e-9, "F turns the model")
+        view.key("Return")
+        check(view.vectors() == [position, focus], "Enter does not go back to the first view")
+        # However far the model is dragged away, it does not get lost.
+        for _ in range(6):
+            view.act(*dragged(2, (20, 20), (460, 340)))
+        radius = distance * math.sin(math.radians(15))
+        check(length(minus(view.vectors()[1], focus)) < radius * 1.001, "the model is dragged out of reach")
+        view.key("Return")
+        check(view.vectors() == [position, focus], "Enter does not bring a lost model back")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_saved_views(display):
+    """Control and a digit save a view; the digit glides to it, in the next session too; each model has its own."""
+    with View(display, "model.pbvg") as view:
+        first = view.vectors()
+        view.next_frame("key", "7")  # there is none
+        check(view.vectors() == first, "a view that was not saved moves the camera")
+        view.act("key", "Left", "key", "Up")
+        view.key("5")
+        saved = view.view()
+        view.next_frame("key", "ctrl+6")
+        view.key("Return")
+        view.act("key", "6")
+        check(view.view() == saved != first, f"6 shows {view.view()}, not {saved}")
+        check(view.quit() == 0, "Escape does not end with 0")
+    with View(display, "other.pbvg") as view:
+        before = view.view()
+        view.next_frame("key", "6")
+        check(view.view() == before, "the view belongs to another model")
+        check(view.quit() == 0, "Escape does not end with 0")
+    with View(display, "model.pbvg") as view:
+        view.act("key", "6")
+        check(view.view() == saved, f"the next session shows {view.view()}, not {saved}")
+        wait_for_notice(view, "model.pbvg", "a saved view")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
+def wait_for_notice(view, model, what):
+    """check_same, when the notice at the bottom has disappeared."""
+    end = time.monotonic() + PATIENCE
+    while view.grab() != rendered(model, *view.view()):
+        check(time.monotonic() < end, f"{what} is not pbm-render's")
+        time.sleep(0.5)
+
+
+def picked(view, place):
+    """The point that a click at `place` measures."""
+    before = len(view.lines("point "))
+    view.xdotool("mousemove", *place, "sleep", "0.1", "click", 1)
+    view.wait(lambda: len(view.lines("point ")) > before, "point")
+    line = view.lines("point ")[-1]
+    return [float(n) for n in line.split(": ")[1].removesuffix(" units").split(", ")]
+
+
+def test_measure(display):
+    """M: clicks set points on the surface, where pbm-render's depths say; the mouse's zoom keeps them in place."""
+    with View(display, "model.pbvg") as view:
+        plain = view.grab()
+        place = (200, 170)
+        view.next_frame("key", "m")
+        point = picked(view, place)
+        result = run("pbm-render", "-q", "--quality=fast", "model.pbvg", "--depth-output=depth.pfm", *view.view()[:5])
+        check(result.returncode == 0, f"{result}")
+        data = (work / "depth.pfm").read_bytes()
+        depths = array.array("f", data[-4 * SIZE[0] * SIZE[1]:])
+        depth = depths[(SIZE[1] - 1 - place[1]) * SIZE[0] + place[0]]  # bottom row first
+        position, focus = view.vectors()
+        pixel = 2 * math.tan(math.radians(15)) / SIZE[1]  # the first view looks along -Z
+        expected = [position[0] + (place[0] + 0.5 - SIZE[0] / 2) * pixel * depth,
+                    position[1] - (place[1] + 0.5 - SIZE[1] / 2) * pixel * depth, position[2] - depth]
+        check(length(minus(point, expected)) < 1e-4, f"{point} is not {expected}")
+        other = picked(view, (280, 190))
+        line = view.lines("distance 1 to 2: ")[-1]
+        measured, uncertainty = (float(n) for n in re.search(r": (\S+) ± (\S+) units", line).groups())
+        check(abs(measured - length(minus(point, other))) < 0.1 * uncertainty < 0.1 * measured, line)
+        picked(view, (240, 240))
+        total = float(view.lines("along all: ")[-1].split()[2])
+        between = float(view.lines("distance 2 to 3: ")[-1].split()[4])
+        check(abs(total - measured - between) < 0.1 * uncertainty, "the whole is not the sum")
+        # A drag is no click.
+        points = len(view.lines("point "))
+        view.act(*dragged(1, (200, 150), (260, 190)))
+        check(len(view.lines("point ")) == points, "a drag sets a point")
+        view.xdotool("mousemove", 2, 2, "click", 1)
+        view.next_frame("key", "x")
+        check(len(view.lines("point ")) == points, "a click beside the model sets a point")
+        view.next_frame("key", "BackSpace")
+        view.key("Return")
+        # Six notches at a point of the surface leave it under the mouse.
+        before = view.vectors()
+        view.act("mousemove", *place, "sleep", "0.1", *["click", 4] * 6)
+        now = view.vectors()
+        check(abs(length(minus(*now)) / length(minus(*before)) / 0.9**6 - 1) < 1e-9, "not six notches")
+        check(length(minus(picked(view, place), point)) < 2 * uncertainty, "the wheel moves what is under the mouse")
+        view.key("f")
+        # Escape clears the points, then ends measuring; a double click moves a point of the surface to the middle.
+        view.next_frame("key", "Escape")
+        view.next_frame("key", "Escape")
+        view.next_frame("key", "x")
+        view.key("Return")
+        wait_for_notice(view, "model.pbvg", "a view without measuring")
+        check(view.grab() == plain, "Escape does not clear the points")
+        view.act("mousemove", *place, "sleep", "0.5", "click", 1, "click", 1)
+        check(length(minus(view.vectors()[1], point)) < 2 * uncertainty, "a double click does not set the focus")
+        check_same(view, "model.pbvg", "the new focus")
+        views = len(view.lines("view: "))
+        view.xdotool("mousemove", 2, 2, "sleep", "0.5", "click", 1, "click", 1)
+        view.next_frame("key", "F2")
+        check(len(view.lines("view: ")) == views, "a double click beside the model moves it")
         check(view.quit() == 0, "Escape does not end with 0")
 
 
@@ -625,7 +768,7 @@ def test_panel(display):
         view.act(*dragged(1, (40, 300), (60, 330)))
         view.next_frame("key", "Tab")
         check_same_in_the_end(view, "model.pbvg", "a look of the panel")  # waits until the notice has disappeared
-        view.key("f")
+        view.key("Return")
         view.next_frame("key", "Tab")
         # Makes a light brighter, then resets it.
         view.next_frame(*clicked(313))

@@ -17,6 +17,8 @@ constexpr float kNear = 8;
 constexpr float kBlockRoom = 0.8F;
 // Blocks of splats that are smaller by this factor leave no gap without redundant points.
 constexpr float kThinRoom = 1.12F;
+// Grid edges. Floats hold the places of bricks relative to eyes up to this far from the cube, else to its middle.
+constexpr float kFarEye = 100;
 // Pixels. Voxels up to this width are drawn as blocks of 2 x 2 pixels or as ellipses.
 constexpr float kSmallVoxel = 1.42F;
 
@@ -44,9 +46,14 @@ RunGeometry::RunGeometry(const PointRun &points, const FrameGeometry &frame)
 std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &frame, std::span<SeenBrick> to) {
     const PointRun &run = *geometry.run;
     const std::span<const BrickRecord> bricks = run.chunk->bricks;
-    const auto eye = glm::vec3(frame.projection.eye);
-    const auto right = glm::vec3(frame.projection.axes.right), down = glm::vec3(-frame.projection.axes.up),
-               forward = glm::vec3(frame.projection.axes.forward);
+    const EyeAxes &axes = frame.projection.axes;
+    const auto right = glm::vec3(axes.right), down = glm::vec3(-axes.up), forward = glm::vec3(axes.forward);
+    const glm::dvec3 to_cube = glm::dvec3(0.5) - frame.projection.eye;
+    const bool is_far = glm::length(to_cube) > static_cast<double>(kFarEye);
+    const auto origin = is_far ? glm::vec3(0.5F) : glm::vec3(frame.projection.eye);
+    const auto to_origin =
+        is_far ? glm::vec3(glm::dot(to_cube, axes.right), -glm::dot(to_cube, axes.up), glm::dot(to_cube, axes.forward))
+               : glm::vec3(0);
     const float voxel = geometry.voxel, half = kBrickVoxels / 2 * voxel;
     const float half_diagonal = half * std::sqrt(3.0F);
     const float to_first = -(kBrickVoxels - 1) / 2;
@@ -61,8 +68,9 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
         const glm::vec3 sight =
             glm::vec3(static_cast<float>(brick.x), static_cast<float>(brick.y), static_cast<float>(brick.z)) *
                 (2 * half) +
-            half - eye;
-        const glm::vec3 centre(glm::dot(sight, right), glm::dot(sight, down), glm::dot(sight, forward));
+            half - origin;
+        const glm::vec3 centre =
+            glm::vec3(glm::dot(sight, right), glm::dot(sight, down), glm::dot(sight, forward)) + to_origin;
         const float radius = frame.radii[brick.largest_radius];
         const float reach = half_diagonal + radius + geometry.max_offset;
         if (centre.z + reach <= 0)

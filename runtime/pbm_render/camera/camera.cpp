@@ -111,6 +111,22 @@ bool is_usable(const Camera &camera) {
            camera.view_angle > 1e-6 && camera.view_angle < 3.14;
 }
 
+double view_height(const Camera &camera) {
+    return 2 * glm::length(camera.focal_point - camera.position) * std::tan(camera.view_angle / 2);
+}
+
+Camera telecentric(const Camera &camera, double grid_edge) {
+    if (!camera.orthographic)
+        return camera;
+    const double half = view_height(camera) / 2;
+    const double distance = std::min(kTelecentricDistance * grid_edge, half / std::tan(kMinTelecentricAngle / 2));
+    Camera drawn = camera;
+    drawn.position = camera.focal_point - distance * eye_axes(camera).forward;
+    drawn.view_angle = 2 * std::atan(half / distance);
+    drawn.orthographic = false;
+    return drawn;
+}
+
 EyeAxes eye_axes(const Camera &camera) {
     assert(is_usable(camera));
     EyeAxes axes{};

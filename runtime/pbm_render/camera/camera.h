@@ -11,13 +11,22 @@ namespace pbm {
 
 inline constexpr double kDefaultViewAngle = 0.5235987755982988; // 30 degrees
 
-// A pinhole camera, as users of F3D and VTK describe it.
+// A camera as users of F3D and VTK describe it: a pinhole, or an orthographic camera that sees as much of the focal
+// point's plane as the pinhole would.
 struct Camera {
     glm::dvec3 position{0, 0, 1};          // model space
     glm::dvec3 focal_point{0};             // model space, the middle of the picture
     glm::dvec3 up{0, 1, 0};                // any length, not along the line of sight
     double view_angle = kDefaultViewAngle; // vertical, radians
+    bool orthographic = false;             // drawn by a telecentric camera, see telecentric()
+    bool operator==(const Camera &) const = default;
 };
+
+// Distance between focal point and eye of a telecentric camera, in edges of the grid. Depths are floats: at this
+// distance they resolve 1/32768 of the edge.
+inline constexpr double kTelecentricDistance = 511;
+// Smallest vertical angle of a telecentric camera, radians.
+inline constexpr double kMinTelecentricAngle = 2e-6;
 
 // Orthonormal axes of the eye in model space.
 struct EyeAxes {
@@ -29,6 +38,15 @@ struct EyeAxes {
 bool is_usable(const Camera &camera);
 // Needs a usable camera.
 EyeAxes eye_axes(const Camera &camera);
+// Height of what a usable camera sees of the focal point's plane, model units.
+double view_height(const Camera &camera);
+
+// The pinhole camera that draws the picture of an orthographic one; a pinhole is returned as it is. It stands
+// kTelecentricDistance edges of the grid behind the focal point, nearer if its angle would be less than
+// kMinTelecentricAngle, and sees as much of the focal point's plane. What lies z edges before or behind this plane is
+// drawn too large or too small by z / kTelecentricDistance: half a grid away from the plane and at the border of a
+// picture of 720 rows, 0.35 pixels. Renderers and select_detail call it; who turns depths into places needs it, too.
+Camera telecentric(const Camera &camera, double grid_edge);
 
 struct Sphere {
     glm::dvec3 centre{0};

@@ -17,7 +17,7 @@ Camera in_unit_grid(const Camera &camera, const Grid &grid) {
     Camera result = camera;
     result.position = (camera.position - origin) / grid.edge();
     result.focal_point = (camera.focal_point - origin) / grid.edge();
-    return result;
+    return telecentric(result, 1);
 }
 
 } // namespace pbm

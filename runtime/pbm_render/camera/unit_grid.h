@@ -7,7 +7,7 @@
 namespace pbm {
 
 Grid unit_grid(const Grid &grid);
-// The camera that sees the unit grid as `camera` sees `grid`.
+// The pinhole camera that sees the unit grid as `camera` sees `grid`.
 Camera in_unit_grid(const Camera &camera, const Grid &grid);
 
 } // namespace pbm

@@ -52,7 +52,8 @@ std::uint32_t darken(const ColourTable &table, std::uint32_t colour, float facto
 // rings scale with the picture, so that its size does not change its look.
 class EyeDome {
   public:
-    explicit EyeDome(const Framebuffer &target) : depths_(target) {
+    EyeDome(const DepthCueView &view, const Framebuffer &target)
+        : depths_(target), relief_(static_cast<float>(view.relief)) {
         const double scale = std::max(1.0, target.height / 720.0);
         for (std::size_t i = 0; i < kDirections; ++i) {
             const double angle = glm::two_pi<double>() * static_cast<double>(i) / kDirections;
@@ -69,7 +70,7 @@ class EyeDome {
         const float depth = depths_.at(x, y);
         float sum = 0;
         for (const glm::ivec2 &offset : offsets_)
-            sum += std::clamp(1 - depths_.at(x + offset.x, y + offset.y) / depth, 0.0F, kMaxStep);
+            sum += std::clamp(relief_ * (1 - depths_.at(x + offset.x, y + offset.y) / depth), 0.0F, kMaxStep);
         return std::exp(-kStrength / (kRings * kDirections) * sum);
     }
 
@@ -78,6 +79,7 @@ class EyeDome {
     static constexpr float kMaxStep = 0.012F; // limits the darkening of a distant wall behind an edge
 
     Depths depths_;
+    float relief_;
     std::array<glm::ivec2, kRings * kDirections> offsets_;
 };
 
@@ -157,17 +159,18 @@ class Occlusion {
 };
 
 // Mean over those of the surrounding 4 x 4 pixels that lie on the same surface: one of each direction of the pattern.
-float smooth(const std::vector<float> &values, const Framebuffer &target, int x, int y) {
+float smooth(const std::vector<float> &values, const Framebuffer &target, float relief, int x, int y) {
     const auto index = [&](int u, int v) {
         return static_cast<std::size_t>(std::ptrdiff_t{std::clamp(v, 0, target.height - 1)} * target.width +
                                         std::clamp(u, 0, target.width - 1));
     };
     const float depth = target.depth[index(x, y)];
     constexpr float kSameSurface = 0.01F; // parts of the depth
+    const float reach = kSameSurface / relief * depth;
     float sum = 0, weight = 0;
     for (int v = y - 2; v < y + 2; ++v)
         for (int u = x - 2; u < x + 2; ++u)
-            if (const std::size_t at = index(u, v); std::abs(target.depth[at] - depth) <= kSameSurface * depth) {
+            if (const std::size_t at = index(u, v); std::abs(target.depth[at] - depth) <= reach) {
                 sum += values[at];
                 ++weight;
             }
@@ -189,7 +192,7 @@ template <class Factor> void darken_all(Framebuffer &target, ThreadPool &pool, c
 
 void apply_depth_cue(DepthCue cue, const DepthCueView &view, ThreadPool &pool, Framebuffer &target) {
     if (cue == DepthCue::eye_dome) {
-        const EyeDome dome(target);
+        const EyeDome dome(view, target);
         darken_all(target, pool, [&](int x, int y) { return dome.factor(x, y); });
     } else if (cue == DepthCue::ambient_occlusion) {
         const Occlusion occlusion(view, target);
@@ -200,7 +203,8 @@ void apply_depth_cue(DepthCue cue, const DepthCueView &view, ThreadPool &pool, F
                 if (const std::size_t at = row + static_cast<std::size_t>(x); target.depth[at] != kEmpty)
                     openness[at] = occlusion.openness(x, y);
         });
-        darken_all(target, pool, [&](int x, int y) { return smooth(openness, target, x, y); });
+        const auto relief = static_cast<float>(view.relief);
+        darken_all(target, pool, [&](int x, int y) { return smooth(openness, target, relief, x, y); });
     }
 }
 

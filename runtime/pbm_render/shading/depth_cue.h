@@ -16,6 +16,9 @@ enum class DepthCue : std::uint8_t { none, eye_dome, ambient_occlusion };
 struct DepthCueView {
     double focal;     // pixels
     double grid_edge; // model units; scales the reach of ambient occlusion
+    // Distance of the eye from the focal point over that of the camera: above 1 for telecentric(). Factor of relative
+    // differences of depths, so that an orthographic picture is shaded as a perspective one.
+    double relief = 1;
 };
 
 // Darkens the colours of drawn pixels of `target`, which must have depths. Alpha, depths and empty pixels do not

@@ -95,6 +95,10 @@ void add_view_options(CommandLine &line, ViewOptions &options) {
     line.add("--camera-view-up", "Default: the model's up axis", stored(parse_vector, options.view_up), vector);
     line.add("--camera-view-angle", "Vertical angle of view, degrees", &options.view_angle,
              {.check = Numbers{0.01, 170}, .shows_default = true});
+    command_line::add_choice<bool>(line, "--projection", "projection", {{"perspective", false}, {"orthographic", true}},
+                                   options.orthographic,
+                                   "perspective (default); orthographic: parallels stay parallel, and as much of the "
+                                   "focal point's plane is seen");
     add_look_options(line, options);
     add_shading_options(line, options.look);
     line.topic = "Options";
@@ -120,6 +124,7 @@ Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, U
     camera.position = options.position.value_or(camera.position);
     camera.focal_point = options.focal_point.value_or(camera.focal_point);
     camera.up = options.view_up.value_or(camera.up);
+    camera.orthographic = options.orthographic;
     if (!is_usable(camera))
         return Error{ErrorCode::usage, 0,
                      "the camera sees nothing: it stands at its focal point or looks along its view-up, or a number is "
@@ -137,9 +142,14 @@ DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::iv
 
 std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size) {
     return "--resolution=" + std::to_string(size.x) + "," + std::to_string(size.y) +
-           " --camera-position=" + vector_text(camera.position) +
+           camera_as_options(camera, view_angle);
+}
+
+std::string camera_as_options(const Camera &camera, double view_angle) {
+    return " --camera-position=" + vector_text(camera.position) +
            " --camera-focal-point=" + vector_text(camera.focal_point) + " --camera-view-up=" + vector_text(camera.up) +
-           " --camera-view-angle=" + number_text(view_angle);
+           " --camera-view-angle=" + number_text(view_angle) +
+           (camera.orthographic ? " --projection=orthographic" : "");
 }
 
 const std::string &word_of(Quality quality) { return word_of(kQualities, quality); }

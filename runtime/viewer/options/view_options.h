@@ -26,6 +26,7 @@ struct ViewOptions {
     glm::ivec2 resolution{1280, 720};                         // pixels
     std::optional<glm::dvec3> position, focal_point, view_up; // model space; absent: the default camera's
     double view_angle = 30;                                   // degrees
+    bool orthographic = false;
     Renderer renderer = Renderer::fast;
     double max_error = kDefaultMaxError; // pixels
     Splats splats = Splats::ellipses;    // of the reference renderer
@@ -55,6 +56,8 @@ DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::iv
 // The options that make pbm-render draw this view. Every number reads back as the same double; so `view_angle` is in
 // degrees, not the camera's radians.
 std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size);
+// Those of the camera alone, each after a space.
+std::string camera_as_options(const Camera &camera, double view_angle);
 
 // The command line's word for a value.
 const std::string &word_of(Quality quality);

@@ -4,12 +4,12 @@
 #include "system/threads/parallel.h"
 
 #include "model_drawer.h"
+#include "viewer/navigation/camera_control.h"
 #include "viewer/opening/prepared_model.h"
 #include "viewer/options/video_options.h"
 #include "viewer/options/view_options.h"
 #include "viewer/pictures/image_writer.h"
 #include "viewer/pictures/picture_file.h"
-#include "viewer/scene/camera_control.h"
 #include "viewer/scene/scene.h"
 
 #include <glm/gtc/constants.hpp>
@@ -224,7 +224,7 @@ Result<BenchStatistics> bench(ModelDrawer &drawer, const Camera &first, int fram
     std::vector<double> times;
     BenchStatistics statistics;
     for (int i = 0; i < frames; ++i) {
-        const Camera camera = orbit(first, glm::two_pi<double>() * i / frames, 0);
+        const Camera camera = orbit(first, first.up, glm::two_pi<double>() * i / frames, 0);
         if (Status loaded = drawer.load(camera, {picture.width, picture.height}); !loaded)
             return std::move(loaded).error();
         const Stopwatch frame;
@@ -272,10 +272,12 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
         if (const Status written = command_line::write_bytes(arguments.output, *file); !written)
             return fail(arguments.output, written.error());
     }
-    if (!arguments.depth_output.empty())
+    if (!arguments.depth_output.empty()) {
+        drawer.count_depths_from(camera, picture);
         if (const Status written = command_line::write_bytes(arguments.depth_output, encode_depth_pfm(picture));
             !written)
             return fail(arguments.depth_output, written.error());
+    }
     if (arguments.bench > 0) {
         const auto timed = bench(drawer, camera, arguments.bench, picture);
         if (!timed)

@@ -1,5 +1,7 @@
 #include "model_drawer.h"
 
+#include <glm/geometric.hpp>
+
 #include <utility>
 
 namespace pbm {
@@ -65,6 +67,14 @@ RenderStatistics ModelDrawer::draw_frame(const Camera &camera, Framebuffer &targ
         return draw(camera, target);
     const Detail detail = scene_->model.choose(view(camera, {target.width, target.height}));
     return painter_->draw_frame(detail.runs, camera, look_, target);
+}
+
+void ModelDrawer::count_depths_from(const Camera &camera, Framebuffer &picture) const {
+    const auto distance = [](const Camera &from) { return glm::length(from.focal_point - from.position); };
+    const double moved = distance(telecentric(camera, grid().edge())) - distance(camera);
+    if (camera.orthographic)
+        for (float &depth : picture.depth)
+            depth = static_cast<float>(static_cast<double>(depth) - moved);
 }
 
 Status ModelDrawer::damage() const {

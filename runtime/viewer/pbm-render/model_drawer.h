@@ -29,6 +29,9 @@ class ModelDrawer {
     // Draws what was loaded for this view: a still picture, and one of many pictures of a moving view. See Painter.
     RenderStatistics draw(const Camera &camera, Framebuffer &target, const RowTasks &tasks = {});
     RenderStatistics draw_frame(const Camera &camera, Framebuffer &target);
+    // Turns the depths of a picture, which count from the eye, into distances from the camera's position along the view
+    // direction. They differ if the camera is orthographic; what lies behind such a camera is drawn, too.
+    void count_depths_from(const Camera &camera, Framebuffer &picture) const;
 
     // The first error in rasters that pictures have read since the last call.
     Status damage() const;

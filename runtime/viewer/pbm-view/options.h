@@ -1,10 +1,10 @@
 // The command line of pbm-view.
 #pragma once
 
+#include "viewer/navigation/camera_control.h"
 #include "viewer/opening/prepared_model.h"
 #include "viewer/options/video_options.h"
 #include "viewer/options/view_options.h"
-#include "viewer/scene/camera_control.h"
 
 #include <optional>
 #include <string>

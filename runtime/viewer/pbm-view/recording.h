@@ -1,8 +1,8 @@
 // Records a video of one turn round the model; the window's thread draws and shows it.
 #pragma once
 
+#include "viewer/navigation/camera_control.h"
 #include "viewer/pictures/video_writer.h"
-#include "viewer/scene/camera_control.h"
 #include "viewer/scene/shown_model.h"
 
 #include <glm/gtc/constants.hpp>

@@ -57,7 +57,7 @@ class Refinement {
     };
     void add_sample(int samples) {
         next_ = background_.post([work = work_, samples] {
-            Picture picture{Framebuffer(work->view.width, work->view.height, false), {}, samples};
+            Picture picture{Framebuffer(work->view.width, work->view.height), {}, samples};
             if (work->stop)
                 return picture; // nobody receives it
             if (!std::exchange(work->begun, true))

@@ -57,7 +57,8 @@ int Viewer::run() {
         if (quit_)
             break;
         if (const glm::dvec2 steps = arrows_.take_steps(Window::now()); model_ && steps != glm::dvec2(0))
-            move_to(after_arrows(camera_, mode_, steps, model_->bounds().radius));
+            move_to(after_arrows(camera_, steering(), steps));
+        follow_glide();
         if (const auto failed = receive_model())
             return *failed;
         receive_dialog();
@@ -90,7 +91,13 @@ int Viewer::run() {
     return model_ ? exit_code_ : problem_code_;
 }
 
+// Moves the camera by input, which ends a glide.
 void Viewer::move_to(const Camera &camera) {
+    glide_.reset();
+    set_camera(camera);
+}
+
+void Viewer::set_camera(const Camera &camera) {
     if (!is_usable(camera) || recording_)
         return;
     camera_ = camera;
@@ -115,7 +122,7 @@ void Viewer::reset_camera() {
     if (!model_)
         return;
     if (const auto camera = first_camera(*model_))
-        move_to(*camera);
+        glide_to(*camera);
 }
 
 void Viewer::toggle_panel() {
@@ -170,7 +177,7 @@ std::optional<double> Viewer::timeout() const {
         if (time)
             at = at ? std::min(*at, *time) : *time;
     };
-    if (stale_ || recording_)
+    if (stale_ || recording_ || glide_)
         no_later_than(now);
     if (!notice_.text.empty())
         no_later_than(notice_.until);
@@ -212,6 +219,8 @@ OverlayText Viewer::overlay_text() const {
                       std::to_string(recording_->video().frames) + "   Escape stops";
     else if (show_frame_time_ && scheduler_ && scheduler_->shown())
         text.corner = cost_text(drawn_, model_->depth(), view_size_);
+    if (model_ && !recording_)
+        text.drawing = measure_drawing();
     text.notice = notice_.text;
     text.notice_is_problem = notice_.is_problem;
     return text;
@@ -244,6 +253,7 @@ void Viewer::report_frame() {
     std::cout << cost_line(drawn_, model_->depth(), view_size_, model_->streamed().statistics())
               << (samples_ > 0 ? "fine, " + std::to_string(samples_) + " of " + std::to_string(look_->options.samples) +
                                      " samples"
+                  : glide_                 ? "gliding"
                   : scheduler_->complete() ? "exact"
                                            : "coarse, " + std::to_string(drawn_.missing) + " chunks missing")
               << '\n';

@@ -17,6 +17,11 @@
 
 #include "system/files/file_watch.h"
 #include "system/threads/thread_pool.h"
+#include "viewer/measure/picture_space.h"
+#include "viewer/measure/polyline.h"
+#include "viewer/navigation/camera_glide.h"
+#include "viewer/navigation/saved_views.h"
+#include "viewer/navigation/standard_views.h"
 #include "viewer/opening/file_list.h"
 #include "viewer/opening/recent_files.h"
 #include "viewer/scene/frame_scheduler.h"
@@ -80,6 +85,7 @@ class Viewer {
     };
 
     void handle(const KeyEvent &event);
+    void handle_view_key(Key key);
     void handle(const EditEvent &event);
     void handle(const CharacterEvent &event);
     void handle(const ButtonEvent &event);
@@ -105,9 +111,31 @@ class Viewer {
     void show_start_page();
     void escape();
     void move_to(const Camera &camera);
+    void set_camera(const Camera &camera);
     void change_view();
     Result<Camera> first_camera(const ShownModel &model) const;
     void reset_camera();
+    Steering steering() const { return {mode_, axis_, model_->bounds()}; }
+    void glide_to(const Camera &camera);
+    void follow_glide();
+    void look_from(StandardView view);
+    void fit();
+    void toggle_projection();
+    void save_view(int number);
+    void recall_view(int number);
+    void focus();
+    void zoom(double notches);
+
+    bool is_measuring() const { return measuring_ && model_; }
+    PictureSpace space_of(const Camera &camera) const;
+    glm::dvec2 mouse_pixel() const;
+    std::optional<PickedPoint> pick_under_mouse() const;
+    MeasuredPoint measured(const PickedPoint &point) const;
+    void toggle_measuring();
+    bool escape_measuring();
+    void add_point();
+    void copy_measurement();
+    OverlayDrawing measure_drawing() const;
 
     void toggle_panel();
     bool has_panel() const { return show_panel_ && look_ && !recording_; }
@@ -126,7 +154,7 @@ class Viewer {
     std::optional<double> refinement_due() const;
     void refine();
     void end_refinement();
-    void show_picture(const Framebuffer &pixels, double max_error, const PictureStatistics &drawn);
+    void show_picture(double max_error, const PictureStatistics &drawn);
     Detail choose(const DetailView &view);
     void check_room();
 
@@ -174,19 +202,34 @@ class Viewer {
     ShownModelPointer model_;
     LookPointer look_; // while there is a model
     Camera camera_;
+    glm::dvec3 axis_{0, 1, 0}; // that the camera turns about
     CameraMode mode_;
     HeldArrows arrows_;
+    std::optional<CameraGlide> glide_; // sets `camera_` until its end
+    struct ZoomAnchor {
+        glm::dvec2 mouse;
+        Camera camera; // after the last zoom
+        glm::dvec3 point;
+    };
+    const SavedViews saved_views_;
+    std::optional<ZoomAnchor> anchor_; // holds while the mouse and the camera stay
 
     std::optional<glm::dvec2> mouse_;     // last seen, in picture heights
     std::optional<MouseButton> dragging_; // the button that started the drag
     bool drag_with_shift_ = false;
+    glm::dvec2 drag_place_{0}; // where it started
+    bool is_click_ = false;    // so far the drag has not moved
     double last_click_ = -1;
     glm::dvec2 last_click_place_{0};
+
+    bool measuring_ = false, show_coordinates_ = false;
+    Polyline line_; // measured
 
     std::optional<FrameScheduler> scheduler_; // while there is a model
     std::uint64_t view_ = 0;                  // counts changes of model, camera and size
     glm::ivec2 view_size_{0};
-    std::optional<Framebuffer> canvas_; // of pictures drawn on this thread
+    std::optional<Framebuffer> canvas_; // the picture shown; of the present model
+    Camera canvas_camera_;              // that it shows
     std::future<Picture> drawing_;
     std::unique_ptr<Refinement> refinement_; // of the current view
     int samples_ = 0;                        // of the picture shown, if it is fine

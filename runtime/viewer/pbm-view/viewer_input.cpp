@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kDoubleClick = 0.4;       // seconds
 constexpr double kDoubleClickReach = 0.01; // picture heights
+constexpr double kClickReach = 0.005;      // picture heights; what moves further is a drag
 
 } // namespace
 
@@ -46,12 +47,40 @@ void Viewer::handle(const KeyEvent &event) {
         mode_ = mode_ == CameraMode::orbit ? CameraMode::fly : CameraMode::orbit;
         notify(mode_ == CameraMode::orbit ? "Target camera" : "Flying camera", false);
         break;
-    default: break;
+    default: handle_view_key(event.key);
     }
     stale_ = true;
 }
 
+// Keys that move the camera to a view, or measure.
+void Viewer::handle_view_key(Key key) {
+    switch (key) {
+    case Key::fit: fit(); break;
+    case Key::view_front: look_from(StandardView::front); break;
+    case Key::view_side: look_from(StandardView::side); break;
+    case Key::view_top: look_from(StandardView::top); break;
+    case Key::view_isometric: look_from(StandardView::isometric); break;
+    case Key::projection: toggle_projection(); break;
+    case Key::recall_6: recall_view(6); break;
+    case Key::recall_7: recall_view(7); break;
+    case Key::recall_8: recall_view(8); break;
+    case Key::recall_9: recall_view(9); break;
+    case Key::save_6: save_view(6); break;
+    case Key::save_7: save_view(7); break;
+    case Key::save_8: save_view(8); break;
+    case Key::save_9: save_view(9); break;
+    case Key::measure: toggle_measuring(); break;
+    case Key::coordinates: show_coordinates_ = !show_coordinates_; break;
+    case Key::copy: copy_measurement(); break;
+    default: break;
+    }
+}
+
 void Viewer::handle(const EditEvent &event) {
+    if (is_measuring() && event.key == EditKey::backspace && event.pressed && !(has_windows() && overlay_.wants_keys())) {
+        line_.remove_last();
+        stale_ = true;
+    }
     if (start_page_.is_shown() && event.key == EditKey::enter && event.pressed)
         choose_from_page(start_page_.take());
     if (has_windows() && (overlay_.wants_keys() || !event.pressed)) {
@@ -73,19 +102,24 @@ void Viewer::handle(const ButtonEvent &event) {
         update_panel();
     }
     if (!event.pressed) {
-        if (dragging_ == event.button)
+        if (dragging_ == event.button) {
+            if (is_measuring() && is_click_ && event.button == MouseButton::left)
+                add_point();
             dragging_.reset();
+        }
         return;
     }
     if (dragging_ || (has_windows() && overlay_.wants_mouse()))
         return;
     dragging_ = event.button;
     drag_with_shift_ = event.shift;
-    if (event.button != MouseButton::left || !mouse_)
+    drag_place_ = mouse_.value_or(glm::dvec2(0));
+    is_click_ = true;
+    if (event.button != MouseButton::left || !mouse_ || is_measuring())
         return;
     const double now = Window::now();
     if (now - last_click_ < kDoubleClick && glm::length(*mouse_ - last_click_place_) < kDoubleClickReach) {
-        reset_camera();
+        focus();
         last_click_ = -1; // a third click starts a new pair
         return;
     }
@@ -101,14 +135,18 @@ void Viewer::handle(const MoveEvent &event) {
         if (!dragging_)
             update_panel();
     }
+    stale_ = stale_ || show_coordinates_;
     if (!dragging_ || !model_ || moved == glm::dvec2(0))
         return;
+    is_click_ = is_click_ && glm::length(*mouse_ - drag_place_) < kClickReach;
+    if (is_measuring() && is_click_)
+        return; // the hand shakes
     Drag drag = Drag::turn;
     if (*dragging_ == MouseButton::middle || (*dragging_ == MouseButton::left && drag_with_shift_))
         drag = Drag::pan;
     else if (*dragging_ == MouseButton::right)
         drag = Drag::distance;
-    move_to(after_drag(camera_, mode_, drag, {moved.x, -moved.y}, model_->bounds().radius));
+    move_to(after_drag(camera_, steering(), drag, {moved.x, -moved.y}));
 }
 
 void Viewer::handle(const WheelEvent &event) {
@@ -116,8 +154,8 @@ void Viewer::handle(const WheelEvent &event) {
         overlay_.handle(event);
         return update_panel();
     }
-    if (model_ && event.notches != 0)
-        move_to(after_wheel(camera_, mode_, event.notches, model_->bounds().radius));
+    if (event.notches != 0)
+        zoom(event.notches);
 }
 
 void Viewer::handle(const DropEvent &event) {

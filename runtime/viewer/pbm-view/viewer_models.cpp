@@ -144,8 +144,13 @@ Status Viewer::show(ShownModelPointer loaded) {
     search_ = {};
     destroy_in(background_, std::exchange(model_, std::move(loaded)));
     look_ = model_->first_look();
-    if (!is_same)
+    glide_.reset();
+    canvas_.reset();
+    if (!is_same) {
         camera_ = *camera;
+        axis_ = camera_.up;
+        line_.clear();
+    }
     if (picture_size() != glm::ivec2(0))
         view_size_ = picture_size();
     // Options that the user has changed survive the change of model.
@@ -259,7 +264,7 @@ void Viewer::escape() {
     else if (start_page_.is_shown() && (model_ || opening_))
         start_page_.hide();
     else
-        quit_ = true;
+        quit_ = !escape_measuring();
 }
 
 } // namespace pbm

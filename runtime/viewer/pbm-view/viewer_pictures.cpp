@@ -45,10 +45,10 @@ Detail Viewer::choose(const DetailView &view) {
 
 void Viewer::draw_now(const DetailView &view) {
     if (!canvas_ || glm::ivec2(canvas_->width, canvas_->height) != view_size_)
-        canvas_.emplace(view_size_.x, view_size_.y, false);
+        canvas_.emplace(view_size_.x, view_size_.y);
     const bool first_of_view = !scheduler_->shown();
     const PictureStatistics drawn = model_->draw_now(choose(view), view, look_, *canvas_);
-    show_picture(*canvas_, view.max_error, drawn);
+    show_picture(view.max_error, drawn);
     if (first_of_view && verbose())
         std::cout << "view: " << view_as_options(camera_, options_.view_angle, view_size_)
                   << look_as_options(look_->options) << std::endl;
@@ -56,7 +56,7 @@ void Viewer::draw_now(const DetailView &view) {
 
 void Viewer::draw_in_background(const DetailView &view) {
     drawing_ = background_.post([model = model_, detail = choose(view), view, look = look_, number = view_] {
-        Picture picture{number, view.max_error, Framebuffer(view.width, view.height, false), {}};
+        Picture picture{number, view.max_error, Framebuffer(view.width, view.height), {}};
         picture.drawn = model->draw_in_background(detail, view, look, picture.pixels);
         return picture;
     });
@@ -66,9 +66,11 @@ void Viewer::draw_in_background(const DetailView &view) {
 void Viewer::receive_picture() {
     if (!is_ready(drawing_))
         return;
-    const Picture picture = drawing_.get();
-    if (picture.view == view_)
-        show_picture(picture.pixels, picture.max_error, picture.drawn);
+    Picture picture = drawing_.get();
+    if (picture.view == view_) {
+        canvas_ = std::move(picture.pixels);
+        show_picture(picture.max_error, picture.drawn);
+    }
     full_view_ = 0; // the picture held chunks, maybe of an old view
 }
 
@@ -83,10 +85,11 @@ std::optional<double> Viewer::refinement_due() const {
 // Refines a view that rests at full detail, unless its look asks for fast pictures.
 void Viewer::refine() {
     if (refinement_) {
-        const auto picture = refinement_->receive();
+        auto picture = refinement_->receive();
         if (!picture)
             return;
-        presenter_.upload(picture->pixels);
+        canvas_ = std::move(picture->pixels);
+        presenter_.upload(*canvas_);
         drawn_ = picture->drawn;
         samples_ = picture->samples;
         stale_ = true;
@@ -107,10 +110,12 @@ void Viewer::end_refinement() {
     samples_ = 0;
 }
 
-void Viewer::show_picture(const Framebuffer &pixels, double max_error, const PictureStatistics &drawn) {
+// Shows `canvas_`, which holds a picture of the present view.
+void Viewer::show_picture(double max_error, const PictureStatistics &drawn) {
     const double begin = Window::now();
     end_refinement();
-    presenter_.upload(pixels);
+    presenter_.upload(*canvas_);
+    canvas_camera_ = camera_;
     drawn_ = drawn;
     const double now = Window::now();
     scheduler_->drawn({.max_error = max_error,

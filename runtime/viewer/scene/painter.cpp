@@ -3,6 +3,8 @@
 #include "pbm_render/shading/depth_cue.h"
 #include "system/threads/parallel.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -61,8 +63,7 @@ void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, c
                          int height) {
     fine_camera_ = camera;
     fine_cue_ = look.options.depth_cue;
-    fine(look.appearance)
-        .begin(runs, camera, look.options.render, Framebuffer(width, height, fine_cue_ != DepthCue::none));
+    fine(look.appearance).begin(runs, camera, look.options.render, Framebuffer(width, height));
 }
 
 RenderStatistics Painter::add_sample(Framebuffer &target, const std::atomic<bool> *stop) {
@@ -112,8 +113,11 @@ RenderStatistics Painter::with_depth_cue(const Camera &camera, DepthCue cue, Fra
 }
 
 void add_depth_cue(DepthCue cue, const Camera &camera, double grid_edge, ThreadPool &pool, Framebuffer &target) {
-    const double focal = target.height / 2.0 / std::tan(camera.view_angle / 2);
-    apply_depth_cue(cue, {.focal = focal, .grid_edge = grid_edge}, pool, target);
+    const Camera drawn = telecentric(camera, grid_edge);
+    const auto distance = [](const Camera &from) { return glm::length(from.focal_point - from.position); };
+    const double focal = target.height / 2.0 / std::tan(drawn.view_angle / 2);
+    apply_depth_cue(cue, {.focal = focal, .grid_edge = grid_edge, .relief = distance(drawn) / distance(camera)}, pool,
+                    target);
 }
 
 } // namespace pbm

@@ -1,5 +1,6 @@
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/unit_grid.h"
 #include "unit/render/test_model.h"
 
 #include <glm/geometric.hpp>
@@ -101,6 +102,42 @@ TEST(Projection, KeepsGeoreferencedModelsSharp) {
     const Projection projection(camera, 1000, 1000);
     const glm::dvec3 p = projection.point(far + glm::dvec3(0.001, 0, 0));
     EXPECT_NEAR(p.x / p.z - 500, 0.001 * projection.focal / 10, 1e-6);
+}
+
+// A telecentric camera: what lies half a grid before and behind the plane of the focal point is a third of a pixel off.
+TEST(OrthographicCamera, ShowsAllDepthsInOneSize) {
+    Grid grid;
+    grid.depth = 10;
+    grid.origin = {100, 200, 300};
+    grid.voxel_size = 0.5;
+    const double edge = grid.edge();
+    Camera camera = camera_in_front({100 + edge / 2, 200 + edge / 2, 300 + edge / 2}, 900);
+    const auto pixel = [&](const glm::dvec3 &point) {
+        const Projection projection(in_unit_grid(camera, grid), 1280, 720);
+        const glm::dvec3 p = projection.point((point - glm::dvec3(100, 200, 300)) / edge);
+        return glm::dvec2(p) / p.z;
+    };
+    const double upper = view_height(camera) / 2; // the upper border of the picture
+    const auto place = [&](double z) { return camera.focal_point + glm::dvec3(0, upper, z); };
+    EXPECT_NEAR(pixel(place(0)).y, 0, 1e-9);
+    EXPECT_GT(std::abs(pixel(place(edge / 2)).y), 100); // in perspective
+    camera.orthographic = true;
+    EXPECT_NEAR(pixel(place(0)).y, 0, 1e-9);
+    EXPECT_NEAR(pixel(place(edge / 2)).y, 0, 0.36);
+    EXPECT_NEAR(pixel(place(-edge / 2)).y, 0, 0.36);
+    EXPECT_FALSE(in_unit_grid(camera, grid).orthographic);
+}
+
+TEST(OrthographicCamera, StaysUsableInTheClosestView) {
+    Camera camera = camera_in_front({0.5, 0.5, 0.5}, 1e-3);
+    for (const double angle : {170.0, 30.0, 0.01}) {
+        camera.view_angle = glm::radians(angle);
+        camera.orthographic = true;
+        const Camera drawn = telecentric(camera, 1);
+        EXPECT_TRUE(is_usable(drawn)) << angle;
+        EXPECT_NEAR(view_height(drawn) / view_height(camera), 1, 1e-9) << angle;
+        EXPECT_LE(glm::length(drawn.position - drawn.focal_point), kTelecentricDistance * (1 + 1e-9)) << angle;
+    }
 }
 
 TEST(TransformTable, LeadsFromTheCubeToEveryVoxelByAdditions) {

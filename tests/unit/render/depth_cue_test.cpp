@@ -25,10 +25,11 @@ Framebuffer picture(const std::function<double(int, int)> &depth) {
     return target;
 }
 
-Framebuffer darkened(DepthCue cue, const std::function<double(int, int)> &depth, int threads = 1) {
+Framebuffer darkened(DepthCue cue, const std::function<double(int, int)> &depth, int threads = 1,
+                     const DepthCueView &view = {kFocal, kEdge}) {
     Framebuffer target = picture(depth);
     ThreadPool pool(threads);
-    apply_depth_cue(cue, {kFocal, kEdge}, pool, target);
+    apply_depth_cue(cue, view, pool, target);
     return target;
 }
 
@@ -79,6 +80,16 @@ TEST_P(DepthCues, ThreadsDoNotMatter) {
     const Framebuffer one = darkened(GetParam(), waves), four = darkened(GetParam(), waves, 4);
     EXPECT_TRUE(std::equal(one.colour.begin(), one.colour.begin() + static_cast<std::ptrdiff_t>(one.pixels()),
                            four.colour.begin()));
+}
+
+// The same scene from a hundred times as far away, as an orthographic camera draws it.
+TEST_P(DepthCues, ReliefMakesUpForADistantEye) {
+    const Framebuffer near = darkened(GetParam(), box);
+    const auto far_box = [](int x, int y) { return box(x, y) + 99 * 100; };
+    const Framebuffer far =
+        darkened(GetParam(), far_box, 1, {.focal = 100 * kFocal, .grid_edge = kEdge, .relief = 100});
+    for (const auto &[x, y] : {std::pair(58, 60), std::pair(80, 38), std::pair(80, 60), std::pair(61, 60)})
+        EXPECT_NEAR(grey(far, x, y), grey(near, x, y), 8) << x << ", " << y;
 }
 
 INSTANTIATE_TEST_SUITE_P(All, DepthCues, testing::Values(DepthCue::eye_dome, DepthCue::ambient_occlusion));

@@ -235,6 +235,19 @@ TEST(FastRenderer, LooksFromAnywhere) {
     EXPECT_EQ(difference(two_sided, camera_of(looks()[0])).both, std::size_t{kWidth * kHeight});
 }
 
+TEST(FastRenderer, DrawsOrthographicViewsAsTheReferenceDoes) {
+    for (const double pixels : {2.0, 12.0, 60.0}) {
+        Camera camera = camera_at_ball(7, pixels, kHeight);
+        camera.orthographic = true;
+        const Difference d = difference(ball(), camera);
+        const std::string what = std::to_string(pixels) + " pixels: " + text(d);
+        EXPECT_GT(d.both, 3000U) << what;
+        EXPECT_LE(d.lost + d.added, 12U) << what;
+        EXPECT_LE(d.depth, 0.002) << what;
+        EXPECT_LE(d.colour, 0.5) << what;
+    }
+}
+
 // Far from the middle of wide-angle pictures a length at the same distance covers more pixels.
 TEST(FastRenderer, HasNoHolesAtTheBordersOfWidePictures) {
     for (const double angle : {60.0, 90.0, 120.0, 150.0})

@@ -1,12 +1,12 @@
 #include "system/processes/child_program.h"
 #include "system/processes/this_process.h"
+#include "viewer/navigation/camera_control.h"
 #include "viewer/pictures/avi_writer.h"
 #include "viewer/pictures/frame_names.h"
 #include "viewer/pictures/image_writer.h"
 #include "viewer/pictures/jpeg_encoder.h"
 #include "viewer/pictures/picture_file.h"
 #include "viewer/pictures/video_writer.h"
-#include "viewer/scene/camera_control.h"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>

@@ -19,6 +19,7 @@ constexpr ImU32 kCard = IM_COL32(18, 20, 24, 240);
 constexpr ImU32 kBorder = IM_COL32(255, 255, 255, 40);
 constexpr ImU32 kText = IM_COL32(235, 235, 235, 255);
 constexpr ImU32 kKey = IM_COL32(255, 205, 120, 255);
+constexpr ImU32 kLine = IM_COL32(255, 205, 60, 255), kLineBorder = IM_COL32(0, 0, 0, 200); // on light and dark
 constexpr ImU32 kProblem = IM_COL32(255, 140, 120, 255);
 
 // Loads a common desktop font, or else Dear ImGui's own.
@@ -86,7 +87,58 @@ class Page {
         }
     }
 
+    void draw(const OverlayDrawing &drawing) {
+        for (const OverlayDrawing::Line &line : drawing.lines)
+            stroke(pixel(line.from), pixel(line.to));
+        for (const glm::dvec2 &mark : drawing.marks) {
+            list_.AddCircleFilled(pixel(mark), 4.5F * scale_, kLineBorder);
+            list_.AddCircleFilled(pixel(mark), 3 * scale_, kLine);
+        }
+        for (const OverlayDrawing::Label &label : drawing.labels)
+            draw_label(label);
+        if (drawing.bar.pixels > 0 || !drawing.reading.empty())
+            draw_lower_left(drawing.bar, drawing.reading);
+    }
+
   private:
+    static ImVec2 pixel(glm::dvec2 place) { return {static_cast<float>(place.x), static_cast<float>(place.y)}; }
+
+    void stroke(ImVec2 from, ImVec2 to) {
+        list_.AddLine(from, to, kLineBorder, 4 * scale_);
+        list_.AddLine(from, to, kLine, 2 * scale_);
+    }
+
+    // Beside its place, moved into the window.
+    void draw_label(const OverlayDrawing::Label &label) {
+        const ImVec2 extent = measure(label.text), border(6 * scale_, 3 * scale_);
+        const auto inside = [](float at, float size, float window) {
+            return std::round(std::clamp(at, 0.0F, std::max(0.0F, window - size)));
+        };
+        const ImVec2 size(extent.x + 2 * border.x, extent.y + 2 * border.y), at = pixel(label.place);
+        const ImVec2 corner(inside(at.x + 10 * scale_, size.x, size_.x), inside(at.y - size.y / 2, size.y, size_.y));
+        list_.AddRectFilled(corner, {corner.x + size.x, corner.y + size.y}, kCard, 4 * scale_);
+        list_.AddText({corner.x + border.x, corner.y + border.y}, kText, label.text.c_str());
+    }
+
+    // The scale bar and, below it, a line of text.
+    void draw_lower_left(const OverlayDrawing::Bar &bar, const std::string &reading) {
+        const bool has_bar = bar.pixels > 0;
+        const auto length = static_cast<float>(bar.pixels);
+        const float line = 1.3F * ImGui::GetFontSize(), tick = 4 * scale_;
+        const float rows = (has_bar ? 1.6F : 0.0F) + (reading.empty() ? 0.0F : 1.0F);
+        const ImVec2 extent(std::max({length, measure(bar.text).x, measure(reading).x}), rows * line);
+        const ImVec2 corner = card(extent, {0, 1});
+        if (has_bar) {
+            const float y = corner.y + 1.3F * line;
+            list_.AddText(corner, kText, bar.text.c_str());
+            stroke({corner.x, y}, {corner.x + length, y});
+            for (const float x : {corner.x, corner.x + length})
+                list_.AddLine({x, y - tick}, {x, y + tick}, kLine, 2 * scale_);
+        }
+        if (!reading.empty())
+            list_.AddText({corner.x, corner.y + (rows - 1) * line}, kText, reading.c_str());
+    }
+
     static ImVec2 measure(const std::string &text) { return ImGui::CalcTextSize(text.c_str()); }
 
     ImVec2 padding() const { return {14 * scale_, 10 * scale_}; }
@@ -157,6 +209,7 @@ void Overlay::draw(glm::ivec2 size, const OverlayText &text, const Build &panel)
     if (panel)
         panel();
     Page page(*ImGui::GetForegroundDrawList(), size, scale_);
+    page.draw(text.drawing);
     if (!text.corner.empty())
         page.text(text.corner, kText, {0, 0});
     // Both stand in the middle: while help is shown, the message replaces its title.

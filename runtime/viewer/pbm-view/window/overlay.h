@@ -16,6 +16,30 @@ struct OverlayRow {
     std::string key, meaning;
 };
 
+// Lines and labels over the picture. Places are pixels from the upper left corner.
+struct OverlayDrawing {
+    struct Line {
+        glm::dvec2 from, to;
+    };
+    struct Label {
+        glm::dvec2 place; // of the middle of its left border
+        std::string text;
+    };
+    struct Bar {
+        double pixels = 0; // its length; 0: no bar
+        std::string text;
+    };
+    std::vector<Line> lines;
+    std::vector<glm::dvec2> marks;
+    std::vector<Label> labels;
+    Bar bar;             // lower left
+    std::string reading; // lower left, below the bar
+
+    bool empty() const {
+        return lines.empty() && marks.empty() && labels.empty() && bar.pixels == 0 && reading.empty();
+    }
+};
+
 // The texts of the cards; a card without text is not shown.
 struct OverlayText {
     std::string middle;             // in the middle; replaces the title of the help
@@ -23,10 +47,11 @@ struct OverlayText {
     std::string help_title;         // in the middle, over the rows
     std::vector<OverlayRow> help;
     std::string corner; // upper left
+    OverlayDrawing drawing;
     std::string notice; // at the bottom
     bool notice_is_problem = false;
 
-    bool empty() const { return middle.empty() && help.empty() && corner.empty() && notice.empty(); }
+    bool empty() const { return middle.empty() && help.empty() && corner.empty() && drawing.empty() && notice.empty(); }
 };
 
 class Overlay {

@@ -47,14 +47,24 @@ std::string milliseconds(double seconds) {
 std::vector<OverlayRow> help_rows(CameraMode mode) {
     std::vector<OverlayRow> rows;
     if (mode == CameraMode::orbit)
-        rows = {{"Drag, Left, Right", "turn the model"}, {"Wheel, right drag, Up, Down", "change the distance"}};
+        rows = {{"Drag, Left, Right", "turn the model"},
+                {"Wheel", "zoom to the mouse"},
+                {"Right drag, Up, Down", "change the distance"}};
     else
         rows = {{"Drag", "turn the camera"},
-                {"Wheel, Up, Down", "fly along the view direction"},
+                {"Wheel", "fly to what is under the mouse, and back"},
+                {"Up, Down", "fly along the view direction"},
                 {"Left, Right", "fly sideways"}};
     const std::vector<OverlayRow> common{{"Middle drag, Shift + drag", "move the model in the picture"},
                                          {"W, A, S, D", "as the arrow keys"},
-                                         {"F, Enter, double click", "back to the first view"},
+                                         {"Double click", "what is under the mouse moves to the middle"},
+                                         {"F", "show the whole model"},
+                                         {"Enter", "back to the first view"},
+                                         {"1, 2, 3, 4", "from the front, the right, above, a corner"},
+                                         {"5", "orthographic or perspective"},
+                                         {"Ctrl + 6 to 9; 6 to 9", "save a view; show it"},
+                                         {"M", "measure: a click sets a point, Backspace takes it back"},
+                                         {"X", "coordinates under the mouse"},
                                          {"C", mode == CameraMode::orbit ? "flying camera" : "target camera"},
                                          {"Space, F12", "save a picture"},
                                          {"Tab", "lights, materials, shading"},

@@ -3,7 +3,7 @@
 
 #include "window/overlay.h"
 
-#include "viewer/scene/camera_control.h"
+#include "viewer/navigation/camera_control.h"
 #include "viewer/scene/shown_model.h"
 
 #include <string>

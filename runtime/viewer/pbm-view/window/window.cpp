@@ -37,7 +37,7 @@ Error no_window(const std::string &what) {
             what + (why.empty() ? "" : ": " + why) + "; pbm-render draws without display and OpenGL"};
 }
 
-constexpr std::array<std::pair<int, Key>, 21> kKeys{{{GLFW_KEY_LEFT, Key::left},
+constexpr std::array<std::pair<int, Key>, 33> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_A, Key::left},
                                                      {GLFW_KEY_RIGHT, Key::right},
                                                      {GLFW_KEY_D, Key::right},
@@ -47,9 +47,20 @@ constexpr std::array<std::pair<int, Key>, 21> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_S, Key::down},
                                                      {GLFW_KEY_SPACE, Key::save},
                                                      {GLFW_KEY_F12, Key::save},
-                                                     {GLFW_KEY_F, Key::reset},
+                                                     {GLFW_KEY_F, Key::fit},
                                                      {GLFW_KEY_ENTER, Key::reset},
                                                      {GLFW_KEY_C, Key::switch_camera},
+                                                     {GLFW_KEY_1, Key::view_front},
+                                                     {GLFW_KEY_2, Key::view_side},
+                                                     {GLFW_KEY_3, Key::view_top},
+                                                     {GLFW_KEY_4, Key::view_isometric},
+                                                     {GLFW_KEY_5, Key::projection},
+                                                     {GLFW_KEY_6, Key::recall_6},
+                                                     {GLFW_KEY_7, Key::recall_7},
+                                                     {GLFW_KEY_8, Key::recall_8},
+                                                     {GLFW_KEY_9, Key::recall_9},
+                                                     {GLFW_KEY_M, Key::measure},
+                                                     {GLFW_KEY_X, Key::coordinates},
                                                      {GLFW_KEY_F1, Key::help},
                                                      {GLFW_KEY_H, Key::help},
                                                      {GLFW_KEY_F2, Key::frame_time},
@@ -59,8 +70,13 @@ constexpr std::array<std::pair<int, Key>, 21> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_PAGE_DOWN, Key::next_file},
                                                      {GLFW_KEY_ESCAPE, Key::quit}}};
 // Pressed while Control is held.
-constexpr std::array<std::pair<int, Key>, 2> kControlKeys{
-    {{GLFW_KEY_O, Key::open_dialog}, {GLFW_KEY_R, Key::start_page}}};
+constexpr std::array<std::pair<int, Key>, 7> kControlKeys{{{GLFW_KEY_O, Key::open_dialog},
+                                                           {GLFW_KEY_R, Key::start_page},
+                                                           {GLFW_KEY_C, Key::copy},
+                                                           {GLFW_KEY_6, Key::save_6},
+                                                           {GLFW_KEY_7, Key::save_7},
+                                                           {GLFW_KEY_8, Key::save_8},
+                                                           {GLFW_KEY_9, Key::save_9}}};
 constexpr std::array<std::pair<int, EditKey>, 9> kEditKeys{{{GLFW_KEY_BACKSPACE, EditKey::backspace},
                                                             {GLFW_KEY_DELETE, EditKey::erase},
                                                             {GLFW_KEY_ENTER, EditKey::enter},
@@ -208,6 +224,8 @@ double Window::content_scale() const {
 }
 
 void Window::set_title(const std::string &title) { glfwSetWindowTitle(window_, title.c_str()); }
+
+void Window::copy(const std::string &text) { glfwSetClipboardString(window_, text.c_str()); }
 
 void Window::toggle_full_screen() {
     if (glfwGetWindowMonitor(window_) != nullptr) {

@@ -29,6 +29,23 @@ enum class Key {
     panel,
     full_screen,
     quit,
+    fit,
+    view_front,
+    view_side,
+    view_top,
+    view_isometric,
+    projection,
+    recall_6,
+    recall_7,
+    recall_8,
+    recall_9,
+    save_6,
+    save_7,
+    save_8,
+    save_9,
+    measure,
+    coordinates,
+    copy,
     open_dialog,
     start_page,
     previous_file,
@@ -94,6 +111,8 @@ class Window {
     double content_scale() const;
 
     void set_title(const std::string &title);
+    // Puts text on the clipboard.
+    void copy(const std::string &text);
     void toggle_full_screen();
     // Shows the framebuffer.
     void swap();
