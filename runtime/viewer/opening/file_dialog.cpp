@@ -13,7 +13,7 @@ namespace {
 constexpr std::string_view kTitle = "Open models or scans";
 constexpr std::string_view kPatterns = "*.pbvg *.bvg *.ply *.obj *.stl *.off *.PLY *.OBJ *.STL *.OFF";
 
-// A command that prints one path a line. zenity's options are those of qarma and yad too.
+// A command that prints one path a line.
 std::vector<std::string> command(const std::string &program, const std::string &folder) {
     const std::string title(kTitle), patterns(kPatterns);
     if (program == "kdialog")
@@ -38,7 +38,7 @@ std::vector<std::string> command(const std::string &program, const std::string &
 } // namespace
 
 Result<std::vector<std::string>> ask_for_files(const std::string &folder, const std::stop_token &stop) {
-    std::array<std::string, 4> programs{"zenity", "kdialog", "qarma", "yad"};
+    std::array<std::string, 2> programs{"zenity", "kdialog"};
     const char *const desktop = std::getenv("XDG_CURRENT_DESKTOP");
     if (desktop != nullptr && std::string_view(desktop).find("KDE") != std::string_view::npos)
         std::swap(programs[0], programs[1]);

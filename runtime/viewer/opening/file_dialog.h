@@ -1,4 +1,4 @@
-// The desktop's dialog for opening files, as a program of its own: zenity, kdialog, qarma or yad.
+// The desktop's dialog for opening files, as a program of its own: zenity or kdialog.
 #pragma once
 
 #include "system/error.h"

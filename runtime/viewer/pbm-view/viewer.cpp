@@ -181,7 +181,8 @@ std::optional<double> Viewer::timeout() const {
         no_later_than(now);
     if (!notice_.text.empty())
         no_later_than(notice_.until);
-    if (background_.busy() || opening_ || (model_ && model_->streamed().is_loading()))
+    if (background_.busy() || opening_ || dialog_.valid() || search_.valid() ||
+        (model_ && model_->streamed().is_loading()))
         no_later_than(now + kBusyPoll);
     no_later_than(arrows_.next_step(now));
     // A refinement that is overdue waits for chunks, which wake the window.

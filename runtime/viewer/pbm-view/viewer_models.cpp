@@ -118,7 +118,7 @@ void Viewer::receive_dialog() {
     const auto files = dialog_.get();
     if (!files) {
         command_line::fail(program_, "", files.error());
-        notify(explain(files.error()).what, true);
+        notify(explain(files.error()).what + " " + explain(files.error()).advice, true);
     } else if (!files->empty()) {
         open_files(*files);
     }

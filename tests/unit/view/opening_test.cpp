@@ -208,7 +208,11 @@ TEST_F(Opening, AnExplanationKeepsRulesBehindTheDetails) {
         EXPECT_EQ(any.details.back(), "Rule 9.9 of BVG.md") << code;
     }
     const Explanation missing = explain({.code = ErrorCode::io, .message = "cannot open: No such file or directory"});
-    EXPECT_EQ(missing.what, "Cannot open: No such file or directory");
+    EXPECT_EQ(missing.what, "Cannot open: No such file or directory.");
+    EXPECT_TRUE(missing.details.empty());
+    const Explanation scan = explain({.code = ErrorCode::bad_input, .message = "line 4: too short; copy it again"});
+    EXPECT_EQ(scan.what, "Line 4: too short.");
+    EXPECT_EQ(scan.advice, "Copy it again.");
 }
 
 TEST_F(Opening, AProgramSpeaksLineByLine) {
