@@ -77,7 +77,8 @@ void Viewer::handle_view_key(Key key) {
 }
 
 void Viewer::handle(const EditEvent &event) {
-    if (is_measuring() && event.key == EditKey::backspace && event.pressed && !(has_windows() && overlay_.wants_keys())) {
+    if (is_measuring() && event.key == EditKey::backspace && event.pressed &&
+        !(has_windows() && overlay_.wants_keys())) {
         line_.remove_last();
         stale_ = true;
     }
