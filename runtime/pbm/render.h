@@ -45,6 +45,7 @@
 //
 // Contents
 //   camera        Camera, default_camera, Framebuffer            pbm_render/camera/, picture/
+//                 (orthographic ones are drawn by telecentric)
 //   detail        StreamedModel: the chunks that a view needs    pbm_render/detail/
 //   renderers     FastRenderer, FineRenderer, ReferenceRenderer  pbm_render/fast/, fine/, reference/
 //   surroundings  Surroundings, apply_depth_cue                  pbm_render/surroundings/, shading/
