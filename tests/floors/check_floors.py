@@ -41,7 +41,7 @@ ROOMS = {
     "runtime/pbm_render": [
         "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference"],
     "runtime/viewer": [
-        "pictures", "options", "measure opening", "navigation", "scene", "pbm-render pbm-view", "pbm-view/window"],
+        "pictures", "options", "measure opening", "navigation clipping", "scene", "pbm-render pbm-view", "pbm-view/window"],
     "tools/pbm-build/pbm_scan": ["surface", "text", "mesh ply", "."],
     "tools/pbm-build/pbm_build": [
         "report", "surface", "grid", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],

@@ -485,6 +485,42 @@ def test_views(display):
         check(view.quit() == 0, "Escape does not end with 0")
 
 
+def test_clipping(display):
+    """K cuts the model open by a plane, then by a box; their dots are dragged, and the camera stays."""
+
+    def clip(view, kind):
+        found = re.findall(rf"--clip-{kind}=(\S+)", " ".join(view.view()))
+        return [float(n) for n in found[0].split(",")] if found else None
+
+    with View(display, "model.pbvg") as view:
+        view.key("4")
+        camera = view.vectors()
+        view.key("k")
+        before = clip(view, "plane")
+        check(before is not None and length(minus(before[:3], camera[1])) < 1e-9, f"K adds no plane: {view.view()}")
+        view.act(*dragged(1, (240, 180), (200, 180)))
+        after = clip(view, "plane")
+        moved, normal = minus(after[:3], before[:3]), before[3:]
+        check(view.vectors() == camera, "a dot was dragged, and the camera moved")
+        check(after[3:] == normal and length(moved) > 1e-3 and
+              abs(abs(sum(m * n for m, n in zip(moved, normal))) - length(moved)) < 1e-9,
+              f"the plane does not move along its normal: {before}, {after}")
+        view.act(*dragged(1, (20, 20), (30, 20)))
+        check(view.vectors() != camera and clip(view, "plane") == after, "beside the dots the camera does not turn")
+        view.key("k")
+        check(clip(view, "plane") is None and clip(view, "box") is not None, f"K adds no box: {view.view()}")
+        view.key("k")
+        check(clip(view, "box") is None, f"K does not end clipping: {view.view()}")
+        check(view.quit() == 0, "Escape does not end with 0")
+    plane = f"--clip-plane={','.join(map(str, after))}"
+    with View(display, "model.pbvg", plane) as view:
+        view.settle(0)
+        check(clip(view, "plane") == after, f"the option is lost: {view.view()}")
+        cut = check_same_in_the_end(view, "model.pbvg", "a plane of the command line")
+        check(cut[2] != rendered("model.pbvg", *[o for o in view.view() if "clip" not in o])[2], "nothing is cut off")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
 def test_saved_views(display):
     """Control and a digit save a view; the digit glides to it, in the next session too; each model has its own."""
     with View(display, "model.pbvg") as view:

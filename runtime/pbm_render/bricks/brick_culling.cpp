@@ -59,6 +59,7 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
     const float to_first = -(kBrickVoxels - 1) / 2;
     const glm::vec3 first = to_first * (geometry.steps[0] + geometry.steps[1] + geometry.steps[2]);
     const auto height = static_cast<float>(frame.height);
+    const HalfSpaces &clip = frame.projection.clip;
     std::size_t seen = 0;
     for (std::size_t i = 0; i < bricks.size(); ++i) {
         const BrickRecord &brick = bricks[i];
@@ -76,7 +77,13 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
         if (centre.z + reach <= 0)
             continue;
         const float nearest = centre.z - reach;
+        const HalfSpaces::Side side =
+            clip.empty() ? HalfSpaces::Side::inside
+                         : clip.side_of(glm::dvec3(sight + origin), glm::dvec3(static_cast<double>(half)));
+        if (side == HalfSpaces::Side::outside)
+            continue;
         SeenBrick &it = to[seen];
+        it.is_cut = side == HalfSpaces::Side::cut;
         it.block = 0;
         it.faces_eye = true;
         it.thin = false;
@@ -92,8 +99,8 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
             const float reach_y = extent * (1 + std::abs(y) * frame.inverse_focal) + 2;
             if (std::abs(x) > reach_x + frame.middle_x || std::abs(y) > reach_y + frame.middle_y)
                 continue;
-            it.faces_eye = false;
-            if (brick.cone_cosine != kNoCone) {
+            it.faces_eye = !clip.empty();
+            if (brick.cone_cosine != kNoCone && clip.empty()) {
                 const EyeNormal &axis = frame.normals[brick.cone_axis & kNormalIndexMask];
                 const float along = axis.x * centre.x + axis.y * centre.y + axis.z * centre.z;
                 it.faces_eye = along <= 0;
@@ -107,7 +114,7 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
             const std::uint8_t edge = is_small ? 2 : run.max_block;
             const float largest = kBlockRadius * static_cast<float>(edge) * nearest;
             it.block = pixels * std::max(1.0F, kBlockRoom * stretch) > largest ? 0 : edge;
-            it.thin = pixels * kThinRoom * stretch <= largest;
+            it.thin = pixels * kThinRoom * stretch <= largest && !it.is_cut;
             it.top = static_cast<std::int32_t>(std::max(y + frame.middle_y - reach_y, 0.0F));
             it.bottom = static_cast<std::int32_t>(std::min(y + frame.middle_y + reach_y + 1, height));
         }

@@ -5,7 +5,8 @@ namespace pbm {
 FrameGeometry::FrameGeometry(const Projection &p, int picture_width, int picture_height)
     : projection(p), width(picture_width), height(picture_height), focal(static_cast<float>(p.focal)),
       inverse_focal(1 / focal), middle_x(static_cast<float>(p.middle.x)), middle_y(static_cast<float>(p.middle.y)),
-      normals(kNormalCount), packed(kNormalCount), radii(radius_table()), thickness(splat_thickness()) {
+      normals(kNormalCount), packed(kNormalCount), radii(radius_table()), thickness(splat_thickness()),
+      shows_backs(!p.clip.empty()) {
     const auto right = glm::vec3(p.axes.right), down = glm::vec3(-p.axes.up), forward = glm::vec3(p.axes.forward);
     const std::span<const SplatNormal> table = splat_normals();
     const auto pack = [](float value, int shift) { // nearest, of -256 .. 255

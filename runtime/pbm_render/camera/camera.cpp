@@ -12,6 +12,14 @@
 namespace pbm {
 namespace {
 
+bool is_finite(const glm::dvec3 &v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+bool is_usable(const ClipRegion &clip) {
+    return (!clip.plane ||
+            (is_finite(clip.plane->point) && is_finite(clip.plane->normal) && glm::length(clip.plane->normal) > 0)) &&
+           (!clip.box || (is_finite(clip.box->least) && is_finite(clip.box->most)));
+}
+
 constexpr std::size_t kMaxVoxels = std::size_t{1} << (3 * kBoundsLevel);
 
 // Lower corners, in voxel edges, of those occupied voxels of `level` that are the first or the last of their row along
@@ -108,7 +116,7 @@ bool is_usable(const Camera &camera) {
     const glm::dvec3 sight = camera.focal_point - camera.position;
     const double turn = glm::length(glm::cross(sight, camera.up));
     return std::isfinite(turn) && turn > 1e-9 * glm::length(sight) * glm::length(camera.up) &&
-           camera.view_angle > 1e-6 && camera.view_angle < 3.14;
+           camera.view_angle > 1e-6 && camera.view_angle < 3.14 && is_usable(camera.clip);
 }
 
 double view_height(const Camera &camera) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
+#include "pbm_render/camera/clip_region.h"
 
 #include <glm/vec3.hpp>
 
@@ -19,6 +20,9 @@ struct Camera {
     glm::dvec3 up{0, 1, 0};                // any length, not along the line of sight
     double view_angle = kDefaultViewAngle; // vertical, radians
     bool orthographic = false;             // drawn by a telecentric camera, see telecentric()
+    // Model space; empty: the whole model. What lies outside is not drawn. Where there is a region, points show their
+    // backs too, so that one sees the inside of what is cut open.
+    ClipRegion clip{};
     bool operator==(const Camera &) const = default;
 };
 
@@ -34,7 +38,7 @@ struct EyeAxes {
 };
 
 // False if the camera has no line of sight: position and focal point coincide, `up` lies along the view, a value is not
-// finite or the angle is outside 0..180 degrees.
+// finite, the angle is outside 0..180 degrees, or the normal of `clip` is zero.
 bool is_usable(const Camera &camera);
 // Needs a usable camera.
 EyeAxes eye_axes(const Camera &camera);

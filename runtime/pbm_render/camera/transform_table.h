@@ -31,6 +31,7 @@ struct Projection {
     EyeAxes axes;
     double focal;      // pixels
     glm::dvec2 middle; // of the picture, pixels
+    HalfSpaces clip;   // of the camera, model space
 };
 
 struct TransformTable {

@@ -17,6 +17,11 @@ Camera in_unit_grid(const Camera &camera, const Grid &grid) {
     Camera result = camera;
     result.position = (camera.position - origin) / grid.edge();
     result.focal_point = (camera.focal_point - origin) / grid.edge();
+    if (result.clip.plane)
+        result.clip.plane->point = (camera.clip.plane->point - origin) / grid.edge();
+    if (result.clip.box)
+        result.clip.box = {(camera.clip.box->least - origin) / grid.edge(),
+                           (camera.clip.box->most - origin) / grid.edge()};
     return telecentric(result, 1);
 }
 

@@ -33,7 +33,7 @@ Box intersection(const Box &a, const Box &b) {
     return {.least = glm::max(a.least, b.least), .most = glm::min(a.most, b.most)};
 }
 
-// The part of space that a camera sees.
+// The part of space that a camera sees, and that its clip region leaves.
 class Frustum {
   public:
     Frustum(const Camera &camera, int width, int height)
@@ -45,11 +45,13 @@ class Frustum {
         min_cosine_ = 1 / std::sqrt(1 + x * x + y * y);
     }
 
-    // Whether a box and a `margin` around it lie outside the frustum. May return false for such a box.
+    // Whether a box lies outside the clip region, or it and a `margin` around it outside the frustum. May return false
+    // for such a box.
     bool misses(const Box &box, double margin) const {
-        return std::any_of(inwards_.begin(), inwards_.end(), [&](const glm::dvec3 &inwards) {
-            return glm::dot(inwards, box.centre() - eye_) + reach(box, inwards) + margin < 0;
-        });
+        return projection_.clip.side_of(box.centre(), box.half()) == HalfSpaces::Side::outside ||
+               std::any_of(inwards_.begin(), inwards_.end(), [&](const glm::dvec3 &inwards) {
+                   return glm::dot(inwards, box.centre() - eye_) + reach(box, inwards) + margin < 0;
+               });
     }
 
     // Upper bound of the length of `edge` on the screen, in pixels, anywhere in the box; infinite around the eye.
@@ -64,7 +66,7 @@ class Frustum {
     bool sees_backs(const NormalCone &cone, const Box &box) const {
         const glm::dvec3 to_centre = box.centre() - eye_;
         const double distance = glm::length(to_centre), radius = glm::length(box.half());
-        if (cone.cosine == kNoCone || distance <= radius)
+        if (cone.cosine == kNoCone || distance <= radius || !projection_.clip.empty())
             return false;
         const UnitVector &n = normal_table()[cone.axis];
         const double axis_cosine = glm::dot(glm::dvec3(n[0], n[1], n[2]), to_centre) / distance;

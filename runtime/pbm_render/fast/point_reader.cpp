@@ -67,8 +67,9 @@ void PointReader::read(const CoveredPixels &pixels, int y, const ShadedFrame &fr
 void PointReader::read_batch(const Batch &batch, const ShadedFrame &frame, PointRow &row) const {
     const NormalSums &sums = normal_sums();
     std::uint32_t *const normals = row.normal.data() + batch.first;
+    const std::uint16_t shown = frame.geometry.shows_backs ? kTwoSidedBit : std::uint16_t{0};
     for (std::size_t i = 0; i < batch.count; ++i)
-        normals[i] = normal_code(batch.from[i]->normals[batch.point[i]], sums);
+        normals[i] = normal_code(static_cast<std::uint16_t>(batch.from[i]->normals[batch.point[i]] | shown), sums);
     read_colours(batch, frame, row.colour.data() + batch.first);
     const auto phong_of = [&](std::size_t i) {
         const Material &of = frame.appearance.materials[material(*batch.from[i], batch.point[i])];
@@ -129,7 +130,7 @@ void PointReader::read_by_normal(const Batch &batch, const CoveredPixels &pixels
         std::size_t normal = stored & kNormalIndexMask;
         const EyeNormal &n = geometry.normals[normal];
         const float ray_x = (static_cast<float>(pixels.x[at]) + 0.5F - geometry.middle_x) * geometry.inverse_focal;
-        if ((stored & kTwoSidedBit) != 0 && n.x * ray_x + n.y * ray_y + n.z > 0)
+        if ((geometry.shows_backs || (stored & kTwoSidedBit) != 0) && n.x * ray_x + n.y * ray_y + n.z > 0)
             normal ^= kOppositeNormal;
         if (frame.shader.has_shaded_normals()) {
             row.colour[at] = frame.shader.shaded(of, normal);

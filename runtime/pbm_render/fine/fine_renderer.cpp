@@ -199,12 +199,12 @@ void FineRenderer::Frame::read_visible_point(std::uint32_t id, const Sample &sam
                                              SurfacePoint &to) const {
     const PointRun &run = runs[runs.ids().run(id)];
     const std::size_t i = runs.ids().point(id);
-    const std::uint16_t stored = run.chunk->normals[i];
     const FrameGeometry &geometry = sample.geometry;
+    const std::uint16_t stored = run.chunk->normals[i];
     const EyeNormal &n = geometry.normals[stored & kNormalIndexMask];
     const float facing = n.x * (pixel.x - geometry.middle_x) * geometry.inverse_focal +
                          n.y * (pixel.y - geometry.middle_y) * geometry.inverse_focal + n.z;
-    const float sign = (stored & kTwoSidedBit) != 0 && facing > 0 ? -1.0F : 1.0F;
+    const float sign = (geometry.shows_backs || (stored & kTwoSidedBit) != 0) && facing > 0 ? -1.0F : 1.0F;
     to.channels[channel::kNormal] = sign * n.x;
     to.channels[channel::kNormal + 1] = sign * n.y;
     to.channels[channel::kNormal + 2] = sign * n.z;

@@ -51,13 +51,15 @@ class Walk {
     void project_splats(const glm::dvec3 &centre, double half_edge);
     void draw_node(int level, const glm::vec4 &centre);
     void draw_points(unsigned mask, const glm::vec4 &centre);
+    void draw_cut_points(unsigned mask, const glm::vec4 &centre);
     void draw_point(std::size_t index, Facing facing, const glm::vec4 &centre);
     void draw_odd_point(std::size_t index, const glm::vec4 &centre);
-    void draw_placed(std::size_t normal, const ScreenPoint &point, float facing);
+    void draw_placed(std::size_t normal, const ScreenPoint &point, float facing, bool two_sided);
     void draw(const SplatShape &shape, const ScreenPoint &point);
 
     const Projection &projection_;
-    const Grid grid_; // unit_grid
+    const bool is_cut_; // the camera has a clip region
+    const Grid grid_;   // unit_grid
     const int level_;
     const std::uint16_t *const point_normals_; // attributes of the points drawn
     const std::uint8_t *const point_radii_;
@@ -82,8 +84,8 @@ class Walk {
 
 Walk::Walk(const Model &model, const Projection &projection, const ReferenceOptions &own,
            std::span<const std::int8_t> offsets, Framebuffer &target)
-    : projection_(projection), grid_(unit_grid(model.parameters.grid)), level_(own.level),
-      point_normals_(model.levels[static_cast<std::size_t>(own.level)].points.normals.data()),
+    : projection_(projection), is_cut_(!projection.clip.empty()), grid_(unit_grid(model.parameters.grid)),
+      level_(own.level), point_normals_(model.levels[static_cast<std::size_t>(own.level)].points.normals.data()),
       point_radii_(model.levels[static_cast<std::size_t>(own.level)].points.radii.data()), offsets_(offsets),
       target_(target), table_(grid_, projection), normals_(transform_normals(projection)), radii_(radius_table()),
       voxel_(static_cast<float>(grid_.voxel_size_at(own.level))), facing_(2 * kNormalCount, Facing::some),
@@ -147,6 +149,8 @@ void Walk::draw_node(int level, const glm::vec4 &centre) {
 
 // Draws the children of a node of the last level but one.
 void Walk::draw_points(unsigned mask, const glm::vec4 &centre) {
+    if (is_cut_) [[unlikely]]
+        return draw_cut_points(mask, centre);
     const auto &offset = table_.child[static_cast<std::size_t>(level_)];
     const std::uint16_t *const normals = point_normals_;
     const Facing *const facing = facing_.data();
@@ -155,6 +159,23 @@ void Walk::draw_points(unsigned mask, const glm::vec4 &centre) {
         if (const Facing way = facing[normals[point]]; way != Facing::away)
             draw_point(point, way, centre + offset[static_cast<std::size_t>(std::countr_zero(mask))]);
     cursor_[static_cast<std::size_t>(level_)] = point;
+}
+
+// The same where the camera has a clip region: without those outside, and with their backs.
+[[gnu::noinline]] void Walk::draw_cut_points(unsigned mask, const glm::vec4 &centre) {
+    const auto &offset = table_.child[static_cast<std::size_t>(level_)];
+    std::size_t &point = cursor_[static_cast<std::size_t>(level_)];
+    const std::span<const HalfSpace> borders = projection_.clip.all();
+    for (; mask != 0; mask &= mask - 1, ++point) {
+        const glm::vec4 at = centre + offset[static_cast<std::size_t>(std::countr_zero(mask))];
+        const bool is_inside = std::all_of(borders.begin(), borders.end(), [&](const HalfSpace &half) {
+            return glm::dot(projection_.plane(half.normal), glm::dvec3(at)) + glm::dot(half.normal, projection_.eye) +
+                       half.offset >=
+                   0;
+        });
+        if (is_inside)
+            draw_odd_point(point, at);
+    }
 }
 
 // `centre`: the voxel's centre in screen space (u, v, w). Writes the point's index to the splat's visible pixels.
@@ -177,7 +198,6 @@ inline void Walk::draw_point(std::size_t index, Facing facing, const glm::vec4 &
 
 // Draws a point whose shape is not in the table.
 void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
-    const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0;
     const float radius = radii_[point_radii_[index]];
     const float depth = centre.z;
     if (depth <= kMinRadii * radius + kMinVoxels * voxel_) // around the eye or behind it
@@ -185,6 +205,7 @@ void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     const glm::vec2 pixel(centre.x / depth, centre.y / depth);
     std::size_t normal = point_normals_[index] & kNormalIndexMask;
     float facing = glm::dot(normals_[normal].plane, glm::vec3(pixel, 1));
+    const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0 || (is_cut_ && facing > kFacingSlack);
     if (two_sided && facing > 0) {
         normal ^= kOppositeNormal;
         facing = -facing;
@@ -193,7 +214,7 @@ void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
         return;
     const ScreenPoint point{pixel, depth, 1 / depth, static_cast<std::uint32_t>(index)};
     if (!kernels_ && !offsets_.empty())
-        return draw_placed(normal, point, facing);
+        return draw_placed(normal, point, facing, two_sided);
     if (!kernels_)
         return draw(project_splat(projection_, normals_[normal], pixel, facing, {radius, voxel_, two_sided}), point);
     ++drawn_points;
@@ -210,13 +231,13 @@ inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
 }
 
 // Draws a splat at its surface offset. Not inlined, so that splats without offsets do not slow down.
-[[gnu::noinline]] void Walk::draw_placed(std::size_t normal, const ScreenPoint &point, float facing) {
+[[gnu::noinline]] void Walk::draw_placed(std::size_t normal, const ScreenPoint &point, float facing, bool two_sided) {
     ++drawn_points;
     const std::size_t index = point.index;
     const SplatShape shape = project_splat(projection_, normals_[normal], point.pixel, facing,
                                            {.radius = radii_[point_radii_[index]],
                                             .voxel = voxel_,
-                                            .two_sided = (point_normals_[index] & kTwoSidedBit) != 0,
+                                            .two_sided = two_sided,
                                             .offset = offset_of(offsets_[index])});
     if (point.inverse_depth < pixel_splats_[point_radii_[index]])
         draw_pixel(shape, point, target_);
@@ -227,10 +248,11 @@ inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
 // Replaces the point indices in `target` by colours; so it shades visible pixels only.
 class Shading {
   public:
-    Shading(const Model &model, const PointShader &shader, int level)
+    // `shown_backs`: kTwoSidedBit if all points show their backs, else 0.
+    Shading(const Model &model, const PointShader &shader, int level, std::uint16_t shown_backs)
         : set_(model.parameters.attributes), level_(level),
           points_(model.levels[static_cast<std::size_t>(level)].points), edge_(model.parameters.grid.edge()),
-          shader_(shader),
+          shader_(shader), shown_backs_(shown_backs),
           indices_(shader.colour_source() == ColourSource::texture ? points_.values(*palette_stream(set_)).data()
                                                                    : nullptr) {}
 
@@ -246,6 +268,7 @@ class Shading {
     const PointAttributes &points_;
     const double edge_; // of the grid, model units
     const PointShader &shader_;
+    const std::uint16_t shown_backs_;
     const std::uint8_t *const indices_; // into the palette; null: the colour has another source
 };
 
@@ -283,7 +306,7 @@ void Shading::resolve(Framebuffer &target) const {
 template <bool kSpecial>
 [[gnu::noinline]] std::uint32_t Shading::shade(std::size_t index, std::size_t at, const Framebuffer &target) const {
     const PointLook look{.colour = colour(index),
-                         .normal = points_.normals[index],
+                         .normal = static_cast<std::uint16_t>(points_.normals[index] | shown_backs_),
                          .material = set_.material ? std::uint16_t{points_.materials[index]} : std::uint16_t{0}};
     const glm::vec2 pixel = target.centre(at);
     const auto lit = [&](std::size_t light) { return lit_fraction(light, index); };
@@ -347,7 +370,7 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
     if (surroundings_)
         surroundings = surroundings_->in_frame(appearance_, projection, options);
     const PointShader shader(model_.parameters, appearance_, projection, surroundings.get(), options, true);
-    Shading(model_, shader, level).resolve(target);
+    Shading(model_, shader, level, projection.clip.empty() ? std::uint16_t{0} : kTwoSidedBit).resolve(target);
     if (surroundings)
         surroundings->draw_behind(target, static_cast<float>(model_.parameters.grid.edge()));
     return {level, model_.levels[static_cast<std::size_t>(level)].points.size(), walk.drawn_points};

@@ -8,6 +8,7 @@
 #endif
 
 #include "pbm_render/picture/packing.h"
+#include "pbm_surface/brick_neighbours.h"
 #include "pbm_surface/brick_places.h"
 
 #include "pbm_render/bricks/brick_culling.h"
@@ -16,6 +17,8 @@
 #include "pbm_render/splats/depth_strip.h"
 #include "pbm_render/splats/facing_point_arrays.h"
 #include "pbm_render/splats/splat.h"
+
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
@@ -66,6 +69,25 @@ HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, V
     return n;
 }
 
+// Distance of a brick's voxels from a border of the clip region, grid edges; inside it is 0 or more.
+struct BrickCut {
+    float first;                  // of the centre of its first voxel
+    float step_x, step_y, step_z; // from a voxel to the next
+};
+
+// Writes the brick's distances from all borders of the region; `to` has room for them.
+HWY_INLINE std::span<const BrickCut> list_cuts(const HalfSpaces &region, const BrickRecord &brick, float voxel,
+                                               std::array<BrickCut, HalfSpaces::kMax> &to) {
+    const glm::dvec3 first =
+        (glm::dvec3(brick.x, brick.y, brick.z) * double{kBrickEdge} + 0.5) * static_cast<double>(voxel);
+    std::size_t count = 0;
+    for (const auto &[normal, offset] : region.all()) {
+        const auto step = glm::vec3(normal) * voxel;
+        to[count++] = {static_cast<float>(glm::dot(normal, first) + offset), step.x, step.y, step.z};
+    }
+    return std::span(to).first(count);
+}
+
 // The points of a brick in the chunk's streams: points begin .. end - 1 are drawn, `available` points may be read.
 struct BrickPoints {
     const std::uint16_t *normals;
@@ -74,6 +96,7 @@ struct BrickPoints {
     std::size_t available;
     std::size_t begin, end;
     std::uint32_t first_id; // of the brick's first point
+    std::span<const BrickCut> cuts;
 };
 
 // Factors by which an ellipse is larger than its splat.
@@ -153,9 +176,16 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
             offset = hn::PromoteTo(di, hn::LoadU(signed8, points.offsets + i));
         const auto side = hn::And(hn::ShiftRight<kTwoSidedShift>(stored), hn::Set(di, kPackedTwoSided));
         const IntVector index = hn::And(stored, hn::Set(di, kNormalIndexMask));
-        const IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), side);
+        IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), side);
         const SeenNormal normal = see_normal(frame, packed, pixel_x, pixel_y);
-        Mask keep = hn::And(hn::Le(normal.facing, set(kFacingSlack)), hn::FirstN(d, points.end - i));
+        const Mask faces = hn::Le(normal.facing, set(kFacingSlack));
+        Mask keep = hn::And(faces, hn::FirstN(d, points.end - i));
+        if (frame.shows_backs) [[unlikely]] {
+            packed = hn::Or(packed, hn::IfThenZeroElse(hn::RebindMask(di, faces), hn::Set(di, kPackedTwoSided)));
+            keep = hn::FirstN(d, points.end - i);
+            for (const BrickCut &cut : points.cuts)
+                keep = hn::And(keep, hn::Ge(project(cut.first, cut.step_x, cut.step_y, cut.step_z), hn::Zero(d)));
+        }
         if constexpr (kPlaced) {
             if constexpr (!kLarge) {
                 const auto left_out = hn::Set(di, brick.thin ? kRedundantBit : 0);
@@ -206,13 +236,17 @@ HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std:
     if (first_point >= normals.size() || brick.first_node >= run.chunk->masks.size())
         return 0;
     BrickOffsets memory;
+    std::array<BrickCut, HalfSpaces::kMax> cuts;
     BrickPoints points{.normals = normals.data() + first_point,
                        .radii = run.chunk->radii.data() + first_point,
                        .offsets = kPlaced ? run.offsets->read(*run.chunk, seen.brick, memory) : nullptr,
                        .available = normals.size() - first_point,
                        .begin = run.first > first_point ? run.first - first_point : 0,
                        .end = 0,
-                       .first_id = first_id + static_cast<std::uint32_t>(first_point)};
+                       .first_id = first_id + static_cast<std::uint32_t>(first_point),
+                       .cuts = {}};
+    if (seen.is_cut)
+        points.cuts = list_cuts(at.frame.projection.clip, brick, at.run.voxel, cuts);
     BrickPlaces places;
     const std::size_t count =
         std::min(list_places(brick.node_map, run.chunk->masks.subspan(brick.first_node), places), points.available);

@@ -39,6 +39,10 @@ std::vector<std::string> read_lines(const std::string &file) {
     return lines;
 }
 
+template <class Value> std::optional<Value> parsed(const Result<Value> &value) {
+    return value ? std::optional(*value) : std::nullopt;
+}
+
 // Reads what camera_as_options writes.
 std::optional<SavedView> parse_view(const std::string &line) {
     ViewOptions options;
@@ -58,6 +62,10 @@ std::optional<SavedView> parse_view(const std::string &line) {
             options.view_up = *vector;
         else if (name == "--camera-view-angle")
             std::from_chars(value.data(), value.data() + value.size(), options.view_angle);
+        else if (name == "--clip-plane")
+            options.clip.plane = parsed(parse_clip_plane(value));
+        else if (name == "--clip-box")
+            options.clip.box = parsed(parse_clip_box(value));
         else if (name == "--projection")
             options.orthographic = value == "orthographic";
     }

@@ -1,5 +1,7 @@
 #include "viewer/options/option_values.h"
 
+#include <glm/common.hpp>
+
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -44,6 +46,24 @@ Result<glm::dvec3> parse_vector(const std::string &text) {
     if (!numbers)
         return usage("'" + text + "' is no vector; write three numbers like 0,0.5,-2");
     return glm::dvec3((*numbers)[0], (*numbers)[1], (*numbers)[2]);
+}
+
+Result<ClipPlane> parse_clip_plane(const std::string &text) {
+    const auto n = parse_numbers(text, ",", 6);
+    if (!n || ((*n)[3] == 0 && (*n)[4] == 0 && (*n)[5] == 0))
+        return usage(
+            "'" + text +
+            "' is no plane; write six numbers like 0,0.5,0,0,-1,0: a point of it, and the direction in which the "
+            "model is kept");
+    return ClipPlane{{(*n)[0], (*n)[1], (*n)[2]}, {(*n)[3], (*n)[4], (*n)[5]}};
+}
+
+Result<ClipBox> parse_clip_box(const std::string &text) {
+    const auto n = parse_numbers(text, ",", 6);
+    if (!n)
+        return usage("'" + text + "' is no box; write six numbers like 0,0,0,1,1,2: two opposite corners");
+    const glm::dvec3 a((*n)[0], (*n)[1], (*n)[2]), b((*n)[3], (*n)[4], (*n)[5]);
+    return ClipBox{glm::min(a, b), glm::max(a, b)};
 }
 
 Result<Rgba8> parse_colour(const std::string &text) {

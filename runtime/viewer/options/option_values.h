@@ -1,6 +1,7 @@
 // Parses values of options: resolutions, vectors, colours.
 #pragma once
 
+#include "pbm_render/camera/clip_region.h"
 #include "pbm_render/picture/framebuffer.h"
 #include "system/error.h"
 
@@ -15,6 +16,10 @@ namespace pbm {
 Result<glm::ivec2> parse_resolution(const std::string &text);
 // "x,y,z": finite numbers in the C locale's spelling.
 Result<glm::dvec3> parse_vector(const std::string &text);
+// "x,y,z,nx,ny,nz": a point of the plane, and its normal on the side that is kept.
+Result<ClipPlane> parse_clip_plane(const std::string &text);
+// "x,y,z,x,y,z": two opposite corners.
+Result<ClipBox> parse_clip_box(const std::string &text);
 // "r,g,b", each 0..1, sRGB.
 Result<Rgba8> parse_colour(const std::string &text);
 // Frames per second: 1..240, or 0 for any.

@@ -31,6 +31,15 @@ std::string vector_text(const glm::dvec3 &v) {
     return number_text(v.x) + "," + number_text(v.y) + "," + number_text(v.z);
 }
 
+std::string clip_as_options(const ClipRegion &clip) {
+    std::string text;
+    if (clip.plane)
+        text += " --clip-plane=" + vector_text(clip.plane->point) + "," + vector_text(clip.plane->normal);
+    if (clip.box)
+        text += " --clip-box=" + vector_text(clip.box->least) + "," + vector_text(clip.box->most);
+    return text;
+}
+
 const std::vector<std::pair<std::string, Quality>> kQualities{
     {"auto", Quality::automatic}, {"fast", Quality::fast}, {"fine", Quality::fine}};
 const std::vector<std::pair<std::string, DepthCue>> kDepthCues{
@@ -99,6 +108,10 @@ void add_view_options(CommandLine &line, ViewOptions &options) {
                                    options.orthographic,
                                    "perspective (default); orthographic: parallels stay parallel, and as much of the "
                                    "focal point's plane is seen");
+    line.add("--clip-plane", "Show only the side of the plane through X,Y,Z that NX,NY,NZ leads to",
+             stored(parse_clip_plane, options.clip.plane), {.type = "X,Y,Z,NX,NY,NZ"});
+    line.add("--clip-box", "Show only what lies in the box with these two corners",
+             stored(parse_clip_box, options.clip.box), {.type = "X,Y,Z,X,Y,Z"});
     add_look_options(line, options);
     add_shading_options(line, options.look);
     line.topic = "Options";
@@ -125,6 +138,7 @@ Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, U
     camera.focal_point = options.focal_point.value_or(camera.focal_point);
     camera.up = options.view_up.value_or(camera.up);
     camera.orthographic = options.orthographic;
+    camera.clip = options.clip;
     if (!is_usable(camera))
         return Error{ErrorCode::usage, 0,
                      "the camera sees nothing: it stands at its focal point or looks along its view-up, or a number is "
@@ -149,7 +163,7 @@ std::string camera_as_options(const Camera &camera, double view_angle) {
     return " --camera-position=" + vector_text(camera.position) +
            " --camera-focal-point=" + vector_text(camera.focal_point) + " --camera-view-up=" + vector_text(camera.up) +
            " --camera-view-angle=" + number_text(view_angle) +
-           (camera.orthographic ? " --projection=orthographic" : "");
+           (camera.orthographic ? " --projection=orthographic" : "") + clip_as_options(camera.clip);
 }
 
 const std::string &word_of(Quality quality) { return word_of(kQualities, quality); }

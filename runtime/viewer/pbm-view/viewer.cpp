@@ -222,6 +222,8 @@ OverlayText Viewer::overlay_text() const {
         text.corner = cost_text(drawn_, model_->depth(), view_size_);
     if (model_ && !recording_)
         text.drawing = measure_drawing();
+    if (show_clip_handles_ && model_ && !recording_)
+        add_clip_handles(text.drawing);
     text.notice = notice_.text;
     text.notice_is_problem = notice_.is_problem;
     return text;

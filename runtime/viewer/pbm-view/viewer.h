@@ -17,6 +17,7 @@
 
 #include "system/files/file_watch.h"
 #include "system/threads/thread_pool.h"
+#include "viewer/clipping/clip_handles.h"
 #include "viewer/measure/picture_space.h"
 #include "viewer/measure/polyline.h"
 #include "viewer/navigation/camera_glide.h"
@@ -131,6 +132,10 @@ class Viewer {
     glm::dvec2 mouse_pixel() const;
     std::optional<PickedPoint> pick_under_mouse() const;
     MeasuredPoint measured(const PickedPoint &point) const;
+    void switch_clip();
+    bool begin_clip_drag();
+    void drag_clip();
+    void add_clip_handles(OverlayDrawing &to) const;
     void toggle_measuring();
     bool escape_measuring();
     void add_point();
@@ -222,6 +227,8 @@ class Viewer {
     double last_click_ = -1;
     glm::dvec2 last_click_place_{0};
 
+    bool show_clip_handles_ = false;
+    std::optional<ClipHandle> dragged_clip_; // instead of the camera
     bool measuring_ = false, show_coordinates_ = false;
     Polyline line_; // measured
 

@@ -61,6 +61,7 @@ void Viewer::recall_view(int number) {
     }
     options_.view_angle = view->view_angle;
     options_.orthographic = view->camera.orthographic;
+    options_.clip = view->camera.clip;
     glide_to(view->camera);
 }
 

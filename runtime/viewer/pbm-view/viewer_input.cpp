@@ -52,7 +52,7 @@ void Viewer::handle(const KeyEvent &event) {
     stale_ = true;
 }
 
-// Keys that move the camera to a view, or measure.
+// Keys that move the camera to a view, cut the model open, or measure.
 void Viewer::handle_view_key(Key key) {
     switch (key) {
     case Key::fit: fit(); break;
@@ -69,6 +69,7 @@ void Viewer::handle_view_key(Key key) {
     case Key::save_7: save_view(7); break;
     case Key::save_8: save_view(8); break;
     case Key::save_9: save_view(9); break;
+    case Key::clip: switch_clip(); break;
     case Key::measure: toggle_measuring(); break;
     case Key::coordinates: show_coordinates_ = !show_coordinates_; break;
     case Key::copy: copy_measurement(); break;
@@ -104,6 +105,7 @@ void Viewer::handle(const ButtonEvent &event) {
     }
     if (!event.pressed) {
         if (dragging_ == event.button) {
+            dragged_clip_.reset();
             if (is_measuring() && is_click_ && event.button == MouseButton::left)
                 add_point();
             dragging_.reset();
@@ -116,6 +118,10 @@ void Viewer::handle(const ButtonEvent &event) {
     drag_with_shift_ = event.shift;
     drag_place_ = mouse_.value_or(glm::dvec2(0));
     is_click_ = true;
+    if (event.button == MouseButton::left && !event.shift && begin_clip_drag()) {
+        is_click_ = false;
+        return;
+    }
     if (event.button != MouseButton::left || !mouse_ || is_measuring())
         return;
     const double now = Window::now();
@@ -139,6 +145,8 @@ void Viewer::handle(const MoveEvent &event) {
     stale_ = stale_ || show_coordinates_;
     if (!dragging_ || !model_ || moved == glm::dvec2(0))
         return;
+    if (dragged_clip_)
+        return drag_clip();
     is_click_ = is_click_ && glm::length(*mouse_ - drag_place_) < kClickReach;
     if (is_measuring() && is_click_)
         return; // the hand shakes

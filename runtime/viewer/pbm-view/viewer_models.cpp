@@ -16,7 +16,10 @@ namespace pbm {
 namespace {
 
 // The camera of the command line is for the model of the command line only.
-void forget_camera(ViewOptions &options) { options.position = options.focal_point = options.view_up = std::nullopt; }
+void forget_camera(ViewOptions &options) {
+    options.position = options.focal_point = options.view_up = std::nullopt;
+    options.clip = {};
+}
 
 } // namespace
 

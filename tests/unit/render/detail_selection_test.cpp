@@ -254,6 +254,28 @@ TEST(DetailSelection, LoadingMissingChunksEndsInTheWholePicture) {
     EXPECT_GT(shown_points, 100'000U);
 }
 
+TEST(DetailSelection, LeavesOutChunksOutsideOfTheClipRegionOnly) {
+    ChosenModel model = sphere();
+    Random random(8);
+    std::uint64_t left_out = 0;
+    for (int round = 0; round < 60; ++round) {
+        DetailView view = random_view(random);
+        if (!is_usable(view.camera))
+            continue;
+        model.forget([](auto &&...) { return false; });
+        const std::vector<int> whole = model.count_shown(model.select(view));
+        view.camera.clip.plane = {.point = {0, -1, -2}, .normal = view.camera.up};
+        const std::vector<int> cut = model.count_shown(model.select(view));
+        for (std::uint64_t i = 0; i < whole.size(); ++i) {
+            const bool is_inside =
+                glm::dot(view.camera.up, model.centre(model.depth(), i) - glm::dvec3(0, -1, -2)) >= 0;
+            ASSERT_TRUE(!is_inside || cut[i] >= whole[i]) << "round " << round << ", point " << i;
+            left_out += cut[i] < whole[i] ? 1 : 0;
+        }
+    }
+    EXPECT_GT(left_out, 50'000U);
+}
+
 TEST(DetailSelection, DrawsNoVoxelLargerThanAllowed) {
     ChosenModel model = sphere();
     Random random(4);

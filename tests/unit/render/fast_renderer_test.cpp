@@ -248,6 +248,47 @@ TEST(FastRenderer, DrawsOrthographicViewsAsTheReferenceDoes) {
     }
 }
 
+// A plane cuts through the middle of the ball, a box out a piece of the side that is seen.
+TEST(FastRenderer, CutsModelsOpenAsTheReferenceDoes) {
+    const glm::dvec3 middle(0, -1, -2);
+    for (const double pixels : {1.3, 6.0, 40.0})
+        for (const glm::dvec3 &direction : directions())
+            for (const DrawnModel *model : {&ball(), &plain_ball()}) {
+                Camera camera = camera_at_ball(7, pixels, kHeight, direction);
+                const std::size_t whole = difference(*model, camera).both;
+                camera.clip.plane = {middle, glm::dvec3(0.2, -0.3, 0.4) - direction};
+                if (pixels > 2) {
+                    expect_alike(difference(*model, camera), 7, pixels, "plane");
+                } else { // blocks cover pixels of the far inside beyond the rim
+                    const Difference d = difference(*model, camera);
+                    EXPECT_LE(d.lost, 16U) << text(d);
+                    EXPECT_LE(d.depth, 0.006) << text(d);
+                    EXPECT_LE(d.colour, 0.6) << text(d);
+                }
+                camera.clip = {};
+                const double half = std::ldexp(2.0, -7) / pixels * kHeight * 0.1;
+                const glm::dvec3 seen = middle + 0.9 * glm::normalize(direction);
+                camera.clip.box = {seen - half, seen + half};
+                const Difference d = difference(*model, camera);
+                expect_alike(d, 7, pixels, "box");
+                EXPECT_LT(d.both, whole);
+            }
+}
+
+TEST(FastRenderer, ShowsTheInsideOfWhatIsCutOpen) {
+    Camera camera = camera_at_ball(7, 4, kHeight, {0, 0, 1});
+    const Framebuffer whole = ball().fast(camera, kWidth, kHeight, {});
+    camera.clip.plane = {.point = {0, -1, -2}, .normal = {0, 0, -1}}; // without the half that is nearer
+    const Framebuffer cut = ball().fast(camera, kWidth, kHeight, {});
+    const std::size_t at = kHeight / 2 * kWidth + kWidth / 2;
+    const double voxel = std::ldexp(2.0, -7);
+    EXPECT_NEAR(static_cast<double>(cut.depth[at]) - static_cast<double>(whole.depth[at]), 2 * 0.9, 2 * voxel);
+    EXPECT_NE(cut.colour[at], whole.colour[at]);
+    const double to_plane = camera.position.z + 2;
+    for (const float depth : cut.depth)
+        EXPECT_GE(static_cast<double>(depth), to_plane - 2 * voxel);
+}
+
 // Far from the middle of wide-angle pictures a length at the same distance covers more pixels.
 TEST(FastRenderer, HasNoHolesAtTheBordersOfWidePictures) {
     for (const double angle : {60.0, 90.0, 120.0, 150.0})

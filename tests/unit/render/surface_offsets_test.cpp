@@ -200,7 +200,8 @@ std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std:
                         .nearest = 0,
                         .faces_eye = faces_eye,
                         .block = 2,
-                        .thin = false});
+                        .thin = false,
+                        .is_cut = false});
     return seen;
 }
 

@@ -38,6 +38,17 @@ TEST(ViewAsOptions, EveryNumberReadsBackAsItWas) {
     EXPECT_EQ(option(line, "camera-view-angle"), "30.1");
 }
 
+TEST(ViewAsOptions, ClipRegionsReadBackAsTheyWere) {
+    Camera camera;
+    EXPECT_EQ(option(view_as_options(camera, 30, {1280, 720}), "clip-plane"), "absent");
+    camera.clip = {.plane = ClipPlane{{1.0 / 3, -4.3e6 + 0.1, 2}, {0.1 + 0.2, -1, 0}},
+                   .box = ClipBox{{-1, -2, -3}, {1.0 / 7, 2, 3e9}}};
+    const std::string line = view_as_options(camera, 30, {1280, 720});
+    EXPECT_EQ(*parse_clip_plane(option(line, "clip-plane")), *camera.clip.plane);
+    EXPECT_EQ(*parse_clip_box(option(line, "clip-box")), *camera.clip.box);
+    EXPECT_EQ(*parse_clip_box("1,5,3,4,2,6"), (ClipBox{{1, 2, 3}, {4, 5, 6}})); // any opposite corners
+}
+
 TEST(LookAsOptions, NamesOptionsThatAreNotTheDefault) {
     LookOptions look;
     RenderOptions &render = look.render;

@@ -37,7 +37,7 @@ Error no_window(const std::string &what) {
             what + (why.empty() ? "" : ": " + why) + "; pbm-render draws without display and OpenGL"};
 }
 
-constexpr std::array<std::pair<int, Key>, 33> kKeys{{{GLFW_KEY_LEFT, Key::left},
+constexpr std::array<std::pair<int, Key>, 34> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_A, Key::left},
                                                      {GLFW_KEY_RIGHT, Key::right},
                                                      {GLFW_KEY_D, Key::right},
@@ -61,6 +61,7 @@ constexpr std::array<std::pair<int, Key>, 33> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_9, Key::recall_9},
                                                      {GLFW_KEY_M, Key::measure},
                                                      {GLFW_KEY_X, Key::coordinates},
+                                                     {GLFW_KEY_K, Key::clip},
                                                      {GLFW_KEY_F1, Key::help},
                                                      {GLFW_KEY_H, Key::help},
                                                      {GLFW_KEY_F2, Key::frame_time},

@@ -45,6 +45,7 @@ enum class Key {
     save_9,
     measure,
     coordinates,
+    clip,
     copy,
     open_dialog,
     start_page,
