@@ -6,11 +6,11 @@
 
 namespace pbm {
 
-void add_depth_errors(const RayImage &rays, const Drawing &drawing, DepthByAngle &to) {
+void add_depth_errors(const PictureTruth &truth, const Drawing &drawing, DepthByAngle &to) {
     const Framebuffer &drawn = drawing.picture;
-    const std::vector<float> outside = outside_depths(rays);
+    const RayImage &rays = truth.rays;
     for (std::size_t at = 0; at < drawn.pixels(); ++at) {
-        if (!is_interior(outside, drawn, at) || std::isinf(drawn.depth[at]))
+        if (!truth.is_interior(at) || std::isinf(drawn.depth[at]))
             continue;
         const double cosine = rays.cosines[at];
         const double off = (static_cast<double>(drawn.depth[at]) - static_cast<double>(rays.depths[at])) /

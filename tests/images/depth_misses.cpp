@@ -38,14 +38,14 @@ bool is_rough(const RayCaster &rays, const glm::dvec3 &hit, const glm::vec3 &fac
 
 } // namespace
 
-void add_depth_misses(const RayCaster &rays, const Camera &camera, const RayImage &image, const Drawing &drawing,
+void add_depth_misses(const RayCaster &rays, const Camera &camera, const PictureTruth &truth, const Drawing &drawing,
                       DepthMisses &to) {
     const Framebuffer &drawn = drawing.picture;
     const PixelRays pixels(camera, drawn.width, drawn.height);
-    const std::vector<float> outside = outside_depths(image);
+    const RayImage &image = truth.rays;
     const auto width = static_cast<std::size_t>(drawn.width);
     for (std::size_t at = 0; at < drawn.pixels(); ++at) {
-        if (!is_interior(outside, drawn, at))
+        if (!truth.is_interior(at))
             continue;
         ++to.pixels;
         const float depth = drawn.depth[at], ray = image.depths[at], voxel = drawing.voxels[at];
@@ -59,7 +59,7 @@ void add_depth_misses(const RayCaster &rays, const Camera &camera, const RayImag
         float nearest = ray, farthest = ray;
         for (std::size_t row = 0; row < 5; ++row) // interior: the neighbours are in the picture
             for (std::size_t column = 0; column < 5; ++column) {
-                const float next = outside[at + row * width + column - 2 * width - 2];
+                const float next = truth.outside[at + row * width + column - 2 * width - 2];
                 nearest = std::min(nearest, next);
                 farthest = std::max(farthest, next);
             }

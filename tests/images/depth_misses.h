@@ -22,8 +22,8 @@ struct DepthMisses {
     std::uint64_t all() const { return grazing + contours + thin + relief + others; }
 };
 
-// `image` holds the rays of `camera`.
-void add_depth_misses(const RayCaster &rays, const Camera &camera, const RayImage &image, const Drawing &drawing,
+// `truth` holds the rays of `camera`.
+void add_depth_misses(const RayCaster &rays, const Camera &camera, const PictureTruth &truth, const Drawing &drawing,
                       DepthMisses &to);
 
 std::string to_text(const DepthMisses &misses);

@@ -8,30 +8,36 @@
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace pbm {
 namespace {
 
 constexpr float kEmpty = std::numeric_limits<float>::infinity();
 
-struct DepthRange {
-    float nearest = kEmpty, farthest = -kEmpty;
-};
-
-// Minimum and maximum of the (2 * reach + 1)^2 pixels around (x, y). Pixels beyond the border are empty.
-DepthRange range_around(const std::vector<float> &depths, int width, int height, int x, int y, int reach) {
-    DepthRange range;
-    for (int v = y - reach; v <= y + reach; ++v) {
-        for (int u = x - reach; u <= x + reach; ++u) {
-            const bool inside = u >= 0 && v >= 0 && u < width && v < height;
-            const float depth = inside ? depths[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
-                                                static_cast<std::size_t>(u)]
-                                       : kEmpty;
-            range.nearest = std::min(range.nearest, depth);
-            range.farthest = std::max(range.farthest, depth);
-        }
+// Combines the (2 * reach + 1)^2 values around each pixel, rows first.
+template <class Choose>
+std::vector<float> around(const std::vector<float> &values, std::size_t width, std::size_t reach, Choose choose) {
+    const std::size_t height = values.size() / width, wide = width + 2 * reach;
+    std::vector<float> rows((height + 2 * reach) * wide, kEmpty), result(values.size());
+    std::vector<float> row(wide, kEmpty);
+    for (std::size_t y = 0; y < height; ++y) {
+        std::copy_n(values.data() + y * width, width, row.data() + reach);
+        float *const to = rows.data() + (y + reach) * wide;
+        for (std::size_t x = 0; x < width; ++x)
+            to[x] = row[x];
+        for (std::size_t by = 1; by <= 2 * reach; ++by)
+            for (std::size_t x = 0; x < width; ++x)
+                to[x] = choose(to[x], row[x + by]);
     }
-    return range;
+    for (std::size_t y = 0; y < height; ++y) {
+        float *const to = result.data() + y * width;
+        std::copy_n(rows.data() + y * wide, width, to);
+        for (std::size_t by = 1; by <= 2 * reach; ++by)
+            for (std::size_t x = 0; x < width; ++x)
+                to[x] = choose(to[x], rows[(y + by) * wide + x]);
+    }
+    return result;
 }
 
 std::uint64_t squared_difference(const Srgb &truth, std::uint32_t drawn) {
@@ -58,53 +64,43 @@ FidelityFigures &FidelityFigures::operator+=(const FidelityFigures &o) {
     return *this;
 }
 
-std::vector<float> outside_depths(const RayImage &image) {
-    std::vector<float> outside = image.depths;
+PictureTruth::PictureTruth(RayImage image, int picture_width) : rays(std::move(image)), outside(rays.depths) {
+    const auto lesser = [](float a, float b) { return std::min(a, b); };
+    const auto greater = [](float a, float b) { return std::max(a, b); };
+    const auto width = static_cast<std::size_t>(picture_width);
     for (std::size_t i = 0; i < outside.size(); ++i)
-        outside[i] = image.inside[i] != 0 ? kEmpty : outside[i];
-    return outside;
+        outside[i] = rays.inside[i] != 0 ? kEmpty : outside[i];
+    nearest = around(rays.depths, width, 1, lesser);
+    farthest = around(rays.depths, width, 1, greater);
+    farthest_outside_1 = around(outside, width, 1, greater);
+    farthest_outside_2 = around(outside, width, 2, greater);
 }
 
-bool is_interior(const std::vector<float> &outside, const Framebuffer &picture, std::size_t at) {
-    const int x = static_cast<int>(at % static_cast<std::size_t>(picture.width));
-    const int y = static_cast<int>(at / static_cast<std::size_t>(picture.width));
-    return range_around(outside, picture.width, picture.height, x, y, 2).farthest != kEmpty;
-}
-
-FidelityFigures compare(const RayImage &image, std::span<const Srgb> truth, const Drawing &drawing) {
+FidelityFigures compare(const PictureTruth &truth, std::span<const Srgb> colours, const Drawing &drawing) {
     const Framebuffer &drawn = drawing.picture;
-    const std::vector<float> &rays = image.depths;
-    const std::vector<float> outside = outside_depths(image);
     FidelityFigures figures;
-    std::size_t at = 0;
-    for (int y = 0; y < drawn.height; ++y) {
-        for (int x = 0; x < drawn.width; ++x, ++at) {
-            const float depth = drawn.depth[at];
-            if (rays[at] == kEmpty) {
-                figures.bleed +=
-                    depth != kEmpty && range_around(rays, drawn.width, drawn.height, x, y, 1).nearest == kEmpty;
-                continue;
-            }
-            ++figures.object;
-            figures.shrunk +=
-                depth == kEmpty && range_around(outside, drawn.width, drawn.height, x, y, 1).farthest != kEmpty;
-            const DepthRange around = range_around(outside, drawn.width, drawn.height, x, y, 2);
-            if (around.farthest == kEmpty)
-                continue;
-            ++figures.interior;
-            if (!truth.empty())
-                figures.squared_error += squared_difference(truth[at], drawn.colour[at]);
-            if (depth == kEmpty) {
-                ++figures.holes;
-                continue;
-            }
-            const float voxel = drawing.voxels[at];
-            const DepthRange next = range_around(rays, drawn.width, drawn.height, x, y, 1);
-            figures.see_through += depth > around.farthest + kSeeThroughVoxels * voxel;
-            figures.deep += std::abs(depth - rays[at]) <= voxel;
-            figures.on_surface += std::abs(depth - rays[at]) * image.cosines[at] <= voxel;
-            figures.deep_near += depth >= next.nearest - voxel && depth <= next.farthest + voxel;
+    for (std::size_t at = 0; at < drawn.pixels(); ++at) {
+        const float depth = drawn.depth[at], ray = truth.rays.depths[at];
+        if (ray == kEmpty) {
+            figures.bleed += depth != kEmpty && truth.nearest[at] == kEmpty;
+            continue;
         }
+        ++figures.object;
+        figures.shrunk += depth == kEmpty && truth.farthest_outside_1[at] != kEmpty;
+        if (!truth.is_interior(at))
+            continue;
+        ++figures.interior;
+        if (!colours.empty())
+            figures.squared_error += squared_difference(colours[at], drawn.colour[at]);
+        if (depth == kEmpty) {
+            ++figures.holes;
+            continue;
+        }
+        const float voxel = drawing.voxels[at];
+        figures.see_through += depth > truth.farthest_outside_2[at] + kSeeThroughVoxels * voxel;
+        figures.deep += std::abs(depth - ray) <= voxel;
+        figures.on_surface += std::abs(depth - ray) * truth.rays.cosines[at] <= voxel;
+        figures.deep_near += depth >= truth.nearest[at] - voxel && depth <= truth.farthest[at] + voxel;
     }
     return figures;
 }
@@ -179,14 +175,15 @@ std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, in
     return views;
 }
 
-std::vector<View> measure_fidelity(const RayCaster &rays, const Draw &draw, std::span<const Camera> cameras, int width,
-                                   int height, int threads) {
+std::vector<View> measure_fidelity(std::span<const PictureTruth> truths, const Draw &draw,
+                                   std::span<const Camera> cameras, int width, int height) {
     Drawing drawing(width, height);
     std::vector<View> views;
-    for (const Camera &camera : cameras) {
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        const Camera &camera = cameras[i];
         draw(camera, drawing);
         views.push_back({.drawn = drawing.drawn,
-                         .figures = compare(rays.cast(camera, width, height, threads), {}, drawing),
+                         .figures = compare(truths[i], {}, drawing),
                          .pixels_per_unit = height / (2 * std::tan(camera.view_angle / 2)) /
                                             glm::length(camera.position - camera.focal_point)});
     }

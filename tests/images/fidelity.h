@@ -9,6 +9,7 @@
 
 #include <array>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -43,13 +44,23 @@ struct Drawing {
 // A pixel is see-through if it lies this many voxels behind every hit around it.
 inline constexpr float kSeeThroughVoxels = 4;
 
-// Depths of rays; pixels that see the mesh from inside are empty, so that one test covers both kinds of border.
-std::vector<float> outside_depths(const RayImage &rays);
-// Whether pixel `at` is interior. `outside` has the size of `picture`.
-bool is_interior(const std::vector<float> &outside, const Framebuffer &picture, std::size_t at);
+// What rays say of a picture's pixels and of those around them: [height][width]. Pixels beyond the picture's border
+// have no hit: +infinity.
+struct PictureTruth {
+    PictureTruth(RayImage image, int width);
 
-// `truth`: the result of `trace`, or empty.
-FidelityFigures compare(const RayImage &rays, std::span<const Srgb> truth, const Drawing &drawing);
+    bool is_interior(std::size_t at) const { return farthest_outside_2[at] < std::numeric_limits<float>::infinity(); }
+
+    RayImage rays;
+    std::vector<float> nearest, farthest; // hits within 1 pixel
+    // Depths of those that see the mesh from outside; others are +infinity, so that one test covers both kinds of
+    // border.
+    std::vector<float> outside;
+    std::vector<float> farthest_outside_1, farthest_outside_2; // of them within 1 and 2 pixels
+};
+
+// `colours`: the result of `trace`, or empty.
+FidelityFigures compare(const PictureTruth &truth, std::span<const Srgb> colours, const Drawing &drawing);
 
 // Peak signal-to-noise ratio of the interior, decibels.
 double psnr(const FidelityFigures &figures);
@@ -75,9 +86,9 @@ struct View {
     double pixels_per_unit = 0; // pixels per model unit at the centre of the model
 };
 
-// Draws the views and compares them with rays.
-std::vector<View> measure_fidelity(const RayCaster &rays, const Draw &draw, std::span<const Camera> cameras, int width,
-                                   int height, int threads);
+// Draws the views and compares them with what rays say of them: `truths` [cameras].
+std::vector<View> measure_fidelity(std::span<const PictureTruth> truths, const Draw &draw,
+                                   std::span<const Camera> cameras, int width, int height);
 
 // Sum over all views.
 FidelityFigures total(const std::vector<View> &views);

@@ -174,24 +174,25 @@ void measure(const RayCaster &rays, const Subject &subject, const ModelParameter
                             .shadowed = options.shadows ? parameters.attributes.lights : 0};
     Drawing drawing(options.resolution.x, options.resolution.y);
     for (const NamedView &view : views) {
-        const RayImage image = rays.cast(view.camera, options.resolution.x, options.resolution.y, 0);
-        std::vector<Srgb> truth;
+        const PictureTruth truth(rays.cast(view.camera, options.resolution.x, options.resolution.y, 0),
+                                 options.resolution.x);
+        std::vector<Srgb> colours;
         if (options.shading)
-            truth = trace(scene, view.camera, options.resolution.x, options.resolution.y, options.samples, 0);
+            colours = trace(scene, view.camera, options.resolution.x, options.resolution.y, options.samples, 0);
         const std::string picture = options.pictures.empty() ? "" : options.pictures + "/" + view.name;
         if (!picture.empty() && options.shading)
-            write_picture(picture + " truth.png", truth, options.resolution.x, options.resolution.y);
+            write_picture(picture + " truth.png", colours, options.resolution.x, options.resolution.y);
         for (Renderer &renderer : renderers) {
             renderer.draw(view.camera, drawing);
-            renderer.views.push_back({.drawn = drawing.drawn, .figures = compare(image, truth, drawing)});
-            add_depth_errors(image, drawing, renderer.depths);
+            renderer.views.push_back({.drawn = drawing.drawn, .figures = compare(truth, colours, drawing)});
+            add_depth_errors(truth, drawing, renderer.depths);
             if (options.angles)
-                add_depth_misses(rays, view.camera, image, drawing, renderer.misses);
+                add_depth_misses(rays, view.camera, truth, drawing, renderer.misses);
             if (picture.empty())
                 continue;
             write_picture(picture + " " + renderer.name + ".png", drawing.picture);
             if (options.shading)
-                write_difference(picture + " " + renderer.name + " difference.png", truth, drawing.picture);
+                write_difference(picture + " " + renderer.name + " difference.png", colours, drawing.picture);
         }
     }
 }

@@ -29,8 +29,17 @@ struct Subject {
         return eight_views(bounds, model.parameters.grid.up, width, height);
     }
 
+    std::vector<View> measure(const Draw &draw, int width, int height) {
+        const std::array<Camera, 8> views = cameras(width, height);
+        std::vector<PictureTruth> &known = truths[height];
+        for (std::size_t i = known.size(); i < views.size(); ++i)
+            known.emplace_back(rays.cast(views[i], width, height, 2), width);
+        return measure_fidelity(known, draw, views, width, height);
+    }
+
     TriangleMesh mesh;
     RayCaster rays;
+    std::map<int, std::vector<PictureTruth>> truths; // by height: casting rays takes most of the time
     Model model;
     Sphere bounds;
     Bytes file;
@@ -63,7 +72,7 @@ void expect_no_holes(const std::vector<View> &views, const std::string &what) {
 }
 
 TEST_P(ClosedMesh, HasNoHolesInTheReferenceFromEightViewsAtDepths8To10) {
-    const Subject &it = subject();
+    Subject &it = subject();
     const ReferenceRenderer reference(it.model);
     // About one and two pixels per voxel. In closer views the edges end up to 0.6 voxels early, because points on sharp
     // edges may have a mean normal that faces away.
@@ -71,8 +80,7 @@ TEST_P(ClosedMesh, HasNoHolesInTheReferenceFromEightViewsAtDepths8To10) {
         int level, width, height;
     };
     for (const auto &[level, width, height] : {Picture{8, 640, 360}, Picture{9, 1280, 720}, Picture{10, 1280, 720}})
-        expect_no_holes(measure_fidelity(it.rays, draw_level(reference, it.model.parameters.grid, level),
-                                         it.cameras(width, height), width, height, 2),
+        expect_no_holes(it.measure(draw_level(reference, it.model.parameters.grid, level), width, height),
                         "reference, level " + std::to_string(level));
 }
 
@@ -88,8 +96,7 @@ TEST_P(ClosedMesh, KeepsTheGatesWithLevelsMixed) {
         for (const int height : heights) {
             const int width = height * 16 / 9;
             const std::vector<View> views =
-                measure_fidelity(it.rays, draw_detail(it.streamed, it.renderer, max_error, kMaxDepth),
-                                 it.cameras(width, height), width, height, 2);
+                it.measure(draw_detail(it.streamed, it.renderer, max_error, kMaxDepth), width, height);
             const std::string what = "max error " + std::to_string(max_error) + ", " + std::to_string(height) + " rows";
             expect_no_holes(views, what);
             const FidelityFigures all = total(views);
@@ -106,8 +113,7 @@ TEST_P(ClosedMesh, HasNoHolesCloserThanTheFinestLevelAllows) {
     Subject &it = subject();
     for (const int finest : {9, 8}) {
         const std::vector<View> views =
-            measure_fidelity(it.rays, draw_detail(it.streamed, it.renderer, kDefaultMaxError, finest),
-                             it.cameras(1280, 720), 1280, 720, 2);
+            it.measure(draw_detail(it.streamed, it.renderer, kDefaultMaxError, finest), 1280, 720);
         const FidelityFigures all = total(views);
         const std::string what = "finest level " + std::to_string(finest) + "\n" + to_text(views);
         EXPECT_EQ(all.holes, 0U) << what;
