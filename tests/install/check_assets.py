@@ -38,7 +38,7 @@ def run(*command, **options):
     result = subprocess.run([str(c) for c in command], capture_output=True, text=True, **options)
     if result.returncode != 0:
         sys.exit(f"FAILED with {result.returncode}: {' '.join(map(str, command))}\n{result.stdout}{result.stderr}")
-    return result.stdout
+    return result.stdout + result.stderr
 
 
 class Project:
