@@ -9,11 +9,13 @@
 # source folder, OUTPUT and files in OPTIONS to the current binary folder. Files that the scans, the recipe or OPTIONS
 # name (material files, further inputs) are dependencies too, by way of a dependency file; those that are built need
 # DEPENDS. Whatever depends on OUTPUT is built again only if its content changed: pbm-build leaves it and its time
-# alone otherwise. `get_target_property(file NAME PBM_OUTPUT)` tells the full name.
+# alone otherwise. `get_target_property(file NAME PBM_OUTPUT)` tells the full name. What is dropped from a scan is a
+# warning of the build, and stands in OUTPUT.log with errors.
 #
 # Needs Ninja or Makefiles and the imported target pbm::pbm-build.
 cmake_policy(PUSH)
-cmake_policy(SET CMP0116 NEW) # paths in dependency files: made to fit the build folder
+# Ninja reads the dependency file as pbm-build writes it. CMake would rewrite it first, and quote $ and # for a shell.
+cmake_policy(SET CMP0116 OLD)
 
 function(pbm_add_asset name)
     cmake_parse_arguments(PARSE_ARGV 1 ARG "" "OUTPUT;RECIPE" "SOURCES;OPTIONS;DEPENDS")
@@ -50,9 +52,18 @@ function(pbm_add_asset name)
 
     cmake_path(GET ARG_OUTPUT PARENT_PATH folder)
     file(MAKE_DIRECTORY "${folder}")
-    cmake_path(RELATIVE_PATH ARG_OUTPUT BASE_DIRECTORY "${CMAKE_BINARY_DIR}" OUTPUT_VARIABLE shown)
+    set(shown "${ARG_OUTPUT}") # as Ninja names it
+    cmake_path(IS_PREFIX CMAKE_BINARY_DIR "${ARG_OUTPUT}" inside)
+    if(inside)
+        cmake_path(RELATIVE_PATH ARG_OUTPUT BASE_DIRECTORY "${CMAKE_BINARY_DIR}" OUTPUT_VARIABLE shown)
+    endif()
+    set(target "${ARG_OUTPUT}")
+    if(CMAKE_GENERATOR MATCHES "Ninja")
+        set(target "${shown}")
+    endif()
     add_custom_command(OUTPUT "${ARG_OUTPUT}"
-        COMMAND pbm::pbm-build --quiet --if-changed --dependency-file "${ARG_OUTPUT}.d" ${recipe} ${ARG_OPTIONS}
+        COMMAND pbm::pbm-build --warnings --log "${ARG_OUTPUT}.log" --if-changed
+            --dependency-file "${ARG_OUTPUT}.d" --dependency-target "${target}" ${recipe} ${ARG_OPTIONS}
             --output "${ARG_OUTPUT}" -- ${sources}
         DEPENDS pbm::pbm-build ${sources} ${ARG_RECIPE} ${depends}
         DEPFILE "${ARG_OUTPUT}.d"

@@ -55,9 +55,12 @@ install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_
 install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)
 
 install(EXPORT pbmTargets NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR})
-configure_package_config_file(cmake/pbmConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/pbmConfig.cmake
+# Not in a folder that find_package searches: PATH may hold the build's programs, and without its installed neighbours
+# this package is broken.
+set(package ${CMAKE_CURRENT_BINARY_DIR}/to_install)
+file(REMOVE ${CMAKE_CURRENT_BINARY_DIR}/pbmConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/pbmConfigVersion.cmake) # of before
+configure_package_config_file(cmake/pbmConfig.cmake.in ${package}/pbmConfig.cmake
     INSTALL_DESTINATION ${PBM_CMAKE_DIR})
-write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/pbmConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/pbmConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/pbmConfigVersion.cmake
-    cmake/PbmAddAsset.cmake
+write_basic_package_version_file(${package}/pbmConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${package}/pbmConfig.cmake ${package}/pbmConfigVersion.cmake cmake/PbmAddAsset.cmake
     DESTINATION ${PBM_CMAKE_DIR})

@@ -86,4 +86,7 @@ function(pbm_program name)
     add_custom_target(${name}-man DEPENDS ${page})
     add_dependencies(man ${name}-man)
     install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+    if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/report.schema.json) # of --json
+        install(FILES report.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm RENAME ${name}.schema.json)
+    endif()
 endfunction()

@@ -1,12 +1,15 @@
 #include "command_line/command_line.h"
 
 #include "command_line/error_log.h"
+#include "command_line/json_report.h"
+#include "system/files/descriptor.h"
 #include "system/files/file_replacement.h"
 #include "system/processes/this_process.h"
 #include "system/threads/large_stack.h"
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <cstdio>
 #include <filesystem>
@@ -97,11 +100,26 @@ std::string &file_worked_on() {
 
 void work_on(std::string_view path) { file_worked_on() = path; }
 
+namespace {
+
+// Who runs out of memory under a limit on its address space cannot use the memory that is free.
+std::string with_limit(const Error &error) {
+    const auto limit = error.code == ErrorCode::memory ? address_space_limit() : std::nullopt;
+    const bool said = error.message.find("(ulimit -v)") != std::string::npos; // by a program that this one has run
+    return !limit || said ? error.message
+                          : error.message + "; this process may use " + std::to_string(*limit >> 20) +
+                                " MiB of address space: raise the limit (ulimit -v)";
+}
+
+} // namespace
+
 int fail(std::string_view program, std::string_view path, const Error &error) {
     std::string line(path);
     if (!path.empty())
         line += ": ";
-    line += error.message;
+    const std::string message = with_limit(error);
+    note_failure(path, error, message);
+    line += message;
     if (has_offset(error))
         line += " (offset " + std::to_string(error.offset) + ")";
     say_error(program, line);
@@ -109,6 +127,7 @@ int fail(std::string_view program, std::string_view path, const Error &error) {
 }
 
 int fail_usage(std::string_view program, std::string_view message) {
+    note_failure("", {ErrorCode::usage}, std::string(message));
     say_error(program, std::string(message) + "; see " + std::string(program) + " --help");
     return exit_code(ErrorCode::usage);
 }
@@ -124,34 +143,65 @@ bool same_file(const std::string &a, const std::string &b) {
     return full(a) == full(b) && !fs::exists(a, ignored);
 }
 
-std::optional<int> refuse_outputs(std::string_view program, std::span<const std::string> inputs,
-                                  std::span<const std::string> outputs) {
+namespace {
+
+// What speaks against writing `outputs[i]`: a usage error or one of the system.
+Status check_output(std::span<const std::string> inputs, std::span<const OutputFile> outputs, std::size_t i) {
     const auto is_file = [](const std::string &name) { return !name.empty() && name != "-"; };
-    if (std::count(outputs.begin(), outputs.end(), "-") > 1)
+    const auto &[option, name] = outputs[i];
+    const auto refuse = [&](const std::string &what) {
+        return Error{ErrorCode::usage, 0, name + ": " + what + "; choose another name"};
+    };
+    if (!is_file(name))
+        return {};
+    for (const std::string &input : inputs)
+        if (is_file(input) && same_file(input, name))
+            return refuse(std::string(option) + " is an input");
+    for (const OutputFile &other : outputs.first(i))
+        if (is_file(other.name) && same_file(other.name, name))
+            return refuse(std::string(option) + " and " + std::string(other.option) + " have this name");
+    if (!log_path().empty() && same_file(log_path(), name))
+        return refuse(std::string(option) + " is the log");
+    return check_replaceable(name);
+}
+
+} // namespace
+
+std::optional<int> refuse_outputs(std::string_view program, std::span<const std::string> inputs,
+                                  std::span<const OutputFile> outputs) {
+    if (std::count_if(outputs.begin(), outputs.end(), [](const OutputFile &file) { return file.name == "-"; }) > 1) {
+        forget_json();
         return fail_usage(program, "standard output takes one output; name a file for the other");
-    for (std::size_t i = 0; i < outputs.size(); ++i) {
-        const std::string &output = outputs[i];
-        if (!is_file(output))
-            continue;
-        for (const std::string &input : inputs)
-            if (is_file(input) && same_file(input, output))
-                return fail_usage(program, output + ": the output is the input; choose another name");
-        for (std::size_t j = 0; j < i; ++j)
-            if (is_file(outputs[j]) && same_file(outputs[j], output))
-                return fail_usage(program, output + ": two outputs have this name; choose another one");
-        if (!log_path().empty() && same_file(log_path(), output))
-            return fail_usage(program, output + ": the output is the log; choose another name");
-        if (const Status replaceable = check_replaceable(output); !replaceable)
-            return fail(program, output, replaceable.error());
     }
+    for (std::size_t i = 0; i < outputs.size(); ++i)
+        if (const Status writable = check_output(inputs, outputs, i); !writable) {
+            if (outputs[i].option == "--json")
+                forget_json();
+            return writable.error().code == ErrorCode::usage ? fail_usage(program, writable.error().message)
+                                                             : fail(program, outputs[i].name, writable.error());
+        }
+    json_may_be_written();
     return std::nullopt;
 }
+
+std::string output_name(const std::string &path) { return path == "-" ? "standard output" : path; }
+
+namespace {
+
+constexpr int kStandardOutput = 1; // descriptor
+
+Error lost_output(int number) {
+    return number == EBADF ? Error{ErrorCode::io, 0, "cannot write: it is closed"} : io_error("cannot write", number);
+}
+
+} // namespace
 
 Status write_bytes(const std::string &path, ByteView bytes) {
     if (path != "-")
         return replace_file(path, bytes, Durability::cached);
-    std::cout.write(reinterpret_cast<const char *>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    return {};
+    std::cout.flush();
+    const int error = write_all(kStandardOutput, bytes);
+    return error == 0 ? Status() : Status(lost_output(error));
 }
 
 Result<std::uint64_t> parse_bytes(const std::string &text) {
@@ -167,13 +217,13 @@ Result<std::uint64_t> parse_bytes(const std::string &text) {
     return number << shift;
 }
 
-std::ostream *report_stream(std::span<const std::string> outputs, const std::string &json) {
-    const auto takes_stdout = [](const std::string &name) { return name == "-" || name == "/dev/stdout"; };
-    if (takes_stdout(json))
-        return nullptr;
-    if (std::none_of(outputs.begin(), outputs.end(), takes_stdout))
+std::ostream *report_stream(std::span<const OutputFile> outputs) {
+    const auto at = std::find_if(outputs.begin(), outputs.end(), [](const OutputFile &output) {
+        return output.name == "-" || output.name == "/dev/stdout";
+    });
+    if (at == outputs.end())
         return &std::cout;
-    return std::cout.flush() ? &std::cerr : nullptr;
+    return at->option != "--json" && std::cout.flush() ? &std::cerr : nullptr;
 }
 
 Status write_text(const std::string &path, std::string_view text) {
@@ -186,11 +236,22 @@ int run_without_exceptions(std::string_view program, const std::function<int()> 
     try {
         return run();
     } catch (const std::bad_alloc &) {
-        return fail(program, file_worked_on(),
-                    {ErrorCode::memory, 0, "out of memory; end other programs or choose a coarser model"});
+        const std::string advice = address_space_limit() ? "" : "; end other programs or choose a coarser model";
+        return fail(program, file_worked_on(), {ErrorCode::memory, 0, "out of memory" + advice});
     } catch (const std::exception &error) {
         return fail(program, file_worked_on(), {ErrorCode::memory, 0, error.what()});
     }
+}
+
+// Flushes standard output. The C library forgets why an earlier write failed, and the same reason holds for one more
+// byte.
+Status flush_standard_output() {
+    const bool flushed = std::fflush(stdout) == 0;
+    if (flushed && std::ferror(stdout) == 0 && std::cout.flush())
+        return {};
+    const std::uint8_t line_feed = '\n';
+    const int error = write_all(kStandardOutput, {&line_feed, 1});
+    return lost_output(error != 0 ? error : EIO);
 }
 
 } // namespace
@@ -199,11 +260,14 @@ int run_program(std::string_view program, const std::function<int()> &run) {
     make_write_errors_returns();
     end_when_mapped_file_shrinks(program);
     int code = run_with_large_stack([&] { return run_without_exceptions(program, run); });
-    const bool printed = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
-    if ((!std::cout.flush() || !printed) && code == 0)
-        code = fail(program, "", {ErrorCode::io, 0, "cannot write to standard output"});
-    if (const Status logged = log_status(); !logged && code == 0)
-        code = fail(program, log_path(), logged.error());
+    if (const Status logged = log_status(); !logged) {
+        const int lost = fail(program, log_path(), logged.error());
+        code = code == 0 ? lost : code;
+    }
+    if (code != 0)
+        write_failure(program, code);
+    if (const Status printed = flush_standard_output(); !printed && code == 0)
+        code = fail(program, output_name("-"), printed.error());
     return code;
 }
 

@@ -33,7 +33,8 @@ Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<cons
 // Escapes control characters as \n, \t or \x1b, so that the text fits on one line.
 std::string printable(std::string_view text);
 
-// Prints `PROGRAM: PATH: MESSAGE` and the offset, if any, as one line on stderr and in the log. Returns the exit code.
+// Prints `PROGRAM: PATH: MESSAGE` and the offset, if any, as one line on stderr and in the log. Where memory is short
+// because the caller has limited this process, the line says so. Returns the exit code.
 int fail(std::string_view program, std::string_view path, const Error &error);
 
 // Prints `PROGRAM: MESSAGE; see PROGRAM --help` on standard error and returns 1.
@@ -42,16 +43,25 @@ int fail_usage(std::string_view program, std::string_view message);
 // Whether two names refer to the same file, existing or not.
 bool same_file(const std::string &a, const std::string &b);
 
+// A file that a program writes, and the option that names it.
+struct OutputFile {
+    std::string_view option; // "--output"
+    std::string name;
+};
+
 // Refuses outputs that would destroy something or fail in the end: an output that is an input or the log, two outputs
 // of one name, an output that cannot be replaced. Prints the reason and returns the exit code. "" is no file; "-" is
 // standard output, which takes one output.
 std::optional<int> refuse_outputs(std::string_view program, std::span<const std::string> inputs,
-                                  std::span<const std::string> outputs);
+                                  std::span<const OutputFile> outputs);
 
 // Bytes: a whole number and an optional k, M, G or T (powers of 1024).
 //
 // errors  usage
 Result<std::uint64_t> parse_bytes(const std::string &text);
+
+// How messages call an output: "standard output" for "-".
+std::string output_name(const std::string &path);
 
 // Writes a picture or a report to a file, atomically but unsynced, or to standard output if `path` is "-".
 Status write_bytes(const std::string &path, ByteView bytes);
@@ -59,14 +69,14 @@ Status write_text(const std::string &path, std::string_view text);
 
 // Stream for a program's report: standard output, or standard error if one of `outputs` is standard output. Null if
 // standard output is lost, or if it takes the JSON, which says the same.
-std::ostream *report_stream(std::span<const std::string> outputs, const std::string &json);
+std::ostream *report_stream(std::span<const OutputFile> outputs);
 
 // Sets the file that is named in errors from exceptions (out of memory). Parsing the command line sets the first file;
 // programs with several files call this for each.
 void work_on(std::string_view path);
 
 // The body of `main`: calls `run`. Exceptions become a line and exit code 4. A lost standard output, a failed log, or
-// an input that is truncated while it is read becomes exit code 2.
+// an input that is truncated while it is read becomes exit code 2. Writes the JSON of a failure (json_report.h).
 int run_program(std::string_view program, const std::function<int()> &run);
 
 } // namespace pbm::command_line

@@ -1,10 +1,12 @@
 #include "command_line/parse.h"
 
+#include "command_line/json_report.h"
 #include "system/files/mapped_file.h"
 
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <utility>
 
@@ -19,6 +21,13 @@ bool names_file(const CLI::Option &option) {
 bool names_file(const CLI::Option &option, const std::string &value) {
     const std::vector<std::string> words = CLI::detail::split(option.get_type_name(), '|');
     return names_file(option) && (words.size() == 1 || std::count(words.begin() + 1, words.end(), value) == 0);
+}
+
+constexpr const char *kAllowOutside = "--allow-outside";
+
+bool names_output(const CLI::Option &option) {
+    return option.check_lname("output") || option.check_lname("json") || option.check_lname("log") ||
+           option.check_lname("dependency-file");
 }
 
 // "N" for numbers, "565|888" for words; CLI11's names are INT:INT in [5 - 16] and TEXT:{565,888}.
@@ -67,9 +76,13 @@ class SettingsReader : public CLI::Config {
                 given.push_back(option);
         for (const Setting &setting : *settings)
             if (const std::string wrong = apply(setting, path, given, set); !wrong.empty())
-                throw Refusal{path, {ErrorCode::usage, 0, "line " + std::to_string(setting.line) + ": " + wrong}};
+                throw Refusal{path,
+                              {ErrorCode::usage, 0, "line " + std::to_string(line_of(setting, wrong)) + ": " + wrong}};
         return {};
     }
+
+    // Options that settings have set.
+    bool has_set(const CLI::Option *option) const { return contains(applied_, option); }
 
   private:
     static bool contains(const std::vector<const CLI::Option *> &options, const CLI::Option *option) {
@@ -77,7 +90,7 @@ class SettingsReader : public CLI::Config {
     }
 
     static std::vector<std::string> keys_of(const CLI::Option &option) {
-        if (option.check_lname("help") || option.check_lname("version"))
+        if (option.check_lname("help") || option.check_lname("version") || option.check_name(kAllowOutside))
             return {};
         std::vector<std::string> keys = option.get_lnames();
         if (option.get_positional())
@@ -133,6 +146,25 @@ class SettingsReader : public CLI::Config {
         return values;
     }
 
+    static std::size_t line_of(const Setting &setting, const std::string &wrong) {
+        const auto &lines = setting.lines_of_keys;
+        const auto key = std::find_if(lines.begin(), lines.end(),
+                                      [&](const auto &known) { return wrong.find(known.first) != std::string::npos; });
+        return key == lines.end() ? setting.line : key->second;
+    }
+
+    // Others may have written the settings: what these write stays in their folder.
+    std::string outside(const std::string &key, const CLI::Option &option, const std::vector<std::string> &values,
+                        const std::string &path) const {
+        if (!names_output(option) || app_.get_option(kAllowOutside)->count() > 0)
+            return {};
+        for (const std::string &name : values)
+            if (!name.empty() && name != "-" && !is_below(name, path))
+                return "'" + key + "' names " + name + ", outside the folder of this file; " + kAllowOutside +
+                       " on the command line allows that";
+        return {};
+    }
+
     // Applies a setting; returns what is wrong with it, or "". The command line overrules it by the same option or by
     // one that excludes it.
     std::string apply(const Setting &setting, const std::string &path, const std::vector<const CLI::Option *> &given,
@@ -155,10 +187,14 @@ class SettingsReader : public CLI::Config {
         for (const CLI::Option *other : option->get_excludes())
             if (other->count() > 0) // by an earlier line
                 return "'" + setting.key + "' excludes '" + other->get_lnames().front() + "'; keep one of them";
+        const std::vector<std::string> values = values_of(setting, *option, path);
+        if (std::string wrong = outside(setting.key, *option, values, path); !wrong.empty())
+            return wrong;
         try {
-            for (const std::string &value : values_of(setting, *option, path))
+            for (const std::string &value : values)
                 option->add_result(value);
             option->run_callback();
+            applied_.push_back(option);
         } catch (const CLI::ParseError &error) {
             return error.what();
         }
@@ -167,6 +203,7 @@ class SettingsReader : public CLI::Config {
 
     CLI::App &app_;
     ReadSettings read_;
+    mutable std::vector<const CLI::Option *> applied_;
 };
 
 template <class... Functions> struct Overloaded : Functions... { using Functions::operator()...; };
@@ -235,7 +272,7 @@ void declare(CLI::App &app, const Option &option) {
 }
 
 std::string topic_of(const CLI::Option &option) {
-    static const std::vector<std::string> kGeneral{"threads", "max-memory", "quiet", "verbose",
+    static const std::vector<std::string> kGeneral{"threads", "max-memory", "quiet", "warnings", "verbose",
                                                    "json",    "log",        "help",  "version"};
     if (option.get_group() != "Options")
         return option.get_group();
@@ -344,8 +381,10 @@ std::string unusable_name(const CLI::App &app, const std::string &log) {
         for (const std::string &name : option->results()) {
             if (name.empty() || name == "\"\"")
                 return option->get_name() + ": the name of the file is empty";
+            if (name.find('\0') != std::string::npos) // the system would take what precedes it
+                return option->get_name() + ": the name of the file holds a NUL";
             if (!log.empty() && !option->check_lname("log") && same_file(name, log))
-                return log + ": the log is another file of this command line; choose another name";
+                return log + ": --log and " + option->get_name() + " have this name; choose another name";
         }
     }
     return log == "-" ? "--log: standard output is no log; name a file" : "";
@@ -360,6 +399,7 @@ int print_help(const ProgramHelp &help, const std::string &topic) {
 }
 
 std::vector<GivenValue> given_values(const CLI::App &app) {
+    const auto settings = std::dynamic_pointer_cast<SettingsReader>(app.get_config_formatter());
     std::vector<GivenValue> given;
     for (const CLI::Option *option : app.get_options())
         for (const std::string &value : option->results())
@@ -367,7 +407,8 @@ std::vector<GivenValue> given_values(const CLI::App &app) {
                              .topic = option->get_group(),
                              .type = value_name(*option),
                              .value = value,
-                             .is_file = names_file(*option, value)});
+                             .is_file = names_file(*option, value),
+                             .is_setting = settings && settings->has_set(option)});
     return given;
 }
 
@@ -381,6 +422,20 @@ void CommandLine::add(std::string names, std::string help, Target target, Option
 
 void CommandLine::add_version(const std::string &version) {
     add("-V,--version", "The program's name and version", Version{program + " " + version});
+}
+
+bool is_below(const std::string &file, const std::string &settings) {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    constexpr int kMaxLinks = 40;
+    fs::path name = file;
+    for (int i = 0; i < kMaxLinks && fs::is_symlink(name, ignored); ++i) // weakly_canonical keeps links to nothing
+        name = name.parent_path() / fs::read_symlink(name, ignored);
+    const fs::path full = fs::weakly_canonical(fs::absolute(name, ignored), ignored);
+    const fs::path parent = fs::path(settings).parent_path();
+    const fs::path folder = fs::canonical(parent.empty() ? fs::path(".") : parent, ignored);
+    return !folder.empty() &&
+           std::mismatch(folder.begin(), folder.end(), full.begin(), full.end()).first == folder.end();
 }
 
 std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<const OldSwitch> switches,
@@ -417,6 +472,11 @@ std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<con
         refusal = thrown;
     } catch (const CLI::ArgumentMismatch &error) {
         problem = wrong_count(error);
+    } catch (const CLI::ExtrasError &) {
+        problem = unknown_option(app, help());
+        if (problem.empty())
+            problem = app.remaining().front() + " is one name too many" +
+                      (app.get_option_no_throw("--output") != nullptr ? "; -o names the output" : "");
     } catch (const CLI::ParseError &error) {
         const std::string unknown = unknown_option(app, help());
         problem = unknown.empty() ? error.what() : unknown;
@@ -424,6 +484,7 @@ std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<con
     if (asked)
         return print_help(help(), "");
     const std::string log = first_result(app.get_option("--log"));
+    set_json_path(first_result(app.get_option_no_throw("--json")));
     const std::string unusable = unusable_name(app, log);
     if (!log.empty() && unusable.empty())
         if (const Status opened = open_log(program, log); !opened)

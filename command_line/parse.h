@@ -23,10 +23,14 @@ struct Version {
 };
 
 // An option that names a file of settings. Every long option is a key in it; the command line takes precedence. Unknown
-// keys and values of a wrong type are errors that name the line.
+// keys and values of a wrong type are errors that name the line. Outputs that it names must lie in its folder or below
+// (is_below), unless the command line has the flag --allow-outside, which the program declares and which is no key.
 struct SettingsFile {
     ReadSettings read;
 };
+
+// Whether `file`, existing or not, lies in the folder of `settings` or below it, after symbolic links.
+bool is_below(const std::string &file, const std::string &settings);
 
 // Target of an option's value: a variable (bool: the option is a flag) or a function (without parameter: the option is
 // a flag; an error that it returns is a usage error).
@@ -73,6 +77,7 @@ struct GivenValue {
     std::string type; // "N" for numbers, "565|888" for words, "TEXT", "FILE"
     std::string value;
     bool is_file = false;
+    bool is_setting = false; // from the file of settings
 };
 
 struct CommandLine {
@@ -87,7 +92,7 @@ struct CommandLine {
 };
 
 // Parses. Returns the exit code if the program is done (help, version, a usage error), else nothing. Adds the options
-// of all programs: --help TOPIC and --log FILE.
+// of all programs: --help TOPIC and --log FILE. --json, if declared, also takes the JSON of a failure.
 std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<const OldSwitch> switches = {},
                          const Manual &manual = {});
 

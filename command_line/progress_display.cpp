@@ -32,7 +32,7 @@ void ProgressDisplay::show_to_programs(std::string_view step, double done) {
 }
 
 void ProgressDisplay::show(std::string_view step, double done) {
-    if (verbosity_ == Verbosity::quiet && !for_programs_)
+    if (verbosity_ < Verbosity::normal && !for_programs_)
         return;
     const std::lock_guard lock(mutex_);
     if (for_programs_)

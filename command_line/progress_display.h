@@ -8,14 +8,14 @@
 
 namespace pbm::command_line {
 
-enum class Verbosity { quiet, normal, verbose };
+enum class Verbosity { quiet, warnings, normal, verbose }; // each says what those before say, and more
 
 class ProgressDisplay {
   public:
-    // Shows nothing if `verbosity` is quiet, a bar if stderr is a terminal, else one line per step: with `verbose` from
-    // the start, otherwise only for steps that start after five seconds.
-    // With `for_programs`, whatever `verbosity`: the lines of --progress on stdout instead. If nobody reads them any
-    // more, the process ends with exit code 2: the program that asked for the job has ended.
+    // Shows nothing if `verbosity` is less than normal, a bar if stderr is a terminal, else one line per step: with
+    // `verbose` from the start, otherwise only for steps that start after five seconds. With `for_programs`, whatever
+    // `verbosity`: the lines of --progress on stdout instead. If nobody reads them any more, the process ends with exit
+    // code 2: the program that asked for the job has ended.
     explicit ProgressDisplay(Verbosity verbosity, bool for_programs = false);
     ~ProgressDisplay() { clear(); }
     ProgressDisplay(const ProgressDisplay &) = delete;

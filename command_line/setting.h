@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pbm::command_line {
@@ -16,6 +17,8 @@ struct Setting {
     std::vector<std::string> values; // as on the command line; flags as true or false
     bool is_array = false;
     std::size_t line = 0;
+    // Of a table, which is one value: texts that errors about one of its keys contain, and the lines of these keys.
+    std::vector<std::pair<std::string, std::size_t>> lines_of_keys{};
 };
 
 // errors  io     the file cannot be read

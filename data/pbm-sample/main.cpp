@@ -19,7 +19,7 @@ struct Arguments {
 };
 
 int generate(const Arguments &arguments) {
-    if (const auto refused = pbm::command_line::refuse_outputs("pbm-sample", {}, {{arguments.output}}))
+    if (const auto refused = pbm::command_line::refuse_outputs("pbm-sample", {}, {{{"--output", arguments.output}}}))
         return *refused;
     const auto start = std::chrono::steady_clock::now();
     pbm::sample::AmmoniteOptions options = arguments.ammonite;
@@ -40,7 +40,7 @@ int generate(const Arguments &arguments) {
         arguments.ascii ? pbm::sample::PlyEncoding::ascii : pbm::sample::PlyEncoding::binary_little_endian;
     const pbm::Bytes file = pbm::sample::encode_ply(mesh, encoding, comment);
     if (const pbm::Status status = pbm::command_line::write_bytes(arguments.output, file); !status)
-        return pbm::command_line::fail("pbm-sample", arguments.output, status.error());
+        return pbm::command_line::fail("pbm-sample", pbm::command_line::output_name(arguments.output), status.error());
     const std::string done =
         std::to_string(mesh.position.size()) + " vertices, " + std::to_string(mesh.triangle.size()) + " triangles";
     progress(done.c_str());

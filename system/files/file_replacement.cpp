@@ -234,7 +234,8 @@ Status FileReplacement::finish(Durability durability) {
         return io_error("cannot write", errno);
     // Some file systems report a full disk only when a descriptor is closed, so close a duplicate. The file itself
     // stays open: its lock must last until the rename.
-    if (::close(::fcntl(file_, F_DUPFD_CLOEXEC, 0)) != 0)
+    Descriptor duplicate(::fcntl(file_, F_DUPFD_CLOEXEC, 0));
+    if (!duplicate.ok() || duplicate.close() != 0)
         return io_error("cannot write", errno);
     struct stat held {
     }, named{};

@@ -6,9 +6,7 @@
 #include <array>
 #include <atomic>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <memory>
 
 #include <fcntl.h>
@@ -32,29 +30,77 @@ void make_write_errors_returns() {
 
 namespace {
 
-// The signal handler's message; the handler may use async-signal-safe calls only.
-std::array<char, 160> shrink_message{};
+// The signal handler may use async-signal-safe calls only, and memory that is there already.
+std::array<char, 41> program_name{};
+std::array<char, 4200> map_line{}; // a path has at most 4,096 bytes
 
 std::atomic_flag has_shrunk;
 
-extern "C" void report_shrunk_file(int) {
+// The hexadecimal number at the front of `text`, which is removed.
+std::uintptr_t take_address(std::string_view &text) {
+    std::uintptr_t address = 0;
+    const std::size_t digits = std::min(text.find_first_not_of("0123456789abcdef"), text.size());
+    for (const char digit : text.substr(0, digits))
+        address = address * 16 + static_cast<std::uintptr_t>(digit <= '9' ? digit - '0' : digit - 'a' + 10);
+    text.remove_prefix(digits);
+    return address;
+}
+
+// The name of the file that is mapped at `address`, from a line of /proc/self/maps; empty if it is mapped elsewhere.
+std::string_view mapped_name(std::string_view line, std::uintptr_t address) {
+    const std::uintptr_t begin = take_address(line);
+    line.remove_prefix(std::min<std::size_t>(1, line.size())); // a dash
+    const std::uintptr_t end = take_address(line);
+    const std::size_t name = line.find('/');
+    return address < begin || address >= end || name == std::string_view::npos ? std::string_view() : line.substr(name);
+}
+
+std::string_view mapped_name(std::uintptr_t address) {
+    const int maps = ::open("/proc/self/maps", O_RDONLY | O_CLOEXEC);
+    std::size_t size = 0;
+    for (char c = 0; ::read(maps, &c, 1) == 1;) {
+        if (c != '\n' && size < map_line.size()) {
+            map_line[size++] = c;
+        } else if (c == '\n') {
+            if (const auto name = mapped_name({map_line.data(), size}, address); !name.empty())
+                return name;
+            size = 0;
+        }
+    }
+    return {};
+}
+
+extern "C" void report_shrunk_file(int, siginfo_t *info, void *) {
     if (has_shrunk.test_and_set()) // another thread is ending the program
         for (;;)
             ::pause();
-    const ssize_t written = ::write(STDERR_FILENO, shrink_message.data(), ::strlen(shrink_message.data()));
-    ::_exit(written < 0 ? 2 : exit_code(ErrorCode::io));
+    const auto say = [](std::string_view text) { return ::write(STDERR_FILENO, text.data(), text.size()) >= 0; };
+    bool said = say(program_name.data()) && say(": ");
+    if (const std::string_view name = mapped_name(reinterpret_cast<std::uintptr_t>(info->si_addr)); !name.empty()) {
+        for (char &c : std::span(map_line)) // the kernel writes line feeds as \012, but no other control characters
+            c = (c >= 0 && c < ' ') || c == '\x7f' ? '?' : c;
+        said = said && say(name) && say(": ");
+    }
+    said = said && say("the file became shorter while it was read; wait until it is written and try again\n");
+    ::_exit(said ? exit_code(ErrorCode::io) : 2);
 }
 
 } // namespace
 
 void end_when_mapped_file_shrinks(std::string_view program) {
-    std::snprintf(shrink_message.data(), shrink_message.size(),
-                  "%.*s: the file became shorter while it was read; wait until it is written and try again\n",
-                  static_cast<int>(std::min<std::size_t>(program.size(), 40)), program.data());
+    program.copy(program_name.data(), program_name.size() - 1);
     struct sigaction action {};
-    action.sa_handler = report_shrunk_file;
+    action.sa_sigaction = report_shrunk_file;
+    action.sa_flags = SA_SIGINFO;
     ::sigemptyset(&action.sa_mask);
     ::sigaction(SIGBUS, &action, nullptr);
+}
+
+std::optional<std::uint64_t> address_space_limit() {
+    struct rlimit limit {};
+    if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+        return std::nullopt;
+    return limit.rlim_cur;
 }
 
 namespace {
@@ -67,6 +113,8 @@ std::span<std::byte> use_large_pages() {
 #ifdef __GLIBC__
     constexpr int kMaxAtOnce = 32 << 20; // the largest threshold allowed
     constexpr int kHeap = 256 << 20;     // address space, not memory
+    if (address_space_limit())           // each block that the heap lacks would ask for that much
+        return {};
     ::mallopt(M_ARENA_MAX, 1);
     ::mallopt(M_MMAP_THRESHOLD, kMaxAtOnce);
     ::mallopt(M_TRIM_THRESHOLD, kHeap);

@@ -274,6 +274,7 @@ def shrinking_inputs(world, tally):
                 world.output(program).write_bytes(OLD)
             code, said = world.run(world.command(program), {"KIND": "empty", "PATH": source, "AT": n})
             source.write_bytes(whole)
+            tally.require("became shorter" not in said or str(source) in said, f"{program}: {said!r} does not name {source}")
             # Exit code 3: the input was empty before it was mapped.
             # A process that ends in a signal handler cannot remove its temporary file; the next run does.
             judge(world, program, code, said, f"{program}, input emptied before call {n} ({calls[n - 1]})", tally,

@@ -58,7 +58,7 @@ MOST_FILES = 17  # sources and headers that one folder shows
 HOMES = {
     r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp",
     r"xxh.*\.h": r"format_spec/pbm_format/container/hash(_avx2|_avx512)?\.cpp",
-    r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|tools/.*\.cpp|runtime/viewer/.*\.cpp",
+    r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|command_line/json_report\.cpp|tools/.*\.cpp|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools|data)/.*",
     # In the builder only what runs once per sample or point: vectors elsewhere are the compiler's.
     r"hwy/.*": (

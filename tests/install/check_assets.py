@@ -22,12 +22,13 @@ element vertex 3
 property float x
 property float y
 property float z
+property float quality
 element face 1
 property list uchar int vertex_indices
 end_header
-0 0 0
-{size} 0 0
-0 1 0
+0 0 0 1
+{size} 0 0 1
+0 1 0 1
 3 0 1 2
 """
 OBJECT = "mtllib material.mtl\nv 0 0 0\nv {size} 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"
@@ -37,7 +38,7 @@ def run(*command, **options):
     result = subprocess.run([str(c) for c in command], capture_output=True, text=True, **options)
     if result.returncode != 0:
         sys.exit(f"FAILED with {result.returncode}: {' '.join(map(str, command))}\n{result.stdout}{result.stderr}")
-    return result.stdout
+    return result.stdout + result.stderr
 
 
 class Project:
@@ -53,12 +54,12 @@ class Project:
         for folder in ("scans", "recipes"):
             (self.source / folder).mkdir()
         self.write("scans/plain scan.ply", TRIANGLE.format(comment="first", size=1))
-        self.write("scans/recipe scan.ply", TRIANGLE.format(comment="first", size=2))
+        self.write("scans/recipe $ #1.ply", TRIANGLE.format(comment="first", size=2))
         self.write("scans/left scan.ply", TRIANGLE.format(comment="left", size=1))
         self.write("scans/right.ply", TRIANGLE.format(comment="right", size=4))
         self.write("scans/material.obj", OBJECT.format(size=1))
         self.write("scans/material.mtl", "newmtl red\nKd 1 0 0\n")
-        self.write("recipes/by recipe.toml", 'input = "../scans/recipe scan.ply"\ndepth = 6\n')
+        self.write("recipes/by recipe.toml", 'input = "../scans/recipe $ #1.ply"\ndepth = 6\n')
         self.prefix = prefix
         self.configure()
         self.before = self.stamps()
@@ -83,7 +84,8 @@ class Project:
         return {a: (f.stat().st_ino, f.stat().st_mtime_ns, f.read_bytes()) for a, f in files.items() if f.exists()}
 
     def expect(self, what, built, used=None, looked_at=None):
-        """Builds. Expects new files of `built`, an output made of each of `used`, and calls of pbm-build for `looked_at`."""
+        """Builds; returns what that printed. Expects new files of `built`, an output made of each of `used`, and calls of
+        pbm-build for `looked_at`."""
         log = self.build / "used.log"
         log.unlink(missing_ok=True)
         output = run(arguments.cmake, "--build", self.build)
@@ -102,16 +104,21 @@ class Project:
             if found[kind] != assets:
                 sys.exit(f"FAILED: {self.generator}: {what}: {kind} is {found[kind]}, expected {assets}\n{output}")
         self.before = after
+        return output
 
 
 def walk(project):
     every = set(Project.MODELS)
     # Make compares times only and calls pbm-build while the output is older. pbm-build then only reads and hashes.
     again = lambda assets: set() if project.generator.startswith("Ninja") else set(assets)
-    project.expect("first build", every)
+    output = project.expect("first build", every)
+    dropped = "pbm-build: warning: vertex.quality dropped"
+    logs = [pathlib.Path(f"{project.model(asset)}.log") for asset in ("plain", "by_recipe")]
+    if dropped not in output or not all("warning: vertex.quality dropped" in log.read_text() for log in logs):
+        sys.exit(f"FAILED: {project.generator}: what is dropped is no warning of the build\n{output}")
     project.expect("nothing changed", set())
 
-    for scan in ("plain scan.ply", "recipe scan.ply", "material.obj", "material.mtl", "right.ply"):
+    for scan in ("plain scan.ply", "recipe $ #1.ply", "material.obj", "material.mtl", "right.ply"):
         project.touch(f"scans/{scan}")
     project.expect("inputs touched", set(), looked_at=every)
     project.expect("nothing changed after touching", set(), looked_at=again(every))
@@ -120,7 +127,7 @@ def walk(project):
     project.expect("a comment of an input changed", set(), looked_at={"plain"} | again(every))
     project.write("scans/plain scan.ply", TRIANGLE.format(comment="second", size=3))
     project.expect("an input changed", {"plain"}, looked_at={"plain"} | again(every))
-    project.write("scans/recipe scan.ply", TRIANGLE.format(comment="first", size=3))
+    project.write("scans/recipe $ #1.ply", TRIANGLE.format(comment="first", size=3))
     project.expect("an input that the recipe names changed", {"by_recipe"},
                    looked_at={"by_recipe"} | again({"with_material", "merged"}))
     project.write("scans/left scan.ply", TRIANGLE.format(comment="left", size=8))
@@ -131,7 +138,7 @@ def walk(project):
     project.expect("an object changed", {"with_material"})
     project.expect("nothing changed after changes", set())
 
-    project.write("recipes/by recipe.toml", 'input = "../scans/recipe scan.ply"\ndepth = 7\n')
+    project.write("recipes/by recipe.toml", 'input = "../scans/recipe $ #1.ply"\ndepth = 7\n')
     project.expect("the recipe changed", {"by_recipe"})
     project.model("plain").unlink()
     project.expect("an output was deleted", {"plain"})

@@ -3,6 +3,7 @@
 
 import argparse
 import json
+import os
 import pathlib
 import shutil
 import subprocess
@@ -42,8 +43,25 @@ if (prefix / "bin" / "pbm-view").exists():
 check(list(prefix.glob("share/doc/*/LICENSE")), "LICENSE is not installed")
 check(list(prefix.glob("share/doc/*/BVG.md")), "BVG.md is not installed")
 check(list(prefix.glob("share/doc/*/mask_ranks.txt")), "mask_ranks.txt, a table of BVG.md, is not installed")
+for name in ("failure", "pbm-build", "pbm-export", "pbm-info", "pbm-render", "pbm-validate", "pbm-validate-codes"):
+    check((prefix / f"share/pbm/{name}.schema.json").is_file(), f"the schema of {name} is not installed")
 for file in prefix.rglob("*.cmake"):
     check(arguments.build not in file.read_text(), f"{file.name} names the build folder")
+
+# PATH of the README leads find_package to the build folder, whose package would lack its installed neighbours.
+by_path = work / "by path"
+shutil.rmtree(by_path, ignore_errors=True)
+by_path.mkdir()
+(by_path / "CMakeLists.txt").write_text("""cmake_minimum_required(VERSION 3.25)
+project(by_path LANGUAGES NONE)
+find_package(pbm)
+message(STATUS "searched: ${pbm_CONSIDERED_CONFIGS}")
+""")
+programs = pathlib.Path(arguments.build) / "bin"
+searched = run(arguments.cmake, "-S", by_path, "-B", by_path / "build",
+               env={**os.environ, "PATH": f"{programs.resolve()}:{os.environ['PATH']}"})
+check(str(pathlib.Path(arguments.build).resolve()) not in searched.partition("searched:")[2].partition("\n")[0],
+      f"find_package finds the build folder: {searched}")
 
 # Each public header begins with an example program, which examples/ contains verbatim.
 for door, example in (("format", "read_points"), ("render", "moving_camera"), ("bake", "bake_sun")):

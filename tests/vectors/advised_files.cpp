@@ -74,6 +74,12 @@ Bytes loose_grid() {
     return encode(model);
 }
 
+Bytes far_grid() {
+    Model model = plain_model();
+    model.parameters.grid.origin = {1e308, 0, 0};
+    return encode(model);
+}
+
 Bytes loose_cone() {
     Model model = plain_model();
     for (std::uint16_t &normal : model.levels.back().points.normals)
@@ -97,6 +103,7 @@ std::vector<ValidFile> advised_files() {
             {"parameter.dark_light.pbvg", dark_light()},
             {"parameter.dark_light-2.pbvg", light_that_shines_on_nothing()},
             {"parameter.loose_grid.pbvg", loose_grid()},
+            {"parameter.far_grid.pbvg", far_grid()},
             {"point.loose_cone.pbvg", loose_cone()}};
 }
 

@@ -2,21 +2,19 @@
 
 #include "pbm_scan/surface/refusal.h"
 
+#include <string_view>
+
 namespace pbm::build {
 namespace {
 
 std::string escaped(const std::string &name) {
     std::string out;
-    std::size_t backslashes = 0; // before the current character
     for (const char c : name) {
-        if (c == ' ' || c == '\t')
-            out.append(backslashes + 1, '\\');
-        else if (c == '#')
+        if (c == ' ' || c == '#')
             out += '\\';
         else if (c == '$')
             out += '$';
         out += c;
-        backslashes = c == '\\' ? backslashes + 1 : 0;
     }
     return out;
 }
@@ -31,10 +29,14 @@ std::string depfile_text(const std::string &target, std::span<const std::string>
 }
 
 Status check_depfile_name(const std::string &name) {
-    if (name.find_first_of("\r\n") != std::string::npos)
-        return usage("a name with a line feed cannot stand in a dependency file; rename the file");
-    if (name.ends_with('\\')) // it would escape the space that follows
-        return usage("a name that ends with \\ cannot stand in a dependency file; rename the file");
+    constexpr std::string_view kMisread = "&'*?\";|<>`^:\\";
+    for (const char c : name) {
+        const bool control = static_cast<unsigned char>(c) < ' ' || c == '\x7f';
+        if (control || kMisread.find(c) != std::string_view::npos)
+            return usage("a name with " + (control ? std::string("a control character") : std::string(1, c)) +
+                         " cannot stand in a dependency file, which Make, Ninja or CMake would misread; rename the "
+                         "file or its folder");
+    }
     return {};
 }
 

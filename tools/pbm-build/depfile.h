@@ -8,12 +8,13 @@
 
 namespace pbm::build {
 
-// `target: file file ...` with gcc's escapes: a backslash before spaces, tabs and #, $$ for $, and doubled backslashes
-// before a space. Colons are not escaped, as in gcc: Ninja accepts them, CMake and Make have no common escape. Names
-// are not resolved.
+// `target: file file ...` with gcc's escapes: a backslash before spaces and #, $$ for $. Names are not resolved.
 std::string depfile_text(const std::string &target, std::span<const std::string> files);
 
-// errors  usage  a name with a line feed, or with a backslash at its end: the syntax cannot express it
+// Ninja has no escape for & ' * ? " ; | < > ` ^ and tabs: it would take the parts of such a name for files that are
+// missing, and build again each time. Make has none for : ; and |, nor have CMake's Makefiles for backslashes.
+//
+// errors  usage  a name with one of these characters or another control character
 Status check_depfile_name(const std::string &name);
 
 } // namespace pbm::build

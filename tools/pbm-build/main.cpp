@@ -1,6 +1,7 @@
 // pbm-build: turns a scan into a binary voxel grid.
 #include "command_line/command_line.h"
 #include "command_line/error_log.h"
+#include "command_line/json_report.h"
 #include "depfile.h"
 #include "options.h"
 #include "pbm_build/pipeline.h"
@@ -9,7 +10,8 @@
 #include "system/files/mapped_file.h"
 #include "system/processes/this_process.h"
 
-#include <filesystem>
+#include <array>
+#include <chrono>
 #include <iostream>
 
 namespace {
@@ -39,21 +41,44 @@ std::string report(const Arguments &arguments, const BuildStatistics &statistics
         for (const StepStatistics &step : statistics.steps)
             text += formatted("%-14s %8.3f s, peak %s\n", step.name.c_str(), step.seconds,
                               megabytes(step.peak_memory).c_str());
-    text += command_line::printable(arguments.output == "-" ? "standard output" : arguments.output) + ": " +
-            figures(statistics);
+    text += command_line::printable(command_line::output_name(arguments.output)) + ": " + figures(statistics);
     if (statistics.outcome != Outcome::written)
         return text + ", " + std::string(to_string(statistics.outcome)) + "\n";
     return text + formatted(", %.2f bits per point, %.3f of the input, %.2f s\n", statistics.bits_per_point(),
-                            statistics.ratio(), statistics.seconds());
+                            statistics.ratio(), statistics.seconds);
 }
 
-void log_dropped(const BuildStatistics &statistics) {
+// To the log, and to standard error where the report does not say it.
+void warn_of_dropped(const BuildStatistics &statistics, command_line::Verbosity verbosity) {
     for (const AttributeReport &line : statistics.attributes)
-        if (line.fate == Fate::dropped)
-            command_line::log_line(command_line::LogKind::warning, full_name(line) + " dropped" + note(line));
+        if (line.fate == Fate::dropped) {
+            const std::string text = full_name(line) + " dropped" + note(line);
+            command_line::log_line(command_line::LogKind::warning, text);
+            if (verbosity == command_line::Verbosity::warnings)
+                std::cerr << kProgram << ": warning: " << command_line::printable(text) << '\n';
+        }
 }
 
 int fail(const std::string &path, const Error &error) { return command_line::fail(kProgram, path, error); }
+
+// Errors about one of several inputs begin with its name.
+int fail_input(std::span<const std::string> inputs, Error error) {
+    if (inputs.size() == 1)
+        return fail(name_of(inputs.front()), error);
+    for (const std::string &input : inputs)
+        if (const std::string begin = name_of(input) + ": "; error.message.starts_with(begin)) {
+            error.message.erase(0, begin.size());
+            return fail(name_of(input), error);
+        }
+    return fail("", error);
+}
+
+std::array<command_line::OutputFile, 4> outputs_of(const Arguments &arguments) {
+    return {{{"--output", arguments.output},
+             {"--dependency-file", arguments.depfile_name},
+             {"--json", arguments.json},
+             {"--progress", arguments.progress ? "-" : ""}}};
+}
 
 // Refuses impossible combinations of files before any work.
 std::optional<int> refuse(const Arguments &arguments, std::span<const std::string> files) {
@@ -66,14 +91,12 @@ std::optional<int> refuse(const Arguments &arguments, std::span<const std::strin
             if (is_stream(file))
                 return command_line::fail_usage(
                     kProgram, file + ": --if-changed and --source-hash read the input twice: a stream cannot be");
-    const std::string progress = arguments.progress ? "-" : "";
-    if (const auto refused = command_line::refuse_outputs(
-            kProgram, files, {{arguments.output, arguments.depfile_name, arguments.json, progress}}))
+    if (const auto refused = command_line::refuse_outputs(kProgram, files, outputs_of(arguments)))
         return refused;
     if (!arguments.depfile)
         return std::nullopt;
     std::vector<std::string> names(files.begin(), files.end());
-    names.push_back(arguments.output);
+    names.push_back(arguments.depfile_target);
     for (const std::string &name : names)
         if (const Status writable = check_depfile_name(name); !writable)
             return fail(name, writable.error());
@@ -106,7 +129,7 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
     if (arguments.if_changed || arguments.source_hash) {
         auto made = make_record(sources, arguments.request);
         if (!made)
-            return fail("", made.error());
+            return fail_input(sources, made.error());
         record = std::move(*made);
     }
     if (arguments.if_changed)
@@ -125,15 +148,14 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
     }
     Result<Model> model = read_and_build(arguments.inputs, arguments.build, statistics, progress);
     display.clear();
-    const std::string input = arguments.inputs.size() > 1 ? "" : name_of(arguments.inputs.front()); // errors name it
     if (!model)
-        return fail(input, model.error());
+        return fail_input(arguments.inputs, model.error());
     model->images.panorama = std::move(*panorama);
-    log_dropped(statistics);
+    warn_of_dropped(statistics, arguments.verbosity);
     if (!record.source_hash.empty()) {
         auto metadata = with_record(model->metadata, record);
         if (!metadata)
-            return fail(input, metadata.error());
+            return fail_input(arguments.inputs, metadata.error());
         model->metadata = std::move(*metadata);
     }
     if (earlier && is_same(*earlier, *model)) {
@@ -142,14 +164,14 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
     }
     const Status written = write(arguments.output, *model, arguments.build, statistics, progress);
     display.clear();
-    return written ? 0 : fail(arguments.output, written.error());
+    return written ? 0 : fail(command_line::output_name(arguments.output), written.error());
 }
 
-int run(Arguments &arguments) {
-    if (arguments.output.empty())
-        arguments.output = std::filesystem::path(arguments.inputs.front()).replace_extension(".pbvg").string();
+int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
     if (arguments.depfile && arguments.depfile_name.empty())
         arguments.depfile_name = arguments.output + ".d";
+    if (arguments.depfile_target.empty())
+        arguments.depfile_target = arguments.output;
     const std::vector<std::string> sources = files_read(arguments.sources);
     std::vector<std::string> files = sources;
     if (!arguments.recipe.empty())
@@ -168,28 +190,28 @@ int run(Arguments &arguments) {
         return code;
     if (arguments.depfile) {
         std::erase_if(files, is_stream);
-        const Status written = command_line::write_text(arguments.depfile_name, depfile_text(arguments.output, files));
+        const Status written =
+            command_line::write_text(arguments.depfile_name, depfile_text(arguments.depfile_target, files));
         if (!written)
-            return fail(arguments.depfile_name, written.error());
+            return fail(command_line::output_name(arguments.depfile_name), written.error());
     }
-    std::ostream *const stream =
-        command_line::report_stream({{arguments.output, arguments.depfile_name}}, arguments.json);
-    if (arguments.verbosity != command_line::Verbosity::quiet && stream != nullptr)
+    std::ostream *const stream = command_line::report_stream(outputs_of(arguments));
+    statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (arguments.verbosity >= command_line::Verbosity::normal && stream != nullptr)
         *stream << report(arguments, statistics);
     if (arguments.json.empty())
         return 0;
-    const Status written =
-        command_line::write_text(arguments.json, to_json(statistics, arguments.inputs, arguments.output));
-    return written ? 0 : fail(arguments.json, written.error());
+    return command_line::write_json(kProgram, arguments.json, to_json(statistics, arguments.inputs, arguments.output));
 }
 
 } // namespace
 
 int main(int argc, char **argv) {
+    const auto start = std::chrono::steady_clock::now();
     return command_line::run_program(kProgram, [&] {
         Arguments arguments;
         if (const auto done = parse(kProgram, argc, argv, arguments))
             return *done;
-        return run(arguments);
+        return run(arguments, start);
     });
 }

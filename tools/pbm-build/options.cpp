@@ -21,8 +21,9 @@ namespace {
 using command_line::CommandLine;
 
 // The spellings of compilers, and of the dissertation's program.
-constexpr std::array<command_line::OldSwitch, 7> kSwitches{{{"-MD", "--write-dependencies"},
+constexpr std::array<command_line::OldSwitch, 8> kSwitches{{{"-MD", "--write-dependencies"},
                                                             {"-MF", "--dependency-file"},
+                                                            {"-MQ", "--dependency-target"},
                                                             {"-SHADOW", "--shadows"},
                                                             {"-TEXTURE", "--texture"},
                                                             {"-IGNORE_POINT_COLOURS", "--ignore-point-colours"},
@@ -75,11 +76,31 @@ std::optional<int> check_inputs(std::string_view program, const Arguments &argum
     return std::nullopt;
 }
 
+// Names the output after the input, unless a recipe would write outside its folder by that.
+std::optional<int> name_output(const CommandLine &line, Arguments &arguments) {
+    if (!arguments.output.empty())
+        return std::nullopt;
+    const std::string &input = arguments.inputs.front();
+    arguments.output = std::filesystem::path(input).replace_extension(".pbvg").string();
+    if (arguments.output == input)
+        return command_line::fail_usage(line.program, input + ": named like a model that is built already; draw it "
+                                                              "with pbm-render, or name the output with -o");
+    const bool by_recipe = std::any_of(line.given.begin(), line.given.end(),
+                                       [](const auto &option) { return option.name == "INPUT" && option.is_setting; });
+    if (!by_recipe || arguments.allow_outside || command_line::is_below(arguments.output, arguments.recipe))
+        return std::nullopt;
+    return command_line::fail(line.program, arguments.recipe,
+                              usage("the output " + arguments.output +
+                                    ", named after the input, lies outside the "
+                                    "folder of this file; name it with -o, or allow that with --allow-outside"));
+}
+
 // False for options of destination, speed and output, which do not affect the result.
 bool changes_result(const command_line::GivenValue &option) {
-    constexpr std::array<std::string_view, 14> kHarmless{
-        {"--output", "--threads", "--json", "--quiet", "--verbose", "--log", "--write-dependencies",
-         "--dependency-file", "--recipe", "--if-changed", "--source-hash", "--progress", "--help", "--version"}};
+    constexpr std::array<std::string_view, 17> kHarmless{
+        {"--output", "--threads", "--json", "--quiet", "--warnings", "--verbose", "--log", "--write-dependencies",
+         "--dependency-file", "--dependency-target", "--recipe", "--allow-outside", "--if-changed", "--source-hash",
+         "--progress", "--help", "--version"}};
     return std::find(kHarmless.begin(), kHarmless.end(), option.name) == kHarmless.end();
 }
 
@@ -186,6 +207,8 @@ void add_build_system_options(CommandLine &line, Arguments &arguments) {
     line.topic = "Build systems";
     line.add("--recipe", "Take the options from a TOML file; the command line wins over it",
              command_line::SettingsFile{read_recipe}, {.type = "FILE"});
+    line.add("--allow-outside", "Let the recipe name outputs, JSON and log outside its folder",
+             &arguments.allow_outside, {.needs = "--recipe"});
     line.add("--if-changed",
              "Build only if the output is not what the input and options would give, and leave it and its "
              "time alone if it turns out the same. An input that did not change is read, not built. Keeps "
@@ -199,6 +222,8 @@ void add_build_system_options(CommandLine &line, Arguments &arguments) {
     line.add("--progress",
              "Print progress to stdout for a program that shows it: lines of a step's percentage and name",
              &arguments.progress);
+    line.add("--dependency-target", "The output's name in it, as the build system knows it", &arguments.depfile_target,
+             {.type = "NAME"});
 }
 
 void add_general_options(CommandLine &line, Arguments &arguments) {
@@ -206,6 +231,8 @@ void add_general_options(CommandLine &line, Arguments &arguments) {
     command_line::add_threads(line, arguments.build.threads);
     command_line::add_json(line, arguments.json, "Statistics");
     command_line::add_quiet(line, arguments.verbosity);
+    line.add("--warnings", "Say nothing but errors and what was dropped",
+             [&arguments] { arguments.verbosity = command_line::Verbosity::warnings; }, {.excludes = {"--quiet"}});
     command_line::add_verbose(line, arguments.verbosity, "Name every step");
     line.add_version(PBM_VERSION);
 }
@@ -253,7 +280,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
         return refused;
     arguments.depfile = arguments.depfile || !arguments.depfile_name.empty();
     describe_request(line, arguments);
-    return std::nullopt;
+    return name_output(line, arguments);
 }
 
 } // namespace pbm::build

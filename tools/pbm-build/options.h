@@ -19,7 +19,9 @@ struct Arguments {
     bool progress = false; // lines of progress on stdout
     bool depfile = false;
     std::string depfile_name;         // empty: the output's with .d
+    std::string depfile_target;       // the output's name in it; empty: as given
     std::string recipe;               // file, empty for none
+    bool allow_outside = false;       // the recipe may write outside its folder
     std::vector<std::string> sources; // every file on the command line (or in the recipe) that is read
     std::string request;              // all options that affect the result, in one spelling
     BuildOptions build;

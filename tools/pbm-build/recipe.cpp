@@ -1,6 +1,7 @@
 #include "recipe.h"
 
 #include "pbm_scan/surface/refusal.h"
+#include "pbm_scan/text/encoding.h"
 #include "pbm_scan/text/text_number.h"
 #include "system/files/mapped_file.h"
 
@@ -14,7 +15,8 @@ namespace {
 using command_line::Setting;
 
 constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
-constexpr int kMaxDots = 8; // of one key: keys of recipes have none
+constexpr int kMaxDots = 8;            // of one key: keys of recipes have none
+constexpr std::size_t kMaxTables = 64; // of lights or materials; a model holds 8. Reading more takes quadratic time
 
 Error refuse(std::size_t line, const std::string &what) { return usage("line " + std::to_string(line) + ": " + what); }
 
@@ -104,6 +106,7 @@ Result<Setting> setting_of_table(const std::string &option, const toml::table &t
                   .line = table.source().begin.line};
     std::string word;
     std::string fields;
+    std::size_t line_of_word = 0;
     for (const auto &[name, node] : table) {
         const std::string key(name.str());
         Result<Setting> field = setting_of(key, node);
@@ -115,11 +118,16 @@ Result<Setting> setting_of_table(const std::string &option, const toml::table &t
             (value += value.empty() ? "" : ",") += flag ? (part == "true" ? "on" : "off") : part;
         if (key.find_first_of("=,") != std::string::npos || value.find('=') != std::string::npos)
             return refuse(field->line, "'" + key + "' and its value hold no = and no comma");
-        if (key == "kind" || key == "name")
+        if (key == "kind" || key == "name") {
             word = value;
-        else
+            line_of_word = field->line;
+        } else {
             ((fields += ',') += key) += '=' + value;
+            entry.lines_of_keys.emplace_back(": " + key + ": ", field->line);
+        }
     }
+    if (line_of_word != 0)
+        entry.lines_of_keys.emplace_back(" is no ", line_of_word); // kind, material or key=value
     entry.values.front() = word.empty() && !fields.empty() ? fields.substr(1) : word + fields;
     return entry;
 }
@@ -136,10 +144,12 @@ Result<std::vector<Setting>> read_recipe(const std::string &path) {
     const Result<MappedFile> file = MappedFile::open(path);
     if (!file)
         return file.error();
-    const ByteView bytes = file->bytes();
-    if (bytes.size() > kMaxBytes)
+    if (file->bytes().size() > kMaxBytes)
         return usage("larger than 1 MiB: this is no recipe");
-    const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
+    const auto utf8 = as_utf8(file->bytes());
+    if (!utf8)
+        return usage(utf8.error().message);
+    const std::string_view text(reinterpret_cast<const char *>(utf8->bytes.data()), utf8->bytes.size());
     if (const auto line = line_of_deep_key(text))
         return refuse(*line, "a key of more than " + std::to_string(kMaxDots) + " dots; keys of recipes have none");
     toml::table table;
@@ -153,7 +163,11 @@ Result<std::vector<Setting>> read_recipe(const std::string &path) {
     for (const auto &[name, node] : table) {
         const std::string key(name.str());
         std::vector<Result<Setting>> read;
-        if (const toml::array *const tables = tables_of(key, node))
+        const toml::array *const tables = tables_of(key, node);
+        if (tables != nullptr && tables->size() > kMaxTables)
+            return refuse(node.source().begin.line, std::to_string(tables->size()) + " tables [[" + key +
+                                                        "]]; at most " + std::to_string(kMaxTables) + " are read");
+        if (tables != nullptr)
             for (const toml::node &item : *tables)
                 read.push_back(setting_of_table(key, *item.as_table()));
         else

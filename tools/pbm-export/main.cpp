@@ -1,5 +1,6 @@
 // pbm-export: writes the points of a .pbvg file as PLY.
 #include "command_line/common_options.h"
+#include "command_line/json_report.h"
 #include "ply_points.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
@@ -7,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <chrono>
 #include <iostream>
 #include <sstream>
@@ -126,9 +128,9 @@ std::string report(const Arguments &arguments, const Outcome &outcome) {
     for (const std::string &what : outcome.dropped)
         text << what << ": dropped (PLY cannot hold them)\n";
     text.precision(2);
-    text << std::fixed << command_line::printable(arguments.output == "-" ? "standard output" : arguments.output)
-         << ": " << outcome.points << " points of level " << outcome.level << ", "
-         << static_cast<double>(outcome.bytes) * 1e-6 << " MB, " << outcome.seconds << " s\n";
+    text << std::fixed << command_line::printable(command_line::output_name(arguments.output)) << ": " << outcome.points
+         << " points of level " << outcome.level << ", " << static_cast<double>(outcome.bytes) * 1e-6 << " MB, "
+         << outcome.seconds << " s\n";
     return text.str();
 }
 
@@ -150,8 +152,8 @@ int run(int argc, char **argv) {
     Arguments arguments;
     if (const auto done = parse(argc, argv, arguments))
         return *done;
-    if (const auto refused =
-            command_line::refuse_outputs(kProgram, {{arguments.input}}, {{arguments.output, arguments.json}}))
+    const std::array<command_line::OutputFile, 2> outputs{{{"--output", arguments.output}, {"--json", arguments.json}}};
+    if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}}, outputs))
         return *refused;
     const auto begin = std::chrono::steady_clock::now();
     const Result<MappedFile> file = MappedFile::open(arguments.input);
@@ -165,15 +167,14 @@ int run(int argc, char **argv) {
                                                       std::to_string(reader->depth()));
     Outcome outcome{.level = arguments.level.value_or(reader->depth()), .dropped = left_out(reader->parameters())};
     if (const auto failure = write_points(arguments, *reader, outcome))
-        return command_line::fail(kProgram, failure->path == "-" ? "standard output" : failure->path, failure->error);
+        return command_line::fail(kProgram, command_line::output_name(failure->path), failure->error);
     outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    std::ostream *const stream = command_line::report_stream({{arguments.output}}, arguments.json);
+    std::ostream *const stream = command_line::report_stream(outputs);
     if (arguments.verbosity != Verbosity::quiet && stream != nullptr)
         *stream << report(arguments, outcome);
     if (arguments.json.empty())
         return 0;
-    const Status written = command_line::write_text(arguments.json, to_json(arguments, outcome));
-    return written ? 0 : command_line::fail(kProgram, arguments.json, written.error());
+    return command_line::write_json(kProgram, arguments.json, to_json(arguments, outcome));
 }
 
 } // namespace

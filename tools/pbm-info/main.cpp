@@ -1,5 +1,6 @@
 // pbm-info: lists the contents of a .pbvg from its header, tables and directories; decodes no chunk and no tile.
 #include "command_line/common_options.h"
+#include "command_line/json_report.h"
 #include "pbm_format/reading/images.h"
 #include "system/files/mapped_file.h"
 
@@ -322,7 +323,7 @@ int run(int argc, char **argv) {
             line, argc, argv, {},
             {.examples = {{"pbm-info --json scan.pbvg", "Everything about a model, for other programs."}}}))
         return *done;
-    if (const auto refused = command_line::refuse_outputs("pbm-info", {{path}}, {{json_path}}))
+    if (const auto refused = command_line::refuse_outputs("pbm-info", {{path}}, {{{"--json", json_path}}}))
         return *refused;
     const Result<MappedFile> file = MappedFile::open(path);
     if (!file)
@@ -339,9 +340,7 @@ int run(int argc, char **argv) {
         return 0;
     }
     const std::string text = to_json(path, *reader, *sizes).dump(2, ' ', false, json::error_handler_t::replace) + "\n";
-    if (const Status status = command_line::write_text(json_path, text); !status)
-        return fail(json_path, status.error());
-    return 0;
+    return command_line::write_json("pbm-info", json_path, text);
 }
 
 } // namespace

@@ -1,5 +1,6 @@
 // pbm-validate: checks whether a .pbvg is valid, and reports what breaks which rule where.
 #include "command_line/common_options.h"
+#include "command_line/json_report.h"
 #include "system/files/mapped_file.h"
 #include "verdict.h"
 
@@ -153,12 +154,6 @@ void add_options(CommandLine &line, Options &options) {
     line.add_version(PBM_VERSION);
 }
 
-int write_json(const std::string &path, const std::string &text) {
-    if (const Status status = command_line::write_text(path, text); !status)
-        return command_line::fail("pbm-validate", path, status.error());
-    return 0;
-}
-
 // Handles --list-codes and --explain, which need no file.
 std::optional<int> tell_codes(const Options &options) {
     if (!options.explain.empty()) {
@@ -171,7 +166,7 @@ std::optional<int> tell_codes(const Options &options) {
     if (options.list_codes.empty())
         return std::nullopt;
     if (!options.json_path.empty())
-        return write_json(options.json_path, codes_as_json());
+        return command_line::write_json("pbm-validate", options.json_path, codes_as_json());
     if (options.list_codes != "text" && options.list_codes != "markdown")
         return command_line::fail_usage("pbm-validate", "--list-codes: write text or markdown");
     std::cout << (options.list_codes == "text" ? codes_as_text(codes_named("")) : codes_as_markdown());
@@ -208,7 +203,8 @@ int run(int argc, char **argv) {
         return *done;
     if (options.paths.empty())
         return command_line::fail_usage("pbm-validate", "FILE is required");
-    if (const auto refused = command_line::refuse_outputs("pbm-validate", options.paths, {{options.json_path}}))
+    if (const auto refused =
+            command_line::refuse_outputs("pbm-validate", options.paths, {{{"--json", options.json_path}}}))
         return *refused;
     choose(options);
 
@@ -231,7 +227,8 @@ int run(int argc, char **argv) {
     }
     if (options.json_path.empty())
         return code;
-    const int written = write_json(options.json_path, report_as_json(verdicts, options.validation.level, code));
+    const int written = command_line::write_json("pbm-validate", options.json_path,
+                                                 report_as_json(verdicts, options.validation.level, code));
     return std::max(code, written);
 }
 

@@ -8,6 +8,7 @@
 #include <array>
 #include <bit>
 #include <cctype>
+#include <cmath>
 #include <optional>
 
 namespace pbm {
@@ -119,6 +120,16 @@ void advise_on_lights(const FileContents &contents, std::vector<Advice> &advice)
     }
 }
 
+constexpr double kMaxUsualCoordinate = 1e30;
+
+// The largest absolute coordinate of the grid's corners.
+double farthest_coordinate(const Grid &grid) {
+    double farthest = 0;
+    for (const double corner : grid.origin)
+        farthest = std::max({farthest, std::abs(corner), std::abs(corner + grid.edge())});
+    return farthest;
+}
+
 } // namespace
 
 std::vector<Advice> advise_on_parameters(const FileContents &contents) {
@@ -126,6 +137,10 @@ std::vector<Advice> advise_on_parameters(const FileContents &contents) {
     if (const int octants = std::popcount(contents.model.levels[1].masks[0]); octants == 1)
         advice.push_back({broken("parameter.loose_grid", find_section(contents.sections, SectionType::grid)->offset,
                                  "all points lie in one octant of the grid", "2..8", octants)});
+    if (const double farthest = farthest_coordinate(contents.model.parameters.grid); farthest > kMaxUsualCoordinate)
+        advice.push_back(
+            {broken("parameter.far_grid", find_section(contents.sections, SectionType::grid)->offset,
+                    "the grid reaches too far from the origin to be computed with", "at most 1e30", farthest)});
     advise_on_materials(contents, advice);
     advise_on_lights(contents, advice);
     return advice;

@@ -3,6 +3,7 @@
 #include "command_line/parse.h"
 
 #include <filesystem>
+#include <utility>
 
 namespace pbm {
 
@@ -37,6 +38,13 @@ Status complete_video(VideoChoice &choice, const std::string &model, const Rende
                      output + ": videos have no transparency; choose pictures (name_%04d.png) or leave out "
                               "--no-background"};
     return {};
+}
+
+std::vector<command_line::OutputFile> video_outputs(const VideoOptions &video) {
+    std::vector<command_line::OutputFile> outputs;
+    for (std::string &name : video_files(video))
+        outputs.push_back({"--turntable", std::move(name)});
+    return outputs;
 }
 
 } // namespace pbm

@@ -6,6 +6,7 @@
 #include "viewer/pictures/video_writer.h"
 
 #include <string>
+#include <vector>
 
 namespace pbm {
 
@@ -24,5 +25,8 @@ void add_video_options(command_line::CommandLine &line, VideoChoice &choice);
 //
 // errors  usage  unknown video format, two videos, or a format without the transparency asked for
 Status complete_video(VideoChoice &choice, const std::string &model, const RenderOptions &render);
+
+// The files of a video, for command_line::refuse_outputs.
+std::vector<command_line::OutputFile> video_outputs(const VideoOptions &video);
 
 } // namespace pbm

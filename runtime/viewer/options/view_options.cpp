@@ -134,6 +134,13 @@ void add_renderer_option(CommandLine &line, ViewOptions &options) {
 
 Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size) {
     Camera camera = default_camera(bounds, up, size.x, size.y, glm::radians(options.view_angle));
+    const glm::dvec3 corner = glm::abs(bounds.centre) + bounds.radius;
+    const double farthest = std::max({corner.x, corner.y, corner.z});
+    constexpr double kMaxRadii = 1e13; // beyond that, rounded coordinates move by a pixel
+    if (!is_usable(camera) || farthest > kMaxRadii * bounds.radius)
+        return Error{ErrorCode::unsupported_feature, 0,
+                     "the grid reaches " + number_text(farthest) +
+                         " from the origin, too far to draw; build the model anew with --scale or --origin"};
     camera.position = options.position.value_or(camera.position);
     camera.focal_point = options.focal_point.value_or(camera.focal_point);
     camera.up = options.view_up.value_or(camera.up);

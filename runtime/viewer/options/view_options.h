@@ -48,7 +48,8 @@ void add_renderer_option(command_line::CommandLine &line, ViewOptions &options);
 // The default camera for a picture of `size`, overridden by the command line. `bounds` is the model's bounding sphere,
 // `up` the up axis of its grid.
 //
-// errors  usage  the camera sees nothing
+// errors  usage                the camera sees nothing
+//         unsupported_feature  neither does the default camera: the model lies too far from the origin
 Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size);
 
 // The detail view for a picture of `size` in which no voxel is larger than `max_error` pixels.

@@ -1,5 +1,6 @@
 // pbm-render: pictures of a binary voxel grid without a window.
 #include "command_line/common_options.h"
+#include "command_line/json_report.h"
 #include "system/processes/this_process.h"
 #include "system/threads/parallel.h"
 
@@ -43,9 +44,9 @@ struct Arguments {
     bool wants_picture() const { return wants_still() || bench > 0; }
     LookOptions frame_look() const { return look_of(Motion::moving, view.look); }
     LookOptions picture_look() const { return wants_still() ? look_of(Motion::still, view.look) : frame_look(); }
-    std::vector<std::string> outputs() const {
-        std::vector<std::string> files = video_files(video());
-        files.insert(files.end(), {output, depth_output});
+    std::vector<command_line::OutputFile> outputs() const {
+        std::vector<command_line::OutputFile> files = video_outputs(video());
+        files.insert(files.end(), {{"--output", output}, {"--depth-output", depth_output}, {"--json", json}});
         return files;
     }
 };
@@ -194,7 +195,7 @@ std::string quality_text(const LookOptions &look) {
 std::string report(const Arguments &arguments, const Camera &camera, const RunStatistics &s) {
     const glm::ivec2 size = arguments.view.resolution;
     const auto shown_name = [](const std::string &name) {
-        return command_line::printable(name == "-" ? "standard output" : name);
+        return command_line::printable(command_line::output_name(name));
     };
     std::ostringstream text;
     if (arguments.view.verbosity == command_line::Verbosity::verbose)
@@ -270,13 +271,13 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
             return fail(arguments.output, file.error());
         statistics.encode_ms = encoding.milliseconds();
         if (const Status written = command_line::write_bytes(arguments.output, *file); !written)
-            return fail(arguments.output, written.error());
+            return fail(command_line::output_name(arguments.output), written.error());
     }
     if (!arguments.depth_output.empty()) {
         drawer.count_depths_from(camera, picture);
         if (const Status written = command_line::write_bytes(arguments.depth_output, encode_depth_pfm(picture));
             !written)
-            return fail(arguments.depth_output, written.error());
+            return fail(command_line::output_name(arguments.depth_output), written.error());
     }
     if (arguments.bench > 0) {
         const auto timed = bench(drawer, camera, arguments.bench, picture);
@@ -292,7 +293,7 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, c
                               RunStatistics &statistics) {
     const VideoOptions &video = arguments.video();
     const ViewOptions &view = arguments.view;
-    std::ostream *const stream = command_line::report_stream(arguments.outputs(), arguments.json);
+    std::ostream *const stream = command_line::report_stream(arguments.outputs());
     command_line::ProgressDisplay progress(view.verbosity);
     VideoRecorder recorder(std::move(sink), view.resolution, drawer.needs_depths(), view.load.threads,
                            view.load.max_memory);
@@ -312,7 +313,9 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, c
         }
         if (!drawn) {
             progress.clear();
-            return fail(arguments.input, drawn.error());
+            Error error = std::move(drawn).error();
+            error.message.insert(0, "frame " + std::to_string(frame + 1) + ": ");
+            return fail(arguments.input, error);
         }
         written = recorder.add();
     }
@@ -320,7 +323,7 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, c
         written = recorder.finish();
     progress.clear();
     if (!written)
-        return command_line::fail(kProgram, video.output == "-" ? "" : video.output, written.error());
+        return command_line::fail(kProgram, command_line::output_name(video.output), written.error());
     // ffmpeg's output is a file of another size than the frames.
     std::error_code no_single_file;
     const auto size = std::filesystem::file_size(video.output, no_single_file);
@@ -339,9 +342,7 @@ Result<PreparedModel> prepare(const Arguments &arguments) {
 }
 
 int run(const Arguments &arguments, std::span<std::byte> heap) {
-    std::vector<std::string> outputs = arguments.outputs();
-    outputs.push_back(arguments.json);
-    if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}}, outputs))
+    if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}}, arguments.outputs()))
         return *refused;
     const ViewOptions &view = arguments.view;
     if (const Status affordable = check_picture_memory(view); !affordable)
@@ -364,7 +365,8 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     ModelDrawer &drawer = **opened;
     const auto camera = choose_camera(view, drawer.bounds(), drawer.grid().up, view.resolution);
     if (!camera)
-        return fail_usage(camera.error().message);
+        return camera.error().code == ErrorCode::usage ? fail_usage(camera.error().message)
+                                                       : command_line::fail(kProgram, arguments.input, camera.error());
     if (const Status loaded = drawer.load(*camera, view.resolution); !loaded)
         return fail(arguments.input, loaded.error());
     statistics.load_ms = loading.milliseconds();
@@ -374,7 +376,7 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     if (const std::string &name = arguments.video().output; !name.empty()) {
         auto open = open_video(arguments.video(), view.resolution);
         if (!open)
-            return command_line::fail(kProgram, name, open.error());
+            return command_line::fail(kProgram, command_line::output_name(name), open.error());
         sink = std::move(*open);
     }
     if (arguments.wants_picture())
@@ -384,14 +386,12 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
         if (const auto failed = make_video(arguments, drawer, *camera, std::move(*sink), statistics))
             return *failed;
 
-    std::ostream *const stream = command_line::report_stream(arguments.outputs(), arguments.json);
+    std::ostream *const stream = command_line::report_stream(arguments.outputs());
     if (view.verbosity != command_line::Verbosity::quiet && stream != nullptr)
         *stream << report(arguments, *camera, statistics);
     if (arguments.json.empty())
         return 0;
-    if (const Status written = command_line::write_text(arguments.json, to_json(arguments, statistics)); !written)
-        return fail(arguments.json, written.error());
-    return 0;
+    return command_line::write_json(kProgram, arguments.json, to_json(arguments, statistics));
 }
 
 } // namespace

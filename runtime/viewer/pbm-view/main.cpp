@@ -66,11 +66,11 @@ int run(int argc, char **argv, std::unique_ptr<Viewer::Workers> &workers) {
             return exit_code(start.problem->code);
         if (path.empty())
             return command_line::fail_usage(kProgram, "there is no sample to record; name a FILE");
-        if (const auto refused = command_line::refuse_outputs(kProgram, {{path}}, video_files(wanted)))
+        if (const auto refused = command_line::refuse_outputs(kProgram, {{path}}, video_outputs(wanted)))
             return *refused;
         auto opened = open_video(wanted, arguments.view.resolution);
         if (!opened)
-            return command_line::fail(kProgram, wanted.output, opened.error());
+            return command_line::fail(kProgram, command_line::output_name(wanted.output), opened.error());
         start.video = std::move(*opened);
     }
 

@@ -104,8 +104,13 @@ Result<VideoSink> open_pictures(const std::string &output) {
         return names.error();
     return VideoSink{
         .encode = [form = *picture_form(output)](const Framebuffer &frame) { return encode_picture(frame, form); },
-        .write = [names = *names, frame = 0](
-                     ByteView bytes) mutable { return replace_file(names.of(++frame), bytes, Durability::cached); },
+        .write = [names = *names, frame = 0](ByteView bytes) mutable -> Status {
+            const std::string name = names.of(++frame);
+            Status written = replace_file(name, bytes, Durability::cached);
+            if (!written)
+                written.error().message.insert(0, name + ": ");
+            return written;
+        },
         .finish = [] { return Status(); }};
 }
 
@@ -176,15 +181,23 @@ Status VideoRecorder::finish() {
     return sink_.finish();
 }
 
+// Errors name the frame that was just taken from its slot.
+Error VideoRecorder::with_frame(Error error) const {
+    error.message.insert(0, "frame " + std::to_string(frames_) + ": ");
+    return error;
+}
+
 // Writes the frame of a slot, if it holds one; it is the oldest frame not yet written.
 Status VideoRecorder::drain(Slot &slot) {
     if (!slot.encoded.valid())
         return {};
-    const auto encoded = slot.encoded.get();
+    auto encoded = slot.encoded.get();
+    ++frames_;
     if (!encoded)
-        return encoded.error();
+        return with_frame(std::move(encoded).error());
     bytes_ += encoded->size();
-    return sink_.write(*encoded);
+    Status written = sink_.write(*encoded);
+    return written ? written : with_frame(std::move(written).error());
 }
 
 } // namespace pbm

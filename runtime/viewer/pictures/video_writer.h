@@ -60,7 +60,8 @@ class VideoRecorder {
 
     // Where the caller draws the next frame.
     Framebuffer &canvas() { return slots_[next_].picture; }
-    // Enqueues the canvas as a frame. Writes the oldest frame if its memory is needed, and returns its error.
+    // Enqueues the canvas as a frame. Writes the oldest frame if its memory is needed, and returns its error, which
+    // names the frame's number, from 1.
     Status add();
     // Waits until all frames are written. Must be the last call.
     Status finish();
@@ -74,12 +75,13 @@ class VideoRecorder {
         std::future<Result<Bytes>> encoded;
     };
     Status drain(Slot &slot);
+    Error with_frame(Error error) const;
 
     const VideoSink sink_;
     std::vector<Slot> slots_; // used cyclically
     std::size_t next_ = 0;
-    std::uint64_t bytes_ = 0;
-    std::optional<ThreadPool> encoders_; // last member: its threads use the slots
+    std::uint64_t bytes_ = 0, frames_ = 0; // written
+    std::optional<ThreadPool> encoders_;   // last member: its threads use the slots
 };
 
 } // namespace pbm

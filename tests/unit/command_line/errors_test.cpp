@@ -79,7 +79,7 @@ TEST(Errors, SwitchesOfTheDissertationAreRefusedOrMapped) {
 }
 
 TEST(Errors, StandardOutputTakesOneOutput) {
-    const std::array<std::string, 3> outputs{"-", "", "-"};
+    const std::array<OutputFile, 3> outputs{{{"--output", "-"}, {"--log", ""}, {"--json", "-"}}};
     EXPECT_EQ(said_by([&] { return refuse_outputs("pbm-x", {}, outputs).value_or(0); }, 1),
               "pbm-x: standard output takes one output; name a file for the other; see pbm-x --help\n");
 }
@@ -104,7 +104,7 @@ TEST(ErrorLog, KeepsEarlierLinesAndAddsOneEach) {
         EXPECT_EQ(line[19], 'Z');
     }
     EXPECT_FALSE(std::getline(text, line));
-    const std::array<std::string, 1> outputs{path};
+    const std::array<OutputFile, 1> outputs{{{"--output", path}}};
     EXPECT_NE(said_by([&] { return refuse_outputs("pbm-x", {}, outputs).value_or(0); }, 1).find("is the log"),
               std::string::npos);
 }

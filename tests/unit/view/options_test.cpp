@@ -113,6 +113,18 @@ TEST(ChooseCamera, UsesTheOptionsOfTheCommandLine) {
     EXPECT_EQ(blind.error().code, ErrorCode::usage);
 }
 
+TEST(ChooseCamera, RefusesGridsSoFarFromTheOriginThatCoordinatesRoundOrOverflow) {
+    for (const auto &[centre, radius] :
+         std::initializer_list<std::pair<double, double>>{{1e308, 1e307}, {1e308, 2}, {-1e200, 1e199}, {1e9, 1e-6}}) {
+        const auto refused = choose_camera({}, {{0, 0, centre}, radius}, UpAxis::y, {100, 100});
+        ASSERT_FALSE(refused) << centre;
+        EXPECT_EQ(refused.error().code, ErrorCode::unsupported_feature) << centre;
+        EXPECT_NE(refused.error().message.find("the grid reaches"), std::string::npos);
+    }
+    for (const double centre : {0.0, 8.5e6, -1e12})
+        EXPECT_TRUE(choose_camera({}, {{centre, 0, 0}, 1}, UpAxis::y, {100, 100})) << centre;
+}
+
 TEST(DefaultCamera, IsTheSameForAModelAndItsBounds) {
     const Model model = make_wall(4, 3);
     const Camera a = default_camera(model, 320, 200);

@@ -205,7 +205,7 @@ TEST(VideoRecorder, TellsTheFirstErrorAndFinishesNothing) {
     for (int i = 0; i < 20 && status; ++i)
         status = recorder.add();
     ASSERT_FALSE(status);
-    EXPECT_EQ(status.error().message, "full");
+    EXPECT_EQ(status.error().message, "frame 3: full");
     EXPECT_EQ(written, 3);
 }
 

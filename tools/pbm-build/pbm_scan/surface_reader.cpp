@@ -3,6 +3,7 @@
 #include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/ply/ply_header.h"
 #include "pbm_scan/ply/ply_reader.h"
+#include "pbm_scan/text/encoding.h"
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/words.h"
 #include "system/files/mapped_file.h"
@@ -92,9 +93,11 @@ bool begins_stl(std::span<const std::uint8_t> bytes, std::string_view text) {
     return facets == (bytes.size() - 84) / 50;
 }
 
-// Calls use(rest of the line, without white space around it) for every line of `text` whose first word begins with
+// Calls use(rest of the line, without white space around it) for every line of `file` whose first word begins with
 // `keyword`.
-template <class Use> void for_lines(std::string_view text, std::string_view keyword, Use &&use) {
+template <class Use> void for_lines(std::span<const std::uint8_t> file, std::string_view keyword, Use &&use) {
+    const auto utf8 = as_utf8(file);
+    std::string_view text = utf8 ? as_text(utf8->bytes) : std::string_view();
     while (!text.empty()) {
         const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
         std::string_view line = text.substr(0, end);
@@ -125,7 +128,7 @@ std::vector<std::string> material_files(std::span<const std::uint8_t> obj, const
         files.push_back(std::move(file));
         return true;
     };
-    for_lines(as_text(obj), "mtllib", [&](std::string_view names) {
+    for_lines(obj, "mtllib", [&](std::string_view names) {
         if (looked_for >= kMaxMaterialFiles || add(names))
             return;
         while (!names.empty()) {
@@ -146,7 +149,7 @@ void report_texture_images(std::span<const std::uint8_t> obj, const std::string 
         const Result<MappedFile> materials = MappedFile::open(file);
         if (!materials || materials->bytes().size() > kMaxMaterialBytes)
             continue;
-        for_lines(as_text(materials->bytes()), "map_", [&](std::string_view image) {
+        for_lines(materials->bytes(), "map_", [&](std::string_view image) {
             image.remove_prefix(image.find_last_of(" \t") + 1); // options come before the file's name
             if (images.size() < kMaxImages && std::find(images.begin(), images.end(), image) == images.end())
                 images.emplace_back(image);
@@ -157,11 +160,7 @@ void report_texture_images(std::span<const std::uint8_t> obj, const std::string 
             {"texture image " + printable_in_quotes(image), Fate::dropped, "PBM stores point colours"});
 }
 
-} // namespace
-
-Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options) {
-    if (bytes.empty())
-        return bad_input("the file is empty");
+Result<Surface> read_utf8(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options) {
     if (is_ply(bytes))
         return read_ply(bytes, options);
     const std::string_view text = as_text(bytes);
@@ -182,6 +181,20 @@ Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_vi
             return unsupported("the file is " + std::string(format.what));
     return bad_input(std::string("the file is of no known format; scans are PLY, OBJ, STL or OFF") +
                      (extension.empty() ? " (an OBJ without that extension needs --input-format obj)" : ""));
+}
+
+} // namespace
+
+Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options) {
+    const auto text = as_utf8(bytes);
+    if (!text)
+        return text.error();
+    if (text->bytes.empty())
+        return bad_input("the file is empty");
+    Result<Surface> surface = read_utf8(text->bytes, path, options);
+    if (!surface && surface.error().offset != 0)
+        surface.error().offset = text->offset_in_file(surface.error().offset);
+    return surface;
 }
 
 Result<Surface> read_surface(const std::string &path, const ReadOptions &options) {

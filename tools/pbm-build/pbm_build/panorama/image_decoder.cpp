@@ -11,6 +11,7 @@
 #include <csetjmp>
 #include <cstring>
 #include <memory>
+#include <sstream>
 #include <string>
 
 namespace pbm::build {
@@ -172,24 +173,37 @@ struct HdrSource {
 };
 constexpr stbi_io_callbacks kHdrCallbacks{HdrSource::read, HdrSource::skip, HdrSource::at_end};
 
+constexpr const char *kOtherHdr = "an HDR image other than 32-bit_rle_rgbe, -Y +X; convert it with ImageMagick";
+
 Error hdr_error() {
     const char *const reason = stbi_failure_reason();
     const std::string why = reason == nullptr ? "no reason given" : reason;
     if (why.find("unsupported") != std::string::npos)
-        return unsupported("an HDR image other than 32-bit_rle_rgbe, -Y +X; convert it with ImageMagick");
+        return unsupported(kOtherHdr);
     return damaged(why);
 }
 
 // Verifies that the header ends: an empty line, then one with the size. stb_image would search for them behind the end.
-bool has_hdr_header(ByteView bytes) {
+// It also calls other forms damaged: rows from below or in columns ("+Y 512 +X 1024"), and colours as XYZ.
+Status check_hdr_header(ByteView bytes) {
     const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
     const std::size_t end = text.find("\n\n");
-    return end != std::string_view::npos && text.find('\n', end + 2) != std::string_view::npos;
+    if (end == std::string_view::npos || text.find('\n', end + 2) == std::string_view::npos)
+        return damaged("its header has no end");
+    std::istringstream words(std::string(text.substr(end + 2, 40)));
+    std::string first, rows, second;
+    words >> first >> rows >> second;
+    const auto is_axis = [](const std::string &word) {
+        return word == "-X" || word == "+X" || word == "-Y" || word == "+Y";
+    };
+    const bool other_axes = is_axis(first) && is_axis(second) && (first != "-Y" || second != "+X");
+    const bool xyz = text.substr(0, end).find("\nFORMAT=32-bit_rle_xyze") != std::string_view::npos;
+    return other_axes || xyz ? unsupported(kOtherHdr) : Status();
 }
 
 Result<ImageSize> hdr_size(ByteView bytes) {
-    if (!has_hdr_header(bytes))
-        return damaged("its header has no end");
+    if (Status header = check_hdr_header(bytes); !header)
+        return header.error();
     HdrSource source{.left = bytes};
     int width = 0, height = 0, channels = 0;
     if (stbi_info_from_callbacks(&kHdrCallbacks, &source, &width, &height, &channels) == 0)
@@ -239,8 +253,8 @@ Status decode_rows(ByteView bytes, ImageFormat format, const std::function<void(
 }
 
 Result<std::vector<float>> decode_hdr(ByteView bytes) {
-    if (!has_hdr_header(bytes))
-        return damaged("its header has no end");
+    if (Status header = check_hdr_header(bytes); !header)
+        return header.error();
     HdrSource source{.left = bytes};
     int width = 0, height = 0, channels = 0;
     const std::unique_ptr<float, void (*)(void *)> pixels(

@@ -8,13 +8,6 @@
 
 namespace pbm::build {
 
-double BuildStatistics::seconds() const {
-    double sum = 0;
-    for (const StepStatistics &step : steps)
-        sum += step.seconds;
-    return sum;
-}
-
 double BuildStatistics::bits_per_point() const {
     return points == 0 ? 0 : 8 * static_cast<double>(file_bytes - panorama_bytes) / static_cast<double>(points);
 }
@@ -77,7 +70,7 @@ std::string to_json(const BuildStatistics &statistics, std::span<const std::stri
     json["file_bytes"] = statistics.file_bytes;
     json["bits_per_point"] = statistics.bits_per_point();
     json["ratio"] = statistics.ratio();
-    json["seconds"] = statistics.seconds();
+    json["seconds"] = statistics.seconds;
     json["peak_memory"] = peak_memory();
     json["attributes"] = nlohmann::ordered_json::array();
     for (const AttributeReport &line : statistics.attributes) {

@@ -35,13 +35,13 @@ struct BuildStatistics {
     std::uint64_t points = 0, two_sided_points = 0;
     int depth = 0;
     double voxel_size = 0;
+    double seconds = 0; // from the start of the program until it reports
     std::uint64_t file_bytes = 0;
     std::uint64_t panorama_bytes = 0; // of file_bytes; excluded from bits_per_point
 
     void report(std::string name, Fate fate, std::string note, std::string input = {}) {
         attributes.push_back({std::move(name), fate, std::move(note), std::move(input)});
     }
-    double seconds() const;
     double bits_per_point() const;
     double ratio() const; // file to input
 };

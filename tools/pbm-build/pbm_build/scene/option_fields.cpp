@@ -19,7 +19,7 @@ Result<OptionFields> split_fields(std::string_view text) {
             else if (result.word.empty())
                 result.word = part;
             else
-                return usage(in_quotes(part) + " is no key=value");
+                return usage(in_quotes(part) + " is no key=value; for one more, repeat the option");
             continue;
         }
         const std::string_view key = trimmed(part.substr(0, equals));
