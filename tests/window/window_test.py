@@ -586,6 +586,7 @@ def test_measure(display):
         measured, uncertainty = (float(n) for n in re.search(r": (\S+) ± (\S+) units", line).groups())
         check(abs(measured - length(minus(point, other))) < 0.1 * uncertainty < 0.1 * measured, line)
         picked(view, (240, 240))
+        view.xdotool("click", 1)  # at the same place
         total = float(view.lines("along all: ")[-1].split()[2])
         between = float(view.lines("distance 2 to 3: ")[-1].split()[4])
         check(abs(total - measured - between) < 0.1 * uncertainty, "the whole is not the sum")
@@ -893,6 +894,10 @@ def test_recording(display):
     (work / "model.avi").write_text("precious")
     with View(display, "-AVI", "--frames=100000", "model.pbvg") as view:
         view.wait(lambda: len(view.lines("view: ")) > 3, "frames")
+        view.xdotool("key", "3", "key", "f")  # views of a video do not glide
+        before = len(view.lines("view: "))
+        view.wait(lambda: len(view.lines("view: ")) > before + 3, "more frames")
+        check("gliding" not in view.text(), "a key moves the camera of a video")
         check(view.quit() == 0, "Escape does not end with 0")
         check(view.lines("stopped: model.avi was not written"), view.text())
     check((work / "model.avi").read_text() == "precious", "half a video replaces one")

@@ -57,6 +57,9 @@ void Viewer::add_point() {
     const auto point = pick_under_mouse();
     if (!point)
         return notify("There is no surface under the mouse", false);
+    const std::span<const MeasuredPoint> points = line_.points();
+    if (!points.empty() && points.back().place == point->place)
+        return; // the second click of a double click
     line_.add(measured(*point));
     stale_ = true;
     if (options_.verbosity == command_line::Verbosity::quiet)
