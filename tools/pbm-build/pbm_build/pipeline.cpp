@@ -3,6 +3,7 @@
 #include "pbm_build/grid/examine_surface.h"
 #include "pbm_build/metadata.h"
 #include "pbm_build/radii/splat_radius.h"
+#include "pbm_build/surface/creases.h"
 #include "pbm_build/surface/merge_surfaces.h"
 #include "pbm_build/surface/vertex_normals.h"
 #include "pbm_build/upsampling/upsample.h"
@@ -174,6 +175,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     for (Surface &surface : surfaces) {
         if (Status good = examine_surface(surface, options.flip_faces, options.strict, statistics); !good)
             return of_input(surface.name, good.error());
+        choose_creases(surface, options.crease_angle, threads, statistics);
         if (surface.float_step > 0)
             single_precision.push_back({surface.name, surface.float_step, surface.float_near});
     }

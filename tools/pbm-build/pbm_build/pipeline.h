@@ -34,6 +34,7 @@ struct BuildOptions {
     Credits credits;
     SceneRequest scene;
     bool flip_faces = false;                              // reverses the winding of all faces
+    std::optional<double> crease_angle;                   // degrees, 0..180; creases.h
     std::optional<std::array<double, 3>> viewpoint;       // estimated normals face it; model units
     Outliers outliers = Outliers::drop_strays;            // of points without faces; kept with a grid that is given
     std::optional<int> upsample;                          // largest gap, voxels; upsample.h

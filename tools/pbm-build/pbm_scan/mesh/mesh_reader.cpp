@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -26,7 +27,7 @@ using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 // The child process sends blocks, each with a head that names its part.
-enum class Part : std::uint32_t { positions, triangles, normals, summary };
+enum class Part : std::uint32_t { positions, triangles, normals, copies, summary };
 
 struct BlockHead {
     Part part{};
@@ -39,8 +40,75 @@ struct Summary {
     std::uint64_t vertices = 0;
     std::uint64_t faces = 0;                // of three or more different corners
     std::uint64_t degenerate_triangles = 0; // of faces that are not degenerate as a whole
-    std::uint32_t normals_differ = 0;       // at corners of the same vertex
-    std::uint32_t out_of_range = 0;
+    std::uint64_t out_of_range = 0;         // not 0: an element named a vertex that does not exist
+};
+
+// The normals of vertices, of which OBJ may give a different one to each corner. The first one at a vertex is its own;
+// each further one belongs to a copy of the vertex.
+class CornerNormals {
+  public:
+    // `vertices`: of the file. Copies are numbered from there on.
+    explicit CornerNormals(std::size_t vertices) : vertices_(vertices) {}
+
+    // Of the next corner of the next face.
+    void add(std::uint32_t vertex, const glm::vec3 &normal) {
+        const float length = glm::length(normal);
+        if (vertex >= vertices_ || !(length > 0.0F) || !std::isfinite(length))
+            return;
+        if (normals_.empty()) {
+            normals_.resize(vertices_);
+            last_copies_.resize(vertices_, kNone);
+            substitutes_.resize(vertices_, kNone);
+        }
+        if (normals_[vertex] == glm::vec3(0.0F))
+            normals_[vertex] = normal;
+        if (normals_[vertex] == normal)
+            return;
+        substitutes_[vertex] = copy_with(vertex, normal);
+        of_face_.push_back(vertex);
+    }
+
+    // Replaces the vertices of the face's triangles by copies where its corners have other normals.
+    void apply(std::span<glm::uvec3> triangles) {
+        if (of_face_.empty())
+            return;
+        for (glm::uvec3 &t : triangles)
+            for (int corner = 0; corner < 3; ++corner)
+                if (t[corner] < vertices_ && substitutes_[t[corner]] != kNone)
+                    t[corner] = substitutes_[t[corner]];
+        for (const std::uint32_t vertex : of_face_)
+            substitutes_[vertex] = kNone;
+        of_face_.clear();
+    }
+
+    const std::vector<glm::vec3> &normals() const { return normals_; }   // of the vertices, then of the copies
+    const std::vector<std::uint32_t> &copies() const { return copies_; } // the vertex of each
+
+  private:
+    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+    std::uint32_t copy_with(std::uint32_t vertex, const glm::vec3 &normal) {
+        constexpr int kMaxCompared = 64; // of the hub of a fan: bounds the time, and costs a copy more
+        int compared = 0;
+        for (std::uint32_t i = last_copies_[vertex]; i != kNone && compared < kMaxCompared;
+             i = previous_[i], ++compared)
+            if (normals_[vertices_ + i] == normal)
+                return static_cast<std::uint32_t>(vertices_ + i);
+        if (copies_.size() == kMaxVertices)
+            return vertex;
+        previous_.push_back(last_copies_[vertex]);
+        last_copies_[vertex] = static_cast<std::uint32_t>(copies_.size());
+        copies_.push_back(vertex);
+        normals_.push_back(normal);
+        return static_cast<std::uint32_t>(vertices_ + copies_.size() - 1);
+    }
+
+    std::size_t vertices_;
+    std::vector<glm::vec3> normals_;
+    std::vector<std::uint32_t> copies_, previous_; // `previous_`: the copy of the same vertex before this one, or kNone
+    std::vector<std::uint32_t> last_copies_;       // [vertices] or kNone
+    std::vector<std::uint32_t> substitutes_;       // [vertices] in the current face, or kNone
+    std::vector<std::uint32_t> of_face_;           // vertices that have a substitute
 };
 
 // Collects OpenMesh's elements in plain arrays: takes half the time of a half-edge mesh, and loses no face at
@@ -49,21 +117,20 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
   public:
     // Uses the positions of `text` where it has them, since OpenMesh's are floats.
     ArrayImporter(const ByteSink &send, const MeshText &text)
-        : send_(send), exact_(text.positions), outlines_(text.outlines) {}
+        : send_(send), exact_(text.positions), outlines_(text.outlines), corner_normals_(text.vertices) {}
     // Sends all data that was not sent yet.
     void send_rest(bool with_positions) {
         send(Part::triangles, triangles);
         if (with_positions)
             send(Part::positions, positions);
-        send(Part::normals, normal_sums);
+        send(Part::normals, corner_normals_.normals());
+        send(Part::copies, corner_normals_.copies());
         summary.vertices = positions.size();
         send(Part::summary, std::vector<Summary>{summary});
     }
 
     std::vector<glm::dvec3> positions;
-    std::vector<glm::uvec3> triangles;  // that were not sent yet
-    std::vector<glm::vec3> normal_sums; // of the unit normals of a vertex's corners
-    std::vector<glm::vec3> first_normals;
+    std::vector<glm::uvec3> triangles; // that were not sent yet
     Summary summary;
 
     VertexHandle add_vertex(const OpenMesh::Vec3f &p) override { return add(glm::dvec3(p[0], p[1], p[2])); }
@@ -86,6 +153,7 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
         // A polygon of three or more different corners counts, even if all its triangles are degenerate.
         if (triangles.size() == before && different(corners_) < 3)
             return FaceHandle();
+        corner_normals_.apply(std::span(triangles).subspan(before));
         summary.degenerate_triangles += degenerate;
         ++summary.faces;
         if (triangles.size() * sizeof(glm::uvec3) >= kMaxBlock - kMaxCorners * sizeof(glm::uvec3)) {
@@ -97,22 +165,8 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
 
     void set_normal(VertexHandle vertex, const OpenMesh::Vec3f &n) override {
         const auto index = static_cast<std::uint32_t>(vertex.idx());
-        if (is_out_of_range({&index, 1}))
-            return;
-        if (normal_sums.size() != positions.size()) {
-            normal_sums.resize(positions.size(), glm::vec3(0.0F));
-            first_normals.resize(positions.size(), glm::vec3(0.0F));
-        }
-        const glm::vec3 normal(n[0], n[1], n[2]);
-        const float length = glm::length(normal);
-        if (!(length > 0.0F) || !std::isfinite(length))
-            return;
-        glm::vec3 &first = first_normals[index];
-        if (first == glm::vec3(0.0F))
-            first = normal;
-        if (first != normal)
-            summary.normals_differ = 1;
-        normal_sums[index] += normal / length;
+        if (!is_out_of_range({&index, 1}))
+            corner_normals_.add(index, {n[0], n[1], n[2]});
     }
 
     void set_normal(VertexHandle vertex, const OpenMesh::Vec3d &n) override { set_normal(vertex, OpenMesh::Vec3f(n)); }
@@ -164,7 +218,7 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
     bool is_out_of_range(std::span<const std::uint32_t> vertices) {
         const bool out =
             std::any_of(vertices.begin(), vertices.end(), [this](auto v) { return v >= positions.size(); });
-        summary.out_of_range |= out ? 1U : 0U;
+        summary.out_of_range |= out ? 1 : 0;
         return out;
     }
 
@@ -184,6 +238,7 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
     std::span<const FaceOutline> outlines_; // instead of what OpenMesh makes of these faces
     std::size_t next_outline_ = 0;
     PolygonTriangulator triangulator_;
+    CornerNormals corner_normals_;
     std::vector<std::uint32_t> corners_; // of the current face
 };
 
@@ -228,18 +283,19 @@ class BlockReader {
                              std::to_string(summary.faces) + " faces where the file says " +
                              std::to_string(text_.vertices) + " and " + std::to_string(text_.faces) +
                              "; convert the scan to PLY");
-        const auto valid = [this](const glm::uvec3 &t) {
-            return t.x < summary.vertices && t.y < summary.vertices && t.z < summary.vertices;
-        };
+        const std::uint64_t vertices = summary.vertices + copies.size();
+        const auto valid = [&](const glm::uvec3 &t) { return t.x < vertices && t.y < vertices && t.z < vertices; };
         if (!std::all_of(triangles.begin(), triangles.end(), valid) ||
-            (!normals.empty() && normals.size() > summary.vertices))
+            !std::all_of(copies.begin(), copies.end(), [&](auto vertex) { return vertex < summary.vertices; }) ||
+            normals.size() > vertices)
             return broken();
         return {};
     }
 
     std::vector<glm::dvec3> positions;
     std::vector<glm::uvec3> triangles;
-    std::vector<glm::vec3> normals;
+    std::vector<glm::vec3> normals;    // of the vertices, then of the copies
+    std::vector<std::uint32_t> copies; // the vertex of each
     Summary summary;
 
   private:
@@ -247,7 +303,8 @@ class BlockReader {
         const std::uint64_t vertices = with_positions_ ? 3 * text_.faces : text_.vertices;
         switch (head_.part) {
         case Part::positions: return with_positions_ ? append(positions, vertices) : broken();
-        case Part::normals: return append(normals, vertices);
+        case Part::normals: return append(normals, vertices, 3 * text_.triangles);
+        case Part::copies: return append(copies, 0, 3 * text_.triangles);
         case Part::triangles:
             if (progress_ && text_.triangles != 0)
                 progress_(0.3 + 0.7 * static_cast<double>(triangles.size()) / static_cast<double>(text_.triangles));
@@ -262,12 +319,13 @@ class BlockReader {
         return broken();
     }
 
-    template <class T> Status append(std::vector<T> &values, std::uint64_t most) const {
+    // At most `expected` values, and `more` for copies.
+    template <class T> Status append(std::vector<T> &values, std::uint64_t expected, std::uint64_t more = 0) const {
         const std::size_t count = gathered_.size() / sizeof(T), before = values.size();
-        if (gathered_.size() % sizeof(T) != 0 || count > most - before)
+        if (gathered_.size() % sizeof(T) != 0 || count > expected + more - before)
             return broken();
         if (before == 0)
-            values.reserve(most);
+            values.reserve(expected);
         values.resize(before + count);
         std::memcpy(values.data() + before, gathered_.data(), gathered_.size());
         return {};
@@ -328,6 +386,11 @@ void take_normals(BlockReader &found, MeshText &text, Surface &surface) {
     std::vector<glm::vec3> &normals = text.normals.empty() ? found.normals : text.normals;
     if (normals.empty())
         return;
+    for (const std::uint32_t vertex : found.copies) {
+        surface.positions.push_back(surface.positions[vertex]);
+        if (!text.colours.empty())
+            text.colours.push_back(text.colours[vertex]);
+    }
     normals.resize(surface.positions.size(), glm::vec3(0.0F));
     std::size_t absent = 0;
     for (glm::vec3 &n : normals) {
@@ -340,11 +403,10 @@ void take_normals(BlockReader &found, MeshText &text, Surface &surface) {
         surface.report.push_back({"normals", Fate::converted, "all are zero: estimated anew"});
         return;
     }
-    const bool differ = found.summary.normals_differ != 0;
-    std::string note = differ ? "each vertex has the mean of its corners" : "normals";
+    std::string note = found.copies.empty() ? "normals" : "each corner has its own";
     if (absent != 0)
-        note += "; " + std::to_string(absent) + " vertices have none: taken from their neighbours";
-    surface.report.push_back({"normals", differ ? Fate::converted : Fate::kept, std::move(note)});
+        note += "; " + std::to_string(absent) + " vertices have none: taken from their faces";
+    surface.report.push_back({"normals", Fate::kept, std::move(note)});
     surface.normals = std::move(normals);
 }
 
@@ -398,6 +460,7 @@ Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format
     surface.triangles = std::move(found.triangles);
     surface.dropped_triangles =
         text->dropped_triangles + found.summary.degenerate_triangles + (stl ? text->faces - found.summary.faces : 0);
+    surface.has_facets = stl;
     surface.report.push_back({"positions", Fate::kept, stl ? "equal corners welded" : ""});
     if (text->faces != 0 || text->dropped_triangles != 0)
         surface.report.push_back({"faces", Fate::kept, "polygons as triangles"});

@@ -242,16 +242,21 @@ class ObjCheck {
                     return lines_.refuse(printable_in_quotes(word) + " names a normal that does not exist");
                 note_highest("normal ", *normal, normals_, highest_normal_);
             }
-            if (corners_.size() == kMaxCorners)
-                return lines_.refuse("a face of more than " + std::to_string(kMaxCorners) + " corners; triangulate it",
-                                     ErrorCode::too_large);
             corners_.push_back(static_cast<std::uint32_t>(*vertex));
         }
         if (corners_.size() < 3 && !lines_.terminated())
             return lines_.refuse("the file ends inside a face: it is cut short; copy or export it again");
         ++face_lines_found_;
         if (const std::size_t count = different(corners_); count >= 3) {
-            if (count < corners_.size()) {
+            if (corners_.size() > kMaxCorners) {
+                const auto three = three_different(corners_);
+                lines_.replace("f " + std::to_string(three[0]) + ' ' + std::to_string(three[1]) + ' ' +
+                               std::to_string(three[2]));
+                if (names_normals_)
+                    drop_once(out_.report, "normals of large faces",
+                              "of more than " + std::to_string(kMaxCorners) + " corners: taken from the faces");
+            }
+            if (count < corners_.size() || corners_.size() > kMaxCorners) {
                 for (std::uint32_t &corner : corners_)
                     --corner; // from 0
                 out_.outlines.push_back({out_.faces, corners_});

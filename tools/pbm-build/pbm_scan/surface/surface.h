@@ -46,6 +46,11 @@ struct Surface {
     std::uint64_t dropped_triangles = 0;    // fewer than three different corners, or at a dropped vertex
     std::uint64_t input_bytes = 0;          // of the file
 
+    // Where no normals are given: edges at which faces meet at this angle (radians) or more are creases. 0: each face
+    // has its own normal. Absent: it follows from the shape (corner_normals.h).
+    std::optional<double> crease_angle;
+    bool has_facets = false; // STL: the file says of no edge whether it is smooth
+
     // In a surface with triangles: the last so many positions are points without a triangle (merge_surfaces.h).
     std::size_t points_beside_triangles = 0;
 
