@@ -150,8 +150,8 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
              command_line::stored(three_numbers, options.viewpoint),
              {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
     line.add("--remove-outliers",
-             "Drop points without faces far from all others; default: only those that make the "
-             "grid 10 times larger",
+             "Drop points without faces far from all others; default: only what makes the grid 10 times larger, "
+             "points or faces",
              [&options] { options.outliers = Outliers::drop; });
     line.add("--keep-outliers", "Drop none of them", [&options] { options.outliers = Outliers::keep; },
              {.excludes = {"--remove-outliers"}});

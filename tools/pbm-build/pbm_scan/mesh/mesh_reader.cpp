@@ -1,6 +1,7 @@
 #include "pbm_scan/mesh/mesh_reader.h"
 
 #include "pbm_scan/mesh/mesh_text.h"
+#include "pbm_scan/mesh/vertex_copies.h"
 #include "pbm_scan/surface/polygon.h"
 #include "pbm_scan/text/text_lines.h"
 #include "system/processes/child_process.h"
@@ -27,7 +28,7 @@ using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 // The child process sends blocks, each with a head that names its part.
-enum class Part : std::uint32_t { positions, triangles, normals, copies, summary };
+enum class Part : std::uint32_t { positions, triangles, normals, materials, copies, summary };
 
 struct BlockHead {
     Part part{};
@@ -43,88 +44,22 @@ struct Summary {
     std::uint64_t out_of_range = 0;         // not 0: an element named a vertex that does not exist
 };
 
-// The normals of vertices, of which OBJ may give a different one to each corner. The first one at a vertex is its own;
-// each further one belongs to a copy of the vertex.
-class CornerNormals {
-  public:
-    // `vertices`: of the file. Copies are numbered from there on.
-    explicit CornerNormals(std::size_t vertices) : vertices_(vertices) {}
-
-    // Of the next corner of the next face.
-    void add(std::uint32_t vertex, const glm::vec3 &normal) {
-        const float length = glm::length(normal);
-        if (vertex >= vertices_ || !(length > 0.0F) || !std::isfinite(length))
-            return;
-        if (normals_.empty()) {
-            normals_.resize(vertices_);
-            last_copies_.resize(vertices_, kNone);
-            substitutes_.resize(vertices_, kNone);
-        }
-        if (normals_[vertex] == glm::vec3(0.0F))
-            normals_[vertex] = normal;
-        if (normals_[vertex] == normal)
-            return;
-        substitutes_[vertex] = copy_with(vertex, normal);
-        of_face_.push_back(vertex);
-    }
-
-    // Replaces the vertices of the face's triangles by copies where its corners have other normals.
-    void apply(std::span<glm::uvec3> triangles) {
-        if (of_face_.empty())
-            return;
-        for (glm::uvec3 &t : triangles)
-            for (int corner = 0; corner < 3; ++corner)
-                if (t[corner] < vertices_ && substitutes_[t[corner]] != kNone)
-                    t[corner] = substitutes_[t[corner]];
-        for (const std::uint32_t vertex : of_face_)
-            substitutes_[vertex] = kNone;
-        of_face_.clear();
-    }
-
-    const std::vector<glm::vec3> &normals() const { return normals_; }   // of the vertices, then of the copies
-    const std::vector<std::uint32_t> &copies() const { return copies_; } // the vertex of each
-
-  private:
-    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-    std::uint32_t copy_with(std::uint32_t vertex, const glm::vec3 &normal) {
-        constexpr int kMaxCompared = 64; // of the hub of a fan: bounds the time, and costs a copy more
-        int compared = 0;
-        for (std::uint32_t i = last_copies_[vertex]; i != kNone && compared < kMaxCompared;
-             i = previous_[i], ++compared)
-            if (normals_[vertices_ + i] == normal)
-                return static_cast<std::uint32_t>(vertices_ + i);
-        if (copies_.size() == kMaxVertices)
-            return vertex;
-        previous_.push_back(last_copies_[vertex]);
-        last_copies_[vertex] = static_cast<std::uint32_t>(copies_.size());
-        copies_.push_back(vertex);
-        normals_.push_back(normal);
-        return static_cast<std::uint32_t>(vertices_ + copies_.size() - 1);
-    }
-
-    std::size_t vertices_;
-    std::vector<glm::vec3> normals_;
-    std::vector<std::uint32_t> copies_, previous_; // `previous_`: the copy of the same vertex before this one, or kNone
-    std::vector<std::uint32_t> last_copies_;       // [vertices] or kNone
-    std::vector<std::uint32_t> substitutes_;       // [vertices] in the current face, or kNone
-    std::vector<std::uint32_t> of_face_;           // vertices that have a substitute
-};
-
 // Collects OpenMesh's elements in plain arrays: takes half the time of a half-edge mesh, and loses no face at
 // non-manifold edges. Sends triangles whenever a block is full.
 class ArrayImporter final : public OpenMesh::IO::BaseImporter {
   public:
     // Uses the positions of `text` where it has them, since OpenMesh's are floats.
     ArrayImporter(const ByteSink &send, const MeshText &text)
-        : send_(send), exact_(text.positions), outlines_(text.outlines), corner_normals_(text.vertices) {}
+        : send_(send), exact_(text.positions), outlines_(text.outlines), material_runs_(text.material_runs),
+          copies_(text.vertices, !text.material_runs.empty()) {}
     // Sends all data that was not sent yet.
     void send_rest(bool with_positions) {
         send(Part::triangles, triangles);
         if (with_positions)
             send(Part::positions, positions);
-        send(Part::normals, corner_normals_.normals());
-        send(Part::copies, corner_normals_.copies());
+        send(Part::normals, copies_.normals());
+        send(Part::materials, copies_.materials());
+        send(Part::copies, copies_.copies());
         summary.vertices = positions.size();
         send(Part::summary, std::vector<Summary>{summary});
     }
@@ -153,7 +88,9 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
         // A polygon of three or more different corners counts, even if all its triangles are degenerate.
         if (triangles.size() == before && different(corners_) < 3)
             return FaceHandle();
-        corner_normals_.apply(std::span(triangles).subspan(before));
+        while (next_run_ < material_runs_.size() && material_runs_[next_run_].first_face <= summary.faces)
+            material_ = material_runs_[next_run_++].material;
+        copies_.apply(corners_, material_, std::span(triangles).subspan(before));
         summary.degenerate_triangles += degenerate;
         ++summary.faces;
         if (triangles.size() * sizeof(glm::uvec3) >= kMaxBlock - kMaxCorners * sizeof(glm::uvec3)) {
@@ -166,7 +103,7 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
     void set_normal(VertexHandle vertex, const OpenMesh::Vec3f &n) override {
         const auto index = static_cast<std::uint32_t>(vertex.idx());
         if (!is_out_of_range({&index, 1}))
-            corner_normals_.add(index, {n[0], n[1], n[2]});
+            copies_.add_normal(index, {n[0], n[1], n[2]});
     }
 
     void set_normal(VertexHandle vertex, const OpenMesh::Vec3d &n) override { set_normal(vertex, OpenMesh::Vec3f(n)); }
@@ -238,7 +175,10 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
     std::span<const FaceOutline> outlines_; // instead of what OpenMesh makes of these faces
     std::size_t next_outline_ = 0;
     PolygonTriangulator triangulator_;
-    CornerNormals corner_normals_;
+    std::span<const MaterialRun> material_runs_;
+    std::size_t next_run_ = 0;
+    std::uint16_t material_ = 0; // of the current face
+    VertexCopies copies_;
     std::vector<std::uint32_t> corners_; // of the current face
 };
 
@@ -287,14 +227,15 @@ class BlockReader {
         const auto valid = [&](const glm::uvec3 &t) { return t.x < vertices && t.y < vertices && t.z < vertices; };
         if (!std::all_of(triangles.begin(), triangles.end(), valid) ||
             !std::all_of(copies.begin(), copies.end(), [&](auto vertex) { return vertex < summary.vertices; }) ||
-            normals.size() > vertices)
+            normals.size() > vertices || materials.size() > vertices)
             return broken();
         return {};
     }
 
     std::vector<glm::dvec3> positions;
     std::vector<glm::uvec3> triangles;
-    std::vector<glm::vec3> normals;    // of the vertices, then of the copies
+    std::vector<glm::vec3> normals; // of the vertices, then of the copies
+    std::vector<std::uint16_t> materials;
     std::vector<std::uint32_t> copies; // the vertex of each
     Summary summary;
 
@@ -304,6 +245,7 @@ class BlockReader {
         switch (head_.part) {
         case Part::positions: return with_positions_ ? append(positions, vertices) : broken();
         case Part::normals: return append(normals, vertices, 3 * text_.triangles);
+        case Part::materials: return append(materials, vertices, 3 * text_.triangles);
         case Part::copies: return append(copies, 0, 3 * text_.triangles);
         case Part::triangles:
             if (progress_ && text_.triangles != 0)
@@ -386,11 +328,6 @@ void take_normals(BlockReader &found, MeshText &text, Surface &surface) {
     std::vector<glm::vec3> &normals = text.normals.empty() ? found.normals : text.normals;
     if (normals.empty())
         return;
-    for (const std::uint32_t vertex : found.copies) {
-        surface.positions.push_back(surface.positions[vertex]);
-        if (!text.colours.empty())
-            text.colours.push_back(text.colours[vertex]);
-    }
     normals.resize(surface.positions.size(), glm::vec3(0.0F));
     std::size_t absent = 0;
     for (glm::vec3 &n : normals) {
@@ -408,6 +345,77 @@ void take_normals(BlockReader &found, MeshText &text, Surface &surface) {
         note += "; " + std::to_string(absent) + " vertices have none: taken from their faces";
     surface.report.push_back({"normals", Fate::kept, std::move(note)});
     surface.normals = std::move(normals);
+}
+
+// Gives copies of vertices their places and colours.
+void take_copies(const BlockReader &found, MeshText &text, Surface &surface) {
+    for (const std::uint32_t vertex : found.copies) {
+        surface.positions.push_back(surface.positions[vertex]);
+        if (!text.colours.empty())
+            text.colours.push_back(text.colours[vertex]);
+    }
+}
+
+// Returns the materials that the faces use, the default one first, and replaces the numbers in `text` by theirs.
+// Without any that a material file defines, faces have none.
+std::vector<Material> find_materials(MeshText &text, const ReadOptions &options) {
+    std::vector<Material> used{options.default_material};
+    std::vector<std::uint16_t> numbers(std::size_t{kNoMaterial} + 1, 0); // those of names
+    for (std::size_t i = 0; i < text.materials.size(); ++i) {
+        const auto named =
+            std::find_if(options.materials.begin(), options.materials.end(),
+                         [&](const NamedMaterial &material) { return material.name == text.materials[i]; });
+        if (named == options.materials.end())
+            continue;
+        const auto same = std::find(used.begin(), used.end(), named->material);
+        numbers[i] = static_cast<std::uint16_t>(same - used.begin());
+        if (same == used.end())
+            used.push_back(named->material);
+    }
+    if (used.size() == 1)
+        text.material_runs.clear();
+    for (MaterialRun &run : text.material_runs)
+        run.material = numbers[run.material];
+    if (!text.material_runs.empty() && text.material_runs.front().first_face > 0)
+        text.material_runs.insert(text.material_runs.begin(), MaterialRun{});
+    return used;
+}
+
+// More materials than a model holds become colours of vertices.
+void take_materials(const BlockReader &found, const std::vector<Material> &materials, Surface &surface) {
+    if (materials.size() == 1)
+        return;
+    std::vector<std::uint16_t> of_vertices = found.materials;
+    of_vertices.resize(surface.positions.size(), 0);
+    std::vector<std::uint16_t> numbers(materials.size(), kNoMaterial); // of those that a vertex has
+    for (std::uint16_t &material : of_vertices) {
+        material = material == kNoMaterial ? 0 : material;
+        if (numbers[material] == kNoMaterial) {
+            numbers[material] = static_cast<std::uint16_t>(surface.materials.size());
+            surface.materials.push_back(materials[material]);
+        }
+    }
+    if (surface.materials.size() <= kMaxMaterials) {
+        for (const std::uint16_t material : of_vertices)
+            surface.material_ids.push_back(static_cast<std::uint8_t>(numbers[material]));
+        return;
+    }
+    const std::string count =
+        std::to_string(surface.materials.size()) + " of them, a model has " + std::to_string(kMaxMaterials);
+    surface.materials.clear();
+    if (!surface.colours.empty()) {
+        surface.report.push_back({"materials", Fate::dropped, count + "; the vertices have colours of their own"});
+        return;
+    }
+    for (const std::uint16_t material : of_vertices)
+        surface.colours.push_back(materials[material].colour);
+    surface.report.push_back({"materials", Fate::converted, count + ": their colours are those of the points"});
+}
+
+// Removes the lines of `mtllib` where its materials are read.
+void name_materials(MeshText &text, const ReadOptions &options) {
+    if (!options.materials.empty())
+        std::erase_if(text.report, [](const auto &line) { return line.name.starts_with(kMaterialsLine); });
 }
 
 // OBJ and OFF: 0..1 or 0..255.
@@ -449,6 +457,8 @@ Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format
     if (options.progress)
         options.progress(0.3);
     const bool stl = format == MeshFormat::stl;
+    const std::vector<Material> materials = find_materials(*text, options);
+    name_materials(*text, options);
     BlockReader found(*text, stl, text->binary, options.progress);
     if (const Status status = import_in_child(*text, format, found); !status)
         return status.error();
@@ -465,8 +475,10 @@ Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format
     if (text->faces != 0 || text->dropped_triangles != 0)
         surface.report.push_back({"faces", Fate::kept, "polygons as triangles"});
     surface.report.insert(surface.report.end(), text->report.begin(), text->report.end());
+    take_copies(found, *text, surface);
     take_normals(found, *text, surface);
     take_colours(*text, surface);
+    take_materials(found, materials, surface);
     return finished(std::move(surface), options);
 }
 

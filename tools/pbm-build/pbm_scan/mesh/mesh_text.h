@@ -10,6 +10,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace pbm::build {
@@ -19,6 +20,16 @@ struct FaceOutline {
     std::uint64_t face = 0; // how many faces (as MeshText counts them) come before it
     std::vector<std::uint32_t> corners;
 };
+
+// A material of an OBJ, from a face on.
+struct MaterialRun {
+    std::uint64_t first_face = 0; // as MeshText counts them
+    std::uint16_t material = 0;
+};
+constexpr std::uint16_t kNoMaterial = std::numeric_limits<std::uint16_t>::max();
+
+// The name of the report lines of `mtllib` begins so.
+constexpr std::string_view kMaterialsLine = "materials and textures ";
 
 struct MeshText {
     // A copy of the file for OpenMesh. Blanked: everything that it would misread, or that would make it open other
@@ -40,6 +51,8 @@ struct MeshText {
     // second occurrence and with it a part of the polygon. And faces of more than kMaxCorners, of which OpenMesh gets a
     // triangle in their place.
     std::vector<FaceOutline> outlines;
+    std::vector<std::string> materials; // OBJ: by name, at most kNoMaterial
+    std::vector<MaterialRun> material_runs;
     std::vector<AttributeReport> report;
 };
 

@@ -3,6 +3,7 @@
 #include "pbm_scan/text/text_lines.h"
 
 #include <array>
+#include <map>
 #include <optional>
 
 namespace pbm::build {
@@ -270,14 +271,24 @@ class ObjCheck {
         return {};
     }
 
+    void use_material(std::string name) {
+        const auto [found, is_new] =
+            materials_.try_emplace(std::move(name), static_cast<std::uint16_t>(out_.materials.size()));
+        if (is_new && out_.materials.size() < kNoMaterial)
+            out_.materials.push_back(found->first);
+        out_.material_runs.push_back({out_.faces, found->second});
+    }
+
     Status other(std::string_view keyword) {
         constexpr std::uint64_t kMaxNamed = 16; // a file may name a million
-        if (keyword == "mtllib")
+        if (keyword == "usemtl")
+            use_material(std::string(lines_.trimmed_rest()));
+        else if (keyword == "mtllib")
             drop_once(out_.report,
-                      ++material_files_ > kMaxNamed
-                          ? "materials and textures of further files"
-                          : "materials and textures named by " + printable_in_quotes(lines_.trimmed_rest()),
-                      "PBM stores point colours");
+                      std::string(kMaterialsLine) + (++material_files_ > kMaxNamed
+                                                         ? "of further files"
+                                                         : "named by " + printable_in_quotes(lines_.trimmed_rest())),
+                      "no material is read from there");
         else if (keyword == "vt")
             drop_once(out_.report, "texture coordinates", "PBM stores point colours");
         else if (keyword == "l")
@@ -334,6 +345,7 @@ class ObjCheck {
     std::size_t numbers_ = 0; // of the last vertex
     bool all_coloured_ = true, names_normals_ = false, has_points_ = false, open_end_ = false;
     std::vector<std::uint32_t> corners_;
+    std::map<std::string, std::uint16_t> materials_; // numbers of names; kNoMaterial: too many
 };
 
 } // namespace

@@ -113,12 +113,19 @@ template <class T, class Keep> void keep_from(std::vector<T> &values, std::size_
 
 enum class ScanFormat : std::uint8_t { ply, obj, off, stl };
 
+// A material that a file beside an OBJ defines.
+struct NamedMaterial {
+    std::string name;
+    Material material;
+};
+
 // Options of every reader.
 struct ReadOptions {
-    bool strict = false;                       // refuse (`bad_input`) instead of dropping anything
-    std::optional<ScanFormat> format{};        // for files that neither content nor name identifies (surface_reader.h)
-    Material default_material{};               // values that a material of the file does not set
-    std::function<void(double done)> progress; // called from the calling thread with 0..1; may be empty
+    bool strict = false;                        // refuse (`bad_input`) instead of dropping anything
+    std::optional<ScanFormat> format{};         // for files that neither content nor name identifies (surface_reader.h)
+    Material default_material{};                // values that a material of the file does not set
+    std::span<const NamedMaterial> materials{}; // of OBJ
+    std::function<void(double done)> progress;  // called from the calling thread with 0..1; may be empty
 };
 
 // The last step of every reader: removes and counts vertices with non-finite coordinates, with their attributes and
