@@ -140,18 +140,14 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
         {{"ply", ScanFormat::ply}, {"obj", ScanFormat::obj}, {"off", ScanFormat::off}, {"stl", ScanFormat::stl}},
         "Format of inputs that show it neither in content nor in name");
     line.add("--flip-faces", "Turn all faces around: for scans that look inside out", &options.flip_faces);
-    line.add(
-        "--crease-angle",
-        "Edges at which faces meet at so many degrees or more stay sharp, 0..180, where the scan declares no "
-        "normals; 0: every face is flat. Default 75 for scans, 44 for constructed shapes, 0 for STL of few or planar "
-        "facets",
-        &options.crease_angle, {.check = angle});
+    line.add("--crease-angle",
+             "Degrees from which on an edge is sharp, 0..180; default by shape: scans 75, constructed 44, STL 0",
+             &options.crease_angle, {.check = angle});
     line.add("--viewpoint", "Where the scanner stood, in the model: estimated normals are turned to it",
              command_line::stored(three_numbers, options.viewpoint),
              {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
     line.add("--remove-outliers",
-             "Drop points without faces far from all others; default: only what makes the grid 10 times larger, "
-             "points or faces",
+             "Drop points far from all others; default: points and faces that make the grid 10 times larger",
              [&options] { options.outliers = Outliers::drop; });
     line.add("--keep-outliers", "Drop none of them", [&options] { options.outliers = Outliers::keep; },
              {.excludes = {"--remove-outliers"}});

@@ -349,6 +349,7 @@ void take_normals(BlockReader &found, MeshText &text, Surface &surface) {
 
 // Gives copies of vertices their places and colours.
 void take_copies(const BlockReader &found, MeshText &text, Surface &surface) {
+    surface.vertex_copies = found.copies.size();
     for (const std::uint32_t vertex : found.copies) {
         surface.positions.push_back(surface.positions[vertex]);
         if (!text.colours.empty())

@@ -45,6 +45,7 @@ struct Surface {
     std::uint64_t dropped_vertices = 0;     // not finite
     std::uint64_t dropped_triangles = 0;    // fewer than three different corners, or at a dropped vertex
     std::uint64_t input_bytes = 0;          // of the file
+    std::uint64_t vertex_copies = 0;        // made where corners of a vertex differ; those dropped included
 
     // Where no normals are given: edges at which faces meet at this angle (radians) or more are creases. 0: each face
     // has its own normal. Absent: it follows from the shape (corner_normals.h).
