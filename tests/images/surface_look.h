@@ -14,14 +14,15 @@ namespace pbm {
 
 // Arrays are per vertex unless stated otherwise.
 struct SurfaceLook {
-    std::vector<glm::vec3> normals;      // unit vectors
-    std::vector<std::uint8_t> is_flat;   // [triangles] 1: at a crease, the triangle has the normal of its plane
-    std::vector<glm::vec3> colours;      // linear light 0..1; empty: the colour of the material
-    std::vector<std::uint8_t> materials; // index; empty: 0
+    std::vector<std::array<glm::vec3, 3>> normals; // [triangles][corner], unit vectors
+    std::vector<glm::vec3> colours;                // linear light 0..1; empty: the colour of the material
+    std::vector<std::uint8_t> materials;           // index; empty: 0
 };
 
-// Normal = the given one, normalized. If it is zero or none are given: the normalized sum of the unit normals of the
-// adjacent faces. A triangle is flat if the normal of a corner differs from its own by 45 degrees or more.
+// A given normal, normalized, holds for all corners at its vertex. If it is zero or none are given: the normalized sum
+// of the unit normals of those adjacent faces that meet this one at less than 75 degrees. If at least 0.3 of the area
+// has a neighbour in the same plane (0.1 degrees), the limit is 44 degrees, faces in one plane count once, and not at
+// all where another plane among these is more than 16 times as large.
 SurfaceLook look_of(const TriangleMesh &mesh, std::span<const glm::vec3> given_normals = {});
 
 // Whether the given normals mostly disagree with the winding of the faces.

@@ -112,7 +112,7 @@ Judgement judge_surface(const Mutant &mutant, const Surface &s) {
     const std::optional<Announced> announced = count(format, mutant.bytes);
     if (!announced)
         return broken("loaded " + std::to_string(s.positions.size()) + " vertices of a file that cannot be counted");
-    const std::uint64_t vertices = s.positions.size() + s.dropped_vertices;
+    const std::uint64_t vertices = s.positions.size() + s.dropped_vertices - s.vertex_copies;
     const bool stl = format == Format::stl_ascii || format == Format::stl_binary;
     if (!stl && vertices != announced->vertices)
         return broken(std::to_string(vertices) + " vertices where the file has " + std::to_string(announced->vertices));

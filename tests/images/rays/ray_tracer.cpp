@@ -60,9 +60,9 @@ glm::dvec3 reflected_light(const TracedScene &scene, const glm::dvec3 &eye, cons
                            const RayHit &hit) {
     const glm::uvec3 &t = scene.mesh.triangles[hit.triangle];
     const SurfaceLook &look = scene.look;
-    glm::dvec3 normal = hit.face;
-    if (look.is_flat[hit.triangle] == 0)
-        normal = glm::normalize(mixed<glm::vec3>(look.normals, t, hit.weights));
+    const std::array<glm::vec3, 3> &normals = look.normals[hit.triangle];
+    const glm::dvec3 normal =
+        glm::normalize(normals[0] * hit.weights.x + normals[1] * hit.weights.y + normals[2] * hit.weights.z);
     const int nearest = hit.weights.x >= hit.weights.y ? (hit.weights.x >= hit.weights.z ? 0 : 2)
                                                        : (hit.weights.y >= hit.weights.z ? 1 : 2);
     const Material &material = scene.materials[look.materials.empty() ? 0 : look.materials[t[nearest]]];

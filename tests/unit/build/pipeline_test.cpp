@@ -327,8 +327,8 @@ TEST(Pipeline, StraysStayWhereTheyAreWantedOrDoNoHarm) {
     BuildOptions given;
     given.grid.voxel_size = 0.5;
     EXPECT_GT(extent({100}, given), 100);
-    // Every hundredth point: a cluster.
-    EXPECT_GT(extent({100, 100.5, 101, 101.5, 102, 102.5, 103, 103.5, 104, 104.5}, {}), 100);
+    // More than one point in twenty: an object.
+    EXPECT_GT(extent({100, 100.5, 101, 101.5, 102, 102.5, 103, 103.5, 104, 104.5, 105, 105.5}, {}), 100);
 }
 
 TEST(Pipeline, OutliersAreCountedAndStaySmallOrAreDroppedBeforeTheGridIsChosen) {

@@ -160,12 +160,48 @@ TEST(Polygon, WithoutAreaOrWithACrossingOutlineItIsStillBounded) {
     EXPECT_EQ(triangulated(star, all_of(star)).size(), 5U);
     std::mt19937 random(3);
     Points noise;
-    for (std::size_t i = 0; i < pbm::build::kMaxClippedCorners; ++i)
+    for (std::size_t i = 0; i < pbm::build::kMaxFannedCorners; ++i)
         noise.emplace_back(random() % 1000, random() % 1000, random() % 1000);
     EXPECT_EQ(triangulated(noise, all_of(noise)).size(), noise.size() - 2);
     for (glm::dvec3 &p : noise)
         p *= 1e300; // areas overflow
     EXPECT_EQ(triangulated(noise, all_of(noise)).size(), noise.size() - 2);
+}
+
+TEST(Polygon, OutlinesOfManyCornersAreCoveredExactly) {
+    Points zig_zag, spiral, circle;
+    constexpr int kTeeth = 50000;
+    for (int i = 0; i < kTeeth; ++i)
+        zig_zag.push_back(tilted(i, i % 2));
+    for (int i = kTeeth; i-- > 0;)
+        zig_zag.push_back(tilted(i, i % 2 + 0.5));
+    constexpr int kTurns = 5000;
+    for (int i = 0; i <= kTurns; ++i)
+        spiral.push_back(tilted((1 + 0.01 * i) * std::cos(0.2 * i), (1 + 0.01 * i) * std::sin(0.2 * i)));
+    for (int i = kTurns; i >= 0; --i)
+        spiral.push_back(tilted((0.9 + 0.01 * i) * std::cos(0.2 * i), (0.9 + 0.01 * i) * std::sin(0.2 * i)));
+    for (int i = 0; i < kTurns; ++i)
+        circle.push_back(tilted(std::cos(6.283185307179586 * i / kTurns), std::sin(6.283185307179586 * i / kTurns)));
+    for (const Points &points : {zig_zag, spiral, circle})
+        expect_exact_cover(points, all_of(points), triangulated(points, all_of(points)));
+    const auto length = [&](const glm::uvec3 &t) { return glm::distance(circle[t.x], circle[t.z]); };
+    double sum = 0;
+    for (const glm::uvec3 &t : triangulated(circle, all_of(circle)))
+        sum += length(t);
+    EXPECT_LT(sum, 100) << "a fan has a sum of 2 x 5,000 radii";
+}
+
+TEST(Polygon, ALargeOneThatCrossesItselfIsCutOffAndCounted) {
+    std::mt19937 random(4);
+    Points noise;
+    for (std::size_t i = 0; i < 4 * pbm::build::kMaxFannedCorners; ++i)
+        noise.emplace_back(random() % 1000, random() % 1000, 0);
+    Triangles triangles;
+    const std::size_t omitted = PolygonTriangulator().triangulate(all_of(noise), noise, triangles);
+    EXPECT_GT(omitted, 0U);
+    EXPECT_EQ(triangles.size() + omitted, noise.size() - 2);
+    const Points line(4 * pbm::build::kMaxFannedCorners, glm::dvec3(1.0));
+    EXPECT_TRUE(triangulated(line, all_of(line), line.size() - 2).empty());
 }
 
 TEST(Polygon, OneCornerThatIsNotFiniteTakesTheWholePolygonAlong) {

@@ -37,6 +37,7 @@ Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour
     else
         options["compression_level"] = build.compression_level;
     set("flip_faces", build.flip_faces);
+    give("crease_angle", build.crease_angle);
     give("viewpoint", build.viewpoint);
     set("remove_outliers", build.outliers == Outliers::drop);
     set("keep_outliers", build.outliers == Outliers::keep);

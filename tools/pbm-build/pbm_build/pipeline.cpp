@@ -1,8 +1,10 @@
 #include "pbm_build/pipeline.h"
 
 #include "pbm_build/grid/examine_surface.h"
+#include "pbm_build/grid/far_parts.h"
 #include "pbm_build/metadata.h"
 #include "pbm_build/radii/splat_radius.h"
+#include "pbm_build/surface/creases.h"
 #include "pbm_build/surface/merge_surfaces.h"
 #include "pbm_build/surface/vertex_normals.h"
 #include "pbm_build/upsampling/upsample.h"
@@ -175,6 +177,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     for (Surface &surface : surfaces) {
         if (Status good = examine_surface(surface, options.flip_faces, options.strict, statistics); !good)
             return of_input(surface.name, good.error());
+        choose_creases(surface, options.crease_angle, threads, statistics);
         if (surface.float_step > 0)
             single_precision.push_back({surface.name, surface.float_step, surface.float_near});
     }
@@ -183,6 +186,12 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
         return merged.error();
     Surface &surface = *merged;
     statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
+    const bool grid_is_given = options.grid.like || options.grid.voxel_size;
+    const Outliers outliers =
+        grid_is_given && options.outliers == Outliers::drop_strays ? Outliers::keep : options.outliers;
+    if (outliers != Outliers::keep)
+        if (Status dropped = drop_far_parts(surface, options.strict, statistics); !dropped)
+            return dropped.error();
     Bounds bounds = bounds_of(surface);
     if (Status bounded = check_bounds(bounds); !bounded)
         return bounded.error();
@@ -191,10 +200,8 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (!metadata)
         return metadata.error();
 
-    const bool grid_is_given = options.grid.like || options.grid.voxel_size;
     const PointRequest points{.viewpoint = options.viewpoint,
-                              .outliers = grid_is_given && options.outliers == Outliers::drop_strays ? Outliers::keep
-                                                                                                     : options.outliers,
+                              .outliers = outliers,
                               .strict = options.strict,
                               .up = options.grid.like ? options.grid.like->up : options.grid.up};
     Result<VertexNormals> estimated =

@@ -1,8 +1,8 @@
 // The whole walk from a scan to a .pbvg file.
 //
-//   read_surface -> place -> dress -> merge_surfaces -> estimate_normals -> choose_grid -> upsample -> sample_points ->
-//   voxelize -> choose_radii -> place_scene -> evaluate_solid_texture -> bake_shadows -> encode_octree ->
-//   average_levels -> write_model
+//   read_surface -> place -> dress -> choose_creases -> merge_surfaces -> drop_far_parts -> estimate_normals ->
+//   choose_grid -> upsample -> sample_points -> voxelize -> choose_radii -> place_scene -> evaluate_solid_texture ->
+//   bake_shadows -> encode_octree -> average_levels -> write_model
 #pragma once
 
 #include "pbm_build/grid/grid_choice.h"
@@ -34,8 +34,9 @@ struct BuildOptions {
     Credits credits;
     SceneRequest scene;
     bool flip_faces = false;                              // reverses the winding of all faces
+    std::optional<double> crease_angle;                   // degrees, 0..180; creases.h
     std::optional<std::array<double, 3>> viewpoint;       // estimated normals face it; model units
-    Outliers outliers = Outliers::drop_strays;            // of points without faces; kept with a grid that is given
+    Outliers outliers = Outliers::drop_strays;            // and far parts; kept with a grid that is given
     std::optional<int> upsample;                          // largest gap, voxels; upsample.h
     bool strict = false;                                  // refuse the input instead of dropping any of it
     int threads = 0;                                      // 0: one per processor

@@ -1,5 +1,6 @@
 #include "pbm_scan/surface_reader.h"
 
+#include "pbm_scan/mesh/material_text.h"
 #include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/ply/ply_header.h"
 #include "pbm_scan/ply/ply_reader.h"
@@ -140,24 +141,36 @@ std::vector<std::string> material_files(std::span<const std::uint8_t> obj, const
     return files;
 }
 
-// Adds a report line for each texture image that the material files of an OBJ name. Skips material files that are
-// missing or too large.
-void report_texture_images(std::span<const std::uint8_t> obj, const std::string &path, Surface &surface) {
-    constexpr std::size_t kMaxMaterialBytes = std::size_t{1} << 20, kMaxImages = 64;
+// What the material files of an OBJ say.
+struct MaterialFiles {
+    std::vector<NamedMaterial> materials;
+    std::vector<AttributeReport> report;
+};
+
+// Skips material files that are missing or too large. Names the texture images, which are dropped.
+MaterialFiles read_material_files(std::span<const std::uint8_t> obj, const std::string &path,
+                                  const ReadOptions &options) {
+    constexpr std::size_t kMaxImages = 64;
+    MaterialFiles found;
     std::vector<std::string> images;
     for (const std::string &file : material_files(obj, path)) {
         const Result<MappedFile> materials = MappedFile::open(file);
         if (!materials || materials->bytes().size() > kMaxMaterialBytes)
             continue;
-        for_lines(materials->bytes(), "map_", [&](std::string_view image) {
+        const Result<Utf8Text> text = as_utf8(materials->bytes());
+        if (!text)
+            continue;
+        read_materials(as_text(text->bytes), options.default_material, found.materials, found.report);
+        for_lines(text->bytes, "map_", [&](std::string_view image) {
             image.remove_prefix(image.find_last_of(" \t") + 1); // options come before the file's name
             if (images.size() < kMaxImages && std::find(images.begin(), images.end(), image) == images.end())
                 images.emplace_back(image);
         });
     }
     for (const std::string &image : images)
-        surface.report.push_back(
+        found.report.push_back(
             {"texture image " + printable_in_quotes(image), Fate::dropped, "PBM stores point colours"});
+    return found;
 }
 
 Result<Surface> read_utf8(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options) {
@@ -202,12 +215,18 @@ Result<Surface> read_surface(const std::string &path, const ReadOptions &options
         is_stream(path) ? MappedFile::read_stream(path, kMaxStreamBytes) : MappedFile::open(path);
     if (!file)
         return file.error();
-    Result<Surface> surface = read_surface(file->bytes(), path, options);
-    if (surface)
-        surface->input_bytes = file->bytes().size();
-    if (surface && lower_extension(path) == ".obj")
-        report_texture_images(file->bytes(), path, *surface);
-    return surface;
+    MaterialFiles materials;
+    ReadOptions with_materials = options;
+    if (lower_extension(path) == ".obj") {
+        materials = read_material_files(file->bytes(), path, options);
+        with_materials.materials = materials.materials;
+    }
+    Result<Surface> surface = read_surface(file->bytes(), path, with_materials);
+    if (!surface)
+        return surface;
+    surface->input_bytes = file->bytes().size();
+    surface->report.insert(surface->report.end(), materials.report.begin(), materials.report.end());
+    return finished(std::move(*surface), options);
 }
 
 std::vector<std::string> material_files(const std::string &path) {

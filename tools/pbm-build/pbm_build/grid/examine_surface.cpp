@@ -76,7 +76,8 @@ Status report_loose_vertices(const Surface &surface, bool strict, BuildStatistic
 } // namespace
 
 Status examine_surface(Surface &surface, bool flip_faces, bool strict, BuildStatistics &statistics) {
-    statistics.vertices += surface.positions.size();
+    statistics.vertices +=
+        surface.positions.size() - std::min<std::uint64_t>(surface.vertex_copies, surface.positions.size());
     statistics.triangles += surface.triangles.size();
     statistics.input_bytes += surface.input_bytes;
     for (AttributeReport &line : surface.report)

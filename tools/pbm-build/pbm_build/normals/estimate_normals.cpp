@@ -180,10 +180,13 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
     const Grid grid = finest_grid(surface);
     DistinctPoints points = distinct_points(places_of(surface), grid, threads);
     const PointNeighbours neighbours(std::move(points.at));
-    const std::size_t places = neighbours.points().size(), first = surface.first_point();
+    const std::size_t places = neighbours.points().size();
 
-    VertexNormals result = vertex_normals(surface, threads);
-    const std::span<ShortNormal> normals = std::span(result.normals).subspan(first);
+    Result<VertexNormals> of_faces = vertex_normals(surface, threads);
+    if (!of_faces)
+        return of_faces;
+    VertexNormals &result = *of_faces;
+    const std::span<ShortNormal> normals = std::span(result.normals).subspan(surface.first_point());
     const auto missing = static_cast<std::uint64_t>(std::count_if(normals.begin(), normals.end(), is_zero));
     PlaneFits fits = missing > 0 ? fit_planes(neighbours, threads) : PlaneFits{};
     report_repeated_points(points, statistics);
@@ -194,7 +197,7 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
                         false, statistics);
     if (missing == 0) {
         report_unused(request, true, statistics);
-        return result;
+        return of_faces;
     }
     Bytes is_given;
     const std::uint64_t given = normals.size() - missing;
@@ -222,11 +225,11 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
         if (is_zero(normals[i])) {
             const std::uint32_t place = points.place_of[i];
             normals[i] = fits.normals[place];
-            surface.two_sided[first + i] |= orientation.two_sided[place];
+            surface.two_sided[surface.first_point() + i] |= orientation.two_sided[place];
             two_sided += orientation.two_sided[place];
         }
     report_normals(request, orientation, given, missing, two_sided, statistics);
-    return result;
+    return of_faces;
 }
 
 } // namespace pbm::build

@@ -1,6 +1,7 @@
 // Estimates the missing normals of points without faces, and finds or removes their outliers.
 #pragma once
 
+#include "pbm_build/grid/far_parts.h"
 #include "pbm_build/report/build_statistics.h"
 #include "pbm_build/surface/vertex_normals.h"
 #include "pbm_format/model/model.h"
@@ -10,13 +11,11 @@
 
 namespace pbm::build {
 
-// What becomes of outliers (outliers.h) among points without faces.
-//   drop_strays  they stay, unless they make the grid at least kStrayFactor times larger
-//   keep, drop   all of them
+// What becomes of outliers (outliers.h) among points without faces, and of far parts (far_parts.h) of any surface.
+//   drop_strays  outliers stay, unless they make the grid at least kStrayFactor times larger; far parts are dropped
+//   keep         all of them
+//   drop         none of them
 enum class Outliers { drop_strays, keep, drop };
-
-// A grid that is so many times larger takes three levels from the model and shows it as a dot.
-inline constexpr double kStrayFactor = 10;
 
 struct PointRequest {
     std::optional<std::array<double, 3>> viewpoint; // model units: estimated normals face it

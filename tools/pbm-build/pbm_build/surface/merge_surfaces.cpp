@@ -1,5 +1,6 @@
 #include "pbm_build/surface/merge_surfaces.h"
 
+#include "pbm_build/surface/creases.h"
 #include "pbm_build/surface/vertex_normals.h"
 #include "pbm_format/model/streams.h"
 
@@ -88,11 +89,26 @@ void reserve(Surface &surface, std::size_t vertices, std::size_t triangles, cons
                           has);
 }
 
+// Returns the crease angle of all. Where only some surfaces have flat facets, these get normals.
+std::optional<double> unite_creases(std::vector<Surface> &surfaces) {
+    const auto is_flat = [](const Surface &surface) { return surface.crease_angle == 0.0; };
+    const auto other = std::find_if(surfaces.begin(), surfaces.end(), [&](const Surface &surface) {
+        return !surface.triangles.empty() && !is_flat(surface);
+    });
+    if (other == surfaces.end())
+        return 0.0;
+    for (Surface &surface : surfaces)
+        if (is_flat(surface))
+            separate_facets(surface);
+    return other->crease_angle;
+}
+
 } // namespace
 
 Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
     if (surfaces.size() == 1)
         return std::move(surfaces.front());
+    const std::optional<double> crease_angle = unite_creases(surfaces);
     std::size_t vertices = 0, triangles = 0;
     for (const Surface &surface : surfaces) {
         vertices += surface.positions.size();
@@ -102,6 +118,7 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
         return too_large(std::to_string(vertices) + " vertices in all, the limit is 2^32 - 2: merge fewer scans");
     const Surface has = attributes_of(surfaces);
     Surface merged;
+    merged.crease_angle = crease_angle;
     merged.materials = all_materials(surfaces);
     if (merged.materials.size() > kMaxMaterials)
         return unsupported(std::to_string(merged.materials.size()) +
@@ -113,7 +130,7 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
         merged.report.insert(merged.report.end(), surface.report.begin(), surface.report.end());
         if (surface.triangles.empty())
             continue;
-        if (!surface.normals.empty() && vertex_normals(surface, threads).faces_point_inward)
+        if (faces_point_inward(surface, threads))
             reverse_faces(surface);
         append(merged, surface);
     }

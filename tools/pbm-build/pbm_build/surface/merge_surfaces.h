@@ -11,7 +11,8 @@ namespace pbm::build {
 // the surfaces. A single surface is returned unchanged. Otherwise:
 //   materials  Equal ones become one, all are sorted. A surface without materials has the default one.
 //   colours    A surface without colours takes those of its materials, if another surface has colours.
-//   normals    A surface without normals gets those of its faces (vertex_normals.h). Faces whose winding disagrees with
+//   normals    A surface without normals gets those of its faces (vertex_normals.h), with flat facets also where
+//              others are smooth (creases.h). Faces whose winding disagrees with
 //              the given normals are reversed.
 //   radii      A surface without radii gets computed ones (splat_radius.h).
 // The report names what was added to each surface.

@@ -1,5 +1,4 @@
-// Normals of vertices: given ones, or means over the adjacent faces.
-// Based on: Campbell. Point Based Modelling and Rendering. 2006, section 4.3 (sum of the normals of adjacent faces)
+// Normals of vertices: given ones, or those of the faces' corners.
 #pragma once
 
 #include "pbm_build/surface/short_normal.h"
@@ -8,12 +7,17 @@
 namespace pbm::build {
 
 struct VertexNormals {
-    std::vector<ShortNormal> normals; // [positions]; zero where neither the file nor a face gives one
+    std::vector<ShortNormal> normals; // [positions]; zero: a triangle with such a corner has the normal of its plane
     bool faces_point_inward = false;  // most faces disagree with the given normals, which are then trusted
 };
 
-// Normalises given normals. A normal that is missing or of length zero becomes the direction of the sum of the unit
-// normals of the adjacent faces; the sums are integers, so the order of the faces does not matter.
-VertexNormals vertex_normals(const Surface &surface, int threads);
+// Normalises given normals, which win over everything else. A normal that is missing or of length zero is computed from
+// the faces (corner_normals.h), which may split vertices; with Surface::crease_angle = 0 it stays zero.
+//
+// errors  those of add_corner_normals
+Result<VertexNormals> vertex_normals(Surface &surface, int threads);
+
+// Whether the given normals mostly disagree with the winding of the faces.
+bool faces_point_inward(const Surface &surface, int threads);
 
 } // namespace pbm::build

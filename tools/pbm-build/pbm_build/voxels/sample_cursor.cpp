@@ -8,22 +8,6 @@
 namespace pbm::build {
 namespace {
 
-// Whether the triangle is less than 64 lattice steps high: rounding may turn its normal by more than a degree or two.
-bool is_sliver(const glm::dvec3 &normal, const LatticePoint &a, const LatticePoint &b, const LatticePoint &c) {
-    const auto squared = [](const glm::dvec3 &v) { return (v.x * v.x + v.y * v.y) + v.z * v.z; };
-    const double longest =
-        std::max({squared(glm::dvec3(b - a)), squared(glm::dvec3(c - b)), squared(glm::dvec3(a - c))});
-    return squared(normal) <= 64.0 * 64.0 * longest;
-}
-
-// Whether the angle is 43.9 degrees or more: cosine^2 < 0.52. The normal of a vertex on a right-angled edge is exactly
-// 45 degrees from both faces, and rounding must not decide between them.
-bool across_crease(const ShortNormal &a, const ShortNormal &b) {
-    const std::int64_t cosine = dot(a, b);
-    return cosine <= 0 || static_cast<double>(cosine) * static_cast<double>(cosine) <
-                              0.52 * static_cast<double>(dot(a, a)) * static_cast<double>(dot(b, b));
-}
-
 // Sorts the corners by their places, then by their attributes. Branch-free where x and y distinguish all corners: each
 // comparison adds to the rank of a corner.
 template <class Corner> std::array<const Corner *, 3> in_order(const std::array<Corner, 3> &corners) {
@@ -56,7 +40,6 @@ void SampleCursor::load(std::uint32_t source) {
     const std::array<Corner, 3> corners{sampler_.corner(vertices.x), sampler_.corner(vertices.y),
                                         sampler_.corner(vertices.z)};
     const glm::dvec3 facing = lattice_normal(corners[0].at, corners[1].at, corners[2].at);
-    const bool sliver = is_sliver(facing, corners[0].at, corners[1].at, corners[2].at);
     const std::array<const Corner *, 3> order = in_order(corners);
     triangle_.set_corners({in_voxels(order[0]->at), in_voxels(order[1]->at), in_voxels(order[2]->at)});
     const ShortNormal flat = to_short_normal(sampler_.normals_.faces_point_inward ? -facing : facing);
@@ -66,8 +49,7 @@ void SampleCursor::load(std::uint32_t source) {
     rest_ = order[0]->attributes.rest;
     for (std::size_t c = 0; c < 3; ++c) {
         const Sample &attributes = order[c]->attributes;
-        // At a crease all samples take the triangle's own normal.
-        triangle_.is_flat |= is_zero(attributes.normal) || (!sliver && across_crease(flat, attributes.normal));
+        triangle_.is_flat |= is_zero(attributes.normal);
         rest_.add_corner(attributes.rest);
         materials_[c] = attributes.rest.material;
         for (std::size_t k = 0; k < 3; ++k) {

@@ -49,8 +49,8 @@ class SurfaceSampler {
 
 // Triangles: every voxel that a triangle passes through gets a sample, so the occupied voxels cover the surface for any
 // mesh. A sample has the attributes at the triangle's point nearest to the voxel's centre, or at the centroid of a
-// triangle within one voxel. At creases, where a corner's normal is more than 45 degrees from the triangle's, samples
-// take the triangle's normal. Vertices without a triangle are omitted.
+// triangle within one voxel. Samples of a triangle with a corner without a normal take that of its plane. Vertices
+// without a triangle are omitted.
 //
 // Points: one sample each.
 //

@@ -1,6 +1,7 @@
 #include "pbm_scan/mesh/mesh_reader.h"
 
 #include "pbm_scan/mesh/mesh_text.h"
+#include "pbm_scan/mesh/vertex_copies.h"
 #include "pbm_scan/surface/polygon.h"
 #include "pbm_scan/text/text_lines.h"
 #include "system/processes/child_process.h"
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -26,7 +28,7 @@ using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 // The child process sends blocks, each with a head that names its part.
-enum class Part : std::uint32_t { positions, triangles, normals, summary };
+enum class Part : std::uint32_t { positions, triangles, normals, materials, copies, summary };
 
 struct BlockHead {
     Part part{};
@@ -39,8 +41,7 @@ struct Summary {
     std::uint64_t vertices = 0;
     std::uint64_t faces = 0;                // of three or more different corners
     std::uint64_t degenerate_triangles = 0; // of faces that are not degenerate as a whole
-    std::uint32_t normals_differ = 0;       // at corners of the same vertex
-    std::uint32_t out_of_range = 0;
+    std::uint64_t out_of_range = 0;         // not 0: an element named a vertex that does not exist
 };
 
 // Collects OpenMesh's elements in plain arrays: takes half the time of a half-edge mesh, and loses no face at
@@ -49,21 +50,22 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
   public:
     // Uses the positions of `text` where it has them, since OpenMesh's are floats.
     ArrayImporter(const ByteSink &send, const MeshText &text)
-        : send_(send), exact_(text.positions), outlines_(text.outlines) {}
+        : send_(send), exact_(text.positions), outlines_(text.outlines), material_runs_(text.material_runs),
+          copies_(text.vertices, !text.material_runs.empty()) {}
     // Sends all data that was not sent yet.
     void send_rest(bool with_positions) {
         send(Part::triangles, triangles);
         if (with_positions)
             send(Part::positions, positions);
-        send(Part::normals, normal_sums);
+        send(Part::normals, copies_.normals());
+        send(Part::materials, copies_.materials());
+        send(Part::copies, copies_.copies());
         summary.vertices = positions.size();
         send(Part::summary, std::vector<Summary>{summary});
     }
 
     std::vector<glm::dvec3> positions;
-    std::vector<glm::uvec3> triangles;  // that were not sent yet
-    std::vector<glm::vec3> normal_sums; // of the unit normals of a vertex's corners
-    std::vector<glm::vec3> first_normals;
+    std::vector<glm::uvec3> triangles; // that were not sent yet
     Summary summary;
 
     VertexHandle add_vertex(const OpenMesh::Vec3f &p) override { return add(glm::dvec3(p[0], p[1], p[2])); }
@@ -86,6 +88,9 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
         // A polygon of three or more different corners counts, even if all its triangles are degenerate.
         if (triangles.size() == before && different(corners_) < 3)
             return FaceHandle();
+        while (next_run_ < material_runs_.size() && material_runs_[next_run_].first_face <= summary.faces)
+            material_ = material_runs_[next_run_++].material;
+        copies_.apply(corners_, material_, std::span(triangles).subspan(before));
         summary.degenerate_triangles += degenerate;
         ++summary.faces;
         if (triangles.size() * sizeof(glm::uvec3) >= kMaxBlock - kMaxCorners * sizeof(glm::uvec3)) {
@@ -97,22 +102,8 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
 
     void set_normal(VertexHandle vertex, const OpenMesh::Vec3f &n) override {
         const auto index = static_cast<std::uint32_t>(vertex.idx());
-        if (is_out_of_range({&index, 1}))
-            return;
-        if (normal_sums.size() != positions.size()) {
-            normal_sums.resize(positions.size(), glm::vec3(0.0F));
-            first_normals.resize(positions.size(), glm::vec3(0.0F));
-        }
-        const glm::vec3 normal(n[0], n[1], n[2]);
-        const float length = glm::length(normal);
-        if (!(length > 0.0F) || !std::isfinite(length))
-            return;
-        glm::vec3 &first = first_normals[index];
-        if (first == glm::vec3(0.0F))
-            first = normal;
-        if (first != normal)
-            summary.normals_differ = 1;
-        normal_sums[index] += normal / length;
+        if (!is_out_of_range({&index, 1}))
+            copies_.add_normal(index, {n[0], n[1], n[2]});
     }
 
     void set_normal(VertexHandle vertex, const OpenMesh::Vec3d &n) override { set_normal(vertex, OpenMesh::Vec3f(n)); }
@@ -164,7 +155,7 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
     bool is_out_of_range(std::span<const std::uint32_t> vertices) {
         const bool out =
             std::any_of(vertices.begin(), vertices.end(), [this](auto v) { return v >= positions.size(); });
-        summary.out_of_range |= out ? 1U : 0U;
+        summary.out_of_range |= out ? 1 : 0;
         return out;
     }
 
@@ -184,6 +175,10 @@ class ArrayImporter final : public OpenMesh::IO::BaseImporter {
     std::span<const FaceOutline> outlines_; // instead of what OpenMesh makes of these faces
     std::size_t next_outline_ = 0;
     PolygonTriangulator triangulator_;
+    std::span<const MaterialRun> material_runs_;
+    std::size_t next_run_ = 0;
+    std::uint16_t material_ = 0; // of the current face
+    VertexCopies copies_;
     std::vector<std::uint32_t> corners_; // of the current face
 };
 
@@ -228,18 +223,20 @@ class BlockReader {
                              std::to_string(summary.faces) + " faces where the file says " +
                              std::to_string(text_.vertices) + " and " + std::to_string(text_.faces) +
                              "; convert the scan to PLY");
-        const auto valid = [this](const glm::uvec3 &t) {
-            return t.x < summary.vertices && t.y < summary.vertices && t.z < summary.vertices;
-        };
+        const std::uint64_t vertices = summary.vertices + copies.size();
+        const auto valid = [&](const glm::uvec3 &t) { return t.x < vertices && t.y < vertices && t.z < vertices; };
         if (!std::all_of(triangles.begin(), triangles.end(), valid) ||
-            (!normals.empty() && normals.size() > summary.vertices))
+            !std::all_of(copies.begin(), copies.end(), [&](auto vertex) { return vertex < summary.vertices; }) ||
+            normals.size() > vertices || materials.size() > vertices)
             return broken();
         return {};
     }
 
     std::vector<glm::dvec3> positions;
     std::vector<glm::uvec3> triangles;
-    std::vector<glm::vec3> normals;
+    std::vector<glm::vec3> normals; // of the vertices, then of the copies
+    std::vector<std::uint16_t> materials;
+    std::vector<std::uint32_t> copies; // the vertex of each
     Summary summary;
 
   private:
@@ -247,7 +244,9 @@ class BlockReader {
         const std::uint64_t vertices = with_positions_ ? 3 * text_.faces : text_.vertices;
         switch (head_.part) {
         case Part::positions: return with_positions_ ? append(positions, vertices) : broken();
-        case Part::normals: return append(normals, vertices);
+        case Part::normals: return append(normals, vertices, 3 * text_.triangles);
+        case Part::materials: return append(materials, vertices, 3 * text_.triangles);
+        case Part::copies: return append(copies, 0, 3 * text_.triangles);
         case Part::triangles:
             if (progress_ && text_.triangles != 0)
                 progress_(0.3 + 0.7 * static_cast<double>(triangles.size()) / static_cast<double>(text_.triangles));
@@ -262,12 +261,13 @@ class BlockReader {
         return broken();
     }
 
-    template <class T> Status append(std::vector<T> &values, std::uint64_t most) const {
+    // At most `expected` values, and `more` for copies.
+    template <class T> Status append(std::vector<T> &values, std::uint64_t expected, std::uint64_t more = 0) const {
         const std::size_t count = gathered_.size() / sizeof(T), before = values.size();
-        if (gathered_.size() % sizeof(T) != 0 || count > most - before)
+        if (gathered_.size() % sizeof(T) != 0 || count > expected + more - before)
             return broken();
         if (before == 0)
-            values.reserve(most);
+            values.reserve(expected);
         values.resize(before + count);
         std::memcpy(values.data() + before, gathered_.data(), gathered_.size());
         return {};
@@ -340,12 +340,83 @@ void take_normals(BlockReader &found, MeshText &text, Surface &surface) {
         surface.report.push_back({"normals", Fate::converted, "all are zero: estimated anew"});
         return;
     }
-    const bool differ = found.summary.normals_differ != 0;
-    std::string note = differ ? "each vertex has the mean of its corners" : "normals";
+    std::string note = found.copies.empty() ? "normals" : "each corner has its own";
     if (absent != 0)
-        note += "; " + std::to_string(absent) + " vertices have none: taken from their neighbours";
-    surface.report.push_back({"normals", differ ? Fate::converted : Fate::kept, std::move(note)});
+        note += "; " + std::to_string(absent) + " vertices have none: taken from their faces";
+    surface.report.push_back({"normals", Fate::kept, std::move(note)});
     surface.normals = std::move(normals);
+}
+
+// Gives copies of vertices their places and colours.
+void take_copies(const BlockReader &found, MeshText &text, Surface &surface) {
+    surface.vertex_copies = found.copies.size();
+    for (const std::uint32_t vertex : found.copies) {
+        surface.positions.push_back(surface.positions[vertex]);
+        if (!text.colours.empty())
+            text.colours.push_back(text.colours[vertex]);
+    }
+}
+
+// Returns the materials that the faces use, the default one first, and replaces the numbers in `text` by theirs.
+// Without any that a material file defines, faces have none.
+std::vector<Material> find_materials(MeshText &text, const ReadOptions &options) {
+    std::vector<Material> used{options.default_material};
+    std::vector<std::uint16_t> numbers(std::size_t{kNoMaterial} + 1, 0); // those of names
+    for (std::size_t i = 0; i < text.materials.size(); ++i) {
+        const auto named =
+            std::find_if(options.materials.begin(), options.materials.end(),
+                         [&](const NamedMaterial &material) { return material.name == text.materials[i]; });
+        if (named == options.materials.end())
+            continue;
+        const auto same = std::find(used.begin(), used.end(), named->material);
+        numbers[i] = static_cast<std::uint16_t>(same - used.begin());
+        if (same == used.end())
+            used.push_back(named->material);
+    }
+    if (used.size() == 1)
+        text.material_runs.clear();
+    for (MaterialRun &run : text.material_runs)
+        run.material = numbers[run.material];
+    if (!text.material_runs.empty() && text.material_runs.front().first_face > 0)
+        text.material_runs.insert(text.material_runs.begin(), MaterialRun{});
+    return used;
+}
+
+// More materials than a model holds become colours of vertices.
+void take_materials(const BlockReader &found, const std::vector<Material> &materials, Surface &surface) {
+    if (materials.size() == 1)
+        return;
+    std::vector<std::uint16_t> of_vertices = found.materials;
+    of_vertices.resize(surface.positions.size(), 0);
+    std::vector<std::uint16_t> numbers(materials.size(), kNoMaterial); // of those that a vertex has
+    for (std::uint16_t &material : of_vertices) {
+        material = material == kNoMaterial ? 0 : material;
+        if (numbers[material] == kNoMaterial) {
+            numbers[material] = static_cast<std::uint16_t>(surface.materials.size());
+            surface.materials.push_back(materials[material]);
+        }
+    }
+    if (surface.materials.size() <= kMaxMaterials) {
+        for (const std::uint16_t material : of_vertices)
+            surface.material_ids.push_back(static_cast<std::uint8_t>(numbers[material]));
+        return;
+    }
+    const std::string count =
+        std::to_string(surface.materials.size()) + " of them, a model has " + std::to_string(kMaxMaterials);
+    surface.materials.clear();
+    if (!surface.colours.empty()) {
+        surface.report.push_back({"materials", Fate::dropped, count + "; the vertices have colours of their own"});
+        return;
+    }
+    for (const std::uint16_t material : of_vertices)
+        surface.colours.push_back(materials[material].colour);
+    surface.report.push_back({"materials", Fate::converted, count + ": their colours are those of the points"});
+}
+
+// Removes the lines of `mtllib` where its materials are read.
+void name_materials(MeshText &text, const ReadOptions &options) {
+    if (!options.materials.empty())
+        std::erase_if(text.report, [](const auto &line) { return line.name.starts_with(kMaterialsLine); });
 }
 
 // OBJ and OFF: 0..1 or 0..255.
@@ -387,6 +458,8 @@ Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format
     if (options.progress)
         options.progress(0.3);
     const bool stl = format == MeshFormat::stl;
+    const std::vector<Material> materials = find_materials(*text, options);
+    name_materials(*text, options);
     BlockReader found(*text, stl, text->binary, options.progress);
     if (const Status status = import_in_child(*text, format, found); !status)
         return status.error();
@@ -398,12 +471,15 @@ Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format
     surface.triangles = std::move(found.triangles);
     surface.dropped_triangles =
         text->dropped_triangles + found.summary.degenerate_triangles + (stl ? text->faces - found.summary.faces : 0);
+    surface.has_facets = stl;
     surface.report.push_back({"positions", Fate::kept, stl ? "equal corners welded" : ""});
     if (text->faces != 0 || text->dropped_triangles != 0)
         surface.report.push_back({"faces", Fate::kept, "polygons as triangles"});
     surface.report.insert(surface.report.end(), text->report.begin(), text->report.end());
+    take_copies(found, *text, surface);
     take_normals(found, *text, surface);
     take_colours(*text, surface);
+    take_materials(found, materials, surface);
     return finished(std::move(surface), options);
 }
 

@@ -3,6 +3,7 @@
 #include "pbm_scan/text/text_lines.h"
 
 #include <array>
+#include <map>
 #include <optional>
 
 namespace pbm::build {
@@ -242,16 +243,21 @@ class ObjCheck {
                     return lines_.refuse(printable_in_quotes(word) + " names a normal that does not exist");
                 note_highest("normal ", *normal, normals_, highest_normal_);
             }
-            if (corners_.size() == kMaxCorners)
-                return lines_.refuse("a face of more than " + std::to_string(kMaxCorners) + " corners; triangulate it",
-                                     ErrorCode::too_large);
             corners_.push_back(static_cast<std::uint32_t>(*vertex));
         }
         if (corners_.size() < 3 && !lines_.terminated())
             return lines_.refuse("the file ends inside a face: it is cut short; copy or export it again");
         ++face_lines_found_;
         if (const std::size_t count = different(corners_); count >= 3) {
-            if (count < corners_.size()) {
+            if (corners_.size() > kMaxCorners) {
+                const auto three = three_different(corners_);
+                lines_.replace("f " + std::to_string(three[0]) + ' ' + std::to_string(three[1]) + ' ' +
+                               std::to_string(three[2]));
+                if (names_normals_)
+                    drop_once(out_.report, "normals of large faces",
+                              "of more than " + std::to_string(kMaxCorners) + " corners: taken from the faces");
+            }
+            if (count < corners_.size() || corners_.size() > kMaxCorners) {
                 for (std::uint32_t &corner : corners_)
                     --corner; // from 0
                 out_.outlines.push_back({out_.faces, corners_});
@@ -265,14 +271,24 @@ class ObjCheck {
         return {};
     }
 
+    void use_material(std::string name) {
+        const auto [found, is_new] =
+            materials_.try_emplace(std::move(name), static_cast<std::uint16_t>(out_.materials.size()));
+        if (is_new && out_.materials.size() < kNoMaterial)
+            out_.materials.push_back(found->first);
+        out_.material_runs.push_back({out_.faces, found->second});
+    }
+
     Status other(std::string_view keyword) {
         constexpr std::uint64_t kMaxNamed = 16; // a file may name a million
-        if (keyword == "mtllib")
+        if (keyword == "usemtl")
+            use_material(std::string(lines_.trimmed_rest()));
+        else if (keyword == "mtllib")
             drop_once(out_.report,
-                      ++material_files_ > kMaxNamed
-                          ? "materials and textures of further files"
-                          : "materials and textures named by " + printable_in_quotes(lines_.trimmed_rest()),
-                      "PBM stores point colours");
+                      std::string(kMaterialsLine) + (++material_files_ > kMaxNamed
+                                                         ? "of further files"
+                                                         : "named by " + printable_in_quotes(lines_.trimmed_rest())),
+                      "no material is read from there");
         else if (keyword == "vt")
             drop_once(out_.report, "texture coordinates", "PBM stores point colours");
         else if (keyword == "l")
@@ -329,6 +345,7 @@ class ObjCheck {
     std::size_t numbers_ = 0; // of the last vertex
     bool all_coloured_ = true, names_normals_ = false, has_points_ = false, open_end_ = false;
     std::vector<std::uint32_t> corners_;
+    std::map<std::string, std::uint16_t> materials_; // numbers of names; kNoMaterial: too many
 };
 
 } // namespace

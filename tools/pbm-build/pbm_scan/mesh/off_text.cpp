@@ -125,8 +125,6 @@ class OffCheck {
         if (!count)
             return lines_.refuse("a face must begin with the number of its corners");
         const auto what = [&] { return "a face of " + std::to_string(*count) + " corners"; };
-        if (*count > kMaxCorners)
-            return lines_.refuse(what() + "; triangulate it", ErrorCode::too_large);
         corners_.clear();
         while (corners_.size() < *count) {
             const auto corner = number();
@@ -141,6 +139,12 @@ class OffCheck {
             return status;
         lines_.blank_after(1 + corners_.size());
         if (different(corners_) >= 3) {
+            if (corners_.size() > kMaxCorners) {
+                const auto three = three_different(corners_);
+                lines_.replace("3 " + std::to_string(three[0]) + ' ' + std::to_string(three[1]) + ' ' +
+                               std::to_string(three[2]));
+                out_.outlines.push_back({out_.faces, corners_});
+            }
             ++out_.faces;
             out_.triangles += corners_.size() - 2;
         } else {

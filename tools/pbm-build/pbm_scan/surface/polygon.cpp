@@ -63,70 +63,95 @@ bool PolygonTriangulator::flatten(std::span<const glm::dvec3> positions) {
     const double sign = normal_[dropped] < 0 ? -1.0 : 1.0;
     const auto count = static_cast<std::uint32_t>(vertices_.size());
     corners_.resize(count);
+    points_.resize(count);
     for (std::uint32_t i = 0; i < count; ++i) {
         const glm::dvec3 p = positions[vertices_[i]] - positions[vertices_[0]];
-        corners_[i] = {.vertex = vertices_[i],
-                       .x = sign * p[u],
-                       .y = p[v],
-                       .previous = i == 0 ? count - 1 : i - 1,
-                       .next = i + 1 == count ? 0 : i + 1};
+        points_[i] = {sign * p[u], p[v]};
+        corners_[i] = {
+            .vertex = vertices_[i], .previous = i == 0 ? count - 1 : i - 1, .next = i + 1 == count ? 0 : i + 1};
     }
-    for (std::uint32_t i = 0; i < count; ++i)
-        corners_[i].reflex = turn(i) <= 0;
     area_ = size[dropped];
     return std::isfinite(normal_.x + normal_.y + normal_.z) && normal_[dropped] != 0;
 }
 
-// Twice the area of the triangle at a corner: positive where the outline turns left.
+// Positive where the outline turns left.
 double PolygonTriangulator::turn(std::uint32_t corner) const {
-    const Corner &c = corners_[corner], &p = corners_[c.previous], &n = corners_[c.next];
-    return (c.x - p.x) * (n.y - p.y) - (c.y - p.y) * (n.x - p.x);
+    const Corner &c = corners_[corner];
+    return turn_of(points_[c.previous], points_[corner], points_[c.next]);
+}
+
+// Notes what a corner is, after a neighbour was cut.
+void PolygonTriangulator::classify(std::uint32_t corner) {
+    const double angle = turn(corner);
+    const bool reflex = angle <= 0;
+    corners_[corner].reflex = reflex;
+    reflex_.set(corner, reflex);
+    if (std::abs(angle) <= kRounding * area_)
+        straight_.insert(corner);
+    else
+        straight_.erase(corner);
+    candidates_.insert(corner);
+    if (!reflex) {
+        candidates_.insert(waiting_[corner].begin(), waiting_[corner].end());
+        waiting_[corner].clear();
+    }
 }
 
 // An ear turns left and its triangle contains no other corner; only reflex corners can lie in it.
 bool PolygonTriangulator::is_ear(std::uint32_t corner) {
-    const Corner &b = corners_[corner], &a = corners_[b.previous], &c = corners_[b.next];
-    if (b.reflex)
+    const Corner &c = corners_[corner];
+    if (c.reflex)
         return false;
-    const auto left_of = [](const Corner &from, const Corner &to, const Corner &p) {
-        return (to.x - from.x) * (p.y - from.y) - (to.y - from.y) * (p.x - from.x) >= 0;
-    };
-    const auto same_place = [](const Corner &p, const Corner &q) { return p.x == q.x && p.y == q.y; };
-    for (std::uint32_t i = c.next; i != b.previous; i = corners_[i].next) {
-        const Corner &p = corners_[i];
-        tests_left_ -= tests_left_ == 0 ? 0 : 1;
-        if (p.reflex && left_of(a, b, p) && left_of(b, c, p) && left_of(c, a, p) && !same_place(p, a) &&
-            !same_place(p, b) && !same_place(p, c))
-            return false;
-    }
-    return true;
+    const auto inside = reflex_.find_in({points_[c.previous], points_[corner], points_[c.next]}, boxes_left_);
+    if (inside)
+        waiting_[*inside].push_back(corner);
+    return !inside;
+}
+
+// Returns the corner to go on from. In a large polygon that is not the next one, so that round outlines do not become
+// fans, whose triangles are long.
+std::uint32_t PolygonTriangulator::cut(std::uint32_t corner, std::vector<glm::uvec3> &triangles) {
+    const Corner c = corners_[corner];
+    triangles.emplace_back(corners_[c.previous].vertex, c.vertex, corners_[c.next].vertex);
+    corners_[c.previous].next = c.next;
+    corners_[c.next].previous = c.previous;
+    corners_[corner].reflex = true; // no ear any more
+    candidates_.erase(corner);
+    straight_.erase(corner);
+    reflex_.set(corner, false);
+    candidates_.insert(waiting_[corner].begin(), waiting_[corner].end());
+    waiting_[corner].clear();
+    classify(c.previous);
+    classify(c.next);
+    return corners_.size() > kMaxFannedCorners ? corners_[c.next].next : c.next;
 }
 
 void PolygonTriangulator::clip(std::vector<glm::uvec3> &triangles) {
     std::size_t left = corners_.size();
-    tests_left_ = 8 * left * left;
+    boxes_left_ = kMaxBoxes * left;
+    reflex_.reset(points_);
+    candidates_.clear();
+    straight_.clear();
+    waiting_.assign(left, {});
+    for (std::uint32_t i = 0; i < left; ++i)
+        classify(i);
     std::uint32_t at = 0;
-    std::size_t passed = 0; // corners since the last ear
-    const auto cut = [&](std::uint32_t corner) {
-        const Corner c = corners_[corner];
-        triangles.emplace_back(corners_[c.previous].vertex, c.vertex, corners_[c.next].vertex);
-        corners_[c.previous].next = c.next;
-        corners_[c.next].previous = c.previous;
-        for (const std::uint32_t neighbour : {c.previous, c.next})
-            corners_[neighbour].reflex = turn(neighbour) <= 0;
-        --left;
-        passed = 0;
-        at = c.next;
+    // The first of `corners` from `at` on, around the outline.
+    const auto next_of = [&](const std::set<std::uint32_t> &corners) {
+        const auto found = corners.lower_bound(at);
+        return found == corners.end() ? *corners.begin() : *found;
     };
-    while (left > 3 && passed < 2 * left && tests_left_ != 0) {
-        const bool no_ears = passed >= left; // then corners in a line, or at the end of a way there and back
-        if (no_ears ? std::abs(turn(at)) <= kRounding * area_ : is_ear(at)) {
-            cut(at);
-        } else {
-            at = corners_[at].next;
-            ++passed;
-        }
+    while (left > 3 && boxes_left_ != 0 && !(candidates_.empty() && straight_.empty())) {
+        const bool no_ears = candidates_.empty();
+        const std::uint32_t corner = next_of(no_ears ? straight_ : candidates_);
+        candidates_.erase(corner);
+        if (!no_ears && !is_ear(corner))
+            continue;
+        at = cut(corner, triangles);
+        --left;
     }
+    if (left > kMaxFannedCorners)
+        return;
     for (std::uint32_t second = corners_[at].next; left > 2; --left, second = corners_[second].next)
         triangles.emplace_back(corners_[at].vertex, corners_[second].vertex, corners_[corners_[second].next].vertex);
 }
@@ -152,7 +177,7 @@ std::size_t PolygonTriangulator::triangulate(std::span<const std::uint32_t> corn
                                          [&](std::uint32_t vertex) { return !is_finite(positions[vertex]); });
     if (not_finite != vertices_.end()) {
         fan(static_cast<std::size_t>(not_finite - vertices_.begin()), triangles);
-    } else if (count == 3 || count > kMaxClippedCorners) {
+    } else if (count == 3) {
         fan(0, triangles);
     } else if (count == 4) {
         const bool first = first_diagonal_is_inside(positions[vertices_[0]], positions[vertices_[1]],
@@ -162,10 +187,12 @@ std::size_t PolygonTriangulator::triangulate(std::span<const std::uint32_t> corn
         normal_ = glm::dvec3(0.0);
         for (std::size_t i = 2; i < count; ++i)
             normal_ += area_vector(positions[vertices_[0]], positions[vertices_[i - 1]], positions[vertices_[i]]);
-        if (fan_covers(positions) || !flatten(positions))
-            fan(0, triangles);
-        else
+        const bool may_fan = count <= kMaxFannedCorners;
+        const bool fans = may_fan && fan_covers(positions);
+        if (!fans && flatten(positions))
             clip(triangles);
+        else if (may_fan)
+            fan(0, triangles);
     }
     // Corners that are the same vertex further along the outline.
     const auto flat = [](const glm::uvec3 &t) { return t.x == t.y || t.y == t.z || t.x == t.z; };

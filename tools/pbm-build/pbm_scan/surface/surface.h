@@ -45,6 +45,12 @@ struct Surface {
     std::uint64_t dropped_vertices = 0;     // not finite
     std::uint64_t dropped_triangles = 0;    // fewer than three different corners, or at a dropped vertex
     std::uint64_t input_bytes = 0;          // of the file
+    std::uint64_t vertex_copies = 0;        // made where corners of a vertex differ; those dropped included
+
+    // Where no normals are given: edges at which faces meet at this angle (radians) or more are creases. 0: each face
+    // has its own normal. Absent: it follows from the shape (corner_normals.h).
+    std::optional<double> crease_angle;
+    bool has_facets = false; // STL: the file says of no edge whether it is smooth
 
     // In a surface with triangles: the last so many positions are points without a triangle (merge_surfaces.h).
     std::size_t points_beside_triangles = 0;
@@ -108,12 +114,19 @@ template <class T, class Keep> void keep_from(std::vector<T> &values, std::size_
 
 enum class ScanFormat : std::uint8_t { ply, obj, off, stl };
 
+// A material that a file beside an OBJ defines.
+struct NamedMaterial {
+    std::string name;
+    Material material;
+};
+
 // Options of every reader.
 struct ReadOptions {
-    bool strict = false;                       // refuse (`bad_input`) instead of dropping anything
-    std::optional<ScanFormat> format{};        // for files that neither content nor name identifies (surface_reader.h)
-    Material default_material{};               // values that a material of the file does not set
-    std::function<void(double done)> progress; // called from the calling thread with 0..1; may be empty
+    bool strict = false;                        // refuse (`bad_input`) instead of dropping anything
+    std::optional<ScanFormat> format{};         // for files that neither content nor name identifies (surface_reader.h)
+    Material default_material{};                // values that a material of the file does not set
+    std::span<const NamedMaterial> materials{}; // of OBJ
+    std::function<void(double done)> progress;  // called from the calling thread with 0..1; may be empty
 };
 
 // The last step of every reader: removes and counts vertices with non-finite coordinates, with their attributes and

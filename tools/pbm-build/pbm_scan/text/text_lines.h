@@ -181,6 +181,14 @@ inline std::size_t different(std::vector<std::uint32_t> corners) {
     return static_cast<std::size_t>(std::unique(corners.begin(), corners.end()) - corners.begin());
 }
 
+// The first three of `corners` that differ; there are three.
+inline std::array<std::uint32_t, 3> three_different(std::span<const std::uint32_t> corners) {
+    const auto second = std::find_if(corners.begin(), corners.end(), [&](auto c) { return c != corners.front(); });
+    const auto third =
+        std::find_if(second, corners.end(), [&](auto c) { return c != corners.front() && c != *second; });
+    return {corners.front(), *second, *third};
+}
+
 inline void drop_once(std::vector<AttributeReport> &report, const std::string &name, std::string note) {
     const auto same = [&name](const AttributeReport &line) { return line.name == name; };
     if (std::none_of(report.begin(), report.end(), same))

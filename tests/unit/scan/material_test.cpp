@@ -1,0 +1,102 @@
+// Materials of OBJ files: what their material files say, and which points have them.
+#include "pbm_scan/mesh/material_text.h"
+#include "pbm_scan/mesh/mesh_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::build;
+
+std::vector<NamedMaterial> materials_of(std::string_view text, std::vector<AttributeReport> *said = nullptr) {
+    std::vector<NamedMaterial> materials;
+    std::vector<AttributeReport> report;
+    read_materials(text, Material{}, materials, said != nullptr ? *said : report);
+    return materials;
+}
+
+Surface obj_with(const std::string &text, std::span<const NamedMaterial> materials) {
+    Result<Surface> result = read_mesh({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()},
+                                       MeshFormat::obj, {.materials = materials, .progress = {}});
+    EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
+    return result.ok() ? std::move(*result) : Surface{};
+}
+
+TEST(Materials, StatementsBecomeAMaterialOrALine) {
+    std::vector<AttributeReport> said;
+    const auto materials =
+        materials_of("# Blender\r\nKd 1 1 1\nnewmtl dark red #1\r\n\tKd 0.502 0 2\r\nKs 0.3 0.6 0.9\n"
+                     "Ns 5000\nd 0.5\nillum 2\nmap_Kd a.png\nKa 1 1 1\nnewmtl other\nKd spectral x.rfl\n",
+                     &said);
+    ASSERT_EQ(materials.size(), 2U);
+    EXPECT_EQ(materials[0].name, "dark red #1");
+    EXPECT_EQ(materials[0].material.colour, (Rgb8{128, 0, 255}));
+    EXPECT_NEAR(materials[0].material.ks, 0.6, 1e-6);
+    EXPECT_EQ(materials[0].material.power, 1024);
+    EXPECT_EQ(materials[0].material.kd, Material{}.kd);
+    EXPECT_EQ(materials[1].material, Material{});
+    const auto fate_of = [&](std::string_view name) {
+        const auto line = std::find_if(said.begin(), said.end(), [&](const auto &l) { return l.name == name; });
+        return line == said.end() ? std::optional<Fate>() : line->fate;
+    };
+    EXPECT_EQ(fate_of("Kd of materials"), Fate::kept);
+    EXPECT_EQ(fate_of("Ks of materials"), Fate::converted);
+    EXPECT_EQ(fate_of("Ns of materials"), Fate::kept);
+    EXPECT_EQ(fate_of("opacity of materials"), Fate::dropped);
+    EXPECT_EQ(fate_of("illum of materials"), Fate::dropped);
+    EXPECT_EQ(fate_of("Ka of materials"), Fate::dropped);
+    EXPECT_EQ(fate_of("Kd of materials without numbers"), Fate::dropped);
+    EXPECT_EQ(said.size(), 7U);
+}
+
+const std::string kStrip = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 2 0\nv 1 2 0\n";
+
+TEST(Materials, FacesHaveThoseThatTheyName) {
+    const auto materials = materials_of("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\nnewmtl again\nKd 1 0 0\n");
+    const Surface s =
+        obj_with(kStrip + "f 1 2 3\nusemtl red\nf 2 4 3\nusemtl blue\nf 3 4 5\nusemtl again\nf 4 6 5\n", materials);
+    ASSERT_EQ(s.materials.size(), 3U) << "the default one, red, blue";
+    ASSERT_EQ(s.material_ids.size(), s.positions.size());
+    const auto colour = [&](std::size_t face) {
+        const glm::uvec3 &t = s.triangles[face];
+        EXPECT_EQ(s.material_ids[t.x], s.material_ids[t.y]);
+        EXPECT_EQ(s.material_ids[t.x], s.material_ids[t.z]);
+        return s.materials[s.material_ids[t.x]].colour;
+    };
+    EXPECT_EQ(colour(0), Material{}.colour);
+    EXPECT_EQ(colour(1), (Rgb8{255, 0, 0}));
+    EXPECT_EQ(colour(2), (Rgb8{0, 0, 255}));
+    EXPECT_EQ(colour(3), (Rgb8{255, 0, 0}));
+    for (std::size_t face = 0; face < 4; ++face) {
+        const Surface plain = obj_with(kStrip + "f 1 2 3\nf 2 4 3\nf 3 4 5\nf 4 6 5\n", {});
+        for (int corner = 0; corner < 3; ++corner)
+            EXPECT_EQ(s.positions[s.triangles[face][corner]], plain.positions[plain.triangles[face][corner]]);
+    }
+}
+
+TEST(Materials, MoreThanAModelHoldsBecomeColours) {
+    std::string text, faces = kStrip;
+    for (int i = 0; i < 12; ++i) {
+        text += "newmtl m" + std::to_string(i) + "\nKd 0 0 " + std::to_string(i / 20.0) + "\n";
+        faces += "usemtl m" + std::to_string(i) + "\nf 1 2 3\n";
+    }
+    const Surface s = obj_with(faces, materials_of(text));
+    EXPECT_TRUE(s.materials.empty());
+    ASSERT_EQ(s.colours.size(), s.positions.size());
+    EXPECT_EQ(s.colours[s.triangles[11].x], (Rgb8{0, 0, 140}));
+    EXPECT_TRUE(std::any_of(s.report.begin(), s.report.end(),
+                            [](const auto &line) { return line.name == "materials" && line.fate == Fate::converted; }));
+}
+
+TEST(Materials, UnknownNamesHaveTheDefaultOne) {
+    const Surface s = obj_with(kStrip + "usemtl none\nf 1 2 3\n", materials_of("newmtl red\nKd 1 0 0\n"));
+    EXPECT_TRUE(s.materials.empty());
+    EXPECT_TRUE(s.material_ids.empty());
+    EXPECT_EQ(s.positions.size(), 6U);
+}
+
+} // namespace

@@ -1,0 +1,85 @@
+#include "pbm_scan/mesh/material_text.h"
+
+#include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/words.h"
+
+#include <algorithm>
+#include <array>
+
+namespace pbm::build {
+namespace {
+
+// The numbers behind a statement's keyword; false if there are not `count` of them.
+bool read_numbers(std::string_view words, std::span<double> numbers) {
+    for (double &number : numbers) {
+        words.remove_prefix(std::min(words.find_first_not_of(" \t"), words.size()));
+        const std::size_t end = std::min(words.find_first_of(" \t"), words.size());
+        if (!is_number(words.substr(0, end), number) || !std::isfinite(number))
+            return false;
+        words.remove_prefix(end);
+    }
+    return true;
+}
+
+double unit(double value) { return std::clamp(value, 0.0, 1.0); }
+
+// One statement of the current material; false if it makes no sense.
+bool read_statement(std::string_view keyword, std::string_view words, NamedMaterial &named,
+                    std::vector<AttributeReport> &report) {
+    const auto once = [&](const char *name, Fate fate, const char *note) {
+        if (std::none_of(report.begin(), report.end(), [&](const auto &line) { return line.name == name; }))
+            report.push_back({name, fate, note});
+    };
+    Material &material = named.material;
+    std::array<double, 3> three{};
+    double one = 0;
+    if (keyword == "Kd") {
+        if (!read_numbers(words, three))
+            return false;
+        for (std::size_t i = 0; i < 3; ++i)
+            material.colour[i] = static_cast<std::uint8_t>(unit(three[i]) * 255 + 0.5);
+        once("Kd of materials", Fate::kept, "their colours, sRGB, 8 bits");
+    } else if (keyword == "Ks") {
+        if (!read_numbers(words, three))
+            return false;
+        material.ks = static_cast<float>((unit(three[0]) + unit(three[1]) + unit(three[2])) / 3);
+        once("Ks of materials", Fate::converted, "one value: the mean of its channels");
+    } else if (keyword == "Ns") {
+        if (!read_numbers(words, {&one, 1}))
+            return false;
+        material.power = static_cast<float>(std::clamp(one, 1.0, 1024.0));
+        once("Ns of materials", Fate::kept, "specular power, 1 to 1,024");
+    } else if (keyword == "d" || keyword == "Tr") {
+        if (!read_numbers(words, {&one, 1}))
+            return false;
+        if (one != (keyword == "d" ? 1 : 0))
+            once("opacity of materials", Fate::dropped, "points are opaque");
+    } else if (!keyword.starts_with("map_")) { // images have lines of their own
+        constexpr std::array<std::string_view, 8> kKnown{"Ka", "Ke", "Tf", "Ni", "illum", "sharpness", "bump", "refl"};
+        const bool known = std::find(kKnown.begin(), kKnown.end(), keyword) != kKnown.end();
+        drop_once(report, known ? std::string(keyword) + " of materials" : "further statements of materials",
+                  "not used by PBM");
+    }
+    return true;
+}
+
+} // namespace
+
+void read_materials(std::string_view text, const Material &default_material, std::vector<NamedMaterial> &materials,
+                    std::vector<AttributeReport> &report) {
+    const std::size_t first = materials.size();
+    while (!text.empty()) {
+        const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+        const std::string_view line = trimmed(text.substr(0, end), " \t");
+        text.remove_prefix(std::min(end + 1, text.size()));
+        const std::size_t space = std::min(line.find_first_of(" \t"), line.size());
+        const std::string_view keyword = line.substr(0, space), rest = trimmed(line.substr(space), " \t");
+        if (keyword == "newmtl")
+            materials.push_back({std::string(rest), default_material});
+        else if (!keyword.empty() && !keyword.starts_with('#') && materials.size() > first &&
+                 !read_statement(keyword, rest, materials.back(), report))
+            drop_once(report, std::string(keyword) + " of materials without numbers", "not understood");
+    }
+}
+
+} // namespace pbm::build
