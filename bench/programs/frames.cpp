@@ -2,13 +2,13 @@
 //
 //   bench_frames ROUNDS VIEWS WIDTH HEIGHT (WHAT THREADS DISTANCE FILE)...
 //
-// WHAT: fast or reference (FILE: a model) or embree (FILE: its mesh, drawn for the views of the first model named).
-// VIEWS: number of views around the model. The distance to the surface at the middle of the picture is DISTANCE times
-// that of the whole view. Or WHAT is dive: the fast renderer, VIEWS frames on the way from the whole view to DISTANCE,
-// each nearer by the same factor; each round opens the model anew. Loading is not part of the time of a frame.
-// Prints a JSON array, an object for each four arguments: what, threads, distance, file, drawn_points (mean),
-// covered_pixels (mean; of models), milliseconds: [round][view], processors (mean number in use while drawing). A first
-// round, not counted, warms up.
+// WHAT: fast, avx2 (fast, without newer instructions) or reference (FILE: a model), or embree (FILE: its mesh, drawn
+// for the views of the first model named). VIEWS: number of views around the model. The distance to the surface at the
+// middle of the picture is DISTANCE times that of the whole view. Or WHAT is dive: the fast renderer, VIEWS frames on
+// the way from the whole view to DISTANCE, each nearer by the same factor; each round opens the model anew. Loading is
+// not part of the time of a frame. Prints a JSON array, an object for each four arguments: what, threads, distance,
+// file, drawn_points (mean), covered_pixels (mean; of models), milliseconds: [round][view], processors (mean number in
+// use while drawing). A first round, not counted, warms up.
 #include "embree_peer.h"
 #include "pbm_render/picture/render_options.h"
 #include "pbm_scan/surface_reader.h"
@@ -19,6 +19,7 @@
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
+#include <hwy/targets.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -36,6 +37,9 @@ namespace {
 
 using namespace pbm;
 using bench::value_or_throw;
+
+// AVX2 and what came before it.
+constexpr std::int64_t kOlderTargets = HWY_AVX2 | HWY_SSE4 | HWY_SSSE3 | HWY_STATIC_TARGET;
 
 struct Task {
     std::string what;
@@ -173,7 +177,9 @@ nlohmann::json measure(int rounds, Renderers &renderers, const std::vector<Task>
         for (std::size_t i = 0; i < tasks.size(); ++i) {
             if (tasks[i].what == "dive")
                 renderers.forget_models();
+            hwy::SetSupportedTargetsForTest(tasks[i].what == "avx2" ? hwy::SupportedTargets() & kOlderTargets : 0);
             draw_all(renderers, tasks[i], views[i], centre, costs[i]);
+            hwy::SetSupportedTargetsForTest(0);
         }
     }
     nlohmann::json results = nlohmann::json::array();
@@ -197,8 +203,8 @@ int run(const std::vector<std::string> &arguments) {
         model_named |= arguments[i] != "embree";
     }
     if (!model_named || arguments.size() % 4 != 0) {
-        std::cerr
-            << "usage: bench_frames ROUNDS VIEWS WIDTH HEIGHT (fast|reference|dive|embree THREADS DISTANCE FILE)...\n";
+        std::cerr << "usage: bench_frames ROUNDS VIEWS WIDTH HEIGHT (fast|avx2|reference|dive|embree THREADS DISTANCE "
+                     "FILE)...\n";
         return 1;
     }
     Renderers renderers(std::stoi(arguments[1]), std::stoi(arguments[2]), std::stoi(arguments[3]));

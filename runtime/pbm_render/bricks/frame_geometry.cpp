@@ -1,26 +1,63 @@
 #include "pbm_render/bricks/frame_geometry.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "pbm_render/bricks/frame_geometry.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+#include "pbm_render/picture/lane_vectors.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace pbm::HWY_NAMESPACE {
+
+// The nearest whole number of -256 .. 255, from bit `kShift` on.
+template <int kShift> HWY_INLINE IntVector pack(Vector value) {
+    const IntVector number =
+        hn::Sub(hn::ConvertTo(Ints(), hn::Add(value, hn::Set(Floats(), 256.5F))), hn::Set(Ints(), 256));
+    return hn::ShiftLeft<kShift>(number);
+}
+
+void turn_normals(const EyeAxes &axes, std::span<const SplatNormal> table, std::span<EyeNormal> normals,
+                  std::span<std::int32_t> packed) {
+    static_assert(sizeof(SplatNormal) == 4 * sizeof(float) && sizeof(EyeNormal) == 4 * sizeof(float));
+    const Floats d;
+    const Ints di;
+    const auto axis = [](glm::dvec3 of) {
+        const auto floats = glm::vec3(of);
+        return broadcast(floats.x, floats.y, floats.z);
+    };
+    const Vector3 right = axis(axes.right), down = axis(-axes.up), forward = axis(axes.forward);
+    const Vector scale = hn::Set(d, kPackedNormalScale), inset_scale = hn::Set(d, kPackedInsetScale / 2);
+    for (std::size_t i = 0; i < kNormalCount; i += hn::Lanes(d)) {
+        Vector3 n;
+        Vector inset;
+        hn::LoadInterleaved4(d, &table[i].x, n.x, n.y, n.z, inset);
+        const Vector3 eye{dot(n, right), dot(n, down), dot(n, forward)};
+        hn::StoreInterleaved4(eye.x, eye.y, eye.z, inset, d, &normals[i].x);
+        const IntVector x = pack<23>(hn::Mul(eye.x, scale)),
+                        y = hn::And(pack<14>(hn::Mul(eye.y, scale)), hn::Set(di, 0x7FC000)),
+                        z = hn::And(pack<5>(hn::Mul(eye.z, scale)), hn::Set(di, 0x3FE0)),
+                        inwards = pack<1>(hn::Mul(inset, inset_scale));
+        hn::StoreU(hn::Or(hn::Or(x, y), hn::Or(z, inwards)), di, packed.data() + i);
+    }
+}
+
+} // namespace pbm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace pbm {
+
+HWY_EXPORT(turn_normals);
 
 FrameGeometry::FrameGeometry(const Projection &p, int picture_width, int picture_height)
     : projection(p), width(picture_width), height(picture_height), focal(static_cast<float>(p.focal)),
       inverse_focal(1 / focal), middle_x(static_cast<float>(p.middle.x)), middle_y(static_cast<float>(p.middle.y)),
       normals(kNormalCount), packed(kNormalCount), radii(radius_table()), thickness(splat_thickness()),
       shows_backs(!p.clip.empty()) {
-    const auto right = glm::vec3(p.axes.right), down = glm::vec3(-p.axes.up), forward = glm::vec3(p.axes.forward);
-    const std::span<const SplatNormal> table = splat_normals();
-    const auto pack = [](float value, int shift) { // nearest, of -256 .. 255
-        return static_cast<std::uint32_t>(static_cast<std::int32_t>(value + 256.5F) - 256) << shift;
-    };
-    for (std::size_t i = 0; i < kNormalCount; ++i) {
-        const SplatNormal &n = table[i];
-        const EyeNormal eye{n.x * right.x + n.y * right.y + n.z * right.z, n.x * down.x + n.y * down.y + n.z * down.z,
-                            n.x * forward.x + n.y * forward.y + n.z * forward.z, n.inset};
-        normals[i] = eye;
-        packed[i] = static_cast<std::int32_t>(
-            pack(eye.x * kPackedNormalScale, 23) | (pack(eye.y * kPackedNormalScale, 14) & 0x7FC000) |
-            (pack(eye.z * kPackedNormalScale, 5) & 0x3FE0) | pack(eye.inset * kPackedInsetScale / 2, 1));
-    }
+    HWY_DYNAMIC_DISPATCH(turn_normals)(p.axes, splat_normals(), normals, packed);
 }
 
 } // namespace pbm
+#endif // HWY_ONCE

@@ -30,7 +30,7 @@ std::span<const SplatNormal> splat_normals() {
         table.reserve(kNormalCount);
         for (const UnitVector &n : normal_table())
             table.push_back({static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2]),
-                             static_cast<float>(min_thickness(n)), static_cast<float>(mean_front(n))});
+                             static_cast<float>(mean_front(n))});
         return table;
     }();
     return kTable;
@@ -40,8 +40,8 @@ std::span<const float> splat_thickness() {
     static const std::vector<float> kTable = [] {
         std::vector<float> table;
         table.reserve(kNormalCount);
-        for (const SplatNormal &normal : splat_normals())
-            table.push_back(normal.thickness);
+        for (const UnitVector &n : normal_table())
+            table.push_back(static_cast<float>(min_thickness(n)));
         return table;
     }();
     return kTable;
@@ -61,9 +61,10 @@ std::vector<ScreenNormal> transform_normals(const Projection &projection) {
     std::vector<ScreenNormal> screen(kNormalCount);
     const std::span<const UnitVector> table = normal_table();
     const std::span<const SplatNormal> splats = splat_normals();
+    const std::span<const float> thickness = splat_thickness();
     for (std::size_t i = 0; i < kNormalCount; ++i) {
         const UnitVector &n = table[i];
-        screen[i] = {projection.vector({n[0], n[1], n[2]}), projection.plane({n[0], n[1], n[2]}), splats[i].thickness,
+        screen[i] = {projection.vector({n[0], n[1], n[2]}), projection.plane({n[0], n[1], n[2]}), thickness[i],
                      splats[i].inset};
     }
     return screen;

@@ -28,10 +28,10 @@ struct ScreenNormal {
 // The part of a ScreenNormal that is the same in all frames, with the unit normal in model space: [kNormalCount].
 struct SplatNormal {
     float x, y, z;
-    float thickness, inset;
+    float inset;
 };
 std::span<const SplatNormal> splat_normals();
-std::span<const float> splat_thickness(); // the thicknesses, contiguous
+std::span<const float> splat_thickness(); // voxel edges, [kNormalCount]
 
 // [kNormalCount]
 std::vector<ScreenNormal> transform_normals(const Projection &projection);
