@@ -4,7 +4,7 @@
 #   viewer   also pbm-view
 #   demo     to build every program but pbm-view: what scripts/demo.sh needs
 #   all      also pbm-view, the tests, the benches' peers, the linters and the fuzzers (default)
-#   peers    also F3D, which bench/run measures against: 300 MB
+#   peers    also F3D and CGAL, which bench/run and bench/normals measure against: 500 MB
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -18,7 +18,7 @@ all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     valgrind zstd make mandoc groff-base draco libdraco-dev lib32stdc++-12-dev libc6-dev-i386
     xvfb xdotool imagemagick libgl1-mesa-dri
     clang libclang-rt-14-dev clang-tidy clang-format)
-peers=("${all[@]}" f3d)
+peers=("${all[@]}" f3d libcgal-dev libeigen3-dev)
 
 case ${1:-all} in
 runtime | viewer | demo | all | peers) declare -n packages=${1:-all} ;;

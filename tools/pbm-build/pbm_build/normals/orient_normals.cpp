@@ -62,11 +62,13 @@ Bytes sure_links(const PointLinks &links, const std::vector<Vote> &votes, int th
     parallel_for(sure.size(), kBlock, threads, [&](std::size_t i) {
         int bits = 0;
         for (std::size_t k = 0; k < kLinks; ++k) {
+            if (std::abs(votes[i * kLinks + k]) < kStrong)
+                continue;
             const std::size_t to = links.nearest[i * kLinks + k];
             int named = 0; // by the other end
-            for (std::size_t back = to * kLinks; back < (to + 1) * kLinks; ++back)
+            for (std::size_t back = to * kLinks; i > to && back < (to + 1) * kLinks; ++back)
                 named |= links.nearest[back] == i ? 1 : 0;
-            if (std::abs(votes[i * kLinks + k]) >= kStrong && (i < to || named == 0))
+            if (named == 0)
                 bits |= 1 << k;
         }
         sure[i] = static_cast<std::uint8_t>(bits);

@@ -41,6 +41,8 @@ class ParitySets {
     // Joins the sets of two elements with opposite or equal signs. False if they were one set before. The lower root
     // remains.
     bool join(std::uint32_t a, std::uint32_t b, bool opposite) {
+        if (up_[a] >> 1 == up_[b] >> 1)
+            return false; // below one parent, as most neighbours are
         Place p = find(a), q = find(b);
         if (p.root == q.root)
             return false;

@@ -20,8 +20,8 @@ struct UpsampleRequest {
     std::uint64_t max_bytes = 0; // of working memory for made points
 };
 
-// Appends points to `surface` and `normals`, at most one to each empty voxel of `grid`, and returns the voxels that they
-// fill, ascending.
+// Appends points to `surface` and `normals`, at most one to each empty voxel of `grid`, and returns the voxels that
+// they fill, ascending.
 //
 // A gap is a place that lies between points: within a triangle of three points of one sheet of the surface whose
 // circumcircle is empty, and at most `gap` voxels wide. So a hole stays open as far as a disc of that width fits into
