@@ -586,6 +586,31 @@ def test_measure(display):
         check(view.quit() == 0, "Escape does not end with 0")
 
 
+def test_up_axis(display):
+    """U makes another axis point up, and the light with it; the printed view draws the same picture."""
+    with View(display, "model.pbvg") as view:
+        first = view.grab()
+        for axis, up in (("z", "0,0,1"), ("x", "1,0,0")):
+            view.key("u")
+            check({f"--up={axis}", f"--camera-view-up={up}"} <= set(view.view()), f"no view with {axis} up: {view.view()}")
+            check(check_same_in_the_end(view, "model.pbvg", f"{axis} up") != first, "U does not turn the model")
+            turned = view.view()
+            view.key("Left")
+            view.xdotool("key", "Return")
+            view.wait(lambda: view.view() == turned, "first view after Enter")
+        view.key("u")
+        check(not [option for option in view.view() if option.startswith("--up")], f"{view.view()}")
+        end = time.monotonic() + PATIENCE
+        while view.grab() != first:  # the notice disappears
+            check(time.monotonic() < end, "the third U does not bring the first view back")
+            time.sleep(0.2)
+        check(view.quit() == 0, "Escape does not end with 0")
+    with View(display, "model.pbvg", "--up=z") as view:
+        check_same(view, "model.pbvg", "--up z")
+        check(view.grab() == rendered("model.pbvg", "--resolution", f"{SIZE[0]},{SIZE[1]}", "--up", "z"), "--up differs")
+        check(view.quit() == 0, "Escape does not end with 0")
+
+
 def test_flying_camera(display):
     with View(display, "-FLYING_CAMERA", "model.pbvg") as view:
         (position, focus), first = view.vectors(), view.grab()

@@ -24,7 +24,7 @@ void Viewer::follow_glide() {
 
 void Viewer::look_from(StandardView view) {
     if (model_ && view_size_ != glm::ivec2(0))
-        glide_to(standard_view(view, model_->grid().up, camera_, model_->bounds(), view_size_));
+        glide_to(standard_view(view, up_of(options_, model_->grid()), camera_, model_->bounds(), view_size_));
 }
 
 // Shows the whole model from where the camera stands.

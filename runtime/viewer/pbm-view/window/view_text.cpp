@@ -65,6 +65,7 @@ std::vector<OverlayRow> help_rows(CameraMode mode) {
                                          {"Ctrl + 6 to 9; 6 to 9", "save a view; show it"},
                                          {"M", "measure: a click sets a point, Backspace takes it back"},
                                          {"X", "coordinates under the mouse"},
+                                         {"U", "another up axis"},
                                          {"C", mode == CameraMode::orbit ? "flying camera" : "target camera"},
                                          {"Space, F12", "save a picture"},
                                          {"Tab", "lights, materials, shading"},

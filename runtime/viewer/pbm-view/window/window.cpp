@@ -37,7 +37,7 @@ Error no_window(const std::string &what) {
             what + (why.empty() ? "" : ": " + why) + "; pbm-render draws without display and OpenGL"};
 }
 
-constexpr std::array<std::pair<int, Key>, 33> kKeys{{{GLFW_KEY_LEFT, Key::left},
+constexpr std::array<std::pair<int, Key>, 34> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_A, Key::left},
                                                      {GLFW_KEY_RIGHT, Key::right},
                                                      {GLFW_KEY_D, Key::right},
@@ -49,6 +49,7 @@ constexpr std::array<std::pair<int, Key>, 33> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_F12, Key::save},
                                                      {GLFW_KEY_F, Key::fit},
                                                      {GLFW_KEY_ENTER, Key::reset},
+                                                     {GLFW_KEY_U, Key::up_axis},
                                                      {GLFW_KEY_C, Key::switch_camera},
                                                      {GLFW_KEY_1, Key::view_front},
                                                      {GLFW_KEY_2, Key::view_side},
