@@ -141,8 +141,10 @@ void Viewer::turn_up_axis() {
         look_ = std::make_shared<Look>(std::move(look));
     }
     notify("Up axis: " + word_of(up), false);
-    if (const auto camera = first_camera(*model_))
+    if (const auto camera = first_camera(*model_)) {
+        axis_ = camera->up;
         move_to(*camera);
+    }
 }
 
 void Viewer::toggle_panel() {

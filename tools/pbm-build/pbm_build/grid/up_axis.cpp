@@ -14,7 +14,7 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kBins = 4096;     // of an axis, for the box
+constexpr std::size_t kBins = 4096;      // of an axis, for the box
 constexpr std::uint64_t kTrimmed = 1000; // a part of this many is beyond each side of the box
 constexpr int kCubes = 64;
 constexpr int kMaxSteps = 16; // samples along the edge of a triangle
@@ -113,7 +113,9 @@ class Cubes {
     }
 
   private:
-    static std::size_t index(const Place &p) { return static_cast<std::size_t>((p[2] * kCubes + p[1]) * kCubes + p[0]); }
+    static std::size_t index(const Place &p) {
+        return static_cast<std::size_t>((p[2] * kCubes + p[1]) * kCubes + p[0]);
+    }
     void mark(const glm::dvec3 &p) {
         Place place{};
         for (int axis = 0; axis < 3; ++axis) {
@@ -231,6 +233,9 @@ FoundUp find_up_axis(const Surface &surface, const Bounds &bounds, int threads) 
     });
     const std::vector<Place> places = cubes.places();
     constexpr std::array<UpAxis, 3> kAxes{UpAxis::x, UpAxis::y, UpAxis::z};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        if (is_terrain(places, cubes.size(), axis))
+            return {kAxes[axis], UpReason::terrain, 0};
     std::array<double, 3> weights{}; // of the better base of an axis
     FoundUp best;
     std::size_t best_axis = 0;
@@ -248,9 +253,6 @@ FoundUp find_up_axis(const Surface &surface, const Bounds &bounds, int threads) 
     const double rival = std::max(weights[(best_axis + 1) % 3], weights[(best_axis + 2) % 3]);
     if (weights[best_axis] >= kMinShare && rival <= kMaxRival * weights[best_axis])
         return best;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        if (is_terrain(places, cubes.size(), axis))
-            return {kAxes[axis], UpReason::terrain, 0};
     return {};
 }
 
@@ -260,8 +262,9 @@ std::string note_of(const FoundUp &found) {
     switch (found.reason) {
     case UpReason::base: return axis + formatted(": its base is %.0f %% of its outline", percent);
     case UpReason::upper_base:
-        return axis + formatted(": its base, %.0f %% of its outline, is at the upper end; a model has no negative up axis",
-                                percent);
+        return axis +
+               formatted(": its base, %.0f %% of its outline, is at the upper end; a model has no negative up axis",
+                         percent);
     case UpReason::terrain: return axis + ": flat, as terrain is";
     case UpReason::none: break;
     }

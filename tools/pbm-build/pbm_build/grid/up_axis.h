@@ -2,16 +2,17 @@
 //
 // The box that holds all but 1/1000 of the positions beyond each of its sides is divided into cubes, 64 along its
 // longest edge; occupied cubes count, however many positions they hold. So the answer depends neither on the order of
-// the positions nor on threads. For each axis, with areas of convex hulls seen along it:
+// the positions nor on threads. Each axis is tried, with areas of convex hulls seen along it:
 //
+//   terrain   the height is at most a third of both widths, the cubes fill at least 0.6 of their hull, and no more than
+//             two of them stand upon each other in the mean
 //   base      the cubes within 1/25 of the height above the lowest ones. Its share is its area over that of all cubes.
 //             It counts if the centre of all cubes lies above it. A base at the upper end counts half: its thing stands
 //             upside down, and a .pbvg file has no negative up axis.
-//   terrain   the height is at most a third of both widths, the cubes fill at least 0.6 of their hull, and no more than
-//             two of them stand upon each other in the mean
 //
-// The axis with the largest base wins if its share is at least 0.3 and those of the other axes are at most 2/3 of it;
-// else the flattest axis of a terrain. Else nothing is found, and the answer is +Y.
+// The axis of a terrain wins; else that with the largest base, if its share is at least 0.3 and those of the other axes
+// are at most 2/3 of it. Else nothing is found, and the answer is +Y. Terrain comes first: seen edge-on, each of its
+// sides looks like a base.
 #pragma once
 
 #include "pbm_build/grid/grid_choice.h"
