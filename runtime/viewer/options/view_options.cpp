@@ -3,6 +3,7 @@
 #include "command_line/common_options.h"
 #include "viewer/options/option_values.h"
 
+#include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
 #include <algorithm>
@@ -148,7 +149,16 @@ Result<Camera> choose_camera(const ViewOptions &options, const Extent &extent, c
 Result<Camera> choose_turntable(const ViewOptions &options, const Extent &extent, const Grid &grid, glm::ivec2 size) {
     if (options.position || options.focal_point || options.view_up)
         return choose_camera(options, extent, grid, size);
-    return turntable_camera(extent, up_of(options, grid), size.x, size.y, glm::radians(options.view_angle));
+    const double angle = glm::radians(options.view_angle);
+    Camera camera = turntable_camera(extent, up_of(options, grid), size.x, size.y, angle);
+    if (options.orthographic) { // shows the sphere around the model
+        const double tangent = std::tan(angle / 2) * std::min(1.0, static_cast<double>(size.x) / size.y);
+        const glm::dvec3 back = glm::normalize(camera.position - camera.focal_point);
+        camera.orthographic = true;
+        camera.focal_point = extent.sphere.centre;
+        camera.position = camera.focal_point + extent.sphere.radius / tangent * back;
+    }
+    return camera;
 }
 
 void forget_camera(ViewOptions &options) {
