@@ -26,7 +26,7 @@ int main(int argc, char **argv) {
     const glm::dvec3 up = pbm::up_direction(axis), front = pbm::front_direction(axis);
     for (int frame = 0; frame < 8; ++frame) {
         const double angle = 2 * 3.14159265358979 * frame / 8;
-        pbm::Camera camera = pbm::default_camera(*bounds, axis, 640, 480);
+        pbm::Camera camera = pbm::turntable_camera(*bounds, axis, 640, 480);
         const double distance = glm::length(camera.position - camera.focal_point);
         const glm::dvec3 around = std::cos(angle) * front + std::sin(angle) * glm::cross(up, front);
         camera.position = camera.focal_point + distance * (around + 0.3 * up);

@@ -5,6 +5,7 @@
 // Without culling every point counts as two-sided. Prints a JSON object: culled, drawn: [round] milliseconds;
 // culled_points, drawn_points; table_milliseconds: [round], time to mark the normals that face away, for eight octants.
 #include "pbm_format/reading/load_model.h"
+#include "pbm_render/camera/framing.h"
 #include "pbm_render/camera/normal_table.h"
 #include "pbm_render/reference/reference_renderer.h"
 #include "system/files/mapped_file.h"

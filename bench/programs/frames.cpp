@@ -77,7 +77,7 @@ class Renderers {
     void forget_models() { models_.clear(); }
 
     std::vector<Camera> views(ModelDrawer &drawer, double distance, bool dive) {
-        const Camera whole = default_camera(drawer.bounds(), drawer.grid().up, picture_.width, picture_.height);
+        const Camera whole = camera_around(drawer.extent().sphere, drawer.grid().up, picture_.width, picture_.height);
         const Camera end = dive ? nearer(drawer, whole, distance) : whole;
         std::vector<Camera> cameras;
         cameras.reserve(static_cast<std::size_t>(view_count_));
@@ -164,7 +164,7 @@ void draw_all(Renderers &renderers, const Task &task, const std::vector<Camera> 
 nlohmann::json measure(int rounds, Renderers &renderers, const std::vector<Task> &tasks) {
     const Task &first =
         *std::find_if(tasks.begin(), tasks.end(), [](const Task &task) { return task.what != "embree"; });
-    const glm::dvec3 centre = renderers.model(first).bounds().centre;
+    const glm::dvec3 centre = renderers.model(first).extent().sphere.centre;
     std::vector<std::vector<Camera>> views;
     views.reserve(tasks.size());
     for (const Task &task : tasks)

@@ -31,7 +31,7 @@
 //       const glm::dvec3 up = pbm::up_direction(axis), front = pbm::front_direction(axis);
 //       for (int frame = 0; frame < 8; ++frame) {
 //           const double angle = 2 * 3.14159265358979 * frame / 8;
-//           pbm::Camera camera = pbm::default_camera(*bounds, axis, 640, 480);
+//           pbm::Camera camera = pbm::turntable_camera(*bounds, axis, 640, 480);
 //           const double distance = glm::length(camera.position - camera.focal_point);
 //           const glm::dvec3 around = std::cos(angle) * front + std::sin(angle) * glm::cross(up, front);
 //           camera.position = camera.focal_point + distance * (around + 0.3 * up);
@@ -44,7 +44,7 @@
 //   }
 //
 // Contents
-//   camera        Camera, default_camera, Framebuffer            pbm_render/camera/, picture/
+//   camera        Camera, default_camera, framed, Framebuffer    pbm_render/camera/, picture/
 //                 (orthographic ones are drawn by telecentric)
 //   detail        StreamedModel: the chunks that a view needs    pbm_render/detail/
 //   renderers     FastRenderer, FineRenderer, ReferenceRenderer  pbm_render/fast/, fine/, reference/
@@ -59,6 +59,7 @@
 
 #include "pbm_format/reading/images.h"
 #include "pbm_format/reading/load_model.h"
+#include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"

@@ -153,8 +153,9 @@ def test_pictures():
         check(picture == (work / "single.png").read_bytes(), f"frame {number} is another picture")
         seen.add(hashlib.sha256(picture).digest())
     check(len(seen) == FRAMES, "frames repeat")
-    good(render("-q", "-o", "first.png", "--quality=fast"), "first")
-    check((work / "first.png").read_bytes() == (work / "f_001.png").read_bytes(), "the first frame is not the first view")
+    camera = ("--camera-position=0.1,0.2,0.7", "--quality=fast")
+    good(render("-q", "-o", "first.png", "--turntable", "g_%d.png", "--frames", 2, *camera), "picture and frames")
+    check((work / "first.png").read_bytes() == (work / "g_1.png").read_bytes(), "the first frame is not the camera's")
     good(render("-q", "--turntable", "t_%d.bmp", "--frames", 1, "--no-background"), "transparent frames")
     check(read_bmp(work / "t_1.bmp")[2] == 4, "frames lose their transparency")
 

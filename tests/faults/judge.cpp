@@ -15,7 +15,7 @@ Status load_all(StreamedModel &model, const DetailView &view) {
 } // namespace
 
 DetailView whole_view(const Sphere &bounds, UpAxis up) {
-    DetailView view{.camera = default_camera(bounds, up, kPictureWidth, kPictureHeight),
+    DetailView view{.camera = camera_around(bounds, up, kPictureWidth, kPictureHeight),
                     .width = kPictureWidth,
                     .height = kPictureHeight,
                     .max_error = 0.01};
@@ -57,10 +57,10 @@ Status open_and_draw(ByteView file, int threads) {
         return std::move(reader).error();
     const UpAxis up = reader->parameters().grid.up;
     StreamedModel model(std::move(reader).value(), {.threads = threads});
-    const Result<Sphere> bounds = model.bounds();
+    const Result<Extent> bounds = model.bounds();
     if (!bounds)
         return bounds.error();
-    const DetailView view = whole_view(*bounds, up);
+    const DetailView view = whole_view(bounds->sphere, up);
     if (!is_usable(view.camera)) // a very small or distant grid may leave no camera after rounding
         return Error{ErrorCode::usage, 0, "no camera"};
     Result<Shown> shown = show(file, view, threads);

@@ -3,7 +3,7 @@
 
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/reading/reader.h"
-#include "pbm_render/camera/camera.h"
+#include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/picture/framebuffer.h"
 #include "pbm_render/surroundings/surroundings.h"

@@ -7,7 +7,7 @@ namespace {
 
 Sphere bounds_of(ByteView file) {
     StreamedModel model(Reader::open(file).value(), {.threads = 1});
-    return model.bounds().value();
+    return model.bounds().value().sphere;
 }
 
 // Decodes all chunks of a file by load_chunk.

@@ -159,7 +159,7 @@ Draw draw_detail(StreamedModel &model, FastRenderer &fast, double max_error, int
 }
 
 std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, int height) {
-    const Camera front = default_camera(bounds, up, width, height);
+    const Camera front = camera_around(bounds, up, width, height);
     const glm::dvec3 out = front.position - front.focal_point;
     const glm::dvec3 side = glm::cross(glm::normalize(front.up), out);
     std::array<Camera, 8> views;

@@ -1,6 +1,7 @@
 // Fidelity of pictures: compares them with rays against the mesh that the model was made from.
 #pragma once
 
+#include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"

@@ -214,8 +214,10 @@ int run(const Options &options) {
     const auto file = MappedFile::open(options.model);
     if (!file)
         throw std::runtime_error(options.model + ": " + file.error().message);
-    const Sphere bounds = value_or_throw(
-        StreamedModel(value_or_throw(Reader::open(file->bytes()), options.model)).bounds(), options.model);
+    const Sphere bounds =
+        value_or_throw(StreamedModel(value_or_throw(Reader::open(file->bytes()), options.model)).bounds(),
+                       options.model)
+            .sphere;
     const RayCaster rays(subject.mesh, bounds.centre);
     const Bytes changed = options.true_normals ? with_true_normals(*file, options.model, rays) : Bytes();
     StreamedModel model(value_or_throw(Reader::open(changed.empty() ? file->bytes() : changed), options.model));

@@ -21,7 +21,7 @@ struct Shape {
 struct Subject {
     explicit Subject(const Shape &shape)
         : mesh(shape.make()), rays(mesh, glm::dvec3(0)), model(voxelise_by_brute_force(mesh, 10, 1.6)),
-          bounds(bounding_sphere(model)), file(encode_model(model, {.compression_level = 1, .threads = 2}).value()),
+          bounds(find_extent(model).sphere), file(encode_model(model, {.compression_level = 1, .threads = 2}).value()),
           streamed(Reader::open(file).value()),
           renderer(streamed.reader().parameters(), streamed.reader().header().chunk_points, 2) {}
 

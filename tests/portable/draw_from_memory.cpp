@@ -1,6 +1,7 @@
 // All that pbm_render alone can do, linked without anything that needs an operating system: draws the file on standard
 // input with each renderer, as a whole and range by range, and fails if two pictures differ.
 #include "pbm_format/reading/load_model.h"
+#include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
@@ -51,7 +52,7 @@ int main() {
     if (!reader)
         return exit_code(reader.error().code);
     StreamedModel whole(std::move(*reader));
-    const Result<Sphere> bounds = whole.bounds();
+    const Result<Extent> bounds = whole.bounds();
     if (!bounds)
         return exit_code(bounds.error().code);
     const Camera camera = default_camera(*bounds, whole.reader().parameters().grid.up, kWidth, kHeight);

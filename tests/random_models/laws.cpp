@@ -4,6 +4,7 @@
 #include "pbm_format/reading/images.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
+#include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
@@ -27,7 +28,7 @@ std::string draw(ByteView file, const Model &model) {
         return "valid, but its rasters are not: " + images.error().message;
     const std::uint32_t chunk_points = reader.header().chunk_points;
     StreamedModel streamed(std::move(reader), {.threads = 1});
-    const Result<Sphere> bounds = streamed.bounds();
+    const Result<Extent> bounds = streamed.bounds();
     if (!bounds)
         return "valid, but has no bounds: " + bounds.error().message;
     DetailView view;

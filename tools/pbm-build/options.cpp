@@ -149,8 +149,9 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
                       {"ft", Unit::foot},
                       {"km", Unit::kilometre}},
                      "Unit of the coordinates; default unknown");
-    add_choice<UpAxis>(line, "--up", options.grid.up, {{"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}},
-                       "Axis that points up; default y");
+    add_choice<std::optional<UpAxis>>(line, "--up", options.grid.up,
+                                      {{"auto", std::nullopt}, {"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}},
+                                      "Axis that points up; default auto: by the scan");
     line.add("--scale", "Factor from the input's coordinates and radii to the model's", &options.placement.scale,
              {.check = positive});
     line.add("--origin", "Place of the input's origin in the model; added after --scale",

@@ -6,8 +6,6 @@
 
 #include <glm/vec3.hpp>
 
-#include <span>
-
 namespace pbm {
 
 inline constexpr double kDefaultViewAngle = 0.5235987755982988; // 30 degrees
@@ -52,28 +50,8 @@ double view_height(const Camera &camera);
 // picture of 720 rows, 0.35 pixels. Renderers and select_detail call it; who turns depths into places needs it, too.
 Camera telecentric(const Camera &camera, double grid_edge);
 
-struct Sphere {
-    glm::dvec3 centre{0};
-    double radius = 0;
-};
-
-// Deepest level used for bounding spheres, at most about 6,000 voxels: a view is chosen before much is loaded.
-inline constexpr int kBoundsLevel = 6;
-
-// A sphere around all occupied voxels of `level`, 0..kBoundsLevel, and so around the model; at most 0.2 % larger than
-// their smallest sphere. That is 1 to 2 % larger than the smallest sphere of the finest voxels where few stand out, 5 %
-// for a ball that fills the cube. masks[L] are the child masks of levels 1..level. BVG.md 4
-Sphere bounding_sphere(const Grid &grid, std::span<const ByteView> masks, int level);
-// Uses the finest level present, at most kBoundsLevel.
-Sphere bounding_sphere(const Model &model);
-
 // Up and front directions in model space. The default camera stands in front: +Z for Y up, -Y for Z up, +Z for X up.
 glm::dvec3 up_direction(UpAxis up);
 glm::dvec3 front_direction(UpAxis up);
-
-// Looks from the front at the whole model: its bounding sphere touches the nearer borders of the picture.
-Camera default_camera(const Model &model, int width, int height, double view_angle = kDefaultViewAngle);
-// The same for a known bounding sphere.
-Camera default_camera(const Sphere &bounds, UpAxis up, int width, int height, double view_angle = kDefaultViewAngle);
 
 } // namespace pbm

@@ -91,7 +91,7 @@ void StreamedModel::Parts::list_wanted(int level, std::vector<FileRange> &wanted
         list_wanted({level, i}, wanted);
 }
 
-Result<Sphere> StreamedModel::bounds() try {
+Result<Extent> StreamedModel::bounds() try {
     const int level = std::min(kBoundsLevel, parts_->reader.depth());
     while (parts_->cache.known_levels() < level)
         if (Status status = parts_->read_directory(parts_->cache.known_levels() + 1); !status)
@@ -118,7 +118,7 @@ Result<Sphere> StreamedModel::bounds() try {
         Bytes &of_level = masks[static_cast<std::size_t>(chunk.place.level)];
         of_level.insert(of_level.end(), resident->view.masks.begin(), resident->view.masks.end());
     }
-    return bounding_sphere(parts_->reader.parameters().grid, std::vector<ByteView>(masks.begin(), masks.end()), level);
+    return find_extent(parts_->reader.parameters().grid, std::vector<ByteView>(masks.begin(), masks.end()), level);
 } catch (const std::bad_alloc &) {
     return out_of_memory();
 }

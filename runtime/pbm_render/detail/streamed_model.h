@@ -24,6 +24,7 @@
 
 #include "pbm_format/reading/reader.h"
 #include "pbm_render/bricks/point_run.h"
+#include "pbm_render/camera/extent.h"
 #include "pbm_render/detail/detail_view.h"
 #include "system/threads/thread_pool.h"
 
@@ -66,10 +67,10 @@ class StreamedModel {
 
     const Reader &reader() const;
 
-    // As bounding_sphere(model). Loads the levels up to kBoundsLevel.
+    // As find_extent(model). Loads the levels up to kBoundsLevel.
     //
     // errors  as Reader::directory and ChunkLoader::load; memory; usage if bounds_wanted() is not empty
-    Result<Sphere> bounds();
+    Result<Extent> bounds();
     // The ranges that `bounds` reads and the source lacks.
     std::vector<FileRange> bounds_wanted() const;
 

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "pbm_render/camera/camera.h"
+#include "pbm_render/camera/extent.h"
 
 #include <glm/vec2.hpp>
 

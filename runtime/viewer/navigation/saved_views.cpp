@@ -71,7 +71,9 @@ std::optional<SavedView> parse_view(const std::string &line) {
     }
     if (!options.position || !options.focal_point || !options.view_up)
         return std::nullopt;
-    const auto camera = choose_camera(options, {.centre = {}, .radius = 1}, UpAxis::y, {1, 1});
+    // The file gives the whole camera, so the model does not matter.
+    const Extent any{.sphere = {.centre = {}, .radius = 1}, .corners = {glm::dvec3(-1), glm::dvec3(1)}};
+    const auto camera = choose_camera(options, any, Grid{}, {1, 1});
     return camera ? std::optional(SavedView{*camera, options.view_angle}) : std::nullopt;
 }
 

@@ -3,6 +3,7 @@
 #include "command_line/common_options.h"
 #include "viewer/options/option_values.h"
 
+#include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
 #include <algorithm>
@@ -44,6 +45,9 @@ const std::vector<std::pair<std::string, Quality>> kQualities{
     {"auto", Quality::automatic}, {"fast", Quality::fast}, {"fine", Quality::fine}};
 const std::vector<std::pair<std::string, DepthCue>> kDepthCues{
     {"none", DepthCue::none}, {"eye-dome", DepthCue::eye_dome}, {"ambient-occlusion", DepthCue::ambient_occlusion}};
+
+const std::vector<std::pair<std::string, std::optional<UpAxis>>> kUpAxes{
+    {"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}};
 
 template <class Value>
 const std::string &word_of(const std::vector<std::pair<std::string, Value>> &choices, Value value) {
@@ -101,9 +105,12 @@ void add_view_options(CommandLine &line, ViewOptions &options) {
     line.add("--camera-position", "Default: in front of the model, so that all of it is seen",
              stored(parse_vector, options.position), vector);
     line.add("--camera-focal-point", "Default: the model's centre", stored(parse_vector, options.focal_point), vector);
-    line.add("--camera-view-up", "Default: the model's up axis", stored(parse_vector, options.view_up), vector);
+    line.add("--camera-view-up", "Default: the up axis", stored(parse_vector, options.view_up), vector);
     line.add("--camera-view-angle", "Vertical angle of view, degrees", &options.view_angle,
              {.check = Numbers{0.01, 170}, .shows_default = true});
+    command_line::add_choice(line, "--up", "axis", kUpAxes, options.up,
+                             "Axis that points up in the first view, a turntable and the light of files without "
+                             "lights; default: the model's");
     command_line::add_choice<bool>(line, "--projection", "projection", {{"perspective", false}, {"orthographic", true}},
                                    options.orthographic,
                                    "perspective (default); orthographic: parallels stay parallel, and as much of the "
@@ -132,18 +139,36 @@ void add_renderer_option(CommandLine &line, ViewOptions &options) {
     line.topic = "Options";
 }
 
-Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size) {
-    Camera camera = default_camera(bounds, up, size.x, size.y, glm::radians(options.view_angle));
+namespace {
+
+// `camera`: the default one for what lies in `bounds`.
+Status refuse_far(const Sphere &bounds, const Camera &camera) {
     const glm::dvec3 corner = glm::abs(bounds.centre) + bounds.radius;
     const double farthest = std::max({corner.x, corner.y, corner.z});
     constexpr double kMaxRadii = 1e13; // beyond that, rounded coordinates move by a pixel
-    if (!is_usable(camera) || farthest > kMaxRadii * bounds.radius)
-        return Error{ErrorCode::unsupported_feature, 0,
-                     "the grid reaches " + number_text(farthest) +
-                         " from the origin, too far to draw; build the model anew with --scale or --origin"};
-    camera.position = options.position.value_or(camera.position);
+    if (is_usable(camera) && farthest <= kMaxRadii * bounds.radius)
+        return {};
+    return Error{ErrorCode::unsupported_feature, 0,
+                 "the grid reaches " + number_text(farthest) +
+                     " from the origin, too far to draw; build the model anew with --scale or --origin"};
+}
+
+} // namespace
+
+Result<Camera> choose_camera(const ViewOptions &options, const Extent &extent, const Grid &grid, glm::ivec2 size) {
+    Camera camera = default_camera(extent, up_of(options, grid), size.x, size.y, glm::radians(options.view_angle));
+    if (const Status drawable = refuse_far(extent.sphere, camera); !drawable)
+        return drawable.error();
+    if (options.position) {
+        camera.position = *options.position;
+        camera.focal_point = extent.sphere.centre;
+    }
     camera.focal_point = options.focal_point.value_or(camera.focal_point);
     camera.up = options.view_up.value_or(camera.up);
+    if (options.orthographic && !options.position && !options.focal_point && is_usable(camera)) {
+        camera.orthographic = true;
+        camera = framed(camera, extent, size.x, size.y);
+    }
     camera.orthographic = options.orthographic;
     camera.clip = options.clip;
     if (!is_usable(camera))
@@ -151,6 +176,30 @@ Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, U
                      "the camera sees nothing: it stands at its focal point or looks along its view-up, or a number is "
                      "missing"};
     return camera;
+}
+
+Result<Camera> choose_turntable(const ViewOptions &options, const Extent &extent, const Grid &grid, glm::ivec2 size) {
+    if (options.position || options.focal_point || options.view_up)
+        return choose_camera(options, extent, grid, size);
+    const double angle = glm::radians(options.view_angle);
+    Camera camera = turntable_camera(extent, up_of(options, grid), size.x, size.y, angle);
+    if (const Status drawable = refuse_far(extent.sphere, camera); !drawable)
+        return drawable.error();
+    camera.clip = options.clip;
+    if (options.orthographic) { // shows the sphere around the model
+        const double tangent = std::tan(angle / 2) * std::min(1.0, static_cast<double>(size.x) / size.y);
+        const glm::dvec3 back = glm::normalize(camera.position - camera.focal_point);
+        camera.orthographic = true;
+        camera.focal_point = extent.sphere.centre;
+        camera.position = camera.focal_point + extent.sphere.radius / tangent * back;
+    }
+    return camera;
+}
+
+void forget_camera(ViewOptions &options) {
+    options.position = options.focal_point = options.view_up = std::nullopt;
+    options.up = std::nullopt;
+    options.clip = {};
 }
 
 DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error) {
@@ -161,9 +210,9 @@ DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::iv
             .finest = std::max(1, options.load.max_level)};
 }
 
-std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size) {
+std::string view_as_options(const Camera &camera, const ViewOptions &options, glm::ivec2 size) {
     return "--resolution=" + std::to_string(size.x) + "," + std::to_string(size.y) +
-           camera_as_options(camera, view_angle);
+           camera_as_options(camera, options.view_angle) + (options.up ? " --up=" + word_of(*options.up) : "");
 }
 
 std::string camera_as_options(const Camera &camera, double view_angle) {
@@ -175,6 +224,7 @@ std::string camera_as_options(const Camera &camera, double view_angle) {
 
 const std::string &word_of(Quality quality) { return word_of(kQualities, quality); }
 const std::string &word_of(DepthCue cue) { return word_of(kDepthCues, cue); }
+const std::string &word_of(UpAxis up) { return word_of(kUpAxes, std::optional(up)); }
 
 std::string look_as_options(const LookOptions &look) {
     const LookOptions standard;

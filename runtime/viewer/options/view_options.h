@@ -4,7 +4,7 @@
 #include "command_line/command_line.h"
 #include "command_line/progress_display.h"
 #include "pbm_format/reading/load_model.h"
-#include "pbm_render/camera/camera.h"
+#include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/detail_selection.h"
 #include "pbm_render/reference/reference_renderer.h"
 #include "viewer/options/look_options.h"
@@ -28,6 +28,7 @@ struct ViewOptions {
     double view_angle = 30;                                   // degrees
     bool orthographic = false;
     ClipRegion clip; // model space
+    std::optional<UpAxis> up; // absent: the grid's
     Renderer renderer = Renderer::fast;
     double max_error = kDefaultMaxError; // pixels
     Splats splats = Splats::ellipses;    // of the reference renderer
@@ -45,25 +46,35 @@ void add_view_options(command_line::CommandLine &line, ViewOptions &options);
 // Declares --renderer and --splats, for programs that have both renderers.
 void add_renderer_option(command_line::CommandLine &line, ViewOptions &options);
 
-// The default camera for a picture of `size`, overridden by the command line. `bounds` is the model's bounding sphere,
-// `up` the up axis of its grid.
+// The up axis of the view: of the default camera, of a turntable, and of the lights where the file has none. Ground
+// plane and panorama stay as they are in the file.
+inline UpAxis up_of(const ViewOptions &options, const Grid &grid) { return options.up.value_or(grid.up); }
+
+// The default camera for a picture of `size`, overridden by the command line: a camera whose position is given looks at
+// the centre of the extent's sphere.
 //
 // errors  usage                the camera sees nothing
 //         unsupported_feature  neither does the default camera: the model lies too far from the origin
-Result<Camera> choose_camera(const ViewOptions &options, const Sphere &bounds, UpAxis up, glm::ivec2 size);
+Result<Camera> choose_camera(const ViewOptions &options, const Extent &extent, const Grid &grid, glm::ivec2 size);
+// The same for the first frame of a turntable, which shows all of the model unless the command line has a camera.
+Result<Camera> choose_turntable(const ViewOptions &options, const Extent &extent, const Grid &grid, glm::ivec2 size);
+
+// Removes what is for one model only: camera, clip region and up axis.
+void forget_camera(ViewOptions &options);
 
 // The detail view for a picture of `size` in which no voxel is larger than `max_error` pixels.
 DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error);
 
-// The options that make pbm-render draw this view. Every number reads back as the same double; so `view_angle` is in
-// degrees, not the camera's radians.
-std::string view_as_options(const Camera &camera, double view_angle, glm::ivec2 size);
+// The options that make pbm-render draw this view. Every number reads back as the same double; so the angle is that of
+// `options`, in degrees, not the camera's radians.
+std::string view_as_options(const Camera &camera, const ViewOptions &options, glm::ivec2 size);
 // Those of the camera alone, each after a space.
 std::string camera_as_options(const Camera &camera, double view_angle);
 
 // The command line's word for a value.
 const std::string &word_of(Quality quality);
 const std::string &word_of(DepthCue cue);
+const std::string &word_of(UpAxis up);
 
 // The options that select this look, each after a space; defaults are left out.
 std::string look_as_options(const LookOptions &look);

@@ -199,8 +199,8 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
     };
     std::ostringstream text;
     if (arguments.view.verbosity == command_line::Verbosity::verbose)
-        text << "view: " << view_as_options(camera, arguments.view.view_angle, size)
-             << look_as_options(arguments.view.look) << '\n'
+        text << "view: " << view_as_options(camera, arguments.view, size) << look_as_options(arguments.view.look)
+             << '\n'
              << "read: " << s.cost.bytes_read << " of " << s.file_bytes << " bytes, " << s.cost.points_decoded
              << " points decoded\n";
     text << std::fixed << std::setprecision(1);
@@ -218,6 +218,11 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
              << " ms, median " << s.bench->median_ms << " ms, " << s.bench->drawn_points << " points drawn, memory "
              << std::setprecision(1) << static_cast<double>(peak_memory()) / (1 << 20) << " MiB\n";
     return text.str();
+}
+
+// The camera of the first frame round the model. The camera options must be usable.
+Camera first_frame(const ViewOptions &view, const ModelDrawer &drawer) {
+    return choose_turntable(view, drawer.extent(), drawer.grid(), view.resolution).value();
 }
 
 // Times frames from all around the model, without loading.
@@ -280,7 +285,7 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
             return fail(command_line::output_name(arguments.depth_output), written.error());
     }
     if (arguments.bench > 0) {
-        const auto timed = bench(drawer, camera, arguments.bench, picture);
+        const auto timed = bench(drawer, first_frame(view, drawer), arguments.bench, picture);
         if (!timed)
             return fail(arguments.input, timed.error());
         statistics.bench = *timed;
@@ -289,7 +294,7 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
 }
 
 // Records the video. Returns the exit code on failure.
-std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera, VideoSink sink,
+std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, VideoSink sink,
                               RunStatistics &statistics) {
     const VideoOptions &video = arguments.video();
     const ViewOptions &view = arguments.view;
@@ -298,13 +303,14 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, c
     VideoRecorder recorder(std::move(sink), view.resolution, drawer.needs_depths(), view.load.threads,
                            view.load.max_memory);
     const Stopwatch recording;
-    const glm::dvec3 axis = up_direction(drawer.grid().up);
+    const Camera first = first_frame(view, drawer);
+    const glm::dvec3 axis = up_direction(up_of(view, drawer.grid()));
     Status written;
     for (int frame = 0; frame < video.frames && written; ++frame) {
-        const Camera from = turntable(camera, axis, glm::two_pi<double>() * frame / video.frames);
+        const Camera from = turntable(first, axis, glm::two_pi<double>() * frame / video.frames);
         progress.show("video", static_cast<double>(frame) / video.frames);
         if (view.verbosity == command_line::Verbosity::verbose && stream != nullptr)
-            *stream << "frame " << frame + 1 << ": " << view_as_options(from, view.view_angle, view.resolution)
+            *stream << "frame " << frame + 1 << ": " << view_as_options(from, view, view.resolution)
                     << look_as_options(arguments.frame_look()) << '\n';
         Status drawn = drawer.load(from, view.resolution);
         if (drawn) {
@@ -363,7 +369,7 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     if (!opened)
         return fail(arguments.input, opened.error());
     ModelDrawer &drawer = **opened;
-    const auto camera = choose_camera(view, drawer.bounds(), drawer.grid().up, view.resolution);
+    const auto camera = choose_camera(view, drawer.extent(), drawer.grid(), view.resolution);
     if (!camera)
         return camera.error().code == ErrorCode::usage ? fail_usage(camera.error().message)
                                                        : command_line::fail(kProgram, arguments.input, camera.error());
@@ -383,7 +389,7 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
         if (const auto failed = make_picture(arguments, drawer, *camera, pool->threads(), statistics))
             return *failed;
     if (sink)
-        if (const auto failed = make_video(arguments, drawer, *camera, std::move(*sink), statistics))
+        if (const auto failed = make_video(arguments, drawer, std::move(*sink), statistics))
             return *failed;
 
     std::ostream *const stream = command_line::report_stream(arguments.outputs());

@@ -12,16 +12,17 @@ Result<std::unique_ptr<ModelDrawer>> ModelDrawer::open(const std::string &path, 
         open_scene(path, {.threads = options.load.threads, .pool = pool, .max_memory = options.load.max_memory});
     if (!scene)
         return scene.error();
-    auto bounds = (*scene)->model.bounds();
-    if (!bounds)
-        return bounds.error();
-    return std::unique_ptr<ModelDrawer>(new ModelDrawer(path, options, std::move(*scene), *bounds, std::move(pool)));
+    auto extent = (*scene)->model.bounds();
+    if (!extent)
+        return extent.error();
+    return std::unique_ptr<ModelDrawer>(
+        new ModelDrawer(path, options, std::move(*scene), std::move(*extent), std::move(pool)));
 }
 
 ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene,
-                         Sphere bounds, std::shared_ptr<ThreadPool> pool)
-    : path_(std::move(path)), options_(options), scene_(std::move(scene)), bounds_(bounds),
-      look_(options.look, scene_->model.reader().parameters()) {
+                         Extent extent, std::shared_ptr<ThreadPool> pool)
+    : path_(std::move(path)), options_(options), scene_(std::move(scene)), extent_(std::move(extent)),
+      look_(options.look, scene_->model.reader().parameters(), up_of(options, grid())) {
     const Reader &reader = scene_->model.reader();
     if (options_.renderer == Renderer::fast)
         painter_.emplace(reader.parameters(), scene_->surroundings, reader.header().chunk_points, options_.load.threads,

@@ -18,7 +18,7 @@ class ModelDrawer {
     static Result<std::unique_ptr<ModelDrawer>> open(const std::string &path, const ViewOptions &options,
                                                      std::shared_ptr<ThreadPool> pool = nullptr);
 
-    const Sphere &bounds() const { return bounds_; }
+    const Extent &extent() const { return extent_; }
     const Grid &grid() const { return scene_->model.reader().parameters().grid; }
     // Whether the renderer needs framebuffers with depths.
     bool needs_depths() const { return !painter_; }
@@ -40,14 +40,14 @@ class ModelDrawer {
     StreamingStatistics cost() const { return whole_ ? whole_->cost : scene_->model.statistics(); }
 
   private:
-    ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene, Sphere bounds,
+    ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene, Extent extent,
                 std::shared_ptr<ThreadPool> pool);
     DetailView view(const Camera &camera, glm::ivec2 size) const;
 
     const std::string path_;
     const ViewOptions options_;
     const std::unique_ptr<StreamedScene> scene_;
-    const Sphere bounds_;
+    const Extent extent_;
     const Look look_;                    // from the command line and the file
     std::optional<Painter> painter_;     // absent for the reference renderer
     std::shared_ptr<const Scene> whole_; // only for the reference renderer

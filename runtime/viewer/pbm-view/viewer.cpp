@@ -115,7 +115,8 @@ Result<Camera> Viewer::first_camera(const ShownModel &model) const {
     glm::ivec2 size = picture_size();
     if (size == glm::ivec2(0))
         size = view_size_ == glm::ivec2(0) ? options_.resolution : view_size_;
-    return choose_camera(options_, model.bounds(), model.grid().up, size);
+    return video_ ? choose_turntable(options_, model.extent(), model.grid(), size)
+                  : choose_camera(options_, model.extent(), model.grid(), size);
 }
 
 void Viewer::reset_camera() {
@@ -123,6 +124,27 @@ void Viewer::reset_camera() {
         return;
     if (const auto camera = first_camera(*model_))
         glide_to(*camera);
+}
+
+// Makes the next axis point up, in the order y, z, x, and goes back to the first view. Default lights turn with it.
+void Viewer::turn_up_axis() {
+    if (!model_ || recording_)
+        return;
+    const UpAxis before = up_of(options_, model_->grid());
+    const UpAxis up = before == UpAxis::y ? UpAxis::z : before == UpAxis::z ? UpAxis::x : UpAxis::y;
+    forget_camera(options_);
+    if (up != model_->grid().up)
+        options_.up = up;
+    if (look_->appearance.lights == default_lights(before) && model_->parameters().lights.empty()) {
+        Look look = *look_;
+        look.appearance.lights = default_lights(up);
+        look_ = std::make_shared<Look>(std::move(look));
+    }
+    notify("Up axis: " + word_of(up), false);
+    if (const auto camera = first_camera(*model_)) {
+        axis_ = camera->up;
+        move_to(*camera);
+    }
 }
 
 void Viewer::toggle_panel() {

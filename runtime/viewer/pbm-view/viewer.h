@@ -116,6 +116,7 @@ class Viewer {
     void change_view();
     Result<Camera> first_camera(const ShownModel &model) const;
     void reset_camera();
+    void turn_up_axis();
     Steering steering() const { return {mode_, axis_, model_->bounds()}; }
     void glide_to(const Camera &camera);
     void follow_glide();

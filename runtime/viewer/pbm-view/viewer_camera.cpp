@@ -23,14 +23,16 @@ void Viewer::follow_glide() {
 }
 
 void Viewer::look_from(StandardView view) {
-    if (model_ && view_size_ != glm::ivec2(0))
-        glide_to(standard_view(view, model_->grid().up, camera_, model_->bounds(), view_size_));
+    if (!model_ || view_size_ == glm::ivec2(0))
+        return;
+    const Camera from = standard_view(view, up_of(options_, model_->grid()), camera_, model_->bounds(), view_size_);
+    glide_to(framed(from, model_->extent(), view_size_.x, view_size_.y));
 }
 
 // Shows the whole model from where the camera stands.
 void Viewer::fit() {
     if (model_ && view_size_ != glm::ivec2(0))
-        glide_to(fitted(camera_, model_->bounds(), view_size_));
+        glide_to(framed(camera_, model_->extent(), view_size_.x, view_size_.y));
 }
 
 void Viewer::toggle_projection() {

@@ -39,6 +39,7 @@ void Viewer::handle(const KeyEvent &event) {
     case Key::start_page: start_page_.is_shown() ? start_page_.hide() : show_start_page(); break;
     case Key::previous_file: open_neighbour(-1); break;
     case Key::next_file: open_neighbour(1); break;
+    case Key::up_axis: turn_up_axis(); break;
     case Key::help: show_help_ = !show_help_; break;
     case Key::frame_time: show_frame_time_ = !show_frame_time_; break;
     case Key::panel: toggle_panel(); break;

@@ -13,15 +13,6 @@
 #include <utility>
 
 namespace pbm {
-namespace {
-
-// The camera of the command line is for the model of the command line only.
-void forget_camera(ViewOptions &options) {
-    options.position = options.focal_point = options.view_up = std::nullopt;
-    options.clip = {};
-}
-
-} // namespace
 
 // Takes the model if opening has ended. Returns the exit code if the program must end.
 std::optional<int> Viewer::receive_model() {
@@ -158,7 +149,7 @@ Status Viewer::show(ShownModelPointer loaded) {
         view_size_ = picture_size();
     // Options that the user has changed survive the change of model.
     if (shown_options)
-        look_ = std::make_shared<Look>(*shown_options, model_->parameters());
+        look_ = std::make_shared<Look>(*shown_options, model_->parameters(), up_of(options_, model_->grid()));
     panel_.show_model(model_->parameters(), model_->has_panorama(), *model_->first_look());
     ++view_;
     end_refinement();

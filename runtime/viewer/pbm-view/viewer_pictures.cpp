@@ -50,8 +50,8 @@ void Viewer::draw_now(const DetailView &view) {
     const PictureStatistics drawn = model_->draw_now(choose(view), view, look_, *canvas_);
     show_picture(view.max_error, drawn);
     if (first_of_view && verbose())
-        std::cout << "view: " << view_as_options(camera_, options_.view_angle, view_size_)
-                  << look_as_options(look_->options) << std::endl;
+        std::cout << "view: " << view_as_options(camera_, options_, view_size_) << look_as_options(look_->options)
+                  << std::endl;
 }
 
 void Viewer::draw_in_background(const DetailView &view) {
@@ -177,7 +177,7 @@ void Viewer::record() {
         if (!scheduler_ || !scheduler_->complete())
             return;
         recording_ = std::make_unique<Recording>(std::move(*video_), video_options_, options_, camera_,
-                                                 up_direction(model_->grid().up));
+                                                 up_direction(up_of(options_, model_->grid())));
         video_.reset();
     }
     if (recording_->done())
@@ -189,7 +189,7 @@ void Viewer::record() {
             drawn_ = drawn;
             stale_ = true;
             if (verbose())
-                std::cout << "view: " << view_as_options(camera, options_.view_angle, options_.resolution)
+                std::cout << "view: " << view_as_options(camera, options_, options_.resolution)
                           << look_as_options(look_of(Motion::moving, look_->options)) << std::endl;
         });
     if (!added)

@@ -65,6 +65,8 @@ bool FrameScheduler::fits(double error, double part, const PointsAt &points_at) 
 
 double FrameScheduler::quick_error(const PointsAt &points_at) const {
     const double largest = std::max(exact_, kLargestError);
+    if (static_cast<double>(points_at(largest)) > (1 - kMinSaving) * static_cast<double>(points_at(exact_)))
+        return exact_;
     if (!quick_) { // the first picture of a motion
         double error = exact_;
         while (error < largest && !fits(error, 1, points_at))

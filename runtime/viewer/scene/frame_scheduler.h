@@ -27,6 +27,9 @@ class FrameScheduler {
     // Pixels. Voxels up to this width are drawn as blocks of pixels, larger ones as ellipses, whose time is that of the
     // pixels that they cover: a larger error would save hardly any time.
     static constexpr double kLargestError = 2.1;
+    // A moving view gets coarser only if the largest error leaves out at least this part of the points. A small model,
+    // and a close view of any model, is drawn at its finest level whatever the error: its time is that of the pixels.
+    static constexpr double kMinSaving = 0.1;
     // Pause after a picture while chunks arrive, in durations of the picture: decoding needs the same processors.
     static constexpr double kPause = 2;
 

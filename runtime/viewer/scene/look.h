@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
+#include "pbm_render/appearance/shade_table.h"
 #include "viewer/options/look_options.h"
 
 #include <memory>
@@ -9,7 +10,12 @@
 namespace pbm {
 
 struct Look {
-    Look(const LookOptions &look, const ModelParameters &parameters) : options(look), appearance(parameters) {}
+    // `up`: of the lights where the file has none.
+    Look(const LookOptions &look, const ModelParameters &parameters, UpAxis up)
+        : options(look), appearance(parameters) {
+        if (parameters.lights.empty())
+            appearance.lights = default_lights(up);
+    }
 
     LookOptions options;
     Appearance appearance;

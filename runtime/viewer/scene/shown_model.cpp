@@ -23,13 +23,13 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const std::s
     if (!scene)
         return scene.error();
     shown->scene_ = std::move(*scene);
-    const auto bounds = shown->streamed().bounds();
-    if (!bounds)
-        return bounds.error();
-    shown->bounds_ = *bounds;
+    auto extent = shown->streamed().bounds();
+    if (!extent)
+        return extent.error();
+    shown->extent_ = std::move(*extent);
     static_cast<void>(shown->painter(shown->window_)); // now, before there is a window
     // The window reports an unusable camera.
-    if (const auto camera = choose_camera(options, *bounds, shown->grid().up, options.resolution))
+    if (const auto camera = choose_camera(options, shown->extent_, shown->grid(), options.resolution))
         shown->streamed().request(
             shown->streamed().choose(shown->view(*camera, options.resolution, options.max_error)).missing);
     return shown;

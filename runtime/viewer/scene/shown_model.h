@@ -40,7 +40,8 @@ class ShownModel {
 
     const std::string &path() const { return path_; }
     ByteView bytes() const { return scene_->file.bytes(); }
-    const Sphere &bounds() const { return bounds_; }
+    const Extent &extent() const { return extent_; }
+    const Sphere &bounds() const { return extent_.sphere; }
     const ModelParameters &parameters() const { return streamed().reader().parameters(); }
     const Grid &grid() const { return parameters().grid; }
     bool has_panorama() const { return streamed().reader().section(SectionType::panorama) != nullptr; }
@@ -58,7 +59,9 @@ class ShownModel {
 
     DetailView view(const Camera &camera, glm::ivec2 size, double max_error) const;
     // The look of the command line and the file.
-    LookPointer first_look() const { return std::make_shared<Look>(options_.look, parameters()); }
+    LookPointer first_look() const {
+        return std::make_shared<Look>(options_.look, parameters(), up_of(options_, grid()));
+    }
     // Draws the detail chosen for `view`, always fast: on the window's thread and on the background thread.
     PictureStatistics draw_now(const Detail &detail, const DetailView &view, const LookPointer &look,
                                Framebuffer &target);
@@ -84,7 +87,7 @@ class ShownModel {
     const std::string path_;
     const ViewOptions options_;
     std::atomic<bool> has_arrivals_ = false;
-    Sphere bounds_;
+    Extent extent_;
     std::unique_ptr<StreamedScene> scene_;
     std::optional<Painter> window_, background_, refining_; // created on first use
 };

@@ -86,6 +86,7 @@ Surface shuffled(const Surface &surface, unsigned seed) {
 BuildOptions at_depth(int depth, int threads = 2) {
     BuildOptions options;
     options.grid.depth = depth;
+    options.grid.up = UpAxis::y; // so that the report has no line of it
     options.threads = threads;
     return options;
 }
@@ -273,6 +274,7 @@ TEST(Pipeline, CopiesOfPointsDoNotChangeTheirNormals) {
 
 TEST(Pipeline, StrictTakesPointsWithoutNormals) {
     BuildOptions options;
+    options.grid.up = UpAxis::y;
     options.strict = true;
     BuildStatistics statistics;
     const Result<Model> model = build_model(without_normals(as_points(bumpy_sphere(60))), options, statistics);
@@ -298,7 +300,9 @@ TEST(Pipeline, StraysThatWouldMakeTheModelADotAreDroppedAndNamed) {
     const Model bulk = built(points_with_strays({}), {});
     for (const std::vector<double> &strays : {std::vector<double>{1e9}, {1e9, 1e4}, {-1e25, 1e12, 40}}) {
         BuildStatistics statistics;
-        const Result<Model> model = build_model({points_with_strays(strays)}, {}, statistics);
+        BuildOptions options;
+        options.grid.up = UpAxis::y;
+        const Result<Model> model = build_model({points_with_strays(strays)}, options, statistics);
         ASSERT_TRUE(model.ok());
         EXPECT_EQ(model->levels, bulk.levels) << strays.size();
         ASSERT_FALSE(statistics.attributes.empty());
@@ -338,6 +342,7 @@ TEST(Pipeline, OutliersAreCountedAndStaySmallOrAreDroppedBeforeTheGridIsChosen) 
     surface.colours.push_back({1, 2, 3});
     surface.material_ids.push_back(0);
     BuildOptions options;
+    options.grid.up = UpAxis::y;
     BuildStatistics statistics;
     const Result<Model> kept = build_model(surface, options, statistics);
     ASSERT_TRUE(kept.ok());
@@ -556,6 +561,30 @@ TEST(Pipeline, ColoursAndMaterialsArriveInThePoints) {
     }
     surface.materials.resize(kMaxMaterials + 1);
     EXPECT_EQ(refused(surface, options).code, ErrorCode::unsupported_feature);
+}
+
+TEST(Pipeline, TheUpAxisIsFoundAndReportedUnlessItIsGiven) {
+    Surface pyramid = cube(-1, 1);
+    for (glm::dvec3 &p : pyramid.positions)
+        if (p.z > 0)
+            p = {p.x / 10, p.y / 10, 1};
+    const auto built_with = [&](const BuildOptions &options) {
+        BuildStatistics statistics;
+        const Model model = build_model(pyramid, options, statistics).value();
+        const bool is_reported =
+            std::ranges::any_of(statistics.attributes, [](const auto &line) { return line.name == "up axis"; });
+        EXPECT_EQ(is_reported, !options.grid.up && !options.grid.like);
+        return model.parameters.grid;
+    };
+    BuildOptions options;
+    const Grid found = built_with(options);
+    EXPECT_EQ(found.up, UpAxis::z);
+    options.grid.up = UpAxis::x;
+    EXPECT_EQ(built_with(options).up, UpAxis::x);
+    options.grid = {};
+    options.grid.like = found;
+    options.grid.like->up = UpAxis::y;
+    EXPECT_EQ(built_with(options).up, UpAxis::y);
 }
 
 TEST(Pipeline, LooseVerticesAreReportedAndRefusedIfStrict) {

@@ -10,60 +10,6 @@
 namespace pbm {
 namespace {
 
-TEST(BoundingSphere, OfOneVoxelReachesItsCorners) {
-    const Sphere sphere = bounding_sphere(make_test_model(3, {{{5, 2, 7}}}));
-    EXPECT_NEAR(glm::length(sphere.centre - glm::dvec3(5.5, 2.5, 7.5)), 0, 1e-9);
-    EXPECT_NEAR(sphere.radius, std::sqrt(0.75), 1e-9);
-}
-
-TEST(BoundingSphere, OfAWallIsItsDiagonal) {
-    const Sphere sphere = bounding_sphere(make_wall(6, 10));
-    const double exact = std::sqrt(32.0 * 32 * 2 + 0.25);
-    EXPECT_NEAR(glm::length(sphere.centre - glm::dvec3(32, 32, 10.5)), 0, 0.7);
-    EXPECT_GE(sphere.radius, exact - 1e-9);
-    EXPECT_LE(sphere.radius, exact * 1.03);
-}
-
-TEST(BoundingSphere, IsTightForALopsidedModel) {
-    // Three voxels of an obtuse triangle: the smallest sphere stands on its longest side.
-    const Sphere sphere = bounding_sphere(make_test_model(6, {{{0, 0, 0}}, {{63, 0, 0}}, {{20, 5, 0}}}));
-    EXPECT_NEAR(glm::length(sphere.centre - glm::dvec3(32, 0.5, 0.5)), 0, 1.0);
-    EXPECT_LE(sphere.radius, 31.5 + std::sqrt(0.75) + 1.0);
-}
-
-TEST(DefaultCamera, SeesEveryVoxelAndWastesLittle) {
-    const Model model = make_wall(5, 3);
-    for (const glm::ivec2 size : {glm::ivec2(640, 360), glm::ivec2(360, 640), glm::ivec2(100, 100)}) {
-        const Camera camera = default_camera(model, size.x, size.y);
-        const Projection projection(camera, size.x, size.y);
-        double farthest = 0; // from the middle, in halves of the shorter side
-        for (const double x : {0.0, 32.0}) {
-            for (const double y : {0.0, 32.0}) {
-                const glm::dvec3 p = projection.point({x, y, 3.5});
-                const glm::dvec2 pixel(p.x / p.z, p.y / p.z);
-                EXPECT_TRUE(pixel.x >= 0 && pixel.x <= size.x && pixel.y >= 0 && pixel.y <= size.y);
-                farthest =
-                    std::max(farthest, glm::length(pixel - glm::dvec2(size) / 2.0) * 2 / std::min(size.x, size.y));
-            }
-        }
-        EXPECT_GT(farthest, 0.9);
-        EXPECT_LE(farthest, 1.0);
-    }
-}
-
-TEST(DefaultCamera, StandsInFrontOfEveryUpAxis) {
-    Model model = make_wall(4, 3);
-    const auto sight = [&](UpAxis up) {
-        model.parameters.grid.up = up;
-        const Camera camera = default_camera(model, 100, 100);
-        EXPECT_TRUE(is_usable(camera));
-        return glm::normalize(camera.position - camera.focal_point);
-    };
-    EXPECT_NEAR(sight(UpAxis::y).z, 1, 1e-12);
-    EXPECT_NEAR(sight(UpAxis::z).y, -1, 1e-12);
-    EXPECT_NEAR(sight(UpAxis::x).z, 1, 1e-12);
-}
-
 TEST(Camera, WithoutALineOfSightIsNotUsable) {
     Camera camera;
     EXPECT_TRUE(is_usable(camera));

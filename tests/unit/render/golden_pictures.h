@@ -4,6 +4,7 @@
 #include "pbm_format/container/hash.h"
 #include "pbm_format/reading/images.h"
 #include "pbm_format/reading/load_model.h"
+#include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"

@@ -2,6 +2,7 @@
 #include "pbm_format/reading/images.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
+#include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/reference/reference_renderer.h"
@@ -61,7 +62,7 @@ Framebuffer draw_from(NetworkFile &network, ShownModel &shown, const DetailView 
     return picture;
 }
 
-Sphere bounds_from(NetworkFile &network, ShownModel &shown) {
+Extent bounds_from(NetworkFile &network, ShownModel &shown) {
     EXPECT_EQ(shown.model.bounds().error().code, ErrorCode::usage);
     network.fetch(shown.model.bounds_wanted());
     EXPECT_TRUE(shown.model.bounds_wanted().empty());
@@ -74,7 +75,7 @@ void expect_same_picture(const Framebuffer &a, const Framebuffer &b, const std::
 }
 
 // From the front and above, since the ground is visible from above only.
-DetailView view_of(const Sphere &bounds, UpAxis up, int finest) {
+DetailView view_of(const Extent &bounds, UpAxis up, int finest) {
     DetailView view{.camera = default_camera(bounds, up, kWidth, kHeight),
                     .width = kWidth,
                     .height = kHeight,
@@ -94,8 +95,8 @@ TEST(SparseSource, DrawsGoldenFilesAsAWholeFileDoes) {
         const MappedFile file = MappedFile::open(path.path().string()).value();
         NetworkFile network(file.bytes());
         ShownModel whole(Reader::open(file.bytes()).value()), sparse(network.open());
-        const Sphere bounds = bounds_from(network, sparse);
-        EXPECT_EQ(bounds.radius, whole.model.bounds().value().radius);
+        const Extent bounds = bounds_from(network, sparse);
+        EXPECT_EQ(bounds.corners, whole.model.bounds().value().corners);
         for (int level = 1; level <= whole.model.reader().depth(); ++level) {
             const DetailView view = view_of(bounds, whole.model.reader().parameters().grid.up, level);
             const Framebuffer expected = whole.draw(whole.model.load(view).value(), view.camera);

@@ -72,6 +72,28 @@ TEST(FrameScheduler, IsNeverCoarserWhereNoRateIsAskedFor) {
     EXPECT_EQ(moving_error(scheduler, 12), kExact);
 }
 
+// A close view and a small model are at their finest level: a larger error would draw the same points.
+TEST(FrameScheduler, IsNeverCoarserWhereThatLeavesOutFewPoints) {
+    const auto draw = [](double saving) {
+        const auto points = [&](double error) {
+            return static_cast<std::uint64_t>(4e6 * (1 - saving * (error - kExact) / FrameScheduler::kLargestError));
+        };
+        FrameScheduler scheduler = rested(30);
+        double largest = 0;
+        for (int i = 0; i < 40; ++i) { // each picture takes four times as long as it may
+            const double now = 1 + 0.01 * i;
+            scheduler.view_changed(now);
+            const double error = scheduler.next(now, points)->max_error;
+            scheduler.drawn({.max_error = error, .points = points(error), .complete = true, .seconds = 0.1}, now);
+            largest = std::max(largest, error);
+        }
+        return largest;
+    };
+    EXPECT_EQ(draw(0), kExact);
+    EXPECT_EQ(draw(0.1), kExact);
+    EXPECT_GT(draw(0.5), 2);
+}
+
 TEST(FrameScheduler, ReturnsToTheExactErrorWhenTheViewRests) {
     FrameScheduler scheduler = rested(30);
     const double error = moving_error(scheduler, 10);

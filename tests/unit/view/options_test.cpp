@@ -30,20 +30,25 @@ TEST(ViewAsOptions, EveryNumberReadsBackAsItWas) {
     camera.position = {1.0 / 3, -4.3e6 + 0.1, 5e-324};
     camera.focal_point = {-0.0, 1e300, 0.1};
     camera.up = {0.1 + 0.2, 1, -7};
-    const std::string line = view_as_options(camera, 30.1, {1280, 720});
+    ViewOptions options;
+    options.view_angle = 30.1;
+    const std::string line = view_as_options(camera, options, {1280, 720});
     EXPECT_EQ(*parse_vector(option(line, "camera-position")), camera.position);
     EXPECT_EQ(*parse_vector(option(line, "camera-focal-point")), camera.focal_point);
     EXPECT_EQ(*parse_vector(option(line, "camera-view-up")), camera.up);
     EXPECT_EQ(*parse_resolution(option(line, "resolution")), glm::ivec2(1280, 720));
     EXPECT_EQ(option(line, "camera-view-angle"), "30.1");
+    EXPECT_EQ(option(line, "up"), "absent");
+    options.up = UpAxis::z;
+    EXPECT_EQ(option(view_as_options(camera, options, {1280, 720}), "up"), "z");
 }
 
 TEST(ViewAsOptions, ClipRegionsReadBackAsTheyWere) {
     Camera camera;
-    EXPECT_EQ(option(view_as_options(camera, 30, {1280, 720}), "clip-plane"), "absent");
+    EXPECT_EQ(option(camera_as_options(camera, 30), "clip-plane"), "absent");
     camera.clip = {.plane = ClipPlane{{1.0 / 3, -4.3e6 + 0.1, 2}, {0.1 + 0.2, -1, 0}},
                    .box = ClipBox{{-1, -2, -3}, {1.0 / 7, 2, 3e9}}};
-    const std::string line = view_as_options(camera, 30, {1280, 720});
+    const std::string line = camera_as_options(camera, 30);
     EXPECT_EQ(*parse_clip_plane(option(line, "clip-plane")), *camera.clip.plane);
     EXPECT_EQ(*parse_clip_box(option(line, "clip-box")), *camera.clip.box);
     EXPECT_EQ(*parse_clip_box("1,5,3,4,2,6"), (ClipBox{{1, 2, 3}, {4, 5, 6}})); // any opposite corners
@@ -97,40 +102,43 @@ TEST(ParseFrameRate, IsOneTo240OrNone) {
 }
 
 TEST(ChooseCamera, UsesTheOptionsOfTheCommandLine) {
-    const Sphere bounds{{1, 2, 3}, 5};
+    const Model wall = make_wall(4, 3);
+    const Extent extent = find_extent(wall);
+    Grid grid = wall.parameters.grid;
+    grid.up = UpAxis::z;
     ViewOptions options;
-    const Camera given = *choose_camera(options, bounds, UpAxis::z, {100, 100});
-    const Camera expected = default_camera(bounds, UpAxis::z, 100, 100, glm::radians(30.0));
+    const Camera given = *choose_camera(options, extent, grid, {100, 100});
+    const Camera expected = default_camera(extent, UpAxis::z, 100, 100, glm::radians(30.0));
     EXPECT_EQ(given.position, expected.position);
     EXPECT_EQ(given.up, glm::dvec3(0, 0, 1));
+    options.up = UpAxis::x;
+    EXPECT_EQ(choose_camera(options, extent, grid, {100, 100})->up, glm::dvec3(1, 0, 0));
+    EXPECT_EQ(choose_turntable(options, extent, grid, {100, 100})->up, glm::dvec3(1, 0, 0));
     options.position = glm::dvec3(7, 8, 9);
-    const Camera moved = *choose_camera(options, bounds, UpAxis::z, {100, 100});
+    const Camera moved = *choose_camera(options, extent, grid, {100, 100});
     EXPECT_EQ(moved.position, glm::dvec3(7, 8, 9));
-    EXPECT_EQ(moved.focal_point, expected.focal_point);
+    EXPECT_EQ(moved.focal_point, extent.sphere.centre);
+    EXPECT_EQ(choose_turntable(options, extent, grid, {100, 100})->position, moved.position);
     options.focal_point = options.position;
-    const auto blind = choose_camera(options, bounds, UpAxis::z, {100, 100});
+    const auto blind = choose_camera(options, extent, grid, {100, 100});
     ASSERT_FALSE(blind);
     EXPECT_EQ(blind.error().code, ErrorCode::usage);
 }
 
 TEST(ChooseCamera, RefusesGridsSoFarFromTheOriginThatCoordinatesRoundOrOverflow) {
+    const auto extent_at = [](const glm::dvec3 &centre, double radius) {
+        return Extent{.sphere = {centre, radius}, .corners = {centre - radius, centre + radius}};
+    };
     for (const auto &[centre, radius] :
-         std::initializer_list<std::pair<double, double>>{{1e308, 1e307}, {1e308, 2}, {-1e200, 1e199}, {1e9, 1e-6}}) {
-        const auto refused = choose_camera({}, {{0, 0, centre}, radius}, UpAxis::y, {100, 100});
-        ASSERT_FALSE(refused) << centre;
-        EXPECT_EQ(refused.error().code, ErrorCode::unsupported_feature) << centre;
-        EXPECT_NE(refused.error().message.find("the grid reaches"), std::string::npos);
-    }
+         std::initializer_list<std::pair<double, double>>{{1e308, 1e307}, {1e308, 2}, {-1e200, 1e199}, {1e9, 1e-6}})
+        for (const auto &choose : {choose_camera, choose_turntable}) {
+            const auto refused = choose({}, extent_at({0, 0, centre}, radius), Grid{}, {100, 100});
+            ASSERT_FALSE(refused) << centre;
+            EXPECT_EQ(refused.error().code, ErrorCode::unsupported_feature) << centre;
+            EXPECT_NE(refused.error().message.find("the grid reaches"), std::string::npos);
+        }
     for (const double centre : {0.0, 8.5e6, -1e12})
-        EXPECT_TRUE(choose_camera({}, {{centre, 0, 0}, 1}, UpAxis::y, {100, 100})) << centre;
-}
-
-TEST(DefaultCamera, IsTheSameForAModelAndItsBounds) {
-    const Model model = make_wall(4, 3);
-    const Camera a = default_camera(model, 320, 200);
-    const Camera b = default_camera(bounding_sphere(model), model.parameters.grid.up, 320, 200);
-    EXPECT_EQ(a.position, b.position);
-    EXPECT_EQ(a.focal_point, b.focal_point);
+        EXPECT_TRUE(choose_camera({}, extent_at({centre, 0, 0}, 1), Grid{}, {100, 100})) << centre;
 }
 
 TEST(CheckPictureMemory, RefusesPicturesThatTakeMoreThanGranted) {

@@ -67,7 +67,7 @@ class ShownModelTest : public testing::Test {
         return *model;
     }
     DetailView view(const ShownModel &model) const {
-        return model.view(choose_camera(options_, model.bounds(), model.grid().up, kSize).value(), kSize,
+        return model.view(choose_camera(options_, model.extent(), model.grid(), kSize).value(), kSize,
                           options_.max_error);
     }
     // The picture with all needed chunks loaded.

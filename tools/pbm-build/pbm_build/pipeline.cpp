@@ -2,6 +2,7 @@
 
 #include "pbm_build/grid/examine_surface.h"
 #include "pbm_build/grid/far_parts.h"
+#include "pbm_build/grid/up_axis.h"
 #include "pbm_build/metadata.h"
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/surface/creases.h"
@@ -200,10 +201,16 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (!metadata)
         return metadata.error();
 
+    GridRequest request = options.grid;
+    if (!request.up && !request.like) {
+        const FoundUp found = clock.run("up axis", [&] { return find_up_axis(surface, bounds, threads); });
+        statistics.report("up axis", found.reason == UpReason::none ? Fate::kept : Fate::estimated, note_of(found));
+        request.up = found.up;
+    }
     const PointRequest points{.viewpoint = options.viewpoint,
                               .outliers = outliers,
                               .strict = options.strict,
-                              .up = options.grid.like ? options.grid.like->up : options.grid.up};
+                              .up = request.like ? request.like->up : *request.up};
     Result<VertexNormals> estimated =
         clock.run("normals", [&] { return estimate_normals(surface, points, threads, statistics); });
     if (!estimated)
@@ -211,7 +218,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     VertexNormals &normals = *estimated;
     if (surface.point_count() > 0)
         bounds = bounds_of(surface);
-    Result<Grid> grid = clock.run("choose grid", [&] { return choose_grid(surface, bounds, options.grid, threads); });
+    Result<Grid> grid = clock.run("choose grid", [&] { return choose_grid(surface, bounds, request, threads); });
     if (!grid)
         return grid.error();
     report_steps(single_precision, grid->voxel_size, statistics);

@@ -66,6 +66,7 @@ std::vector<OverlayRow> help_rows(CameraMode mode) {
                                          {"M", "measure: a click sets a point, Backspace takes it back"},
                                          {"X", "coordinates under the mouse"},
                                          {"K", "cut the model open: a plane, a box"},
+                                         {"U", "another up axis"},
                                          {"C", mode == CameraMode::orbit ? "flying camera" : "target camera"},
                                          {"Space, F12", "save a picture"},
                                          {"Tab", "lights, materials, shading"},

@@ -23,6 +23,7 @@ enum class Key {
     down,
     save,
     reset,
+    up_axis,
     switch_camera,
     help,
     frame_time,

@@ -279,7 +279,7 @@ Result<Grid> choose_grid(const Surface &surface, const Bounds &bounds, const Gri
         grid = centred_grid(bounds, chosen_depth(surface, bounds, threads));
     }
     grid.unit = request.unit;
-    grid.up = request.up;
+    grid.up = request.up.value_or(UpAxis::y);
     return grid;
 }
 

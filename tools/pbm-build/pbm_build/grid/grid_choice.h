@@ -21,7 +21,7 @@ struct GridRequest {
     std::optional<std::uint64_t> max_points; // the finest depth with at most so many points
     std::optional<Grid> like;                // this very grid, with its unit and up axis
     Unit unit = Unit::unknown;
-    UpAxis up = UpAxis::y;
+    std::optional<UpAxis> up; // absent: found by find_up_axis, and +Y in choose_grid
 };
 
 // Axis-aligned box around everything that will be sampled: corners of triangles, and points.

@@ -1,0 +1,41 @@
+// What a first view must show: where a model is, by its coarse voxels and without its specks.
+#pragma once
+
+#include "pbm_format/model/model.h"
+
+#include <glm/vec3.hpp>
+
+#include <span>
+#include <vector>
+
+namespace pbm {
+
+struct Sphere {
+    glm::dvec3 centre{0};
+    double radius = 0;
+};
+
+// Deepest level used for an extent, at most about 6,000 voxels: a view is chosen before much is loaded.
+inline constexpr int kBoundsLevel = 6;
+
+// Voxels of this level that touch, also by an edge or a corner, are of one cluster.
+inline constexpr int kClusterLevel = 4;
+// A cluster with fewer than 1/64 of the voxels is a speck: it lies at least 1/16 of the grid's edge from all others.
+// If specks held more than 1/16 of the voxels together, there are none: the model is scattered.
+inline constexpr std::size_t kSpeckShare = 64, kSpecksShare = 16;
+
+struct Extent {
+    // Around the occupied voxels of the level, specks left out, and so around what the model shows; at most 0.2 %
+    // larger than their smallest sphere. That is 1 to 2 % larger than the smallest sphere of the finest voxels where
+    // few stand out, 5 % for a ball that fills the cube.
+    Sphere sphere;
+    // Corners of those voxels, in model space: all corners of their convex hull are among them.
+    std::vector<glm::dvec3> corners;
+};
+
+// masks[L] are the child masks of levels 1..level, 0 <= level <= kBoundsLevel. BVG.md 4
+Extent find_extent(const Grid &grid, std::span<const ByteView> masks, int level);
+// Uses the finest level present, at most kBoundsLevel.
+Extent find_extent(const Model &model);
+
+} // namespace pbm
