@@ -227,8 +227,8 @@ inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
 // Replaces the point indices in `target` by colours; so it shades visible pixels only.
 class Shading {
   public:
-    Shading(const Model &model, const PointShader &shader, int level)
-        : set_(model.parameters.attributes), level_(level),
+    Shading(const Model &model, const Appearance &appearance, const PointShader &shader, int level)
+        : set_(model.parameters.attributes), shadows_(appearance.shadows), level_(level),
           points_(model.levels[static_cast<std::size_t>(level)].points), edge_(model.parameters.grid.edge()),
           shader_(shader),
           indices_(shader.colour_source() == ColourSource::texture ? points_.values(*palette_stream(set_)).data()
@@ -242,6 +242,7 @@ class Shading {
     float lit_fraction(std::size_t light, std::size_t index) const;
 
     const AttributeSet &set_;
+    const std::array<ShadowSource, kMaxLights> &shadows_;
     const int level_;
     const PointAttributes &points_;
     const double edge_; // of the grid, model units
@@ -298,7 +299,10 @@ std::uint32_t Shading::colour(std::size_t index) const {
 }
 
 float Shading::lit_fraction(std::size_t light, std::size_t index) const {
-    const int bits = set_.shadow_bits[light][static_cast<std::size_t>(level_)];
+    const auto level = static_cast<std::size_t>(level_);
+    if (const ShadowSource &source = shadows_[light]; !source.of_file)
+        return source.fresh ? static_cast<float>(source.fresh->levels[level][index]) / 255 : 1;
+    const int bits = set_.shadow_bits[light][level];
     return static_cast<float>(points_.shadows[light][index]) / static_cast<float>((1 << bits) - 1);
 }
 
@@ -347,7 +351,7 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
     if (surroundings_)
         surroundings = surroundings_->in_frame(appearance_, projection, options);
     const PointShader shader(model_.parameters, appearance_, projection, surroundings.get(), options, true);
-    Shading(model_, shader, level).resolve(target);
+    Shading(model_, appearance_, shader, level).resolve(target);
     if (surroundings)
         surroundings->draw_behind(target, static_cast<float>(model_.parameters.grid.edge()));
     return {level, model_.levels[static_cast<std::size_t>(level)].points.size(), walk.drawn_points};
