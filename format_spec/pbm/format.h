@@ -42,7 +42,7 @@
 //             normals, colours, radii, average_levels
 //   rasters   TiledImage                                        pbm_format/rasters/
 //   checking  verify (the first error), validate (all)          pbm_format/checking/
-//   writing   encode_model, write_model                         pbm_format/writing/
+//   writing   encode_model, write_model, edit_model             pbm_format/writing/
 //
 // Bytes passed to functions must start at a multiple of 8 in memory, as mappings and vectors do.
 //
@@ -53,6 +53,7 @@
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/reading/images.h"
 #include "pbm_format/reading/load_model.h"
+#include "pbm_format/writing/model_edit.h"
 #include "pbm_format/writing/writer.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"

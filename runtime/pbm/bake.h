@@ -38,7 +38,8 @@
 //   }
 //
 // Contents: bake_light (points) and bake_ground (a ground plane), with shadow maps or with rays against the faces of a
-// scan (ShadowRays). Functions throw at most std::bad_alloc.
+// scan (ShadowRays); lit_levels (the coarser levels of one light). Functions throw at most std::bad_alloc.
 #pragma once
 
+#include "pbm_bake/lit_levels.h"
 #include "pbm_bake/shadow_baker.h"

@@ -17,6 +17,7 @@
 namespace pbm {
 
 inline constexpr int kMaxShadowMaps = 255;
+inline constexpr int kHardGroundMaps = 16; // that a hard shadow on a ground plane needs for a smooth edge
 
 struct ShadowOptions {
     int maps = 4; // 1..kMaxShadowMaps maps, or rays per point with `rays`; soft shadows need 2^bits or more

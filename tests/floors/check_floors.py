@@ -22,7 +22,7 @@ FLOORS = {
     "runtime/pbm_surface": {"system", "pbm_format"},
     "runtime/pbm_bake": {"system", "pbm_format", "pbm_surface"},
     "runtime/pbm_render": {"system", "pbm_format", "pbm_surface"},
-    "runtime/viewer": {"system", "pbm_format", "pbm_render", "command_line", "window"},
+    "runtime/viewer": {"system", "pbm_format", "pbm_bake", "pbm_render", "command_line", "window"},
     "tools/pbm-build/pbm_scan": {"system", "pbm_format"},
     "tools/pbm-build/pbm_build": {"system", "pbm_format", "pbm_bake", "pbm_scan"},
     "tools/pbm-build": {"system", "pbm_format", "pbm_bake", "pbm_scan", "pbm_build", "command_line"},
@@ -41,7 +41,8 @@ ROOMS = {
     "runtime/pbm_render": [
         "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference"],
     "runtime/viewer": [
-        "pictures", "options", "measure opening", "navigation clipping", "scene", "pbm-render pbm-view", "pbm-view/window"],
+        "pictures", "options", "measure opening", "navigation clipping", "scene", "light", "pbm-render pbm-view",
+        "pbm-view/window"],
     "tools/pbm-build/pbm_scan": ["surface", "text", "mesh ply", "."],
     "tools/pbm-build/pbm_build": [
         "report", "surface", "grid", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],

@@ -6,10 +6,12 @@ picture of pbm-render for the view that `pbm-view -v` prints. Exit code 77: Xvfb
 """
 
 import array
+import json
 import math
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -806,8 +808,8 @@ def test_panel(display):
     size = (640, 480)
     left = size[0] - 330 - 12 + 19  # x of the checkboxes of the panel
 
-    def clicked(y):
-        return ["mousemove", left, y, "sleep", "0.1", "click", 1]
+    def clicked(y, x=left):
+        return ["mousemove", x, y, "sleep", "0.1", "click", 1]
 
     with View(display, "model.pbvg", size=size) as view:
         first = view.grab()
@@ -817,10 +819,10 @@ def test_panel(display):
         frames = len(view.lines("frame "))
         time.sleep(1)
         check(len(view.lines("frame ")) == frames, "frames are drawn while the panel is open and nothing changes")
-        view.act(*clicked(79))
+        view.act(*clicked(53))
         check("--ignore-point-colours" in view.view(), f"no other look: {view.view()}")
         views = len(view.lines("view: "))
-        view.xdotool(*dragged(1, (left + 200, 70), (left + 250, 100)), "click", 4)
+        view.xdotool(*dragged(1, (left + 200, 115), (left + 250, 140)), "click", 4)
         view.xdotool("key", "space")
         view.wait(lambda: view.lines("saved "), "saved picture")
         check(len(view.lines("view: ")) == views, "the panel's input moves the camera")
@@ -833,29 +835,150 @@ def test_panel(display):
         view.key("Return")
         view.next_frame("key", "Tab")
         # Makes a light brighter, then resets it.
-        view.next_frame(*clicked(313))
-        view.act("mousemove", left + 140, 359, "sleep", "0.1", "click", 1)
-        view.next_frame(*clicked(313))
+        view.next_frame(*clicked(193))
+        view.act(*clicked(271, left + 140))
+        view.next_frame(*clicked(193))
         view.next_frame("key", "Tab")
         brighter = view.grab()
         check(sum(brighter[2]) > sum(rendered("model.pbvg", *view.view())[2]), "the light is not brighter")
         view.next_frame("key", "Tab")
-        view.act(*clicked(365))
+        view.act(*clicked(245))
         view.next_frame("key", "Tab")
-        check(view.grab() == first, "Reset does not bring the first look back")
+        check_same_in_the_end(view, "model.pbvg", "the look after Reset")
         check(view.quit() == 0, "Escape does not end with 0")
     # Keys typed into a number field, including Escape and Return, are not commands of the window.
+    field = (left + 60, 297)
     with View(display, "--panel", "model.pbvg", size=size) as view:
         check(view.grab() != first, "--panel does not show it")
-        view.next_frame(*clicked(313))
-        view.next_frame("mousemove", left + 60, 386, "sleep", "0.1", "keydown", "ctrl", "click", 1, "keyup", "ctrl")
+        view.next_frame(*clicked(193))
+        view.next_frame("mousemove", *field, "sleep", "0.1", "keydown", "ctrl", "click", 1, "keyup", "ctrl")
         camera = view.vectors()
         view.act("key", "c", "key", "4", "key", "5", "key", "Left", "key", "Escape")
         time.sleep(0.5)
         check(view.vectors() == camera and view.process.poll() is None, "the window takes what is typed")
-        view.next_frame("mousemove", left + 60, 386, "sleep", "0.1", "keydown", "ctrl", "click", 1, "keyup", "ctrl")
+        view.next_frame("mousemove", *field, "sleep", "0.1", "keydown", "ctrl", "click", 1, "keyup", "ctrl")
         view.act("key", "4", "key", "5", "key", "Return")
-        check(view.quit() == 0, "Escape does not end with 0")
+        # Escape goes one step back: the help, the panel, a question since a light was moved, and at last the program.
+        view.next_frame("key", "F1")
+        for shown in ("the help", "the panel", "the window"):
+            view.next_frame("key", "Escape")
+            check(view.process.poll() is None, f"Escape over {shown} ends the program")
+        view.next_frame("key", "Escape")
+        check(view.process.poll() is None, "Escape at the question does not go back")
+        x11.Desktop(display).close(view.window)
+        time.sleep(0.3)
+        check(view.process.poll() is None, "the close button loses edits without a question")
+        view.xdotool("key", "Return")
+        check(view.process.wait(PATIENCE) == 0, "Return does not quit")
+    # The keyboard moves through the panel, and Escape gives it back to the view.
+    with View(display, "model.pbvg", size=size) as view:
+        camera = view.vectors()
+        view.next_frame("key", "F6")
+        view.act("key", "Down", "key", "Up", "key", "space")  # the first checkbox: point colours
+        check("--ignore-point-colours" in view.view(), f"the keyboard does not reach the panel: {view.view()}")
+        check(view.vectors() == camera, "the panel's keys move the camera")
+        view.next_frame("key", "Escape")
+        view.act("key", "Left")
+        check(view.vectors() != camera, "the view does not get the keyboard back")
+
+
+def test_panel_beside_the_picture(display):
+    """In a wide window the picture is drawn beside the panel, so that the panel covers nothing of it."""
+    with View(display, "model.pbvg", size=(900, 400)) as view:
+        view.act("key", "Tab")
+        check(view.view()[0] == "--resolution=546,400", f"the picture has {view.view()[0]}")
+        expected, shown = rendered("model.pbvg", *view.view()), view.grab()
+        rows = [shown[2][3 * 900 * y:3 * (900 * y + 546)] for y in range(400)]
+        check(b"".join(rows) == expected[2], "the picture beside the panel is not pbm-render's")
+        view.act("key", "Tab")
+        check_same_in_the_end(view, "model.pbvg", "the picture without the panel")
+
+
+def lit_model(name):
+    """A model with a spot light from the left, which casts shadows on it and on the ground."""
+    result = run("pbm-build", "-q", "--depth", 7, "scan.ply", "--light=spot,from=-2,1,1,exponent=4", "--shadows",
+                 "--ground", "-o", name)
+    check(result.returncode == 0, result.stderr)
+
+
+def info(name):
+    result = run("pbm-info", "--json", name)
+    check(result.returncode == 0, result.stderr)
+    return json.loads(result.stdout)
+
+
+def brightness(picture):
+    return sum(picture[2]) / len(picture[2])
+
+
+def test_moved_lights(display):
+    """L moves a light round the model; its shadows are baked anew; what is saved looks as the window did."""
+    lit_model("lit.pbvg")
+    before = (work / "lit.pbvg").read_bytes()
+    with View(display, "lit.pbvg") as view:
+        first = view.grab()
+        view.act("keydown", "l", *dragged(1, (240, 180), (420, 150)), "keyup", "l")
+        view.wait(lambda: view.grab() != first, "moved light")
+        stale = view.grab()
+        view.wait(lambda: "shadows: baked\nframe " in view.text(), "picture with new shadows")
+        time.sleep(0.5)
+        moved = view.grab()
+        check(moved != stale, "the new shadows are not seen")
+        check(brightness(moved) > 0.5 * brightness(first), "the model got dark")
+        check(moved != first, "the light does not move")
+        camera = view.view()
+        # Ctrl+S asks first.
+        view.next_frame("key", "ctrl+s")
+        view.next_frame("key", "Escape")
+        check((work / "lit.pbvg").read_bytes() == before, "saved without an answer")
+        view.xdotool("key", "ctrl+s", "key", "Return")
+        view.wait(lambda: view.lines("saved lit.pbvg"), "saved model")
+        view.wait(lambda: view.grab() == moved, "end of the notice")
+        expected = rendered("lit.pbvg", *camera)
+        different = sum(abs(a - b) > 3 for a, b in zip(moved[2], expected[2]))
+        check(different < len(moved[2]) / 1000, f"the saved model looks different: {different} bytes")
+        result = run("pbm-validate", "--deep", "lit.pbvg")
+        check(result.returncode == 0, f"{result}")
+        check("view" in info("lit.pbvg")["metadata"], "the view is not saved")
+        check(view.quit() == 0, "Escape does not end with 0 after the model was saved")
+    # The window starts with the saved view.
+    with View(display, "lit.pbvg") as view:
+        check(view.view() == camera, f"{view.view()}, saved {camera}")
+        view.act("keydown", "l", *dragged(1, (240, 180), (60, 60)), "keyup", "l")
+        # Another program replaces the file: saving refuses.
+        shutil.copy(work / "model.pbvg", work / "other-lit.pbvg")
+        os.replace(work / "other-lit.pbvg", work / "lit.pbvg")
+        view.xdotool("key", "ctrl+s", "key", "Return")  # waits for the shadows
+        view.wait(lambda: "another program has changed the file" in view.text(), "refusal to save")
+        check((work / "lit.pbvg").read_bytes() == (work / "model.pbvg").read_bytes(), "a foreign file was replaced")
+        # R saves a recipe, with which the builder makes the same lights.
+        view.xdotool("key", "ctrl+s", "key", "r")
+        view.wait(lambda: view.lines("saved lit-1.toml"), "saved recipe")
+        result = run("pbm-build", "-q", "--depth", 7, "--recipe", "lit-1.toml", "scan.ply", "-o", "again.pbvg")
+        check(result.returncode == 0, f"{result}\n{(work / 'lit-1.toml').read_text()}")
+        check(view.quit() == 0, "Escape asks although a recipe was saved")
+
+
+def test_headlight_and_options(display):
+    """Ctrl+C copies a command that draws the picture; a headlight follows the camera."""
+    with View(display, "--headlight=-30,20", "model.pbvg") as view:
+        check_same(view, "model.pbvg", "a headlight")
+        view.key("Left")
+        check("--headlight=-30,20" in view.view(), f"{view.view()}")
+        check_same_in_the_end(view, "model.pbvg", "a headlight from another side")
+        view.xdotool("key", "ctrl+c")
+        view.wait(lambda: view.lines("pbm-render "), "copied options")
+        copied = x11.Desktop(display).clipboard()
+        check(copied.splitlines()[0] == view.lines("pbm-render ")[-1], f"the clipboard holds {copied}")
+        words = shlex.split(copied)
+        result = run(*words[:-1], "copied.png")
+        check(result.returncode == 0, f"{copied}: {result.stderr}")
+        rendered("model.pbvg", *view.view())
+        check((work / "copied.png").read_bytes() == (work / "expected.png").read_bytes(), "the command draws another picture")
+        # With L the headlight is dragged; it stays with the camera.
+        view.act("keydown", "l", *dragged(1, (240, 180), (240, 20)), "keyup", "l")
+        view.wait(lambda: "--headlight=0,63" in view.view(), "raked headlight")
+        check_same_in_the_end(view, "model.pbvg", "a raking headlight")
 
 
 def test_fine(display):
@@ -1010,7 +1133,28 @@ def test_display_goes_away():
         check(view.text().splitlines()[-1].startswith("pbm-view: the display has taken the window away"), view.text())
 
 
+def test_first_start(display):
+    """The first start of a user shows a hint, which fades; later ones do not."""
+    for first in (True, False):
+        with View(display, "model.pbvg", XDG_STATE_HOME=str(work / "new state")) as view:
+            plain = rendered("model.pbvg", *view.view())
+            check((view.grab() != plain) == first, f"the hint is {'not ' if first else ''}shown")
+            view.wait(lambda: view.grab() == plain, "end of the hint")
+            check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_themes(display):
+    shown = {}
+    for theme in ("dark", "light", "desktop"):
+        with View(display, "--panel", f"--theme={theme}", "model.pbvg") as view:
+            shown[theme] = brightness(view.grab())
+    check(shown["light"] > shown["dark"] + 20, f"brightness {shown}")
+    check(shown["desktop"] == shown["dark"], f"a desktop that says nothing: {shown}")
+
+
 def main(tests):
+    (work / "state" / "pbm").mkdir(parents=True)
+    (work / "state" / "pbm" / "started").touch()
     (work / "notes.txt").write_text("no scan")
     for arguments in (("pbm-sample", "-q", "--vertices", 20000, "-o", "scan.ply"),
                       ("pbm-build", "-q", "--depth", 7, "scan.ply", "-o", "model.pbvg"),

@@ -1,4 +1,4 @@
-"""Desktop actions that xdotool lacks: drop a file, close and minimise a window. Needs libX11 only."""
+"""Desktop actions that xdotool lacks: drop a file, close and minimise a window, read the clipboard. Needs libX11 only."""
 
 import ctypes
 
@@ -96,3 +96,21 @@ class Desktop:
                 on_request(event.request)
             if event.type == CLIENT_MESSAGE and event.client.message_type == wanted:
                 return
+
+    def clipboard(self):
+        """The text that another program has put on the clipboard."""
+        root = self.x.XDefaultRootWindow(self.display)
+        window = Window(self.x.XCreateSimpleWindow(self.display, Window(root), 0, 0, 1, 1, 0, Window(0), Window(0)))
+        utf8, place = Atom(self.atom("UTF8_STRING")), Atom(self.atom("PBM_CLIPBOARD"))
+        self.x.XConvertSelection(self.display, Atom(self.atom("CLIPBOARD")), utf8, place, window, ctypes.c_ulong(0))
+        event = Event()
+        while event.type != SELECTION_NOTIFY:
+            self.x.XNextEvent(self.display, ctypes.byref(event))
+        kind, form, count, left, data = Atom(), ctypes.c_int(), ctypes.c_ulong(), ctypes.c_ulong(), ctypes.c_void_p()
+        self.x.XGetWindowProperty(self.display, window, place, ctypes.c_long(0), ctypes.c_long(1 << 20), 0, Atom(0),
+                                  ctypes.byref(kind), ctypes.byref(form), ctypes.byref(count), ctypes.byref(left),
+                                  ctypes.byref(data))
+        text = ctypes.string_at(data, count.value).decode()
+        self.x.XDestroyWindow(self.display, window)
+        self.x.XFlush(self.display)
+        return text

@@ -7,6 +7,7 @@
 #include "pbm_format/rasters/image_section.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/writing/chunk_encoder.h"
+#include "pbm_format/writing/file_layout.h"
 #include "pbm_format/writing/raster_encoder.h"
 #include "system/files/file_replacement.h"
 #include "system/threads/parallel.h"
@@ -18,60 +19,6 @@
 namespace pbm {
 
 namespace {
-
-// Collects sections in the order of the file and places them one behind the other.
-class FileLayout {
-  public:
-    // Adds a section; fills the fields of `entry` that follow from its bytes.
-    void add(SectionEntry entry, Bytes stored) {
-        entry.flags = kCriticalFlag;
-        entry.stored_bytes = stored.size();
-        entry.hash = hash64(stored);
-        entries_.push_back(entry);
-        stored_.push_back(std::move(stored));
-    }
-
-    void add_records(SectionType type, std::uint32_t instance, std::uint32_t record_bytes, Bytes stored,
-                     std::uint32_t alignment = kSectionAlignment) {
-        const std::uint64_t bytes = stored.size();
-        add({.type = type,
-             .instance = instance,
-             .element_bytes = record_bytes,
-             .alignment = alignment,
-             .raw_bytes = bytes,
-             .count = bytes / record_bytes},
-            std::move(stored));
-    }
-
-    // Returns header, table and sections; fills the fields of `header` that follow from the sections.
-    Bytes assemble(FileHeader header) {
-        std::uint64_t end = kHeaderBytes + entries_.size() * kSectionEntryBytes;
-        for (SectionEntry &entry : entries_) {
-            entry.offset = (end + entry.alignment - 1) / entry.alignment * entry.alignment;
-            end = entry.offset + entry.stored_bytes;
-            header.raw_bytes += entry.raw_bytes;
-        }
-        const Bytes table = encode_section_table(entries_);
-        header.file_size = end;
-        header.table_count = static_cast<std::uint32_t>(entries_.size());
-        header.table_hash = hash64(table);
-        Bytes file;
-        file.reserve(end);
-        const Bytes head = encode_header(header);
-        file.insert(file.end(), head.begin(), head.end());
-        file.insert(file.end(), table.begin(), table.end());
-        for (std::size_t i = 0; i < entries_.size(); ++i) {
-            file.resize(entries_[i].offset, 0);
-            file.insert(file.end(), stored_[i].begin(), stored_[i].end());
-            stored_[i] = {};
-        }
-        return file;
-    }
-
-  private:
-    std::vector<SectionEntry> entries_;
-    std::vector<Bytes> stored_;
-};
 
 // Checks whether a file can hold the rasters: 3.10.4 and 3.10.15.
 Status check_shapes(const ModelImages &images) {
@@ -116,27 +63,11 @@ void add_rasters(FileLayout &layout, const ModelImages &images, const WriteOptio
     add_raster(layout, SectionType::panorama, 0, images.panorama, options);
 }
 
-// Checks the parameters by decoding their encoded form, so that what a reader would refuse is refused before any work.
+// Checks parameters and rasters, so that what a reader would refuse is refused before any work.
 Status check_encodable(const Model &model) {
-    const ModelParameters &parameters = model.parameters;
-    const int depth = parameters.grid.depth;
-    Status status =
-        check_metadata({reinterpret_cast<const std::uint8_t *>(model.metadata.data()), model.metadata.size()});
-    const auto also = [&](const auto &decoded) {
-        if (status && !decoded)
-            status = decoded.error();
-    };
-    also(decode_grid(encode_grid(parameters.grid), depth));
-    also(decode_attributes(encode_attributes(parameters.attributes, depth), depth));
-    also(decode_materials(encode_materials(parameters.materials)));
-    if (!parameters.lights.empty())
-        also(decode_lights(encode_lights(parameters.lights)));
-    if (!parameters.texture.empty())
-        also(decode_texture(encode_texture(parameters.texture.front())));
-    if (parameters.ground)
-        also(decode_ground_plane(encode_ground_plane(*parameters.ground)));
-    also(check_parameters(parameters));
-    also(check_rasters(parameters, !model.images.ground_texture.empty(), model.images.ground_lit.size()));
+    Status status = check_small_sections(model.parameters, model.metadata);
+    if (status)
+        status = check_rasters(model.parameters, !model.images.ground_texture.empty(), model.images.ground_lit.size());
     return status ? check_shapes(model.images) : status;
 }
 
@@ -188,15 +119,15 @@ void add_level(FileLayout &layout, const AttributeSet &set, int level, Storage s
         directory.chunks.push_back(std::move(chunk.entry));
     }
     const auto instance = static_cast<std::uint32_t>(level);
-    layout.add_records(SectionType::level_directory, instance, static_cast<std::uint32_t>(chunk_entry_bytes(set)),
-                       encode_directory(directory, set));
+    layout.add(record_section(SectionType::level_directory, instance,
+                              static_cast<std::uint32_t>(chunk_entry_bytes(set)), encode_directory(directory, set)));
     SectionEntry entry{.type = SectionType::level_chunks, .instance = instance, .element_bytes = 0, .count = points};
     if (storage == Storage::packed) {
         entry.codec = Codec::zstd_chunks;
         entry.raw_bytes = raw_bytes;
     } else {
-        layout.add_records(SectionType::level_bricks, instance, kBrickRecordBytes, std::move(bricks),
-                           kMappedStreamAlignment);
+        layout.add(record_section(SectionType::level_bricks, instance, kBrickRecordBytes, std::move(bricks),
+                                  kMappedStreamAlignment));
         entry.alignment = kMappedChunksAlignment;
         entry.raw_bytes = stored.size();
     }
@@ -262,20 +193,8 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try 
         index_level(model, level, encoded[level - 1], options.threads, encoded[level]);
 
     FileLayout layout;
-    const Bytes metadata(model.metadata.begin(), model.metadata.end());
-    layout.add_records(SectionType::metadata, 0, 1, metadata);
-    layout.add_records(SectionType::grid, 0, 48, encode_grid(parameters.grid));
-    layout.add_records(SectionType::attributes, 0, 24, encode_attributes(set, depth));
-    layout.add_records(SectionType::materials, 0, 32, encode_materials(parameters.materials));
-    if (!parameters.lights.empty())
-        layout.add_records(SectionType::lights, 0, 48, encode_lights(parameters.lights));
-    if (!parameters.texture.empty())
-        layout.add_records(SectionType::texture, 0, 800, encode_texture(parameters.texture.front()));
-    if (parameters.ground) {
-        Bytes ground = encode_ground_plane(*parameters.ground);
-        const auto bytes = static_cast<std::uint32_t>(ground.size());
-        layout.add_records(SectionType::ground_plane, 0, bytes, std::move(ground));
-    }
+    for (EncodedSection &section : encode_small_sections(parameters, model.metadata))
+        layout.add(std::move(section));
     for (std::size_t level = 1; level < encoded.size(); ++level)
         add_level(layout, set, static_cast<int>(level), options.storage, encoded[level]);
     add_rasters(layout, model.images, options);

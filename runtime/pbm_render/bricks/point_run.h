@@ -27,10 +27,4 @@ inline unsigned shadow_value(const std::uint8_t *stream, std::size_t i, unsigned
     return stream[at / 8] >> (at % 8) & ((1U << bits) - 1);
 }
 
-// Lit fraction of point `i` of the run's chunk, 0..1. The light has a shadow stream of `bits` bits at the run's level.
-inline float lit_fraction(const PointRun &run, std::size_t i, std::size_t light, unsigned bits) {
-    return static_cast<float>(shadow_value(run.chunk->shadows[light].data(), i, bits)) /
-           static_cast<float>((1U << bits) - 1);
-}
-
 } // namespace pbm

@@ -124,7 +124,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     const FrameGeometry geometry(projection, target.width, target.height);
     frame.runs.set(runs);
     frame.runs.begin_view(geometry);
-    frame.reader.begin(frame.parameters, frame.runs);
+    frame.reader.begin(frame.parameters, frame.appearance, frame.runs);
     const std::vector<EyeLight> lights = see_lights(frame.appearance.lights, frame.parameters.grid.edge(), projection);
     const SurroundingsView surroundings(frame.surroundings.get(), frame.appearance, projection, options);
     std::optional<PointShader> shader;

@@ -5,7 +5,7 @@
 
 namespace pbm {
 
-void PointReader::begin(const ModelParameters &parameters, const DrawnRuns &runs) {
+void PointReader::begin(const ModelParameters &parameters, const Appearance &appearance, const DrawnRuns &runs) {
     const AttributeSet &set = parameters.attributes;
     const std::optional<StreamInfo> indices = palette_stream(set);
     ids_ = runs.ids();
@@ -18,13 +18,9 @@ void PointReader::begin(const ModelParameters &parameters, const DrawnRuns &runs
                                                          chunk.colours.data(),
                                                          chunk.materials.data(),
                                                          indices ? chunk.values(*indices).data() : nullptr,
-                                                         {},
                                                          {}});
-        for (std::size_t l = 0; l < static_cast<std::size_t>(set.lights); ++l) {
-            streams.shadows[l] = chunk.shadows[l].data();
-            streams.shadow_bits[l] =
-                static_cast<std::uint8_t>(set.shadow_bits[l][static_cast<std::size_t>(runs[i].level)]);
-        }
+        for (std::size_t l = 0; l < static_cast<std::size_t>(set.lights); ++l)
+            streams.shadows[l] = shadow_stream(runs[i], l, set, appearance.shadows[l]);
     }
 }
 
@@ -45,7 +41,7 @@ void PointReader::locate(const CoveredPixels &pixels, std::size_t first, std::si
         __builtin_prefetch(from.normals + point);
         __builtin_prefetch(from.colours + point * colour_bytes);
         for (std::size_t light = 0; light < shadowed; ++light)
-            __builtin_prefetch(from.shadows[light] + point * from.shadow_bits[light] / 8);
+            __builtin_prefetch(from.shadows[light].values + point * from.shadows[light].bits / 8);
     }
 }
 
@@ -80,15 +76,10 @@ void PointReader::read_batch(const Batch &batch, const ShadedFrame &frame, Point
             row.phong[batch.first + i] = phong_of(i);
     else if (batch.first == 0)
         row.phong[0] = phong_of(0);
-    constexpr std::array<float, 9> kScales{0,         1,         1 / 3.0F,   1 / 7.0F,  1 / 15.0F,
-                                           1 / 31.0F, 1 / 63.0F, 1 / 127.0F, 1 / 255.0F};
     for (std::size_t light = 0; light < frame.lighting.shadowed; ++light) {
         float *const lit = row.lit[light].data() + batch.first;
-        for (std::size_t i = 0; i < batch.count; ++i) {
-            const Streams &from = *batch.from[i];
-            const unsigned bits = from.shadow_bits[light];
-            lit[i] = static_cast<float>(shadow_value(from.shadows[light], batch.point[i], bits)) * kScales[bits];
-        }
+        for (std::size_t i = 0; i < batch.count; ++i)
+            lit[i] = batch.from[i]->shadows[light].lit(batch.point[i]);
     }
 }
 

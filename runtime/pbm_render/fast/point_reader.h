@@ -4,6 +4,7 @@
 #include "pbm_render/appearance/appearance.h"
 #include "pbm_render/bricks/drawn_runs.h"
 #include "pbm_render/bricks/frame_geometry.h"
+#include "pbm_render/bricks/shadow_stream.h"
 #include "pbm_render/fast/strip_pixels.h"
 #include "pbm_render/shading/point_shader.h"
 #include "pbm_render/shading/surface_shader.h"
@@ -26,7 +27,7 @@ struct ShadedFrame {
 class PointReader {
   public:
     // Lists the streams of a frame's runs, whose chunks must stay as long as the frame is drawn.
-    void begin(const ModelParameters &parameters, const DrawnRuns &runs);
+    void begin(const ModelParameters &parameters, const Appearance &appearance, const DrawnRuns &runs);
 
     // Reads the points of row `y` of the picture. If their colours depend on their normals alone, `row` gets the
     // colours of the pixels. Several threads may call this at once.
@@ -37,8 +38,7 @@ class PointReader {
     struct Streams {
         const std::uint16_t *normals;
         const std::uint8_t *colours, *materials, *indices; // null: the model lacks the stream
-        std::array<const std::uint8_t *, kMaxLights> shadows;
-        std::array<std::uint8_t, kMaxLights> shadow_bits; // of a lit fraction
+        std::array<ShadowStream, kMaxLights> shadows;
     };
 
     // Places of points side by side in a row: the loops over them are short, so that what one of them prefetches is

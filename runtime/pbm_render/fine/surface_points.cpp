@@ -12,7 +12,7 @@ SurfacePoints::SurfacePoints(const ModelParameters &parameters, const Appearance
       shadowed_(options.shadows
                     ? std::min(static_cast<std::size_t>(parameters.attributes.lights), appearance.lights.size())
                     : 0),
-      last_material_(appearance.materials.size() - 1), shadow_bits_(parameters.attributes.shadow_bits) {
+      last_material_(appearance.materials.size() - 1), set_(parameters.attributes), shadows_(appearance.shadows) {
     for (std::size_t i = 0; i < linear_.size(); ++i)
         linear_[i] = static_cast<float>(linear_table()[i]) / 65535.0F;
     const auto linear = [&](Rgb8 c) { return Float4{linear_[c[0]], linear_[c[1]], linear_[c[2]], 0}; };

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
-#include "pbm_render/bricks/point_run.h"
+#include "pbm_render/bricks/shadow_stream.h"
 #include "pbm_render/fine/surface_buffer.h"
 #include "pbm_render/picture/render_options.h"
 
@@ -41,9 +41,9 @@ class SurfacePoints {
             for (std::size_t k = 0; k < 4; ++k)
                 channels[channel::kPhong + k] = phong_[material][static_cast<int>(k)];
         for (std::size_t light = 0; light < shadowed_; ++light) {
-            const unsigned bits = shadow_bits_[light][static_cast<std::size_t>(run.level)];
-            const float lit = lit_fraction(run, i, light, bits);
-            channels[channel::kLit + light] = bits == 1 ? (lit - 0.5F) * kFlagContrast + 0.5F : lit;
+            const float lit = shadow_stream(run, light, set_, shadows_[light]).lit(i);
+            const bool is_flag = set_.shadow_bits[light][static_cast<std::size_t>(run.level)] == 1;
+            channels[channel::kLit + light] = is_flag ? (lit - 0.5F) * kFlagContrast + 0.5F : lit;
         }
     }
 
@@ -61,7 +61,8 @@ class SurfacePoints {
     ByteView PointView::*indices_; // into the palette; null: the colour has another source
     bool has_phong_;
     std::size_t shadowed_, last_material_;
-    const std::array<std::array<std::uint8_t, kMaxDepth + 1>, kMaxLights> &shadow_bits_;
+    const AttributeSet &set_;
+    const std::array<ShadowSource, kMaxLights> shadows_;
     std::array<float, 256> linear_;                        // by sRGB byte
     std::array<Float4, 256> palette_{};                    // linear
     std::array<Float4, kMaxMaterials> material_colours_{}; // linear

@@ -249,8 +249,9 @@ inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
 class Shading {
   public:
     // `shown_backs`: kTwoSidedBit if all points show their backs, else 0.
-    Shading(const Model &model, const PointShader &shader, int level, std::uint16_t shown_backs)
-        : set_(model.parameters.attributes), level_(level),
+    Shading(const Model &model, const Appearance &appearance, const PointShader &shader, int level,
+            std::uint16_t shown_backs)
+        : set_(model.parameters.attributes), shadows_(appearance.shadows), level_(level),
           points_(model.levels[static_cast<std::size_t>(level)].points), edge_(model.parameters.grid.edge()),
           shader_(shader), shown_backs_(shown_backs),
           indices_(shader.colour_source() == ColourSource::texture ? points_.values(*palette_stream(set_)).data()
@@ -264,6 +265,7 @@ class Shading {
     float lit_fraction(std::size_t light, std::size_t index) const;
 
     const AttributeSet &set_;
+    const std::array<ShadowSource, kMaxLights> &shadows_;
     const int level_;
     const PointAttributes &points_;
     const double edge_; // of the grid, model units
@@ -321,7 +323,10 @@ std::uint32_t Shading::colour(std::size_t index) const {
 }
 
 float Shading::lit_fraction(std::size_t light, std::size_t index) const {
-    const int bits = set_.shadow_bits[light][static_cast<std::size_t>(level_)];
+    const auto level = static_cast<std::size_t>(level_);
+    if (const ShadowSource &source = shadows_[light]; !source.of_file)
+        return source.fresh ? static_cast<float>(source.fresh->levels[level][index]) / 255 : 1;
+    const int bits = set_.shadow_bits[light][level];
     return static_cast<float>(points_.shadows[light][index]) / static_cast<float>((1 << bits) - 1);
 }
 
@@ -370,7 +375,8 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
     if (surroundings_)
         surroundings = surroundings_->in_frame(appearance_, projection, options);
     const PointShader shader(model_.parameters, appearance_, projection, surroundings.get(), options, true);
-    Shading(model_, shader, level, projection.clip.empty() ? std::uint16_t{0} : kTwoSidedBit).resolve(target);
+    Shading(model_, appearance_, shader, level, projection.clip.empty() ? std::uint16_t{0} : kTwoSidedBit)
+        .resolve(target);
     if (surroundings)
         surroundings->draw_behind(target, static_cast<float>(model_.parameters.grid.edge()));
     return {level, model_.levels[static_cast<std::size_t>(level)].points.size(), walk.drawn_points};

@@ -87,9 +87,25 @@ GroundFrame GroundSampler::frame(const Appearance &appearance, const Projection 
     frame.colour = linear(frame.material.colour);
     for (std::size_t i = 0; i < frame.palette.size(); ++i)
         frame.palette[i] = pack_roots(appearance.ground_palette[std::min<std::size_t>(i, 255)]);
+    const auto word_of = [&](const TexelLevels &levels) {
+        const auto found = std::find(frame.lit.begin(), frame.lit.end(), &levels);
+        const auto word = static_cast<int>(found - frame.lit.begin());
+        if (found == frame.lit.end())
+            frame.lit.push_back(&levels);
+        return word;
+    };
     for (std::size_t i = 0; i < std::min<std::size_t>(appearance.lights.size(), kMaxLights); ++i) {
         const Light &light = appearance.lights[i];
         const bool far = light.kind == LightKind::directional;
+        const ShadowSource &source = appearance.shadows[i];
+        int word = -1, byte = -1;
+        if (shadows && source.of_file && i < lit_places_.size()) {
+            word = word_of(*lit_[static_cast<std::size_t>(lit_places_[i][0])]);
+            byte = lit_places_[i][1];
+        } else if (shadows && !source.of_file && source.fresh && source.fresh->ground) {
+            word = word_of(*source.fresh->ground);
+            byte = 0;
+        }
         GroundLight &to = frame.lights[frame.light_count];
         to = {.kind = light.kind,
               .colour = vector(light.intensity),
@@ -97,8 +113,8 @@ GroundFrame GroundSampler::frame(const Appearance &appearance, const Projection 
                            : glm::vec3(place(glm::dvec3(vector(light.position)) / grid_edge)),
               .direction = glm::vec3(turn * glm::dvec3(vector(light.direction))),
               .exponent = light.exponent,
-              .word = shadows && i < lit_places_.size() ? lit_places_[i][0] : -1,
-              .byte = shadows && i < lit_places_.size() ? lit_places_[i][1] : -1};
+              .word = word,
+              .byte = byte};
         if (to.place.z > 0) // else it shines from below
             ++frame.light_count;
     }

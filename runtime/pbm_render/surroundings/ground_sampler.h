@@ -24,7 +24,7 @@ struct GroundLight {
     glm::vec3 place;     // towards a directional light, unit length; else where it is
     glm::vec3 direction; // of a spot
     float exponent;
-    int word, byte; // where its lit fraction is: in which texels of GroundSampler::lit; -1: everywhere 1
+    int word, byte; // where its lit fraction is: in which texels of GroundFrame::lit; -1: everywhere 1
 };
 
 // What stays the same for a frame.
@@ -42,6 +42,7 @@ struct GroundFrame {
     std::array<std::uint32_t, 257> palette{}; // pack_roots, the last one twice
     std::array<GroundLight, kMaxLights> lights;
     std::size_t light_count = 0;
+    std::vector<const TexelLevels *> lit; // those that `lights` name, at most kMaxLights
 };
 
 // Rays of a row, in the plane's axes, and its lines: value at its first pixel, and the step to the next.

@@ -434,9 +434,9 @@ void GroundSampler::shade(const GroundFrame &frame, const GroundRow &row, const 
             texels.texture = block_texels(*texture_, line);
             reads_texels = !texels.texture.only;
         }
-        for (std::size_t word = 0; word < lit_.size(); ++word)
+        for (std::size_t word = 0; word < frame.lit.size(); ++word)
             if (is_lit[word]) {
-                texels.lit[word] = block_texels(*lit_[word], line);
+                texels.lit[word] = block_texels(*frame.lit[word], line);
                 reads_texels |= !texels.lit[word].only;
             }
         const GroundBlock values{first, texels, samples, sample, is_smooth(frame, samples, sample), reads_texels};

@@ -6,6 +6,7 @@
 #include "pbm_render/shading/depth_cue.h"
 
 #include <cstdint>
+#include <optional>
 
 namespace pbm {
 
@@ -19,11 +20,18 @@ constexpr bool draws_fine(Quality quality, Motion motion) {
     return quality == Quality::fine || (quality == Quality::automatic && motion == Motion::still);
 }
 
+// One light that follows the camera. Where it comes from: degrees to the right of the eye and above it.
+struct Headlight {
+    double right = 0, up = 0;
+    bool operator==(const Headlight &) const = default;
+};
+
 struct LookOptions {
     RenderOptions render;
     Quality quality = Quality::automatic;
     int samples = kDefaultSamples; // per pixel of fine pictures, 1..kMaxSamples
     DepthCue depth_cue = DepthCue::none;
+    std::optional<Headlight> headlight; // in place of all other lights
 };
 
 // The look with the quality that such pictures are drawn with: fast or fine.

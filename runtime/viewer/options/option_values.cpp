@@ -77,6 +77,13 @@ Result<Rgba8> parse_colour(const std::string &text) {
     return colour;
 }
 
+Result<Headlight> parse_headlight(const std::string &text) {
+    const auto numbers = parse_numbers(text, ",", 2);
+    if (!numbers || std::abs((*numbers)[0]) > 180 || std::abs((*numbers)[1]) > 90)
+        return usage("'" + text + "' is no headlight; write degrees to the right and up like 0,0 or -60,20");
+    return Headlight{(*numbers)[0], (*numbers)[1]};
+}
+
 Result<double> parse_frame_rate(const std::string &text) {
     const auto numbers = parse_numbers(text, "", 1);
     if (!numbers || !((*numbers)[0] == 0 || ((*numbers)[0] >= 1 && (*numbers)[0] <= 240)))

@@ -1,9 +1,10 @@
-// Parses values of options: resolutions, vectors, colours.
+// Parses values of options: resolutions, vectors, colours, angles.
 #pragma once
 
 #include "pbm_render/camera/clip_region.h"
 #include "pbm_render/picture/framebuffer.h"
 #include "system/error.h"
+#include "viewer/options/look_options.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -22,6 +23,8 @@ Result<ClipPlane> parse_clip_plane(const std::string &text);
 Result<ClipBox> parse_clip_box(const std::string &text);
 // "r,g,b", each 0..1, sRGB.
 Result<Rgba8> parse_colour(const std::string &text);
+// "right,up": -180..180 and -90..90 degrees.
+Result<Headlight> parse_headlight(const std::string &text);
 // Frames per second: 1..240, or 0 for any.
 Result<double> parse_frame_rate(const std::string &text);
 

@@ -81,6 +81,10 @@ void add_shading_options(CommandLine &line, LookOptions &look) {
     line.add("--ground,!--no-ground", "The file's ground plane; default on", &render.ground);
     line.add("--reflections,!--no-reflections", "Of the panorama, where a material asks for it; default on",
              &render.reflections);
+    line.add("--headlight",
+             "One light that follows the camera in place of the file's, degrees to the right of the eye and above it; "
+             "0,0: from the eye",
+             stored(parse_headlight, look.headlight), {.type = "RIGHT,UP"});
     command_line::add_choice(line, "--depth-cue", "depth cue", kDepthCues, look.depth_cue,
                              "Shade by depth alone, for scans without colours; default none");
 }
@@ -237,6 +241,8 @@ std::string look_as_options(const LookOptions &look) {
     add_switch(render.panorama, "--no-panorama");
     add_switch(render.ground, "--no-ground");
     add_switch(render.reflections, "--no-reflections");
+    if (look.headlight)
+        text += " --headlight=" + number_text(look.headlight->right) + "," + number_text(look.headlight->up);
     if (look.depth_cue != standard.depth_cue)
         text += " --depth-cue=" + word_of(look.depth_cue);
     if (look.quality != standard.quality)
@@ -247,6 +253,16 @@ std::string look_as_options(const LookOptions &look) {
         text += " --no-background";
     else if (render.background != standard.render.background)
         text += " --background-color=" + colour_text(render.background);
+    return text;
+}
+
+std::string detail_as_options(const ViewOptions &options) {
+    const ViewOptions standard;
+    std::string text;
+    if (options.max_error != standard.max_error)
+        text += " --max-error=" + number_text(options.max_error);
+    if (options.load.max_level != standard.load.max_level)
+        text += " --level=" + std::to_string(options.load.max_level);
     return text;
 }
 

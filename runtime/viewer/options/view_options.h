@@ -79,6 +79,9 @@ const std::string &word_of(UpAxis up);
 // The options that select this look, each after a space; defaults are left out.
 std::string look_as_options(const LookOptions &look);
 
+// The options of the detail, each after a space; defaults are left out.
+std::string detail_as_options(const ViewOptions &options);
+
 // Fails if the framebuffers for this resolution exceed --max-memory.
 //
 // errors  memory

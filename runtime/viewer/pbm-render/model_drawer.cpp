@@ -49,8 +49,10 @@ Status ModelDrawer::load(const Camera &camera, glm::ivec2 size) {
 
 RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, const RowTasks &tasks) {
     if (!painter_) {
+        ReferenceRenderer renderer = whole_->renderer;
+        renderer.set_appearance(appearance_for(look_, camera));
         const RenderStatistics drawn =
-            whole_->renderer.render(camera, options_.look.render, target, {.splats = options_.splats});
+            renderer.render(camera, options_.look.render, target, {.splats = options_.splats});
         if (options_.look.depth_cue != DepthCue::none) {
             ThreadPool pool(1);
             add_depth_cue(options_.look.depth_cue, camera, grid().edge(), pool, target);

@@ -78,7 +78,7 @@ int run(int argc, char **argv, std::unique_ptr<Viewer::Workers> &workers) {
     if (!path.empty() && !start.problem)
         start.opening = std::make_unique<Opening>(workers->helpers, path, arguments.view, arguments.cache);
     const std::string title = path.empty() ? "" : std::filesystem::path(path).filename().string() + " - ";
-    const auto window = Window::open(title + std::string(kProgram), arguments.view.resolution);
+    const auto window = Window::open(title + std::string(kProgram), arguments.view.resolution, arguments.scales_window);
     if (!window) // the file's own problem was told
         return start.problem ? exit_code(start.problem->code) : command_line::fail(kProgram, "", window.error());
     Viewer viewer(arguments, **window, *workers, std::move(start));

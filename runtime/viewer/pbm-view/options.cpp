@@ -3,6 +3,8 @@
 #include "command_line/common_options.h"
 #include "viewer/options/option_values.h"
 
+#include <algorithm>
+
 namespace pbm {
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{std::string(program),
@@ -19,6 +21,9 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
              command_line::stored(parse_frame_rate, arguments.min_fps), {.type = "N"});
     line.add("--show-frame-time", "Show what a picture costs; F2 does too", &arguments.show_frame_time);
     line.add("--panel", "Show the panel of the shading; Tab does too", &arguments.show_panel);
+    command_line::add_choice<Theme>(
+        line, "--theme", "theme", {{"desktop", Theme::desktop}, {"dark", Theme::dark}, {"light", Theme::light}},
+        arguments.theme, "Of panel and texts: desktop (default), dark where it says nothing; dark; light");
     add_view_options(line, arguments.view);
     add_cache_option(line, arguments.cache);
     add_video_options(line, arguments.choice);
@@ -31,6 +36,8 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
                           {"pbm-view scan.pbvg --camera-mode fly", "Through the model; the arrow keys fly."}},
              .run_time_limits = "no display or OpenGL"}))
         return done;
+    arguments.scales_window = std::none_of(line.given.begin(), line.given.end(),
+                                           [](const auto &option) { return option.name == "--resolution"; });
     if (const Status known = complete_video(arguments.choice, arguments.inputs.empty() ? "" : arguments.inputs.front(),
                                             arguments.view.look.render);
         !known)

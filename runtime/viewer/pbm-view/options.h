@@ -1,6 +1,8 @@
 // The command line of pbm-view.
 #pragma once
 
+#include "window/theme.h"
+
 #include "viewer/navigation/camera_control.h"
 #include "viewer/opening/prepared_model.h"
 #include "viewer/options/video_options.h"
@@ -22,6 +24,8 @@ struct Arguments {
     double min_fps = 30; // frames per second while the view moves; 0: any
     bool show_frame_time = false;
     bool show_panel = false;
+    Theme theme = Theme::desktop;
+    bool scales_window = true; // with the desktop: no --resolution was given
 };
 
 // Fills `arguments`, or returns the exit code if the program is done.

@@ -1,5 +1,7 @@
 #include "viewer.h"
 
+#include "window/desktop.h"
+
 #include "window/view_text.h"
 
 #include "command_line/command_line.h"
@@ -18,18 +20,21 @@ namespace pbm {
 namespace {
 
 constexpr double kNoticeTime = 4, kProblemTime = 10;
-constexpr double kBusyPoll = 0.1; // seconds; covers a lost wake-up while other threads work
+constexpr double kFade = 1, kFadeStep = 0.05; // of the hint of the first start
+constexpr double kBusyPoll = 0.1;             // seconds; covers a lost wake-up while other threads work
 
 } // namespace
 
 Viewer::Viewer(const Arguments &arguments, Window &window, Workers &workers, Start start)
-    : program_(start.program), options_(arguments.view), min_fps_(arguments.min_fps), window_(window),
-      workers_(workers), background_(workers.background), start_(start.time), context_(Window::now()),
-      overlay_(window.content_scale()), cache_(arguments.cache), files_(std::move(start.files)),
-      is_sample_(start.is_sample), opening_(std::move(start.opening)), mode_(arguments.camera_mode),
-      video_(std::move(start.video)), video_options_(arguments.choice.video), saver_(background_),
+    : program_(start.program), options_(arguments.view), view_angle_(arguments.view.view_angle),
+      min_fps_(arguments.min_fps), window_(window), workers_(workers), background_(workers.background),
+      start_(start.time), context_(Window::now()), overlay_(window.content_scale()), cache_(arguments.cache),
+      files_(std::move(start.files)), is_sample_(start.is_sample), opening_(std::move(start.opening)),
+      mode_(arguments.camera_mode), video_(std::move(start.video)), video_options_(arguments.choice.video),
+      saver_(background_), panel_(arguments.theme),
+      shadows_(workers.baking, arguments.view.load.threads, arguments.view.load.max_memory),
       show_frame_time_(arguments.show_frame_time), show_panel_(arguments.show_panel) {
-    for (ThreadPool *const pool : {&workers_.helpers, &workers_.idle, &workers_.background})
+    for (ThreadPool *const pool : {&workers_.helpers, &workers_.idle, &workers_.background, &workers_.baking})
         pool->set_wake(Window::wake);
     if (start.problem) {
         problem_code_ = exit_code(start.problem->code);
@@ -37,6 +42,8 @@ Viewer::Viewer(const Arguments &arguments, Window &window, Workers &workers, Sta
     }
     if ((is_sample_ || start.problem) && !video_)
         show_start_page();
+    if (arguments.theme == Theme::desktop)
+        asks_desktop_ = workers_.helpers.post(desktop_prefers_light);
 }
 
 Viewer::~Viewer() {
@@ -45,15 +52,19 @@ Viewer::~Viewer() {
     if (watch_)
         watch_->stop();
     opening_.reset();
-    for (ThreadPool *const pool : {&workers_.helpers, &workers_.idle, &workers_.background})
+    for (ThreadPool *const pool : {&workers_.helpers, &workers_.idle, &workers_.background, &workers_.baking})
         pool->set_wake({});
+    shadows_.show(nullptr);
     destroy_in(background_, std::move(model_));
 }
 
 int Viewer::run() {
-    while (!quit_ && !window_.close_requested()) {
+    while (!quit_) {
+        update_theme();
         for (const Event &event : window_.wait(timeout()))
             std::visit([this](const auto &e) { handle(e); }, event);
+        if (window_.close_requested())
+            request_quit();
         if (quit_)
             break;
         if (const glm::dvec2 steps = arrows_.take_steps(Window::now()); model_ && steps != glm::dvec2(0))
@@ -65,7 +76,9 @@ int Viewer::run() {
         reopen_changed();
         receive_chunks();
         receive_saves(false);
+        receive_scene_save(false);
         receive_picture();
+        serve_shadows();
         draw_due_picture();
         refine();
         serve_saver();
@@ -77,6 +90,11 @@ int Viewer::run() {
             notice_ = {};
             stale_ = true;
         }
+        if (hint_until_ && hint_opacity() < 1) {
+            stale_ = true;
+            if (hint_opacity() == 0)
+                hint_until_.reset();
+        }
         if (stale_)
             present();
     }
@@ -86,6 +104,7 @@ int Viewer::run() {
         std::cout << "stopped: " << video_options_.output << " was not written" << std::endl;
     }
     receive_saves(true);
+    receive_scene_save(true);
     if (verbose())
         std::cout << "frames: " << frames_ << std::endl;
     return model_ ? exit_code_ : problem_code_;
@@ -147,43 +166,16 @@ void Viewer::turn_up_axis() {
     }
 }
 
-void Viewer::toggle_panel() {
-    show_panel_ = !show_panel_;
-    if (show_panel_ && mouse_)
-        overlay_.point(*mouse_ * static_cast<double>(window_.framebuffer_size().y));
-    update_panel();
+void Viewer::update_theme() {
+    if (is_ready(asks_desktop_))
+        desktop_is_light_ = asks_desktop_.get();
+    const bool light = panel_.theme() == Theme::light || (panel_.theme() == Theme::desktop && desktop_is_light_);
+    stale_ = overlay_.set_light_theme(light) || stale_;
 }
 
-// Passes the pending input to the panel and to the start page.
-void Viewer::update_panel() {
-    if (!has_windows() || picture_size() == glm::ivec2(0))
-        return;
-    const bool had_mouse = overlay_.wants_mouse();
-    std::optional<Look> changed;
-    overlay_.update(window_.framebuffer_size(), [&] { build_windows(changed); });
-    stale_ = stale_ || had_mouse || overlay_.wants_mouse();
-    if (changed)
-        change_look(std::move(*changed));
-    if (const auto choice = std::exchange(page_choice_, std::nullopt))
-        choose_from_page(choice);
-}
-
-// Builds the panel and the start page in a frame of Dear ImGui. Sets `changed` if the panel changes the look.
-void Viewer::build_windows(std::optional<Look> &changed) {
-    const auto scale = static_cast<float>(window_.content_scale());
-    if (has_panel()) {
-        Look look = changed ? *changed : *look_;
-        if (panel_.build(look, window_.framebuffer_size(), scale))
-            changed = std::move(look);
-    }
-    if (start_page_.is_shown())
-        if (auto choice = start_page_.build(window_.framebuffer_size(), scale, model_ != nullptr))
-            page_choice_ = std::move(choice);
-}
-
-void Viewer::change_look(Look look) {
-    look_ = std::make_shared<Look>(std::move(look));
-    change_view();
+// 1, and down to 0 while the hint fades.
+double Viewer::hint_opacity() const {
+    return hint_until_ ? std::clamp((*hint_until_ - Window::now()) / kFade, 0.0, 1.0) : 0;
 }
 
 void Viewer::notify(std::string text, bool is_problem) {
@@ -203,7 +195,10 @@ std::optional<double> Viewer::timeout() const {
         no_later_than(now);
     if (!notice_.text.empty())
         no_later_than(notice_.until);
-    if (background_.busy() || opening_ || dialog_.valid() || search_.valid() ||
+    no_later_than(shadows_.due());
+    if (hint_until_)
+        no_later_than(hint_opacity() < 1 ? now + kFadeStep : *hint_until_ - kFade);
+    if (background_.busy() || workers_.baking.busy() || opening_ || dialog_.valid() || search_.valid() ||
         (model_ && model_->streamed().is_loading()))
         no_later_than(now + kBusyPoll);
     no_later_than(arrows_.next_step(now));
@@ -216,9 +211,11 @@ std::optional<double> Viewer::timeout() const {
     return at ? std::optional(std::max(0.0, *at - now)) : std::nullopt;
 }
 
-// Size of the window in pixels, clamped to what OpenGL can show; 0 x 0 if there are none.
+// Size of the window in pixels beside a docked panel, clamped to what OpenGL can show; 0 x 0 if there are none.
 glm::ivec2 Viewer::picture_size() const {
-    const glm::ivec2 size = window_.framebuffer_size();
+    glm::ivec2 size = window_.framebuffer_size();
+    if (has_panel())
+        size.x -= Panel::docked_width(size, static_cast<float>(window_.content_scale()));
     if (size.x <= 0 || size.y <= 0)
         return glm::ivec2(0);
     return glm::min(size, std::min(presenter_.max_edge(), kMaxPictureEdge));
@@ -233,7 +230,9 @@ OverlayText Viewer::overlay_text() const {
     } else if (opening_) {
         text.middle = "Loading " + file_name(opening_->path()) + " ...";
     }
-    if (show_help_) {
+    if (question_) {
+        text.middle = question_->text;
+    } else if (show_help_) {
         text.help_title = std::string(program_) + " " PBM_VERSION;
         text.help = help_rows(mode_);
     }
@@ -246,6 +245,14 @@ OverlayText Viewer::overlay_text() const {
         text.drawing = measure_drawing();
     if (show_clip_handles_ && model_ && !recording_)
         add_clip_handles(text.drawing);
+    if (raking_)
+        text.status = "Drag: the light comes from where the pointer is";
+    else if (scene_save_.valid())
+        text.status = "Saving " + file_name(model_->path()) + " ...";
+    else if (hint_until_)
+        text.status = "F1: help    Tab: panel", text.status_opacity = hint_opacity();
+    else if (const auto light = shadows_.baking(); light && look_)
+        text.status = "Baking shadows of " + light_name(look_->appearance.lights[*light], *light) + " ...";
     text.notice = notice_.text;
     text.notice_is_problem = notice_.is_problem;
     return text;
@@ -259,7 +266,7 @@ void Viewer::present() {
     presenter_.draw(size, look_ ? look_->options.render.background : options_.look.render.background);
     if (const OverlayText text = overlay_text(); has_windows() || !text.empty()) {
         std::optional<Look> changed;
-        overlay_.draw(size, text, has_windows() ? [&] { build_windows(changed); } : Overlay::Build());
+        overlay_.draw(size, picture_size(), text, has_windows() ? [&] { build_windows(changed); } : Overlay::Build());
         if (changed)
             change_look(std::move(*changed));
     }

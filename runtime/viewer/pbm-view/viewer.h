@@ -18,6 +18,7 @@
 #include "system/files/file_watch.h"
 #include "system/threads/thread_pool.h"
 #include "viewer/clipping/clip_handles.h"
+#include "viewer/light/moved_shadows.h"
 #include "viewer/measure/picture_space.h"
 #include "viewer/measure/polyline.h"
 #include "viewer/navigation/camera_glide.h"
@@ -50,8 +51,9 @@ class Viewer {
         ThreadPool helpers{4};    // open files, watch a file, wait for a dialog
         ThreadPool idle{2};       // at the lowest priority
         ThreadPool background{2}; // draws, saves, frees
+        ThreadPool baking{2};     // bakes shadows, writes models
 
-        bool busy() const { return helpers.busy() || idle.busy() || background.busy(); }
+        bool busy() const { return helpers.busy() || idle.busy() || background.busy() || baking.busy(); }
     };
     // What the program did before it opened the window.
     struct Start {
@@ -143,12 +145,36 @@ class Viewer {
     void copy_measurement();
     OverlayDrawing measure_drawing() const;
 
-    void toggle_panel();
+    void update_theme();
+    double hint_opacity() const;
     bool has_panel() const { return show_panel_ && look_ && !recording_; }
+    void toggle_panel();
     bool has_windows() const { return has_panel() || start_page_.is_shown(); }
+    void focus_panel(bool takes_keys);
     void update_panel();
     void build_windows(std::optional<Look> &changed);
     void change_look(Look look);
+    void rake();
+    void serve_shadows();
+    std::string shadow_note() const;
+
+    // Asks before something is replaced or lost. Enter accepts, the letter chooses the other way, Escape goes back.
+    struct Question {
+        std::string text;
+        std::function<void()> accept;
+        char letter = 0;
+        std::function<void()> other;
+    };
+    void ask(Question question);
+    bool answer(const KeyEvent &event);
+    void ask_about_edits(const std::string &what, std::function<void()> accept);
+    void request_quit();
+    bool has_edits() const;
+    void copy_options();
+    void ask_to_save();
+    void begin_scene_save();
+    void receive_scene_save(bool wait);
+    void save_recipe();
 
     void record();
     void end_recording(const Status &status);
@@ -178,6 +204,7 @@ class Viewer {
 
     const std::string_view program_;
     ViewOptions options_;
+    const double view_angle_; // of the command line, degrees
     const double min_fps_;
     Window &window_;
     Workers &workers_;
@@ -251,7 +278,20 @@ class Viewer {
 
     PictureSaver saver_;
     Panel panel_;
+    bool panel_has_keys_ = false; // arrows and Tab move through the panel
+    MovedShadows shadows_;
+    bool raking_ = false; // L is held: dragging moves a light
+    std::optional<Question> question_;
+    std::optional<Appearance> kept_; // of the file, or as it was saved last
+    Bytes header_;                   // of the file when it was opened or saved last
+    std::future<Result<Bytes>> scene_save_;
+    bool was_saved_ = false;                // by this window, and not opened again since
+    bool saves_after_baking_ = false;       // what is to be saved lacks shadows that are baked
+    std::optional<Appearance> scene_saved_; // what `scene_save_` writes
     Notice notice_;
+    std::future<bool> asks_desktop_; // whether it prefers light
+    bool desktop_is_light_ = false;
+    std::optional<double> hint_until_; // the hint of the first start is shown; window's clock
     bool show_help_ = false, show_frame_time_, show_panel_;
     bool stale_ = true; // the window must be presented anew
     bool quit_ = false;

@@ -16,6 +16,8 @@ constexpr double kClickReach = 0.005;      // picture heights; what moves furthe
 void Viewer::handle(const KeyEvent &event) {
     if (has_panel() && overlay_.wants_keys() && event.pressed)
         return; // a number is being typed
+    if (answer(event))
+        return;
     if (start_page_.is_shown() && event.pressed && (event.key == Key::up || event.key == Key::down)) {
         start_page_.move(event.key == Key::up ? -1 : 1);
         return update_panel(), static_cast<void>(stale_ = true);
@@ -25,6 +27,10 @@ void Viewer::handle(const KeyEvent &event) {
     if (event.key <= Key::down) {
         const auto arrow = static_cast<Arrow>(event.key);
         return event.pressed ? arrows_.press(arrow, Window::now()) : arrows_.release(arrow, Window::now());
+    }
+    if (event.key == Key::light) {
+        raking_ = event.pressed && model_ != nullptr;
+        stale_ = true;
     }
     if (!event.pressed)
         return;
@@ -40,9 +46,14 @@ void Viewer::handle(const KeyEvent &event) {
     case Key::previous_file: open_neighbour(-1); break;
     case Key::next_file: open_neighbour(1); break;
     case Key::up_axis: turn_up_axis(); break;
-    case Key::help: show_help_ = !show_help_; break;
+    case Key::help:
+        show_help_ = !show_help_;
+        hint_until_.reset();
+        break;
     case Key::frame_time: show_frame_time_ = !show_frame_time_; break;
     case Key::panel: toggle_panel(); break;
+    case Key::panel_focus: focus_panel(!panel_has_keys_); break;
+    case Key::save_scene: ask_to_save(); break;
     case Key::full_screen: window_.toggle_full_screen(); break;
     case Key::switch_camera:
         mode_ = mode_ == CameraMode::orbit ? CameraMode::fly : CameraMode::orbit;
@@ -73,12 +84,18 @@ void Viewer::handle_view_key(Key key) {
     case Key::clip: switch_clip(); break;
     case Key::measure: toggle_measuring(); break;
     case Key::coordinates: show_coordinates_ = !show_coordinates_; break;
-    case Key::copy: copy_measurement(); break;
+    case Key::copy: is_measuring() ? copy_measurement() : copy_options(); break;
     default: break;
     }
 }
 
 void Viewer::handle(const EditEvent &event) {
+    if (question_ && event.pressed && event.key == EditKey::enter) {
+        const auto accept = std::move(question_->accept);
+        question_.reset();
+        stale_ = true;
+        return accept();
+    }
     if (is_measuring() && event.key == EditKey::backspace && event.pressed &&
         !(has_windows() && overlay_.wants_keys())) {
         line_.remove_last();
@@ -86,13 +103,20 @@ void Viewer::handle(const EditEvent &event) {
     }
     if (start_page_.is_shown() && event.key == EditKey::enter && event.pressed)
         choose_from_page(start_page_.take());
-    if (has_windows() && (overlay_.wants_keys() || !event.pressed)) {
+    if (has_windows() && (overlay_.wants_keys() || panel_has_keys_ || !event.pressed)) {
         overlay_.handle(event);
         update_panel();
     }
 }
 
 void Viewer::handle(const CharacterEvent &event) {
+    if (question_ && question_->letter != 0 &&
+        (event.character | 0x20U) == static_cast<unsigned char>(question_->letter)) {
+        const auto other = std::move(question_->other);
+        question_.reset();
+        stale_ = true;
+        return other();
+    }
     if (has_windows() && overlay_.wants_keys()) {
         overlay_.handle(event);
         update_panel();
@@ -115,6 +139,7 @@ void Viewer::handle(const ButtonEvent &event) {
     }
     if (dragging_ || (has_windows() && overlay_.wants_mouse()))
         return;
+    focus_panel(false);
     dragging_ = event.button;
     drag_with_shift_ = event.shift;
     drag_place_ = mouse_.value_or(glm::dvec2(0));
@@ -125,6 +150,8 @@ void Viewer::handle(const ButtonEvent &event) {
     }
     if (event.button != MouseButton::left || !mouse_ || is_measuring())
         return;
+    if (raking_)
+        return rake();
     const double now = Window::now();
     if (now - last_click_ < kDoubleClick && glm::length(*mouse_ - last_click_place_) < kDoubleClickReach) {
         focus();
@@ -148,6 +175,8 @@ void Viewer::handle(const MoveEvent &event) {
         return;
     if (dragged_clip_)
         return drag_clip();
+    if (raking_ && *dragging_ == MouseButton::left)
+        return rake();
     is_click_ = is_click_ && glm::length(*mouse_ - drag_place_) < kClickReach;
     if (is_measuring() && is_click_)
         return; // the hand shakes
@@ -174,6 +203,7 @@ void Viewer::handle(const DropEvent &event) {
 }
 
 void Viewer::handle(const RefreshEvent & /*event*/) {
+    overlay_.set_scale(window_.content_scale());
     update_panel(); // the panel moves with the window's size
     stale_ = true;
 }

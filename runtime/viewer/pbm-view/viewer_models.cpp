@@ -1,6 +1,7 @@
 // Opens files, receives what is loaded of models, and reports what is wrong with them.
 #include "viewer.h"
 
+#include "window/desktop.h"
 #include "window/view_text.h"
 
 #include "command_line/command_line.h"
@@ -13,6 +14,12 @@
 #include <utility>
 
 namespace pbm {
+namespace {
+
+constexpr double kHintTime = 8; // seconds
+
+} // namespace
+
 
 // Takes the model if opening has ended. Returns the exit code if the program must end.
 std::optional<int> Viewer::receive_model() {
@@ -60,6 +67,11 @@ void Viewer::open_files(const std::vector<std::string> &paths) {
 
 // `again`: the file of the model shown was replaced, so the view stays. One file is opened at a time.
 void Viewer::open(const std::string &path, bool again) {
+    if (!again && has_edits())
+        return ask_about_edits("open " + file_name(path), [this, path] {
+            kept_ = look_->appearance; // is lost
+            open(path);
+        });
     start_page_.hide();
     stale_ = true;
     if (opening_) {
@@ -120,7 +132,11 @@ void Viewer::receive_dialog() {
 
 // Opens the file of the model shown again if it was replaced or written.
 void Viewer::reopen_changed() {
-    if (model_ && !opening_ && !video_ && !recording_ && has_changed_->exchange(false))
+    if (!model_ || opening_ || video_ || recording_ || scene_save_.valid() || !has_changed_->exchange(false))
+        return;
+    if (has_edits())
+        notify(file_name(model_->path()) + " was written anew; the window keeps its lights and materials", true);
+    else
         open(model_->path(), true);
 }
 
@@ -136,8 +152,12 @@ Status Viewer::show(ShownModelPointer loaded) {
     const bool is_same = model_ && opening_again_ && model_->path() == loaded->path();
     stop_search_.request_stop();
     search_ = {};
+    shadows_.show(loaded);
     destroy_in(background_, std::exchange(model_, std::move(loaded)));
     look_ = model_->first_look();
+    kept_ = look_->appearance;
+    const ByteView header = slice(model_->bytes(), 0, kHeaderBytes);
+    header_.assign(header.begin(), header.end());
     glide_.reset();
     canvas_.reset();
     if (!is_same) {
@@ -150,7 +170,25 @@ Status Viewer::show(ShownModelPointer loaded) {
     // Options that the user has changed survive the change of model.
     if (shown_options)
         look_ = std::make_shared<Look>(*shown_options, model_->parameters(), up_of(options_, model_->grid()));
-    panel_.show_model(model_->parameters(), model_->has_panorama(), *model_->first_look());
+    if (!shown_options && !video_ && is_first_start())
+        hint_until_ = Window::now() + kHintTime;
+    ModelNotes notes = read_notes(model_->streamed().reader().metadata());
+    options_.view_angle = view_angle_;
+    if (notes.view && !options_.position && !options_.focal_point && !options_.view_up) {
+        if (!is_same) {
+            camera_ = notes.view->camera;
+            axis_ = camera_.up;
+        }
+        options_.view_angle = notes.view->view_angle;
+        options_.orthographic = camera_.orthographic;
+    }
+    panel_.show_model({.file = &model_->parameters(),
+                       .has_panorama = model_->has_panorama(),
+                       .points = model_->streamed().reader().header().point_count,
+                       .bounds = model_->bounds(),
+                       .title = file_name(model_->path()),
+                       .notes = std::move(notes)},
+                      *model_->first_look());
     ++view_;
     end_refinement();
     scheduler_.emplace(options_.max_error, min_fps_);
@@ -159,6 +197,8 @@ Status Viewer::show(ShownModelPointer loaded) {
     start_page_.set_problem(std::nullopt);
     update_panel(); // lays out the panel before it is drawn
     window_.set_title(file_name(model_->path()) + files_.position() + " - " + std::string(program_) + " (F1: help)");
+    if (is_same && std::exchange(was_saved_, false))
+        return {}; // that was told
     if (is_same)
         notify(file_name(model_->path()) + " was written anew", false);
     else
@@ -249,16 +289,6 @@ void Viewer::show_start_page() {
         overlay_.point(*mouse_ * static_cast<double>(window_.framebuffer_size().y));
     update_panel();
     stale_ = true;
-}
-
-// Leaves what lies over the model, one thing at a time, then the program.
-void Viewer::escape() {
-    if (opening_ && opening_->progress() && !video_)
-        opening_->cancel();
-    else if (start_page_.is_shown() && (model_ || opening_))
-        start_page_.hide();
-    else
-        quit_ = !escape_measuring();
 }
 
 } // namespace pbm

@@ -37,10 +37,13 @@ Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int t
 Result<std::string> save_picture(const std::filesystem::path &folder, const std::string &name,
                                  const Framebuffer &picture) {
     const auto png = encode_png(picture);
-    if (!png)
-        return png.error();
+    return png ? save_numbered(folder, name, ".png", *png) : png.error();
+}
+
+Result<std::string> save_numbered(const std::filesystem::path &folder, const std::string &name,
+                                  const std::string &extension, ByteView bytes) {
     for (int number = 1;; ++number) {
-        const std::string path = (folder / (name + "-" + std::to_string(number) + ".png")).string();
+        const std::string path = (folder / (name + "-" + std::to_string(number) + extension)).string();
         errno = 0;
         if (!take_name(path)) {
             if (errno == EEXIST)
@@ -48,7 +51,7 @@ Result<std::string> save_picture(const std::filesystem::path &folder, const std:
             return Error{ErrorCode::io, 0,
                          "cannot write " + path + ": " + std::error_code(errno, std::generic_category()).message()};
         }
-        if (const Status written = replace_file(path, *png, Durability::cached); !written) {
+        if (const Status written = replace_file(path, bytes, Durability::cached); !written) {
             std::error_code ignored;
             std::filesystem::remove(path, ignored);
             return Error{written.error().code, 0, path + ": " + written.error().message};

@@ -20,7 +20,12 @@ Result<PictureForm> picture_form(const std::string &name);
 // errors  as encode_png and encode_bmp
 Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads = 1);
 
-// Writes `name`-N.png into `folder` with the first free number N from 1; overwrites no file. Returns the path.
+// Writes `name`-N`extension` into `folder` with the first free number N from 1; overwrites no file. Returns the path.
+//
+// errors  io
+Result<std::string> save_numbered(const std::filesystem::path &folder, const std::string &name,
+                                  const std::string &extension, ByteView bytes);
+// The same for a picture, as PNG.
 Result<std::string> save_picture(const std::filesystem::path &folder, const std::string &name,
                                  const Framebuffer &picture);
 

@@ -26,6 +26,12 @@ void FrameScheduler::arrived(bool all) {
         news_ = News::some;
 }
 
+void FrameScheduler::restyled() {
+    if (shown_)
+        shown_->complete = false;
+    news_ = News::all;
+}
+
 void FrameScheduler::drawn(const Picture &picture, double now) {
     if (!shown_)
         quick_ = picture.max_error;

@@ -53,6 +53,8 @@ class FrameScheduler {
     void view_changed(double now);
     // Chunks of the view have arrived; `all`: no more will come.
     void arrived(bool all);
+    // The view looks different at full detail only: the picture shown stays until the new one is drawn.
+    void restyled();
     // The picture of the current view is shown.
     void drawn(const Picture &picture, double now);
 

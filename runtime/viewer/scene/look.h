@@ -3,6 +3,7 @@
 
 #include "pbm_render/appearance/appearance.h"
 #include "pbm_render/appearance/shade_table.h"
+#include "pbm_render/camera/camera.h"
 #include "viewer/options/look_options.h"
 
 #include <memory>
@@ -20,6 +21,10 @@ struct Look {
     LookOptions options;
     Appearance appearance;
 };
+
+// The appearance of the look in a picture that `camera` takes: with a headlight, its light is the only one and casts no
+// shadow.
+Appearance appearance_for(const Look &look, const Camera &camera);
 
 // Immutable, since pictures drawn in the background share it; a change replaces it.
 using LookPointer = std::shared_ptr<const Look>;

@@ -34,7 +34,8 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
     if (!draws_fine(look.options.quality, Motion::still))
         return draw_fast(runs, camera, look, target, tasks);
     const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
-        return fine(look.appearance).render(runs, camera, look.options.render, picture, look.options.samples);
+        return fine(appearance_for(look, camera))
+            .render(runs, camera, look.options.render, picture, look.options.samples);
     });
     if (tasks.count > 0)
         pool().run(tasks.count, tasks.run);
@@ -49,7 +50,7 @@ RenderStatistics Painter::draw_frame(std::span<const PointRun> runs, const Camer
 
 RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                     Framebuffer &target, const RowTasks &tasks) {
-    FastRenderer &renderer = fast(look.appearance);
+    FastRenderer &renderer = fast(appearance_for(look, camera));
     if (look.options.depth_cue == DepthCue::none)
         return renderer.render(runs, camera, look.options.render, target, tasks);
     const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
@@ -63,7 +64,7 @@ void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, c
                          int height) {
     fine_camera_ = camera;
     fine_cue_ = look.options.depth_cue;
-    fine(look.appearance).begin(runs, camera, look.options.render, Framebuffer(width, height));
+    fine(appearance_for(look, camera)).begin(runs, camera, look.options.render, Framebuffer(width, height));
 }
 
 RenderStatistics Painter::add_sample(Framebuffer &target, const std::atomic<bool> *stop) {

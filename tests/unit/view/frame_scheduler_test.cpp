@@ -234,6 +234,20 @@ TEST(FrameScheduler, DrawsAgainWhenChunksArriveButNotAllTheTime) {
     EXPECT_FALSE(scheduler.due());
 }
 
+// New shadows are no motion: the next picture has full detail, and the one shown stays until then.
+TEST(FrameScheduler, ANewLookOfTheSameViewIsDrawnAtFullDetailOnly) {
+    FrameScheduler scheduler = rested(30);
+    EXPECT_FALSE(scheduler.due());
+    scheduler.restyled();
+    EXPECT_FALSE(scheduler.complete());
+    const auto step = scheduler.next(5, points_at);
+    ASSERT_TRUE(step);
+    EXPECT_EQ(step->max_error, kExact);
+    scheduler.drawn(picture(kExact), 6);
+    EXPECT_TRUE(scheduler.complete());
+    EXPECT_FALSE(scheduler.due());
+}
+
 TEST(FrameScheduler, ChunksThatArriveDoNotEndAMotion) {
     FrameScheduler scheduler = rested(30);
     const double error = moving_error(scheduler, 10);

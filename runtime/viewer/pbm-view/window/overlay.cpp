@@ -15,12 +15,20 @@ namespace {
 
 constexpr float kFontSize = 16;        // pixels at scale 1
 constexpr float kSmallestText = 0.45F; // of the usual size
-constexpr ImU32 kCard = IM_COL32(18, 20, 24, 240);
-constexpr ImU32 kBorder = IM_COL32(255, 255, 255, 40);
-constexpr ImU32 kText = IM_COL32(235, 235, 235, 255);
-constexpr ImU32 kKey = IM_COL32(255, 205, 120, 255);
+
+struct CardColours {
+    ImU32 card, border, text, key, problem;
+};
 constexpr ImU32 kLine = IM_COL32(255, 205, 60, 255), kLineBorder = IM_COL32(0, 0, 0, 200); // on light and dark
-constexpr ImU32 kProblem = IM_COL32(255, 140, 120, 255);
+constexpr CardColours kDark{IM_COL32(18, 20, 24, 240), IM_COL32(255, 255, 255, 40), IM_COL32(235, 235, 235, 255),
+                            IM_COL32(255, 205, 120, 255), IM_COL32(255, 140, 120, 255)};
+constexpr CardColours kLight{IM_COL32(248, 248, 246, 244), IM_COL32(0, 0, 0, 60), IM_COL32(24, 24, 28, 255),
+                             IM_COL32(130, 70, 0, 255), IM_COL32(170, 20, 0, 255)};
+
+ImU32 faded(ImU32 colour, float opacity) {
+    const auto alpha = static_cast<float>(colour >> IM_COL32_A_SHIFT & 255) * opacity;
+    return (colour & ~IM_COL32_A_MASK) | static_cast<ImU32>(alpha) << IM_COL32_A_SHIFT;
+}
 
 // Loads a common desktop font, or else Dear ImGui's own.
 void add_font(float scale) {
@@ -41,25 +49,27 @@ void add_font(float scale) {
 // drawn here only when something changes.
 class Page {
   public:
-    Page(ImDrawList &list, glm::ivec2 size, float scale)
-        : list_(list), size_(static_cast<float>(size.x), static_cast<float>(size.y)), scale_(scale) {}
+    Page(ImDrawList &list, glm::ivec2 size, float scale, const CardColours &colours)
+        : list_(list), size_(static_cast<float>(size.x), static_cast<float>(size.y)), scale_(scale), colours_(colours) {
+    }
 
     // Draws text on a card, wrapped to the window's width. `place`: position as fractions of the free space.
     // `progress`: 0..1, as a bar under the text.
-    void text(const std::string &text, ImU32 colour, ImVec2 place, std::optional<double> progress = {}) {
+    void text(const std::string &text, ImU32 colour, ImVec2 place, std::optional<double> progress = {},
+              float opacity = 1) {
         const float width = most().x, font_size = ImGui::GetFontSize();
         ImVec2 extent = ImGui::GetFont()->CalcTextSizeA(font_size, width, width, text.c_str());
         if (progress) // a card that does not change its size with the name of the step
             extent = {std::min(width, std::max(extent.x, 30 * font_size)), extent.y + font_size};
-        const ImVec2 corner = card(extent, place);
-        list_.AddText(nullptr, font_size, corner, colour, text.c_str(), nullptr, width);
+        const ImVec2 corner = card(extent, place, opacity);
+        list_.AddText(nullptr, font_size, corner, faded(colour, opacity), text.c_str(), nullptr, width);
         if (!progress)
             return;
         const ImVec2 bar(corner.x, corner.y + extent.y - 0.4F * font_size),
             end(corner.x + extent.x, corner.y + extent.y);
-        list_.AddRectFilled(bar, end, kBorder, 3 * scale_);
+        list_.AddRectFilled(bar, end, colours_.border, 3 * scale_);
         const float done = static_cast<float>(std::clamp(*progress, 0.0, 1.0)) * extent.x;
-        list_.AddRectFilled(bar, {corner.x + done, end.y}, kKey, 3 * scale_);
+        list_.AddRectFilled(bar, {corner.x + done, end.y}, colours_.key, 3 * scale_);
     }
 
     void table(const std::string &title, const std::vector<OverlayRow> &rows) {
@@ -78,11 +88,11 @@ class Page {
             list_.AddText(nullptr, fit * font_size, {corner.x + std::round(fit * x), corner.y + std::round(fit * y)},
                           colour, text.c_str());
         };
-        add(0, 0, kText, title);
+        add(0, 0, colours_.text, title);
         float y = 1.5F * line_height;
         for (const OverlayRow &row : rows) {
-            add(0, y, kKey, row.key);
-            add(keys + gap, y, kText, row.meaning);
+            add(0, y, colours_.key, row.key);
+            add(keys + gap, y, colours_.text, row.meaning);
             y += line_height;
         }
     }
@@ -116,8 +126,8 @@ class Page {
         };
         const ImVec2 size(extent.x + 2 * border.x, extent.y + 2 * border.y), at = pixel(label.place);
         const ImVec2 corner(inside(at.x + 10 * scale_, size.x, size_.x), inside(at.y - size.y / 2, size.y, size_.y));
-        list_.AddRectFilled(corner, {corner.x + size.x, corner.y + size.y}, kCard, 4 * scale_);
-        list_.AddText({corner.x + border.x, corner.y + border.y}, kText, label.text.c_str());
+        list_.AddRectFilled(corner, {corner.x + size.x, corner.y + size.y}, colours_.card, 4 * scale_);
+        list_.AddText({corner.x + border.x, corner.y + border.y}, colours_.text, label.text.c_str());
     }
 
     // The scale bar and, below it, a line of text.
@@ -130,13 +140,13 @@ class Page {
         const ImVec2 corner = card(extent, {0, 1});
         if (has_bar) {
             const float y = corner.y + 1.3F * line;
-            list_.AddText(corner, kText, bar.text.c_str());
+            list_.AddText(corner, colours_.text, bar.text.c_str());
             stroke({corner.x, y}, {corner.x + length, y});
             for (const float x : {corner.x, corner.x + length})
                 list_.AddLine({x, y - tick}, {x, y + tick}, kLine, 2 * scale_);
         }
         if (!reading.empty())
-            list_.AddText({corner.x, corner.y + (rows - 1) * line}, kText, reading.c_str());
+            list_.AddText({corner.x, corner.y + (rows - 1) * line}, colours_.text, reading.c_str());
     }
 
     static ImVec2 measure(const std::string &text) { return ImGui::CalcTextSize(text.c_str()); }
@@ -150,20 +160,21 @@ class Page {
     }
 
     // Draws the card around an area of `extent` and returns the area's upper left corner.
-    ImVec2 card(ImVec2 extent, ImVec2 place) {
+    ImVec2 card(ImVec2 extent, ImVec2 place, float opacity = 1) {
         // In a small window the card starts at the margin, so that its beginning is readable.
         const ImVec2 space(std::max(0.0F, most().x - extent.x), std::max(0.0F, most().y - extent.y));
         const ImVec2 corner(std::round(margin() + place.x * space.x), std::round(margin() + place.y * space.y));
         const ImVec2 end(corner.x + std::ceil(extent.x) + 2 * padding().x,
                          corner.y + std::ceil(extent.y) + 2 * padding().y);
-        list_.AddRectFilled(corner, end, kCard, 6 * scale_);
-        list_.AddRect(corner, end, kBorder, 6 * scale_);
+        list_.AddRectFilled(corner, end, faded(colours_.card, opacity), 6 * scale_);
+        list_.AddRect(corner, end, faded(colours_.border, opacity), 6 * scale_);
         return {corner.x + padding().x, corner.y + padding().y};
     }
 
     ImDrawList &list_;
     ImVec2 size_;
     float scale_;
+    const CardColours &colours_;
 };
 
 } // namespace
@@ -173,18 +184,22 @@ Overlay::Overlay(double scale) : scale_(static_cast<float>(scale)) {
     ImGuiIO &io = ImGui::GetIO();
     io.IniFilename = nullptr; // no settings file
     io.ConfigWindowsMoveFromTitleBarOnly = true;
-    constexpr std::array<std::pair<ImGuiKey, EditKey>, 8> kKeys{{{ImGuiKey_Backspace, EditKey::backspace},
-                                                                 {ImGuiKey_Delete, EditKey::erase},
-                                                                 {ImGuiKey_Enter, EditKey::enter},
-                                                                 {ImGuiKey_Escape, EditKey::cancel},
-                                                                 {ImGuiKey_LeftArrow, EditKey::left},
-                                                                 {ImGuiKey_RightArrow, EditKey::right},
-                                                                 {ImGuiKey_Home, EditKey::home},
-                                                                 {ImGuiKey_End, EditKey::end}}};
+    constexpr std::array<std::pair<ImGuiKey, EditKey>, 12> kKeys{{{ImGuiKey_Backspace, EditKey::backspace},
+                                                                  {ImGuiKey_Delete, EditKey::erase},
+                                                                  {ImGuiKey_Enter, EditKey::enter},
+                                                                  {ImGuiKey_Escape, EditKey::cancel},
+                                                                  {ImGuiKey_LeftArrow, EditKey::left},
+                                                                  {ImGuiKey_RightArrow, EditKey::right},
+                                                                  {ImGuiKey_Home, EditKey::home},
+                                                                  {ImGuiKey_End, EditKey::end},
+                                                                  {ImGuiKey_UpArrow, EditKey::up},
+                                                                  {ImGuiKey_DownArrow, EditKey::down},
+                                                                  {ImGuiKey_Tab, EditKey::tab},
+                                                                  {ImGuiKey_Space, EditKey::space}}};
     for (const auto &[theirs, ours] : kKeys)
         io.KeyMap[theirs] = static_cast<int>(ours);
-    ImGui::StyleColorsDark();
-    ImGui::GetStyle().ScaleAllSizes(scale_);
+    io.ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
+    set_style();
     add_font(scale_);
     ImGui_ImplOpenGL3_Init("#version 150");
 }
@@ -192,6 +207,32 @@ Overlay::Overlay(double scale) : scale_(static_cast<float>(scale)) {
 Overlay::~Overlay() {
     ImGui_ImplOpenGL3_Shutdown();
     ImGui::DestroyContext();
+}
+
+void Overlay::set_style() {
+    ImGui::GetStyle() = ImGuiStyle();
+    if (light_)
+        ImGui::StyleColorsLight();
+    else
+        ImGui::StyleColorsDark();
+    ImGui::GetStyle().ScaleAllSizes(scale_);
+}
+
+bool Overlay::set_light_theme(bool light) {
+    const bool changes = std::exchange(light_, light) != light;
+    if (changes)
+        set_style();
+    return changes;
+}
+
+void Overlay::set_scale(double scale) {
+    if (std::exchange(scale_, static_cast<float>(scale)) == scale_)
+        return;
+    set_style();
+    ImGui::GetIO().Fonts->Clear();
+    add_font(scale_);
+    ImGui_ImplOpenGL3_DestroyFontsTexture(); // the next frame makes the new one
+    ImGui_ImplOpenGL3_CreateFontsTexture();
 }
 
 void Overlay::begin_frame(glm::ivec2 size) {
@@ -204,21 +245,24 @@ void Overlay::begin_frame(glm::ivec2 size) {
     ImGui::NewFrame();
 }
 
-void Overlay::draw(glm::ivec2 size, const OverlayText &text, const Build &panel) {
+void Overlay::draw(glm::ivec2 size, glm::ivec2 picture, const OverlayText &text, const Build &panel) {
     begin_frame(size);
     if (panel)
         panel();
-    Page page(*ImGui::GetForegroundDrawList(), size, scale_);
+    const CardColours &colours = light_ ? kLight : kDark;
+    Page page(*ImGui::GetForegroundDrawList(), picture, scale_, colours);
     page.draw(text.drawing);
     if (!text.corner.empty())
-        page.text(text.corner, kText, {0, 0});
+        page.text(text.corner, colours.text, {0, 0});
+    if (!text.status.empty())
+        page.text(text.status, colours.text, {0.5F, 0}, std::nullopt, static_cast<float>(text.status_opacity));
     // Both stand in the middle: while help is shown, the message replaces its title.
     if (!text.help.empty())
         page.table(text.middle.empty() ? text.help_title : text.middle, text.help);
     else if (!text.middle.empty())
-        page.text(text.middle, kText, {0.5F, 0.5F}, text.progress);
+        page.text(text.middle, colours.text, {0.5F, 0.5F}, text.progress);
     if (!text.notice.empty())
-        page.text(text.notice, text.notice_is_problem ? kProblem : kText, {0.5F, 1});
+        page.text(text.notice, text.notice_is_problem ? colours.problem : colours.text, {0.5F, 1});
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
@@ -253,5 +297,11 @@ void Overlay::update(glm::ivec2 size, const Build &panel) {
 bool Overlay::wants_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
 
 bool Overlay::wants_keys() const { return ImGui::GetIO().WantTextInput; }
+
+bool Overlay::has_popup() const {
+    return ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
+}
+
+void Overlay::release_keys() { ImGui::SetWindowFocus(nullptr); }
 
 } // namespace pbm

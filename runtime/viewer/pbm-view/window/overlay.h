@@ -48,10 +48,14 @@ struct OverlayText {
     std::vector<OverlayRow> help;
     std::string corner; // upper left
     OverlayDrawing drawing;
+    std::string status; // at the top: what goes on
+    double status_opacity = 1;
     std::string notice; // at the bottom
     bool notice_is_problem = false;
 
-    bool empty() const { return middle.empty() && help.empty() && corner.empty() && drawing.empty() && notice.empty(); }
+    bool empty() const {
+        return middle.empty() && help.empty() && corner.empty() && drawing.empty() && status.empty() && notice.empty();
+    }
 };
 
 class Overlay {
@@ -65,8 +69,13 @@ class Overlay {
     // Builds windows of Dear ImGui; called within its frame.
     using Build = std::function<void()>;
 
-    // Draws over the contents of a framebuffer of `size`; `panel` may be empty.
-    void draw(glm::ivec2 size, const OverlayText &text, const Build &panel);
+    // Draws over the contents of a framebuffer of `size`, with the cards over its upper left part `picture`; `panel`
+    // may be empty.
+    void draw(glm::ivec2 size, glm::ivec2 picture, const OverlayText &text, const Build &panel);
+
+    // Both take effect with the next frame.
+    bool set_light_theme(bool light); // whether that is new
+    void set_scale(double scale);
 
     // Records input for the next `update`. Pixels from the upper left corner.
     void point(glm::dvec2 pixels);
@@ -79,11 +88,18 @@ class Overlay {
     // Whether the panel takes the mouse, or the keys, as of the last update.
     bool wants_mouse() const;
     bool wants_keys() const;
+    // Whether a list of the panel is open.
+    bool has_popup() const;
+    // Takes the keyboard from the panel.
+    void release_keys();
 
   private:
     void begin_frame(glm::ivec2 size);
 
+    void set_style();
+
     float scale_;
+    bool light_ = false;
     double last_frame_ = 0; // window's clock
 };
 

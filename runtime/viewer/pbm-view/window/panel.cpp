@@ -1,22 +1,24 @@
 #include "window/panel.h"
 
-#include "pbm_render/camera/camera.h"
+#include "window/view_text.h"
 
-#include <glm/geometric.hpp>
+#include "pbm_format/model/material_presets.h"
+
 #include <glm/trigonometric.hpp>
-#include <glm/vec3.hpp>
 #include <imgui.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pbm {
 namespace {
 
 constexpr float kWidth = 330, kItemWidth = 170, kMargin = 12; // pixels at scale 1
+constexpr float kMaxShare = 0.4F;                             // of the window's width for a docked panel
 constexpr float kSteepest = 89;                               // degrees; vertical light has no azimuth
 
 std::array<float, 3> to_floats(Rgb8 colour) {
@@ -116,27 +118,28 @@ bool edit_palette(const char *label, std::array<Rgb8, 256> &palette, const std::
     return changed;
 }
 
-bool edit_switch(const char *label, bool &on, bool there) {
-    ImGui::BeginDisabled(!there);
-    const bool changed = ImGui::Checkbox(label, &on);
-    ImGui::EndDisabled();
-    return changed;
-}
-
-std::string title(std::string what, std::size_t index, std::size_t count) {
-    if (count > 1)
-        what.append(" ").append(std::to_string(index + 1));
-    return what;
+// A switch of what the file has; what it lacks is added to `lacking`.
+bool edit_switch(const char *label, bool &on, bool there, std::string &lacking) {
+    if (there)
+        return ImGui::Checkbox(label, &on);
+    std::string word = label;
+    word[0] = static_cast<char>(word[0] - 'A' + 'a');
+    (lacking += lacking.empty() ? "" : ", ") += word;
+    return false;
 }
 
 bool build_switches(const ModelParameters &file, bool has_panorama, RenderOptions &options) {
     const bool textured_ground = file.ground && file.ground->texture;
-    bool changed = edit_switch("Texture", options.texture, !file.texture.empty() || textured_ground);
-    changed |= edit_switch("Point colours", options.point_colours, file.attributes.colour != ColourFormat::none);
-    changed |= edit_switch("Shadows", options.shadows, file.attributes.lights > 0);
-    changed |= edit_switch("Panorama", options.panorama, has_panorama);
-    changed |= edit_switch("Ground plane", options.ground, file.ground.has_value());
-    changed |= edit_switch("Reflections", options.reflections, has_panorama);
+    std::string lacking;
+    const auto edit = [&](const char *label, bool &on, bool there) { return edit_switch(label, on, there, lacking); };
+    bool changed = edit("Texture", options.texture, !file.texture.empty() || textured_ground);
+    changed |= edit("Point colours", options.point_colours, file.attributes.colour != ColourFormat::none);
+    changed |= edit("Shadows", options.shadows, file.attributes.lights > 0);
+    changed |= edit("Panorama", options.panorama, has_panorama);
+    changed |= edit("Ground plane", options.ground, file.ground.has_value());
+    changed |= edit("Reflections", options.reflections, has_panorama);
+    if (!lacking.empty())
+        ImGui::TextWrapped("The file has no %s.", lacking.c_str());
     return changed;
 }
 
@@ -147,9 +150,8 @@ bool build_quality(LookOptions &options) {
         options.quality = fine ? Quality::automatic : Quality::fast;
         changed = true;
     }
-    ImGui::BeginDisabled(!fine);
-    changed |= ImGui::SliderInt("Samples", &options.samples, 1, 64, "%d", ImGuiSliderFlags_AlwaysClamp);
-    ImGui::EndDisabled();
+    if (fine)
+        changed |= ImGui::SliderInt("Samples", &options.samples, 1, 64, "%d", ImGuiSliderFlags_AlwaysClamp);
     int cue = static_cast<int>(options.depth_cue);
     if (ImGui::Combo("Depth cue", &cue, "none\0eye-dome\0ambient occlusion\0")) {
         options.depth_cue = static_cast<DepthCue>(cue);
@@ -164,76 +166,85 @@ bool build_quality(LookOptions &options) {
     return changed;
 }
 
-// Edits the direction that the light comes from, seen from the front: degrees to the right, and up.
-bool build_direction(UpAxis up_axis, Light &light) {
-    const glm::dvec3 up = up_direction(up_axis), front = front_direction(up_axis);
-    const glm::dvec3 right = glm::cross(up, front);
-    const glm::dvec3 from = -glm::dvec3(light.direction[0], light.direction[1], light.direction[2]);
-    auto azimuth = static_cast<float>(glm::degrees(std::atan2(glm::dot(from, right), glm::dot(from, front))));
-    auto height = static_cast<float>(glm::degrees(std::asin(std::clamp(glm::dot(from, up), -1.0, 1.0))));
-    bool changed = ImGui::SliderFloat("To the right", &azimuth, -180, 180, "%.0f deg");
-    changed |= ImGui::SliderFloat("Height", &height, -kSteepest, kSteepest, "%.0f deg");
-    if (!changed)
+bool edit_angle(const char *label, double &radians, float most) {
+    auto degrees = static_cast<float>(glm::degrees(radians));
+    if (!ImGui::SliderFloat(label, &degrees, -most, most, "%.0f deg", ImGuiSliderFlags_AlwaysClamp))
         return false;
-    const double a = glm::radians(static_cast<double>(azimuth));
-    const double h = glm::radians(static_cast<double>(std::clamp(height, -kSteepest, kSteepest)));
-    const glm::dvec3 direction =
-        -glm::normalize(std::cos(h) * (std::sin(a) * right + std::cos(a) * front) + std::sin(h) * up);
-    for (int i = 0; i < 3; ++i)
-        light.direction[static_cast<std::size_t>(i)] = static_cast<float>(direction[i]);
+    radians = glm::radians(static_cast<double>(degrees));
     return true;
 }
 
-bool build_light(const ModelParameters &file, Light &light, std::size_t index, std::size_t count) {
-    constexpr std::array<const char *, 3> kKinds{"Directional light", "Point light", "Spot light"};
-    ImGui::TextUnformatted(title(kKinds[static_cast<std::size_t>(light.kind)], index, count).c_str());
-    bool changed = edit_intensity(light.intensity);
-    if (light.kind != LightKind::point)
-        changed |= build_direction(file.grid.up, light);
+// Moves the light round the model.
+bool edit_place(const ModelParameters &file, const LightFrame &frame, Light &light) {
+    LightBearing bearing = bearing_of(light, frame);
+    bool moved = edit_angle("To the right", bearing.azimuth, 180);
+    moved |= edit_angle("Height", bearing.height, kSteepest);
     if (light.kind != LightKind::directional) {
-        const auto edge = static_cast<float>(file.grid.edge());
-        changed |= ImGui::DragFloat3("Position", light.position.data(), edge / 500, 0, 0, "%.4g");
+        auto distance = static_cast<float>(bearing.distance);
+        if (ImGui::SliderFloat("Distance", &distance, 0.1F, 20, "%.2f radii", ImGuiSliderFlags_Logarithmic)) {
+            bearing.distance = std::max(0.0, static_cast<double>(distance));
+            moved = true;
+        }
     }
-    if (light.kind == LightKind::spot)
-        changed |= ImGui::SliderFloat("Exponent", &light.exponent, 0, 128, "%.1f");
-    const bool baked = index < file.lights.size() && static_cast<int>(index) < file.attributes.lights;
-    const Light &of_file = baked ? file.lights[index] : light;
-    if (of_file.direction != light.direction || of_file.position != light.position)
-        ImGui::TextWrapped("Its shadows were baked for another place: pbm-build makes them anew.");
-    return changed;
+    if (moved)
+        light = moved_to(light, frame, bearing);
+    if (light.kind == LightKind::directional)
+        return moved;
+    const auto edge = static_cast<float>(file.grid.edge());
+    moved |= ImGui::DragFloat3("Position", light.position.data(), edge / 500, 0, 0, "%.4g");
+    if (light.kind == LightKind::spot && ImGui::Button("Aim at the centre")) {
+        light = aimed_at_centre(light, frame);
+        moved = true;
+    }
+    return moved;
 }
 
-bool build_lights(const ModelParameters &file, Appearance &appearance) {
-    bool changed = false;
-    for (std::size_t i = 0; i < appearance.lights.size(); ++i) {
-        ImGui::PushID(static_cast<int>(i));
-        changed |= build_light(file, appearance.lights[i], i, appearance.lights.size());
-        ImGui::PopID();
+bool edit_headlight(std::optional<Headlight> &headlight) {
+    bool on = headlight.has_value();
+    if (ImGui::Checkbox("Headlight: follows the camera", &on)) {
+        headlight = on ? std::optional(Headlight{}) : std::nullopt;
+        return true;
     }
-    return changed;
+    if (!on)
+        return false;
+    double right = glm::radians(headlight->right), up = glm::radians(headlight->up);
+    const bool turned = edit_angle("From the right", right, 90), raised = edit_angle("From above", up, 90);
+    if (turned)
+        headlight->right = std::round(glm::degrees(right));
+    if (raised)
+        headlight->up = std::round(glm::degrees(up));
+    return turned || raised;
 }
 
-bool build_materials(bool has_panorama, Appearance &appearance) {
-    bool changed = false;
-    for (std::size_t i = 0; i < appearance.materials.size(); ++i) {
-        Material &material = appearance.materials[i];
-        const auto edit = [&](const char *label, float &value) {
-            changed |= ImGui::SliderFloat(label, &value, 0, 1, "%.2f", ImGuiSliderFlags_AlwaysClamp);
-        };
-        ImGui::PushID(static_cast<int>(100 + i));
-        ImGui::TextUnformatted(title("Material", i, appearance.materials.size()).c_str());
-        ImGui::SameLine();
-        changed |= edit_colour("##colour", material.colour);
-        edit("Ambient", material.ka);
-        edit("Diffuse", material.kd);
-        edit("Specular", material.ks);
-        changed |= ImGui::SliderFloat("Power", &material.power, 1, 1024, "%.0f",
-                                      ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
-        ImGui::BeginDisabled(!has_panorama);
-        edit("Reflection", material.environment);
-        ImGui::EndDisabled();
-        ImGui::PopID();
+// Offers all of `count` things by name; there is always one.
+template <class Name> void choose_one(const char *label, std::size_t count, std::size_t &chosen, const Name &name) {
+    chosen = std::min(chosen, count - 1);
+    if (count == 1) {
+        ImGui::TextUnformatted(name(chosen).c_str());
+        return;
     }
+    if (!ImGui::BeginCombo(label, name(chosen).c_str()))
+        return;
+    for (std::size_t i = 0; i < count; ++i)
+        if (ImGui::Selectable(name(i).c_str(), i == chosen))
+            chosen = i;
+    ImGui::EndCombo();
+}
+
+bool choose_preset(Material &material, const Material &of_file) {
+    bool changed = false;
+    if (!ImGui::BeginCombo("Preset", "choose ..."))
+        return false;
+    const auto offer = [&](std::string_view name, const Material &preset) {
+        if (ImGui::Selectable(std::string(name).c_str(), material == preset)) {
+            material = preset;
+            changed = true;
+        }
+    };
+    offer("as in the file", of_file);
+    for (const MaterialPreset &preset : kMaterialPresets)
+        offer(preset.name, preset.material);
+    ImGui::EndCombo();
     return changed;
 }
 
@@ -248,34 +259,123 @@ bool build_palettes(const ModelParameters &file, Appearance &appearance) {
 
 } // namespace
 
-void Panel::show_model(const ModelParameters &file, bool has_panorama, const Look &first) {
-    file_ = &file;
-    has_panorama_ = has_panorama;
+void Panel::show_model(PanelModel model, const Look &first) {
+    model_ = std::move(model);
+    frame_ = light_frame(model_.file->grid, model_.bounds);
     first_ = first;
+    light_ = material_ = 0;
 }
 
-bool Panel::build(Look &look, glm::ivec2 size, float scale) {
+int Panel::docked_width(glm::ivec2 size, float scale) {
+    const float width = (kWidth + 2 * kMargin) * scale;
+    return width <= kMaxShare * static_cast<float>(size.x) ? static_cast<int>(width) : 0;
+}
+
+std::optional<PanelAction> Panel::take_action() { return std::exchange(action_, std::nullopt); }
+
+void Panel::build_model() const {
+    const Grid &grid = model_.file->grid;
+    const bool has_unit = grid.unit != Unit::unknown;
+    const std::string unit = has_unit ? " " + std::string(to_string(grid.unit)) : "";
+    ImGui::TextWrapped("%s", (model_.notes.name.empty() ? model_.title : model_.notes.name).c_str());
+    ImGui::TextWrapped("%s points, %d levels", grouped(model_.points).c_str(), grid.depth);
+    ImGui::TextWrapped("%.4g%s across, voxels of %.3g%s", 2 * model_.bounds.radius, unit.c_str(), grid.voxel_size,
+                       has_unit ? unit.c_str() : "; the file names no unit");
+    if (!model_.notes.credit.empty())
+        ImGui::TextWrapped("Credit: %s", model_.notes.credit.c_str());
+    if (!model_.notes.licence.empty())
+        ImGui::TextWrapped("Licence: %s", model_.notes.licence.c_str());
+}
+
+bool Panel::build_lights(Look &look, const std::string &shadows) {
+    bool changed = edit_headlight(look.options.headlight);
+    if (look.options.headlight) {
+        ImGui::TextWrapped("It lights alone, without shadows.");
+        return changed;
+    }
+    std::vector<Light> &lights = look.appearance.lights;
+    choose_one("Light", lights.size(), light_, [&](std::size_t i) { return light_name(lights[i], i); });
+    Light &light = lights[light_];
+    ImGui::PushID(static_cast<int>(light_));
+    changed |= edit_intensity(light.intensity);
+    changed |= edit_place(*model_.file, frame_, light);
+    if (light.kind == LightKind::spot)
+        changed |= ImGui::SliderFloat("Exponent", &light.exponent, 0, 128, "%.1f", ImGuiSliderFlags_AlwaysClamp);
+    ImGui::PopID();
+    if (!shadows.empty())
+        ImGui::TextWrapped("%s", shadows.c_str());
+    ImGui::TextWrapped("Hold L and drag: it comes from where the pointer is.");
+    return changed;
+}
+
+bool Panel::build_materials(Appearance &appearance) {
+    std::vector<Material> &materials = appearance.materials;
+    choose_one("Material", materials.size(), material_,
+               [&](std::size_t i) { return material_name(materials[i], i, model_.notes); });
+    Material &material = materials[material_];
+    bool changed = false;
+    const auto edit = [&](const char *label, float &value) {
+        changed |= ImGui::SliderFloat(label, &value, 0, 1, "%.2f", ImGuiSliderFlags_AlwaysClamp);
+    };
+    ImGui::PushID(static_cast<int>(100 + material_));
+    changed |= choose_preset(material, model_.file->materials[material_]);
+    changed |= edit_colour("Colour", material.colour);
+    edit("Ambient", material.ka);
+    edit("Diffuse", material.kd);
+    edit("Specular", material.ks);
+    changed |= ImGui::SliderFloat("Power", &material.power, 1, 1024, "%.0f",
+                                  ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
+    if (model_.has_panorama)
+        edit("Reflection", material.environment);
+    ImGui::PopID();
+    if (model_.file->attributes.colour != ColourFormat::none)
+        ImGui::TextWrapped("Points with colours of their own keep them.");
+    return changed;
+}
+
+bool Panel::build(Look &look, glm::ivec2 size, float scale, const std::string &shadows) {
     const ImGuiCond place = size == size_ ? ImGuiCond_Once : ImGuiCond_Always;
     size_ = size;
     const auto width = static_cast<float>(size.x), height = static_cast<float>(size.y), margin = kMargin * scale;
-    const float own_width = std::clamp(width - 2 * margin, 1.0F, kWidth * scale);
-    ImGui::SetNextWindowPos({width - own_width - margin, margin}, place);
-    ImGui::SetNextWindowSizeConstraints({own_width, 0}, {own_width, std::max(1.0F, height - 2 * margin)});
+    ImGuiWindowFlags flags = ImGuiWindowFlags_NoSavedSettings;
+    if (const auto docked = static_cast<float>(docked_width(size, scale)); docked > 0) {
+        ImGui::SetNextWindowPos({width - docked, 0});
+        ImGui::SetNextWindowSize({docked, height});
+        flags |= ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse;
+    } else {
+        const float own_width = std::clamp(width - 2 * margin, 1.0F, kWidth * scale);
+        ImGui::SetNextWindowPos({width - own_width - margin, margin}, place);
+        ImGui::SetNextWindowSizeConstraints({own_width, 0}, {own_width, std::max(1.0F, height - 2 * margin)});
+        flags |= ImGuiWindowFlags_AlwaysAutoResize;
+    }
+    if (std::exchange(takes_focus_, false))
+        ImGui::SetNextWindowFocus();
     bool changed = false;
-    if (ImGui::Begin("Shading (Tab)", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
+    if (ImGui::Begin("Model and light (Tab)", nullptr, flags)) {
         ImGui::PushItemWidth(kItemWidth * scale);
         // Build every part, even if an earlier one reports a change.
-        changed = build_switches(*file_, has_panorama_, look.options.render);
+        changed = build_switches(*model_.file, model_.has_panorama, look.options.render);
         changed = build_quality(look.options) || changed;
         if (ImGui::CollapsingHeader("Lights"))
-            changed = build_lights(*file_, look.appearance) || changed;
+            changed = build_lights(look, shadows) || changed;
         if (ImGui::CollapsingHeader("Materials"))
-            changed = build_materials(has_panorama_, look.appearance) || changed;
-        changed = build_palettes(*file_, look.appearance) || changed;
+            changed = build_materials(look.appearance) || changed;
+        changed = build_palettes(*model_.file, look.appearance) || changed;
         if (ImGui::Button("Reset")) {
             look = *first_;
             changed = true;
         }
+        ImGui::SameLine();
+        if (ImGui::Button("Copy as options"))
+            action_ = PanelAction::copy_options;
+        ImGui::SameLine();
+        if (ImGui::Button("Save ..."))
+            action_ = PanelAction::save;
+        if (ImGui::CollapsingHeader("Model", ImGuiTreeNodeFlags_DefaultOpen))
+            build_model();
+        int theme = static_cast<int>(theme_);
+        if (ImGui::Combo("Theme", &theme, "as the desktop\0dark\0light\0"))
+            theme_ = static_cast<Theme>(theme);
         ImGui::PopItemWidth();
     }
     ImGui::End();

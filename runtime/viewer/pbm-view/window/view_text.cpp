@@ -7,18 +7,6 @@
 namespace pbm {
 namespace {
 
-// 1234567 as 1,234,567.
-std::string grouped(std::uint64_t number) {
-    const std::string digits = std::to_string(number);
-    std::string text;
-    for (std::size_t i = 0; i < digits.size(); ++i) {
-        if (i > 0 && (digits.size() - i) % 3 == 0)
-            text += ',';
-        text += digits[i];
-    }
-    return text;
-}
-
 std::string size_text(glm::ivec2 size) { return std::to_string(size.x) + "x" + std::to_string(size.y); }
 
 std::string pixels(double error) {
@@ -35,6 +23,17 @@ std::string levels(const PictureStatistics &picture) {
 }
 
 } // namespace
+
+std::string grouped(std::uint64_t number) {
+    const std::string digits = std::to_string(number);
+    std::string text;
+    for (std::size_t i = 0; i < digits.size(); ++i) {
+        if (i > 0 && (digits.size() - i) % 3 == 0)
+            text += ',';
+        text += digits[i];
+    }
+    return text;
+}
 
 std::string file_name(const std::string &path) { return std::filesystem::path(path).filename().string(); }
 
@@ -69,14 +68,18 @@ std::vector<OverlayRow> help_rows(CameraMode mode) {
                                          {"U", "another up axis"},
                                          {"C", mode == CameraMode::orbit ? "flying camera" : "target camera"},
                                          {"Space, F12", "save a picture"},
-                                         {"Tab", "lights, materials, shading"},
+                                         {"Tab", "model, lights, materials, shading"},
+                                         {"F6", "keyboard to the panel, and back"},
+                                         {"L + drag", "light from where the pointer is"},
+                                         {"Ctrl + C", "copy the command for this picture, or what is measured"},
+                                         {"Ctrl + S", "save lights, materials and view"},
                                          {"F1, H", "this help"},
                                          {"F2", "what a picture costs"},
                                          {"F11", "full screen"},
                                          {"Ctrl + O, drop files", "open models, scans or folders"},
                                          {"Page Up, Page Down", "previous, next file"},
                                          {"Ctrl + R", "recent files; what is wrong with a file"},
-                                         {"Escape", "quit"}};
+                                         {"Escape", "back; quit"}};
     rows.insert(rows.end(), common.begin(), common.end());
     return rows;
 }

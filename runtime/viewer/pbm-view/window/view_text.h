@@ -11,6 +11,8 @@
 
 namespace pbm {
 
+// 1234567 as "1,234,567".
+std::string grouped(std::uint64_t number);
 std::string file_name(const std::string &path);
 // "12.3 ms".
 std::string milliseconds(double seconds);

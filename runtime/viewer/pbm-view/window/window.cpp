@@ -37,7 +37,7 @@ Error no_window(const std::string &what) {
             what + (why.empty() ? "" : ": " + why) + "; pbm-render draws without display and OpenGL"};
 }
 
-constexpr std::array<std::pair<int, Key>, 34> kKeys{{{GLFW_KEY_LEFT, Key::left},
+constexpr std::array<std::pair<int, Key>, 36> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_A, Key::left},
                                                      {GLFW_KEY_RIGHT, Key::right},
                                                      {GLFW_KEY_D, Key::right},
@@ -70,24 +70,31 @@ constexpr std::array<std::pair<int, Key>, 34> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_F11, Key::full_screen},
                                                      {GLFW_KEY_PAGE_UP, Key::previous_file},
                                                      {GLFW_KEY_PAGE_DOWN, Key::next_file},
+                                                     {GLFW_KEY_L, Key::light},
+                                                     {GLFW_KEY_F6, Key::panel_focus},
                                                      {GLFW_KEY_ESCAPE, Key::quit}}};
 // Pressed while Control is held.
-constexpr std::array<std::pair<int, Key>, 7> kControlKeys{{{GLFW_KEY_O, Key::open_dialog},
+constexpr std::array<std::pair<int, Key>, 8> kControlKeys{{{GLFW_KEY_O, Key::open_dialog},
                                                            {GLFW_KEY_R, Key::start_page},
                                                            {GLFW_KEY_C, Key::copy},
+                                                           {GLFW_KEY_S, Key::save_scene},
                                                            {GLFW_KEY_6, Key::save_6},
                                                            {GLFW_KEY_7, Key::save_7},
                                                            {GLFW_KEY_8, Key::save_8},
                                                            {GLFW_KEY_9, Key::save_9}}};
-constexpr std::array<std::pair<int, EditKey>, 9> kEditKeys{{{GLFW_KEY_BACKSPACE, EditKey::backspace},
-                                                            {GLFW_KEY_DELETE, EditKey::erase},
-                                                            {GLFW_KEY_ENTER, EditKey::enter},
-                                                            {GLFW_KEY_KP_ENTER, EditKey::enter},
-                                                            {GLFW_KEY_ESCAPE, EditKey::cancel},
-                                                            {GLFW_KEY_LEFT, EditKey::left},
-                                                            {GLFW_KEY_RIGHT, EditKey::right},
-                                                            {GLFW_KEY_HOME, EditKey::home},
-                                                            {GLFW_KEY_END, EditKey::end}}};
+constexpr std::array<std::pair<int, EditKey>, 13> kEditKeys{{{GLFW_KEY_BACKSPACE, EditKey::backspace},
+                                                             {GLFW_KEY_DELETE, EditKey::erase},
+                                                             {GLFW_KEY_ENTER, EditKey::enter},
+                                                             {GLFW_KEY_KP_ENTER, EditKey::enter},
+                                                             {GLFW_KEY_ESCAPE, EditKey::cancel},
+                                                             {GLFW_KEY_LEFT, EditKey::left},
+                                                             {GLFW_KEY_RIGHT, EditKey::right},
+                                                             {GLFW_KEY_HOME, EditKey::home},
+                                                             {GLFW_KEY_END, EditKey::end},
+                                                             {GLFW_KEY_UP, EditKey::up},
+                                                             {GLFW_KEY_DOWN, EditKey::down},
+                                                             {GLFW_KEY_TAB, EditKey::tab},
+                                                             {GLFW_KEY_SPACE, EditKey::space}}};
 constexpr std::array<std::pair<int, MouseButton>, 3> kButtons{{{GLFW_MOUSE_BUTTON_LEFT, MouseButton::left},
                                                                {GLFW_MOUSE_BUTTON_MIDDLE, MouseButton::middle},
                                                                {GLFW_MOUSE_BUTTON_RIGHT, MouseButton::right}}};
@@ -123,7 +130,7 @@ GLFWmonitor *monitor_of(glm::ivec2 place, glm::ivec2 size) {
 
 } // namespace
 
-Result<std::unique_ptr<Window>> Window::open(const std::string &title, glm::ivec2 size) {
+Result<std::unique_ptr<Window>> Window::open(const std::string &title, glm::ivec2 size, bool scaled) {
     glfwSetErrorCallback([](int, const char *description) { last_complaint() = description; });
     last_complaint().clear();
     if (glfwInit() == GLFW_FALSE)
@@ -135,6 +142,7 @@ Result<std::unique_ptr<Window>> Window::open(const std::string &title, glm::ivec
     glfwWindowHint(GLFW_ALPHA_BITS, 0);
     glfwWindowHint(GLFW_DEPTH_BITS, 0);
     glfwWindowHint(GLFW_STENCIL_BITS, 0);
+    glfwWindowHint(GLFW_SCALE_TO_MONITOR, scaled ? GLFW_TRUE : GLFW_FALSE);
     glfwWindowHintString(GLFW_X11_CLASS_NAME, "pbm-view");
     glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "pbm-view");
     GLFWwindow *const window = glfwCreateWindow(size.x, size.y, title.c_str(), nullptr, nullptr);
@@ -192,6 +200,8 @@ void Window::receive_events() {
     });
     glfwSetWindowRefreshCallback(window_, [](GLFWwindow *window) { events_of(window).push_back(RefreshEvent{}); });
     glfwSetWindowIconifyCallback(window_, [](GLFWwindow *window, int) { events_of(window).push_back(RefreshEvent{}); });
+    glfwSetWindowContentScaleCallback(
+        window_, [](GLFWwindow *window, float, float) { events_of(window).push_back(RefreshEvent{}); });
     glfwSetFramebufferSizeCallback(window_,
                                    [](GLFWwindow *window, int, int) { events_of(window).push_back(RefreshEvent{}); });
 }
@@ -211,6 +221,8 @@ void Window::wake() { glfwPostEmptyEvent(); }
 double Window::now() { return glfwGetTime(); }
 
 bool Window::close_requested() const { return glfwWindowShouldClose(window_) != GLFW_FALSE; }
+
+void Window::refuse_close() { glfwSetWindowShouldClose(window_, GLFW_FALSE); }
 
 glm::ivec2 Window::framebuffer_size() const {
     glm::ivec2 size;

@@ -52,9 +52,12 @@ enum class Key {
     start_page,
     previous_file,
     next_file,
+    light,
+    panel_focus,
+    save_scene,
 };
-// Keys that edit a text field.
-enum class EditKey { backspace, erase, enter, cancel, left, right, home, end };
+// Keys that edit a text field or move through the panel.
+enum class EditKey { backspace, erase, enter, cancel, left, right, home, end, up, down, tab, space };
 enum class MouseButton { left, middle, right };
 
 struct KeyEvent {
@@ -91,10 +94,10 @@ using Event =
 class Window {
   public:
     // Opens a window of `size` pixels and makes its OpenGL 3.2 core context current on this thread; software GL offers
-    // 3.2. Only one window may exist.
+    // 3.2. `scaled`: times the scale of the desktop. Only one window may exist.
     //
     // errors  memory (exit code 4)  there is no display, or no such OpenGL
-    static Result<std::unique_ptr<Window>> open(const std::string &title, glm::ivec2 size);
+    static Result<std::unique_ptr<Window>> open(const std::string &title, glm::ivec2 size, bool scaled);
     ~Window();
     Window(const Window &) = delete;
     Window &operator=(const Window &) = delete;
@@ -107,6 +110,7 @@ class Window {
     static double now();
 
     bool close_requested() const;
+    void refuse_close();
     // Pixels; 0 x 0 while minimised.
     glm::ivec2 framebuffer_size() const;
     // The desktop's text scale, at least 1.

@@ -9,8 +9,7 @@
 
 namespace pbm::build {
 
-// The named materials: default, plaster, clay, plastic, marble, bronze, gold, silver, mirror, and legacy, the
-// dissertation's own default: grey, ambient reflection only (its section 5.7).
+// The names of kMaterialPresets.
 std::span<const std::string_view> material_names();
 
 // Parses "bronze", "gold,environment=0.5", "ka=0.2,kd=0.7,colour=#c0a080": a name ("default" if absent), then values

@@ -14,7 +14,7 @@ namespace {
 constexpr Material kGroundMaterial{
     .ka = 0.22F, .kd = 0.72F, .ks = 0.06F, .power = 8, .colour = {196, 196, 192}, .environment = 0};
 constexpr std::string_view kDefaultLights = "two";
-constexpr int kHardMaps = 4, kSoftMaps = 24, kGroundMaps = 16;
+constexpr int kHardMaps = 4, kSoftMaps = 24;
 // Each map adds one step to a penumbra on the ground; steps wider than this show as bands.
 constexpr double kPenumbraStep = 1.5; // texels
 constexpr int kMaxGroundMaps = 96;
@@ -141,7 +141,7 @@ ShadowOptions shadow_options(const SceneRequest &request, const Scene &scene, st
 // One map per kPenumbraStep texels of the penumbra of the model's height.
 int ground_maps(const SceneRequest &request, const Scene &scene, std::size_t light, int maps) {
     if (request.shadows->maps || !(scene.light_sizes[light] > 0))
-        return std::max(maps, kGroundMaps);
+        return std::max(maps, kHardGroundMaps);
     const double distance = distance_of(scene.lights[light], scene.frame);
     const double texel = 2 * static_cast<double>(scene.ground->half_edge) / request.ground->texels;
     const double penumbra = scene.light_sizes[light] / std::max(distance, 1e-30) * 2 * scene.frame.radius;
