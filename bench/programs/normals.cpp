@@ -39,7 +39,7 @@ template <class NormalOf> double wrong_signs(const VertexNormals &truth, const N
 nlohmann::json measure(int rounds, const std::string &scan) {
     Surface surface = bench::value_or_throw(read_surface(scan, {}), scan);
     const bool has_truth = !surface.triangles.empty() || !surface.normals.empty();
-    const VertexNormals truth = vertex_normals(surface, 1);
+    const VertexNormals truth = bench::value_or_throw(vertex_normals(surface, 1), scan);
     Surface bare;
     bare.positions = surface.positions;
     VertexNormals ours;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "pbm_render/camera/camera.h"
+#include "pbm_render/camera/extent.h"
 #include "viewer/measure/picture_space.h"
 
 #include <array>

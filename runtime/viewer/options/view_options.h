@@ -27,7 +27,7 @@ struct ViewOptions {
     std::optional<glm::dvec3> position, focal_point, view_up; // model space; absent: the default camera's
     double view_angle = 30;                                   // degrees
     bool orthographic = false;
-    ClipRegion clip; // model space
+    ClipRegion clip;          // model space
     std::optional<UpAxis> up; // absent: the grid's
     Renderer renderer = Renderer::fast;
     double max_error = kDefaultMaxError; // pixels

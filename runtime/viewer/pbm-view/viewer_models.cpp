@@ -20,7 +20,6 @@ constexpr double kHintTime = 8; // seconds
 
 } // namespace
 
-
 // Takes the model if opening has ended. Returns the exit code if the program must end.
 std::optional<int> Viewer::receive_model() {
     if (!opening_)

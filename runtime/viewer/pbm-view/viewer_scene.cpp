@@ -218,7 +218,7 @@ void Viewer::copy_options() {
         return;
     const std::string name = fs::path(model_->path()).stem().string();
     std::string text = "pbm-render " + shell_quoted(model_->path()) + " " +
-                       view_as_options(camera_, options_.view_angle, view_size_) + look_as_options(look_->options) +
+                       view_as_options(camera_, options_, view_size_) + look_as_options(look_->options) +
                        detail_as_options(options_) + " -o " + shell_quoted(name + ".png");
     if (has_edits())
         text += "\n# with a model that was built with these lights and materials:\npbm-build SCAN" +
