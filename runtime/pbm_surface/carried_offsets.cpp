@@ -256,24 +256,28 @@ class BrickGrid {
                 padded.clear();
                 for (std::size_t direction = 0; direction < kDirectionCount; ++direction)
                     if (const std::size_t other = around_[b][direction]; other != count_)
-                        for_points_beside(other, direction, [&](std::uint64_t i) {
+                        for_points_beside(other, direction, [&](std::size_t i) {
                             if (const std::int16_t at = table[direction][points_.places[i]]; at >= 0)
                                 add(padded, at, i);
                         });
-                for (std::uint64_t i = points_.bricks[b].first_point; i < points_.bricks[b + 1].first_point; ++i)
+                for (std::size_t i = first_point(b); i < first_point(b + 1); ++i)
                     estimate(padded, static_cast<std::size_t>(table[kNoDirection][points_.places[i]]), i);
             }
         });
     }
 
   private:
+    std::size_t first_point(std::size_t brick) const {
+        return static_cast<std::size_t>(points_.bricks[brick].first_point);
+    }
+
     // Calls work(point) for the points of a neighbour in the octants next to the brick.
     template <class Work> void for_points_beside(std::size_t neighbour, std::size_t direction, const Work &work) const {
-        const std::uint64_t first = points_.bricks[neighbour].first_point;
+        const std::size_t first = first_point(neighbour);
         const auto &starts = octants_[neighbour];
         for (unsigned octants = kOctantsBeside[direction]; octants != 0; octants &= octants - 1) {
             const auto octant = static_cast<std::size_t>(std::countr_zero(octants));
-            for (std::uint64_t i = first + starts[octant]; i < first + starts[octant + 1]; ++i)
+            for (std::size_t i = first + starts[octant]; i < first + starts[octant + 1]; ++i)
                 work(i);
         }
     }
@@ -293,8 +297,8 @@ class BrickGrid {
     }
 
     void find_octants(std::size_t b) {
-        const std::uint64_t first = points_.bricks[b].first_point, end = points_.bricks[b + 1].first_point;
-        std::uint64_t i = first;
+        const std::size_t first = first_point(b), end = first_point(b + 1);
+        std::size_t i = first;
         for (std::size_t octant = 0; octant <= kOctants; ++octant) {
             while (i < end && points_.places[i] < octant * kOctantPlaces)
                 ++i;

@@ -100,6 +100,7 @@ def test_several_files(display):
 def test_start_page(display):
     """Without a file: the sample, and a page of recent files for keyboard and mouse."""
     state = {"XDG_STATE_HOME": str(folder("start"))}
+    (folder("start/pbm") / "started").touch()  # no hint of a first start
     sample = programs / ".." / "share" / "pbm" / "sample.pbvg"
     with View(display, **state) as view:
         with_page = view.grab()

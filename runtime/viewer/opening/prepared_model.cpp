@@ -53,6 +53,8 @@ std::string lower_extension(const std::string &path) {
     return extension;
 }
 
+bool has_material_files(const std::string &scan) { return lower_extension(scan) == ".obj"; }
+
 ErrorCode code_of(int exit_code) {
     switch (exit_code) {
     case 1: return ErrorCode::usage;
@@ -78,14 +80,12 @@ Error build_error(const ProgramEnd &end, const std::string &scan) {
 
 Status build(const std::string &builder, const std::string &scan, const std::string &output,
              const Preparation &preparation) {
-    const std::vector<std::string> command{builder,
-                                           "--quiet",
-                                           "--progress",
-                                           "--if-changed",
-                                           "--threads=" + std::to_string(preparation.threads),
-                                           "--output=" + output,
-                                           "--",
-                                           scan};
+    std::vector<std::string> command{builder, "--quiet", "--progress",
+                                     "--threads=" + std::to_string(preparation.threads), "--output=" + output};
+    // Material files of an OBJ may have changed alone. Other scans need no hash: the cache knows size and time.
+    if (has_material_files(scan))
+        command.emplace_back("--if-changed");
+    command.insert(command.end(), {"--", scan});
     const auto report = [&](std::string_view line) { // PERCENT STEP
         int percent = 0;
         const char *const end = line.data() + line.size();
@@ -161,8 +161,7 @@ Result<PreparedModel> prepare_model(const std::string &path, const Preparation &
     auto file = cache->file_for(path, *builder);
     if (!file)
         return file.error();
-    // Material files of an OBJ may have changed alone: pbm-build examines them.
-    if (const bool cached = ModelCache::use(*file); !cached || lower_extension(path) == ".obj") {
+    if (const bool cached = ModelCache::use(*file); !cached || has_material_files(path)) {
         if (const Status built = build(*builder, path, *file, preparation); !built)
             return built.error();
         ModelCache::use(*file);

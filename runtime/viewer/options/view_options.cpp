@@ -117,11 +117,10 @@ void add_view_options(CommandLine &line, ViewOptions &options) {
                              "lights; default: the model's");
     command_line::add_choice<bool>(line, "--projection", "projection", {{"perspective", false}, {"orthographic", true}},
                                    options.orthographic,
-                                   "perspective (default); orthographic: parallels stay parallel, and as much of the "
-                                   "focal point's plane is seen");
-    line.add("--clip-plane", "Show only the side of the plane through X,Y,Z that NX,NY,NZ leads to",
+                                   "perspective (default); orthographic: parallels stay parallel");
+    line.add("--clip-plane", "Show the side of a plane that its normal leads to",
              stored(parse_clip_plane, options.clip.plane), {.type = "X,Y,Z,NX,NY,NZ"});
-    line.add("--clip-box", "Show only what lies in the box with these two corners",
+    line.add("--clip-box", "Show what lies between two corners",
              stored(parse_clip_box, options.clip.box), {.type = "X,Y,Z,X,Y,Z"});
     add_look_options(line, options);
     add_shading_options(line, options.look);
