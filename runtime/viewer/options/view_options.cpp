@@ -120,8 +120,8 @@ void add_view_options(CommandLine &line, ViewOptions &options) {
                                    "perspective (default); orthographic: parallels stay parallel");
     line.add("--clip-plane", "Show the side of a plane that its normal leads to",
              stored(parse_clip_plane, options.clip.plane), {.type = "X,Y,Z,NX,NY,NZ"});
-    line.add("--clip-box", "Show what lies between two corners",
-             stored(parse_clip_box, options.clip.box), {.type = "X,Y,Z,X,Y,Z"});
+    line.add("--clip-box", "Show what lies between two corners", stored(parse_clip_box, options.clip.box),
+             {.type = "X,Y,Z,X,Y,Z"});
     add_look_options(line, options);
     add_shading_options(line, options.look);
     line.topic = "Options";

@@ -276,9 +276,9 @@ TEST(Placement, SinglePrecisionThatIsTooCoarseIsReported) {
         BuildOptions options;
         options.grid.voxel_size = 0.05 * scale;
         built({surface}, options, &said);
-        const auto line =
-            std::find_if(said.attributes.begin(), said.attributes.end(),
-                         [](const AttributeReport &each) { return each.note.starts_with("single precision"); });
+        const auto line = std::find_if(said.attributes.begin(), said.attributes.end(), [](const AttributeReport &each) {
+            return each.note.starts_with("single precision");
+        });
         return line == said.attributes.end() ? std::string() : line->note;
     };
     EXPECT_EQ(report_of(8.5e6, true, 1),
