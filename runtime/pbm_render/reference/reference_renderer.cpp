@@ -54,7 +54,7 @@ class Walk {
     void draw_cut_points(unsigned mask, const glm::vec4 &centre);
     void draw_point(std::size_t index, Facing facing, const glm::vec4 &centre);
     void draw_odd_point(std::size_t index, const glm::vec4 &centre);
-    void draw_placed(std::size_t normal, const ScreenPoint &point, float facing, bool two_sided);
+    void draw_placed(std::size_t normal, const ScreenPoint &point, float facing, SplatSize size);
     void draw(const SplatShape &shape, const ScreenPoint &point);
 
     const Projection &projection_;
@@ -205,8 +205,9 @@ void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     const glm::vec2 pixel(centre.x / depth, centre.y / depth);
     std::size_t normal = point_normals_[index] & kNormalIndexMask;
     float facing = glm::dot(normals_[normal].plane, glm::vec3(pixel, 1));
-    const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0 || (is_cut_ && facing > kFacingSlack);
-    if (two_sided && facing > 0) {
+    const bool is_back = is_cut_ && facing > kFacingSlack; // at the surface, too: inwards is the other way
+    const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0 && !is_back;
+    if (is_back || (two_sided && facing > 0)) {
         normal ^= kOppositeNormal;
         facing = -facing;
     }
@@ -214,9 +215,11 @@ void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
         return;
     const ScreenPoint point{pixel, depth, 1 / depth, static_cast<std::uint32_t>(index)};
     if (!kernels_ && !offsets_.empty())
-        return draw_placed(normal, point, facing, two_sided);
+        return draw_placed(normal, point, facing, {radius, is_back ? -voxel_ : voxel_, two_sided});
     if (!kernels_)
-        return draw(project_splat(projection_, normals_[normal], pixel, facing, {radius, voxel_, two_sided}), point);
+        return draw(project_splat(projection_, normals_[normal], pixel, facing,
+                                  {radius, is_back ? -voxel_ : voxel_, two_sided}),
+                    point);
     ++drawn_points;
     const float pixels = kNeighbourReach * radius * static_cast<float>(projection_.focal) / depth;
     kernels_->draw(normal, pixel, depth, pixels, static_cast<std::uint32_t>(index), target_);
@@ -231,14 +234,11 @@ inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
 }
 
 // Draws a splat at its surface offset. Not inlined, so that splats without offsets do not slow down.
-[[gnu::noinline]] void Walk::draw_placed(std::size_t normal, const ScreenPoint &point, float facing, bool two_sided) {
+[[gnu::noinline]] void Walk::draw_placed(std::size_t normal, const ScreenPoint &point, float facing, SplatSize size) {
     ++drawn_points;
     const std::size_t index = point.index;
-    const SplatShape shape = project_splat(projection_, normals_[normal], point.pixel, facing,
-                                           {.radius = radii_[point_radii_[index]],
-                                            .voxel = voxel_,
-                                            .two_sided = two_sided,
-                                            .offset = offset_of(offsets_[index])});
+    size.offset = offset_of(offsets_[index]);
+    const SplatShape shape = project_splat(projection_, normals_[normal], point.pixel, facing, size);
     if (point.inverse_depth < pixel_splats_[point_radii_[index]])
         draw_pixel(shape, point, target_);
     else

@@ -47,6 +47,7 @@ struct SeenNormal {
     Vector ray_x, ray_y; // from the eye through the point, depth 1
     Vector facing;       // cosine between normal and ray, times the ray's length
     Mask two_sided;
+    Mask turned; // two-sided, and its back is seen
 };
 
 HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, Vector pixel_x, Vector pixel_y) {
@@ -66,6 +67,7 @@ HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, V
     n.y = hn::Xor(n.y, turn);
     n.z = hn::Xor(n.z, turn);
     n.facing = hn::Xor(facing, turn);
+    n.turned = hn::MaskFromVec(hn::BitCast(d, hn::BroadcastSignBit(hn::BitCast(di, turn))));
     return n;
 }
 

@@ -39,7 +39,9 @@ HWY_INLINE ProjectedSplats project_splats(const FrameGeometry &frame, float voxe
     ProjectedSplats s;
     s.normal = see_normal(frame, packed, hn::Load(d, points.x.data() + first), hn::Load(d, points.y.data() + first));
     const SeenNormal &n = s.normal;
-    const Vector voxel = hn::IfThenZeroElse(n.two_sided, hn::Set(d, voxel_edge));
+    // Where points show their backs, these lie at the surface, too: inwards is the other way.
+    const Vector back = hn::IfThenElseZero(n.turned, hn::Set(d, frame.shows_backs ? -voxel_edge : 0));
+    const Vector voxel = hn::IfThenElse(n.two_sided, back, hn::Set(d, voxel_edge));
     s.outline = hn::Mul(hn::Mul(voxel, hn::Set(d, outline_inset)),
                         clamp_to_one(hn::Add(one, hn::Mul(hn::Set(d, kOutlineSlope), n.facing))));
     if constexpr (kPlaced) {

@@ -156,7 +156,7 @@ Camera after_drag(const Camera &camera, const Steering &steering, Drag drag, glm
 
 Camera after_wheel(const Camera &camera, const Steering &steering, double notches, const glm::dvec3 &anchor) {
     const double radius = steering.bounds.radius;
-    if (steering.mode == CameraMode::orbit)
+    if (steering.mode == CameraMode::orbit || camera.orthographic)
         return within_reach(camera, approach(camera, anchor, std::pow(kDistancePerNotch, notches), radius), steering);
     const glm::dvec3 towards = glm::normalize(anchor - camera.position);
     return within_reach(camera, shifted(camera, towards * (notches * kFlightPerNotch * radius)), steering);
@@ -164,10 +164,12 @@ Camera after_wheel(const Camera &camera, const Steering &steering, double notche
 
 Camera after_arrows(const Camera &camera, const Steering &steering, glm::dvec2 steps) {
     const double radius = steering.bounds.radius, stride = kFlightPerStep * radius;
-    if (steering.mode == CameraMode::fly)
+    if (steering.mode == CameraMode::fly && !camera.orthographic)
         return within_reach(camera, advance(camera, steps.x * stride, steps.y * stride), steering);
-    return approach(orbit(camera, steering.axis, kTurnPerStep * steps.x, 0), camera.focal_point,
-                    std::pow(kDistancePerStep, steps.y), radius);
+    const Camera moved = steering.mode == CameraMode::fly ? advance(camera, steps.x * stride, 0)
+                                                          : orbit(camera, steering.axis, kTurnPerStep * steps.x, 0);
+    return within_reach(camera, approach(moved, moved.focal_point, std::pow(kDistancePerStep, steps.y), radius),
+                        steering);
 }
 
 void HeldArrows::press(Arrow arrow, double now) {

@@ -1,7 +1,8 @@
 // How input moves a camera: pure functions of the camera and the input.
 //
 //   orbit  the target camera: rotates around its focal point; drags grab the model
-//   fly    the flying camera: rotates in place; keys and wheel move it along its view direction
+//   fly    the flying camera: rotates in place; keys and wheel move it along its view direction. An orthographic camera
+//          shows no motion along it: there they scale the view
 //
 // Input cannot lose the model: the focal point of the target camera stays within the model's bounding sphere, and its
 // distance within 1/1000 and 100 radii of it; the flying camera stays within 100 radii of the sphere's centre. A camera

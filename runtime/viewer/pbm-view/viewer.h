@@ -240,8 +240,8 @@ class Viewer {
     HeldArrows arrows_;
     std::optional<CameraGlide> glide_; // sets `camera_` until its end
     struct ZoomAnchor {
-        glm::dvec2 mouse;
-        Camera camera; // after the last zoom
+        glm::dvec2 mouse; // pixels
+        Camera camera;    // after the last zoom
         glm::dvec3 point;
     };
     const SavedViews saved_views_;

@@ -74,15 +74,16 @@ void Viewer::focus() {
 }
 
 void Viewer::zoom(double notches) {
-    if (!model_ || !mouse_ || view_size_ == glm::ivec2(0))
+    if (!model_ || view_size_ == glm::ivec2(0))
         return;
-    if (!anchor_ || anchor_->mouse != *mouse_ || anchor_->camera != camera_) {
+    const glm::dvec2 mouse = mouse_pixel();
+    if (!anchor_ || anchor_->mouse != mouse || anchor_->camera != camera_) {
         // The point of the surface, or else of the focal point's plane, that the camera sees under the mouse. The
         // picture may show an earlier camera: its depth is a guess then.
         const PictureSpace space = space_of(camera_);
         const auto seen = pick_under_mouse();
         const double depth = seen ? space.place(seen->place).depth : 0;
-        anchor_ = {*mouse_, camera_, space.point(mouse_pixel(), depth > 0 ? depth : space.focal_depth())};
+        anchor_ = {mouse, camera_, space.point(mouse, depth > 0 ? depth : space.focal_depth())};
     }
     move_to(after_wheel(camera_, steering(), notches, anchor_->point));
     anchor_->camera = camera_;

@@ -16,9 +16,9 @@ constexpr double kScaleBarShare = 0.2; // of the picture's width, at most
 
 PictureSpace Viewer::space_of(const Camera &camera) const { return {camera, model_->grid().edge(), view_size_}; }
 
-// Pixels from the upper left corner of the picture.
+// Pixels from the upper left corner of the picture; its middle as long as the mouse has not moved in the window.
 glm::dvec2 Viewer::mouse_pixel() const {
-    return mouse_.value_or(glm::dvec2(0)) * static_cast<double>(window_.framebuffer_size().y);
+    return mouse_ ? *mouse_ * static_cast<double>(window_.framebuffer_size().y) : glm::dvec2(view_size_) / 2.0;
 }
 
 std::optional<PickedPoint> Viewer::pick_under_mouse() const {

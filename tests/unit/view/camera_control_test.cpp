@@ -177,6 +177,16 @@ TEST(CameraInput, FliesThroughTheModel) {
     expect_near(after_wheel(camera, flying, 1, anchor).position, camera.position + 0.2 * (anchor - camera.position));
 }
 
+TEST(CameraInput, AnOrthographicFlightScalesTheView) {
+    Camera camera = test_camera();
+    camera.orthographic = true;
+    const Steering flying = steering(CameraMode::fly, 10);
+    EXPECT_LT(distance(after_wheel(camera, flying, 1, {4, 2, 9})), 9.5);
+    EXPECT_LT(distance(after_arrows(camera, flying, {0, 1})), 9.6);
+    EXPECT_NEAR(distance(after_arrows(camera, flying, {1, 0})), 10, 1e-9);
+    EXPECT_GT(after_arrows(camera, flying, {1, 0}).position.x, camera.position.x);
+}
+
 // Whatever the input, the model stays within reach.
 TEST(CameraInput, DoesNotLoseTheModel) {
     for (const CameraMode mode : {CameraMode::orbit, CameraMode::fly}) {
