@@ -39,7 +39,8 @@ void mark_cluster(std::size_t start, std::uint32_t number, int level, std::vecto
         for (int near_z = std::max(z - 1, 0); near_z <= std::min(z + 1, edge - 1); ++near_z)
             for (int near_y = std::max(y - 1, 0); near_y <= std::min(y + 1, edge - 1); ++near_y)
                 for (int near_x = std::max(x - 1, 0); near_x <= std::min(x + 1, edge - 1); ++near_x) {
-                    const auto near = static_cast<std::size_t>((near_z * edge + near_y) * edge + near_x);
+                    const int beside = (near_z * edge + near_y) * edge + near_x;
+                    const auto near = static_cast<std::size_t>(beside);
                     if (cluster_of[near] == kUnmarked) {
                         cluster_of[near] = number;
                         open.push_back(near);

@@ -86,7 +86,7 @@ std::string light_name(const Light &light, std::size_t index) {
 }
 
 std::string material_name(const Material &material, std::size_t index, const ModelNotes &notes) {
-    const std::string number = "Material " + std::to_string(index + 1);
+    std::string number = "Material " + std::to_string(index + 1);
     for (const MaterialPreset &preset : kMaterialPresets)
         if (preset.material == material)
             return number + " (" + std::string(preset.name) + ")";

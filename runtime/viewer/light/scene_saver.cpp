@@ -16,7 +16,7 @@ Result<ModelEdit> edit_for(const Reader &file, const SceneSave &save) {
     ModelParameters &parameters = edit.parameters;
     parameters.materials = save.appearance.materials;
     // The lights that viewers choose for a file without lights stay theirs.
-    if (!parameters.lights.empty() || save.appearance.lights != default_lights(parameters.grid.up))
+    if (!parameters.lights.empty() || save.appearance.lights != default_lights(save.up))
         parameters.lights = save.appearance.lights;
     if (!parameters.texture.empty())
         parameters.texture.front().palette = save.appearance.palette;

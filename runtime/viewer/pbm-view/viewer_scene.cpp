@@ -253,7 +253,7 @@ void Viewer::begin_scene_save() {
     SceneSave save{.path = model_->path(),
                    .opened = header_,
                    .appearance = look_->appearance,
-                   .up = model_->grid().up,
+                   .up = up_of(options_, model_->grid()),
                    .view = {camera_, options_.view_angle},
                    .baked = {},
                    .threads = options_.load.threads,
@@ -284,7 +284,9 @@ void Viewer::receive_scene_save(bool wait) {
 
 void Viewer::save_recipe() {
     const std::string name = fs::path(model_->path()).stem().string();
-    const std::string text = scene_as_recipe(look_->appearance, model_->parameters(), file_name(model_->path()));
+    ModelParameters parameters = model_->parameters();
+    parameters.grid.up = up_of(options_, parameters.grid);
+    const std::string text = scene_as_recipe(look_->appearance, parameters, file_name(model_->path()));
     const auto saved =
         save_numbered({}, name, ".toml", {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
     if (!saved) {

@@ -43,7 +43,9 @@ Result<std::string> save_picture(const std::filesystem::path &folder, const std:
 Result<std::string> save_numbered(const std::filesystem::path &folder, const std::string &name,
                                   const std::string &extension, ByteView bytes) {
     for (int number = 1;; ++number) {
-        const std::string path = (folder / (name + "-" + std::to_string(number) + extension)).string();
+        std::string file = name;
+        file.append("-").append(std::to_string(number)).append(extension);
+        const std::string path = (folder / file).string();
         errno = 0;
         if (!take_name(path)) {
             if (errno == EEXIST)
