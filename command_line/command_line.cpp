@@ -148,7 +148,8 @@ namespace {
 // What speaks against writing `outputs[i]`: a usage error or one of the system.
 Status check_output(std::span<const std::string> inputs, std::span<const OutputFile> outputs, std::size_t i) {
     const auto is_file = [](const std::string &name) { return !name.empty() && name != "-"; };
-    const auto &[option, name] = outputs[i];
+    const auto &option = outputs[i].option;
+    const std::string &name = outputs[i].name;
     const auto refuse = [&](const std::string &what) {
         return Error{ErrorCode::usage, 0, name + ": " + what + "; choose another name"};
     };

@@ -160,8 +160,13 @@ class SettingsReader : public CLI::Config {
             return {};
         for (const std::string &name : values)
             if (!name.empty() && name != "-" && !is_below(name, path))
-                return "'" + key + "' names " + name + ", outside the folder of this file; " + kAllowOutside +
-                       " on the command line allows that";
+                return std::string("'")
+                    .append(key)
+                    .append("' names ")
+                    .append(name)
+                    .append(", outside the folder of this file; ")
+                    .append(kAllowOutside)
+                    .append(" on the command line allows that");
         return {};
     }
 

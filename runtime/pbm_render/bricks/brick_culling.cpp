@@ -191,7 +191,7 @@ HWY_INLINE unsigned see_bricks(const RunGeometry &geometry, const FrameGeometry 
     seen = hn::And(seen, hn::RebindMask(d, hn::Lt(top_row, bottom_row)));
     std::array<std::uint8_t, 8> bits{};
     const std::size_t bytes = hn::StoreMaskBits(d, seen, bits.data());
-    return bits[0] | (bytes > 1 ? bits[1] << 8 : 0U);
+    return unsigned{bits[0]} | (bytes > 1 ? unsigned{bits[1]} << 8 : 0U);
 }
 
 // How the centres of a brick's voxels lie to the camera's clip region.

@@ -29,7 +29,8 @@ Projected project(const Camera &camera, const Model &model, glm::ivec2 size) {
     for (const MortonCode code : codes)
         for (int corner = 0; corner < 8; ++corner) {
             const auto [x, y, z] = morton_decode(code);
-            const glm::dvec3 p = projection.point({x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)});
+            const glm::dvec3 p =
+                projection.point(glm::dvec3(x, y, z) + glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2));
             EXPECT_GT(p.z, 0);
             const glm::dvec2 at = glm::dvec2(p.x / p.z, p.y / p.z) * 2.0 / glm::dvec2(size) - 1.0;
             box.low = glm::min(box.low, at);

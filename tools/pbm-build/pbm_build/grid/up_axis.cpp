@@ -114,7 +114,8 @@ class Cubes {
 
   private:
     static std::size_t index(const Place &p) {
-        return static_cast<std::size_t>((p[2] * kCubes + p[1]) * kCubes + p[0]);
+        const int number = (p[2] * kCubes + p[1]) * kCubes + p[0];
+        return static_cast<std::size_t>(number);
     }
     void mark(const glm::dvec3 &p) {
         Place place{};
@@ -214,8 +215,10 @@ bool is_terrain(const std::vector<Place> &places, const Place &size, std::size_t
     if (3 * size[axis] > std::min(size[(axis + 1) % 3], size[(axis + 2) % 3]))
         return false;
     std::vector<bool> columns(kCubes * kCubes);
-    for (const Place &p : places)
-        columns[static_cast<std::size_t>(p[(axis + 1) % 3] * kCubes + p[(axis + 2) % 3])] = true;
+    for (const Place &p : places) {
+        const int column = p[(axis + 1) % 3] * kCubes + p[(axis + 2) % 3];
+        columns[static_cast<std::size_t>(column)] = true;
+    }
     const auto count = std::ranges::count(columns, true);
     return 10 * count >= 3 * Outline(places, axis, 0, kCubes - 1).twice_area() && // 0.6 of the area
            static_cast<std::int64_t>(places.size()) <= 2 * count;
