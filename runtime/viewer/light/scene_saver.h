@@ -4,6 +4,7 @@
 #include "viewer/light/model_notes.h"
 #include "viewer/light/shadow_copy.h"
 
+#include "pbm_format/reading/reader.h"
 #include "pbm_render/appearance/appearance.h"
 
 #include <array>

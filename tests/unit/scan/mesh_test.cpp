@@ -221,10 +221,10 @@ TEST(MeshReaders, FacesOfManyCornersAreReadWhole) {
     std::string obj_vertices;
     for (std::size_t begin = 0; begin < vertices.size(); begin = vertices.find('\n', begin) + 1)
         obj_vertices += "v " + vertices.substr(begin, vertices.find('\n', begin) + 1 - begin);
-    const std::string tail = "3 0 1 2\n";
-    for (const Surface &s :
-         {surface(obj_vertices + obj + "\nf 1 2 3\n", MeshFormat::obj),
-          surface("OFF\n" + std::to_string(kCorners) + " 2 0\n" + vertices + off + '\n' + tail, MeshFormat::off)}) {
+    obj_vertices.append(obj).append("\nf 1 2 3\n");
+    std::string off_text = "OFF\n";
+    off_text.append(std::to_string(kCorners)).append(" 2 0\n").append(vertices).append(off).append("\n3 0 1 2\n");
+    for (const Surface &s : {surface(obj_vertices, MeshFormat::obj), surface(off_text, MeshFormat::off)}) {
         EXPECT_EQ(s.positions.size(), std::size_t{kCorners});
         ASSERT_EQ(s.triangles.size(), std::size_t{kCorners} - 1);
         EXPECT_EQ(s.triangles.back(), glm::uvec3(0, 1, 2)) << "the face behind it";

@@ -171,7 +171,7 @@ OutsideView view_from_outside(const std::vector<LatticePoint> &points, const std
             map.clear();
         parallel_blocks(points.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
             HWY_DYNAMIC_DISPATCH(project)(projection, points, begin, end, places);
-            for (const std::size_t way : {0, 1})
+            for (const std::size_t way : {std::size_t{0}, std::size_t{1}})
                 for (std::size_t i = begin; i < end; ++i)
                     maps[way].add(places[way], i);
         });
