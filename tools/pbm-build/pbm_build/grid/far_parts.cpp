@@ -16,6 +16,18 @@
 #include <vector>
 
 namespace pbm::build {
+
+bool bulk_is_small(const BoxBins &counts, std::uint64_t few) {
+    return std::all_of(counts.begin(), counts.end(), [&](const auto &bins) {
+        std::size_t first = 0, last = kBoxBins - 1;
+        for (std::uint64_t seen = bins[first]; seen <= few; seen += bins[first])
+            ++first;
+        for (std::uint64_t seen = bins[last]; seen <= few; seen += bins[last])
+            --last;
+        return static_cast<double>(last - first) * kStrayFactor <= static_cast<double>(kBoxBins);
+    });
+}
+
 namespace {
 
 // Classes of distances: sign, exponent and the two highest fraction bits of the double. Four of them span an octave.
@@ -39,29 +51,21 @@ Bytes used_positions(const Surface &surface) {
 // Whether the box of all is at least kStrayFactor times longer than that of all but 1 / kStrayShare at each end of each
 // axis. Without that there are no far parts; to find them takes longer.
 bool is_concentrated(const Surface &surface, const Bytes &used, const Bounds &bounds) {
-    constexpr std::size_t kBins = 1024;
     const double extent = bounds.extent();
     if (!(extent > 0) || !std::isfinite(extent))
         return extent > 0;
-    std::array<std::array<std::uint64_t, kBins>, 3> counts{};
+    BoxBins counts{};
     std::uint64_t all = 0;
     for (std::size_t i = 0; i < used.size(); ++i) {
         if (used[i] == 0)
             continue;
         ++all;
-        const glm::dvec3 from_corner = (surface.positions[i] - bounds.lowest) / extent * double{kBins};
+        const glm::dvec3 from_corner = (surface.positions[i] - bounds.lowest) / extent * double{kBoxBins};
         for (int axis = 0; axis < 3; ++axis)
-            ++counts[static_cast<std::size_t>(axis)][std::min(static_cast<std::size_t>(from_corner[axis]), kBins - 1)];
+            ++counts[static_cast<std::size_t>(axis)]
+                    [std::min(static_cast<std::size_t>(from_corner[axis]), kBoxBins - 1)];
     }
-    const std::uint64_t few = all / kStrayShare;
-    return std::all_of(counts.begin(), counts.end(), [&](const auto &bins) {
-        std::size_t first = 0, last = kBins - 1;
-        for (std::uint64_t seen = bins[first]; seen <= few; seen += bins[first])
-            ++first;
-        for (std::uint64_t seen = bins[last]; seen <= few; seen += bins[last])
-            --last;
-        return static_cast<double>(last - first) * kStrayFactor <= static_cast<double>(kBins);
-    });
+    return bulk_is_small(counts, all / kStrayShare);
 }
 
 glm::dvec3 median_of(const Surface &surface, const Bytes &used) {

@@ -4,7 +4,9 @@
 #include "pbm_build/report/build_statistics.h"
 #include "pbm_scan/surface/surface.h"
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 
 namespace pbm::build {
 
@@ -16,6 +18,14 @@ inline constexpr std::size_t kStrayShare = 20;
 
 // A few vertices that make the grid so many times larger are damage, whatever their faces.
 inline constexpr double kDamageFactor = 1000;
+
+// [axis][bin]: how many points lie in each of kBoxBins equal parts of the box around all points.
+inline constexpr std::size_t kBoxBins = 1024;
+using BoxBins = std::array<std::array<std::uint64_t, kBoxBins>, 3>;
+
+// Whether, along each axis, all points but `few` at each end lie within 1 / kStrayFactor of the box. Needs more than
+// 2 `few` points.
+bool bulk_is_small(const BoxBins &counts, std::uint64_t few);
 
 // Drops the far parts of a surface: vertices with their faces, and points. Distances are the longest component of the
 // difference to the median of all coordinates. A part is far if

@@ -1,5 +1,6 @@
 #include "pbm_build/normals/estimate_normals.h"
 
+#include "pbm_build/grid/far_parts.h"
 #include "pbm_build/grid/grid_choice.h"
 #include "pbm_build/neighbours/distinct_points.h"
 #include "pbm_build/neighbours/outliers.h"
@@ -81,26 +82,18 @@ void report_outliers(const Surface &surface, const DistinctPoints &points, const
 // Whether the box of all points is at least kStrayFactor times longer than that of all but a hundredth at each end of
 // each axis. Without that there are no strays; their search takes longer.
 bool may_have_strays(std::span<const glm::dvec3> places) {
-    constexpr std::size_t kBins = 1024;
     const Bounds bounds = bounds_of(places);
     const double extent = bounds.extent();
     if (!(extent > 0))
         return false;
-    std::array<std::array<std::uint64_t, kBins>, 3> counts{};
+    BoxBins counts{};
     for (const glm::dvec3 &place : places) {
-        const glm::dvec3 from_corner = (place - bounds.lowest) * (kBins / extent);
+        const glm::dvec3 from_corner = (place - bounds.lowest) * (kBoxBins / extent);
         for (int axis = 0; axis < 3; ++axis)
-            ++counts[static_cast<std::size_t>(axis)][std::min(static_cast<std::size_t>(from_corner[axis]), kBins - 1)];
+            ++counts[static_cast<std::size_t>(axis)]
+                    [std::min(static_cast<std::size_t>(from_corner[axis]), kBoxBins - 1)];
     }
-    const std::uint64_t few = places.size() / 100;
-    return std::all_of(counts.begin(), counts.end(), [&](const auto &bins) {
-        std::size_t first = 0, last = kBins - 1;
-        for (std::uint64_t seen = bins[first]; seen <= few; seen += bins[first])
-            ++first;
-        for (std::uint64_t seen = bins[last]; seen <= few; seen += bins[last])
-            --last;
-        return static_cast<double>(last - first) * kStrayFactor <= static_cast<double>(kBins);
-    });
+    return bulk_is_small(counts, places.size() / 100);
 }
 
 // The places of all points, without their positions, and which of them are outliers.
