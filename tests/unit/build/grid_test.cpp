@@ -106,6 +106,42 @@ TEST(GridChoice, AreasBeyondAMillionTimesTheBoxAreSummed) {
     EXPECT_NEAR(relative_area(soup, bounds_of(soup), 2), 1.5e6, 10);
 }
 
+// A sheet rolled up to a cylinder of this radius, as long as it is wide, with its normals.
+Surface rolled(unsigned cells, double radius, std::vector<ShortNormal> &normals) {
+    Surface surface = sheet(cells);
+    normals.clear();
+    for (glm::dvec3 &p : surface.positions) {
+        const double angle = p.x / radius;
+        p = {radius * std::sin(angle), p.y, radius * std::cos(angle)};
+        normals.push_back(to_short_normal({std::sin(angle), 0, std::cos(angle)}));
+    }
+    return surface;
+}
+
+TEST(GridChoice, NormalsChangeWithinAVoxelAsTheSurfaceIsCurved) {
+    std::vector<ShortNormal> normals;
+    const Surface surface = rolled(200, 50, normals);
+    const Bounds bounds = bounds_of(surface);
+    // Of a triangle's edges of length 1, 1 and sqrt(2), the first turns by 1/50, the second not, the third by 1/50.
+    const double within_an_edge = std::sqrt((1 + 0.5) / 3);
+    EXPECT_NEAR(normal_change(surface, bounds, normals, 0.5, 2), within_an_edge * 0.5 / 50, 2e-4);
+    EXPECT_NEAR(normal_change(surface, bounds, normals, 4, 2), std::sqrt(2.0 / 3) / 50, 2e-4); // no detail beyond edges
+    EXPECT_EQ(normal_change(surface, bounds, normals, 0.5, 1), normal_change(surface, bounds, normals, 0.5, 2));
+    const std::vector<ShortNormal> missing(normals.size());
+    EXPECT_EQ(normal_change(surface, bounds, missing, 0.5, 2), 0);
+}
+
+TEST(GridChoice, DetailGetsOneDepthMore) {
+    const auto depth_of = [](const Surface &surface, const std::vector<ShortNormal> &normals) {
+        return choose_grid(surface, bounds_of(surface), normals, {}, 2).value().grid.depth;
+    };
+    std::vector<ShortNormal> normals;
+    const Surface gentle = rolled(300, 400, normals);
+    EXPECT_EQ(depth_of(gentle, normals), mesh_depth(bounds_of(gentle), median_edge(gentle, 2)));
+    const Surface tight = rolled(300, 5, normals);
+    EXPECT_EQ(depth_of(tight, normals), mesh_depth(bounds_of(tight), median_edge(tight, 2)) + 1);
+}
+
 TEST(GridChoice, PointsAtRandomGetAVoxelEdgeWithinSqrtTwoOfTheirDistance) {
     Surface points;
     std::mt19937 bits(5);

@@ -218,30 +218,34 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     VertexNormals &normals = *estimated;
     if (surface.point_count() > 0)
         bounds = bounds_of(surface);
-    Result<Grid> grid = clock.run("choose grid", [&] { return choose_grid(surface, bounds, request, threads); });
-    if (!grid)
-        return grid.error();
-    report_steps(single_precision, grid->voxel_size, statistics);
+    Result<ChosenGrid> chosen =
+        clock.run("choose grid", [&] { return choose_grid(surface, bounds, normals.normals, request, threads); });
+    if (!chosen)
+        return chosen.error();
+    if (!chosen->reason.empty())
+        statistics.report("depth", Fate::estimated, chosen->reason);
+    Grid &grid = chosen->grid;
+    report_steps(single_precision, grid.voxel_size, statistics);
     if (!options.grid.voxel_size && !options.grid.like)
-        report_precision(bounds, *grid, statistics);
-    Result<Voxels> voxels = sample_and_voxelize(surface, bounds, normals, set, *grid, {options, statistics, clock});
+        report_precision(bounds, grid, statistics);
+    Result<Voxels> voxels = sample_and_voxelize(surface, bounds, normals, set, grid, {options, statistics, clock});
     if (!voxels)
         return voxels.error();
     if (voxels->codes.size() > kMaxPoints)
         return too_large(std::to_string(voxels->codes.size()) + " points, a .pbvg file holds 2^32 - 1");
     report_made_points(surface, options, statistics);
     normals = {};
-    clock.run("choose radii", [&] { choose_radii(*voxels, surface, grid->depth, threads); });
+    clock.run("choose radii", [&] { choose_radii(*voxels, surface, grid.depth, threads); });
 
     Model model;
-    model.parameters.grid = *grid;
+    model.parameters.grid = grid;
     model.parameters.attributes = set;
     model.parameters.materials = choose_materials(surface, set);
     model.metadata = std::move(*metadata);
     if (Status furnished = furnish(std::move(surface), *voxels, model, {options, statistics, clock}); !furnished)
         return furnished.error();
     clock.run("octree", [&] {
-        LevelMasks masks = encode_octree(voxels->codes, grid->depth);
+        LevelMasks masks = encode_octree(voxels->codes, grid.depth);
         voxels->codes = {};
         model.levels.resize(masks.size());
         for (std::size_t level = 0; level < masks.size(); ++level)
@@ -251,8 +255,8 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     clock.run("detail levels", [&] { average_levels(model, threads); });
 
     statistics.points = model.point_count();
-    statistics.depth = grid->depth;
-    statistics.voxel_size = grid->voxel_size;
+    statistics.depth = grid.depth;
+    statistics.voxel_size = grid.voxel_size;
     for (const std::uint16_t normal : model.levels.back().points.normals)
         statistics.two_sided_points += (normal & kTwoSidedBit) != 0 ? 1 : 0;
     return model;

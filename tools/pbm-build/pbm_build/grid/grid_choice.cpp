@@ -10,6 +10,7 @@
 #include "system/threads/thread_pool.h"
 
 #include <glm/common.hpp>
+#include <glm/trigonometric.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -194,25 +195,62 @@ int point_depth(const std::vector<std::uint64_t> &occupied) {
     return depth;
 }
 
-double relative_area(const Surface &surface, const Bounds &bounds, int threads) {
-    // Integer sums do not depend on the order of the triangles. One area is below 1, which is 2^44 units, so the sum
-    // may need 75 bits: the low 32 bits and the rest are summed separately.
-    constexpr double kAreaScale = 0x1p44;
-    const double edge = centred_grid(bounds, kMinDepth).edge();
+namespace {
+
+// Sum of value(triangle) over all triangles, each rounded to 2^-44; values are less than 2^19. It does not depend on
+// the order of the triangles.
+template <class Value> double sum_over_triangles(const Surface &surface, int threads, const Value &value) {
+    // The sum may need 75 bits: the low 32 bits of each value and the rest are summed separately.
+    constexpr double kScale = 0x1p44;
     std::atomic<std::uint64_t> high{0}, low{0};
     parallel_blocks(surface.triangles.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
         std::uint64_t high_sum = 0, low_sum = 0;
         for (std::size_t i = begin; i < end; ++i) {
-            const glm::uvec3 &t = surface.triangles[i];
-            const glm::dvec3 n = face_normal(surface.positions[t.x], surface.positions[t.y], surface.positions[t.z]);
-            const auto area = static_cast<std::uint64_t>(glm::length(n) / 2 / edge / edge * kAreaScale + 0.5);
-            high_sum += area >> 32;
-            low_sum += area & 0xFFFFFFFF;
+            const auto rounded = static_cast<std::uint64_t>(value(surface.triangles[i]) * kScale + 0.5);
+            high_sum += rounded >> 32;
+            low_sum += rounded & 0xFFFFFFFF;
         }
         high += high_sum;
         low += low_sum;
     });
-    return (static_cast<double>(high.load()) * 0x1p32 + static_cast<double>(low.load())) / kAreaScale;
+    return (static_cast<double>(high.load()) * 0x1p32 + static_cast<double>(low.load())) / kScale;
+}
+
+double area_of(const Surface &surface, const glm::uvec3 &t) {
+    const glm::dvec3 n = face_normal(surface.positions[t.x], surface.positions[t.y], surface.positions[t.z]);
+    return glm::length(n) / 2;
+}
+
+// Squared length of a - b, as vectors of length 1; 0 where one of them is missing.
+double squared_chord(const ShortNormal &a, const ShortNormal &b) {
+    if (is_zero(a) || is_zero(b))
+        return 0;
+    const double cosine = static_cast<double>(dot(a, b)) / (kNormalScale * kNormalScale);
+    return std::max(0.0, 2 - 2 * cosine);
+}
+
+} // namespace
+
+double relative_area(const Surface &surface, const Bounds &bounds, int threads) {
+    const double edge = centred_grid(bounds, kMinDepth).edge();
+    return sum_over_triangles(surface, threads, [&](const glm::uvec3 &t) { return area_of(surface, t) / edge / edge; });
+}
+
+double normal_change(const Surface &surface, const Bounds &bounds, std::span<const ShortNormal> normals,
+                     double voxel_size, int threads) {
+    const double edge = centred_grid(bounds, kMinDepth).edge();
+    const double area = relative_area(surface, bounds, threads);
+    const double sum = sum_over_triangles(surface, threads, [&](const glm::uvec3 &t) {
+        double squared = 0;
+        for (int corner = 0; corner < 3; ++corner) {
+            const std::uint32_t from = t[corner], to = t[(corner + 1) % 3];
+            const double length = glm::length(surface.positions[from] - surface.positions[to]);
+            const double part = length > voxel_size ? voxel_size / length : 1;
+            squared += squared_chord(normals[from], normals[to]) * part * part / 3;
+        }
+        return area_of(surface, t) / edge / edge * squared;
+    });
+    return area > 0 ? 2 * std::asin(std::min(1.0, std::sqrt(sum / area) / 2)) : 0;
 }
 
 namespace {
@@ -249,38 +287,51 @@ Status check_fits(const Bounds &bounds, const Grid &grid) {
 }
 
 // The finer of the depths for triangles and for points.
-int chosen_depth(const Surface &surface, const Bounds &bounds, int threads) {
+ChosenGrid grid_by_detail(const Surface &surface, const Bounds &bounds, std::span<const ShortNormal> normals,
+                          int threads) {
     int depth = kMinBuildDepth;
-    if (!surface.triangles.empty())
-        depth = std::max(depth, mesh_depth(bounds, median_edge(surface, threads)));
+    std::string reason;
+    if (!surface.triangles.empty()) {
+        depth = mesh_depth(bounds, median_edge(surface, threads));
+        const double change = normal_change(surface, bounds, normals, centred_grid(bounds, depth).voxel_size, threads);
+        if (depth < kMaxMeshDepth && change > kMaxNormalChange) {
+            reason = formatted("%d: at %d, which the median edge asks for, normals change by %.0f degrees in a voxel",
+                               depth + 1, depth, glm::degrees(change));
+            ++depth;
+        }
+    }
     if (surface.point_count() > 0)
-        depth = std::max(depth, point_depth(occupied_voxels(surface, bounds, threads)));
-    return depth;
+        if (const int of_points = point_depth(occupied_voxels(surface, bounds, threads)); of_points > depth) {
+            depth = of_points;
+            reason.clear();
+        }
+    return {centred_grid(bounds, depth), std::move(reason)};
 }
 
 } // namespace
 
-Result<Grid> choose_grid(const Surface &surface, const Bounds &bounds, const GridRequest &request, int threads) {
-    Grid grid;
+Result<ChosenGrid> choose_grid(const Surface &surface, const Bounds &bounds, std::span<const ShortNormal> normals,
+                               const GridRequest &request, int threads) {
+    ChosenGrid chosen;
     if (request.voxel_size) {
         auto snapped = snapped_grid(bounds, *request.voxel_size);
         if (!snapped)
-            return snapped;
-        grid = *snapped;
+            return snapped.error();
+        chosen.grid = *snapped;
     } else if (request.depth) {
-        grid = centred_grid(bounds, *request.depth);
+        chosen.grid = centred_grid(bounds, *request.depth);
     } else if (request.max_points) {
-        grid = centred_grid(bounds, finest_depth(surface, bounds, *request.max_points, threads));
+        chosen.grid = centred_grid(bounds, finest_depth(surface, bounds, *request.max_points, threads));
     } else if (request.like) {
         if (Status fits = check_fits(bounds, *request.like); !fits)
             return fits.error();
-        return *request.like;
+        return ChosenGrid{*request.like, {}};
     } else {
-        grid = centred_grid(bounds, chosen_depth(surface, bounds, threads));
+        chosen = grid_by_detail(surface, bounds, normals, threads);
     }
-    grid.unit = request.unit;
-    grid.up = request.up.value_or(UpAxis::y);
-    return grid;
+    chosen.grid.unit = request.unit;
+    chosen.grid.up = request.up.value_or(UpAxis::y);
+    return chosen;
 }
 
 } // namespace pbm::build
