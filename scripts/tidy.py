@@ -20,6 +20,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FOLDERS = ("system", "format_spec", "command_line", "runtime", "tools", "data", "tests", "bench", "examples")
 TOGETHER = 36
+HEADERS = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.h"))
+ANYWHERE = {"hn", "to_json"}  # the same alias in all files of Highway; what nlohmann_json looks for
 STATIC_SIMD = ("-DHWY_COMPILE_ONLY_STATIC", "-march=haswell", "-maes")
 
 
@@ -61,14 +63,18 @@ class Names:
         text = (ROOT / file).read_text(encoding="utf-8")
         declared = declared_in(text)
         elsewhere = set(re.findall(r"(?:\.|->|::|#define )(\w+)", text))  # a member, or a name of another namespace
-        for header in re.findall(r'#include "(?:.*/)?(.*\.h)"', text):
-            beside = (ROOT / file).parent / header
-            if beside.exists():  # may have overloads
-                elsewhere.update(re.findall(r"\b(\w+)\(", beside.read_text(encoding="utf-8")))
-        simd = "foreach_target.h" in text  # declares its names once per target
-        self.own = set() if simd else declared - elsewhere
-        self.shared = declared - self.own
+        for header in re.findall(r'#include "(.*\.h)"', text):
+            for found in headers_named(file, header):  # may have overloads
+                elsewhere.update(re.findall(r"\b(\w+)\(", found.read_text(encoding="utf-8")))
+        self.own = declared - elsewhere - ANYWHERE
+        self.shared = declared - self.own - ANYWHERE
         self.calls = set(re.findall(r"(?<![.>:\w])(\w+)\(", text)) - self.own
+
+
+def headers_named(file, name):
+    """Headers of ours that `file` may mean by `name`."""
+    beside = (ROOT / file).parent / name
+    return [beside] if beside.exists() else [path for path in HEADERS if str(path).endswith("/" + name)]
 
 
 def declared_in(text):
@@ -99,7 +105,7 @@ def text_together(files):
     texts = {file: (ROOT / file).read_text(encoding="utf-8") for file in files}
     plain = [file for file, text in texts.items() if "foreach_target.h" not in text]
     lines = list(dict.fromkeys(line for file in plain for line in included_by(file)))
-    for number, (file, text) in enumerate(texts.items()):
+    for number, file in enumerate(files):
         names = sorted(Names(file).own | {"main", "LLVMFuzzerTestOneInput"})
         lines += [f"#define {name} {name}_{number}" for name in names]
         lines.append(f'#include "{ROOT / file}" // NOLINT')
@@ -136,7 +142,7 @@ def groups_of(files, flags):
     files of Highway among themselves."""
     groups = []  # files, flags, names, calls, room
     for file in files:
-        room = next(iter(re.findall(r"^tests/(?:unit/\w+|mutants)", file)), None)  # names of their own in headers
+        room = next(iter(re.findall(r"^tests/(?:unit|mutants)", file)), None)  # names of their own in headers
         text = (ROOT / file).read_text(encoding="utf-8")
         names = Names(file)
         alone = "<dlfcn.h>" in text
@@ -171,8 +177,7 @@ def main():
     stamps = build / "tidy"
     stamps.mkdir(exist_ok=True)
     # All that can change the verdict of a file: all headers, the configuration, its flags, the file itself.
-    headers = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.h"))
-    common = b"".join(path.read_bytes() for path in [ROOT / ".clang-tidy", *headers])
+    common = b"".join(path.read_bytes() for path in [ROOT / ".clang-tidy", *HEADERS])
 
     def stamp_of(file):
         text = common + repr(flags[file]).encode() + (ROOT / file).read_bytes()

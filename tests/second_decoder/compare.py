@@ -13,6 +13,7 @@ finds. Exit code 0: all agree, 1: some do not, 77: Python packages are missing.
 """
 
 import json
+import multiprocessing
 import random
 import struct
 import subprocess
@@ -132,6 +133,9 @@ def decoders_verdict(data):
         return error.rule, error.offset
     return None
 
+def verdict_of_file(path):
+    return decoders_verdict(path.read_bytes())
+
 def options(program):
     """What makes pbm-validate verify everything and say all of it."""
     page = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
@@ -169,7 +173,8 @@ def report(wrong, what):
 def compare_files(program, largest, paths):
     files = [file for path in paths for file in (sorted(path.rglob("*.pbvg")) if path.is_dir() else [path])]
     files = [file for file in files if file.is_file() and file.stat().st_size <= largest]
-    batch = [(file, decoders_verdict(file.read_bytes())) for file in files]
+    with multiprocessing.Pool() as pool:
+        batch = list(zip(files, pool.map(verdict_of_file, files, chunksize=8)))
     valid = sum(ours is None for _, ours in batch)
     return report(list(compare_batch(program, batch).values()), f"{len(batch)} files: {valid} valid")
 

@@ -24,7 +24,7 @@ namespace pbm {
 
 inline constexpr float kBrickVoxels = 8;
 // The bounds below do not hold for eyes nearer than this many times the brick's reach: such bricks are not culled.
-inline constexpr float kNear = 8;
+inline constexpr float kNearEye = 8;
 // Blocks of points up to this fraction of their edge apart leave no gap, at any angle.
 inline constexpr float kBlockRoom = 0.8F;
 // Blocks of splats that are smaller by this factor leave no gap without redundant points.
@@ -136,7 +136,7 @@ HWY_INLINE unsigned see_bricks(const RunGeometry &geometry, const FrameGeometry 
     const Vector radius = hn::GatherIndex(d, frame.radii.data(), bricks.radius);
     const Vector reach = hn::Add(hn::Add(set(half_diagonal), radius), set(geometry.max_offset));
     const Vector nearest = hn::Sub(centre.z, reach);
-    const Mask far = hn::Gt(nearest, hn::Mul(set(kNear), reach));
+    const Mask far = hn::Gt(nearest, hn::Mul(set(kNearEye), reach));
     const auto between = [&](IntVector from, IntVector end) { return hn::RebindMask(d, hn::Lt(from, end)); };
     Mask seen = hn::And(hn::Gt(hn::Add(centre.z, reach), zero),
                         hn::And(between(bricks.first_point, hn::Set(di, static_cast<std::int32_t>(run.last))),

@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-namespace pbm::build::test {
+namespace pbm::test {
 
 // Points with their true normals.
 struct Truth {
-    Surface points;
+    build::Surface points;
     std::vector<glm::dvec3> normals;
 
     void add(const glm::dvec3 &p, const glm::dvec3 &n) {
@@ -32,16 +32,16 @@ struct Score {
     double worst = 0;     // degrees, whatever the sign
 };
 
-inline Score score(const std::string &name, const Truth &truth, const PointRequest &request = {}) {
-    Surface points = truth.points;
-    BuildStatistics statistics;
-    const VertexNormals found = estimate_normals(points, request, 2, statistics).value();
+inline Score score(const std::string &name, const Truth &truth, const build::PointRequest &request = {}) {
+    build::Surface points = truth.points;
+    build::BuildStatistics statistics;
+    const build::VertexNormals found = build::estimate_normals(points, request, 2, statistics).value();
     Score score;
     const double share = 1.0 / static_cast<double>(truth.normals.size());
     for (std::size_t i = 0; i < truth.normals.size(); ++i) {
-        const ShortNormal &n = found.normals[i];
+        const build::ShortNormal &n = found.normals[i];
         const glm::dvec3 &t = truth.normals[i];
-        const double cosine = (n[0] * t.x + n[1] * t.y + n[2] * t.z) / kNormalScale;
+        const double cosine = (n[0] * t.x + n[1] * t.y + n[2] * t.z) / build::kNormalScale;
         const double degrees = glm::degrees(std::acos(std::min(1.0, std::fabs(cosine))));
         score.bent += degrees > 25 ? share : 0;
         score.worst = std::max(score.worst, degrees);
@@ -56,4 +56,4 @@ inline Score score(const std::string &name, const Truth &truth, const PointReque
     return score;
 }
 
-} // namespace pbm::build::test
+} // namespace pbm::test

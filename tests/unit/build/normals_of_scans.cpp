@@ -13,7 +13,7 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
-using namespace pbm::build::test;
+using namespace pbm::test;
 
 // Closed and dense scans: the sign of nearly every normal must be decided.
 bool is_clear(const std::string &name) {

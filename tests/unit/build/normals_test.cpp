@@ -17,7 +17,7 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
-using namespace pbm::build::test;
+using namespace pbm::test;
 
 const double kPi = std::acos(-1.0);
 
