@@ -1164,12 +1164,34 @@ def test_first_start(display):
 
 
 def test_themes(display):
+    """The theme is the desktop's, which its portal names, unless it is chosen."""
+    portal = work / "portal"
+    portal.mkdir()
+    (portal / "gdbus").write_text("#!/bin/sh\necho '(<<uint32 2>>,)'\n")
+    (portal / "gdbus").chmod(0o755)
     shown = {}
     for theme in ("dark", "light", "desktop"):
         with View(display, "--panel", f"--theme={theme}", "model.pbvg") as view:
             shown[theme] = brightness(view.grab())
     check(shown["light"] > shown["dark"] + 20, f"brightness {shown}")
     check(shown["desktop"] == shown["dark"], f"a desktop that says nothing: {shown}")
+    with View(display, "--panel", "--theme=desktop", "model.pbvg", PATH=f"{portal}:{os.environ['PATH']}") as view:
+        check(brightness(view.grab()) == shown["light"], f"a light desktop is not followed: {shown}")
+
+
+def test_high_resolution(display):
+    """At 192 dots per inch, twice the usual, text is twice as large."""
+    desktop = x11.Desktop(display)
+    written = {}
+    for dpi in (96, 192):
+        desktop.set_resources(f"Xft.dpi:\t{dpi}\n")
+        with View(display, "model.pbvg", size=(800, 600)) as view:
+            check_same(view, "model.pbvg", f"{dpi} dots per inch")
+            before = view.grab()
+            view.xdotool("key", "F2")
+            view.wait(lambda: view.grab() != before, "costs of a picture")
+            written[dpi] = sum(a != b for a, b in zip(before[2], view.grab()[2]))
+    check(2.5 * written[96] < written[192] < 5 * written[96], f"bytes that the text changes: {written}")
 
 
 def main(tests):

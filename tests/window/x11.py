@@ -64,6 +64,13 @@ class Desktop:
         self.x.XChangeProperty(self.display, Window(window), name, name, 32, PROPERTY_REPLACE, ctypes.byref(state), 2)
         self.x.XFlush(self.display)
 
+    def set_resources(self, text):
+        """Sets what `xrdb` does, such as Xft.dpi. It lasts as long as some client is connected."""
+        name, string = Atom(self.atom("RESOURCE_MANAGER")), Atom(self.atom("STRING"))
+        self.x.XChangeProperty(self.display, Window(self.x.XDefaultRootWindow(self.display)), name, string, 8,
+                               PROPERTY_REPLACE, text.encode(), len(text))
+        self.x.XSync(self.display, 0)
+
     def drop(self, window, *uris):
         """Drops files by XDND version 5, from another window."""
         root = self.x.XDefaultRootWindow(self.display)

@@ -65,14 +65,14 @@ Result<ModelCache> ModelCache::open(const std::string &folder, std::uint64_t max
     return ModelCache(folder, max_bytes);
 }
 
-Result<std::string> ModelCache::file_for(const std::string &path, const std::string &builder) const {
-    auto key = identity(path);
-    if (!key)
-        return key;
-    auto program = identity(builder);
-    if (!program)
-        return program;
-    const std::string text = *key + *program;
+Result<std::string> ModelCache::file_for(std::span<const std::string> sources) const {
+    std::string text;
+    for (const std::string &source : sources) {
+        const auto key = identity(source);
+        if (!key)
+            return key;
+        text += *key;
+    }
     std::string digits(kDigits, '0');
     std::snprintf(
         digits.data(), digits.size() + 1, "%016llx",

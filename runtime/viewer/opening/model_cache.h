@@ -4,6 +4,7 @@
 #include "system/error.h"
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -19,12 +20,12 @@ class ModelCache {
     // errors  io  the folder cannot be created
     static Result<ModelCache> open(const std::string &folder, std::uint64_t max_bytes = kMaxBytes);
 
-    // The file for what `builder` makes of the scan at `path`. Its name is a hash of full path, size and modification
-    // time of the scan, and of the same of the program `builder`; so a scan that changes, or a newer program, gets
-    // another file. The file need not exist.
+    // The file for what a program makes of a scan; `sources`: the scan, the program, and whatever else the model
+    // depends on. Its name is a hash of full path, size and modification time of each, so a scan that changes, or a
+    // newer program, gets another file. The file need not exist.
     //
-    // errors  io  the scan cannot be examined
-    Result<std::string> file_for(const std::string &path, const std::string &builder) const;
+    // errors  io  one of them cannot be examined
+    Result<std::string> file_for(std::span<const std::string> sources) const;
 
     // Makes `file` the most recently used. Returns false if there is no such file, or a damaged one.
     static bool use(const std::string &file);

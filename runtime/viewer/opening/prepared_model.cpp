@@ -53,7 +53,10 @@ std::string lower_extension(const std::string &path) {
     return extension;
 }
 
-bool has_material_files(const std::string &scan) { return lower_extension(scan) == ".obj"; }
+// Whether the model depends on files that only pbm-build knows: those that an OBJ or a recipe names.
+bool names_further_files(const std::string &scan, const ScanOptions &options) {
+    return lower_extension(scan) == ".obj" || !options.recipe.empty();
+}
 
 ErrorCode code_of(int exit_code) {
     switch (exit_code) {
@@ -82,9 +85,11 @@ Status build(const std::string &builder, const std::string &scan, const std::str
              const Preparation &preparation) {
     std::vector<std::string> command{builder, "--quiet", "--progress",
                                      "--threads=" + std::to_string(preparation.threads), "--output=" + output};
-    // Material files of an OBJ may have changed alone. Other scans need no hash: the cache knows size and time.
-    if (has_material_files(scan))
+    // Such files may have changed alone. Otherwise no hash is needed: the cache knows size and time.
+    if (names_further_files(scan, preparation.scans))
         command.emplace_back("--if-changed");
+    if (!preparation.scans.recipe.empty())
+        command.emplace_back("--recipe=" + preparation.scans.recipe);
     command.insert(command.end(), {"--", scan});
     const auto report = [&](std::string_view line) { // PERCENT STEP
         int percent = 0;
@@ -115,19 +120,21 @@ Result<PreparedModel> build_outside_cache(const std::string &builder, const std:
 }
 
 // Empty: none.
-std::string cache_folder(const CacheOptions &options) {
+std::string cache_folder(const ScanOptions &options) {
     const char *const given = std::getenv("PBM_CACHE");
-    const std::string folder = !options.folder.empty() ? options.folder : given != nullptr ? given : "";
+    const std::string folder = !options.cache.empty() ? options.cache : given != nullptr ? given : "";
     return folder == kNoCache ? "" : folder.empty() ? xdg_folder("XDG_CACHE_HOME", ".cache", "pbm") : folder;
 }
 
 } // namespace
 
-void add_cache_option(command_line::CommandLine &line, CacheOptions &options) {
+void add_scan_options(command_line::CommandLine &line, ScanOptions &options) {
     line.add("--cache",
              "Folder for the models that pbm-build makes of scans, at most 4 GB; none: build anew each time; default "
              "$PBM_CACHE, else ~/.cache/pbm",
-             &options.folder, {.type = "DIR", .topic = "General"});
+             &options.cache, {.type = "DIR", .topic = "General"});
+    line.add("--recipe", "Options of pbm-build for scans: a recipe", &options.recipe,
+             {.type = "FILE.toml", .topic = "General"});
 }
 
 bool is_scan(const std::string &path) {
@@ -149,19 +156,27 @@ Result<PreparedModel> prepare_model(const std::string &path, const Preparation &
     const auto builder = find_builder(preparation.builder);
     if (!builder)
         return builder.error();
-    const std::string folder = cache_folder(preparation.cache);
+    std::vector<std::string> sources{path, *builder};
+    if (const std::string &recipe = preparation.scans.recipe; !recipe.empty()) {
+        std::error_code error;
+        fs::file_size(recipe, error);
+        if (error)
+            return io_error("--recipe " + command_line::printable(recipe) + ": cannot open", error.value());
+        sources.push_back(recipe);
+    }
+    const std::string folder = cache_folder(preparation.scans);
     if (folder.empty())
         return build_outside_cache(*builder, path, preparation);
     const auto cache = ModelCache::open(folder);
     if (!cache) {
-        if (preparation.cache.folder.empty()) // not asked for
+        if (preparation.scans.cache.empty()) // not asked for
             return build_outside_cache(*builder, path, preparation);
         return Error{cache.error().code, 0, "--cache " + folder + ": " + cache.error().message};
     }
-    auto file = cache->file_for(path, *builder);
+    auto file = cache->file_for(sources);
     if (!file)
         return file.error();
-    if (const bool cached = ModelCache::use(*file); !cached || has_material_files(path)) {
+    if (const bool cached = ModelCache::use(*file); !cached || names_further_files(path, preparation.scans)) {
         if (const Status built = build(*builder, path, *file, preparation); !built)
             return built.error();
         ModelCache::use(*file);

@@ -16,12 +16,14 @@ namespace command_line {
 struct CommandLine;
 }
 
-struct CacheOptions {
-    std::string folder; // of built models; "none": none; empty: $PBM_CACHE, else the user's cache folder
+// How scans become models.
+struct ScanOptions {
+    std::string cache{};  // folder of built models; "none": none; empty: $PBM_CACHE, else the user's cache folder
+    std::string recipe{}; // options of pbm-build, a TOML file; empty: its defaults
 };
 
-// Declares --cache. `options` must outlive the parsing.
-void add_cache_option(command_line::CommandLine &line, CacheOptions &options);
+// Declares --cache and --recipe. `options` must outlive the parsing.
+void add_scan_options(command_line::CommandLine &line, ScanOptions &options);
 
 // Whether `path` is a regular file that is neither a model by its magic number nor named like one. pbm-build decides
 // whether it can read it.
@@ -34,7 +36,7 @@ struct PreparedModel {
 };
 
 struct Preparation {
-    CacheOptions cache{};
+    ScanOptions scans{};
     int threads = 0;                                                    // of pbm-build; 0: as many as processors
     std::function<void(std::string_view step, double done)> progress{}; // 0..1 of the step; another thread may call it
     std::stop_token stop{};                                             // ends pbm-build at once

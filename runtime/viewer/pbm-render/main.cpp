@@ -35,7 +35,7 @@ struct Arguments {
     std::string input, output, depth_output;
     std::string json; // file, "-" for stdout, empty for none
     ViewOptions view;
-    CacheOptions cache;
+    ScanOptions scans;
     VideoChoice choice;
     int bench = 0; // frames
 
@@ -95,7 +95,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
              &arguments.depth_output, {.type = "FILE"});
     add_view_options(line, arguments.view);
     add_renderer_option(line, arguments.view);
-    add_cache_option(line, arguments.cache);
+    add_scan_options(line, arguments.scans);
     bool no_background = false;
     line.add("--no-background", "Transparent where nothing is drawn, without panorama", &no_background,
              {.topic = "Look"});
@@ -342,7 +342,7 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, V
 Result<PreparedModel> prepare(const Arguments &arguments) {
     command_line::ProgressDisplay display(arguments.view.verbosity);
     return prepare_model(arguments.input,
-                         {.cache = arguments.cache,
+                         {.scans = arguments.scans,
                           .threads = arguments.view.load.threads,
                           .progress = [&](std::string_view step, double done) { display.show(step, done); }});
 }

@@ -5,7 +5,7 @@
 
 namespace pbm {
 
-Opening::Opening(ThreadPool &pool, std::string path, const ViewOptions &options, const CacheOptions &cache)
+Opening::Opening(ThreadPool &pool, std::string path, const ViewOptions &options, const ScanOptions &scans)
     : path_(std::move(path)) {
     const auto set_progress = [&pool, shared = shared_](std::optional<Progress> progress) {
         {
@@ -16,7 +16,7 @@ Opening::Opening(ThreadPool &pool, std::string path, const ViewOptions &options,
     };
     if (is_scan(path_))
         shared_->progress = Progress{"start", 0};
-    Preparation preparation{.cache = cache,
+    Preparation preparation{.scans = scans,
                             .threads = options.load.threads,
                             .progress =
                                 [set_progress](std::string_view step, double done) {

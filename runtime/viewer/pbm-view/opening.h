@@ -23,7 +23,7 @@ class Opening {
 
     // Starts at once on `pool`, which must outlive this object and the model; its `wake` is called when there is
     // progress, when it ends, and when chunks of the model arrive.
-    Opening(ThreadPool &pool, std::string path, const ViewOptions &options, const CacheOptions &cache);
+    Opening(ThreadPool &pool, std::string path, const ViewOptions &options, const ScanOptions &scans);
     // Cancels. Does not wait for a model that is loaded.
     ~Opening();
     Opening(const Opening &) = delete;

@@ -25,7 +25,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
         line, "--theme", "theme", {{"desktop", Theme::desktop}, {"dark", Theme::dark}, {"light", Theme::light}},
         arguments.theme, "Of panel and texts: desktop (default), dark where it says nothing; dark; light");
     add_view_options(line, arguments.view);
-    add_cache_option(line, arguments.cache);
+    add_scan_options(line, arguments.scans);
     add_video_options(line, arguments.choice);
     line.add_version(PBM_VERSION);
     if (const auto done = command_line::parse(

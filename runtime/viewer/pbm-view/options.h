@@ -18,7 +18,7 @@ namespace pbm {
 struct Arguments {
     std::vector<std::string> inputs; // models, scans and folders; empty: the sample
     ViewOptions view;
-    CacheOptions cache;
+    ScanOptions scans;
     VideoChoice choice;
     CameraMode camera_mode = CameraMode::orbit;
     double min_fps = 30; // frames per second while the view moves; 0: any

@@ -28,7 +28,7 @@ constexpr double kBusyPoll = 0.1;             // seconds; covers a lost wake-up 
 Viewer::Viewer(const Arguments &arguments, Window &window, Workers &workers, Start start)
     : program_(start.program), options_(arguments.view), view_angle_(arguments.view.view_angle),
       min_fps_(arguments.min_fps), window_(window), workers_(workers), background_(workers.background),
-      start_(start.time), context_(Window::now()), overlay_(window.content_scale()), cache_(arguments.cache),
+      start_(start.time), context_(Window::now()), overlay_(window.content_scale()), scans_(arguments.scans),
       files_(std::move(start.files)), is_sample_(start.is_sample), opening_(std::move(start.opening)),
       mode_(arguments.camera_mode), video_(std::move(start.video)), video_options_(arguments.choice.video),
       saver_(background_), panel_(arguments.theme),

@@ -214,7 +214,7 @@ class Viewer {
     Presenter presenter_;
     Overlay overlay_;
 
-    const CacheOptions cache_;
+    const ScanOptions scans_;
     FileList files_;
     const RecentFiles recent_;
     bool is_sample_; // the file that is opened first

@@ -85,7 +85,7 @@ void Viewer::open(const std::string &path, bool again) {
     if (view_size_ != glm::ivec2(0))
         options.resolution = view_size_;
     opening_again_ = again;
-    opening_ = std::make_unique<Opening>(workers_.helpers, path, options, cache_);
+    opening_ = std::make_unique<Opening>(workers_.helpers, path, options, scans_);
 }
 
 void Viewer::open_neighbour(int steps) {

@@ -184,6 +184,21 @@ TEST(Framed, KeepsTheDirectionAndCentresTheModel) {
     }
 }
 
+TEST(Framed, HoldsForOrthographicCameras) {
+    const Model model = lopsided();
+    Camera from;
+    from.position = {5, 9, -7};
+    from.focal_point = {1, 2, 3};
+    from.orthographic = true;
+    for (const glm::ivec2 size : kSizes) {
+        const Camera camera = framed(from, find_extent(model), size.x, size.y);
+        EXPECT_TRUE(camera.orthographic);
+        const Projected box = project(telecentric(camera, model.parameters.grid.edge()), model, size);
+        EXPECT_NEAR(glm::length(box.low + box.high), 0, 0.01);
+        EXPECT_NEAR(box.reach(), kFramedPart, 0.01);
+    }
+}
+
 TEST(TurntableCamera, KeepsTheModelInThePictureForAWholeTurn) {
     for (const UpAxis up : {UpAxis::y, UpAxis::z})
         for (const Model &model : {with_up(lopsided(), up), with_up(make_wall(5, 3), up)})

@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -67,20 +68,23 @@ TEST_F(Opening, ACacheNamesAFileForEachStateOfAScanAndOfTheProgram) {
     const std::string scan = write("a.ply"), builder = write("pbm-build");
     const auto cache = ModelCache::open(file("new/cache"));
     ASSERT_TRUE(cache);
-    const std::string first = *cache->file_for(scan, builder);
-    EXPECT_EQ(*cache->file_for(scan, builder), first);
+    const auto file_for = [&](const std::string &path, const std::string &program) {
+        return cache->file_for(std::array{path, program});
+    };
+    const std::string first = *file_for(scan, builder);
+    EXPECT_EQ(*file_for(scan, builder), first);
     EXPECT_EQ(fs::path(first).parent_path(), file("new/cache"));
-    EXPECT_NE(*cache->file_for(write("b.ply"), builder), first);
+    EXPECT_NE(*file_for(write("b.ply"), builder), first);
     fs::last_write_time(scan, fs::last_write_time(scan) + std::chrono::seconds(1));
-    const std::string later = *cache->file_for(scan, builder);
+    const std::string later = *file_for(scan, builder);
     EXPECT_NE(later, first);
     write("a.ply", "longer");
-    EXPECT_NE(*cache->file_for(scan, builder), later);
-    const std::string other_program = *cache->file_for(scan, write("other/pbm-build"));
-    EXPECT_NE(other_program, *cache->file_for(scan, builder));
+    EXPECT_NE(*file_for(scan, builder), later);
+    const std::string other_program = *file_for(scan, write("other/pbm-build"));
+    EXPECT_NE(other_program, *file_for(scan, builder));
     fs::create_symlink(scan, file("link.ply"));
-    EXPECT_EQ(*cache->file_for(file("link.ply"), builder), *cache->file_for(scan, builder));
-    const auto none = cache->file_for(file("none.ply"), builder);
+    EXPECT_EQ(*file_for(file("link.ply"), builder), *file_for(scan, builder));
+    const auto none = file_for(file("none.ply"), builder);
     ASSERT_FALSE(none);
     EXPECT_EQ(none.error().code, ErrorCode::io);
     EXPECT_FALSE(ModelCache::open(scan + "/cache"));
@@ -285,9 +289,14 @@ TEST_F(Opening, AScanIsBuiltOnceAndOnlyTheProgramsWordsAreAnError) {
     EXPECT_EQ(first->file, second->file);
     EXPECT_EQ(fs::file_size(file("count")), 6);
     EXPECT_EQ(prepare_model(file("model.pbvg"), preparation)->file, file("model.pbvg"));
+    Preparation by_recipe = preparation;
+    by_recipe.scans.recipe = write("recipe.toml");
+    EXPECT_NE(prepare_model(scan, by_recipe)->file, first->file);
+    by_recipe.scans.recipe = file("none.toml");
+    EXPECT_EQ(prepare_model(scan, by_recipe).error().code, ErrorCode::io);
     std::string temporary;
     {
-        const auto alone = prepare_model(scan, {.cache = {"none"}, .builder = builder});
+        const auto alone = prepare_model(scan, {.scans = {.cache = "none"}, .builder = builder});
         ASSERT_TRUE(alone);
         temporary = alone->file;
         EXPECT_TRUE(fs::exists(temporary));
@@ -309,7 +318,7 @@ TEST_F(Opening, AScanIsBuiltOnceAndOnlyTheProgramsWordsAreAnError) {
     }
     program("bin/pbm-build", "kill -9 $$");
     EXPECT_EQ(exit_code(prepare_model(scan, preparation).error().code), 4);
-    const auto nowhere = prepare_model(scan, {.cache = {scan + "/cache"}, .builder = builder});
+    const auto nowhere = prepare_model(scan, {.scans = {.cache = scan + "/cache"}, .builder = builder});
     ASSERT_FALSE(nowhere);
     EXPECT_EQ(nowhere.error().code, ErrorCode::io);
 }
