@@ -159,7 +159,7 @@ Result<PreparedModel> prepare_model(const std::string &path, const Preparation &
     std::vector<std::string> sources{path, *builder};
     if (const std::string &recipe = preparation.scans.recipe; !recipe.empty()) {
         std::error_code error;
-        fs::file_size(recipe, error);
+        static_cast<void>(fs::file_size(recipe, error));
         if (error)
             return io_error("--recipe " + command_line::printable(recipe) + ": cannot open", error.value());
         sources.push_back(recipe);
