@@ -70,7 +70,7 @@ Result<std::string> ModelCache::file_for(std::span<const std::string> sources) c
     for (const std::string &source : sources) {
         const auto key = identity(source);
         if (!key)
-            return key;
+            return key.error();
         text += *key;
     }
     std::string digits(kDigits, '0');
