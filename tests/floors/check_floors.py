@@ -43,7 +43,7 @@ ROOMS = {
     "runtime/viewer": [
         "pictures", "options", "measure opening", "navigation clipping", "scene", "light", "pbm-render pbm-view",
         "pbm-view/window"],
-    "tools/pbm-build/pbm_scan": ["surface", "text", "mesh ply", "."],
+    "tools/pbm-build/pbm_scan": ["surface", "text", "images", "mesh ply", "."],
     "tools/pbm-build/pbm_build": [
         "report", "surface", "grid", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
 }
@@ -57,7 +57,8 @@ MOST_FILES = 17  # sources and headers that one folder shows
 # Header from outside -> the files that may include it; the first pattern that matches decides. A standard header that
 # is not named here may be included anywhere.
 HOMES = {
-    r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp",
+    r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp|tools/pbm-build/pbm_scan/compressed\.cpp",
+    r"zlib\.h": r"tools/pbm-build/pbm_scan/compressed\.cpp",
     r"xxh.*\.h": r"format_spec/pbm_format/container/hash(_avx2|_avx512)?\.cpp",
     r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|command_line/json_report\.cpp|tools/.*\.cpp|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools|data)/.*",
@@ -73,8 +74,8 @@ HOMES = {
     r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/window/presenter\.cpp",
     r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/window/(overlay|panel|start_page)\.cpp",
     r"isa-l/.*": r"runtime/viewer/pictures/image_writer\.cpp",
-    r"jpeglib\.h": r"tools/pbm-build/pbm_build/panorama/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
-    r"png\.h|stb/.*": r"tools/pbm-build/pbm_build/panorama/image_decoder\.cpp",
+    r"jpeglib\.h": r"tools/pbm-build/pbm_scan/images/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
+    r"png\.h|stb/.*|webp/.*": r"tools/pbm-build/pbm_scan/images/image_decoder\.cpp",
     r"malloc\.h": r"system/processes/this_process\.cpp",
     r"pthread\.h": r"system/threads/(per_thread\.h|large_stack\.cpp)",
     r"thread": r"system/threads/(thread_pool\.h|parallel\.cpp|large_stack\.cpp)",
@@ -227,7 +228,7 @@ def self_test():
         ("format_spec/pbm_format/model/model.h", "#include <glm/vec3.hpp>"),
         ("format_spec/pbm_format/writing/writer.cpp", "#include <unistd.h>"),
         ("tools/pbm-build/pbm_scan/surface_reader.cpp", "#include <sys/mman.h>"),
-        ("tools/pbm-build/pbm_scan/ply/ply_reader.cpp", '#include "pbm_scan/mesh/mesh_text.h"'),
+        ("tools/pbm-build/pbm_scan/ply/ply_reader.cpp", '#include "pbm_scan/mesh/obj_text.h"'),
         ("tools/pbm-build/pbm_scan/text/text_lines.h", '#include "pbm_scan/ply/ply_header.h"'),
         ("runtime/pbm_render/camera/camera.h", '#include "pbm_scan/surface/surface.h"'),
         ("runtime/pbm_render/camera/camera.h", "#  include <pbm_scan/surface/surface.h>"),

@@ -29,7 +29,7 @@ TARGETS = {
     "mask_ranks": (1024, []),
     "raster": (4096, []),
     "ply_reader": (2048, [HERE / "corpus" / "ply", HERE.parent / "odd" / "files"]),
-    "mesh_text": (1024, [HERE / "corpus" / "mesh"]),
+    "mesh": (1024, [HERE / "corpus" / "mesh"]),
     "chunk": (256, []),
     "unfilter": (256, []),
     "damage": (64, []),

@@ -12,7 +12,6 @@ namespace pbm::mutants {
 namespace {
 
 using build::AttributeReport;
-using build::MeshFormat;
 using build::Surface;
 
 Result<Surface> read(Format format, const std::string &text) {
@@ -20,12 +19,12 @@ Result<Surface> read(Format format, const std::string &text) {
     switch (format) {
     case Format::ply_ascii:
     case Format::ply_binary: return build::read_ply(bytes, {});
-    case Format::obj: return build::read_mesh(bytes, MeshFormat::obj, {});
-    case Format::off: return build::read_mesh(bytes, MeshFormat::off, {});
+    case Format::obj: return build::read_obj({bytes}, {});
+    case Format::off: return build::read_off(bytes, {});
     case Format::stl_ascii:
     case Format::stl_binary: break;
     }
-    return build::read_mesh(bytes, MeshFormat::stl, {});
+    return build::read_stl(bytes, {});
 }
 
 Judgement broken(const std::string &law) { return {Verdict::broken, law}; }

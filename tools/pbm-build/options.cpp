@@ -2,10 +2,12 @@
 
 #include "command_line/common_options.h"
 #include "pbm_build/upsampling/upsample.h"
+#include "pbm_scan/formats.h"
 #include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"
 #include "recipe.h"
 #include "scene_options.h"
+#include "system/files/file_names.h"
 #include "system/files/mapped_file.h"
 
 #include <algorithm>
@@ -86,7 +88,7 @@ std::optional<int> name_output(const CommandLine &line, Arguments &arguments) {
     if (!arguments.output.empty())
         return std::nullopt;
     const std::string &input = arguments.inputs.front();
-    arguments.output = std::filesystem::path(input).replace_extension(".pbvg").string();
+    arguments.output = std::filesystem::path(uncompressed_name(input)).replace_extension(".pbvg").string();
     if (arguments.output == input)
         return command_line::fail_usage(line.program, input + ": named like a model that is built already; draw it "
                                                               "with pbm-render, or name the output with -o");
@@ -157,10 +159,11 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
     line.add("--origin", "Place of the input's origin in the model; added after --scale",
              command_line::stored(three_numbers, options.placement.origin),
              {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
-    add_choice<std::optional<ScanFormat>>(
-        line, "--input-format", options.input_format,
-        {{"ply", ScanFormat::ply}, {"obj", ScanFormat::obj}, {"off", ScanFormat::off}, {"stl", ScanFormat::stl}},
-        "Format of inputs that show it neither in content nor in name");
+    std::map<std::string, const ScanFormat *> formats;
+    for (const ScanFormat &format : scan_formats())
+        formats.emplace(format.name, &format);
+    add_choice<const ScanFormat *>(line, "--input-format", options.input_format, formats,
+                                   "Format of inputs that show it neither in content nor in name");
     line.add("--flip-faces", "Turn all faces around: for scans that look inside out", &options.flip_faces);
     line.add("--crease-angle",
              "Degrees from which on an edge is sharp, 0..180; default by shape: scans 75, constructed 44, STL 0",
@@ -248,12 +251,14 @@ void add_general_options(CommandLine &line, Arguments &arguments) {
 } // namespace
 
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
-    CommandLine line{"pbm-build",
-                     "Turns a scan (PLY, OBJ, STL, OFF) into a binary voxel grid (.pbvg).\n"
-                     "Says of every attribute of the scan whether it was kept, converted or dropped.\n"
-                     "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, lights "
-                     "and materials may be tables ([[light]]), and names of files are relative to the recipe's folder. "
-                     "The command line wins over the recipe."};
+    CommandLine line{
+        "pbm-build",
+        "Turns a scan (" + names_of_formats() +
+            ") into a binary voxel grid (.pbvg).\n"
+            "Says of every attribute of the scan whether it was kept, converted or dropped.\n"
+            "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, lights "
+            "and materials may be tables ([[light]]), and names of files are relative to the recipe's folder. "
+            "The command line wins over the recipe."};
     add_input_options(line, arguments);
     add_grid_options(line, arguments);
     SceneArguments scene;

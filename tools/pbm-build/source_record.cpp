@@ -62,7 +62,7 @@ std::vector<std::string> files_read(std::span<const std::string> given) {
     };
     for (const std::string &file : given) {
         add(file);
-        for (const std::string &further : material_files(file))
+        for (const std::string &further : further_files(file))
             add(further);
     }
     return files;

@@ -1,5 +1,6 @@
 #include "viewer/opening/file_dialog.h"
 
+#include "command_line/scan_extensions.h"
 #include "system/processes/child_program.h"
 
 #include <algorithm>
@@ -11,11 +12,24 @@ namespace pbm {
 namespace {
 
 constexpr std::string_view kTitle = "Open models or scans";
-constexpr std::string_view kPatterns = "*.pbvg *.bvg *.ply *.obj *.stl *.off *.PLY *.OBJ *.STL *.OFF";
+
+// "*.ply *.PLY ...": these programs tell cases apart.
+std::string patterns_of_names() {
+    std::string patterns = "*.pbvg *.bvg";
+    for (const std::string_view extension : command_line::kScanExtensions) {
+        std::string capitals(extension);
+        for (char &c : capitals)
+            c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+        for (const char *packed : {"", ".gz", ".zst"})
+            patterns.append(" *").append(extension).append(packed);
+        patterns.append(" *").append(capitals);
+    }
+    return patterns;
+}
 
 // A command that prints one path a line.
 std::vector<std::string> command(const std::string &program, const std::string &folder) {
-    const std::string title(kTitle), patterns(kPatterns);
+    const std::string title(kTitle), patterns = patterns_of_names();
     if (program == "kdialog")
         return {program,
                 "--title",

@@ -1,5 +1,8 @@
 #include "viewer/opening/file_list.h"
 
+#include "command_line/scan_extensions.h"
+#include "system/files/file_names.h"
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -13,16 +16,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 6> kExtensions{".pbvg", ".bvg", ".ply", ".obj", ".stl", ".off"};
+constexpr const char *kModelExtension = ".pbvg";
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-std::string lower_extension(const fs::path &path) {
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), lower);
-    return extension;
-}
 
 // The name with every number behind its count of digits, so that text order is the order of numbers.
 std::string sort_key(const fs::path &path) {
@@ -45,12 +42,13 @@ std::string sort_key(const fs::path &path) {
 }
 
 bool is_shown(const fs::path &path) {
-    const std::string extension = lower_extension(path);
-    if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end())
-        return false;
+    const std::string name(uncompressed_name(path.native())), extension = lower_extension(name);
+    if (extension == kModelExtension || extension == ".bvg")
+        return true;
+    const auto &scans = command_line::kScanExtensions;
     std::error_code ignored;
-    const bool is_model = extension == kExtensions[0] || extension == kExtensions[1];
-    return is_model || !fs::exists(fs::path(path).replace_extension(kExtensions[0]), ignored);
+    return std::find(scans.begin(), scans.end(), extension) != scans.end() &&
+           !fs::exists(fs::path(name).replace_extension(kModelExtension), ignored);
 }
 
 } // namespace

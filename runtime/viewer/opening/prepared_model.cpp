@@ -2,6 +2,7 @@
 
 #include "command_line/parse.h"
 #include "pbm_format/container/layout.h"
+#include "system/files/file_names.h"
 #include "system/processes/child_program.h"
 #include "viewer/opening/model_cache.h"
 
@@ -46,16 +47,15 @@ Result<std::string> find_builder(const std::string &named) {
                  "a scan is shown as the model that pbm-build makes of it, and pbm-build is not installed"};
 }
 
-std::string lower_extension(const std::string &path) {
-    std::string extension = fs::path(path).extension().string();
-    for (char &c : extension)
-        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    return extension;
-}
-
-// Whether the model depends on files that only pbm-build knows: those that an OBJ or a recipe names.
+// Whether the model may depend on files that only pbm-build knows: those that a scan or a recipe names.
 bool names_further_files(const std::string &scan, const ScanOptions &options) {
-    return lower_extension(scan) == ".obj" || !options.recipe.empty();
+    const std::string extension = lower_extension(uncompressed_name(scan));
+    if (extension == ".obj" || extension == ".gltf" || !options.recipe.empty())
+        return true;
+    constexpr std::size_t kHead = 4096; // of a PLY, which names its images there
+    std::string head(kHead, '\0');
+    std::ifstream(scan, std::ios::binary).read(head.data(), kHead);
+    return head.starts_with("ply") && head.find("TextureFile") != std::string::npos;
 }
 
 ErrorCode code_of(int exit_code) {

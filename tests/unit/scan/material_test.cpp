@@ -1,10 +1,12 @@
 // Materials of OBJ files: what their material files say, and which points have them.
 #include "pbm_scan/mesh/material_text.h"
-#include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/surface_reader.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 namespace {
@@ -19,9 +21,14 @@ std::vector<NamedMaterial> materials_of(std::string_view text, std::vector<Attri
     return materials;
 }
 
-Surface obj_with(const std::string &text, std::span<const NamedMaterial> materials) {
-    Result<Surface> result = read_mesh({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()},
-                                       MeshFormat::obj, {.materials = materials, .progress = {}});
+// An OBJ beside a file of these materials.
+Surface obj_with(const std::string &text, const std::string &materials) {
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "pbm_materials";
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "scan.mtl") << materials;
+    std::ofstream(folder / "scan.obj") << "mtllib scan.mtl\n" << text;
+    Result<Surface> result = read_surface((folder / "scan.obj").string(), {});
+    std::filesystem::remove_all(folder);
     EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
     return result.ok() ? std::move(*result) : Surface{};
 }
@@ -56,7 +63,7 @@ TEST(Materials, StatementsBecomeAMaterialOrALine) {
 const std::string kStrip = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 2 0\nv 1 2 0\n";
 
 TEST(Materials, FacesHaveThoseThatTheyName) {
-    const auto materials = materials_of("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\nnewmtl again\nKd 1 0 0\n");
+    const std::string materials = "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\nnewmtl again\nKd 1 0 0\n";
     const Surface s =
         obj_with(kStrip + "f 1 2 3\nusemtl red\nf 2 4 3\nusemtl blue\nf 3 4 5\nusemtl again\nf 4 6 5\n", materials);
     ASSERT_EQ(s.materials.size(), 3U) << "the default one, red, blue";
@@ -72,7 +79,7 @@ TEST(Materials, FacesHaveThoseThatTheyName) {
     EXPECT_EQ(colour(2), (Rgb8{0, 0, 255}));
     EXPECT_EQ(colour(3), (Rgb8{255, 0, 0}));
     for (std::size_t face = 0; face < 4; ++face) {
-        const Surface plain = obj_with(kStrip + "f 1 2 3\nf 2 4 3\nf 3 4 5\nf 4 6 5\n", {});
+        const Surface plain = obj_with(kStrip + "f 1 2 3\nf 2 4 3\nf 3 4 5\nf 4 6 5\n", "");
         for (int corner = 0; corner < 3; ++corner)
             EXPECT_EQ(s.positions[s.triangles[face][corner]], plain.positions[plain.triangles[face][corner]]);
     }
@@ -84,7 +91,7 @@ TEST(Materials, MoreThanAModelHoldsBecomeColours) {
         text += "newmtl m" + std::to_string(i) + "\nKd 0 0 " + std::to_string(i / 20.0) + "\n";
         faces += "usemtl m" + std::to_string(i) + "\nf 1 2 3\n";
     }
-    const Surface s = obj_with(faces, materials_of(text));
+    const Surface s = obj_with(faces, text);
     EXPECT_TRUE(s.materials.empty());
     ASSERT_EQ(s.colours.size(), s.positions.size());
     EXPECT_EQ(s.colours[s.triangles[11].x], (Rgb8{0, 0, 140}));
@@ -93,7 +100,7 @@ TEST(Materials, MoreThanAModelHoldsBecomeColours) {
 }
 
 TEST(Materials, UnknownNamesHaveTheDefaultOne) {
-    const Surface s = obj_with(kStrip + "usemtl none\nf 1 2 3\n", materials_of("newmtl red\nKd 1 0 0\n"));
+    const Surface s = obj_with(kStrip + "usemtl none\nf 1 2 3\n", "newmtl red\nKd 1 0 0\n");
     EXPECT_TRUE(s.materials.empty());
     EXPECT_TRUE(s.material_ids.empty());
     EXPECT_EQ(s.positions.size(), 6U);

@@ -1,4 +1,4 @@
-#include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/surface_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -13,33 +13,31 @@
 #include <string_view>
 #include <vector>
 
-#include <sys/wait.h>
-#include <unistd.h>
-
 namespace {
 
 using pbm::Error;
 using pbm::ErrorCode;
 using pbm::Result;
 using pbm::build::AttributeReport;
-using pbm::build::MeshFormat;
 using pbm::build::ReadOptions;
 using pbm::build::Surface;
 using Fate = AttributeReport::Fate;
 using Colour = std::array<std::uint8_t, 3>;
 
-Result<Surface> read(const std::string &text, MeshFormat format, const ReadOptions &options = {}) {
-    return pbm::build::read_mesh({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}, format, options);
+constexpr std::string_view kObjName = "scan.obj", kOffName = "scan.off", kStlName = "scan.stl";
+
+Result<Surface> read(const std::string &text, std::string_view name, const ReadOptions &options = {}) {
+    return pbm::build::read_surface({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}, name, options);
 }
 
-Surface surface(const std::string &text, MeshFormat format) {
-    Result<Surface> result = read(text, format);
+Surface surface(const std::string &text, std::string_view name) {
+    Result<Surface> result = read(text, name);
     EXPECT_TRUE(result.ok()) << text << (result.ok() ? "" : result.error().message);
     return result.ok() ? std::move(*result) : Surface{};
 }
 
-std::string refusal(const std::string &text, MeshFormat format) {
-    const Result<Surface> result = read(text, format);
+std::string refusal(const std::string &text, std::string_view name) {
+    const Result<Surface> result = read(text, name);
     EXPECT_FALSE(result.ok()) << text;
     EXPECT_TRUE(result.ok() || result.error().code == ErrorCode::bad_input);
     return result.ok() ? "" : result.error().message;
@@ -65,15 +63,15 @@ TEST(ObjComments, AnnouncedCountsAreHeldAgainstTheFile) {
     for (const char *whole :
          {"# Vertices: 4\n# Faces: 2\n", "# 4 vertices, 2 faces\n", "#4 vertices, 0 vertices normals\n",
           "#\t  Vertices: 4\n", "# vertices = 4, triangles = 2\n", "# 3 vertices\n# 1 vertices\n", "# Polygons: 2\n"})
-        EXPECT_EQ(surface(whole + kObj, MeshFormat::obj).triangles.size(), 2U) << whole;
-    EXPECT_EQ(surface(kObj + "# 4 vertices, 2 faces", MeshFormat::obj).triangles.size(), 2U);
+        EXPECT_EQ(surface(whole + kObj, kObjName).triangles.size(), 2U) << whole;
+    EXPECT_EQ(surface(kObj + "# 4 vertices, 2 faces", kObjName).triangles.size(), 2U);
     for (const char *more : {"# Vertices: 5\n", "# 5 vertices, 2 faces\n", "#  VERTICES: 5\r\n"})
-        EXPECT_EQ(refusal("# x\n" + (more + kObj), MeshFormat::obj),
+        EXPECT_EQ(refusal("# x\n" + (more + kObj), kObjName),
                   "line 2: the comment announces 5 vertices, but the file has 4: it is cut short; copy or export it "
                   "again");
     for (const char *more : {"# Faces: 3\n", "# 4 vertices, 3 faces\n", "# 3 polygons\n"})
-        EXPECT_TRUE(has(refusal(more + kObj, MeshFormat::obj), "announces 3 faces, but the file has 2")) << more;
-    EXPECT_TRUE(has(refusal("# 3 triangles\n" + kObj, MeshFormat::obj), "announces 3 triangles, but the file has 2"));
+        EXPECT_TRUE(has(refusal(more + kObj, kObjName), "announces 3 faces, but the file has 2")) << more;
+    EXPECT_TRUE(has(refusal("# 3 triangles\n" + kObj, kObjName), "announces 3 triangles, but the file has 2"));
 }
 
 TEST(ObjComments, OtherTalkOfNumbersIsNoAnnouncement) {
@@ -81,62 +79,61 @@ TEST(ObjComments, OtherTalkOfNumbersIsNoAnnouncement) {
          {"# simplified from 200000 vertices\n", "# 100000 vertices in the original\n", "# version 4000\n",
           "# texture coordinates: 9\n", "# 12 faces 14\n", "# 99 vertices normals\n", "# faces\n", "# 7\n",
           "v 0 0 0 # 90 vertices\nv 1 0 0\nv 1 1 0\n", "# 99999999999999999999 vertices\n", "# Vertices: 1e9\n"})
-        EXPECT_TRUE(read(talk + kObj, MeshFormat::obj).ok()) << talk;
+        EXPECT_TRUE(read(talk + kObj, kObjName).ok()) << talk;
 }
 
 TEST(ObjComments, ACutFileIsRefusedWhereverItsHeadAnnouncesCounts) {
     const std::string file = "# Vertices: 4\n# Faces: 2\n" + kObj;
     const std::size_t last_line = file.rfind("f 1 3 4");
     for (std::size_t size = 27; size < last_line + 6; ++size)
-        EXPECT_FALSE(read(file.substr(0, size), MeshFormat::obj).ok()) << size;
+        EXPECT_FALSE(read(file.substr(0, size), kObjName).ok()) << size;
 }
 
 TEST(ObjGuard, ALastLineWithoutAnEndIsNamedAndStrictLetsItPass) {
     for (const std::string &file :
          {kObj.substr(0, kObj.size() - 1), std::string("v 0 0 0\nv 1 0 0"), std::string("v 0 0 0\nvn 0 0 1")}) {
-        const Surface s = surface(file, MeshFormat::obj);
+        const Surface s = surface(file, kObjName);
         EXPECT_TRUE(reports(s, "end of file", Fate::kept)) << file;
     }
     ReadOptions strict;
     strict.strict = true;
-    EXPECT_TRUE(read(kObj.substr(0, kObj.size() - 1), MeshFormat::obj, strict).ok());
+    EXPECT_TRUE(read(kObj.substr(0, kObj.size() - 1), kObjName, strict).ok());
     for (const std::string &file : {kObj, kObj + "# no end", kObj + "g last", kObj + "\n  "})
-        EXPECT_FALSE(reports(surface(file, MeshFormat::obj), "end of file", Fate::kept)) << file;
+        EXPECT_FALSE(reports(surface(file, kObjName), "end of file", Fate::kept)) << file;
 }
 
 TEST(ObjGuard, ALastVertexWithFewerNumbersThanItsNeighboursIsCut) {
     const std::string file = "v 0 0 0 0.5 0.5 0.5\nv 1 0 0 0.5 0.5 0.5";
-    EXPECT_EQ(surface(file, MeshFormat::obj).colours.size(), 2U);
+    EXPECT_EQ(surface(file, kObjName).colours.size(), 2U);
     for (const std::size_t less : {4U, 8U, 12U})
-        EXPECT_TRUE(has(refusal(file.substr(0, file.size() - less), MeshFormat::obj), "line 2: ")) << less;
+        EXPECT_TRUE(has(refusal(file.substr(0, file.size() - less), kObjName), "line 2: ")) << less;
 }
 
 TEST(ObjGuard, BackslashesOfCommentsAndNamesSwallowNothing) {
-    const Surface s =
-        surface("# from C:\\scans\\\nv 0 0 0\ng C:\\scans\\\nv 1 0 0\nusemtl a\\\nv 1 1 0\nf 1 \\\n2 \\ \n3\n",
-                MeshFormat::obj);
+    const Surface s = surface(
+        "# from C:\\scans\\\nv 0 0 0\ng C:\\scans\\\nv 1 0 0\nusemtl a\\\nv 1 1 0\nf 1 \\\n2 \\ \n3\n", kObjName);
     EXPECT_EQ(s.positions.size(), 3U);
     EXPECT_EQ(s.triangles.size(), 1U);
-    EXPECT_EQ(surface("v 0 0 \\\n\\\n0\nv 1 0 0\nv 1 1 0\nf 1 2 3 \\\n", MeshFormat::obj).triangles.size(), 1U);
-    EXPECT_TRUE(has(refusal("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3 \\", MeshFormat::obj), "line 4: "));
+    EXPECT_EQ(surface("v 0 0 \\\n\\\n0\nv 1 0 0\nv 1 1 0\nf 1 2 3 \\\n", kObjName).triangles.size(), 1U);
+    EXPECT_TRUE(has(refusal("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3 \\", kObjName), "line 4: "));
 }
 
 TEST(ObjGuard, AByteOrderMarkHidesNothing) {
-    EXPECT_EQ(surface("\xEF\xBB\xBF" + kObj, MeshFormat::obj).positions.size(), 4U);
-    EXPECT_EQ(surface("\xEF\xBB\xBF" + kOff, MeshFormat::off).positions.size(), 4U);
-    EXPECT_EQ(surface("\xEF\xBB\xBFsolid x\n" + facet("0 0 0", "1 0 0", "1 1 0") + "endsolid x\n", MeshFormat::stl)
-                  .triangles.size(),
-              1U);
+    EXPECT_EQ(surface("\xEF\xBB\xBF" + kObj, kObjName).positions.size(), 4U);
+    EXPECT_EQ(surface("\xEF\xBB\xBF" + kOff, kOffName).positions.size(), 4U);
+    EXPECT_EQ(
+        surface("\xEF\xBB\xBFsolid x\n" + facet("0 0 0", "1 0 0", "1 1 0") + "endsolid x\n", kStlName).triangles.size(),
+        1U);
 }
 
 TEST(ObjGuard, StatementsThatAreNoneAreRefusedAndUnknownWordsNamed) {
     for (const char *line :
          {"V 0 0 0\n", "F 1 2 3\n", "x 1 2 3\n", "0.5 1 2\n", "f1 2 3\n", "v0 0 0\n", "\x01 1\n", "/ comment\n"})
-        EXPECT_TRUE(has(refusal(kObj + line, MeshFormat::obj), "line 7: ")) << line;
-    EXPECT_FALSE(has(refusal(kObj + "\x1b[31m 1\n", MeshFormat::obj), "\x1b"));
-    const Surface s = surface(kObj + "vcolor 1 0 0\nvcolor 0 1 0\n", MeshFormat::obj);
+        EXPECT_TRUE(has(refusal(kObj + line, kObjName), "line 7: ")) << line;
+    EXPECT_FALSE(has(refusal(kObj + "\x1b[31m 1\n", kObjName), "\x1b"));
+    const Surface s = surface(kObj + "vcolor 1 0 0\nvcolor 0 1 0\n", kObjName);
     EXPECT_TRUE(reports(s, "statements 'vcolor'", Fate::dropped));
-    EXPECT_TRUE(surface(kObj + "s 1\no x\nmg 0\nusemap off\nend\n\x1a", MeshFormat::obj).triangles.size() == 2);
+    EXPECT_TRUE(surface(kObj + "s 1\no x\nmg 0\nusemap off\nend\n\x1a", kObjName).triangles.size() == 2);
 }
 
 // An algorithm quadratic in the size of the file would time out here.
@@ -152,23 +149,22 @@ TEST(ObjGuard, LongFilesOfOneOddThingAreReadInOnePass) {
         words += word + "\n";
         files += "mtllib " + word + ".mtl\n";
     }
-    EXPECT_EQ(surface(joined + "\n" + kObj, MeshFormat::obj).triangles.size(), 2U);
-    const Surface s = surface(words, MeshFormat::obj);
+    EXPECT_EQ(surface(joined + "\n" + kObj, kObjName).triangles.size(), 2U);
+    const Surface s = surface(words, kObjName);
     EXPECT_TRUE(reports(s, "further statements", Fate::dropped));
     EXPECT_LT(s.report.size(), 24U);
-    EXPECT_LT(surface(files, MeshFormat::obj).report.size(), 24U);
+    EXPECT_LT(surface(files, kObjName).report.size(), 24U);
 }
 
 TEST(ObjGuard, CurvesAndLinesAreNamed) {
-    const Surface s =
-        surface(kObj + "vp 0.5 0.5\ncstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nl 1 2\np 1\n", MeshFormat::obj);
+    const Surface s = surface(kObj + "vp 0.5 0.5\ncstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nl 1 2\np 1\n", kObjName);
     EXPECT_TRUE(reports(s, "free-form curves", Fate::dropped));
     EXPECT_TRUE(reports(s, "lines", Fate::dropped));
     EXPECT_TRUE(reports(s, "points 'p'", Fate::dropped));
 }
 
 TEST(ObjGuard, PointsNeedNoFaces) {
-    const Surface s = surface("v 0 0 0\nv 1 0 0\np 1 2\np -1\n", MeshFormat::obj);
+    const Surface s = surface("v 0 0 0\nv 1 0 0\np 1 2\np -1\n", kObjName);
     EXPECT_EQ(s.positions.size(), 2U);
     EXPECT_FALSE(reports(s, "points", Fate::dropped));
     EXPECT_FALSE(reports(s, "faces", Fate::kept));
@@ -176,24 +172,24 @@ TEST(ObjGuard, PointsNeedNoFaces) {
 
 TEST(ObjGuard, NormalsThatNoFaceNamesBelongToTheVertices) {
     const std::string two = "vn 0 0 1\nv 0 0 0\nvn 0 2 0\nv 1 0 0\n";
-    const Surface s = surface(two, MeshFormat::obj);
+    const Surface s = surface(two, kObjName);
     ASSERT_EQ(s.normals.size(), 2U);
     EXPECT_EQ(s.normals[1], glm::vec3(0, 2, 0));
     EXPECT_TRUE(reports(s, "normals", Fate::kept));
-    const Surface more = surface(two + "vn 1 0 0\n", MeshFormat::obj);
+    const Surface more = surface(two + "vn 1 0 0\n", kObjName);
     EXPECT_TRUE(more.normals.empty());
     EXPECT_TRUE(reports(more, "normals", Fate::dropped));
 }
 
 TEST(ObjGuard, WeightsAndFurtherNumbersAreNamed) {
-    EXPECT_TRUE(reports(surface("v 0 0 0 1\nv 1 0 0 1\n", MeshFormat::obj), "vertex weights", Fate::dropped));
-    EXPECT_TRUE(reports(surface("v 0 0 0 1 1\n", MeshFormat::obj), "a fourth and a fifth number", Fate::dropped));
+    EXPECT_TRUE(reports(surface("v 0 0 0 1\nv 1 0 0 1\n", kObjName), "vertex weights", Fate::dropped));
+    EXPECT_TRUE(reports(surface("v 0 0 0 1 1\n", kObjName), "a fourth and a fifth number", Fate::dropped));
 }
 
 TEST(ObjGuard, AFaceWithRepeatedCornersIsNoReasonToRefuse) {
-    const Surface s = surface(kObj + "f 1 2 1 3\nf 1 1 1\nf 2 2 3 4\n", MeshFormat::obj);
+    const Surface s = surface(kObj + "f 1 2 1 3\nf 1 1 1\nf 2 2 3 4\n", kObjName);
     EXPECT_GE(s.triangles.size() + s.dropped_triangles, 5U);
-    const Surface off = surface("OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 0 2\n3 0 2 3\n", MeshFormat::off);
+    const Surface off = surface("OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 0 2\n3 0 2 3\n", kOffName);
     EXPECT_EQ(off.triangles.size() + off.dropped_triangles, 3U);
 }
 
@@ -201,52 +197,52 @@ TEST(OffGuard, HeadersInAnyOrderAreUnderstood) {
     const auto file = [](const std::string &header, const std::string &tail) {
         return header + "\n3 1 0\n0 0 0" + tail + "\n1 0 0" + tail + "\n1 1 0" + tail + "\n3 0 1 2\n";
     };
-    EXPECT_EQ(surface(file("COFF", " 255 0 7 255"), MeshFormat::off).colours[1], (Colour{255, 0, 7}));
-    EXPECT_EQ(surface(file("COFF", " 1 0.5 0 1"), MeshFormat::off).colours[1], (Colour{255, 128, 0}));
-    EXPECT_EQ(surface(file("NOFF", " 0 0 2"), MeshFormat::off).normals[2], glm::vec3(0, 0, 2));
+    EXPECT_EQ(surface(file("COFF", " 255 0 7 255"), kOffName).colours[1], (Colour{255, 0, 7}));
+    EXPECT_EQ(surface(file("COFF", " 1 0.5 0 1"), kOffName).colours[1], (Colour{255, 128, 0}));
+    EXPECT_EQ(surface(file("NOFF", " 0 0 2"), kOffName).normals[2], glm::vec3(0, 0, 2));
     for (const char *both : {"CNOFF", "NCOFF"}) {
-        const Surface s = surface(file(both, " 0 0 1 9 8 7 255"), MeshFormat::off);
+        const Surface s = surface(file(both, " 0 0 1 9 8 7 255"), kOffName);
         EXPECT_EQ(s.normals[0], glm::vec3(0, 0, 1)) << both;
         EXPECT_EQ(s.colours[0], (Colour{9, 8, 7})) << both;
     }
-    const Surface texture = surface(file("STOFF", " 0.5 0.5"), MeshFormat::off);
+    const Surface texture = surface(file("STOFF", " 0.5 0.5"), kOffName);
     EXPECT_TRUE(texture.colours.empty());
     EXPECT_TRUE(reports(texture, "texture coordinates", Fate::dropped));
-    EXPECT_EQ(surface(file("STCOFF", " 9 8 7 255 0.5 0.5"), MeshFormat::off).colours[0], (Colour{9, 8, 7}));
-    EXPECT_TRUE(reports(surface(file("COFF", ""), MeshFormat::off), "vertex colours", Fate::dropped));
+    EXPECT_EQ(surface(file("STCOFF", " 9 8 7 255 0.5 0.5"), kOffName).colours[0], (Colour{9, 8, 7}));
+    EXPECT_TRUE(reports(surface(file("COFF", ""), kOffName), "vertex colours", Fate::dropped));
 }
 
 TEST(OffGuard, FaceColoursBecomeMeansAtTheVertices) {
     const std::string head = "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n9 9 9\n";
-    const Surface s = surface(head + "3 0 1 2 200 0 0\n3 0 2 3 0 100 0 255\n", MeshFormat::off);
+    const Surface s = surface(head + "3 0 1 2 200 0 0\n3 0 2 3 0 100 0 255\n", kOffName);
     ASSERT_EQ(s.colours.size(), 5U);
     EXPECT_EQ(s.colours[0], (Colour{100, 50, 0}));
     EXPECT_EQ(s.colours[1], (Colour{200, 0, 0}));
     EXPECT_EQ(s.colours[4], (Colour{0, 0, 0}));
     EXPECT_TRUE(reports(s, "face colours", Fate::converted));
-    EXPECT_EQ(surface(head + "3 0 1 2 1 0.5 0\n3 0 2 3 1 0.5 0\n", MeshFormat::off).colours[1], (Colour{255, 128, 0}));
-    EXPECT_TRUE(reports(surface(head + "3 0 1 2 7\n3 0 2 3 7\n", MeshFormat::off), "colour indices", Fate::dropped));
-    EXPECT_TRUE(has(refusal(head + "3 0 1 2 red\n3 0 2 3\n", MeshFormat::off), "line 8: 'red'"));
+    EXPECT_EQ(surface(head + "3 0 1 2 1 0.5 0\n3 0 2 3 1 0.5 0\n", kOffName).colours[1], (Colour{255, 128, 0}));
+    EXPECT_TRUE(reports(surface(head + "3 0 1 2 7\n3 0 2 3 7\n", kOffName), "colour indices", Fate::dropped));
+    EXPECT_TRUE(has(refusal(head + "3 0 1 2 red\n3 0 2 3\n", kOffName), "line 8: 'red'"));
 }
 
 TEST(OffGuard, ALastLineWithoutAnEndIsNamed) {
-    EXPECT_FALSE(reports(surface(kOff, MeshFormat::off), "end of file", Fate::kept));
-    EXPECT_TRUE(reports(surface(kOff.substr(0, kOff.size() - 1), MeshFormat::off), "end of file", Fate::kept));
-    EXPECT_TRUE(reports(surface("OFF\n1 0 0\n1 2 3", MeshFormat::off), "end of file", Fate::kept));
+    EXPECT_FALSE(reports(surface(kOff, kOffName), "end of file", Fate::kept));
+    EXPECT_TRUE(reports(surface(kOff.substr(0, kOff.size() - 1), kOffName), "end of file", Fate::kept));
+    EXPECT_TRUE(reports(surface("OFF\n1 0 0\n1 2 3", kOffName), "end of file", Fate::kept));
 }
 
 TEST(MeshPrecision, CoordinatesOfAMapSurviveInText) {
     const glm::dvec3 a(8500000.125, 8500000.25, 0.001), b(8500000.1250001, 8500000.25, 0.001), c(8500001, 0, 0);
     const Surface obj = surface("v 8500000.125 8500000.25 0.001\nv 8500000.1250001 8500000.25 0.001\nv 8500001 0 0\n"
                                 "f 1 2 3\n",
-                                MeshFormat::obj);
+                                kObjName);
     const Surface off = surface("OFF 3 1 0\n8500000.125 8500000.25 0.001\n8500000.1250001 8500000.25 0.001\n"
                                 "8500001 0 0\n3 0 1 2\n",
-                                MeshFormat::off);
+                                kOffName);
     const Surface stl = surface(
         "solid\n" + facet("8500000.125 8500000.25 0.001", "8500000.1250001 8.50000025E+06 1e-3", "8500001 0 -0.0") +
             facet("8500001 0 0", "8500000.1250001 8500000.25 0.001", "0 0 0") + "endsolid\n",
-        MeshFormat::stl);
+        kStlName);
     for (const Surface *s : {&obj, &off, &stl}) {
         ASSERT_GE(s->positions.size(), 3U);
         EXPECT_EQ(s->positions[0], a);
@@ -266,7 +262,7 @@ TEST(StlGuard, ManyVerticesAreWeldedByTheirNumbers) {
     const auto corner = [](int i) { return std::to_string(i / 2) + " " + std::to_string(i % 2) + " 0"; };
     for (int i = 0; i < kFacets; ++i)
         file += facet(corner(i), corner(i + 1), corner(i + 2));
-    const Surface s = surface(file + "endsolid strip\n", MeshFormat::stl);
+    const Surface s = surface(file + "endsolid strip\n", kStlName);
     ASSERT_EQ(s.positions.size(), kFacets + 2U);
     ASSERT_EQ(s.triangles.size(), static_cast<std::size_t>(kFacets));
     for (std::uint32_t i = 0; i < kFacets; ++i)
@@ -298,7 +294,7 @@ TEST(StlGuard, CoordinatesThatFoolAHashAreWeldedAllTheSame) {
     std::string file = "solid\n";
     for (std::size_t i = 0; i < corners.size(); i += 3)
         file += facet(corners[i], corners[i + 1], corners[i + 2]) + facet(corners[i + 1], corners[i], corners[i + 2]);
-    const Surface s = surface(file + "endsolid\n", MeshFormat::stl);
+    const Surface s = surface(file + "endsolid\n", kStlName);
     ASSERT_EQ(s.positions.size(), 3 * kFacets);
     ASSERT_EQ(s.triangles.size(), 2 * kFacets);
     EXPECT_EQ(s.triangles.back(), glm::uvec3(3 * kFacets - 2, 3 * kFacets - 3, 3 * kFacets - 1));
@@ -309,7 +305,7 @@ TEST(StlGuard, OddSpellingsAreUnderstood) {
                               "VERTEX +1.0E+00 0 0\r\n\tVertex 1.0e0 1.0E-000 -.0\r\nENDLOOP\r\nENDFACET\r\n"
                               "ENDSOLID Two Words\r\nsolid\n" +
                                   facet("5 5 5", "6 5 5", "6 6 5") + "endsolid",
-                              MeshFormat::stl);
+                              kStlName);
     EXPECT_EQ(s.triangles.size() + s.dropped_triangles, 2U);
     EXPECT_TRUE(reports(s, "facet normals", Fate::converted));
 }
@@ -318,27 +314,21 @@ TEST(StlGuard, ACutBinaryFileThatBeginsWithSolidIsNamedAsWhatItIs) {
     std::string file = "solid exported by a program";
     file.resize(80, '\0');
     file += std::string("\2\0\0\0", 4) + std::string(100, '\0');
-    EXPECT_TRUE(read(file, MeshFormat::stl).ok());
-    EXPECT_TRUE(has(refusal(file.substr(0, 150), MeshFormat::stl), "binary STL of 2 facets must have 184 bytes"));
+    EXPECT_TRUE(read(file, kStlName).ok());
+    EXPECT_TRUE(has(refusal(file.substr(0, 150), kStlName), "binary STL of 2 facets must have 184 bytes"));
 }
 
-TEST(MeshReaderChild, ProgressRisesToOne) {
+TEST(MeshReaders, ProgressRisesToOne) {
     std::string file = "OFF\n3 60000 0\n0 0 0\n1 0 0\n1 1 0\n";
     for (int i = 0; i < 60'000; ++i)
         file += "3 0 1 2\n";
     std::vector<double> seen;
     ReadOptions options;
     options.progress = [&](double done) { seen.push_back(done); };
-    ASSERT_TRUE(read(file, MeshFormat::off, options).ok());
+    ASSERT_TRUE(read(file, kOffName, options).ok());
     EXPECT_GE(seen.size(), 8U);
     EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
     EXPECT_EQ(seen.back(), 1.0);
-}
-
-TEST(MeshReaderChild, NoProcessIsLeft) {
-    surface(kObj, MeshFormat::obj);
-    refusal("OFF\n1 0 0\n", MeshFormat::off);
-    EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
 }
 
 } // namespace

@@ -1,11 +1,10 @@
-#include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/surface_reader.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include <array>
-#include <clocale>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -14,7 +13,11 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include <zlib.h>
+#include <zstd.h>
 
 namespace {
 
@@ -22,24 +25,26 @@ using pbm::Error;
 using pbm::ErrorCode;
 using pbm::Result;
 using pbm::build::AttributeReport;
-using pbm::build::MeshFormat;
+
 using pbm::build::ReadOptions;
 using pbm::build::Surface;
 using Fate = AttributeReport::Fate;
 using Colour = std::array<std::uint8_t, 3>;
 
+constexpr std::string_view kObjName = "scan.obj", kOffName = "scan.off", kStlName = "scan.stl";
+
 std::span<const std::uint8_t> bytes(const std::string &text) {
     return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()};
 }
 
-Surface surface(const std::string &text, MeshFormat format) {
-    Result<Surface> result = pbm::build::read_mesh(bytes(text), format, {});
+Surface surface(const std::string &text, std::string_view name) {
+    Result<Surface> result = pbm::build::read_surface(bytes(text), name, {});
     EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
     return result.ok() ? std::move(*result) : Surface{};
 }
 
-Error error(const std::string &text, MeshFormat format) {
-    const Result<Surface> result = pbm::build::read_mesh(bytes(text), format, {});
+Error error(const std::string &text, std::string_view name) {
+    const Result<Surface> result = pbm::build::read_surface(bytes(text), name, {});
     EXPECT_FALSE(result.ok()) << text;
     return result.ok() ? Error{} : result.error();
 }
@@ -80,38 +85,37 @@ const std::string kAsciiStl = "solid outer space\nfacet normal 0 0 1\n outer loo
                               "  vertex 1 1 0\n  vertex 0 1 0\n endloop\nendfacet\nendsolid\n";
 
 TEST(ObjReader, PolygonsAreFanned) {
-    const Surface s = surface(kObj, MeshFormat::obj);
+    const Surface s = surface(kObj, kObjName);
     ASSERT_EQ(s.positions.size(), 4U);
     ASSERT_EQ(s.triangles.size(), 2U);
     EXPECT_EQ(s.triangles[1], glm::uvec3(0, 2, 3));
 }
 
 TEST(ObjReader, PositionsKeepDoublePrecision) {
-    const Surface s = surface("v 8500000.123456 1e-300 -3\nv 1 0 0\nv 1e300 1 0\nf 1 2 3\n", MeshFormat::obj);
+    const Surface s = surface("v 8500000.123456 1e-300 -3\nv 1 0 0\nv 1e300 1 0\nf 1 2 3\n", kObjName);
     EXPECT_EQ(s.positions[0], glm::dvec3(8500000.123456, 1e-300, -3));
     EXPECT_EQ(s.positions[2].x, 1e300);
     EXPECT_EQ(s.triangles.size(), 1U);
 }
 
 TEST(ObjReader, ColoursOfVerticesAreKept) {
-    const Surface unit = surface("v 0 0 0 1 0.502 0\nv 1 0 0 0 0 0\nv 1 1 0 0 0 1\nf 1 2 3\n", MeshFormat::obj);
+    const Surface unit = surface("v 0 0 0 1 0.502 0\nv 1 0 0 0 0 0\nv 1 1 0 0 0 1\nf 1 2 3\n", kObjName);
     EXPECT_EQ(unit.colours[0], (Colour{255, 128, 0}));
-    const Surface points = surface("v 0 0 0 255 128 0\nv 1 0 0 0 0 0\n", MeshFormat::obj);
+    const Surface points = surface("v 0 0 0 255 128 0\nv 1 0 0 0 0 0\n", kObjName);
     EXPECT_EQ(points.colours[0], (Colour{255, 128, 0}));
-    const Surface some = surface("v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 0 0 1\nf 1 2 3\n", MeshFormat::obj);
+    const Surface some = surface("v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 0 0 1\nf 1 2 3\n", kObjName);
     EXPECT_TRUE(some.colours.empty());
     EXPECT_TRUE(reports(some, "vertex colours", Fate::dropped));
 }
 
 TEST(ObjReader, VerticesAreSplitWhereCornersHaveDifferentNormals) {
     const std::string head = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 2\nvn 0 1 0\n";
-    const Surface same = surface(head + "f 1//1 2//1 3//1\n", MeshFormat::obj);
+    const Surface same = surface(head + "f 1//1 2//1 3//1\n", kObjName);
     ASSERT_EQ(same.normals.size(), 3U);
     EXPECT_EQ(same.normals[2], glm::vec3(0, 0, 2));
     EXPECT_TRUE(reports(same, "normals", Fate::kept));
     // Two faces agree on the second normal of vertex 3; vertex 4 follows the faces that name it.
-    const Surface split =
-        surface(head + "f 1//1 2//1 3//1\nf 3//2 2//1 1//1\nf 4//2 3//2 2//1\nv 2 2 0 \n", MeshFormat::obj);
+    const Surface split = surface(head + "f 1//1 2//1 3//1\nf 3//2 2//1 1//1\nf 4//2 3//2 2//1\nv 2 2 0 \n", kObjName);
     EXPECT_EQ(split.triangles, (std::vector<glm::uvec3>{{0, 1, 2}, {4, 1, 0}, {3, 4, 1}}));
     ASSERT_EQ(split.positions.size(), 5U);
     EXPECT_EQ(split.positions[4], split.positions[2]);
@@ -122,7 +126,7 @@ TEST(ObjReader, VerticesAreSplitWhereCornersHaveDifferentNormals) {
     EXPECT_TRUE(reports(split, "normals", Fate::kept));
     const Surface coloured = surface("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nvn 0 0 2\nvn 0 1 0\n"
                                      "f 1//1 2//1 3//1\nf 3//2 2//1 1//1\n",
-                                     MeshFormat::obj);
+                                     kObjName);
     ASSERT_EQ(coloured.colours.size(), 4U);
     EXPECT_EQ(coloured.colours[3], (Colour{0, 0, 255}));
 }
@@ -133,41 +137,40 @@ TEST(ObjReader, TheHubOfAFanMayHaveManyNormals) {
         text += "vn 1 0 " + std::to_string(i) + "\n";
     for (int i = 1; i <= 1000; ++i)
         text += "f 1//" + std::to_string(i) + " 2//1 3//1\n";
-    const Surface s = surface(text, MeshFormat::obj);
+    const Surface s = surface(text, kObjName);
     ASSERT_EQ(s.positions.size(), 1002U);
     for (std::size_t i = 0; i < s.triangles.size(); ++i)
         EXPECT_EQ(s.normals[s.triangles[i].x], glm::vec3(1, 0, static_cast<float>(i + 1)));
 }
 
 TEST(ObjReader, IndicesMayBeNegativeOrRunAhead) {
-    EXPECT_EQ(surface("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\n", MeshFormat::obj).triangles[0], glm::uvec3(0, 1, 2));
-    EXPECT_EQ(surface("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 1 1 0\n", MeshFormat::obj).triangles[0], glm::uvec3(0, 1, 2));
+    EXPECT_EQ(surface("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\n", kObjName).triangles[0], glm::uvec3(0, 1, 2));
+    EXPECT_EQ(surface("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 1 1 0\n", kObjName).triangles[0], glm::uvec3(0, 1, 2));
 }
 
 TEST(ObjReader, MaterialsTexturesAndLinesAreReportedAndNoFileIsOpened) {
-    const Surface s =
-        surface("mtllib no_such_file.mtl\nusemtl x\nvt 0\nl 1 2\n" + kObj + "f 1/1 2/1 3/1\n", MeshFormat::obj);
+    const Surface s = surface("mtllib no_such_file.mtl\nusemtl x\nvt 0\nl 1 2\n" + kObj + "f 1/1 2/1 3/1\n", kObjName);
     EXPECT_EQ(s.triangles.size(), 3U);
     EXPECT_TRUE(reports(s, "'no_such_file.mtl'", Fate::dropped));
     EXPECT_TRUE(reports(s, "texture coordinates", Fate::dropped));
     EXPECT_TRUE(reports(s, "lines", Fate::dropped));
-    EXPECT_TRUE(reports(surface("mtllib  a.mtl b.mtl \r\n" + kObj, MeshFormat::obj), "'a.mtl b.mtl'", Fate::dropped));
+    EXPECT_TRUE(reports(surface("mtllib  a.mtl b.mtl \r\n" + kObj, kObjName), "'a.mtl b.mtl'", Fate::dropped));
 }
 
 TEST(ObjReader, LineEndsCommentsAndContinuedLinesAreUnderstood) {
     std::string cr = kObj;
     for (char &c : cr)
         c = c == '\n' ? '\r' : c;
-    EXPECT_EQ(surface(cr, MeshFormat::obj).triangles.size(), 2U);
-    EXPECT_EQ(surface("v 0 0 0\r\nv 1 0 0 # x\r\nv 1 \\\r\n 1 0\r\n# f\r\nf 1 2 \\\r\n3 # 4\r\n", MeshFormat::obj)
-                  .triangles.size(),
-              1U);
-    EXPECT_EQ(surface("\fv 0 0 0\n\vv 1 0 0\nv\f1 1 0\nf 1 2 3\n", MeshFormat::obj).triangles.size(), 1U);
-    EXPECT_EQ(surface("v 0 0 0\nv 1 0 0\nv 1 1 0\nfo 1 2 3\n", MeshFormat::obj).triangles.size(), 1U);
+    EXPECT_EQ(surface(cr, kObjName).triangles.size(), 2U);
+    EXPECT_EQ(
+        surface("v 0 0 0\r\nv 1 0 0 # x\r\nv 1 \\\r\n 1 0\r\n# f\r\nf 1 2 \\\r\n3 # 4\r\n", kObjName).triangles.size(),
+        1U);
+    EXPECT_EQ(surface("\fv 0 0 0\n\vv 1 0 0\nv\f1 1 0\nf 1 2 3\n", kObjName).triangles.size(), 1U);
+    EXPECT_EQ(surface("v 0 0 0\nv 1 0 0\nv 1 1 0\nfo 1 2 3\n", kObjName).triangles.size(), 1U);
 }
 
 TEST(ObjReader, VerticesThatAreNotFiniteGoWithTheirFaces) {
-    const Surface s = surface("v nan 0 0\n" + kObj.substr(0, kObj.size() - 10) + "f 2 3 4\nf 1 2 3\n", MeshFormat::obj);
+    const Surface s = surface("v nan 0 0\n" + kObj.substr(0, kObj.size() - 10) + "f 2 3 4\nf 1 2 3\n", kObjName);
     EXPECT_EQ(s.dropped_vertices, 1U);
     EXPECT_EQ(s.positions.size(), 4U);
     ASSERT_EQ(s.triangles.size(), 1U);
@@ -177,7 +180,7 @@ TEST(ObjReader, VerticesThatAreNotFiniteGoWithTheirFaces) {
 TEST(ObjReader, AHoleReachedByASlitStaysOpen) {
     const Surface s = surface("v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\nv 3 3 0\nv 3 1 0\n"
                               "f 1 2 3\nf 1 2 3 4 1 5 6 7 8 5\nf 1 2 4\n",
-                              MeshFormat::obj);
+                              kObjName);
     ASSERT_EQ(s.triangles.size(), 1U + 8U + 1U);
     double area = 0;
     for (std::size_t i = 1; i < 9; ++i) {
@@ -190,7 +193,7 @@ TEST(ObjReader, AHoleReachedByASlitStaysOpen) {
 }
 
 TEST(ObjReader, DegenerateFacesAreCounted) {
-    const Surface s = surface(kObj + "f 1 1 2\nf 1 2\nf 1 2 2 3\n", MeshFormat::obj);
+    const Surface s = surface(kObj + "f 1 1 2\nf 1 2\nf 1 2 2 3\n", kObjName);
     EXPECT_EQ(s.triangles.size(), 3U);
     EXPECT_EQ(s.dropped_triangles, 3U);
 }
@@ -199,16 +202,15 @@ TEST(ObjReader, DamagedTextIsRefusedWithItsLine) {
     for (const char *bad :
          {"v 1 2\n", "v 1 x 2\n", "v 1 0,5 2\n", "f 1 2 5\n", "f 0 1 2\n", "f -9 1 2\n", "f a b c\n",
           "f 1//9 2//9 3//9\n", "vn 0 1\n", "f 1/x 2 3\n", "f 1.5 2 3\n", "f 1 2 99999999999999999999\n"}) {
-        const Error e = error(kObj + bad, MeshFormat::obj);
+        const Error e = error(kObj + bad, kObjName);
         EXPECT_EQ(e.code, ErrorCode::bad_input);
         EXPECT_TRUE(has(e.message, "line 6: ")) << e.message;
         EXPECT_EQ(e.offset, kObj.size());
     }
-    EXPECT_EQ(error(kObj + std::string(1, '\0'), MeshFormat::obj).offset, kObj.size());
-    EXPECT_EQ(error("# nothing\n", MeshFormat::obj).code, ErrorCode::bad_input);
+    EXPECT_EQ(error(kObj + std::string(1, '\0'), kObjName).offset, kObj.size());
+    EXPECT_EQ(error("# nothing\n", kObjName).code, ErrorCode::bad_input);
 }
 
-// OpenMesh gets a triangle in place of such a face.
 TEST(MeshReaders, FacesOfManyCornersAreReadWhole) {
     constexpr int kCorners = 5000;
     std::string vertices, obj = "f", off = std::to_string(kCorners);
@@ -224,7 +226,7 @@ TEST(MeshReaders, FacesOfManyCornersAreReadWhole) {
     obj_vertices.append(obj).append("\nf 1 2 3\n");
     std::string off_text = "OFF\n";
     off_text.append(std::to_string(kCorners)).append(" 2 0\n").append(vertices).append(off).append("\n3 0 1 2\n");
-    for (const Surface &s : {surface(obj_vertices, MeshFormat::obj), surface(off_text, MeshFormat::off)}) {
+    for (const Surface &s : {surface(obj_vertices, kObjName), surface(off_text, kOffName)}) {
         EXPECT_EQ(s.positions.size(), std::size_t{kCorners});
         ASSERT_EQ(s.triangles.size(), std::size_t{kCorners} - 1);
         EXPECT_EQ(s.triangles.back(), glm::uvec3(0, 1, 2)) << "the face behind it";
@@ -238,30 +240,30 @@ TEST(MeshReaders, FacesOfManyCornersAreReadWhole) {
     std::string same = "f";
     for (int i = 0; i < kCorners; ++i)
         same += " 1";
-    const Surface dropped = surface(kObj + same + "\n", MeshFormat::obj);
+    const Surface dropped = surface(kObj + same + "\n", kObjName);
     EXPECT_EQ(dropped.dropped_triangles, 1U);
 }
 
 TEST(ObjReader, ALastLineCutInsideIsRefused) {
     const std::string vertices = kObj.substr(0, kObj.find('f'));
     for (const char *cut : {"v 1", "v 1 2", "v 1 2 -", "f", "f 1", "f 1 2", "vn 0 0"})
-        EXPECT_EQ(error(vertices + cut, MeshFormat::obj).code, ErrorCode::bad_input) << cut;
+        EXPECT_EQ(error(vertices + cut, kObjName).code, ErrorCode::bad_input) << cut;
 }
 
 TEST(OffReader, AWholeFileIsReadAndEveryCutRefused) {
-    const Surface s = surface(kOff, MeshFormat::off);
+    const Surface s = surface(kOff, kOffName);
     EXPECT_EQ(s.positions.size(), 4U);
     ASSERT_EQ(s.triangles.size(), 2U);
     EXPECT_EQ(s.triangles[1], glm::uvec3(0, 2, 3));
     for (std::size_t size = 0; size + 2 <= kOff.size(); ++size)
-        EXPECT_EQ(error(kOff.substr(0, size), MeshFormat::off).code, ErrorCode::bad_input) << size;
+        EXPECT_EQ(error(kOff.substr(0, size), kOffName).code, ErrorCode::bad_input) << size;
 }
 
 TEST(OffReader, HeadersCommentsAndColoursAreUnderstood) {
     const Surface s =
         surface("# made by hand\nCNOFF 3 1 0 # counts\n\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0 255 0 255\n"
                 "# between\n1 1 0 0 0 1 0 0 255 255\n3 0 1 2 128 0 0\n",
-                MeshFormat::off);
+                kOffName);
     EXPECT_EQ(s.triangles.size(), 1U);
     EXPECT_EQ(s.colours[1], (Colour{0, 255, 0}));
     EXPECT_EQ(s.normals[2], glm::vec3(0, 0, 1));
@@ -270,22 +272,21 @@ TEST(OffReader, HeadersCommentsAndColoursAreUnderstood) {
 
 TEST(OffReader, CountsThatLieAndBadRowsAreRefused) {
     const auto with_counts = [](const std::string &counts) { return "OFF\n" + counts + kOff.substr(9); };
-    EXPECT_EQ(surface(with_counts("4 2 0"), MeshFormat::off).triangles.size(), 2U);
-    EXPECT_EQ(surface(with_counts("4 2 0 1 1"), MeshFormat::off).positions[0], glm::dvec3(0));
+    EXPECT_EQ(surface(with_counts("4 2 0"), kOffName).triangles.size(), 2U);
+    EXPECT_EQ(surface(with_counts("4 2 0 1 1"), kOffName).positions[0], glm::dvec3(0));
     for (const char *counts :
          {"5 2 0", "4 3 0", "4294967295 2 0", "4 4294967295 0", "3 2 0", "-4 2 0", "4 2", "x 2 0", "1e9 2 0"})
-        EXPECT_EQ(error(with_counts(counts), MeshFormat::off).code, ErrorCode::bad_input) << counts;
+        EXPECT_EQ(error(with_counts(counts), kOffName).code, ErrorCode::bad_input) << counts;
     const std::string head = kOff.substr(0, kOff.rfind("3 0 2 3"));
     for (const char *row : {"3 0 1 4\n", "3 0 -1 2\n", "4 0 1 2\n", "3 0 1\n", "x\n"})
-        EXPECT_TRUE(has(error(head + row, MeshFormat::off).message, "line 8: ")) << row;
-    EXPECT_TRUE(has(error(head + "4294967295 0 1 2\n", MeshFormat::off).message, "ends early"));
-    EXPECT_EQ(error("OFF BINARY\n" + std::string(40, '\0'), MeshFormat::off).code, ErrorCode::unsupported_feature);
-    EXPECT_EQ(error("4OFF\n1 0 0\n1 2 3 4\n", MeshFormat::off).code, ErrorCode::unsupported_feature);
+        EXPECT_TRUE(has(error(head + row, kOffName).message, "line 8: ")) << row;
+    EXPECT_TRUE(has(error(head + "4294967295 0 1 2\n", kOffName).message, "ends early"));
+    EXPECT_EQ(error("4OFF\n1 0 0\n1 2 3 4\n", kOffName).code, ErrorCode::unsupported_feature);
 }
 
 TEST(StlReader, FacetsAreWelded) {
     for (const std::string &file : {binary_stl(kTwoFacets), binary_stl(kTwoFacets, "solid though binary"), kAsciiStl}) {
-        const Surface s = surface(file, MeshFormat::stl);
+        const Surface s = surface(file, kStlName);
         EXPECT_EQ(s.positions.size(), 4U);
         ASSERT_EQ(s.triangles.size(), 2U);
         EXPECT_EQ(s.triangles[1], glm::uvec3(0, 2, 3));
@@ -296,7 +297,7 @@ TEST(StlReader, FacetsThatAreNotFiniteOrDegenerateAreCounted) {
     std::vector<std::array<float, 9>> facets = kTwoFacets;
     facets.push_back({std::numeric_limits<float>::quiet_NaN(), 0, 0, 1, 0, 0, 1, 1, 0});
     facets.push_back({0, 0, 0, 0, 0, 0, 1, 1, 0});
-    const Surface s = surface(binary_stl(facets), MeshFormat::stl);
+    const Surface s = surface(binary_stl(facets), kStlName);
     EXPECT_EQ(s.positions.size(), 4U);
     EXPECT_EQ(s.triangles.size(), 2U);
     EXPECT_EQ(s.dropped_triangles, 2U);
@@ -305,25 +306,19 @@ TEST(StlReader, FacetsThatAreNotFiniteOrDegenerateAreCounted) {
 TEST(StlReader, EveryTruncationIsRefused) {
     const std::string binary = binary_stl(kTwoFacets);
     for (std::size_t size = 0; size < binary.size(); ++size)
-        EXPECT_EQ(error(binary.substr(0, size), MeshFormat::stl).code, ErrorCode::bad_input) << size;
-    EXPECT_EQ(error(binary + "x", MeshFormat::stl).code, ErrorCode::bad_input);
+        EXPECT_EQ(error(binary.substr(0, size), kStlName).code, ErrorCode::bad_input) << size;
+    EXPECT_EQ(error(binary + "x", kStlName).code, ErrorCode::bad_input);
     for (std::size_t size = 0; size + 1 < kAsciiStl.size(); ++size)
-        EXPECT_EQ(error(kAsciiStl.substr(0, size), MeshFormat::stl).code, ErrorCode::bad_input) << size;
+        EXPECT_EQ(error(kAsciiStl.substr(0, size), kStlName).code, ErrorCode::bad_input) << size;
 }
 
 TEST(StlReader, DamagedTextIsRefusedWithItsLine) {
     std::string file = kAsciiStl;
     file.replace(file.find("vertex 1 0 0"), 12, "vertex 1 z 0");
-    EXPECT_TRUE(has(error(file, MeshFormat::stl).message, "line 5: 'z' is not a number"));
+    EXPECT_TRUE(has(error(file, kStlName).message, "line 5: 'z' is not a number"));
     file = kAsciiStl;
     file.replace(file.find(" endloop"), 8, "vertex 4");
-    EXPECT_TRUE(has(error(file, MeshFormat::stl).message, "triangles only"));
-}
-
-TEST(MeshReader, TheLocaleIsLeftAlone) {
-    const std::string before = std::setlocale(LC_ALL, nullptr);
-    surface(kObj, MeshFormat::obj);
-    EXPECT_EQ(before, std::setlocale(LC_ALL, nullptr));
+    EXPECT_TRUE(has(error(file, kStlName).message, "triangles only"));
 }
 
 TEST(SurfaceReader, TheContentDecidesBeforeTheExtension) {
@@ -338,12 +333,90 @@ TEST(SurfaceReader, TheContentDecidesBeforeTheExtension) {
     EXPECT_TRUE(pbm::build::read_surface(bytes(ply), "scan.obj", {}).ok());
 }
 
+TEST(OffReader, BinaryFilesAreRead) {
+    const auto big_endian = [](const auto &values) {
+        std::string out;
+        for (const auto value : values) {
+            const auto bits = std::bit_cast<std::uint32_t>(value);
+            for (int shift = 24; shift >= 0; shift -= 8)
+                out += static_cast<char>(bits >> shift & 0xFF);
+        }
+        return out;
+    };
+    using Floats = std::vector<float>;
+    using Words = std::vector<std::uint32_t>;
+    const std::string file = "OFF BINARY\n" + big_endian(Words{4, 2, 0}) +
+                             big_endian(Floats{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0.5F}) +
+                             big_endian(Words{3, 0, 1, 2, 0, 3, 0, 2, 3, 3}) + big_endian(Floats{1, 0, 0});
+    const Surface s = surface(file, kOffName);
+    ASSERT_EQ(s.positions.size(), 4U);
+    EXPECT_EQ(s.positions[3], glm::dvec3(0, 1, 0.5));
+    EXPECT_EQ(s.triangles, (std::vector<glm::uvec3>{{0, 1, 2}, {0, 2, 3}}));
+    EXPECT_EQ(s.colours[3], (Colour{255, 0, 0}));
+    for (std::size_t size = 12; size < file.size(); ++size)
+        EXPECT_EQ(error(file.substr(0, size), kOffName).code, ErrorCode::bad_input) << size;
+    EXPECT_TRUE(has(error(file + "x", kOffName).message, "after the last face"));
+    std::string beyond = file;
+    beyond[11 + 12 + 48 + 7] = 9;
+    EXPECT_TRUE(has(error(beyond, kOffName).message, "face 0 has vertex index 9"));
+}
+
+// Files of pigz, gzip, bgzip and zstd consist of one part or several.
+TEST(SurfaceReader, CompressedFilesAreUnpacked) {
+    const auto packed = [](const std::string &text) {
+        z_stream stream{};
+        EXPECT_EQ(deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY), Z_OK);
+        std::string out(text.size() + 100, '\0'), in = text;
+        stream.next_in = reinterpret_cast<Bytef *>(in.data());
+        stream.avail_in = static_cast<uInt>(in.size());
+        stream.next_out = reinterpret_cast<Bytef *>(out.data());
+        stream.avail_out = static_cast<uInt>(out.size());
+        EXPECT_EQ(deflate(&stream, Z_FINISH), Z_STREAM_END);
+        out.resize(stream.total_out);
+        deflateEnd(&stream);
+        return out;
+    };
+    const auto zstd = [](const std::string &text) {
+        std::string out(ZSTD_compressBound(text.size()), '\0');
+        out.resize(ZSTD_compress(out.data(), out.size(), text.data(), text.size(), 3));
+        return out;
+    };
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "pbm_compressed";
+    std::filesystem::create_directories(folder);
+    const auto read = [&](const std::string &name, const std::string &contents) {
+        std::ofstream(folder / name, std::ios::binary) << contents;
+        return pbm::build::read_surface((folder / name).string(), {});
+    };
+    const std::string first = kObj.substr(0, 9), second = kObj.substr(9);
+    for (const auto &[name, contents] : {std::pair<std::string, std::string>("a.obj.gz", packed(kObj)),
+                                         {"b.obj.gz", packed(first) + packed(second)},
+                                         {"c.obj.zst", zstd(kObj)},
+                                         {"d.obj.zst", zstd(first) + zstd(second)},
+                                         {"e.OFF.GZ", packed(kOff)},
+                                         {"f.off", zstd(kOff)}}) {
+        const Result<Surface> s = read(name, contents);
+        ASSERT_TRUE(s.ok()) << name << ": " << s.error().message;
+        EXPECT_EQ(s->triangles.size(), 2U) << name;
+        EXPECT_EQ(s->input_bytes, contents.size());
+        for (std::size_t size = 4; size < contents.size(); ++size)
+            EXPECT_FALSE(read(name, contents.substr(0, size)).ok()) << name << ", " << size;
+        EXPECT_FALSE(read(name, contents + "x").ok()) << name;
+    }
+    EXPECT_TRUE(has(read("g.obj.gz", packed(packed(kObj))).error().message, "gzip twice"));
+    const Result<Surface> bomb = read("h.obj.gz", packed(std::string(std::size_t{80} << 20, ' ')));
+    ASSERT_FALSE(bomb.ok());
+    EXPECT_EQ(bomb.error().code, ErrorCode::memory);
+    EXPECT_TRUE(has(bomb.error().message, "64 MiB when unpacked")) << bomb.error().message;
+    std::filesystem::remove_all(folder);
+}
+
 TEST(SurfaceReader, OtherFormatsAreNamed) {
     EXPECT_TRUE(has(surface_error("P4\n8 8\n", "x.pbm").message, "Netpbm bitmap"));
     EXPECT_TRUE(has(surface_error("glTF\2", "x.glb").message, "glTF; convert it to PLY"));
     EXPECT_TRUE(has(surface_error("{}", "x.gltf").message, "glTF"));
     EXPECT_TRUE(has(surface_error("LASF", "x.las").message, "LAS"));
     EXPECT_TRUE(has(surface_error("\x1f\x8b\x08", "x.ply.gz").message, "gzip"));
+    EXPECT_TRUE(has(surface_error("BZh9", "x.ply.bz2").message, "bzip2"));
     EXPECT_TRUE(has(surface_error("\x89"
                                   "BVG\r\n\x1a\n",
                                   "x.pbvg")
@@ -375,8 +448,7 @@ TEST(SurfaceReader, AMaterialFileOfManySpellingsIsNotReadForEach) {
     for (int i = 1; i <= kSpellings; ++i)
         obj << "mtllib " << std::string(static_cast<std::size_t>(i), '/') << "skin.mtl\n";
     obj.close();
-    const std::vector<std::string> files = pbm::build::material_files((folder / "scan.obj").string());
-    EXPECT_EQ(files.size(), pbm::build::kMaxMaterialFiles);
+    EXPECT_EQ(pbm::build::further_files((folder / "scan.obj").string()), std::vector{(folder / "skin.mtl").string()});
     std::filesystem::remove_all(folder);
 }
 

@@ -27,7 +27,7 @@ struct Credits {
 struct BuildOptions {
     GridRequest grid;
     Placement placement;
-    std::optional<ScanFormat> input_format;     // for inputs that neither content nor name identifies
+    const ScanFormat *input_format = nullptr;   // for inputs that neither content nor name identifies
     ColourFormat colour = ColourFormat::rgb888; // where the input has colours
     Storage storage = Storage::packed;
     int compression_level = kDefaultCompressionLevel; // of packed files

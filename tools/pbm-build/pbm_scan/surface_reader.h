@@ -1,4 +1,4 @@
-// Reads a scan from a file of any known format: PLY (ply_reader.h), OBJ, OFF and STL (mesh_reader.h).
+// Reads a scan from a file of any known format (formats.h).
 #pragma once
 
 #include "pbm_scan/surface/surface.h"
@@ -11,12 +11,12 @@
 
 namespace pbm::build {
 
-// Maximum size of a stream, which is read into memory.
+// Maximum size of a stream, or of an unpacked file, which is in memory.
 inline constexpr std::uint64_t kMaxStreamBytes = std::uint64_t{8} << 30;
 
-// "-" is standard input; pipes and devices (/dev/stdin) are streams too. The format follows from the content (PLY, OFF,
-// STL, and known formats that are not read), else from the extension (OBJ), else from ReadOptions::format. Messages do
-// not contain the path.
+// "-" is standard input; pipes and devices (/dev/stdin) are streams too. The format follows from the content, else from
+// the extension, else from ReadOptions::format. Files compressed by gzip or zstd are unpacked. Messages do not contain
+// the path.
 //
 // errors  io                   the system's own text; standard input is a terminal
 //         memory               a stream of more than kMaxStreamBytes
@@ -28,10 +28,7 @@ Result<Surface> read_surface(const std::string &path, const ReadOptions &options
 // Reads a file in memory; of `path` only the extension is used.
 Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options);
 
-// Maximum number of material files of an OBJ that are opened: a text may name millions.
-inline constexpr std::size_t kMaxMaterialFiles = 64;
-
-// Further files that reading `path` opens: the existing material files that an OBJ names.
-std::vector<std::string> material_files(const std::string &path);
+// Further files that reading `path` opens: those that the scan names and that exist.
+std::vector<std::string> further_files(const std::string &path);
 
 } // namespace pbm::build

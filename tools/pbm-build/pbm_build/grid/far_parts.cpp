@@ -171,7 +171,7 @@ Status drop_far_parts(Surface &surface, bool strict, BuildStatistics &statistics
     if (strict)
         return bad_input(note);
     statistics.report("outliers", Fate::dropped, note);
-    std::erase_if(surface.triangles, is_far);
+    erase_triangles(surface, is_far);
     const std::size_t first = surface.first_point();
     const auto keep = [&](std::size_t i) { return used[i] != 2; };
     for_vertex_attributes([&](auto &values) { keep_from(values, first, keep); }, surface);

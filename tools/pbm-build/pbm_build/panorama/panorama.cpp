@@ -1,8 +1,8 @@
 #include "pbm_build/panorama/panorama.h"
 
-#include "pbm_build/panorama/image_decoder.h"
 #include "pbm_build/panorama/resample.h"
 #include "pbm_format/model/point_values.h"
+#include "pbm_scan/images/image_decoder.h"
 #include "pbm_scan/surface/refusal.h"
 #include "system/files/mapped_file.h"
 #include "system/processes/child_process.h"
@@ -94,7 +94,7 @@ Status resample_hdr(ByteView bytes, const ImageSize &size, double exposure, Pano
 
 Status resample_rows(ByteView bytes, ImageFormat format, PanoramaResampler &to) {
     std::vector<std::uint16_t> linear;
-    return decode_rows(bytes, format, [&](std::span<const std::uint8_t> row) {
+    return decode_rows(bytes, format, 3, [&](std::span<const std::uint8_t> row) {
         linear.resize(row.size());
         std::transform(row.begin(), row.end(), linear.begin(),
                        [](std::uint8_t value) { return linear_table()[value]; });

@@ -74,6 +74,17 @@ template <class T> void append(std::vector<T> &to, std::vector<T> &from) {
 
 void append(Surface &to, Surface &from) {
     const auto first = static_cast<std::uint32_t>(to.positions.size());
+    const auto first_texture = static_cast<std::uint16_t>(to.textures.size());
+    for (std::uint16_t &texture : from.texture_ids)
+        texture = texture == Surface::kNoTexture ? texture : static_cast<std::uint16_t>(texture + first_texture);
+    if (!to.texture_ids.empty() || !from.texture_ids.empty())
+        for (Surface *each : {&to, &from}) {
+            each->texture_ids.resize(each->triangles.size(), Surface::kNoTexture);
+            each->texture_corners.resize(each->triangles.size());
+        }
+    for_triangle_attributes([](auto &all, auto &part) { append(all, part); }, to, from);
+    std::move(from.textures.begin(), from.textures.end(), std::back_inserter(to.textures));
+    from.textures.clear();
     for (const glm::uvec3 &t : from.triangles)
         to.triangles.push_back(t + first);
     std::vector<glm::uvec3>().swap(from.triangles);
@@ -110,10 +121,14 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
         return std::move(surfaces.front());
     const std::optional<double> crease_angle = unite_creases(surfaces);
     std::size_t vertices = 0, triangles = 0;
+    std::size_t textures = 0;
     for (const Surface &surface : surfaces) {
         vertices += surface.positions.size();
         triangles += surface.triangles.size();
+        textures += surface.textures.size();
     }
+    if (textures > Surface::kNoTexture)
+        return too_large(std::to_string(textures) + " images in all, the limit is 2^16 - 1: merge fewer scans");
     if (vertices >= std::numeric_limits<std::uint32_t>::max())
         return too_large(std::to_string(vertices) + " vertices in all, the limit is 2^32 - 2: merge fewer scans");
     const Surface has = attributes_of(surfaces);

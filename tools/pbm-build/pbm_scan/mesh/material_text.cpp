@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace pbm::build {
 namespace {
@@ -19,6 +20,62 @@ bool read_numbers(std::string_view words, std::span<double> numbers) {
         words.remove_prefix(end);
     }
     return true;
+}
+
+// "-s 2 2 -clamp on skin of the cat.png". `dropped` gets the options that are not used.
+MaterialImage read_image_statement(std::string_view words, std::vector<std::string> &dropped) {
+    struct Option {
+        std::string_view name;
+        std::size_t least, most; // numbers or words behind it
+    };
+    constexpr std::array<Option, 13> kOptions{{{"-blendu", 1, 1},
+                                               {"-blendv", 1, 1},
+                                               {"-cc", 1, 1},
+                                               {"-clamp", 1, 1},
+                                               {"-mm", 1, 2},
+                                               {"-o", 1, 3},
+                                               {"-s", 1, 3},
+                                               {"-t", 1, 3},
+                                               {"-texres", 1, 1},
+                                               {"-boost", 1, 1},
+                                               {"-bm", 1, 1},
+                                               {"-imfchan", 1, 1},
+                                               {"-type", 1, 1}}};
+    MaterialImage image;
+    while (true) {
+        std::string_view rest = words;
+        const std::string_view name = take_word(rest);
+        const auto option =
+            std::find_if(kOptions.begin(), kOptions.end(), [&](const Option &known) { return known.name == name; });
+        if (option == kOptions.end())
+            break;
+        std::array<double, 3> numbers{};
+        std::size_t count = 0;
+        std::string_view word;
+        for (; count < option->most; ++count) {
+            std::string_view after = rest;
+            const std::string_view next = take_word(after);
+            double value = 0;
+            if (count >= option->least && !is_number(next, value))
+                break;
+            is_number(next, value);
+            numbers[count] = std::isfinite(value) ? value : 0;
+            word = next;
+            rest = after;
+        }
+        words = rest;
+        // A missing number behind the first: -s is 1, -o is 0.
+        if (name == "-s")
+            image.scale = {numbers[0], count > 1 ? numbers[1] : 1.0};
+        else if (name == "-o")
+            image.offset = {numbers[0], numbers[1]};
+        else if (name == "-clamp")
+            image.is_clamped = word == "on";
+        else if (name == "-t" || name == "-mm" || name == "-imfchan")
+            dropped.emplace_back(name);
+    }
+    image.file = trimmed(words, " \t\"");
+    return image;
 }
 
 double unit(double value) { return std::clamp(value, 0.0, 1.0); }
@@ -54,7 +111,15 @@ bool read_statement(std::string_view keyword, std::string_view words, NamedMater
             return false;
         if (one != (keyword == "d" ? 1 : 0))
             once("opacity of materials", Fate::dropped, "points are opaque");
-    } else if (!keyword.starts_with("map_")) { // images have lines of their own
+    } else if (keyword == "map_Kd") {
+        std::vector<std::string> dropped;
+        named.image = read_image_statement(words, dropped);
+        for (const std::string &option : dropped)
+            drop_once(report, "option " + option + " of images", "not used by PBM");
+    } else if (keyword.starts_with("map_")) {
+        drop_once(report, std::string(keyword.substr(0, 16)) + " of materials",
+                  "PBM has colours of points, no other images");
+    } else {
         constexpr std::array<std::string_view, 8> kKnown{"Ka", "Ke", "Tf", "Ni", "illum", "sharpness", "bump", "refl"};
         const bool known = std::find(kKnown.begin(), kKnown.end(), keyword) != kKnown.end();
         drop_once(report, known ? std::string(keyword) + " of materials" : "further statements of materials",
@@ -75,7 +140,7 @@ void read_materials(std::string_view text, const Material &default_material, std
         const std::size_t space = std::min(line.find_first_of(" \t"), line.size());
         const std::string_view keyword = line.substr(0, space), rest = trimmed(line.substr(space), " \t");
         if (keyword == "newmtl")
-            materials.push_back({std::string(rest), default_material});
+            materials.push_back({std::string(rest), default_material, {}});
         else if (!keyword.empty() && !keyword.starts_with('#') && materials.size() > first &&
                  !read_statement(keyword, rest, materials.back(), report))
             drop_once(report, std::string(keyword) + " of materials without numbers", "not understood");

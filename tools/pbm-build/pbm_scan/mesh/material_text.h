@@ -4,17 +4,37 @@
 
 #include "pbm_scan/surface/surface.h"
 
+#include <glm/vec2.hpp>
+
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace pbm::build {
 
 // Larger material files are not read.
 inline constexpr std::size_t kMaxMaterialBytes = std::size_t{1} << 20;
 
+// An image of a material (`map_Kd`), and how it lies on the surface: place in the image = `scale` x texture coordinates
+// + `offset`.
+struct MaterialImage {
+    std::string file; // as named; empty: no image
+    glm::vec2 scale{1}, offset{0};
+    bool is_clamped = false;
+    bool operator==(const MaterialImage &) const = default;
+};
+
+struct NamedMaterial {
+    std::string name;
+    Material material;
+    MaterialImage image{};
+};
+
 // Appends the materials of a file to `materials`, and a line to `report` for each statement that is not kept as it is.
 //   Kd  the colour, as sRGB: what viewers show
 //   Ks  ks, the mean of its channels
 //   Ns  power, 1..1024
+//   map_Kd  the image, with -o, -s and -clamp
 // Values that the file does not set are those of `default_material`. Statements that make no sense are dropped.
 void read_materials(std::string_view text, const Material &default_material, std::vector<NamedMaterial> &materials,
                     std::vector<AttributeReport> &report);

@@ -1,28 +1,39 @@
-// Reads OBJ, OFF and STL files in memory with OpenMesh, into plain arrays.
+// Reads OBJ, OFF and STL files in memory. Text is read once, number by number, in double precision; a damaged or
+// truncated file is refused instead of becoming a smaller model. Polygons: polygon.h.
 #pragma once
 
+#include "pbm_scan/surface/scan_format.h"
 #include "pbm_scan/surface/surface.h"
 
 #include <cstdint>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace pbm::build {
 
-enum class MeshFormat : std::uint8_t { obj, off, stl };
+// A vertex whose corners have different normals or materials becomes several. Materials and images: those of the
+// material files beside the OBJ (material_text.h). An OBJ truncated between two lines is detected only if its comments
+// announce counts; a missing last line end is reported.
+//
+// errors  bad_input  damaged or truncated; with `strict` also a dropped attribute
+//         too_large  more than 2^31 - 1 vertices
+Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options);
 
-// Runs the checks of mesh_text.h, then OpenMesh in a child process (child_process.h), and compares the two results, so
-// that a damaged or truncated file is refused instead of becoming a smaller model. An OBJ truncated between two lines
-// is detected only if its comments announce counts; a missing last line end is reported. Polygons: polygon.h. STL is
-// welded by equal coordinates. Positions of text files are in double precision. A vertex whose
-// corners have different normals becomes several. Opens no other file.
+// The material files that an OBJ names, and their images, as far as they exist.
+std::vector<std::string> files_of_obj(const ScanFile &file);
+
+// Material files of an OBJ, or images of one, that are opened at most: a text may name millions.
+inline constexpr std::size_t kMaxFurtherFiles = 64;
+
+// errors  as read_obj; unsupported_feature  four-dimensional OFF
+Result<Surface> read_off(std::span<const std::uint8_t> bytes, const ReadOptions &options);
+bool is_off(std::span<const std::uint8_t> bytes);
+
+// Text or binary. Corners with equal coordinates are welded.
 //
-// Limits of the child: 20 s of processor time and 2 s more per MB of the file, four times that in wall time; 256 MB of
-// memory and 24 bytes more per byte of the file. A valid file needs a twentieth to a hundredth of that.
-//
-// errors  bad_input            damaged or truncated; OpenMesh crashed; with `strict` also a dropped attribute
-//         memory               OpenMesh reached a limit, or no child process could be started
-//         too_large            over a limit of mesh_text.h
-//         unsupported_feature  binary or four-dimensional OFF
-Result<Surface> read_mesh(std::span<const std::uint8_t> bytes, MeshFormat format, const ReadOptions &options);
+// errors  as read_obj
+Result<Surface> read_stl(std::span<const std::uint8_t> bytes, const ReadOptions &options);
+bool is_stl(std::span<const std::uint8_t> bytes);
 
 } // namespace pbm::build

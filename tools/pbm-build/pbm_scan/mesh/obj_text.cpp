@@ -1,8 +1,11 @@
-#include "pbm_scan/mesh/mesh_text.h"
+#include "pbm_scan/mesh/obj_text.h"
 
 #include "pbm_scan/text/text_lines.h"
 
+#include <algorithm>
 #include <array>
+#include <charconv>
+#include <cmath>
 #include <map>
 #include <optional>
 
@@ -29,27 +32,30 @@ std::string_view first_word(std::string_view text) {
 
 // Joins continued lines: replaces a backslash and the line end behind it by spaces, except in comments. A name that
 // ends in a backslash (a Windows folder) does not continue if the next line begins with a statement.
-void join_lines(std::string &text) {
-    if (text.find('\\') == std::string::npos)
-        return;
-    for (std::size_t line = 0; line < text.size();) {
+std::string_view with_joined_lines(std::string_view text, std::string &storage) {
+    if (text.find('\\') == std::string_view::npos)
+        return text;
+    if (text.data() != storage.data())
+        storage = text;
+    for (std::size_t line = 0; line < storage.size();) {
         std::size_t begin = line; // of the part that was joined last
-        std::size_t end = std::min(text.find('\n', line), text.size());
-        const bool naming = is_one_of(first_word(std::string_view(text).substr(line, end - line)), kNaming);
-        while (end < text.size()) {
-            const std::string_view part = std::string_view(text).substr(begin, end - begin);
-            const std::size_t last = part.find_last_not_of(" \t");
+        std::size_t end = std::min(storage.find('\n', line), storage.size());
+        const bool naming = is_one_of(first_word(std::string_view(storage).substr(line, end - line)), kNaming);
+        while (end < storage.size()) {
+            const std::string_view part = std::string_view(storage).substr(begin, end - begin);
+            const std::size_t last = part.find_last_not_of(" \t\r");
             if (last == std::string_view::npos || part[last] != '\\' || part.find('#') != std::string_view::npos)
                 break;
-            const std::string_view next = first_word(std::string_view(text).substr(end + 1));
+            const std::string_view next = first_word(std::string_view(storage).substr(end + 1));
             if (naming && (is_one_of(next, kNaming) || is_one_of(next, kOther)))
                 break;
-            text[begin + last] = text[end] = ' ';
+            storage[begin + last] = storage[end] = ' ';
             begin = end + 1;
-            end = std::min(text.find('\n', begin), text.size());
+            end = std::min(storage.find('\n', begin), storage.size());
         }
         line = end + 1;
     }
+    return storage;
 }
 
 // A count that a comment announces.
@@ -59,29 +65,35 @@ struct Announcement {
     std::size_t offset = 0;
 };
 
-class ObjCheck {
-  public:
-    explicit ObjCheck(std::span<const std::uint8_t> bytes) : lines_(out_.for_openmesh) {
-        out_.for_openmesh = as_unmarked_text(bytes);
-    }
+// The number of different corners, where fewer than three.
+bool has_three_different(std::span<const std::uint32_t> corners) {
+    if (corners.size() < 3)
+        return false;
+    const std::uint32_t first = corners.front();
+    const auto second = std::find_if(corners.begin(), corners.end(), [&](auto c) { return c != first; });
+    return std::any_of(second, corners.end(), [&](auto c) { return c != first && c != *second; });
+}
 
-    Result<MeshText> run() {
-        std::string &text = out_.for_openmesh;
-        if (const Status status = refuse_nul(text); !status)
-            return status.error();
-        unify_white_space(text);
-        join_lines(text);
-        while (lines_.next())
+class ObjParser {
+  public:
+    ObjParser(std::string_view text, const ReadOptions &options)
+        : size_(text.size()), progress_(options.progress), lines_(text) {}
+
+    Result<ObjText> run() {
+        constexpr std::uint64_t kReported = 1 << 18;
+        while (lines_.next()) {
             if (const Status status = line(); !status)
                 return status.error();
-        if (highest_.index > static_cast<std::int64_t>(out_.positions.size()))
-            return *highest_.error;
-        if (highest_normal_.index > static_cast<std::int64_t>(normals_))
-            return *highest_normal_.error;
-        out_.vertices = out_.positions.size();
+            if (progress_ && lines_.number() % kReported == 0)
+                progress_(static_cast<double>(lines_.offset()) / static_cast<double>(size_));
+        }
+        for (const auto &[highest, count] : {std::pair(&vertex_, out_.positions.size()), std::pair(&normal_, normals_),
+                                             std::pair(&texture_, textures_)})
+            if (highest->index > static_cast<std::int64_t>(count))
+                return *highest->error;
         for (const Status &status :
-             {compare(vertices_, out_.vertices, "vertices"), compare(face_lines_, face_lines_found_, "faces"),
-              compare(triangles_, std::max(face_lines_found_, out_.triangles), "triangles")})
+             {compare(vertices_, out_.positions.size(), "vertices"), compare(face_lines_, face_lines_found_, "faces"),
+              compare(triangles_, std::max(face_lines_found_, triangles_found_), "triangles")})
             if (!status)
                 return status.error();
         finish_attributes();
@@ -90,27 +102,36 @@ class ObjCheck {
 
   private:
     Status line() {
-        if (first_word(lines_.rest()).starts_with('#'))
-            comment();
-        lines_.strip_comment();
         const std::string_view keyword = lines_.word();
         if (keyword.empty())
             return {};
+        if (keyword.front() == '#') {
+            comment();
+            return {};
+        }
+        if (keyword == "usemtl")
+            return use_material(std::string(lines_.trimmed_rest())), Status();
+        const bool names_file = keyword == "mtllib";
+        if (!names_file && lines_.rest().find('#') != std::string_view::npos) {
+            lines_.strip_comment();
+            lines_.rewind();
+            lines_.word();
+        }
         open_end_ = !lines_.terminated() && (keyword == "v" || keyword == "vn" || keyword == "f" || keyword == "fo");
         if (keyword == "v")
             return vertex();
+        if (keyword == "f" || keyword == "fo") // "fo" is the old spelling
+            return face();
         if (keyword == "vn")
             return normal();
-        if (keyword == "f" || keyword == "fo") {
-            if (keyword == "fo") // the old spelling, unknown to OpenMesh
-                out_.for_openmesh[static_cast<std::size_t>(keyword.data() - out_.for_openmesh.data()) + 1] = ' ';
-            return face();
-        }
+        if (keyword == "vt")
+            return texture_coordinates();
         return other(keyword);
     }
 
     // "# Vertices: 507", "#114 vertices, 224 faces": only a word and a number between commas are a count.
     void comment() {
+        lines_.rewind();
         std::string_view text = lines_.rest();
         text.remove_prefix(text.find('#'));
         text.remove_prefix(std::min(text.find_first_not_of('#'), text.size()));
@@ -125,8 +146,8 @@ class ObjCheck {
         std::string_view name;
         std::optional<std::uint64_t> count;
         while (true) {
-            item.remove_prefix(std::min(item.find_first_not_of(" \t:="), item.size()));
-            const std::string_view word = item.substr(0, item.find_first_of(" \t:="));
+            item.remove_prefix(std::min(item.find_first_not_of(" \t\r:="), item.size()));
+            const std::string_view word = item.substr(0, item.find_first_of(" \t\r:="));
             if (word.empty())
                 break;
             item.remove_prefix(word.size());
@@ -159,9 +180,7 @@ class ObjCheck {
 
     // Normals that no face names belong to the vertices if their numbers are equal, as in point clouds.
     void finish_attributes() {
-        if (names_normals_)
-            out_.normals.clear();
-        else if (out_.normals.size() != out_.positions.size() && !out_.normals.empty()) {
+        if (out_.corner_normals.empty() && normals_ != out_.positions.size() && normals_ != 0) {
             drop_once(out_.report, "normals", "no face names them, and they are not as many as the vertices");
             out_.normals.clear();
         }
@@ -177,15 +196,11 @@ class ObjCheck {
         Lines::Numbers numbers;
         if (Status status = lines_.numbers(numbers); !status)
             return status;
-        const auto &[count, number, fit_floats] = numbers;
+        const auto &[count, number] = numbers;
         if (count < 3 || (!lines_.terminated() && count < numbers_))
             return lines_.refuse("a vertex of fewer than " + std::string(count < 3 ? "three" : "its neighbours'") +
                                  " numbers: the file is cut short or damaged");
         numbers_ = count;
-        if (fit_floats)
-            lines_.blank_after(4); // OpenMesh reads only the position
-        else
-            lines_.replace("v 0 0 0");
         if (out_.positions.size() == kMaxVertices)
             return lines_.refuse("more than 2^31 - 1 vertices; split the scan", ErrorCode::too_large);
         out_.positions.emplace_back(number[0], number[1], number[2]);
@@ -200,75 +215,116 @@ class ObjCheck {
         return {};
     }
 
-    Status normal() {
-        bool clean = true;
-        glm::vec3 normal(0.0F);
-        for (int i = 0; i < 3; ++i) {
-            double value = 0;
-            const std::string_view word = lines_.word();
-            if (!is_number(word, value))
-                return lines_.refuse(word.empty()
-                                         ? "a normal of fewer than three numbers: the file is cut short or damaged"
-                                         : printable_in_quotes(word) + " is not a number");
-            clean = clean && fits_float(value);
-            normal[i] = static_cast<float>(value);
-        }
-        ++normals_;
-        if (!names_normals_)
-            out_.normals.push_back(clean ? normal : glm::vec3(0.0F));
-        if (!clean)
-            lines_.replace("vn 0 0 0");
+    // `count` numbers at least.
+    Status numbers_of(const char *what, const char *least, std::size_t count, Lines::Numbers &numbers) {
+        if (Status status = lines_.numbers(numbers); !status)
+            return status;
+        if (numbers.count < count)
+            return lines_.refuse(std::string(what) + " of fewer than " + least +
+                                 " numbers: the file is cut short or damaged");
         return {};
     }
 
+    Status normal() {
+        Lines::Numbers numbers;
+        if (Status status = numbers_of("a normal", "three", 3, numbers); !status)
+            return status;
+        const glm::vec3 normal(numbers.first[0], numbers.first[1], numbers.first[2]);
+        out_.normals.push_back(is_finite(glm::dvec3(normal)) ? normal : glm::vec3(0.0F));
+        ++normals_;
+        return {};
+    }
+
+    Status texture_coordinates() {
+        Lines::Numbers numbers;
+        if (Status status = numbers_of("texture coordinates", "one", 1, numbers); !status)
+            return status;
+        const glm::vec2 at(numbers.first[0], numbers.count > 1 ? numbers.first[1] : 0.0);
+        out_.texture_coordinates.push_back(is_finite(glm::dvec3(at, 0.0F)) ? at : glm::vec2(0.0F));
+        ++textures_;
+        return {};
+    }
+
+    // The corners of the current face, and further indices of each, or kNone.
+    struct Face {
+        std::vector<std::uint32_t> vertices, textures, normals;
+    };
+
     Status face() {
-        corners_.clear();
+        face_.vertices.clear();
+        face_.textures.clear();
+        face_.normals.clear();
+        bool names_normals = false, names_textures = false;
         for (std::string_view word = lines_.word(); !word.empty(); word = lines_.word()) {
-            const std::size_t slash = word.find('/');
-            const std::size_t second = slash == std::string_view::npos ? slash : word.find('/', slash + 1);
-            const std::optional<std::int64_t> vertex = index(word.substr(0, slash), out_.positions.size());
+            const std::string_view whole = word;
+            const auto vertex = index(word, out_.positions.size());
             if (!vertex)
-                return lines_.refuse(printable_in_quotes(word) + " is not a vertex of this file");
-            note_highest("vertex ", *vertex, out_.positions.size(), highest_);
-            if (slash != std::string_view::npos) {
-                const std::string_view texture =
-                    word.substr(slash + 1, second == std::string_view::npos ? second : second - slash - 1);
-                if (!texture.empty() && texture.find_first_not_of("-0123456789") != std::string_view::npos)
-                    return lines_.refuse(printable_in_quotes(word) + " is not a vertex of this file");
+                return lines_.refuse(printable_in_quotes(whole) + " is not a vertex of this file");
+            note_highest("vertex ", *vertex, out_.positions.size(), vertex_);
+            std::optional<std::int64_t> texture = 0, normal = 0;
+            if (take_slash(word) && !word.empty() && word.front() != '/') {
+                texture = index(word, textures_);
+                if (!texture)
+                    return lines_.refuse(printable_in_quotes(whole) + " names texture coordinates that do not exist");
+                note_highest("texture coordinates ", *texture, textures_, texture_);
+                names_textures = true;
             }
-            if (second != std::string_view::npos && second + 1 < word.size()) {
-                names_normals_ = true;
-                const std::optional<std::int64_t> normal = index(word.substr(second + 1), normals_);
+            if (take_slash(word) && !word.empty()) {
+                normal = index(word, normals_);
                 if (!normal)
-                    return lines_.refuse(printable_in_quotes(word) + " names a normal that does not exist");
-                note_highest("normal ", *normal, normals_, highest_normal_);
+                    return lines_.refuse(printable_in_quotes(whole) + " names a normal that does not exist");
+                note_highest("normal ", *normal, normals_, normal_);
+                names_normals = true;
             }
-            corners_.push_back(static_cast<std::uint32_t>(*vertex));
+            if (!word.empty())
+                return lines_.refuse(printable_in_quotes(whole) + " is not a vertex of this file");
+            // An index of 0, "none", wraps to kNone.
+            face_.vertices.push_back(static_cast<std::uint32_t>(*vertex - 1));
+            face_.textures.push_back(static_cast<std::uint32_t>(*texture - 1));
+            face_.normals.push_back(static_cast<std::uint32_t>(*normal - 1));
         }
-        if (corners_.size() < 3 && !lines_.terminated())
+        if (face_.vertices.size() < 3 && !lines_.terminated())
             return lines_.refuse("the file ends inside a face: it is cut short; copy or export it again");
         ++face_lines_found_;
-        if (const std::size_t count = different(corners_); count >= 3) {
-            if (corners_.size() > kMaxCorners) {
-                const auto three = three_different(corners_);
-                lines_.replace("f " + std::to_string(three[0]) + ' ' + std::to_string(three[1]) + ' ' +
-                               std::to_string(three[2]));
-                if (names_normals_)
-                    drop_once(out_.report, "normals of large faces",
-                              "of more than " + std::to_string(kMaxCorners) + " corners: taken from the faces");
-            }
-            if (count < corners_.size() || corners_.size() > kMaxCorners) {
-                for (std::uint32_t &corner : corners_)
-                    --corner; // from 0
-                out_.outlines.push_back({out_.faces, corners_});
-            }
-            ++out_.faces;
-            out_.triangles += corners_.size() - 2;
-        } else {
-            ++out_.dropped_triangles;
-            lines_.blank();
+        if (!has_three_different(face_.vertices)) {
+            ++out_.dropped_faces;
+            return {};
         }
+        const std::size_t before = out_.corners.size(), count = face_.vertices.size();
+        out_.face_sizes.push_back(static_cast<std::uint32_t>(count));
+        triangles_found_ += count - 2;
+        out_.corners.insert(out_.corners.end(), face_.vertices.begin(), face_.vertices.end());
+        append(face_.normals, names_normals, before, out_.corner_normals);
+        append(face_.textures, names_textures, before, out_.corner_textures);
         return {};
+    }
+
+    // `before`: corners of earlier faces, of which none has an index until one is named.
+    static void append(const std::vector<std::uint32_t> &indices, bool are_named, std::size_t before,
+                       std::vector<std::uint32_t> &to) {
+        if (!are_named && to.empty())
+            return;
+        to.resize(before, ObjText::kNone);
+        to.insert(to.end(), indices.begin(), indices.end());
+    }
+
+    static bool take_slash(std::string_view &word) {
+        const bool there = !word.empty() && word.front() == '/';
+        word.remove_prefix(there ? 1 : 0);
+        return there;
+    }
+
+    // Takes an index from the front of `word`: 1-based or, if negative, counted from the end, as index 1... of `count`
+    // items so far.
+    static std::optional<std::int64_t> index(std::string_view &word, std::uint64_t count) {
+        std::int64_t value = 0;
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+        if (error != std::errc() || value > std::int64_t{kMaxVertices} || value < -std::int64_t{kMaxVertices})
+            return std::nullopt;
+        word.remove_prefix(static_cast<std::size_t>(end - word.data()));
+        if (value < 0)
+            value += static_cast<std::int64_t>(count) + 1;
+        return value > 0 ? std::optional(value) : std::nullopt;
     }
 
     void use_material(std::string name) {
@@ -276,21 +332,17 @@ class ObjCheck {
             materials_.try_emplace(std::move(name), static_cast<std::uint16_t>(out_.materials.size()));
         if (is_new && out_.materials.size() < kNoMaterial)
             out_.materials.push_back(found->first);
-        out_.material_runs.push_back({out_.faces, found->second});
+        out_.material_runs.push_back({out_.face_sizes.size(), found->second});
     }
 
     Status other(std::string_view keyword) {
         constexpr std::uint64_t kMaxNamed = 16; // a file may name a million
-        if (keyword == "usemtl")
-            use_material(std::string(lines_.trimmed_rest()));
-        else if (keyword == "mtllib")
+        if (keyword == "mtllib")
             drop_once(out_.report,
                       std::string(kMaterialsLine) + (++material_files_ > kMaxNamed
                                                          ? "of further files"
                                                          : "named by " + printable_in_quotes(lines_.trimmed_rest())),
                       "no material is read from there");
-        else if (keyword == "vt")
-            drop_once(out_.report, "texture coordinates", "PBM stores point colours");
         else if (keyword == "l")
             drop_once(out_.report, "lines", "not used by PBM; their vertices are kept");
         else if (keyword == "p")
@@ -309,18 +361,7 @@ class ObjCheck {
                                                         : "statements " + printable_in_quotes(keyword),
                       "not known to OBJ");
         }
-        lines_.blank();
         return {};
-    }
-
-    // 1-based or, if negative, counted from the end, as index 1... of `count` items so far.
-    std::optional<std::int64_t> index(std::string_view text, std::uint64_t count) const {
-        auto value = parse_all<std::int64_t>(text);
-        if (!value || *value > std::int64_t{kMaxVertices} || *value < -std::int64_t{kMaxVertices})
-            return std::nullopt;
-        if (*value < 0)
-            *value += static_cast<std::int64_t>(count) + 1;
-        return *value > 0 ? value : std::nullopt;
     }
 
     struct Highest {
@@ -336,20 +377,27 @@ class ObjCheck {
             highest.error = lines_.refuse(what + std::to_string(index) + " does not exist");
     }
 
-    MeshText out_;
+    std::size_t size_;
+    const std::function<void(double)> &progress_;
+    ObjText out_;
     Lines lines_;
-    std::uint64_t normals_ = 0;
-    Highest highest_, highest_normal_;
+    std::uint64_t normals_ = 0, textures_ = 0;
+    Highest vertex_, normal_, texture_;
     Announcement vertices_, face_lines_, triangles_; // the highest of each
-    std::uint64_t face_lines_found_ = 0, material_files_ = 0, unknown_statements_ = 0;
+    std::uint64_t face_lines_found_ = 0, triangles_found_ = 0, material_files_ = 0, unknown_statements_ = 0;
     std::size_t numbers_ = 0; // of the last vertex
-    bool all_coloured_ = true, names_normals_ = false, has_points_ = false, open_end_ = false;
-    std::vector<std::uint32_t> corners_;
+    bool all_coloured_ = true, has_points_ = false, open_end_ = false;
+    Face face_;
     std::map<std::string, std::uint16_t> materials_; // numbers of names; kNoMaterial: too many
 };
 
 } // namespace
 
-Result<MeshText> check_obj(std::span<const std::uint8_t> bytes) { return ObjCheck(bytes).run(); }
+Result<ObjText> read_obj_text(std::string_view text, const ReadOptions &options) {
+    if (const Status status = refuse_nul(text); !status)
+        return status.error();
+    std::string storage;
+    return ObjParser(with_joined_lines(with_line_feeds(text, storage), storage), options).run();
+}
 
 } // namespace pbm::build

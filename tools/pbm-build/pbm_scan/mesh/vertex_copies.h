@@ -1,7 +1,7 @@
 // Splits vertices of an OBJ at whose corners faces have different normals or materials.
 #pragma once
 
-#include "pbm_scan/mesh/mesh_text.h"
+#include "pbm_scan/mesh/obj_text.h"
 
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>

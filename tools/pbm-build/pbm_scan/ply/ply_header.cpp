@@ -25,16 +25,6 @@ std::optional<PlyScalar> scalar_named(std::string_view name) {
     return std::nullopt;
 }
 
-constexpr std::string_view kBlanks = " \t\r\v\f";
-
-// Takes the first word off `line`; empty where there is none.
-std::string_view take_word(std::string_view &line) {
-    line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
-    const std::string_view word = line.substr(0, line.find_first_of(kBlanks));
-    line.remove_prefix(word.size());
-    return word;
-}
-
 class HeaderReader {
   public:
     explicit HeaderReader(std::span<const std::uint8_t> bytes)
@@ -42,9 +32,7 @@ class HeaderReader {
 
     Result<PlyHeader> read() {
         if (!is_ply({reinterpret_cast<const std::uint8_t *>(text_.data()), text_.size()}))
-            return bad_input(is_utf16(text_) ? std::string("not a PLY file but ") + kUtf16
-                                             : std::string("not a PLY file: the first line is not 'ply'") +
-                                                   (has_mark(text_) ? "; remove the byte order mark before it" : ""));
+            return bad_input("not a PLY file: the first line is not 'ply'");
         const std::size_t first_end = text_.find_first_of("\r\n");
         const bool crlf = first_end + 1 < text_.size() && text_.substr(first_end, 2) == "\r\n";
         line_end_ = text_[first_end] == '\r' && !crlf ? '\r' : '\n';

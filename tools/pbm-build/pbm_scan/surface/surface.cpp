@@ -9,14 +9,11 @@ namespace {
 constexpr std::uint32_t kGone = std::numeric_limits<std::uint32_t>::max();
 
 void renumber_triangles(Surface &surface, const std::vector<std::uint32_t> &new_index) {
-    std::size_t kept = 0;
-    for (const glm::uvec3 t : surface.triangles) {
-        const glm::uvec3 moved(new_index[t.x], new_index[t.y], new_index[t.z]);
-        if (moved.x != kGone && moved.y != kGone && moved.z != kGone)
-            surface.triangles[kept++] = moved;
-    }
-    surface.dropped_triangles += surface.triangles.size() - kept;
-    surface.triangles.resize(kept);
+    surface.dropped_triangles += erase_triangles(surface, [&](const glm::uvec3 &t) {
+        return new_index[t.x] == kGone || new_index[t.y] == kGone || new_index[t.z] == kGone;
+    });
+    for (glm::uvec3 &t : surface.triangles)
+        t = {new_index[t.x], new_index[t.y], new_index[t.z]};
 }
 
 Status drop_non_finite(Surface &surface) {

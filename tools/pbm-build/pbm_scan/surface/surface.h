@@ -5,6 +5,7 @@
 #include "pbm_scan/surface/refusal.h"
 #include "system/error.h"
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
@@ -12,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -30,6 +32,20 @@ struct AttributeReport {
     std::string input{}; // which of several inputs; empty where there is only one
 };
 
+// How an image goes on beyond its edges.
+enum class Wrap : std::uint8_t { repeat, mirror, clamp };
+
+// An image that colours triangles.
+struct Texture {
+    std::uint32_t width = 0, height = 0;
+    std::vector<std::array<std::uint8_t, 4>> texels; // [height][width], top row first; sRGB and opacity
+    std::array<Wrap, 2> wrap{};                      // to the right, downwards
+    bool is_tinted = false;                          // the colours of the vertices multiply it
+};
+
+// Places in the image at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.
+using TextureCorners = std::array<glm::vec2, 3>;
+
 // Arrays run in parallel with `positions`, or are empty where the input has no such attribute.
 struct Surface {
     std::string name;                       // which of several inputs, for reports; empty where there is only one
@@ -41,16 +57,21 @@ struct Surface {
     std::vector<std::uint8_t> two_sided;    // 1: the point shows both of its sides
     std::vector<std::uint8_t> material_ids; // < materials.size()
     std::vector<Material> materials;        // empty: the default material
-    std::vector<AttributeReport> report;    // in the order of the file
-    std::uint64_t dropped_vertices = 0;     // not finite
-    std::uint64_t dropped_triangles = 0;    // fewer than three different corners, or at a dropped vertex
-    std::uint64_t input_bytes = 0;          // of the file
-    std::uint64_t vertex_copies = 0;        // made where corners of a vertex differ; those dropped included
+    std::vector<Texture> textures;
+    std::vector<TextureCorners> texture_corners; // [triangles]; empty without textures
+    std::vector<std::uint16_t> texture_ids;      // [triangles] < textures.size(), or kNoTexture; empty without textures
+    std::vector<AttributeReport> report;         // in the order of the file
+    std::uint64_t dropped_vertices = 0;          // not finite
+    std::uint64_t dropped_triangles = 0;         // fewer than three different corners, or at a dropped vertex
+    std::uint64_t input_bytes = 0;               // of the file
+    std::uint64_t vertex_copies = 0;             // made where corners of a vertex differ; those dropped included
 
     // Where no normals are given: edges at which faces meet at this angle (radians) or more are creases. 0: each face
     // has its own normal. Absent: it follows from the shape (corner_normals.h).
     std::optional<double> crease_angle;
     bool has_facets = false; // STL: the file says of no edge whether it is smooth
+
+    static constexpr std::uint16_t kNoTexture = std::numeric_limits<std::uint16_t>::max();
 
     // In a surface with triangles: the last so many positions are points without a triangle (merge_surfaces.h).
     std::size_t points_beside_triangles = 0;
@@ -83,9 +104,17 @@ template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&vis
         visit(surfaces.*attribute.values...);
 }
 
+// Calls `visit` for each array of triangle attributes, as for_vertex_attributes does.
+template <class Visit, class... Surfaces> void for_triangle_attributes(Visit &&visit, Surfaces &...surfaces) {
+    visit(surfaces.texture_corners...);
+    visit(surfaces.texture_ids...);
+}
+
 inline void reverse_faces(Surface &surface) {
     for (glm::uvec3 &t : surface.triangles)
         std::swap(t.y, t.z);
+    for (TextureCorners &corners : surface.texture_corners)
+        std::swap(corners[1], corners[2]);
 }
 
 // Colours of vertices as means over their faces.
@@ -112,22 +141,39 @@ template <class T, class Keep> void keep_from(std::vector<T> &values, std::size_
     values.resize(std::min(kept, values.size()));
 }
 
-enum class ScanFormat : std::uint8_t { ply, obj, off, stl };
+struct ScanFormat; // scan_format.h
 
-// A material that a file beside an OBJ defines.
-struct NamedMaterial {
-    std::string name;
-    Material material;
-};
+// Vertices that a mesh may have.
+inline constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
 
 // Options of every reader.
 struct ReadOptions {
-    bool strict = false;                        // refuse (`bad_input`) instead of dropping anything
-    std::optional<ScanFormat> format{};         // for files that neither content nor name identifies (surface_reader.h)
-    Material default_material{};                // values that a material of the file does not set
-    std::span<const NamedMaterial> materials{}; // of OBJ
-    std::function<void(double done)> progress;  // called from the calling thread with 0..1; may be empty
+    bool strict = false;                       // refuse (`bad_input`) instead of dropping anything
+    const ScanFormat *format = nullptr;        // of files that neither content nor name identifies (surface_reader.h)
+    Material default_material{};               // values that a material of the file does not set
+    std::function<void(double done)> progress; // called from the calling thread with 0..1; may be empty
 };
+
+// Removes the triangles for which is_gone(triangle) is true, with their attributes. Returns their number.
+template <class Gone> std::size_t erase_triangles(Surface &surface, const Gone &is_gone) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+        if (is_gone(surface.triangles[i]))
+            continue;
+        surface.triangles[kept] = surface.triangles[i];
+        for_triangle_attributes(
+            [&](auto &values) {
+                if (!values.empty())
+                    values[kept] = values[i];
+            },
+            surface);
+        ++kept;
+    }
+    const std::size_t erased = surface.triangles.size() - kept;
+    surface.triangles.resize(kept);
+    for_triangle_attributes([&](auto &values) { values.resize(std::min(kept, values.size())); }, surface);
+    return erased;
+}
 
 // The last step of every reader: removes and counts vertices with non-finite coordinates, with their attributes and
 // triangles. With ReadOptions::strict refuses a surface if anything of the file was dropped.

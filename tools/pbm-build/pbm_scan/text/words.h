@@ -13,6 +13,17 @@ inline std::string_view trimmed(std::string_view text, std::string_view blanks =
     return text.substr(0, text.find_last_not_of(blanks) + 1);
 }
 
+// White space within a line.
+inline constexpr std::string_view kBlanks = " \t\r\v\f";
+
+// Takes the first word off `words`; empty where there is none.
+inline std::string_view take_word(std::string_view &words) {
+    words.remove_prefix(std::min(words.find_first_not_of(kBlanks), words.size()));
+    const std::string_view word = words.substr(0, words.find_first_of(kBlanks));
+    words.remove_prefix(word.size());
+    return word;
+}
+
 // Parts between commas; an empty text has one empty part.
 inline std::vector<std::string_view> split(std::string_view text) {
     std::vector<std::string_view> parts;

@@ -1,10 +1,11 @@
-#include "pbm_build/panorama/image_decoder.h"
+#include "pbm_scan/images/image_decoder.h"
 
 #include "pbm_scan/surface/refusal.h"
 
 #include <jpeglib.h>
 #include <png.h>
 #include <stb/stb_image.h>
+#include <webp/decode.h>
 
 #include <algorithm>
 #include <array>
@@ -57,22 +58,24 @@ struct PngImage {
     PngImage &operator=(const PngImage &) = delete;
 };
 
-Status decode_png(ByteView bytes, const std::function<void(std::span<const std::uint8_t>)> &take) {
+Status decode_png(ByteView bytes, std::size_t channels, const RowSink &take) {
     if (Status whole = check_png_end(bytes); !whole)
         return whole;
     PngImage image(bytes);
     if (!image.is_open)
         return damaged(image.png.message);
-    image.png.format = (image.png.format & PNG_FORMAT_FLAG_ALPHA) != 0 ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
+    // Without a background libpng drops the opacity of nothing but opaque images.
+    const bool has_opacity = channels == 4 || (image.png.format & PNG_FORMAT_FLAG_ALPHA) != 0;
+    image.png.format = has_opacity ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
     Bytes pixels(PNG_IMAGE_SIZE(image.png));
     if (png_image_finish_read(&image.png, nullptr, pixels.data(), 0, nullptr) == 0)
         return damaged(image.png.message);
-    const std::size_t width = image.png.width, channels = PNG_IMAGE_SAMPLE_CHANNELS(image.png.format);
-    Bytes row(width * 3);
+    const std::size_t width = image.png.width, from_channels = PNG_IMAGE_SAMPLE_CHANNELS(image.png.format);
+    Bytes row(width * channels);
     for (std::size_t y = 0; y < image.png.height; ++y) {
-        const std::uint8_t *from = pixels.data() + y * width * channels;
+        const std::uint8_t *from = pixels.data() + y * width * from_channels;
         for (std::size_t x = 0; x < width; ++x)
-            std::memcpy(row.data() + 3 * x, from + channels * x, 3);
+            std::memcpy(row.data() + channels * x, from + from_channels * x, channels);
         take(row);
     }
     return {};
@@ -121,7 +124,7 @@ bool read_jpeg_header(JpegReader &reader, ByteView bytes) {
     });
 }
 
-Status decode_jpeg(ByteView bytes, const std::function<void(std::span<const std::uint8_t>)> &take) {
+Status decode_jpeg(ByteView bytes, std::size_t channels, const RowSink &take) {
     JpegReader reader;
     if (!read_jpeg_header(reader, bytes))
         return damaged(reader.message.data());
@@ -135,16 +138,41 @@ Status decode_jpeg(ByteView bytes, const std::function<void(std::span<const std:
     });
     if (!started)
         return damaged(reader.message.data());
-    Bytes row(std::size_t{reader.info.output_width} * 3);
+    const std::size_t width = reader.info.output_width;
+    Bytes row(width * 3), opaque(channels == 4 ? width * 4 : 0, 255);
     while (reader.info.output_scanline < reader.info.output_height) {
         std::uint8_t *to = row.data();
         if (!survives(reader, [&to](jpeg_decompress_struct &info) { return jpeg_read_scanlines(&info, &to, 1) == 1; }))
             return damaged(reader.message.data());
-        take(row);
+        for (std::size_t x = 0; 4 * x < opaque.size(); ++x)
+            std::memcpy(opaque.data() + 4 * x, row.data() + 3 * x, 3);
+        take(channels == 4 ? opaque : row);
     }
     const bool finished =
         survives(reader, [](jpeg_decompress_struct &info) { return jpeg_finish_decompress(&info) == TRUE; });
     return finished ? Status() : Status(damaged(reader.message.data()));
+}
+
+Status decode_webp(ByteView bytes, std::size_t channels, const RowSink &take) {
+    int width = 0, height = 0;
+    const auto decode = channels == 4 ? WebPDecodeRGBA : WebPDecodeRGB;
+    const std::unique_ptr<std::uint8_t, void (*)(void *)> pixels(decode(bytes.data(), bytes.size(), &width, &height),
+                                                                 WebPFree);
+    if (pixels == nullptr)
+        return damaged("libwebp cannot decode it");
+    const std::size_t row = static_cast<std::size_t>(width) * channels;
+    for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y)
+        take({pixels.get() + y * row, row});
+    return {};
+}
+
+Result<ImageSize> webp_size(ByteView bytes) {
+    WebPBitstreamFeatures features{};
+    if (WebPGetFeatures(bytes.data(), bytes.size(), &features) != VP8_STATUS_OK)
+        return damaged("its header cannot be read");
+    if (features.has_animation != 0)
+        return unsupported("an animated WebP image; export a single picture");
+    return ImageSize{static_cast<std::uint32_t>(features.width), static_cast<std::uint32_t>(features.height)};
 }
 
 // stb_image reads on behind the end of the data. Zeros would make it loop forever, so it gets 0xFF, which end the image
@@ -216,7 +244,7 @@ Result<ImageSize> hdr_size(ByteView bytes) {
 } // namespace
 
 std::string_view to_string(ImageFormat format) {
-    constexpr std::array<std::string_view, 3> kNames{"PNG", "JPEG", "HDR"};
+    constexpr std::array<std::string_view, 4> kNames{"PNG", "JPEG", "WebP", "HDR"};
     return kNames[static_cast<std::size_t>(format)];
 }
 
@@ -227,15 +255,20 @@ Result<ImageFormat> image_format(ByteView bytes) {
         return ImageFormat::png;
     if (starts_with(bytes, kJpegSignature))
         return ImageFormat::jpeg;
+    constexpr std::size_t kWebPAt = 8; // behind "RIFF" and the size
+    if (starts_with(bytes, "RIFF") && bytes.size() > kWebPAt && starts_with(bytes.subspan(kWebPAt), "WEBP"))
+        return ImageFormat::webp;
     for (const std::string_view signature : kHdrSignatures)
         if (starts_with(bytes, signature))
             return ImageFormat::hdr;
-    return bad_input("neither PNG nor JPEG nor Radiance HDR: no image that can be read here");
+    return bad_input("neither PNG nor JPEG nor WebP nor Radiance HDR: no image that can be read here");
 }
 
 Result<ImageSize> image_size(ByteView bytes, ImageFormat format) {
     if (format == ImageFormat::hdr)
         return hdr_size(bytes);
+    if (format == ImageFormat::webp)
+        return webp_size(bytes);
     if (format == ImageFormat::png) {
         const PngImage image(bytes);
         if (!image.is_open)
@@ -248,8 +281,14 @@ Result<ImageSize> image_size(ByteView bytes, ImageFormat format) {
     return ImageSize{reader.info.image_width, reader.info.image_height};
 }
 
-Status decode_rows(ByteView bytes, ImageFormat format, const std::function<void(std::span<const std::uint8_t>)> &take) {
-    return format == ImageFormat::png ? decode_png(bytes, take) : decode_jpeg(bytes, take);
+Status decode_rows(ByteView bytes, ImageFormat format, std::size_t channels, const RowSink &take) {
+    switch (format) {
+    case ImageFormat::png: return decode_png(bytes, channels, take);
+    case ImageFormat::webp: return decode_webp(bytes, channels, take);
+    case ImageFormat::jpeg:
+    case ImageFormat::hdr: break;
+    }
+    return decode_jpeg(bytes, channels, take);
 }
 
 Result<std::vector<float>> decode_hdr(ByteView bytes) {

@@ -1,6 +1,6 @@
-// PNG, JPEG and Radiance HDR images in memory to rows of pixels, through libpng, libjpeg and stb_image.
+// PNG, JPEG, WebP and Radiance HDR images in memory to rows of pixels, through libpng, libjpeg, libwebp and stb_image.
 //
-// Images are untrusted and the libraries may crash: panorama.h calls these functions in a child process.
+// Images are untrusted and the libraries may crash: call these functions in a child process.
 #pragma once
 
 #include "system/bytes.h"
@@ -14,12 +14,12 @@
 
 namespace pbm::build {
 
-enum class ImageFormat : std::uint8_t { png, jpeg, hdr };
+enum class ImageFormat : std::uint8_t { png, jpeg, webp, hdr };
 std::string_view to_string(ImageFormat format);
 
 // Recognises the format by the first bytes.
 //
-// errors  bad_input  empty, or none of the three
+// errors  bad_input  empty, or none of these
 Result<ImageFormat> image_format(ByteView bytes);
 
 struct ImageSize {
@@ -31,12 +31,13 @@ struct ImageSize {
 // errors  bad_input  damaged or cut short
 Result<ImageSize> image_size(ByteView bytes, ImageFormat format);
 
-// Calls `take` with rows of sRGB pixels R, G, B from top to bottom. Expands grey to three channels, drops alpha,
-// reduces 16 bits to 8.
+// Calls `take` with rows of sRGB pixels from top to bottom: R, G, B or, with `channels` 4, also the opacity. Expands grey
+// to three channels, reduces 16 bits to 8.
 //
 // errors  bad_input            damaged or cut short, also where the library would only warn
 //         unsupported_feature  colours that are neither grey nor RGB
-Status decode_rows(ByteView bytes, ImageFormat format, const std::function<void(std::span<const std::uint8_t>)> &take);
+using RowSink = std::function<void(std::span<const std::uint8_t>)>;
+Status decode_rows(ByteView bytes, ImageFormat format, std::size_t channels, const RowSink &take);
 
 // Linear R, G, B, [height][width][3], top row first, of an HDR image: finite, not negative.
 //

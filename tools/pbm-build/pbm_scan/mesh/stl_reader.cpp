@@ -1,5 +1,4 @@
-#include "pbm_scan/mesh/mesh_text.h"
-
+#include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/text/text_lines.h"
 
 #include <array>
@@ -26,36 +25,35 @@ bool says_solid(std::span<const std::uint8_t> bytes) {
     const std::span<const std::uint8_t> head = bytes.first(std::min(bytes.size(), kHeaderSize));
     if (head.size() == kHeaderSize && std::find(head.begin(), head.end(), std::uint8_t{0}) != head.end())
         return false;
-    std::size_t at = as_text(head).starts_with("\xEF\xBB\xBF") ? 3 : 0;
+    std::size_t at = 0;
     while (at < bytes.size() && ends_word(static_cast<char>(bytes[at])))
         ++at;
     const std::string_view word = as_text(bytes.subspan(at, std::min<std::size_t>(5, bytes.size() - at)));
     return same_word(word, "solid");
 }
 
-void report_normals(MeshText &out) {
-    out.report.push_back({"facet normals", Fate::converted, "follow from the corners"});
-}
+// The facets of a file in either encoding.
+struct Facets {
+    std::vector<glm::dvec3> corners; // three of each, all finite
+    std::uint64_t dropped = 0;       // not finite
+    std::vector<AttributeReport> report;
+};
 
-// Keeps the facets whose corners are finite.
-MeshText check_binary(std::span<const std::uint8_t> bytes) {
-    MeshText out;
-    out.binary = true;
-    out.for_openmesh = as_text(bytes.first(kHeaderSize));
+Facets read_binary(std::span<const std::uint8_t> bytes) {
+    Facets out;
+    out.corners.reserve((bytes.size() - kHeaderSize) / kFacetSize * 3);
     bool attributes = false;
     for (std::size_t at = kHeaderSize; at < bytes.size(); at += kFacetSize) {
         std::array<float, 9> corners{};
         std::memcpy(corners.data(), bytes.data() + at + 12, sizeof corners);
         attributes = attributes || bytes[at + 48] != 0 || bytes[at + 49] != 0;
-        if (std::all_of(corners.begin(), corners.end(), [](float value) { return std::isfinite(value); }))
-            out.for_openmesh += as_text(bytes.subspan(at, kFacetSize));
-        else
-            ++out.dropped_triangles;
+        if (!std::all_of(corners.begin(), corners.end(), [](float value) { return std::isfinite(value); })) {
+            ++out.dropped;
+            continue;
+        }
+        for (std::size_t i = 0; i < 9; i += 3)
+            out.corners.emplace_back(corners[i], corners[i + 1], corners[i + 2]);
     }
-    const auto kept = static_cast<std::uint32_t>((out.for_openmesh.size() - kHeaderSize) / kFacetSize);
-    std::memcpy(out.for_openmesh.data() + 80, &kept, sizeof kept);
-    out.faces = out.triangles = kept;
-    report_normals(out);
     if (attributes)
         drop_once(out.report, "attribute bytes", "colours of binary STL have no agreed meaning");
     return out;
@@ -86,14 +84,12 @@ std::vector<std::uint32_t> weld(std::span<const glm::dvec3> corners, std::vector
     return numbers;
 }
 
-class AsciiCheck {
+class AsciiFacets {
   public:
-    explicit AsciiCheck(std::span<const std::uint8_t> bytes) : lines_(text_) { text_ = as_unmarked_text(bytes); }
+    AsciiFacets(std::string_view text, const ReadOptions &options)
+        : size_(text.size()), progress_(options.progress), lines_(text) {}
 
-    Result<MeshText> run() {
-        if (const Status status = refuse_nul(text_); !status)
-            return status.error();
-        unify_white_space(text_);
+    Result<Facets> run() {
         bool inside = false;
         while (lines_.next_with_words(false)) {
             const std::string_view keyword = lines_.word();
@@ -111,11 +107,7 @@ class AsciiCheck {
             }
         }
         if (inside)
-            return bad_input("the file has no 'endsolid': it is cut short; copy or export it again", text_.size());
-        std::string().swap(text_);
-        write_facets();
-        out_.vertices = out_.positions.size();
-        report_normals(out_);
+            return bad_input("the file has no 'endsolid': it is cut short; copy or export it again", size_);
         return std::move(out_);
     }
 
@@ -146,48 +138,39 @@ class AsciiCheck {
             ++corner;
         }
         if (!finite) {
-            ++out_.dropped_triangles;
+            ++out_.dropped;
             return {};
         }
-        if (corners_.size() > kMaxVertices - 3)
+        if (out_.corners.size() > kMaxVertices - 3)
             return lines_.refuse("more than 2^31 - 1 corners; split the scan", ErrorCode::too_large);
-        corners_.insert(corners_.end(), corners.begin(), corners.end());
+        out_.corners.insert(out_.corners.end(), corners.begin(), corners.end());
+        constexpr std::size_t kReported = 3 << 16;
+        if (progress_ && out_.corners.size() % kReported == 0)
+            progress_(0.7 * static_cast<double>(lines_.offset()) / static_cast<double>(size_));
         return {};
     }
 
-    // The spelling that OpenMesh accepts, with vertex numbers in place of coordinates: its floats would weld close
-    // ones.
-    void write_facets() {
-        constexpr std::uint32_t kHalf = 1U << 16; // a float holds either half of a number
-        const std::vector<std::uint32_t> numbers = weld(corners_, out_.positions);
-        std::vector<glm::dvec3>().swap(corners_);
-        for (std::size_t i = 0; i < numbers.size(); ++i) {
-            if (i % 3 == 0)
-                out_.for_openmesh += "facet normal 0 0 0\nouter loop\n";
-            out_.for_openmesh +=
-                "vertex " + std::to_string(numbers[i] % kHalf) + " " + std::to_string(numbers[i] / kHalf) + " 0\n";
-            if (i % 3 == 2)
-                out_.for_openmesh += "endloop\nendfacet\n";
-        }
-        out_.faces = out_.triangles = numbers.size() / 3;
-    }
-
-    std::string text_;
+    std::size_t size_;
+    const std::function<void(double)> &progress_;
     Lines lines_;
-    MeshText out_;
-    std::vector<glm::dvec3> corners_; // three of each facet that is kept
+    Facets out_;
 };
 
-} // namespace
-
-Result<MeshText> check_stl(std::span<const std::uint8_t> bytes) {
+Result<Facets> read_facets(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
     const bool has_header = bytes.size() >= kHeaderSize;
     // Some binary files begin with "solid"; their size identifies them.
     if (has_header && (bytes.size() - kHeaderSize) % kFacetSize == 0 &&
-        (bytes.size() - kHeaderSize) / kFacetSize == announced_facets(bytes))
-        return check_binary(bytes);
-    if (says_solid(bytes))
-        return AsciiCheck(bytes).run();
+        (bytes.size() - kHeaderSize) / kFacetSize == announced_facets(bytes)) {
+        if (announced_facets(bytes) > kMaxVertices / 3)
+            return too_large("more than 2^31 - 1 corners; split the scan", 80);
+        return read_binary(bytes);
+    }
+    if (says_solid(bytes)) {
+        if (const Status status = refuse_nul(as_text(bytes)); !status)
+            return status.error();
+        std::string storage;
+        return AsciiFacets(with_line_feeds(as_text(bytes), storage), options).run();
+    }
     if (!has_header)
         return bad_input("not an STL file: shorter than a binary header, and no 'solid'", bytes.size());
     return bad_input("binary STL of " + std::to_string(announced_facets(bytes)) + " facets must have " +
@@ -195,6 +178,42 @@ Result<MeshText> check_stl(std::span<const std::uint8_t> bytes) {
                          " bytes, but has " + std::to_string(bytes.size()) +
                          ": it is cut short or damaged; copy or export it again",
                      80);
+}
+
+} // namespace
+
+bool is_stl(std::span<const std::uint8_t> bytes) {
+    const std::string_view text = as_text(bytes).substr(0, 6);
+    return text == "solid " || text == "solid\n" || text == "solid\r" ||
+           (bytes.size() >= kHeaderSize && (bytes.size() - kHeaderSize) % kFacetSize == 0 &&
+            (bytes.size() - kHeaderSize) / kFacetSize == announced_facets(bytes));
+}
+
+Result<Surface> read_stl(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
+    Result<Facets> facets = read_facets(bytes, options);
+    if (!facets)
+        return facets.error();
+    Surface surface;
+    surface.has_facets = true;
+    surface.dropped_triangles = facets->dropped;
+    const std::vector<std::uint32_t> vertices = weld(facets->corners, surface.positions);
+    std::vector<glm::dvec3>().swap(facets->corners);
+    surface.triangles.reserve(vertices.size() / 3);
+    for (std::size_t i = 0; i < vertices.size(); i += 3) {
+        const glm::uvec3 t(vertices[i], vertices[i + 1], vertices[i + 2]);
+        if (t.x == t.y || t.y == t.z || t.x == t.z)
+            ++surface.dropped_triangles;
+        else
+            surface.triangles.push_back(t);
+    }
+    if (options.progress)
+        options.progress(1.0);
+    surface.report.push_back({"positions", Fate::kept, "equal corners welded"});
+    if (!surface.triangles.empty() || surface.dropped_triangles != 0)
+        surface.report.push_back({"faces", Fate::kept, "polygons as triangles"});
+    surface.report.push_back({"facet normals", Fate::converted, "follow from the corners"});
+    surface.report.insert(surface.report.end(), facets->report.begin(), facets->report.end());
+    return finished(std::move(surface), options);
 }
 
 } // namespace pbm::build

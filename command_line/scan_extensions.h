@@ -1,0 +1,12 @@
+// File name extensions of the scans that pbm-build reads, for file dialogs and folders. The formats themselves:
+// tools/pbm-build/pbm_scan/formats.cpp, and its user verifies that the two agree.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+namespace pbm::command_line {
+
+inline constexpr std::array<std::string_view, 4> kScanExtensions{".ply", ".obj", ".stl", ".off"};
+
+} // namespace pbm::command_line

@@ -1,0 +1,47 @@
+// What every reader of scans promises for any bytes: an Error of one line, or a Surface with arrays of equal length,
+// valid indices and finite numbers, and no more elements than bytes.
+#pragma once
+
+#include "pbm_scan/surface/surface.h"
+
+#include <cmath>
+#include <cstddef>
+#include <cstdlib>
+
+namespace pbm::test {
+
+inline void require(bool holds) {
+    if (!holds)
+        std::abort();
+}
+
+// `size`: of the file. `elements`: at most so many per byte.
+inline void hold_surface(const Result<build::Surface> &result, std::size_t size, std::size_t elements = 1) {
+    if (!result) {
+        require(!result.error().message.empty() && result.error().offset <= size);
+        for (const char c : result.error().message)
+            require(static_cast<unsigned char>(c) >= 0x20 && c != 0x7f);
+        return;
+    }
+    const build::Surface &s = *result;
+    const std::size_t count = s.positions.size();
+    require(count != 0 && count + s.dropped_vertices <= elements * size + s.vertex_copies);
+    build::for_vertex_attributes([&](const auto &values) { require(values.empty() || values.size() == count); }, s);
+    build::for_triangle_attributes(
+        [&](const auto &values) { require(values.empty() || values.size() == s.triangles.size()); }, s);
+    require(s.triangles.size() <= elements * size);
+    for (const glm::dvec3 &p : s.positions)
+        require(build::is_finite(p));
+    for (const glm::uvec3 &t : s.triangles)
+        require(t.x < count && t.y < count && t.z < count && t.x != t.y && t.y != t.z && t.x != t.z);
+    for (const glm::vec3 &n : s.normals)
+        require(build::is_finite(glm::dvec3(n)));
+    for (const float radius : s.radii)
+        require(radius > 0.0F && std::isfinite(radius));
+    for (const std::uint8_t id : s.material_ids)
+        require(id < s.materials.size() && s.materials.size() <= kMaxMaterials);
+    for (const std::uint16_t id : s.texture_ids)
+        require(id < s.textures.size() || id == build::Surface::kNoTexture);
+}
+
+} // namespace pbm::test

@@ -1,0 +1,75 @@
+#include "pbm_scan/foreign_formats.h"
+
+#include "pbm_scan/text/text_lines.h"
+
+#include <array>
+
+namespace pbm::build {
+namespace {
+
+struct ForeignFormat {
+    std::string_view magic;     // first bytes of the file; empty: recognised by the extension
+    std::string_view extension; // lower case, with the dot; empty: recognised by the magic
+    std::string_view what;      // "the file is ..."
+};
+
+constexpr auto kForeign = std::to_array<ForeignFormat>({
+    {"\x89"
+     "BVG\r\n\x1a\n",
+     "", "a PBM model already; draw it with pbm-render"},
+    {"P1\n", "", "a Netpbm bitmap, not a scan"},
+    {"P4\n", "", "a Netpbm bitmap, not a scan"},
+    {"P5\n", "", "a Netpbm image, not a scan"},
+    {"P6\n", "", "a Netpbm image, not a scan"},
+    {"\x89PNG\r\n\x1a\n", "", "a PNG image, not a scan"},
+    {"\xff\xd8\xff", "", "a JPEG image, not a scan"},
+    {"glTF", ".glb", "glTF; convert it to PLY"},
+    {"", ".gltf", "glTF; convert it to PLY"},
+    {"LASF", ".las", "a LAS point cloud; convert it to PLY"},
+    {"", ".laz", "a LAZ point cloud; convert it to PLY"},
+    {"ASTM-E57", ".e57", "an E57 point cloud; convert it to PLY"},
+    {"# .PCD", ".pcd", "a PCD point cloud; convert it to PLY"},
+    {"Kaydara FBX", ".fbx", "FBX; convert it to PLY"},
+    {"DRACO", ".drc", "a Draco mesh; convert it to PLY"},
+    {"ISO-10303", ".step", "STEP; convert it to PLY"},
+    {"# vtk DataFile", ".vtk", "VTK; convert it to PLY"},
+    {"#VRML", ".wrl", "VRML; convert it to PLY"},
+    {"\x1f\x8b", "", "compressed by gzip twice; unpack it first"},
+    {"\x28\xb5\x2f\xfd", "", "compressed by zstd twice; unpack it first"},
+    {"BZh", "", "compressed by bzip2; unpack it first"},
+    {"\xfd"
+     "7zXZ",
+     "", "compressed by xz; unpack it first"},
+    {"PK\x03\x04", ".3mf", "a ZIP archive (or 3MF); unpack it or convert it to PLY"},
+    {"", ".dae", "COLLADA; convert it to PLY"},
+    {"[Expe/PointSet/", "", "an Expe point set; convert it to PLY"},
+    {"camera ", ".conf", "a list of scans and where they lie, not a scan; build the PLY files that it names"},
+    {"", ".xyz", "a list of points without a header; convert it to PLY"},
+    {"", ".pts", "a list of points without a header; convert it to PLY"},
+    {"", ".ptx", "a PTX point cloud; convert it to PLY"},
+    {"", ".pbm", "named like a Netpbm bitmap; PBM's models are .pbvg, scans are PLY, OBJ, STL or OFF"},
+    {"", ".pbvg", "named like a PBM model but has not its magic number; it is damaged"},
+    {"", ".bvg", "a Binary Vertex Group of Easy3D, Mapple or PolyFit, or a damaged PBM model; export it there as PLY"},
+    {"", ".3ds", "3DS; convert it to PLY"},
+});
+
+} // namespace
+
+std::optional<std::string> foreign_by_content(std::span<const std::uint8_t> bytes) {
+    for (const ForeignFormat &format : kForeign)
+        if (!format.magic.empty() && as_text(bytes).starts_with(format.magic))
+            return "the file is " + std::string(format.what);
+    constexpr std::size_t kTarMagicAt = 257;
+    if (bytes.size() > kTarMagicAt && as_text(bytes.subspan(kTarMagicAt)).starts_with("ustar"))
+        return "the file is a tar archive; unpack it";
+    return std::nullopt;
+}
+
+std::optional<std::string> foreign_by_name(std::string_view extension) {
+    for (const ForeignFormat &format : kForeign)
+        if (!format.extension.empty() && format.extension == extension)
+            return "the file is " + std::string(format.what);
+    return std::nullopt;
+}
+
+} // namespace pbm::build

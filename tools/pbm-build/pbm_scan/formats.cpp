@@ -1,0 +1,51 @@
+#include "pbm_scan/formats.h"
+
+#include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/ply/ply_header.h"
+#include "pbm_scan/ply/ply_reader.h"
+#include "pbm_scan/text/words.h"
+
+#include <algorithm>
+#include <array>
+
+namespace pbm::build {
+namespace {
+
+// A reader that opens no other file.
+template <Result<Surface> (*Read)(std::span<const std::uint8_t>, const ReadOptions &)>
+Result<Surface> alone(const ScanFile &file, const ReadOptions &options) {
+    return Read(file.bytes, options);
+}
+
+constexpr std::array kFormats{
+    ScanFormat{"ply", ".ply", is_ply, alone<read_ply>},
+    ScanFormat{"obj", ".obj", nullptr, read_obj, files_of_obj},
+    ScanFormat{"off", ".off", is_off, alone<read_off>},
+    ScanFormat{"stl", ".stl", is_stl, alone<read_stl>},
+};
+
+} // namespace
+
+bool ScanFormat::has_extension(std::string_view extension) const {
+    for (std::string_view rest = extensions; !rest.empty();) {
+        const std::size_t end = std::min(rest.find(' '), rest.size());
+        if (rest.substr(0, end) == extension)
+            return true;
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    return false;
+}
+
+std::span<const ScanFormat> scan_formats() { return kFormats; }
+
+std::string names_of_formats() {
+    std::vector<std::string> names;
+    for (const ScanFormat &format : kFormats) {
+        std::string &name = names.emplace_back(format.name);
+        std::transform(name.begin(), name.end(), name.begin(),
+                       [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
+    }
+    return joined(names, " or ");
+}
+
+} // namespace pbm::build

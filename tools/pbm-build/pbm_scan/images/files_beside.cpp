@@ -1,0 +1,69 @@
+#include "pbm_scan/images/files_beside.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+
+namespace pbm::build {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_file(const fs::path &path) {
+    std::error_code ignored;
+    return fs::is_regular_file(path, ignored);
+}
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+bool same_but_for_case(const std::string &a, const std::string &b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) { return lower(x) == lower(y); });
+}
+
+// The entry of `folder` with this name in any case; the first in the order of names if there are several.
+std::optional<fs::path> entry_of(const fs::path &folder, const std::string &name) {
+    std::optional<fs::path> found;
+    std::error_code error;
+    for (fs::directory_iterator each(folder.empty() ? "." : folder, error), end; !error && each != end;
+         each.increment(error)) {
+        const std::string entry = each->path().filename().string();
+        if (same_but_for_case(entry, name) && (!found || entry < found->filename().string()))
+            found = folder / entry;
+    }
+    return found;
+}
+
+std::optional<fs::path> in_any_case(fs::path folder, const fs::path &name) {
+    for (const fs::path &part : name) {
+        std::error_code ignored;
+        if (part == "." || part == ".." || fs::exists(folder / part, ignored)) {
+            folder /= part;
+            continue;
+        }
+        const auto entry = entry_of(folder, part.string());
+        if (!entry)
+            return std::nullopt;
+        folder = *entry;
+    }
+    return is_file(folder) ? std::optional(folder) : std::nullopt;
+}
+
+} // namespace
+
+std::optional<std::string> find_beside(const std::string &scan, std::string_view name) {
+    std::string slashed(name);
+    std::replace(slashed.begin(), slashed.end(), '\\', '/');
+    const fs::path folder = fs::path(scan).parent_path(), path(slashed);
+    if (slashed.empty() || slashed.find('\0') != std::string::npos)
+        return std::nullopt;
+    if (is_file(folder / path))
+        return (folder / path).string();
+    if (path.is_relative())
+        if (const auto found = in_any_case(folder, path))
+            return found->string();
+    if (const auto found = in_any_case(folder, path.filename()))
+        return found->string();
+    return std::nullopt;
+}
+
+} // namespace pbm::build

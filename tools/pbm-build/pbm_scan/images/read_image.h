@@ -1,0 +1,22 @@
+// Images of scans as texels.
+#pragma once
+
+#include "pbm_scan/surface/surface.h"
+#include "system/bytes.h"
+#include "system/error.h"
+
+namespace pbm::build {
+
+// Limits of an image: texels per edge, and in all.
+inline constexpr std::uint32_t kMaxTextureEdge = 32768;
+inline constexpr std::uint64_t kMaxTextureTexels = std::uint64_t{1} << 28;
+
+// Decodes a PNG, JPEG or WebP image in a child process (child_process.h), since images are untrusted and the libraries
+// may crash.
+//
+// errors  bad_input            no such image; damaged or cut short; over the limits
+//         unsupported_feature  HDR, or colours that are neither grey nor RGB
+//         memory               the child reached a limit
+Result<Texture> read_image(ByteView bytes);
+
+} // namespace pbm::build

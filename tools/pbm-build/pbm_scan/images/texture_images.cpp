@@ -1,0 +1,81 @@
+#include "pbm_scan/images/texture_images.h"
+
+#include "pbm_scan/images/read_image.h"
+#include "pbm_scan/text/printable.h"
+#include "system/files/mapped_file.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace pbm::build {
+namespace {
+
+std::string line_name(const std::string &path) {
+    return "texture image " + printable_in_quotes(std::string_view(path).substr(path.find_last_of('/') + 1));
+}
+
+} // namespace
+
+std::uint16_t TextureImages::of_file(const std::string &path, Wrap wrap) {
+    Key key{path, wrap, wrap, false};
+    if (const auto known = numbers_.find(key); known != numbers_.end())
+        return known->second;
+    const Result<MappedFile> file = MappedFile::open(path);
+    return file ? add(std::move(key), file->bytes()) : drop(key, file.error().message);
+}
+
+std::uint16_t TextureImages::of_bytes(const std::string &name, ByteView bytes, const std::array<Wrap, 2> &wrap,
+                                      bool is_tinted) {
+    Key key{name, wrap[0], wrap[1], is_tinted};
+    const auto known = numbers_.find(key);
+    return known != numbers_.end() ? known->second : add(std::move(key), bytes);
+}
+
+std::uint16_t TextureImages::add(Key key, ByteView bytes) {
+    if (surface_.textures.size() == Surface::kNoTexture)
+        return drop(key, "more images than can be numbered");
+    Result<Texture> texture = read_image(bytes);
+    if (!texture)
+        return drop(key, texture.error().message);
+    bytes_ += 4 * texture->texels.size();
+    if (bytes_ > kMaxBytes)
+        return drop(key, "the images need more than 8 GiB; make them smaller");
+    texture->wrap = {std::get<1>(key), std::get<2>(key)};
+    texture->is_tinted = std::get<3>(key);
+    report_.push_back(
+        {line_name(std::get<0>(key)), Fate::converted,
+         std::to_string(texture->width) + " x " + std::to_string(texture->height) + ", to colours of points"});
+    surface_.textures.push_back(std::move(*texture));
+    const auto number = static_cast<std::uint16_t>(surface_.textures.size() - 1);
+    numbers_.emplace(std::move(key), number);
+    return number;
+}
+
+std::uint16_t TextureImages::drop(const Key &key, const std::string &why) {
+    report_.push_back({line_name(std::get<0>(key)), Fate::dropped, why});
+    numbers_.emplace(key, Surface::kNoTexture);
+    return Surface::kNoTexture;
+}
+
+void set_texture(Surface &surface, std::size_t triangle, std::uint16_t texture, const TextureCorners &corners) {
+    if (surface.texture_ids.empty() && texture == Surface::kNoTexture)
+        return; // arrays begin with the first textured one
+    surface.texture_ids.resize(triangle, Surface::kNoTexture);
+    surface.texture_corners.resize(triangle);
+    surface.texture_ids.push_back(texture);
+    surface.texture_corners.push_back(corners);
+}
+
+void report_textures(Surface &surface) {
+    if (surface.texture_ids.empty()) {
+        surface.report.push_back({"texture coordinates", Fate::dropped, "no image belongs to them"});
+        return;
+    }
+    const auto without = std::count(surface.texture_ids.begin(), surface.texture_ids.end(), Surface::kNoTexture);
+    surface.report.push_back({"texture coordinates", Fate::converted,
+                              without == 0
+                                  ? "colours of points"
+                                  : "colours of points; " + std::to_string(without) + " triangles have no image"});
+}
+
+} // namespace pbm::build

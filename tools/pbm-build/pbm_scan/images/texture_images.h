@@ -1,0 +1,47 @@
+// The images of a surface while a reader builds its triangles.
+#pragma once
+
+#include "pbm_scan/surface/surface.h"
+#include "system/bytes.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace pbm::build {
+
+// Reads each image once, when it is first used. One that cannot be read is reported as dropped, and has the number
+// Surface::kNoTexture.
+class TextureImages {
+  public:
+    // `report` gets a line for each image.
+    TextureImages(Surface &surface, std::vector<AttributeReport> &report) : surface_(surface), report_(report) {}
+
+    // The number of the image of a file in Surface::textures.
+    std::uint16_t of_file(const std::string &path, Wrap wrap);
+    // The same of bytes in memory; `name` identifies them.
+    std::uint16_t of_bytes(const std::string &name, ByteView bytes, const std::array<Wrap, 2> &wrap, bool is_tinted);
+
+  private:
+    // Decoded bytes of all images together.
+    static constexpr std::uint64_t kMaxBytes = std::uint64_t{8} << 30;
+
+    using Key = std::tuple<std::string, Wrap, Wrap, bool>;
+    std::uint16_t add(Key key, ByteView bytes);
+    std::uint16_t drop(const Key &key, const std::string &why);
+
+    Surface &surface_;
+    std::vector<AttributeReport> &report_;
+    std::map<Key, std::uint16_t> numbers_;
+    std::uint64_t bytes_ = 0;
+};
+
+// Says how a triangle of `surface` is coloured. Call it for each triangle in their order.
+void set_texture(Surface &surface, std::size_t triangle, std::uint16_t texture, const TextureCorners &corners);
+
+// A line of the texture coordinates: what became of them.
+void report_textures(Surface &surface);
+
+} // namespace pbm::build

@@ -1,0 +1,304 @@
+#include "pbm_scan/images/files_beside.h"
+#include "pbm_scan/images/texture_images.h"
+#include "pbm_scan/mesh/material_text.h"
+#include "pbm_scan/mesh/mesh_attributes.h"
+#include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/mesh/obj_text.h"
+#include "pbm_scan/mesh/vertex_copies.h"
+#include "pbm_scan/surface/polygon.h"
+#include "pbm_scan/text/encoding.h"
+#include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/words.h"
+#include "system/files/mapped_file.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace pbm::build {
+namespace {
+
+// Calls use(rest of the line, without white space around it) for every line that begins with the word `keyword`.
+template <class Use> void for_lines(std::string_view text, std::string_view keyword, Use &&use) {
+    for (std::size_t at = text.find(keyword); at != std::string_view::npos; at = text.find(keyword, at + 1)) {
+        const std::size_t before = text.find_last_not_of(" \t", at == 0 ? 0 : at - 1);
+        if (at != 0 && before != std::string_view::npos && text[before] != '\n' && text[before] != '\r')
+            continue;
+        const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
+        const std::string_view line = text.substr(at + keyword.size(), end - at - keyword.size());
+        if (line.starts_with(' ') || line.starts_with('\t'))
+            use(trimmed(line, " \t"));
+    }
+}
+
+// A line names several files (Wavefront), or one file with spaces in its name (most writers): takes the one if it
+// exists, else those of the several that exist.
+std::vector<std::string> material_files(const ScanFile &obj) {
+    std::vector<std::string> files;
+    std::size_t looked_for = 0;
+    // Whether it is there, new or not.
+    const auto add = [&](std::string_view name) {
+        if (++looked_for > kMaxFurtherFiles)
+            return false;
+        const auto file = find_beside(obj.path, name);
+        if (file && std::find(files.begin(), files.end(), *file) == files.end())
+            files.push_back(*file);
+        return file.has_value();
+    };
+    for_lines(as_text(obj.bytes), "mtllib", [&](std::string_view names) {
+        if (looked_for >= kMaxFurtherFiles || names.empty() || add(names))
+            return;
+        while (!names.empty()) {
+            const std::size_t end = std::min(names.find_first_of(" \t"), names.size());
+            add(names.substr(0, end));
+            names.remove_prefix(std::min(names.find_first_not_of(" \t", end), names.size()));
+        }
+    });
+    return files;
+}
+
+// What the material files of an OBJ say.
+struct MaterialFiles {
+    std::vector<NamedMaterial> materials; // images by the names of existing files, or empty
+    std::vector<AttributeReport> report;
+};
+
+// Skips material files that are too large. Images that do not exist are named.
+MaterialFiles read_material_files(const ScanFile &obj, const Material &default_material) {
+    MaterialFiles found;
+    if (obj.path.empty())
+        return found;
+    for (const std::string &file : material_files(obj)) {
+        const Result<MappedFile> materials = MappedFile::open(file);
+        if (!materials || materials->bytes().size() > kMaxMaterialBytes)
+            continue;
+        const Result<Utf8Text> text = as_utf8(materials->bytes());
+        if (!text)
+            continue;
+        const std::size_t first = found.materials.size();
+        read_materials(as_text(text->bytes), default_material, found.materials, found.report);
+        for (std::size_t i = first; i < found.materials.size(); ++i) {
+            std::string &image = found.materials[i].image.file;
+            if (image.empty())
+                continue;
+            const auto existing = find_beside(file, image);
+            if (!existing)
+                drop_once(found.report, "texture image " + printable_in_quotes(image), "there is no such file");
+            image = existing.value_or("");
+        }
+    }
+    return found;
+}
+
+// Materials and images by the numbers that names have in the text.
+class MaterialTable {
+  public:
+    MaterialTable(const ObjText &text, const std::vector<NamedMaterial> &named, const Material &default_material)
+        : used_{default_material}, numbers_(text.materials.size(), 0), images_(text.materials.size()) {
+        for (std::size_t i = 0; i < text.materials.size(); ++i) {
+            const auto found = std::find_if(named.begin(), named.end(), [&](const NamedMaterial &material) {
+                return material.name == text.materials[i];
+            });
+            if (found == named.end())
+                continue;
+            const auto same = std::find(used_.begin(), used_.end(), found->material);
+            numbers_[i] = static_cast<std::uint16_t>(same - used_.begin());
+            if (same == used_.end())
+                used_.push_back(found->material);
+            images_[i] = found->image;
+        }
+    }
+
+    // The default one is the first.
+    const std::vector<Material> &used() const { return used_; }
+    bool has_several() const { return used_.size() > 1; }
+    std::uint16_t number_of(std::uint16_t name) const {
+        return name < numbers_.size() ? numbers_[name] : std::uint16_t{0};
+    }
+    // Null: none.
+    const MaterialImage *image_of(std::uint16_t name) const {
+        return name < images_.size() && !images_[name].file.empty() ? &images_[name] : nullptr;
+    }
+
+  private:
+    std::vector<Material> used_;
+    std::vector<std::uint16_t> numbers_; // [names] of `used_`
+    std::vector<MaterialImage> images_;  // [names]
+};
+
+// Builds the triangles of the faces, with the copies of vertices that they need.
+class ObjFaces {
+  public:
+    ObjFaces(ObjText &text, const MaterialTable &materials, TextureImages &images, Surface &surface)
+        : text_(text), materials_(materials), images_(images), surface_(surface),
+          copies_(text.positions.size(), materials.has_several()) {
+        if (!text.corner_textures.empty())
+            place_of_.resize(text.positions.size());
+        surface.positions = std::move(text.positions);
+    }
+
+    void run(const std::function<void(double)> &progress) {
+        PolygonTriangulator triangulator;
+        std::size_t run = 0, first = 0;
+        select(kNoMaterial);
+        for (std::size_t face = 0; face < text_.face_sizes.size(); ++face) {
+            for (; run < text_.material_runs.size() && text_.material_runs[run].first_face <= face; ++run)
+                select(text_.material_runs[run].material);
+            const auto corners = std::span(text_.corners).subspan(first, text_.face_sizes[face]);
+            const std::size_t before = surface_.triangles.size();
+            surface_.dropped_triangles += triangulator.triangulate(corners, surface_.positions, surface_.triangles);
+            add_textures(corners, first, before);
+            if (!text_.corner_normals.empty())
+                for (std::size_t i = 0; i < corners.size(); ++i)
+                    if (const std::uint32_t normal = text_.corner_normals[first + i]; normal != ObjText::kNone)
+                        copies_.add_normal(corners[i], text_.normals[normal]);
+            copies_.apply(corners, material_, std::span(surface_.triangles).subspan(before));
+            first += corners.size();
+            constexpr std::size_t kReported = 1 << 16;
+            if (progress && (face % kReported == 0 || face + 1 == text_.face_sizes.size()))
+                progress(static_cast<double>(face + 1) / static_cast<double>(text_.face_sizes.size()));
+        }
+        finish();
+    }
+
+    // Materials of the vertices; empty where there is only one.
+    const std::vector<std::uint16_t> &materials() const { return copies_.materials(); }
+
+  private:
+    void select(std::uint16_t name) {
+        material_ = materials_.number_of(name);
+        image_ = materials_.image_of(name);
+        texture_ = image_ == nullptr ? Surface::kNoTexture
+                                     : images_.of_file(image_->file, image_->is_clamped ? Wrap::clamp : Wrap::repeat);
+    }
+
+    // The places in the image at the corners of the face's triangles, which begin at `first_triangle`.
+    void add_textures(std::span<const std::uint32_t> corners, std::size_t first_corner, std::size_t first_triangle) {
+        bool is_textured = texture_ != Surface::kNoTexture && !text_.corner_textures.empty();
+        for (std::size_t i = 0; i < corners.size() && is_textured; ++i) {
+            const std::uint32_t place = text_.corner_textures[first_corner + i];
+            is_textured = place != ObjText::kNone;
+            if (is_textured) {
+                const glm::vec2 at = text_.texture_coordinates[place] * image_->scale + image_->offset;
+                place_of_[corners[i]] = {at.x, 1 - at.y};
+            }
+        }
+        for (std::size_t i = first_triangle; i < surface_.triangles.size(); ++i) {
+            const glm::uvec3 &t = surface_.triangles[i];
+            set_texture(surface_, i, is_textured ? texture_ : Surface::kNoTexture,
+                        is_textured ? TextureCorners{place_of_[t.x], place_of_[t.y], place_of_[t.z]}
+                                    : TextureCorners{});
+        }
+    }
+
+    // Gives copies of vertices their places and colours.
+    void finish() {
+        surface_.vertex_copies = copies_.copies().size();
+        for (const std::uint32_t vertex : copies_.copies()) {
+            surface_.positions.push_back(surface_.positions[vertex]);
+            if (!text_.colours.empty())
+                text_.colours.push_back(text_.colours[vertex]);
+        }
+        if (!text_.corner_normals.empty()) {
+            surface_.normals = copies_.normals();
+            surface_.normals.resize(surface_.normals.empty() ? 0 : surface_.positions.size(), glm::vec3(0.0F));
+            return;
+        }
+        surface_.normals = std::move(text_.normals); // of the vertices, if there are any
+        for (const std::uint32_t vertex : copies_.copies())
+            if (!surface_.normals.empty())
+                surface_.normals.push_back(surface_.normals[vertex]);
+    }
+
+    ObjText &text_;
+    const MaterialTable &materials_;
+    TextureImages &images_;
+    Surface &surface_;
+    VertexCopies copies_;
+    std::vector<glm::vec2> place_of_;                            // [vertices] in the image of the current face
+    std::uint16_t material_ = 0, texture_ = Surface::kNoTexture; // of the current face
+    const MaterialImage *image_ = nullptr;
+};
+
+// Materials that differ in their colour only where an image or the vertices give it are one.
+// More materials than a model holds become colours of vertices.
+void keep_materials(std::vector<std::uint16_t> of_vertices, const std::vector<Material> &materials, Surface &surface) {
+    if (materials.size() == 1)
+        return;
+    of_vertices.resize(surface.positions.size(), 0);
+    std::vector<std::uint16_t> numbers(materials.size(), kNoMaterial); // of those that a vertex has
+    for (std::uint16_t &material : of_vertices) {
+        material = material == kNoMaterial ? std::uint16_t{0} : material;
+        if (numbers[material] == kNoMaterial) {
+            numbers[material] = static_cast<std::uint16_t>(surface.materials.size());
+            surface.materials.push_back(materials[material]);
+        }
+    }
+    // Faces without an image beside others with one: the colours of their materials.
+    const bool some_textured = !surface.texture_ids.empty();
+    if (some_textured && surface.colours.empty())
+        for (const std::uint16_t material : of_vertices)
+            surface.colours.push_back(materials[material].colour);
+    if (surface.materials.size() <= kMaxMaterials) {
+        for (const std::uint16_t material : of_vertices)
+            surface.material_ids.push_back(static_cast<std::uint8_t>(numbers[material]));
+        return;
+    }
+    const std::string count =
+        std::to_string(surface.materials.size()) + " of them, a model has " + std::to_string(kMaxMaterials);
+    surface.materials.clear();
+    if (!surface.colours.empty()) {
+        surface.report.push_back({"materials", Fate::dropped, count + "; the points have colours of their own"});
+        return;
+    }
+    for (const std::uint16_t material : of_vertices)
+        surface.colours.push_back(materials[material].colour);
+    surface.report.push_back({"materials", Fate::converted, count + ": their colours are those of the points"});
+}
+
+} // namespace
+
+Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
+    const auto part = [&](double from, double to) {
+        return !options.progress ? std::function<void(double)>()
+                                 : [&options, from, to](double done) { options.progress(from + done * (to - from)); };
+    };
+    ReadOptions of_text = options;
+    of_text.progress = part(0, 0.7);
+    Result<ObjText> text = read_obj_text(as_text(file.bytes), of_text);
+    if (!text)
+        return text.error();
+    MaterialFiles found = read_material_files(file, options.default_material);
+    if (!found.materials.empty()) // they are read
+        std::erase_if(text->report, [](const auto &line) { return line.name.starts_with(kMaterialsLine); });
+    const MaterialTable materials(*text, found.materials, options.default_material);
+
+    Surface surface;
+    surface.dropped_triangles = text->dropped_faces;
+    surface.report.push_back({"positions", Fate::kept, ""});
+    if (!text->face_sizes.empty() || text->dropped_faces != 0)
+        surface.report.push_back({"faces", Fate::kept, "polygons as triangles"});
+    surface.report.insert(surface.report.end(), text->report.begin(), text->report.end());
+    TextureImages images(surface, found.report);
+    ObjFaces faces(*text, materials, images, surface);
+    faces.run(part(0.7, 1));
+    keep_normals(surface, surface.vertex_copies == 0 ? "normals" : "each corner has its own");
+    keep_colours(text->colours, "", surface);
+    if (!text->texture_coordinates.empty())
+        report_textures(surface);
+    keep_materials(faces.materials(), materials.used(), surface);
+    if (options.progress)
+        options.progress(1.0);
+    surface.report.insert(surface.report.end(), found.report.begin(), found.report.end());
+    return finished(std::move(surface), options);
+}
+
+std::vector<std::string> files_of_obj(const ScanFile &file) {
+    std::vector<std::string> files = material_files(file);
+    for (const NamedMaterial &material : read_material_files(file, {}).materials)
+        if (const std::string &image = material.image.file; !image.empty() && files.size() < 2 * kMaxFurtherFiles &&
+                                                            std::find(files.begin(), files.end(), image) == files.end())
+            files.push_back(image);
+    return files;
+}
+
+} // namespace pbm::build
