@@ -45,7 +45,7 @@ ROOMS = {
         "pbm-view/window"],
     "tools/pbm-build/pbm_scan": ["surface", "text", "images", "mesh ply", "."],
     "tools/pbm-build/pbm_build": [
-        "report", "surface", "grid", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
+        "report", "surface", "grid images", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
 }
 
 # What needs an operating system, and the rooms of the floors that must do without it.

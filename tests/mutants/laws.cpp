@@ -18,7 +18,7 @@ Result<Surface> read(Format format, const std::string &text) {
     const std::span<const std::uint8_t> bytes(reinterpret_cast<const std::uint8_t *>(text.data()), text.size());
     switch (format) {
     case Format::ply_ascii:
-    case Format::ply_binary: return build::read_ply(bytes, {});
+    case Format::ply_binary: return build::read_ply({bytes}, {});
     case Format::obj: return build::read_obj({bytes}, {});
     case Format::off: return build::read_off(bytes, {});
     case Format::stl_ascii:

@@ -18,7 +18,7 @@ using build::AttributeReport;
 using Fate = AttributeReport::Fate;
 
 inline Result<build::Surface> read(const std::string &text, const build::ReadOptions &options = {}) {
-    return build::read_ply({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}, options);
+    return build::read_ply({{reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}}, options);
 }
 
 inline build::Surface surface(const std::string &text) {

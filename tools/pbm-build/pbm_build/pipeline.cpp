@@ -47,9 +47,20 @@ Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid 
 
 AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
     AttributeSet set;
-    set.colour = surface.colours.empty() ? ColourFormat::none : colour;
+    set.colour = surface.colours.empty() && surface.texture_ids.empty() ? ColourFormat::none : colour;
     set.material = surface.materials.size() > 1 && !surface.material_ids.empty();
     return set;
+}
+
+// Gives vertices the colours of their materials where some triangles have an image and no vertex has a colour.
+void colour_beside_images(Surface &surface) {
+    if (surface.texture_ids.empty() || !surface.colours.empty())
+        return;
+    const std::vector<Material> materials =
+        surface.materials.empty() ? std::vector<Material>(1) : surface.materials;
+    surface.colours.assign(surface.positions.size(), materials.front().colour);
+    for (std::size_t i = 0; i < surface.material_ids.size(); ++i)
+        surface.colours[i] = materials[surface.material_ids[i]].colour;
 }
 
 std::vector<Material> choose_materials(const Surface &surface, const AttributeSet &set) {
@@ -88,6 +99,9 @@ void report_made_points(const Surface &surface, const BuildOptions &options, Bui
 Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, VertexNormals &normals,
                                    const AttributeSet &set, Grid &grid, const Run &run) {
     const BuildOptions &options = run.options;
+    std::vector<TexturePyramid> images;
+    if (!surface.textures.empty())
+        images = run.clock.run("images", [&] { return make_pyramids(surface, options.threads); });
     const bool depth_is_free = !options.grid.depth && !options.grid.voxel_size && !options.grid.like;
     const int first_depth = grid.depth;
     const std::size_t given = surface.positions.size();
@@ -106,7 +120,7 @@ Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, Verte
             return filled.error();
         }
         const Bytes radii = given_radii(surface, grid);
-        const SurfaceSampler sampler(surface, normals, radii, grid, options.threads);
+        const SurfaceSampler sampler(surface, images, normals, radii, grid, options.threads);
         HitStore hits(grid.depth, resolve_threads(options.threads), options.max_hit_bytes);
         const Status sampled =
             run.clock.run("sample points", [&](auto progress) { return sample_points(sampler, hits, progress); });
@@ -186,6 +200,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (!merged)
         return merged.error();
     Surface &surface = *merged;
+    colour_beside_images(surface);
     statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
     const bool grid_is_given = options.grid.like || options.grid.voxel_size;
     const Outliers outliers =

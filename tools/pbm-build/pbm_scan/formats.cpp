@@ -18,7 +18,7 @@ Result<Surface> alone(const ScanFile &file, const ReadOptions &options) {
 }
 
 constexpr std::array kFormats{
-    ScanFormat{"ply", ".ply", is_ply, alone<read_ply>},
+    ScanFormat{"ply", ".ply", is_ply, read_ply, files_of_ply},
     ScanFormat{"obj", ".obj", nullptr, read_obj, files_of_obj},
     ScanFormat{"off", ".off", is_off, alone<read_off>},
     ScanFormat{"stl", ".stl", is_stl, alone<read_stl>},

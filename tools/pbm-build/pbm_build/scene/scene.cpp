@@ -22,11 +22,14 @@ constexpr int kSoftBits = 4;
 
 void drop_colours(Surface &surface, BuildStatistics &statistics) {
     constexpr const char *kWhy = "--ignore-point-colours";
-    if (!surface.colours.empty())
+    if (!surface.colours.empty() || !surface.texture_ids.empty())
         statistics.report("point colours", Fate::dropped, kWhy, surface.name);
     if (!surface.materials.empty())
         statistics.report("materials", Fate::dropped, kWhy, surface.name);
     surface.colours.clear();
+    surface.textures.clear();
+    surface.texture_ids.clear();
+    surface.texture_corners.clear();
     surface.materials.clear();
     surface.material_ids.clear();
 }

@@ -37,8 +37,10 @@ template <class Corner> std::array<const Corner *, 3> in_order(const std::array<
 void SampleCursor::load(std::uint32_t source) {
     using Corner = SurfaceSampler::Corner;
     const glm::uvec3 &vertices = sampler_.surface_.triangles[source];
-    const std::array<Corner, 3> corners{sampler_.corner(vertices.x), sampler_.corner(vertices.y),
-                                        sampler_.corner(vertices.z)};
+    std::array<Corner, 3> corners{sampler_.corner(vertices.x), sampler_.corner(vertices.y),
+                                  sampler_.corner(vertices.z)};
+    corners[1].number = 1;
+    corners[2].number = 2;
     const glm::dvec3 facing = lattice_normal(corners[0].at, corners[1].at, corners[2].at);
     const std::array<const Corner *, 3> order = in_order(corners);
     triangle_.set_corners({in_voxels(order[0]->at), in_voxels(order[1]->at), in_voxels(order[2]->at)});
@@ -60,6 +62,13 @@ void SampleCursor::load(std::uint32_t source) {
     mixed_materials_ = materials_[1] != materials_[0] || materials_[2] != materials_[0];
     const glm::ivec3 voxel = voxel_of(corners[0].at);
     triangle_.in_one_voxel = voxel == voxel_of(corners[1].at) && voxel == voxel_of(corners[2].at);
+    const TexturePyramid *const image = sampler_.image_of(source);
+    has_image_ = image != nullptr;
+    if (has_image_) {
+        const TextureCorners &places = sampler_.surface_.texture_corners[source];
+        image_.set(*image, {places[order[0]->number], places[order[1]->number], places[order[2]->number]},
+                   triangle_.corners);
+    }
 }
 
 void SampleCursor::take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const {
@@ -72,11 +81,25 @@ void SampleCursor::take_point(std::uint32_t source, std::size_t row, SampleRows 
     rows.rest[row] = sample.rest;
 }
 
+// The colour of the image, times that of the corners where it is tinted.
+void SampleCursor::take_image_colour(std::size_t row, MixedRows &rows) const {
+    const std::array<std::int32_t, 3> colour =
+        image_.colour({rows.weights[0][row], rows.weights[1][row], rows.weights[2][row]});
+    const bool is_tinted = image_.is_tinted() && triangle_.has_colour;
+    constexpr std::int64_t kWhite = 65535;
+    for (std::size_t c = 0; c < 3; ++c) {
+        std::int32_t &to = rows.colours[c][row];
+        to = is_tinted ? static_cast<std::int32_t>(std::int64_t{colour[c]} * to / kWhite) : colour[c];
+    }
+}
+
 void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end,
                                  SampleRows &rows) const {
     triangle_.mix(block_centre, first, end, rows.mixed);
     for (std::size_t row = first; row < end; ++row)
         rows.rest[row] = rest_;
+    for (std::size_t row = first; row < end && has_image_; ++row)
+        take_image_colour(row, rows.mixed);
     for (std::size_t row = first; row < end && mixed_materials_; ++row) {
         const auto &weights = rows.mixed.weights;
         const std::array<double, 3> of_corners{weights[0][row], weights[1][row], weights[2][row]};

@@ -1,6 +1,7 @@
 // The attributes of a triangle or point in a voxel.
 #pragma once
 
+#include "pbm_build/images/triangle_texture.h"
 #include "pbm_build/voxels/sample_points.h"
 #include "pbm_build/voxels/triangle_mix.h"
 
@@ -27,6 +28,7 @@ class SampleCursor {
   private:
     void load(std::uint32_t source);
     void take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const;
+    void take_image_colour(std::size_t row, MixedRows &rows) const;
     void take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end, SampleRows &rows) const;
 
     const SurfaceSampler &sampler_;
@@ -36,6 +38,8 @@ class SampleCursor {
     std::array<std::uint8_t, 3> materials_{}; // of its corners
     Sample::Rest rest_;
     bool mixed_materials_ = false;
+    bool has_image_ = false;
+    TriangleTexture image_;
 };
 
 } // namespace pbm::build

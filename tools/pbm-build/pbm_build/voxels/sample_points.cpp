@@ -48,7 +48,7 @@ void SurfaceSampler::find_hits(std::size_t i, int writer, HitStore &store, Small
 }
 
 SurfaceSampler::Corner SurfaceSampler::corner(std::size_t vertex) const {
-    Corner c{lattice_[vertex], {.normal = normals_.normals[vertex]}};
+    Corner c{.at = lattice_[vertex], .attributes = {.normal = normals_.normals[vertex]}};
     if (!surface_.colours.empty())
         for (std::size_t channel = 0; channel < 3; ++channel)
             c.attributes.colour[channel] = linear_table()[surface_.colours[vertex][channel]];

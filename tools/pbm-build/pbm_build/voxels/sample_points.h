@@ -3,6 +3,7 @@
 #pragma once
 
 #include "pbm_build/grid/lattice.h"
+#include "pbm_build/images/texture_pyramid.h"
 #include "pbm_build/surface/vertex_normals.h"
 #include "pbm_build/voxels/hit_store.h"
 #include "pbm_build/voxels/sample.h"
@@ -11,6 +12,7 @@
 #include "pbm_scan/surface/surface.h"
 
 #include <functional>
+#include <span>
 
 namespace pbm::build {
 
@@ -18,10 +20,11 @@ namespace pbm::build {
 // use from several threads.
 class SurfaceSampler {
   public:
-    // `radii`: radius index per position, or empty.
-    SurfaceSampler(const Surface &surface, const VertexNormals &normals, const Bytes &radii, const Grid &grid,
-                   int threads)
-        : surface_(surface), normals_(normals), radii_(radii), lattice_(to_lattice(surface.positions, grid, threads)) {}
+    // `images`: those of the surface. `radii`: radius index per position, or empty.
+    SurfaceSampler(const Surface &surface, std::span<const TexturePyramid> images, const VertexNormals &normals,
+                   const Bytes &radii, const Grid &grid, int threads)
+        : surface_(surface), images_(images), normals_(normals), radii_(radii),
+          lattice_(to_lattice(surface.positions, grid, threads)) {}
 
     std::size_t source_count() const { return surface_.triangles.size() + surface_.point_count(); }
 
@@ -34,14 +37,21 @@ class SurfaceSampler {
     struct Corner {
         LatticePoint at;
         Sample attributes;
+        std::uint8_t number = 0; // in its triangle
     };
     bool is_triangle(std::size_t source) const { return source < surface_.triangles.size(); }
     std::size_t vertex_of_point(std::size_t source) const {
         return surface_.first_point() + (source - surface_.triangles.size());
     }
     Corner corner(std::size_t vertex) const;
+    // Null: the triangle has no image.
+    const TexturePyramid *image_of(std::size_t triangle) const {
+        const std::uint16_t id = surface_.texture_ids.empty() ? Surface::kNoTexture : surface_.texture_ids[triangle];
+        return id == Surface::kNoTexture ? nullptr : &images_[id];
+    }
 
     const Surface &surface_;
+    std::span<const TexturePyramid> images_;
     const VertexNormals &normals_;
     const Bytes &radii_;
     std::vector<LatticePoint> lattice_;

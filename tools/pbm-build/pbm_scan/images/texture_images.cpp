@@ -5,6 +5,7 @@
 #include "system/files/mapped_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace pbm::build {
@@ -64,6 +65,10 @@ void set_texture(Surface &surface, std::size_t triangle, std::uint16_t texture, 
     surface.texture_corners.resize(triangle);
     surface.texture_ids.push_back(texture);
     surface.texture_corners.push_back(corners);
+    constexpr float kFar = 1e6F;
+    for (glm::vec2 &corner : surface.texture_corners.back())
+        if (!(std::abs(corner.x) < kFar && std::abs(corner.y) < kFar))
+            corner = glm::vec2(0.0F);
 }
 
 void report_textures(Surface &surface) {

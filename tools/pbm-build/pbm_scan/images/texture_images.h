@@ -38,7 +38,8 @@ class TextureImages {
     std::uint64_t bytes_ = 0;
 };
 
-// Says how a triangle of `surface` is coloured. Call it for each triangle in their order.
+// Says how a triangle of `surface` is coloured. Call it for each triangle in their order. Corners far outside of the
+// image, or not finite, are moved to its corner.
 void set_texture(Surface &surface, std::size_t triangle, std::uint16_t texture, const TextureCorners &corners);
 
 // A line of the texture coordinates: what became of them.

@@ -219,7 +219,6 @@ class ObjFaces {
     const MaterialImage *image_ = nullptr;
 };
 
-// Materials that differ in their colour only where an image or the vertices give it are one.
 // More materials than a model holds become colours of vertices.
 void keep_materials(std::vector<std::uint16_t> of_vertices, const std::vector<Material> &materials, Surface &surface) {
     if (materials.size() == 1)
@@ -233,11 +232,6 @@ void keep_materials(std::vector<std::uint16_t> of_vertices, const std::vector<Ma
             surface.materials.push_back(materials[material]);
         }
     }
-    // Faces without an image beside others with one: the colours of their materials.
-    const bool some_textured = !surface.texture_ids.empty();
-    if (some_textured && surface.colours.empty())
-        for (const std::uint16_t material : of_vertices)
-            surface.colours.push_back(materials[material].colour);
     if (surface.materials.size() <= kMaxMaterials) {
         for (const std::uint16_t material : of_vertices)
             surface.material_ids.push_back(static_cast<std::uint8_t>(numbers[material]));

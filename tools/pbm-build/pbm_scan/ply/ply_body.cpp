@@ -116,6 +116,8 @@ template <class Source> class BodyReader {
         for (std::size_t i = 0; i < roles_.bytes.size(); ++i)
             allocate(body_.bytes[i], roles_.bytes[i]);
         allocate(body_.face_colours, roles_.face_colour[0]);
+        allocate(body_.places, roles_.place[0]);
+        allocate(place_of_, roles_.corner_places);
     }
 
     Column column(const PlyProperty &property) {
@@ -135,6 +137,8 @@ template <class Source> class BodyReader {
             return place(body_.radii, Column::Kind::float32, 4, role);
         if (role == PlyRole::material_index)
             return place(body_.material_ids, Column::Kind::float32, 4, role);
+        if (role == PlyRole::u || role == PlyRole::v)
+            return place(body_.places, Column::Kind::float32, 4, PlyRole::u);
         if (role == PlyRole::byte)
             return place(body_.bytes[roles_.byte_attribute(property)], Column::Kind::uint8, 1, role);
         return {};
@@ -204,8 +208,12 @@ template <class Source> class BodyReader {
             const PlyRole role = element.properties[k].role;
             if (role >= PlyRole::red && role <= PlyRole::blue)
                 colour[static_cast<int>(role) - static_cast<int>(PlyRole::red)] = static_cast<float>(value);
+            else if (role == PlyRole::image)
+                image_ = value >= 0 && value < Surface::kNoTexture ? static_cast<std::int32_t>(value) : -1;
         };
         const auto list = [&](const PlyProperty &property) {
+            if (property.role == PlyRole::corner_places)
+                return read_places(property);
             corners_.clear();
             return read_indices(property, 0,
                                 [&](std::int64_t index) { corners_.push_back(static_cast<std::uint32_t>(index)); });
@@ -286,6 +294,18 @@ template <class Source> class BodyReader {
         return true;
     }
 
+    // u v of the corners of a face.
+    bool read_places(const PlyProperty &property) {
+        std::size_t length = 0;
+        if (!in_.begin_list(property, length))
+            return false;
+        corner_places_.clear();
+        double value = 0;
+        for (; length > 0 && in_.number(property.type, value); --length)
+            corner_places_.push_back(static_cast<float>(value));
+        return length == 0;
+    }
+
     bool skip_list(const PlyProperty &property) {
         std::size_t length = 0;
         if (!in_.begin_list(property, length))
@@ -358,6 +378,7 @@ template <class Source> class BodyReader {
     }
 
     void add_polygon(const glm::vec3 &colour) {
+        const std::size_t before = body_.triangles.size();
         if (corners_.size() == 3) {
             add_triangle(corners_[0], corners_[1], corners_[2], true);
         } else if (has_vertices_ || corners_.size() < 3) {
@@ -369,6 +390,25 @@ template <class Source> class BodyReader {
         if (!body_.face_colours.empty())
             for (const std::uint32_t corner : corners_)
                 body_.face_colours[corner] += glm::vec4(colour, 1.0F);
+        if (roles_.corner_places != nullptr || roles_.image != nullptr)
+            add_places(before);
+    }
+
+    // Of the triangles of the current face, from `first` on.
+    void add_places(std::size_t first) {
+        const bool has_places = corner_places_.size() == 2 * corners_.size();
+        if (has_places)
+            for (std::size_t i = 0; i < corners_.size(); ++i)
+                place_of_[corners_[i]] = {corner_places_[2 * i], corner_places_[2 * i + 1]};
+        for (std::size_t i = first; i < body_.triangles.size(); ++i) {
+            const glm::uvec3 &t = body_.triangles[i];
+            if (roles_.corner_places != nullptr)
+                body_.corner_places.push_back(has_places
+                                                  ? TextureCorners{place_of_[t.x], place_of_[t.y], place_of_[t.z]}
+                                                  : TextureCorners{});
+            const std::int32_t image = roles_.image != nullptr ? image_ : 0;
+            body_.images.push_back(has_places || roles_.corner_places == nullptr ? image : -1);
+        }
     }
 
     // Triangulates in the order of the faces, so that the result does not depend on the order of the elements.
@@ -443,6 +483,9 @@ template <class Source> class BodyReader {
     std::uint64_t vertex_count_ = 0;
     bool has_vertices_ = false;          // their element has been read
     std::vector<std::uint32_t> corners_; // of the current face
+    std::vector<float> corner_places_;   // of the current face: u v of each
+    std::int32_t image_ = 0;             // of the current face
+    std::vector<glm::vec2> place_of_;    // [vertices] in the current face
     PolygonTriangulator triangulator_;
     // Polygons of more than three corners that precede the vertices, and their concatenated corners.
     struct WaitingPolygon {

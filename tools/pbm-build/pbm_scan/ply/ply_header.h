@@ -39,7 +39,11 @@ enum class PlyRole : std::uint8_t {
     radius,
     material_index,
     byte,    // one of kByteAttributes (surface.h)
-    corners, // list of vertex indices: a polygon of `face`, strips of `tristrips`, a cell of `range_grid`
+    u, // of a vertex: place in the image
+    v,
+    corners,       // list of vertex indices: a polygon of `face`, strips of `tristrips`, a cell of `range_grid`
+    corner_places, // list of u v of the corners of a face
+    image,         // number of the image of a face
     ka,
     kd,
     ks,

@@ -1,5 +1,7 @@
 #include "pbm_scan/ply/ply_reader.h"
 
+#include "pbm_scan/images/files_beside.h"
+#include "pbm_scan/images/texture_images.h"
 #include "pbm_scan/ply/ply_body.h"
 #include "pbm_scan/ply/ply_colours.h"
 #include "pbm_scan/ply/ply_damage.h"
@@ -7,6 +9,7 @@
 #include "pbm_scan/text/text_lines.h"
 
 #include <cmath>
+#include <filesystem>
 #include <optional>
 
 namespace pbm::build {
@@ -15,6 +18,7 @@ namespace {
 struct Outcomes {
     PlyOutcome normals, colours, face_colours, radii, material_ids, grid;
     PlyOutcome positions{.note = "positions"}, materials{.note = "material"}, faces{.note = "polygons as triangles"};
+    PlyOutcome images{Fate::converted, "colours of points"};
     PlyOutcome strips{Fate::converted, "strips to triangles"};
     std::array<PlyOutcome, kByteAttributes.size()> bytes;
 };
@@ -108,6 +112,60 @@ PlyOutcome finish_range_grid(const PlyHeader &header, const PlyBody &body, Surfa
                                  " to triangles; steps in depth of more than 4 grid steps stay open"};
 }
 
+// "<this>" is MeshLab's word for the name of the file.
+std::string image_name(const ScanFile &file, std::string name) {
+    constexpr std::string_view kThis = "<this>";
+    const std::size_t at = name.find(kThis);
+    return at == std::string::npos
+               ? name
+               : name.replace(at, kThis.size(), std::filesystem::path(file.path).stem().string());
+}
+
+// The existing file of each image, in their order; empty: there is none.
+std::vector<std::string> image_files(const ScanFile &file, const PlyHeader &header) {
+    std::vector<std::string> files;
+    for (const std::string &name : header.texture_files)
+        files.push_back(file.path.empty() ? "" : find_beside(file.path, image_name(file, name)).value_or(""));
+    return files;
+}
+
+// Colours triangles by the images, and reports each image.
+PlyOutcome finish_images(const ScanFile &file, const PlyHeader &header, const PlyBody &body, Surface &surface) {
+    // Faces before the vertices were cut into triangles late, in another order.
+    const bool in_order = (body.corner_places.empty() || body.corner_places.size() == surface.triangles.size()) &&
+                          (body.images.empty() || body.images.size() == surface.triangles.size());
+    std::vector<AttributeReport> report;
+    if (!in_order || (body.corner_places.empty() && body.places.empty())) {
+        for (const std::string &name : header.texture_files)
+            surface.report.push_back(
+                {"texture image " + printable_in_quotes(name), Fate::dropped, "nothing names a place in it"});
+        return {Fate::dropped, "faces stand before the vertices"};
+    }
+    const std::vector<std::string> files = image_files(file, header);
+    TextureImages images(surface, report);
+    std::vector<std::uint16_t> numbers;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        if (files[i].empty())
+            report.push_back({"texture image " + printable_in_quotes(header.texture_files[i]), Fate::dropped,
+                              "there is no such file"});
+        numbers.push_back(files[i].empty() ? Surface::kNoTexture : images.of_file(files[i], Wrap::repeat));
+    }
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+        const std::int32_t image = body.images.empty() ? 0 : body.images[i];
+        const bool is_there = image >= 0 && static_cast<std::size_t>(image) < numbers.size();
+        const glm::uvec3 &t = surface.triangles[i];
+        TextureCorners corners = body.corner_places.empty()
+                                     ? TextureCorners{body.places[t.x], body.places[t.y], body.places[t.z]}
+                                     : body.corner_places[i];
+        for (glm::vec2 &corner : corners)
+            corner.y = 1 - corner.y; // the file counts upwards
+        set_texture(surface, i, is_there ? numbers[static_cast<std::size_t>(image)] : Surface::kNoTexture, corners);
+    }
+    surface.report.insert(surface.report.end(), report.begin(), report.end());
+    return surface.texture_ids.empty() ? PlyOutcome{Fate::dropped, "no image can be read"}
+                                       : PlyOutcome{Fate::converted, "colours of points"};
+}
+
 Result<Outcomes> finish(const PlyHeader &header, const PlyRoles &roles, PlyBody &body, const Material &default_material,
                         Surface &surface) {
     Outcomes outcomes;
@@ -155,6 +213,8 @@ const PlyOutcome *outcome_of(const PlyElement &element, const PlyProperty &prope
            : role == PlyRole::radius         ? &outcomes.radii
            : role == PlyRole::material_index ? &outcomes.material_ids
            : role == PlyRole::byte           ? &outcomes.bytes[roles.byte_attribute(property)]
+           : role == PlyRole::u || role == PlyRole::v || role == PlyRole::corner_places || role == PlyRole::image
+               ? &outcomes.images
            : role != PlyRole::corners        ? &outcomes.materials
            : kind == PlyKind::face           ? &outcomes.faces
            : kind == PlyKind::tristrips      ? &outcomes.strips
@@ -194,12 +254,9 @@ void write_report(const PlyHeader &header, const PlyRoles &roles, const Outcomes
                                   std::to_string(header.unknown_lines) +
                                       " lines of no meaning, the first begins with " +
                                       printable_in_quotes(header.first_unknown)});
-    for (const std::string &file : header.texture_files)
-        surface.report.push_back(
-            {"texture image " + printable_in_quotes(file), Fate::dropped, "PBM stores point colours"});
     if (header.further_textures != 0)
         surface.report.push_back({std::to_string(header.further_textures) + " further texture images", Fate::dropped,
-                                  "PBM stores point colours"});
+                                  "more than " + std::to_string(kMaxPlyTextures)});
     for (const PlyElement &element : header.elements) {
         if (element.kind != PlyKind::skipped)
             report_element(element, roles, outcomes, surface.report);
@@ -220,7 +277,8 @@ std::size_t trailing_bytes(std::span<const std::uint8_t> bytes, const PlyHeader 
 
 } // namespace
 
-Result<Surface> read_ply(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
+Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
+    const std::span<const std::uint8_t> bytes = file.bytes;
     Result<PlyHeader> header = read_ply_header(bytes);
     if (!header)
         return header.error();
@@ -242,9 +300,11 @@ Result<Surface> read_ply(std::span<const std::uint8_t> bytes, const ReadOptions 
         return inserted_line_ends_error(*header);
 
     Surface surface;
-    const Result<Outcomes> outcomes = finish(*header, *roles, *body, options.default_material, surface);
+    Result<Outcomes> outcomes = finish(*header, *roles, *body, options.default_material, surface);
     if (!outcomes)
         return outcomes.error();
+    if (!header->texture_files.empty())
+        outcomes->images = finish_images(file, *header, *body, surface);
     write_report(*header, *roles, *outcomes, surface);
     if (trailing != 0)
         surface.report.push_back({"end of file", Fate::dropped,
@@ -253,6 +313,13 @@ Result<Surface> read_ply(std::span<const std::uint8_t> bytes, const ReadOptions 
     else if (header->encoding == PlyEncoding::ascii && !ends_word(static_cast<char>(bytes.back())))
         report_open_end(surface.report);
     return finished(std::move(surface), options);
+}
+
+std::vector<std::string> files_of_ply(const ScanFile &file) {
+    const Result<PlyHeader> header = read_ply_header(file.bytes);
+    std::vector<std::string> files = header ? image_files(file, *header) : std::vector<std::string>();
+    std::erase(files, "");
+    return files;
 }
 
 } // namespace pbm::build

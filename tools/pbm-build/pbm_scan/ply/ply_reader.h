@@ -4,6 +4,7 @@
 // Based on: Campbell. Point Based Modelling and Rendering. 2006 (element material)
 #pragma once
 
+#include "pbm_scan/surface/scan_format.h"
 #include "pbm_scan/surface/surface.h"
 
 #include <cstdint>
@@ -17,10 +18,13 @@ namespace pbm::build {
 // with their triangles.
 //
 // errors  bad_input            damaged or truncated: `offset`, and in the message line (ASCII) or byte (binary),
-// element,
+
 //                              row and property; with `strict` also a dropped attribute
 //         too_large            over a limit of ply_header.h or ply_body.h
 //         unsupported_version  a PLY version other than 1.0
-Result<Surface> read_ply(std::span<const std::uint8_t> bytes, const ReadOptions &options);
+Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options);
+
+// The images that the file names, as far as they exist.
+std::vector<std::string> files_of_ply(const ScanFile &file);
 
 } // namespace pbm::build

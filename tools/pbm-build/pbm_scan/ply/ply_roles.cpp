@@ -55,6 +55,20 @@ const PlyProperty *assign_one(PlyElement &element, PlyRole role, std::initialize
     return nullptr;
 }
 
+void assign_places(PlyElement &vertex, PlyRoles &roles) {
+    constexpr std::array<std::array<std::string_view, 2>, 5> kSpellings{
+        {{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}, {"s0", "t0"}}};
+    for (const auto &names : kSpellings) {
+        PlyProperty *const u = property_named(vertex, names[0]), *const v = property_named(vertex, names[1]);
+        if (u == nullptr || v == nullptr)
+            continue;
+        u->role = PlyRole::u;
+        v->role = PlyRole::v;
+        roles.place = {u, v};
+        return;
+    }
+}
+
 // Sets `kind` of an element with a list of corners.
 bool assign_corners(PlyElement &element, PlyKind kind) {
     if (assign_one(element, PlyRole::corners, {"vertex_indices", "vertex_index"}, true) == nullptr)
@@ -123,9 +137,18 @@ Result<PlyRoles> resolve_roles(PlyHeader &header) {
         return bad_input("the file has no element 'vertex': it is not a scan");
     if (Status status = assign_vertex(*vertex, roles); !status)
         return std::move(status).error();
-    if (PlyElement *face = element_named(header, "face"))
-        if (assign_corners(*face, PlyKind::face) && roles.colour[0] == nullptr)
+    const bool has_images = !header.texture_files.empty();
+    if (has_images)
+        assign_places(*vertex, roles);
+    PlyElement *const face = element_named(header, "face");
+    if (face != nullptr && assign_corners(*face, PlyKind::face)) {
+        if (roles.colour[0] == nullptr)
             roles.face_colour = assign_colours(*face);
+        if (has_images) {
+            roles.corner_places = assign_one(*face, PlyRole::corner_places, {"texcoord"}, true);
+            roles.image = assign_one(*face, PlyRole::image, {"texnumber"});
+        }
+    }
     if (PlyElement *strips = element_named(header, "tristrips"))
         assign_corners(*strips, PlyKind::tristrips);
     if (PlyElement *grid = element_named(header, "range_grid"))
@@ -144,8 +167,8 @@ std::string_view drop_reason(const PlyElement &element, const PlyProperty &prope
         return "a list; a point has single numbers";
     if (is_any(name, {"alpha", "a", "diffuse_alpha", "opacity"}))
         return "PBM's points are opaque";
-    if (is_any(name, {"s", "t", "u", "v", "texcoord", "texnumber", "texture_u", "texture_v", "s0", "t0"}))
-        return "texture coordinates; PBM stores point colours";
+    if (is_any(name, {"s", "t", "u", "v", "texcoord", "texnumber", "texture_u", "texture_v", "texture_s", "texture_t", "s0", "t0"}))
+        return "texture coordinates; no image belongs to them";
     if (is_any(name, {"nx", "ny", "nz", "normal_x", "normal_y", "normal_z"}))
         return element.kind == PlyKind::vertex ? "a normal needs three numbers"
                                                : "normals of faces follow from the points";

@@ -19,6 +19,8 @@ struct PlyRoles {
     const PlyProperty *radius = nullptr, *material_index = nullptr;
     std::array<const PlyProperty *, kByteAttributes.size()> bytes{};
     const PlyProperty *material_red = nullptr; // of element material
+    std::array<const PlyProperty *, 2> place{};                    // u v of a vertex
+    const PlyProperty *corner_places = nullptr, *image = nullptr; // of a face
     bool splat_colours = false;                // coefficients of spherical harmonics: f_dc_0 f_dc_1 f_dc_2
 
     std::size_t byte_attribute(const PlyProperty &property) const { // of a property with that role
@@ -26,6 +28,8 @@ struct PlyRoles {
     }
 };
 
+// Where the file names images: u v of a vertex, texcoord and texnumber of a face.
+//
 // Sets `kind` and `role` of all elements and properties: vertex (x y z; nx ny nz; red green blue; radius;
 // material_index; kByteAttributes), face and tristrips (vertex_indices; red green blue of a face), range_grid
 // (vertex_indices), and the dissertation's material (ka kd ks power clr_r clr_g clr_b envmapfactor). A group of three
