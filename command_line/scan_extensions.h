@@ -7,6 +7,6 @@
 
 namespace pbm::command_line {
 
-inline constexpr std::array<std::string_view, 4> kScanExtensions{".ply", ".obj", ".stl", ".off"};
+inline constexpr std::array<std::string_view, 6> kScanExtensions{".ply", ".gltf", ".glb", ".obj", ".stl", ".off"};
 
 } // namespace pbm::command_line

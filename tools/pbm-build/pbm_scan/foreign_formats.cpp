@@ -23,8 +23,6 @@ constexpr auto kForeign = std::to_array<ForeignFormat>({
     {"P6\n", "", "a Netpbm image, not a scan"},
     {"\x89PNG\r\n\x1a\n", "", "a PNG image, not a scan"},
     {"\xff\xd8\xff", "", "a JPEG image, not a scan"},
-    {"glTF", ".glb", "glTF; convert it to PLY"},
-    {"", ".gltf", "glTF; convert it to PLY"},
     {"LASF", ".las", "a LAS point cloud; convert it to PLY"},
     {"", ".laz", "a LAZ point cloud; convert it to PLY"},
     {"ASTM-E57", ".e57", "an E57 point cloud; convert it to PLY"},

@@ -1,5 +1,6 @@
 #include "pbm_scan/formats.h"
 
+#include "pbm_scan/gltf/gltf_reader.h"
 #include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/ply/ply_header.h"
 #include "pbm_scan/ply/ply_reader.h"
@@ -19,6 +20,7 @@ Result<Surface> alone(const ScanFile &file, const ReadOptions &options) {
 
 constexpr std::array kFormats{
     ScanFormat{"ply", ".ply", is_ply, read_ply, files_of_ply},
+    ScanFormat{"gltf", ".gltf .glb", is_gltf, read_gltf, files_of_gltf},
     ScanFormat{"obj", ".obj", nullptr, read_obj, files_of_obj},
     ScanFormat{"off", ".off", is_off, alone<read_off>},
     ScanFormat{"stl", ".stl", is_stl, alone<read_stl>},

@@ -1,0 +1,130 @@
+#include "pbm_build/images/texture_pyramid.h"
+
+#include "pbm_format/model/point_values.h"
+#include "system/threads/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+namespace pbm::build {
+namespace {
+
+using Level = TexturePyramid::Level;
+using Texel = TexturePyramid::Texel;
+
+// The mean of up to four texels, weighted by how much of them is covered; that of all if nothing is.
+Texel mean_of(std::span<const Texel> parts, std::size_t whole) {
+    std::array<std::uint64_t, 3> sums{};
+    std::uint64_t weights = 0, covered = 0;
+    for (const Texel &part : parts)
+        covered += part[3];
+    for (const Texel &part : parts) {
+        const std::uint64_t weight = covered == 0 ? 1 : part[3];
+        weights += weight;
+        for (std::size_t c = 0; c < 3; ++c)
+            sums[c] += weight * linear_table()[part[c]];
+    }
+    Texel mean;
+    for (std::size_t c = 0; c < 3; ++c)
+        mean[c] = linear_to_srgb(static_cast<std::uint32_t>((2 * sums[c] + weights) / (2 * weights)));
+    // Rounded up, so that no covered texel is lost.
+    mean[3] = static_cast<std::uint8_t>((covered + whole - 1) / whole);
+    return mean;
+}
+
+Level half_of(const Level &level, int threads) {
+    Level half{(level.width + 1) / 2, (level.height + 1) / 2, {}};
+    half.texels.resize(std::size_t{half.width} * half.height);
+    parallel_for(half.height, threads, [&](std::size_t y) {
+        const std::size_t rows = 2 * y + 1 < level.height ? 2 : 1;
+        for (std::size_t x = 0; x < half.width; ++x) {
+            const std::size_t columns = 2 * x + 1 < level.width ? 2 : 1;
+            std::array<Texel, 4> parts{};
+            std::size_t count = 0;
+            for (std::size_t row = 0; row < rows; ++row)
+                for (std::size_t column = 0; column < columns; ++column)
+                    parts[count++] = level.texels[(2 * y + row) * level.width + 2 * x + column];
+            half.texels[y * half.width + x] = mean_of(std::span(parts).first(count), count);
+        }
+    });
+    return half;
+}
+
+} // namespace
+
+void TextureCoverage::mark(std::int64_t x0, std::int64_t x1, std::int64_t y) {
+    if (x1 - x0 >= width_)
+        x1 = x0 + 2 * std::int64_t{width_};
+    const std::size_t row = std::size_t{wrapped(y, height_, wrap_[1])} * width_;
+    for (std::int64_t x = x0; x <= x1; ++x)
+        std::atomic_ref(covered_[row + wrapped(x, width_, wrap_[0])]).store(1, std::memory_order_relaxed);
+}
+
+void TextureCoverage::add(const TextureCorners &corners) {
+    std::array<glm::dvec2, 3> at;
+    glm::dvec2 low(1e18), high(-1e18);
+    for (std::size_t i = 0; i < 3; ++i) {
+        at[i] = glm::dvec2(corners[i]) * glm::dvec2(width_, height_);
+        if (!(std::abs(at[i].x) < 1e9 && std::abs(at[i].y) < 1e9))
+            return; // no place
+        low = glm::min(low, at[i]);
+        high = glm::max(high, at[i]);
+    }
+    // An image that is repeated within the triangle is covered as a whole.
+    constexpr double kAround = 0.5;
+    const double last_row = std::min(high.y + kAround, low.y - kAround + 2.0 * height_);
+    for (double y = std::floor(low.y - kAround); y <= last_row; y += 1) {
+        // The part of the triangle within this row and half a texel around it.
+        const double from = y - kAround, to = y + 1 + kAround;
+        double left = 1e18, right = -1e18;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const glm::dvec2 a = at[i], b = at[(i + 1) % 3];
+            if (std::max(a.y, b.y) < from || std::min(a.y, b.y) > to)
+                continue;
+            const double height = b.y - a.y;
+            for (const double edge : {from, to}) {
+                const double t = height == 0 ? 0 : std::clamp((edge - a.y) / height, 0.0, 1.0);
+                const double x = a.x + t * (b.x - a.x);
+                left = std::min(left, x);
+                right = std::max(right, x);
+            }
+            if (height == 0) {
+                left = std::min(left, b.x);
+                right = std::max(right, b.x);
+            }
+        }
+        if (left <= right)
+            mark(static_cast<std::int64_t>(std::floor(left - kAround)),
+                 static_cast<std::int64_t>(std::floor(right + kAround)), static_cast<std::int64_t>(y));
+    }
+}
+
+TexturePyramid::TexturePyramid(Texture texture, const TextureCoverage &coverage, int threads)
+    : wrap_(texture.wrap), is_tinted_(texture.is_tinted) {
+    levels_.push_back({texture.width, texture.height, std::move(texture.texels)});
+    std::vector<Texel> &texels = levels_.front().texels;
+    for (std::size_t i = 0; i < texels.size(); ++i)
+        texels[i][3] = coverage.covers(i) ? 255 : 0;
+    while (levels_.back().width > 1 || levels_.back().height > 1) {
+        Level half = half_of(levels_.back(), threads);
+        levels_.push_back(std::move(half));
+    }
+}
+
+std::vector<TexturePyramid> make_pyramids(Surface &surface, int threads) {
+    std::vector<TextureCoverage> coverages(surface.textures.begin(), surface.textures.end());
+    constexpr std::size_t kBlock = 4096;
+    parallel_blocks(surface.texture_ids.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            if (surface.texture_ids[i] != Surface::kNoTexture)
+                coverages[surface.texture_ids[i]].add(surface.texture_corners[i]);
+    });
+    std::vector<TexturePyramid> pyramids;
+    for (std::size_t i = 0; i < surface.textures.size(); ++i)
+        pyramids.emplace_back(std::move(surface.textures[i]), coverages[i], threads);
+    surface.textures.clear();
+    return pyramids;
+}
+
+} // namespace pbm::build

@@ -1,0 +1,73 @@
+// An image at all sizes, for means over parts of it.
+// Based on: Williams. Pyramidal parametrics. 1983
+#pragma once
+
+#include "pbm_scan/surface/surface.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pbm::build {
+
+// Which texels of an image triangles show. Others are the background of an atlas, of any colour.
+class TextureCoverage {
+  public:
+    explicit TextureCoverage(const Texture &texture)
+        : width_(texture.width), height_(texture.height), wrap_(texture.wrap),
+          covered_(std::size_t{width_} * height_, 0) {}
+
+    // Adds all texels that a triangle touches, with half a texel around it. Safe to call from several threads.
+    void add(const TextureCorners &corners);
+    bool covers(std::size_t texel) const { return covered_[texel] != 0; }
+
+  private:
+    void mark(std::int64_t x0, std::int64_t x1, std::int64_t y);
+
+    std::uint32_t width_, height_;
+    std::array<Wrap, 2> wrap_;
+    std::vector<std::uint8_t> covered_; // [height][width]
+};
+
+// The index of a texel of an image of `size` texels, which goes on as `wrap` says.
+inline std::uint32_t wrapped(std::int64_t at, std::uint32_t size, Wrap wrap) {
+    const auto n = static_cast<std::int64_t>(size);
+    if (wrap == Wrap::clamp)
+        return static_cast<std::uint32_t>(at < 0 ? 0 : at >= n ? n - 1 : at);
+    if (at >= 0 && at < n)
+        return static_cast<std::uint32_t>(at);
+    const std::int64_t period = wrap == Wrap::mirror ? 2 * n : n;
+    const std::int64_t within = ((at % period) + period) % period;
+    return static_cast<std::uint32_t>(within < n ? within : period - 1 - within);
+}
+
+// Level 0 is the image; each further one has half its size, rounded up. A texel is the mean, in linear light, of those
+// below it that are covered.
+class TexturePyramid {
+  public:
+    using Texel = std::array<std::uint8_t, 4>; // sRGB, and the covered share: 0..255
+    struct Level {
+        std::uint32_t width = 0, height = 0;
+        std::vector<Texel> texels; // [height][width], top row first
+        const Texel &at(std::int64_t x, std::int64_t y, const std::array<Wrap, 2> &wrap) const {
+            return texels[std::size_t{wrapped(y, height, wrap[1])} * width + wrapped(x, width, wrap[0])];
+        }
+    };
+
+    TexturePyramid() = default;
+    TexturePyramid(Texture texture, const TextureCoverage &coverage, int threads);
+
+    const std::vector<Level> &levels() const { return levels_; }
+    const std::array<Wrap, 2> &wrap() const { return wrap_; }
+    bool is_tinted() const { return is_tinted_; }
+
+  private:
+    std::vector<Level> levels_;
+    std::array<Wrap, 2> wrap_{};
+    bool is_tinted_ = false;
+};
+
+// Takes the images out of `surface`.
+std::vector<TexturePyramid> make_pyramids(Surface &surface, int threads);
+
+} // namespace pbm::build

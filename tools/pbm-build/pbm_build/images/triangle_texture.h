@@ -1,0 +1,38 @@
+// The colour of an image on a triangle, as the mean over a voxel.
+#pragma once
+
+#include "pbm_build/images/texture_pyramid.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <cstdint>
+
+namespace pbm::build {
+
+// Where a voxel is smaller than a texel, the colour is interpolated between texels. Elsewhere it is the mean of four
+// places, half a voxel apart and inside the triangle, each of the level whose texels are about half a voxel wide. An
+// image that is stretched is read at the level of its mean size.
+class TriangleTexture {
+  public:
+    // `corners`: in voxel units. Refers to `pyramid`.
+    void set(const TexturePyramid &pyramid, const TextureCorners &texture, const std::array<glm::dvec3, 3> &corners);
+
+    // Linear light, 0..65,535, around the place with these weights of the corners.
+    std::array<std::int32_t, 3> colour(const std::array<double, 3> &weights) const;
+    bool is_tinted() const { return pyramid_->is_tinted(); }
+
+  private:
+    using Weights = std::array<double, 3>;
+
+    std::array<std::int32_t, 3> interpolated(const glm::dvec2 &at) const;
+
+    const TexturePyramid *pyramid_ = nullptr;
+    const TexturePyramid::Level *level_ = nullptr;
+    std::array<glm::dvec2, 3> corners_{}; // in texels of the level
+    std::array<Weights, 2> steps_{}; // of the corners' weights: a quarter of a voxel along two directions of the plane
+    bool is_magnified_ = false;
+};
+
+} // namespace pbm::build

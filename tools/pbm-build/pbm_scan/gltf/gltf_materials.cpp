@@ -1,0 +1,142 @@
+#include "pbm_scan/gltf/gltf_materials.h"
+
+#include "pbm_format/model/point_values.h"
+#include "pbm_scan/text/printable.h"
+#include "pbm_scan/text/text_lines.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace pbm::build {
+namespace {
+
+Wrap wrap_of(const Json *sampler, const char *key) {
+    constexpr std::size_t kClamp = 33071, kMirror = 33648;
+    const std::size_t mode = index_of(sampler, key).value_or(0);
+    return mode == kClamp ? Wrap::clamp : mode == kMirror ? Wrap::mirror : Wrap::repeat;
+}
+
+std::uint8_t to_srgb(float linear) {
+    constexpr float kWhite = 65535;
+    return linear_to_srgb(static_cast<std::uint32_t>(std::clamp(linear, 0.0F, 1.0F) * kWhite + 0.5F));
+}
+
+glm::vec4 factor_of(const Json *values) {
+    glm::vec4 factor(1);
+    for (std::size_t i = 0; i < 4; ++i)
+        factor[static_cast<int>(i)] = static_cast<float>(std::clamp(number_of(item(values, i), 1), 0.0, 1.0));
+    return factor;
+}
+
+// KHR_texture_transform: scaled, turned, moved.
+glm::mat3 transform_of(const Json *extension) {
+    const Json *const offset = member(extension, "offset"), *const scale = member(extension, "scale");
+    const double turn = number_of(extension, "rotation", 0), c = std::cos(turn), s = std::sin(turn);
+    const double x = number_of(item(scale, 0), 1), y = number_of(item(scale, 1), 1);
+    glm::mat3 matrix(1);
+    matrix[0] = {c * x, -s * x, 0};
+    matrix[1] = {s * y, c * y, 0};
+    matrix[2] = {number_of(item(offset, 0), 0), number_of(item(offset, 1), 0), 1};
+    return matrix;
+}
+
+} // namespace
+
+std::uint16_t GltfMaterials::load_image(std::size_t image, const std::array<Wrap, 2> &wrap) {
+    const Json *const described = item(document_.root("images"), image);
+    const std::string uri = text_of(described, "uri"), given = text_of(described, "name");
+    const std::string name = !uri.empty() && !uri.starts_with("data:") ? uri
+                             : given.empty()                           ? "images[" + std::to_string(image) + "]"
+                                                                       : given;
+    const auto drop = [&](const std::string &why) {
+        drop_once(report_, "texture image " + printable_in_quotes(name), why);
+        return Surface::kNoTexture;
+    };
+    // The number makes the name unique.
+    const std::string key = std::to_string(image) + "/" + name;
+    if (const auto of_view = index_of(described, "bufferView")) {
+        const auto view = document_.view(*of_view);
+        return view ? images_.of_bytes(key, view->bytes, wrap, true) : drop(view.error().message);
+    }
+    if (uri.empty())
+        return drop("it has neither bytes nor a file");
+    const auto resource = document_.resource(uri);
+    return resource ? images_.of_bytes(key, resource->bytes(), wrap, true) : drop(resource.error().message);
+}
+
+void GltfMaterials::read_image(const Json &used, GltfMaterial &material) {
+    const Json *const texture = item(document_.root("textures"), index_of(&used, "index").value_or(~std::size_t{0}));
+    if (texture == nullptr)
+        return;
+    const Json *const extensions = member(texture, "extensions");
+    const auto webp = index_of(member(extensions, "EXT_texture_webp"), "source");
+    const auto source = webp ? webp : index_of(texture, "source");
+    if (!source) {
+        drop_once(report_, "image of a material",
+                  member(extensions, "KHR_texture_basisu") != nullptr
+                      ? "KTX2 is not read; export it with PNG, JPEG or WebP"
+                      : "its texture names no image that is read here");
+        return;
+    }
+    const Json *const sampler =
+        item(document_.root("samplers"), index_of(texture, "sampler").value_or(~std::size_t{0}));
+    material.has_image = true;
+    material.texture = load_image(*source, {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")});
+    const Json *const transform = member(member(&used, "extensions"), "KHR_texture_transform");
+    material.transform = transform_of(transform);
+    const auto set = index_of(transform, "texCoord");
+    material.coordinates = "TEXCOORD_" + std::to_string(set ? *set : index_of(&used, "texCoord").value_or(0));
+}
+
+const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
+    const std::size_t number = index.value_or(~std::size_t{0});
+    if (const auto found = known_.find(number); found != known_.end())
+        return found->second;
+    GltfMaterial &made = known_[number];
+    made.material = default_material_;
+    const Json *const described = item(document_.root("materials"), number);
+    if (described == nullptr) {
+        made.factor = glm::vec4(1);
+        return made;
+    }
+    const Json *const extensions = member(described, "extensions");
+    const Json *const glossy = member(extensions, "KHR_materials_pbrSpecularGlossiness");
+    const Json *const metallic = member(described, "pbrMetallicRoughness");
+    const Json *const colour =
+        glossy != nullptr ? member(glossy, "diffuseFactor") : member(metallic, "baseColorFactor");
+    const Json *const image =
+        glossy != nullptr ? member(glossy, "diffuseTexture") : member(metallic, "baseColorTexture");
+    made.factor = factor_of(colour);
+    for (std::size_t i = 0; i < 3; ++i)
+        made.material.colour[i] = to_srgb(made.factor[static_cast<int>(i)]);
+    if (member(extensions, "KHR_materials_unlit") != nullptr) {
+        made.material.ka = 1;
+        made.material.kd = made.material.ks = 0;
+        if (!std::exchange(has_unlit_, true))
+            report_.push_back({"unlit materials", Fate::kept, "ambient reflection alone"});
+    } else if (glossy == nullptr) {
+        const double metal = std::clamp(number_of(metallic, "metallicFactor", 1), 0.0, 1.0);
+        const double rough = std::clamp(number_of(metallic, "roughnessFactor", 1), 0.0, 1.0);
+        made.material.ks = static_cast<float>((1 - rough) * (0.1 + 0.6 * metal));
+        made.material.power =
+            static_cast<float>(std::clamp(2 / std::max(1e-6, rough * rough * rough * rough) - 2, 1.0, 1024.0));
+        made.material.environment = static_cast<float>(0.4 * metal * (1 - rough));
+    }
+    if (image != nullptr)
+        read_image(*image, made);
+    const auto drop = [&](const Json *from, const char *key, const char *why) {
+        if (member(from, key) != nullptr)
+            drop_once(report_, std::string(key) + " of materials", why);
+    };
+    for (const char *key : {"normalTexture", "occlusionTexture", "emissiveTexture"})
+        drop(described, key, "not used by PBM");
+    drop(metallic, "metallicRoughnessTexture", "PBM has materials, no images of them");
+    drop(glossy, "specularGlossinessTexture", "PBM has materials, no images of them");
+    if (const std::string mode = text_of(described, "alphaMode"); mode == "BLEND" || mode == "MASK")
+        drop_once(report_, "opacity of materials (" + mode + ")", "points are opaque");
+    return made;
+}
+
+} // namespace pbm::build

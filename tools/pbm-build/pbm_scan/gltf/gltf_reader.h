@@ -1,0 +1,36 @@
+// Reads glTF 2.0: JSON with buffers beside it or within, and GLB.
+// Based on: Khronos Group. glTF 2.0 Specification. 2021
+#pragma once
+
+#include "pbm_scan/surface/scan_format.h"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace pbm::build {
+
+// Reads the default scene, or the first: its nodes with their transforms, meshes of triangles, strips, fans and points.
+// A mesh that several nodes show is there several times.
+//
+// Colours of points are COLOR_0 x base colour factor x base colour image, as the specification says. Materials without
+// any of these but a factor become materials. Of metallic roughness the highlights are kept: ks is
+// (1 - roughness) (0.1 + 0.6 metallic), the power 2 / roughness^4 - 2 within 1..1024, the environment
+// 0.4 metallic (1 - roughness). Unlit materials show their colour as it is.
+//
+// Extensions: KHR_texture_transform, KHR_mesh_quantization, KHR_materials_unlit, KHR_draco_mesh_compression,
+// EXT_meshopt_compression, EXT_texture_webp, and of KHR_materials_pbrSpecularGlossiness the colour. A file that
+// requires another one is refused.
+//
+// errors  bad_input            damaged or cut short; with `strict` also a dropped attribute
+//         too_large            more than 2^31 - 1 vertices, or instances of many more vertices than the file has bytes
+//         unsupported_feature  a required extension
+//         unsupported_version  glTF 1
+Result<Surface> read_gltf(const ScanFile &file, const ReadOptions &options);
+bool is_gltf(std::span<const std::uint8_t> bytes);
+
+// Its buffers and images, as far as they exist.
+std::vector<std::string> files_of_gltf(const ScanFile &file);
+
+} // namespace pbm::build
