@@ -197,7 +197,7 @@ int point_depth(const std::vector<std::uint64_t> &occupied) {
 
 namespace {
 
-// Sum of value(triangle) over all triangles, each rounded to 2^-44; values are less than 2^19. It does not depend on
+// Sum of value(number of the triangle) over all triangles, each rounded to 2^-44; values are less than 2^19. It does not depend on
 // the order of the triangles.
 template <class Value> double sum_over_triangles(const Surface &surface, int threads, const Value &value) {
     // The sum may need 75 bits: the low 32 bits of each value and the rest are summed separately.
@@ -206,7 +206,7 @@ template <class Value> double sum_over_triangles(const Surface &surface, int thr
     parallel_blocks(surface.triangles.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
         std::uint64_t high_sum = 0, low_sum = 0;
         for (std::size_t i = begin; i < end; ++i) {
-            const auto rounded = static_cast<std::uint64_t>(value(surface.triangles[i]) * kScale + 0.5);
+            const auto rounded = static_cast<std::uint64_t>(value(i) * kScale + 0.5);
             high_sum += rounded >> 32;
             low_sum += rounded & 0xFFFFFFFF;
         }
@@ -216,7 +216,8 @@ template <class Value> double sum_over_triangles(const Surface &surface, int thr
     return (static_cast<double>(high.load()) * 0x1p32 + static_cast<double>(low.load())) / kScale;
 }
 
-double area_of(const Surface &surface, const glm::uvec3 &t) {
+double area_of(const Surface &surface, std::size_t triangle) {
+    const glm::uvec3 &t = surface.triangles[triangle];
     const glm::dvec3 n = face_normal(surface.positions[t.x], surface.positions[t.y], surface.positions[t.z]);
     return glm::length(n) / 2;
 }
@@ -233,14 +234,15 @@ double squared_chord(const ShortNormal &a, const ShortNormal &b) {
 
 double relative_area(const Surface &surface, const Bounds &bounds, int threads) {
     const double edge = centred_grid(bounds, kMinDepth).edge();
-    return sum_over_triangles(surface, threads, [&](const glm::uvec3 &t) { return area_of(surface, t) / edge / edge; });
+    return sum_over_triangles(surface, threads, [&](std::size_t i) { return area_of(surface, i) / edge / edge; });
 }
 
 double normal_change(const Surface &surface, const Bounds &bounds, std::span<const ShortNormal> normals,
                      double voxel_size, int threads) {
     const double edge = centred_grid(bounds, kMinDepth).edge();
     const double area = relative_area(surface, bounds, threads);
-    const double sum = sum_over_triangles(surface, threads, [&](const glm::uvec3 &t) {
+    const double sum = sum_over_triangles(surface, threads, [&](std::size_t i) {
+        const glm::uvec3 &t = surface.triangles[i];
         double squared = 0;
         for (int corner = 0; corner < 3; ++corner) {
             const std::uint32_t from = t[corner], to = t[(corner + 1) % 3];
@@ -248,9 +250,29 @@ double normal_change(const Surface &surface, const Bounds &bounds, std::span<con
             const double part = length > voxel_size ? voxel_size / length : 1;
             squared += squared_chord(normals[from], normals[to]) * part * part / 3;
         }
-        return area_of(surface, t) / edge / edge * squared;
+        return area_of(surface, i) / edge / edge * squared;
     });
     return area > 0 ? 2 * std::asin(std::min(1.0, std::sqrt(sum / area) / 2)) : 0;
+}
+
+double texels_per_voxel(const Surface &surface, const Bounds &bounds, double voxel_size, int threads) {
+    if (surface.texture_ids.empty())
+        return 0;
+    const double edge = centred_grid(bounds, kMinDepth).edge();
+    const auto has_image = [&](std::size_t i) { return surface.texture_ids[i] != Surface::kNoTexture; };
+    const double area = sum_over_triangles(
+        surface, threads, [&](std::size_t i) { return has_image(i) ? area_of(surface, i) / edge / edge : 0; });
+    constexpr double kMost = 0x1p30, kUnit = 0x1p12; // sum_over_triangles takes values below 2^19
+    const double texels = kUnit * sum_over_triangles(surface, threads, [&](std::size_t i) {
+        if (!has_image(i))
+            return 0.0;
+        const Texture &image = surface.textures[surface.texture_ids[i]];
+        const TextureCorners &at = surface.texture_corners[i];
+        const glm::dvec2 u(at[1] - at[0]), v(at[2] - at[0]);
+        const double size = static_cast<double>(image.width) * static_cast<double>(image.height);
+        return std::min(kMost, std::abs(u.x * v.y - u.y * v.x) / 2 * size) / kUnit;
+    });
+    return area > 0 ? texels * (voxel_size / edge) * (voxel_size / edge) / area : 0;
 }
 
 namespace {
@@ -299,6 +321,14 @@ ChosenGrid grid_by_detail(const Surface &surface, const Bounds &bounds, std::spa
                                depth + 1, depth, glm::degrees(change));
             ++depth;
         }
+        const int of_surface = depth;
+        double texels = texels_per_voxel(surface, bounds, centred_grid(bounds, depth).voxel_size, threads);
+        const double first_texels = texels;
+        for (; texels > kMaxTexels && depth < std::min(kMaxMeshDepth, of_surface + kMaxDepthsForTexels); texels /= 4)
+            ++depth;
+        if (depth > of_surface)
+            reason = formatted("%d: at %d, which the surface asks for, a voxel has %.0f texels", depth, of_surface,
+                               first_texels);
     }
     if (surface.point_count() > 0)
         if (const int of_points = point_depth(occupied_voxels(surface, bounds, threads)); of_points > depth) {

@@ -84,13 +84,20 @@ double normal_change(const Surface &surface, const Bounds &bounds, std::span<con
 // docs/how-to/choose-the-detail.md.
 inline constexpr double kMaxNormalChange = 0.0873; // radians: 5 degrees
 
+// Texels of images per square voxel of the triangles that have an image; 0 without any.
+double texels_per_voxel(const Surface &surface, const Bounds &bounds, double voxel_size, int threads);
+
+// A mesh with more texels per voxel gets the next depth, and that again.
+inline constexpr double kMaxTexels = 4;
+inline constexpr int kMaxDepthsForTexels = 2;
+
 struct ChosenGrid {
     Grid grid;
-    std::string reason; // for the report, where the surface's detail made it finer
+    std::string reason; // for the report, where the detail of the surface or of its images made it finer
 };
 
 // The requested grid, with its unit and up axis. By default that of mesh_depth, one depth finer where normal_change
-// exceeds kMaxNormalChange. A surface of triangles and points gets the finer of the two depths. With max_points the
+// exceeds kMaxNormalChange, then finer by kMaxTexels. A surface of triangles and points gets the finer of the two depths. With max_points the
 // number of voxels is estimated from below: the surface may have more. `normals`: as for normal_change.
 //
 // errors  usage  see snapped_grid; something lies outside of the grid that is taken over, or that is coarser than
