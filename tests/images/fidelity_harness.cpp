@@ -15,12 +15,16 @@
 #include "system/files/mapped_file.h"
 #include "viewer/options/option_values.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -51,6 +55,48 @@ template <class T> T value_or_throw(Result<T> result, const std::string &file) {
     return std::move(*result);
 }
 
+// The colour between the four texels around a place of an image.
+glm::dvec3 texel_colour(const build::Texture &image, const glm::dvec2 &place) {
+    const auto index = [](double at, std::uint32_t size, build::Wrap wrap) {
+        const double n = size;
+        double within = wrap == build::Wrap::clamp ? std::clamp(at, 0.0, n - 1) : std::fmod(std::fmod(at, 2 * n) + 2 * n, 2 * n);
+        if (wrap == build::Wrap::repeat && within >= n)
+            within -= n;
+        if (wrap == build::Wrap::mirror && within >= n)
+            within = 2 * n - 1 - within;
+        return static_cast<std::size_t>(within);
+    };
+    const glm::dvec2 at = place * glm::dvec2(image.width, image.height) - 0.5, low = glm::floor(at), part = at - low;
+    glm::dvec3 colour(0);
+    for (int i = 0; i < 4; ++i) {
+        const double x = i & 1, y = i >> 1; // NOLINT(bugprone-integer-division)
+        const auto &texel = image.texels[index(low.y + y, image.height, image.wrap[1]) * image.width +
+                                         index(low.x + x, image.width, image.wrap[0])];
+        colour += (x > 0 ? part.x : 1 - part.x) * (y > 0 ? part.y : 1 - part.y) *
+                  glm::dvec3(to_linear(texel[0]), to_linear(texel[1]), to_linear(texel[2]));
+    }
+    return colour;
+}
+
+// The colour of the image of a triangle, times that of its vertices where the image is tinted.
+std::optional<glm::dvec3> image_colour(const build::Surface &images, const TriangleMesh &mesh,
+                                       const std::vector<glm::vec3> &colours, std::size_t triangle,
+                                       const glm::dvec3 &weights) {
+    const std::uint16_t id = images.texture_ids[triangle];
+    if (id == build::Surface::kNoTexture)
+        return std::nullopt;
+    const build::TextureCorners &corners = images.texture_corners[triangle];
+    const build::Texture &image = images.textures[id];
+    glm::dvec3 colour = texel_colour(image, weights.x * glm::dvec2(corners[0]) + weights.y * glm::dvec2(corners[1]) +
+                                                weights.z * glm::dvec2(corners[2]));
+    if (image.is_tinted && !colours.empty()) {
+        const glm::uvec3 &t = mesh.triangles[triangle];
+        colour *= weights.x * glm::dvec3(colours[t.x]) + weights.y * glm::dvec3(colours[t.y]) +
+                  weights.z * glm::dvec3(colours[t.z]);
+    }
+    return colour;
+}
+
 // The mesh for ray casting, wound so that its normals point to the visible side.
 struct Subject {
     TriangleMesh mesh;
@@ -59,14 +105,20 @@ struct Subject {
 
 Subject read_subject(const std::string &file) {
     build::Surface surface = value_or_throw(build::read_surface(file, build::ReadOptions{}), file);
+    if (faces_point_inward({surface.positions, surface.triangles}, surface.normals))
+        reverse_faces(surface);
     Subject subject{{std::move(surface.positions), std::move(surface.triangles)}, {}};
-    if (faces_point_inward(subject.mesh, surface.normals))
-        for (glm::uvec3 &t : subject.mesh.triangles)
-            std::swap(t.y, t.z);
     subject.look = look_of(subject.mesh, surface.normals);
     for (const Srgb &colour : surface.colours)
         subject.look.colours.emplace_back(to_linear(colour[0]), to_linear(colour[1]), to_linear(colour[2]));
     subject.look.materials = std::move(surface.material_ids);
+    if (surface.texture_ids.empty())
+        return subject;
+    const auto images = std::make_shared<const build::Surface>(std::move(surface));
+    subject.look.image = [images, mesh = subject.mesh, colours = subject.look.colours](std::size_t triangle,
+                                                                                       const glm::dvec3 &weights) {
+        return image_colour(*images, mesh, colours, triangle, weights);
+    };
     return subject;
 }
 
@@ -274,7 +326,7 @@ int parse_and_run(int argc, char **argv) {
     const auto add = [&](const char *names, auto &target, const char *help, const command_line::Check &check = {}) {
         line.add(names, help, &target, {.check = check});
     };
-    line.add("MESH", "PLY", &options.mesh, {.required = true});
+    line.add("MESH", "A scan with faces", &options.mesh, {.required = true});
     line.add("MODEL", "Made of it", &options.model, {.required = true});
     add("--max-error", options.max_error, "Largest voxels, pixels", command_line::Numbers{0.1, 64});
     add("--finest", options.finest, "Draw no finer level", Integers{1, kMaxDepth});

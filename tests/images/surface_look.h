@@ -6,7 +6,10 @@
 #include <glm/vec3.hpp>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,6 +20,9 @@ struct SurfaceLook {
     std::vector<std::array<glm::vec3, 3>> normals; // [triangles][corner], unit vectors
     std::vector<glm::vec3> colours;                // linear light 0..1; empty: the colour of the material
     std::vector<std::uint8_t> materials;           // index; empty: 0
+    // Linear light of the image of a triangle at the place with these weights of its corners; nothing for a triangle
+    // without one. Empty: no triangle has one.
+    std::function<std::optional<glm::dvec3>(std::size_t triangle, const glm::dvec3 &weights)> image{};
 };
 
 // A given normal, normalized, holds for all corners at its vertex. If it is zero or none are given: the normalized sum

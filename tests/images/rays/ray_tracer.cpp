@@ -66,8 +66,10 @@ glm::dvec3 reflected_light(const TracedScene &scene, const glm::dvec3 &eye, cons
     const int nearest = hit.weights.x >= hit.weights.y ? (hit.weights.x >= hit.weights.z ? 0 : 2)
                                                        : (hit.weights.y >= hit.weights.z ? 1 : 2);
     const Material &material = scene.materials[look.materials.empty() ? 0 : look.materials[t[nearest]]];
-    const glm::dvec3 colour =
-        look.colours.empty() ? colour_of(material.colour) : mixed<glm::vec3>(look.colours, t, hit.weights);
+    const auto of_image = look.image ? look.image(hit.triangle, hit.weights) : std::nullopt;
+    const glm::dvec3 colour = of_image              ? *of_image
+                              : look.colours.empty() ? colour_of(material.colour)
+                                                     : mixed<glm::vec3>(look.colours, t, hit.weights);
 
     const glm::dvec3 place = eye + static_cast<double>(hit.distance) * direction;
     const glm::dvec3 to_eye = -glm::normalize(direction);
