@@ -31,11 +31,11 @@ class TextureCoverage {
 
 // The index of a texel of an image of `size` texels, which goes on as `wrap` says.
 inline std::uint32_t wrapped(std::int64_t at, std::uint32_t size, Wrap wrap) {
+    if (static_cast<std::uint64_t>(at) < size)
+        return static_cast<std::uint32_t>(at);
     const auto n = static_cast<std::int64_t>(size);
     if (wrap == Wrap::clamp)
-        return static_cast<std::uint32_t>(at < 0 ? 0 : at >= n ? n - 1 : at);
-    if (at >= 0 && at < n)
-        return static_cast<std::uint32_t>(at);
+        return at < 0 ? 0 : size - 1;
     const std::int64_t period = wrap == Wrap::mirror ? 2 * n : n;
     const std::int64_t within = ((at % period) + period) % period;
     return static_cast<std::uint32_t>(within < n ? within : period - 1 - within);

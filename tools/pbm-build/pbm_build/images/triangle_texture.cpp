@@ -10,9 +10,10 @@
 namespace pbm::build {
 namespace {
 
+// Of places in an image, which are far from the limits of integers. std::floor is a call where SSE 4.1 may be missing.
 std::int64_t floor_of(double value) {
-    constexpr double kMost = 1e15;
-    return static_cast<std::int64_t>(std::floor(std::clamp(value, -kMost, kMost)));
+    const auto towards_zero = static_cast<std::int64_t>(value);
+    return towards_zero - (value < static_cast<double>(towards_zero) ? 1 : 0);
 }
 
 double area(const glm::dvec2 &a, const glm::dvec2 &b) { return std::abs(a.x * b.y - a.y * b.x) / 2; }
@@ -61,46 +62,67 @@ std::array<std::int32_t, 3> TriangleTexture::interpolated(const glm::dvec2 &at) 
     const double x = at.x - 0.5, y = at.y - 0.5;
     const std::int64_t left = floor_of(x), top = floor_of(y);
     const double right = x - static_cast<double>(left), bottom = y - static_cast<double>(top);
+    const std::uint16_t *const linear = linear_table().data();
+    const std::array<double, 4> shares{(1 - right) * (1 - bottom), right * (1 - bottom), (1 - right) * bottom,
+                                       right * bottom};
     std::array<double, 3> sums{};
     double weights = 0;
-    for (int i = 0; i < 4; ++i) {
-        const TexturePyramid::Texel &texel = level_->at(left + (i & 1), top + (i >> 1), pyramid_->wrap());
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+        const TexturePyramid::Texel &texel = level_->at(left + static_cast<std::int64_t>(i & 1),
+                                                        top + static_cast<std::int64_t>(i >> 1), pyramid_->wrap());
         // Texels of the background count only where there is nothing else.
-        const double share = texel[3] != 0 ? 1 : 1e-6;
-        const double weight = ((i & 1) != 0 ? right : 1 - right) * ((i >> 1) != 0 ? bottom : 1 - bottom) * share;
+        constexpr double kHardly = 1e-6;
+        const double weight = texel[3] != 0 ? shares[i] : shares[i] * kHardly;
         weights += weight;
         for (std::size_t c = 0; c < 3; ++c)
-            sums[c] += weight * linear_table()[texel[c]];
+            sums[c] += weight * linear[texel[c]];
     }
+    const double share = 1 / weights;
     std::array<std::int32_t, 3> colour{};
     for (std::size_t c = 0; c < 3; ++c)
-        colour[c] = static_cast<std::int32_t>(sums[c] / weights + 0.5);
+        colour[c] = static_cast<std::int32_t>(sums[c] * share + 0.5);
     return colour;
 }
 
-std::array<std::int32_t, 3> TriangleTexture::colour(const std::array<double, 3> &weights) const {
+glm::dvec2 TriangleTexture::place_of(const Weights &weights) const {
+    return weights[0] * corners_[0] + weights[1] * corners_[1] + weights[2] * corners_[2];
+}
+
+std::array<std::int32_t, 3> TriangleTexture::colour(const Weights &weights) const {
+    const glm::dvec2 centre = place_of(weights);
     if (is_magnified_)
-        return interpolated(weights[0] * corners_[0] + weights[1] * corners_[1] + weights[2] * corners_[2]);
-    std::array<std::uint64_t, 3> sums{};
-    std::uint64_t all = 0;
-    for (int i = 0; i < 4; ++i) {
-        const double first = (i & 1) != 0 ? 1 : -1, second = (i >> 1) != 0 ? 1 : -1;
-        std::array<double, 3> w{};
-        double sum = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            w[k] = std::max(0.0, weights[k] + first * steps_[0][k] + second * steps_[1][k]);
-            sum += w[k];
+        return interpolated(centre);
+    // The places of all four at once, which compilers turn into vector instructions.
+    constexpr std::array<double, kTaps> kFirst{-1, 1, -1, 1}, kSecond{-1, -1, 1, 1};
+    std::array<double, kTaps> sum{}, x{}, y{};
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t i = 0; i < kTaps; ++i) {
+            const double moved = weights[k] + kFirst[i] * steps_[0][k] + kSecond[i] * steps_[1][k];
+            const double weight = moved > 0 ? moved : 0; // inside the triangle
+            sum[i] += weight;
+            x[i] += weight * corners_[k].x;
+            y[i] += weight * corners_[k].y;
         }
-        const glm::dvec2 at = (w[0] * corners_[0] + w[1] * corners_[1] + w[2] * corners_[2]) / sum;
-        const TexturePyramid::Texel &texel = level_->at(floor_of(at.x), floor_of(at.y), pyramid_->wrap());
-        const std::uint64_t weight = std::uint64_t{texel[3]} * 256 + 1;
-        all += weight;
-        for (std::size_t c = 0; c < 3; ++c)
-            sums[c] += weight * linear_table()[texel[c]];
+    for (std::size_t i = 0; i < kTaps; ++i) {
+        const double share = 1 / sum[i];
+        x[i] *= share;
+        y[i] *= share;
     }
+    const std::uint16_t *const linear = linear_table().data();
+    std::array<std::uint32_t, 3> sums{};
+    std::uint32_t all = 0;
+    for (std::size_t i = 0; i < kTaps; ++i) {
+        const TexturePyramid::Texel &texel = level_->at(floor_of(x[i]), floor_of(y[i]), pyramid_->wrap());
+        all += texel[3];
+        for (std::size_t c = 0; c < 3; ++c)
+            sums[c] += std::uint32_t{texel[3]} * linear[texel[c]];
+    }
+    if (all == 0) // by rounding, just outside of what is covered
+        return interpolated(centre);
+    const double share = 1 / static_cast<double>(all);
     std::array<std::int32_t, 3> colour{};
     for (std::size_t c = 0; c < 3; ++c)
-        colour[c] = static_cast<std::int32_t>((sums[c] + all / 2) / all);
+        colour[c] = static_cast<std::int32_t>(static_cast<double>(sums[c]) * share + 0.5);
     return colour;
 }
 

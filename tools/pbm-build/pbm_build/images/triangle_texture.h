@@ -25,8 +25,10 @@ class TriangleTexture {
 
   private:
     using Weights = std::array<double, 3>;
+    static constexpr std::size_t kTaps = 4;
 
     std::array<std::int32_t, 3> interpolated(const glm::dvec2 &at) const;
+    glm::dvec2 place_of(const Weights &weights) const;
 
     const TexturePyramid *pyramid_ = nullptr;
     const TexturePyramid::Level *level_ = nullptr;
