@@ -29,6 +29,7 @@ TARGETS = {
     "mask_ranks": (1024, []),
     "raster": (4096, []),
     "ply_reader": (2048, [HERE / "corpus" / "ply", HERE.parent / "odd" / "files"]),
+    "gltf": (4096, []),
     "mesh": (1024, [HERE / "corpus" / "mesh"]),
     "chunk": (256, []),
     "unfilter": (256, []),

@@ -16,6 +16,13 @@ inline Result<Model> build_model(Surface surface, const BuildOptions &options, B
 
 namespace pbm::test {
 
+inline build::BuildOptions at_depth(int depth) {
+    build::BuildOptions options;
+    options.grid.depth = depth;
+    options.threads = 2;
+    return options;
+}
+
 // `input`: one surface, or several to merge. The default argument makes braces work.
 template <class Input = std::vector<build::Surface>>
 Model built(Input input, const build::BuildOptions &options, build::BuildStatistics *said = nullptr) {

@@ -41,13 +41,6 @@ Surface cloud(glm::dvec3 centre, unsigned count = 2000) {
     return surface;
 }
 
-BuildOptions at_depth(int depth) {
-    BuildOptions options;
-    options.grid.depth = depth;
-    options.threads = 2;
-    return options;
-}
-
 // Index of the point whose voxel holds `place`, or the number of points.
 std::size_t point_at(const Model &model, glm::dvec3 place) {
     std::vector<MortonCode> codes{0};

@@ -1,13 +1,11 @@
 // Panoramas from image files: accepted and refused files, and every truncation.
-#include "pbm_build/panorama/image_decoder.h"
 #include "pbm_build/panorama/panorama.h"
 #include "pbm_build/panorama/resample.h"
 #include "pbm_format/model/point_values.h"
+#include "pbm_scan/images/image_decoder.h"
+#include "unit/support/image_files.h"
 
 #include <gtest/gtest.h>
-
-#include <jpeglib.h>
-#include <png.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -20,52 +18,14 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
+using test::jpeg_of;
+using test::png_of;
 
 Bytes noise(std::size_t count) {
     std::mt19937 random(7);
     Bytes bytes(count);
     for (std::uint8_t &byte : bytes)
         byte = static_cast<std::uint8_t>(random());
-    return bytes;
-}
-
-Bytes png_of(std::uint32_t width, std::uint32_t height, std::uint32_t format, const void *pixels) {
-    png_image image{};
-    image.version = PNG_IMAGE_VERSION;
-    image.width = width;
-    image.height = height;
-    image.format = format;
-    png_alloc_size_t size = 0;
-    EXPECT_NE(png_image_write_to_memory(&image, nullptr, &size, 0, pixels, 0, nullptr), 0);
-    Bytes bytes(size);
-    EXPECT_NE(png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels, 0, nullptr), 0);
-    return bytes;
-}
-
-Bytes jpeg_of(std::uint32_t width, std::uint32_t height, int channels, bool progressive, Bytes pixels) {
-    jpeg_compress_struct info{};
-    jpeg_error_mgr errors{};
-    info.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&info);
-    unsigned char *memory = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&info, &memory, &size);
-    info.image_width = width;
-    info.image_height = height;
-    info.input_components = channels;
-    info.in_color_space = channels == 1 ? JCS_GRAYSCALE : channels == 3 ? JCS_RGB : JCS_CMYK;
-    jpeg_set_defaults(&info);
-    if (progressive)
-        jpeg_simple_progression(&info);
-    jpeg_start_compress(&info, TRUE);
-    for (std::uint32_t y = 0; y < height; ++y) {
-        JSAMPROW row = pixels.data() + std::size_t{y} * width * static_cast<std::size_t>(channels);
-        jpeg_write_scanlines(&info, &row, 1);
-    }
-    jpeg_finish_compress(&info);
-    Bytes bytes(memory, memory + size);
-    jpeg_destroy_compress(&info);
-    std::free(memory); // NOLINT: libjpeg allocated it
     return bytes;
 }
 
@@ -92,7 +52,7 @@ Status decode_all(ByteView bytes, Bytes &pixels) {
         const auto decoded = decode_hdr(bytes);
         return decoded ? Status() : Status(decoded.error());
     }
-    return decode_rows(bytes, *format,
+    return decode_rows(bytes, *format, 3,
                        [&](std::span<const std::uint8_t> row) { pixels.insert(pixels.end(), row.begin(), row.end()); });
 }
 

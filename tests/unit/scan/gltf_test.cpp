@@ -1,0 +1,307 @@
+// glTF and GLB: what is read, and that damage is refused.
+#include "pbm_scan/gltf/gltf_reader.h"
+#include "pbm_scan/surface_reader.h"
+#include "unit/support/image_files.h"
+
+#include <gtest/gtest.h>
+#include <meshoptimizer.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::build;
+using nlohmann::json;
+
+// A GLB under construction: arrays become buffer views and accessors.
+class Glb {
+  public:
+    json doc = {{"asset", {{"version", "2.0"}}}};
+
+    template <class T> std::size_t view(const std::vector<T> &values, std::size_t stride = 0) {
+        while (binary_.size() % 4 != 0)
+            binary_ += '\0';
+        json described{{"buffer", 0}, {"byteOffset", binary_.size()}, {"byteLength", values.size() * sizeof(T)}};
+        if (stride != 0)
+            described["byteStride"] = stride;
+        binary_.append(reinterpret_cast<const char *>(values.data()), values.size() * sizeof(T));
+        doc["bufferViews"].push_back(described);
+        return doc["bufferViews"].size() - 1;
+    }
+    std::size_t accessor(json described) {
+        doc["accessors"].push_back(std::move(described));
+        return doc["accessors"].size() - 1;
+    }
+    std::size_t floats(const std::vector<float> &values, const char *type, std::size_t components) {
+        return accessor({{"bufferView", view(values)},
+                         {"componentType", 5126},
+                         {"count", values.size() / components},
+                         {"type", type}});
+    }
+    std::size_t indices(const std::vector<std::uint16_t> &values) {
+        return accessor(
+            {{"bufferView", view(values)}, {"componentType", 5123}, {"count", values.size()}, {"type", "SCALAR"}});
+    }
+    // A mesh of these primitives, shown by a node.
+    void show(json primitives, json node = json::object()) {
+        doc["meshes"].push_back({{"primitives", std::move(primitives)}});
+        node["mesh"] = doc["meshes"].size() - 1;
+        doc["nodes"].push_back(std::move(node));
+        doc["scenes"][0]["nodes"].push_back(doc["nodes"].size() - 1);
+    }
+    const std::string &binary() const { return binary_; }
+    std::string file() const {
+        json whole = doc;
+        if (!whole.contains("buffers"))
+            whole["buffers"].push_back({{"byteLength", binary_.size()}});
+        std::string text = whole.dump(), binary = binary_;
+        text.resize((text.size() + 3) / 4 * 4, ' ');
+        binary.resize((binary.size() + 3) / 4 * 4, '\0');
+        const auto word = [](std::size_t value) {
+            const auto bits = static_cast<std::uint32_t>(value);
+            return std::string(reinterpret_cast<const char *>(&bits), 4);
+        };
+        return "glTF" + word(2) + word(28 + text.size() + binary.size()) + word(text.size()) + "JSON" + text +
+               word(binary.size()) + std::string("BIN\0", 4) + binary;
+    }
+
+  private:
+    std::string binary_;
+};
+
+Result<Surface> read(const std::string &file) {
+    return read_surface({reinterpret_cast<const std::uint8_t *>(file.data()), file.size()}, "scan.glb", {});
+}
+Surface surface(const Glb &glb) {
+    Result<Surface> result = read(glb.file());
+    EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
+    return result.ok() ? std::move(*result) : Surface{};
+}
+std::string refusal(const Glb &glb) {
+    const Result<Surface> result = read(glb.file());
+    EXPECT_FALSE(result.ok());
+    return result.ok() ? "" : result.error().message;
+}
+bool says(const Surface &s, const std::string &name, Fate fate) {
+    return std::any_of(s.report.begin(), s.report.end(),
+                       [&](const AttributeReport &line) { return line.name == name && line.fate == fate; });
+}
+
+const std::vector<float> kSquare{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+
+TEST(Gltf, ModesOfTriangles) {
+    const auto with = [](int mode, const std::vector<std::uint16_t> &corners) {
+        Glb glb;
+        const auto positions = glb.floats(kSquare, "VEC3", 3), indices = glb.indices(corners);
+        glb.show({{{"attributes", {{"POSITION", positions}}}, {"indices", indices}, {"mode", mode}}});
+        return surface(glb).triangles;
+    };
+    const std::vector<glm::uvec3> halves{{0, 1, 2}, {0, 2, 3}};
+    EXPECT_EQ(with(4, {0, 1, 2, 0, 2, 3}), halves);
+    EXPECT_EQ(with(5, {1, 2, 0, 3}), (std::vector<glm::uvec3>{{1, 2, 0}, {0, 2, 3}}));
+    EXPECT_EQ(with(6, {0, 1, 2, 3}), halves);
+    Glb plain; // without indices
+    plain.show({{{"attributes", {{"POSITION", plain.floats({0, 0, 0, 1, 0, 0, 1, 1, 0}, "VEC3", 3)}}}}});
+    EXPECT_EQ(surface(plain).triangles, (std::vector<glm::uvec3>{{0, 1, 2}}));
+}
+
+TEST(Gltf, NodesMoveTurnAndMirror) {
+    Glb glb;
+    const auto positions = glb.floats(kSquare, "VEC3", 3),
+               normals = glb.floats({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3", 3), indices = glb.indices({0, 1, 2});
+    const json primitive{{"attributes", {{"POSITION", positions}, {"NORMAL", normals}}}, {"indices", indices}};
+    glb.show({primitive}, {{"translation", {10, 0, 0}}, {"scale", {2, 2, 2}}});
+    glb.doc["nodes"].push_back({{"mesh", 0}, {"scale", {-1, 1, 1}}});
+    glb.doc["nodes"].push_back({{"children", {1}}, {"rotation", {0, 0, 0.70710678, 0.70710678}}});
+    glb.doc["nodes"].push_back({{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1}}});
+    glb.doc["scenes"][0]["nodes"] = {0, 2, 3};
+    const Surface s = surface(glb);
+    ASSERT_EQ(s.positions.size(), 12U);
+    EXPECT_EQ(s.positions[2], glm::dvec3(12, 2, 0));
+    EXPECT_NEAR(s.positions[6].x, -1, 1e-6); // (-1, 1) turned by 90 degrees
+    EXPECT_NEAR(s.positions[6].y, -1, 1e-6);
+    EXPECT_EQ(s.triangles[1], glm::uvec3(4, 6, 5)) << "a mirrored face is wound the other way";
+    EXPECT_EQ(s.positions[8], glm::dvec3(0, 0, 5));
+    EXPECT_EQ(s.normals[6], glm::vec3(0, 0, 1));
+}
+
+TEST(Gltf, ColoursAreFactorTimesThoseOfVertices) {
+    Glb glb;
+    const auto positions = glb.floats(kSquare, "VEC3", 3), indices = glb.indices({0, 1, 2, 0, 2, 3});
+    const auto colours = glb.accessor(
+        {{"bufferView",
+          glb.view(std::vector<std::uint8_t>{255, 255, 0, 255, 255, 255, 0, 255, 255, 255, 0, 255, 255, 255, 0, 255})},
+         {"componentType", 5121},
+         {"normalized", true},
+         {"count", 4},
+         {"type", "VEC4"}});
+    glb.doc["materials"] = {{{"pbrMetallicRoughness",
+                              {{"baseColorFactor", {0.5, 1, 1, 1}}, {"roughnessFactor", 0.5}, {"metallicFactor", 0}}}}};
+    glb.show(
+        {{{"attributes", {{"POSITION", positions}, {"COLOR_0", colours}}}, {"indices", indices}, {"material", 0}}});
+    const Surface s = surface(glb);
+    EXPECT_EQ(s.colours, std::vector<Rgb8>(4, Rgb8{188, 255, 0}));
+    ASSERT_EQ(s.materials.size(), 1U);
+    EXPECT_FLOAT_EQ(s.materials[0].ks, 0.05F);
+    EXPECT_FLOAT_EQ(s.materials[0].power, 30);
+    EXPECT_TRUE(says(s, "COLOR_0", Fate::converted));
+}
+
+TEST(Gltf, ImagesHaveTheirPlacesAndWraps) {
+    Glb glb;
+    const auto positions = glb.floats(kSquare, "VEC3", 3), indices = glb.indices({0, 1, 2});
+    const auto places = glb.floats({0, 1, 1, 1, 1, 0, 0, 0}, "VEC2", 2);
+    const Bytes pixels(12, 77);
+    glb.doc["images"] = {
+        {{"bufferView", glb.view(test::png_of(2, 2, PNG_FORMAT_RGB, pixels.data()))}, {"mimeType", "image/png"}}};
+    glb.doc["samplers"] = {{{"wrapS", 33071}, {"wrapT", 33648}}};
+    glb.doc["textures"] = {{{"source", 0}, {"sampler", 0}}};
+    glb.doc["materials"] = {
+        {{"pbrMetallicRoughness",
+          {{"baseColorTexture",
+            {{"index", 0},
+             {"texCoord", 1},
+             {"extensions",
+              {{"KHR_texture_transform", {{"offset", {0.5, 0}}, {"scale", {2, 1}}, {"texCoord", 0}}}}}}}}},
+         {"extensions", {{"KHR_materials_unlit", json::object()}}}}};
+    glb.show(
+        {{{"attributes", {{"POSITION", positions}, {"TEXCOORD_0", places}}}, {"indices", indices}, {"material", 0}}});
+    const Surface s = surface(glb);
+    ASSERT_EQ(s.textures.size(), 1U);
+    EXPECT_EQ(s.textures[0].texels[0][0], 77);
+    EXPECT_FALSE(s.textures[0].is_tinted);
+    EXPECT_EQ(s.textures[0].wrap, (std::array{Wrap::clamp, Wrap::mirror}));
+    EXPECT_EQ(s.texture_corners[0], (TextureCorners{{{0.5F, 1}, {2.5F, 1}, {2.5F, 0}}}));
+    EXPECT_EQ(s.materials[0].ka, 1);
+    EXPECT_EQ(s.materials[0].kd, 0);
+}
+
+TEST(Gltf, SparseQuantisedAndInterleavedAccessors) {
+    Glb glb;
+    // Integers of 16 bits with a stride of 8: KHR_mesh_quantization.
+    const auto quantised = glb.accessor(
+        {{"bufferView", glb.view(std::vector<std::int16_t>{0, 0, 0, 9, 32767, 0, 0, 9, 0, -32768, 0, 9}, 8)},
+         {"componentType", 5122},
+         {"normalized", true},
+         {"count", 3},
+         {"type", "VEC3"}});
+    glb.show({{{"attributes", {{"POSITION", quantised}}}}});
+    const json sparse{{"count", 1},
+                      {"indices", {{"bufferView", glb.view(std::vector<std::uint8_t>{2})}, {"componentType", 5121}}},
+                      {"values", {{"bufferView", glb.view(std::vector<float>{7, 8, 9})}}}};
+    const auto zeros = glb.accessor({{"componentType", 5126}, {"count", 3}, {"type", "VEC3"}, {"sparse", sparse}});
+    glb.show({{{"attributes", {{"POSITION", zeros}}}, {"mode", 0}}});
+    const Surface s = surface(glb);
+    ASSERT_EQ(s.positions.size(), 6U);
+    EXPECT_EQ(s.positions[1], glm::dvec3(1, 0, 0));
+    EXPECT_EQ(s.positions[2], glm::dvec3(0, -1, 0));
+    EXPECT_EQ(s.positions[4], glm::dvec3(0));
+    EXPECT_EQ(s.positions[5], glm::dvec3(7, 8, 9));
+    EXPECT_EQ(s.points_beside_triangles, 3U);
+}
+
+TEST(Gltf, MeshoptIsUnpacked) {
+    Glb glb;
+    std::vector<unsigned char> packed(meshopt_encodeVertexBufferBound(4, 12));
+    packed.resize(meshopt_encodeVertexBuffer(packed.data(), packed.size(), kSquare.data(), 4, 12));
+    const std::vector<unsigned int> corners{0, 1, 2, 0, 2, 3};
+    std::vector<unsigned char> packed_corners(meshopt_encodeIndexBufferBound(6, 4));
+    packed_corners.resize(meshopt_encodeIndexBuffer(packed_corners.data(), packed_corners.size(), corners.data(), 6));
+    const auto compressed = [&glb](std::size_t view, std::size_t stride, std::size_t count, const char *mode) {
+        json &described = glb.doc["bufferViews"][view];
+        described["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0},
+                                                              {"byteOffset", described["byteOffset"]},
+                                                              {"byteLength", described["byteLength"]},
+                                                              {"byteStride", stride},
+                                                              {"count", count},
+                                                              {"mode", mode}};
+        return view;
+    };
+    const auto positions = glb.accessor({{"bufferView", compressed(glb.view(packed), 12, 4, "ATTRIBUTES")},
+                                         {"componentType", 5126},
+                                         {"count", 4},
+                                         {"type", "VEC3"}});
+    const auto indices = glb.accessor({{"bufferView", compressed(glb.view(packed_corners), 4, 6, "TRIANGLES")},
+                                       {"componentType", 5125},
+                                       {"count", 6},
+                                       {"type", "SCALAR"}});
+    glb.show({{{"attributes", {{"POSITION", positions}}}, {"indices", indices}}});
+    glb.doc["extensionsRequired"] = {"EXT_meshopt_compression"};
+    const Surface s = surface(glb);
+    EXPECT_EQ(s.positions[2], glm::dvec3(1, 1, 0));
+    EXPECT_EQ(s.triangles.size(), 2U);
+    glb.doc["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]["byteLength"] = packed.size() - 1;
+    EXPECT_NE(refusal(glb).find("are damaged"), std::string::npos);
+    glb.doc["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]["count"] = 4'000'000'000U;
+    EXPECT_NE(refusal(glb).find("more elements than its compressed bytes can hold"), std::string::npos);
+}
+
+TEST(Gltf, FilesBesideIt) {
+    const std::filesystem::path folder =
+        std::filesystem::path(testing::TempDir()) / ("pbm_gltf_" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder);
+    Glb glb;
+    glb.show({{{"attributes", {{"POSITION", glb.floats({0, 0, 0, 1, 0, 0, 1, 1, 0}, "VEC3", 3)}}}}});
+    glb.doc["buffers"] = {{{"uri", "my%20data.bin"}, {"byteLength", glb.binary().size()}}};
+    std::ofstream(folder / "my data.bin") << glb.binary();
+    const std::string path = (folder / "scan.gltf").string();
+    std::ofstream(path) << glb.doc.dump();
+    EXPECT_EQ(further_files(path), std::vector{(folder / "my data.bin").string()});
+    Result<Surface> s = read_surface(path, {});
+    ASSERT_TRUE(s.ok()) << s.error().message;
+    EXPECT_EQ(s->triangles.size(), 1U);
+    std::filesystem::resize_file(folder / "my data.bin", 35);
+    s = read_surface(path, {});
+    ASSERT_FALSE(s.ok());
+    EXPECT_NE(s.error().message.find("buffers[0] announces 36 bytes and has 35"), std::string::npos)
+        << s.error().message;
+    std::filesystem::remove(folder / "my data.bin");
+    EXPECT_NE(read_surface(path, {}).error().message.find("there is no file 'my%20data.bin'"), std::string::npos);
+    glb.doc["buffers"][0]["uri"] =
+        "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAA";
+    std::ofstream(path) << glb.doc.dump();
+    s = read_surface(path, {});
+    ASSERT_TRUE(s.ok()) << s.error().message;
+    EXPECT_EQ(s->positions[2], glm::dvec3(1, 1, 0));
+    std::filesystem::remove_all(folder);
+}
+
+TEST(Gltf, EveryCutAndWrongReferenceIsRefused) {
+    Glb glb;
+    const auto positions = glb.floats(kSquare, "VEC3", 3), indices = glb.indices({0, 1, 2, 0, 2, 3});
+    glb.show({{{"attributes", {{"POSITION", positions}}}, {"indices", indices}}});
+    const std::string file = glb.file();
+    for (std::size_t size = 4; size < file.size(); ++size)
+        EXPECT_FALSE(read(file.substr(0, size)).ok()) << size;
+    const auto changed = [&glb](const char *pointer, const json &value) {
+        Glb other = glb;
+        other.doc[json::json_pointer(pointer)] = value;
+        return refusal(other);
+    };
+    const auto has = [](const std::string &text, const char *part) { return text.find(part) != std::string::npos; };
+    EXPECT_TRUE(has(changed("/accessors/0/count", 5), "announces 5 elements, but its buffer view holds 4"));
+    EXPECT_TRUE(has(changed("/accessors/0/bufferView", 9), "bufferViews[9] does not exist"));
+    EXPECT_TRUE(has(changed("/accessors/0/type", "VEC9"), "no type that glTF knows"));
+    EXPECT_TRUE(has(changed("/bufferViews/0/byteLength", 1000), "beyond the end of its buffer"));
+    EXPECT_TRUE(has(changed("/meshes/0/primitives/0/attributes/POSITION", 7), "accessors[7] does not exist"));
+    EXPECT_TRUE(has(changed("/meshes/0/primitives/0/mode", 9), "mode 9"));
+    EXPECT_TRUE(has(changed("/nodes/0/mesh", 3), "meshes[3] does not exist"));
+    EXPECT_TRUE(has(changed("/nodes/0/children", {0}), "child of itself"));
+    EXPECT_TRUE(has(changed("/scenes/0/nodes", {8}), "nodes[8] does not exist"));
+    EXPECT_TRUE(has(changed("/asset/version", "1.0"), "glTF 1"));
+    EXPECT_TRUE(has(changed("/extensionsRequired", {"KHR_gaussian_splatting"}), "requires 'KHR_gaussian_splatting'"));
+    Glb beyond;
+    const auto few = beyond.floats({0, 0, 0, 1, 0, 0, 1, 1, 0}, "VEC3", 3), four = beyond.indices({0, 1, 3});
+    beyond.show({{{"attributes", {{"POSITION", few}}}, {"indices", four}}});
+    EXPECT_TRUE(has(refusal(beyond), "meshes[0].primitives[0]: vertex index 3, but there are 3 vertices"));
+}
+
+} // namespace
