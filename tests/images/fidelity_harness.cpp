@@ -59,7 +59,8 @@ template <class T> T value_or_throw(Result<T> result, const std::string &file) {
 glm::dvec3 texel_colour(const build::Texture &image, const glm::dvec2 &place) {
     const auto index = [](double at, std::uint32_t size, build::Wrap wrap) {
         const double n = size;
-        double within = wrap == build::Wrap::clamp ? std::clamp(at, 0.0, n - 1) : std::fmod(std::fmod(at, 2 * n) + 2 * n, 2 * n);
+        double within =
+            wrap == build::Wrap::clamp ? std::clamp(at, 0.0, n - 1) : std::fmod(std::fmod(at, 2 * n) + 2 * n, 2 * n);
         if (wrap == build::Wrap::repeat && within >= n)
             within -= n;
         if (wrap == build::Wrap::mirror && within >= n)
@@ -70,8 +71,8 @@ glm::dvec3 texel_colour(const build::Texture &image, const glm::dvec2 &place) {
     glm::dvec3 colour(0);
     for (int i = 0; i < 4; ++i) {
         const double x = i & 1, y = i >> 1; // NOLINT(bugprone-integer-division)
-        const auto &texel = image.texels[index(low.y + y, image.height, image.wrap[1]) * image.width +
-                                         index(low.x + x, image.width, image.wrap[0])];
+        const auto &texel = image.texels[index(low.y + y, image.height, image.use.wrap[1]) * image.width +
+                                         index(low.x + x, image.width, image.use.wrap[0])];
         colour += (x > 0 ? part.x : 1 - part.x) * (y > 0 ? part.y : 1 - part.y) *
                   glm::dvec3(to_linear(texel[0]), to_linear(texel[1]), to_linear(texel[2]));
     }
@@ -89,7 +90,7 @@ std::optional<glm::dvec3> image_colour(const build::Surface &images, const Trian
     const build::Texture &image = images.textures[id];
     glm::dvec3 colour = texel_colour(image, weights.x * glm::dvec2(corners[0]) + weights.y * glm::dvec2(corners[1]) +
                                                 weights.z * glm::dvec2(corners[2]));
-    if (image.is_tinted && !colours.empty()) {
+    if (image.use.is_tinted && !colours.empty()) {
         const glm::uvec3 &t = mesh.triangles[triangle];
         colour *= weights.x * glm::dvec3(colours[t.x]) + weights.y * glm::dvec3(colours[t.y]) +
                   weights.z * glm::dvec3(colours[t.z]);

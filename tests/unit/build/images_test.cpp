@@ -68,7 +68,7 @@ TEST(Images, EachPointHasTheColourOfItsPlace) {
                      static_cast<std::uint8_t>(y < 32 ? 255 : 0), 255};
     });
     Surface surface = square(image);
-    surface.textures.front().wrap = {Wrap::clamp, Wrap::clamp};
+    surface.textures.front().use.wrap = {Wrap::clamp, Wrap::clamp};
     for (const int depth : {5, 6, 8}) { // two texels per voxel, one, and a quarter
         const std::vector<Point> points = points_of(built(surface, at_depth(depth)));
         ASSERT_GT(points.size(), 900U);
@@ -138,7 +138,7 @@ TEST(Images, TrianglesWithoutOneKeepTheirColours) {
 TEST(Images, ColoursOfVerticesMultiplyTintedOnes) {
     Surface surface = square(texture(4, 4, [](auto, auto) { return Texel{188, 255, 255, 255}; }));
     surface.colours.assign(4, Rgb8{188, 188, 0});
-    surface.textures.front().is_tinted = true;
+    surface.textures.front().use.is_tinted = true;
     for (const Point &p : points_of(built(surface, at_depth(6)))) {
         EXPECT_NEAR(p.colour[0], 137, 1); // a quarter of the light
         EXPECT_EQ(p.colour[1], 188);
@@ -192,6 +192,30 @@ TEST(Images, ManyTexelsPerVoxelMakeTheGridFiner) {
     EXPECT_EQ(depth_with(700), kMinMeshDepth + 1);
     EXPECT_EQ(depth_with(1500), kMinMeshDepth + 2);
     EXPECT_EQ(depth_with(4000), kMinMeshDepth + 2);
+}
+
+TEST(Images, TransparentTexelsCutHoles) {
+    // Opaque in a disc around the middle.
+    const auto image = texture(256, 256, [](std::uint32_t x, std::uint32_t y) {
+        const double dx = x - 127.5, dy = y - 127.5;
+        const bool inside = dx * dx + dy * dy < 100 * 100;
+        return inside ? Texel{9, 8, 7, 200} : Texel{255, 0, 255, 10};
+    });
+    Surface surface = square(image);
+    for (const int depth : {6, 8, 9}) { // also where a voxel is smaller than a texel
+        surface.textures.front().use.least_opacity = 0.5F;
+        const std::vector<Point> points = points_of(built(surface, at_depth(depth)));
+        const double whole = std::ldexp(1.0, 2 * depth), share = static_cast<double>(points.size()) / whole;
+        EXPECT_NEAR(share, 3.14159 * 100 * 100 / (256 * 256), 0.02) << depth;
+        for (const Point &p : points) {
+            EXPECT_LT(std::hypot(p.x - 0.5, p.y - 0.5), 0.42);
+            EXPECT_EQ(p.colour, (Rgb8{9, 8, 7}));
+        }
+        surface.textures.front().use.least_opacity = 0;
+        EXPECT_GE(points_of(built(surface, at_depth(depth))).size(), static_cast<std::size_t>(whole));
+    }
+    surface.textures.front().use.least_opacity = 1;
+    EXPECT_EQ(test::refused(surface, at_depth(6)).code, ErrorCode::bad_input);
 }
 
 TEST(Images, IgnoredWithTheColoursOfPoints) {

@@ -177,8 +177,8 @@ TEST(Gltf, ImagesHaveTheirPlacesAndWraps) {
     const Surface s = surface(glb);
     ASSERT_EQ(s.textures.size(), 1U);
     EXPECT_EQ(s.textures[0].texels[0][0], 77);
-    EXPECT_FALSE(s.textures[0].is_tinted);
-    EXPECT_EQ(s.textures[0].wrap, (std::array{Wrap::clamp, Wrap::mirror}));
+    EXPECT_FALSE(s.textures[0].use.is_tinted);
+    EXPECT_EQ(s.textures[0].use.wrap, (std::array{Wrap::clamp, Wrap::mirror}));
     EXPECT_EQ(s.texture_corners[0], (TextureCorners{{{0.5F, 1}, {2.5F, 1}, {2.5F, 0}}}));
     EXPECT_EQ(s.materials[0].ka, 1);
     EXPECT_EQ(s.materials[0].kd, 0);

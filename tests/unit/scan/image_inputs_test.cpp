@@ -73,8 +73,8 @@ TEST_F(ImageInputs, AnObjHasTheImagesOfItsMaterials) {
               (std::vector<std::uint16_t>{0, 0, Surface::kNoTexture, 1, Surface::kNoTexture, Surface::kNoTexture}));
     EXPECT_EQ(s.textures[0].texels[0][0], 10);
     EXPECT_EQ(s.textures[1].texels[3][2], 20);
-    EXPECT_EQ(s.textures[0].wrap, (std::array{Wrap::clamp, Wrap::clamp}));
-    EXPECT_EQ(s.textures[1].wrap, (std::array{Wrap::repeat, Wrap::repeat}));
+    EXPECT_EQ(s.textures[0].use.wrap, (std::array{Wrap::clamp, Wrap::clamp}));
+    EXPECT_EQ(s.textures[1].use.wrap, (std::array{Wrap::repeat, Wrap::repeat}));
     // Upwards in the file, downwards here.
     EXPECT_EQ(s.texture_corners[1], (TextureCorners{{{0.25F, 0.5F}, {2.25F, -2.5F}, {0.25F, -2.5F}}}));
     EXPECT_EQ(s.texture_corners[3], (TextureCorners{{{0, 1}, {1, 1}, {1, 0}}}));

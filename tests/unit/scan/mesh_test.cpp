@@ -412,8 +412,8 @@ TEST(SurfaceReader, CompressedFilesAreUnpacked) {
 
 TEST(SurfaceReader, OtherFormatsAreNamed) {
     EXPECT_TRUE(has(surface_error("P4\n8 8\n", "x.pbm").message, "Netpbm bitmap"));
-    EXPECT_TRUE(has(surface_error("glTF\2", "x.glb").message, "glTF; convert it to PLY"));
-    EXPECT_TRUE(has(surface_error("{}", "x.gltf").message, "glTF"));
+    EXPECT_TRUE(has(surface_error("Kaydara FBX Binary", "x.fbx").message, "FBX; convert it to PLY"));
+    EXPECT_TRUE(has(surface_error("{}", "x.gltf").message, "no glTF file"));
     EXPECT_TRUE(has(surface_error("LASF", "x.las").message, "LAS"));
     EXPECT_TRUE(has(surface_error("\x1f\x8b\x08", "x.ply.gz").message, "gzip"));
     EXPECT_TRUE(has(surface_error("BZh9", "x.ply.bz2").message, "bzip2"));

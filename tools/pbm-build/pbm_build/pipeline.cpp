@@ -56,8 +56,7 @@ AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
 void colour_beside_images(Surface &surface) {
     if (surface.texture_ids.empty() || !surface.colours.empty())
         return;
-    const std::vector<Material> materials =
-        surface.materials.empty() ? std::vector<Material>(1) : surface.materials;
+    const std::vector<Material> materials = surface.materials.empty() ? std::vector<Material>(1) : surface.materials;
     surface.colours.assign(surface.positions.size(), materials.front().colour);
     for (std::size_t i = 0; i < surface.material_ids.size(); ++i)
         surface.colours[i] = materials[surface.material_ids[i]].colour;
@@ -131,6 +130,8 @@ Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, Verte
         run.statistics.samples = hits.size();
         Voxels voxels = run.clock.run("voxelize", [&] { return voxelize(sampler, hits, set, options.threads); });
         voxels.made = std::move(*filled);
+        if (voxels.codes.empty())
+            return bad_input("the images are transparent everywhere: there is nothing to build");
         if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points) {
             if (!options.grid.max_points && grid.depth < first_depth)
                 run.statistics.report("depth", Fate::converted,

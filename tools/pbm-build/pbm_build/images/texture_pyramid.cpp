@@ -13,7 +13,7 @@ namespace {
 using Level = TexturePyramid::Level;
 using Texel = TexturePyramid::Texel;
 
-// The mean of up to four texels, weighted by how much of them is covered; that of all if nothing is.
+// The mean of up to four texels, weighted by how much of them counts; that of all if nothing does.
 Texel mean_of(std::span<const Texel> parts, std::size_t whole) {
     std::array<std::uint64_t, 3> sums{};
     std::uint64_t weights = 0, covered = 0;
@@ -34,18 +34,24 @@ Texel mean_of(std::span<const Texel> parts, std::size_t whole) {
 }
 
 Level half_of(const Level &level, int threads) {
-    Level half{(level.width + 1) / 2, (level.height + 1) / 2, {}};
+    Level half{(level.width + 1) / 2, (level.height + 1) / 2, {}, {}};
     half.texels.resize(std::size_t{half.width} * half.height);
+    half.cut.resize(level.cut.empty() ? 0 : half.texels.size());
     parallel_for(half.height, threads, [&](std::size_t y) {
         const std::size_t rows = 2 * y + 1 < level.height ? 2 : 1;
         for (std::size_t x = 0; x < half.width; ++x) {
             const std::size_t columns = 2 * x + 1 < level.width ? 2 : 1;
             std::array<Texel, 4> parts{};
-            std::size_t count = 0;
+            std::size_t count = 0, cut = 0;
             for (std::size_t row = 0; row < rows; ++row)
-                for (std::size_t column = 0; column < columns; ++column)
-                    parts[count++] = level.texels[(2 * y + row) * level.width + 2 * x + column];
+                for (std::size_t column = 0; column < columns; ++column) {
+                    const std::size_t from = (2 * y + row) * level.width + 2 * x + column;
+                    parts[count++] = level.texels[from];
+                    cut += level.cut.empty() ? 0U : level.cut[from];
+                }
             half.texels[y * half.width + x] = mean_of(std::span(parts).first(count), count);
+            if (!level.cut.empty())
+                half.cut[y * half.width + x] = static_cast<std::uint8_t>(cut / count);
         }
     });
     return half;
@@ -100,12 +106,17 @@ void TextureCoverage::add(const TextureCorners &corners) {
     }
 }
 
-TexturePyramid::TexturePyramid(Texture texture, const TextureCoverage &coverage, int threads)
-    : wrap_(texture.wrap), is_tinted_(texture.is_tinted) {
-    levels_.push_back({texture.width, texture.height, std::move(texture.texels)});
+TexturePyramid::TexturePyramid(Texture texture, const TextureCoverage &coverage, int threads) : use_(texture.use) {
+    levels_.push_back({texture.width, texture.height, std::move(texture.texels), {}});
     std::vector<Texel> &texels = levels_.front().texels;
-    for (std::size_t i = 0; i < texels.size(); ++i)
-        texels[i][3] = coverage.covers(i) ? 255 : 0;
+    std::vector<std::uint8_t> &cut = levels_.front().cut;
+    cut.resize(use_.least_opacity > 0 ? texels.size() : 0);
+    for (std::size_t i = 0; i < texels.size(); ++i) {
+        const bool is_cut = static_cast<float>(texels[i][3]) < use_.least_opacity * 255;
+        texels[i][3] = coverage.covers(i) && !is_cut ? 255 : 0;
+        if (!cut.empty())
+            cut[i] = coverage.covers(i) && is_cut ? 255 : 0;
+    }
     while (levels_.back().width > 1 || levels_.back().height > 1) {
         Level half = half_of(levels_.back(), threads);
         levels_.push_back(std::move(half));

@@ -14,7 +14,7 @@ namespace pbm::build {
 class TextureCoverage {
   public:
     explicit TextureCoverage(const Texture &texture)
-        : width_(texture.width), height_(texture.height), wrap_(texture.wrap),
+        : width_(texture.width), height_(texture.height), wrap_(texture.use.wrap),
           covered_(std::size_t{width_} * height_, 0) {}
 
     // Adds all texels that a triangle touches, with half a texel around it. Safe to call from several threads.
@@ -42,15 +42,16 @@ inline std::uint32_t wrapped(std::int64_t at, std::uint32_t size, Wrap wrap) {
 }
 
 // Level 0 is the image; each further one has half its size, rounded up. A texel is the mean, in linear light, of those
-// below it that are covered.
+// below it that are covered and cut no hole.
 class TexturePyramid {
   public:
     using Texel = std::array<std::uint8_t, 4>; // sRGB, and the covered share: 0..255
     struct Level {
         std::uint32_t width = 0, height = 0;
-        std::vector<Texel> texels; // [height][width], top row first
-        const Texel &at(std::int64_t x, std::int64_t y, const std::array<Wrap, 2> &wrap) const {
-            return texels[std::size_t{wrapped(y, height, wrap[1])} * width + wrapped(x, width, wrap[0])];
+        std::vector<Texel> texels;     // [height][width], top row first
+        std::vector<std::uint8_t> cut; // share of a texel that is covered and cuts a hole; empty: none is
+        std::size_t index(std::int64_t x, std::int64_t y, const std::array<Wrap, 2> &wrap) const {
+            return std::size_t{wrapped(y, height, wrap[1])} * width + wrapped(x, width, wrap[0]);
         }
     };
 
@@ -58,13 +59,12 @@ class TexturePyramid {
     TexturePyramid(Texture texture, const TextureCoverage &coverage, int threads);
 
     const std::vector<Level> &levels() const { return levels_; }
-    const std::array<Wrap, 2> &wrap() const { return wrap_; }
-    bool is_tinted() const { return is_tinted_; }
+    const std::array<Wrap, 2> &wrap() const { return use_.wrap; }
+    bool is_tinted() const { return use_.is_tinted; }
 
   private:
     std::vector<Level> levels_;
-    std::array<Wrap, 2> wrap_{};
-    bool is_tinted_ = false;
+    TextureUse use_{};
 };
 
 // Takes the images out of `surface`.

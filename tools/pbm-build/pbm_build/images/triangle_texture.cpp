@@ -58,7 +58,7 @@ void TriangleTexture::set(const TexturePyramid &pyramid, const TextureCorners &t
     }
 }
 
-std::array<std::int32_t, 3> TriangleTexture::interpolated(const glm::dvec2 &at) const {
+std::optional<std::array<std::int32_t, 3>> TriangleTexture::interpolated(const glm::dvec2 &at) const {
     const double x = at.x - 0.5, y = at.y - 0.5;
     const std::int64_t left = floor_of(x), top = floor_of(y);
     const double right = x - static_cast<double>(left), bottom = y - static_cast<double>(top);
@@ -66,17 +66,22 @@ std::array<std::int32_t, 3> TriangleTexture::interpolated(const glm::dvec2 &at) 
     const std::array<double, 4> shares{(1 - right) * (1 - bottom), right * (1 - bottom), (1 - right) * bottom,
                                        right * bottom};
     std::array<double, 3> sums{};
-    double weights = 0;
+    double weights = 0, cut = 0;
     for (std::size_t i = 0; i < shares.size(); ++i) {
-        const TexturePyramid::Texel &texel = level_->at(left + static_cast<std::int64_t>(i & 1),
-                                                        top + static_cast<std::int64_t>(i >> 1), pyramid_->wrap());
+        const std::size_t index = level_->index(left + static_cast<std::int64_t>(i & 1),
+                                                top + static_cast<std::int64_t>(i >> 1), pyramid_->wrap());
+        const TexturePyramid::Texel &texel = level_->texels[index];
         // Texels of the background count only where there is nothing else.
         constexpr double kHardly = 1e-6;
         const double weight = texel[3] != 0 ? shares[i] : shares[i] * kHardly;
         weights += weight;
+        if (!level_->cut.empty() && level_->cut[index] != 0)
+            cut += shares[i];
         for (std::size_t c = 0; c < 3; ++c)
             sums[c] += weight * linear[texel[c]];
     }
+    if (cut > weights)
+        return std::nullopt;
     const double share = 1 / weights;
     std::array<std::int32_t, 3> colour{};
     for (std::size_t c = 0; c < 3; ++c)
@@ -88,7 +93,7 @@ glm::dvec2 TriangleTexture::place_of(const Weights &weights) const {
     return weights[0] * corners_[0] + weights[1] * corners_[1] + weights[2] * corners_[2];
 }
 
-std::array<std::int32_t, 3> TriangleTexture::colour(const Weights &weights) const {
+std::optional<std::array<std::int32_t, 3>> TriangleTexture::colour(const Weights &weights) const {
     const glm::dvec2 centre = place_of(weights);
     if (is_magnified_)
         return interpolated(centre);
@@ -110,13 +115,18 @@ std::array<std::int32_t, 3> TriangleTexture::colour(const Weights &weights) cons
     }
     const std::uint16_t *const linear = linear_table().data();
     std::array<std::uint32_t, 3> sums{};
-    std::uint32_t all = 0;
+    std::uint32_t all = 0, cut = 0;
     for (std::size_t i = 0; i < kTaps; ++i) {
-        const TexturePyramid::Texel &texel = level_->at(floor_of(x[i]), floor_of(y[i]), pyramid_->wrap());
+        const std::size_t index = level_->index(floor_of(x[i]), floor_of(y[i]), pyramid_->wrap());
+        const TexturePyramid::Texel &texel = level_->texels[index];
+        if (!level_->cut.empty())
+            cut += level_->cut[index];
         all += texel[3];
         for (std::size_t c = 0; c < 3; ++c)
             sums[c] += std::uint32_t{texel[3]} * linear[texel[c]];
     }
+    if (cut > all)
+        return std::nullopt;
     if (all == 0) // by rounding, just outside of what is covered
         return interpolated(centre);
     const double share = 1 / static_cast<double>(all);

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 namespace pbm::build {
 
@@ -19,15 +20,15 @@ class TriangleTexture {
     // `corners`: in voxel units. Refers to `pyramid`.
     void set(const TexturePyramid &pyramid, const TextureCorners &texture, const std::array<glm::dvec3, 3> &corners);
 
-    // Linear light, 0..65,535, around the place with these weights of the corners.
-    std::array<std::int32_t, 3> colour(const std::array<double, 3> &weights) const;
+    // Linear light, 0..65,535, around the place with these weights of the corners; nothing where the image cuts a hole.
+    std::optional<std::array<std::int32_t, 3>> colour(const std::array<double, 3> &weights) const;
     bool is_tinted() const { return pyramid_->is_tinted(); }
 
   private:
     using Weights = std::array<double, 3>;
     static constexpr std::size_t kTaps = 4;
 
-    std::array<std::int32_t, 3> interpolated(const glm::dvec2 &at) const;
+    std::optional<std::array<std::int32_t, 3>> interpolated(const glm::dvec2 &at) const;
     glm::dvec2 place_of(const Weights &weights) const;
 
     const TexturePyramid *pyramid_ = nullptr;

@@ -15,11 +15,12 @@ struct Sample {
     ShortNormal normal{}; // zero: no vote
     LinearColour colour{};
 
-    // Attributes common to all samples of a triangle, except for the material.
+    // Attributes common to all samples of a triangle, except for the material and holes.
     struct Rest {
         std::uint8_t material = 0;
         std::uint8_t radius = 0; // index of the radius table; 0: none given
         bool two_sided = false;
+        bool is_hole = false; // an image cuts a hole here: no vote for anything
 
         // Includes one more corner of the triangle.
         void add_corner(const Rest &corner) {

@@ -82,14 +82,17 @@ void SampleCursor::take_point(std::uint32_t source, std::size_t row, SampleRows 
 }
 
 // The colour of the image, times that of the corners where it is tinted.
-void SampleCursor::take_image_colour(std::size_t row, MixedRows &rows) const {
-    const std::array<std::int32_t, 3> colour =
-        image_.colour({rows.weights[0][row], rows.weights[1][row], rows.weights[2][row]});
+void SampleCursor::take_image_colour(std::size_t row, SampleRows &rows) const {
+    const auto &weights = rows.mixed.weights;
+    const auto colour = image_.colour({weights[0][row], weights[1][row], weights[2][row]});
+    rows.rest[row].is_hole = !colour;
+    if (!colour)
+        return;
     const bool is_tinted = image_.is_tinted() && triangle_.has_colour;
     constexpr std::int64_t kWhite = 65535;
     for (std::size_t c = 0; c < 3; ++c) {
-        std::int32_t &to = rows.colours[c][row];
-        to = is_tinted ? static_cast<std::int32_t>(std::int64_t{colour[c]} * to / kWhite) : colour[c];
+        std::int32_t &to = rows.mixed.colours[c][row];
+        to = is_tinted ? static_cast<std::int32_t>(std::int64_t{(*colour)[c]} * to / kWhite) : (*colour)[c];
     }
 }
 
@@ -99,7 +102,7 @@ void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t fir
     for (std::size_t row = first; row < end; ++row)
         rows.rest[row] = rest_;
     for (std::size_t row = first; row < end && has_image_; ++row)
-        take_image_colour(row, rows.mixed);
+        take_image_colour(row, rows);
     for (std::size_t row = first; row < end && mixed_materials_; ++row) {
         const auto &weights = rows.mixed.weights;
         const std::array<double, 3> of_corners{weights[0][row], weights[1][row], weights[2][row]};

@@ -28,7 +28,7 @@ class SampleCursor {
   private:
     void load(std::uint32_t source);
     void take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const;
-    void take_image_colour(std::size_t row, MixedRows &rows) const;
+    void take_image_colour(std::size_t row, SampleRows &rows) const;
     void take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end, SampleRows &rows) const;
 
     const SurfaceSampler &sampler_;

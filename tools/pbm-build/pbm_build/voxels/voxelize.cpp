@@ -67,6 +67,8 @@ class BucketVoxelizer {
         voxels_.points.resize(first + count, set_);
         bool thin = false;
         for (std::size_t i = 0; i < count; ++i) {
+            if (is_hole(sums_[i]))
+                continue;
             store(sums_[i], first + i);
             if (set_.material)
                 voxels_.points.materials[first + i] = majority(votes_[i]);
@@ -74,6 +76,31 @@ class BucketVoxelizer {
         }
         if (thin)
             average_thin(hits, first);
+        if (std::exchange(has_holes_, false))
+            remove_holes(first);
+    }
+
+    // Whether images have cut all samples of a voxel away.
+    bool is_hole(const VoxelSums &sums) const { return has_holes_ && sums.samples == 0; }
+
+    // Removes those among the voxels from `first` on.
+    void remove_holes(std::size_t first) {
+        std::size_t kept = first;
+        for (std::size_t i = 0; i < sums_.size(); ++i) {
+            if (sums_[i].samples == 0)
+                continue;
+            voxels_.codes[kept] = voxels_.codes[first + i];
+            for_columns(
+                set_,
+                [&](const StreamInfo &, std::size_t width, auto &column) {
+                    for (std::size_t k = 0; k < width; ++k)
+                        column[width * kept + k] = column[width * (first + i) + k];
+                },
+                voxels_.points);
+            ++kept;
+        }
+        voxels_.codes.resize(kept);
+        voxels_.points.resize(kept, set_);
     }
 
     // Numbers the occupied voxels in Morton order.
@@ -115,6 +142,11 @@ class BucketVoxelizer {
         for (std::size_t row = 0; row < hits.size(); ++row) {
             const std::size_t point = point_in_block_[voxel_in_block(hits[row])];
             const Sample::Rest &rest = rows_.rest[row];
+            if (rest.is_hole) {
+                has_holes_ = true;
+                to[row] = {};
+                continue;
+            }
             const std::array<std::int32_t, 3> normal{normals[0][row], normals[1][row], normals[2][row]};
             VoxelSums &sums = sums_[point];
             sums.add_normal(normal, rest.two_sided);
@@ -160,6 +192,7 @@ class BucketVoxelizer {
     std::vector<VoxelSums> sums_;
     std::vector<MaterialVotes> votes_;
     SampleRows rows_;
+    bool has_holes_ = false;           // an image cuts a sample of the block away
     std::vector<ShortNormal> normals_; // of the block's hits
     Voxels voxels_;
 };

@@ -44,7 +44,7 @@ glm::mat3 transform_of(const Json *extension) {
 
 } // namespace
 
-std::uint16_t GltfMaterials::load_image(std::size_t image, const std::array<Wrap, 2> &wrap) {
+std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use) {
     const Json *const described = item(document_.root("images"), image);
     const std::string uri = text_of(described, "uri"), given = text_of(described, "name");
     const std::string name = !uri.empty() && !uri.starts_with("data:") ? uri
@@ -58,15 +58,15 @@ std::uint16_t GltfMaterials::load_image(std::size_t image, const std::array<Wrap
     const std::string key = std::to_string(image) + "/" + name;
     if (const auto of_view = index_of(described, "bufferView")) {
         const auto view = document_.view(*of_view);
-        return view ? images_.of_bytes(key, view->bytes, wrap, true) : drop(view.error().message);
+        return view ? images_.of_bytes(key, view->bytes, use) : drop(view.error().message);
     }
     if (uri.empty())
         return drop("it has neither bytes nor a file");
     const auto resource = document_.resource(uri);
-    return resource ? images_.of_bytes(key, resource->bytes(), wrap, true) : drop(resource.error().message);
+    return resource ? images_.of_bytes(key, resource->bytes(), use) : drop(resource.error().message);
 }
 
-void GltfMaterials::read_image(const Json &used, GltfMaterial &material) {
+void GltfMaterials::read_image(const Json &used, float least_opacity, GltfMaterial &material) {
     const Json *const texture = item(document_.root("textures"), index_of(&used, "index").value_or(~std::size_t{0}));
     if (texture == nullptr)
         return;
@@ -83,7 +83,9 @@ void GltfMaterials::read_image(const Json &used, GltfMaterial &material) {
     const Json *const sampler =
         item(document_.root("samplers"), index_of(texture, "sampler").value_or(~std::size_t{0}));
     material.has_image = true;
-    material.texture = load_image(*source, {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")});
+    material.texture = load_image(*source, {.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")},
+                                            .is_tinted = true,
+                                            .least_opacity = least_opacity});
     const Json *const transform = member(member(&used, "extensions"), "KHR_texture_transform");
     material.transform = transform_of(transform);
     const auto set = index_of(transform, "texCoord");
@@ -124,8 +126,14 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
             static_cast<float>(std::clamp(2 / std::max(1e-6, rough * rough * rough * rough) - 2, 1.0, 1024.0));
         made.material.environment = static_cast<float>(0.4 * metal * (1 - rough));
     }
+    const std::string mode = text_of(described, "alphaMode");
+    constexpr double kUsualCutoff = 0.5, kLeastFactor = 1e-3;
+    const double cutoff = std::clamp(number_of(described, "alphaCutoff", kUsualCutoff), 0.0, 1.0) /
+                          std::max(kLeastFactor, static_cast<double>(made.factor.w));
     if (image != nullptr)
-        read_image(*image, made);
+        read_image(*image, mode == "MASK" ? static_cast<float>(std::min(cutoff, 1.0)) : 0, made);
+    if (mode == "BLEND" || (mode == "MASK" && !made.has_image))
+        drop_once(report_, "opacity of materials (" + mode + ")", "points are opaque");
     const auto drop = [&](const Json *from, const char *key, const char *why) {
         if (member(from, key) != nullptr)
             drop_once(report_, std::string(key) + " of materials", why);
@@ -134,8 +142,6 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
         drop(described, key, "not used by PBM");
     drop(metallic, "metallicRoughnessTexture", "PBM has materials, no images of them");
     drop(glossy, "specularGlossinessTexture", "PBM has materials, no images of them");
-    if (const std::string mode = text_of(described, "alphaMode"); mode == "BLEND" || mode == "MASK")
-        drop_once(report_, "opacity of materials (" + mode + ")", "points are opaque");
     return made;
 }
 

@@ -35,8 +35,8 @@ class GltfMaterials {
     const GltfMaterial &get(std::optional<std::size_t> index);
 
   private:
-    void read_image(const Json &texture, GltfMaterial &material);
-    std::uint16_t load_image(std::size_t image, const std::array<Wrap, 2> &wrap);
+    void read_image(const Json &texture, float least_opacity, GltfMaterial &material);
+    std::uint16_t load_image(std::size_t image, const TextureUse &use);
 
     GltfDocument &document_;
     const Material &default_material_;

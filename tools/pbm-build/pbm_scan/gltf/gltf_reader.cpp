@@ -426,7 +426,7 @@ class GltfReader {
 
     void finish_materials() {
         for (Texture &texture : surface_.textures)
-            texture.is_tinted = has_vertex_colours_ || has_factor_;
+            texture.use.is_tinted = has_vertex_colours_ || has_factor_;
         if (!has_colours_) {
             surface_.colours.clear();
             if (!has_factor_ && surface_.materials.size() == 1)

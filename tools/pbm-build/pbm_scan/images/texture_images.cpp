@@ -17,17 +17,16 @@ std::string line_name(const std::string &path) {
 
 } // namespace
 
-std::uint16_t TextureImages::of_file(const std::string &path, Wrap wrap) {
-    Key key{path, wrap, wrap, false};
+std::uint16_t TextureImages::of_file(const std::string &path, const TextureUse &use) {
+    Key key{path, use};
     if (const auto known = numbers_.find(key); known != numbers_.end())
         return known->second;
     const Result<MappedFile> file = MappedFile::open(path);
     return file ? add(std::move(key), file->bytes()) : drop(key, file.error().message);
 }
 
-std::uint16_t TextureImages::of_bytes(const std::string &name, ByteView bytes, const std::array<Wrap, 2> &wrap,
-                                      bool is_tinted) {
-    Key key{name, wrap[0], wrap[1], is_tinted};
+std::uint16_t TextureImages::of_bytes(const std::string &name, ByteView bytes, const TextureUse &use) {
+    Key key{name, use};
     const auto known = numbers_.find(key);
     return known != numbers_.end() ? known->second : add(std::move(key), bytes);
 }
@@ -41,10 +40,9 @@ std::uint16_t TextureImages::add(Key key, ByteView bytes) {
     bytes_ += 4 * texture->texels.size();
     if (bytes_ > kMaxBytes)
         return drop(key, "the images need more than 8 GiB; make them smaller");
-    texture->wrap = {std::get<1>(key), std::get<2>(key)};
-    texture->is_tinted = std::get<3>(key);
+    texture->use = key.second;
     report_.push_back(
-        {line_name(std::get<0>(key)), Fate::converted,
+        {line_name(key.first), Fate::converted,
          std::to_string(texture->width) + " x " + std::to_string(texture->height) + ", to colours of points"});
     surface_.textures.push_back(std::move(*texture));
     const auto number = static_cast<std::uint16_t>(surface_.textures.size() - 1);
@@ -53,7 +51,7 @@ std::uint16_t TextureImages::add(Key key, ByteView bytes) {
 }
 
 std::uint16_t TextureImages::drop(const Key &key, const std::string &why) {
-    report_.push_back({line_name(std::get<0>(key)), Fate::dropped, why});
+    report_.push_back({line_name(key.first), Fate::dropped, why});
     numbers_.emplace(key, Surface::kNoTexture);
     return Surface::kNoTexture;
 }

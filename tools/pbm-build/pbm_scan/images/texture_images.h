@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 namespace pbm::build {
@@ -20,15 +20,15 @@ class TextureImages {
     TextureImages(Surface &surface, std::vector<AttributeReport> &report) : surface_(surface), report_(report) {}
 
     // The number of the image of a file in Surface::textures.
-    std::uint16_t of_file(const std::string &path, Wrap wrap);
+    std::uint16_t of_file(const std::string &path, const TextureUse &use);
     // The same of bytes in memory; `name` identifies them.
-    std::uint16_t of_bytes(const std::string &name, ByteView bytes, const std::array<Wrap, 2> &wrap, bool is_tinted);
+    std::uint16_t of_bytes(const std::string &name, ByteView bytes, const TextureUse &use);
 
   private:
     // Decoded bytes of all images together.
     static constexpr std::uint64_t kMaxBytes = std::uint64_t{8} << 30;
 
-    using Key = std::tuple<std::string, Wrap, Wrap, bool>;
+    using Key = std::pair<std::string, TextureUse>;
     std::uint16_t add(Key key, ByteView bytes);
     std::uint16_t drop(const Key &key, const std::string &why);
 

@@ -125,6 +125,8 @@ class MaterialTable {
     std::vector<MaterialImage> images_;  // [names]
 };
 
+TextureUse use_of(Wrap wrap) { return {.wrap = {wrap, wrap}}; }
+
 // Builds the triangles of the faces, with the copies of vertices that they need.
 class ObjFaces {
   public:
@@ -167,8 +169,9 @@ class ObjFaces {
     void select(std::uint16_t name) {
         material_ = materials_.number_of(name);
         image_ = materials_.image_of(name);
-        texture_ = image_ == nullptr ? Surface::kNoTexture
-                                     : images_.of_file(image_->file, image_->is_clamped ? Wrap::clamp : Wrap::repeat);
+        texture_ = image_ == nullptr
+                       ? Surface::kNoTexture
+                       : images_.of_file(image_->file, use_of(image_->is_clamped ? Wrap::clamp : Wrap::repeat));
     }
 
     // The places in the image at the corners of the face's triangles, which begin at `first_triangle`.

@@ -116,9 +116,8 @@ PlyOutcome finish_range_grid(const PlyHeader &header, const PlyBody &body, Surfa
 std::string image_name(const ScanFile &file, std::string name) {
     constexpr std::string_view kThis = "<this>";
     const std::size_t at = name.find(kThis);
-    return at == std::string::npos
-               ? name
-               : name.replace(at, kThis.size(), std::filesystem::path(file.path).stem().string());
+    return at == std::string::npos ? name
+                                   : name.replace(at, kThis.size(), std::filesystem::path(file.path).stem().string());
 }
 
 // The existing file of each image, in their order; empty: there is none.
@@ -148,7 +147,7 @@ PlyOutcome finish_images(const ScanFile &file, const PlyHeader &header, const Pl
         if (files[i].empty())
             report.push_back({"texture image " + printable_in_quotes(header.texture_files[i]), Fate::dropped,
                               "there is no such file"});
-        numbers.push_back(files[i].empty() ? Surface::kNoTexture : images.of_file(files[i], Wrap::repeat));
+        numbers.push_back(files[i].empty() ? Surface::kNoTexture : images.of_file(files[i], {}));
     }
     for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
         const std::int32_t image = body.images.empty() ? 0 : body.images[i];
@@ -215,10 +214,10 @@ const PlyOutcome *outcome_of(const PlyElement &element, const PlyProperty &prope
            : role == PlyRole::byte           ? &outcomes.bytes[roles.byte_attribute(property)]
            : role == PlyRole::u || role == PlyRole::v || role == PlyRole::corner_places || role == PlyRole::image
                ? &outcomes.images
-           : role != PlyRole::corners        ? &outcomes.materials
-           : kind == PlyKind::face           ? &outcomes.faces
-           : kind == PlyKind::tristrips      ? &outcomes.strips
-                                             : &outcomes.grid;
+           : role != PlyRole::corners   ? &outcomes.materials
+           : kind == PlyKind::face      ? &outcomes.faces
+           : kind == PlyKind::tristrips ? &outcomes.strips
+                                        : &outcomes.grid;
 }
 
 // One report line per group of consecutive properties with the same outcome or the same reason for their drop.

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -35,12 +36,19 @@ struct AttributeReport {
 // How an image goes on beyond its edges.
 enum class Wrap : std::uint8_t { repeat, mirror, clamp };
 
+// How an image colours triangles.
+struct TextureUse {
+    std::array<Wrap, 2> wrap{}; // to the right, downwards
+    bool is_tinted = false;     // the colours of the vertices multiply it
+    float least_opacity = 0;    // 0..1: texels of less cut holes
+    auto operator<=>(const TextureUse &) const = default;
+};
+
 // An image that colours triangles.
 struct Texture {
     std::uint32_t width = 0, height = 0;
     std::vector<std::array<std::uint8_t, 4>> texels; // [height][width], top row first; sRGB and opacity
-    std::array<Wrap, 2> wrap{};                      // to the right, downwards
-    bool is_tinted = false;                          // the colours of the vertices multiply it
+    TextureUse use{};
 };
 
 // Places in the image at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.
