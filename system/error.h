@@ -119,7 +119,8 @@ template <class T> class [[nodiscard]] Result {
 // Success without a value, or an `Error`.
 class [[nodiscard]] Status {
   public:
-    Status() = default;
+    // As a default, it would fill the room of the error with zeros first.
+    Status() {} // NOLINT(modernize-use-equals-default)
     Status(Error error) : error_(std::move(error)) {}
 
     bool ok() const { return !error_.has_value(); }

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <optional>
 
@@ -77,7 +77,8 @@ bool has_three_different(std::span<const std::uint32_t> corners) {
 class ObjParser {
   public:
     ObjParser(std::string_view text, const ReadOptions &options)
-        : size_(text.size()), progress_(options.progress), lines_(text) {}
+        : size_(text.size()), next_comment_(text.data()), text_end_(text.data() + text.size()),
+          progress_(options.progress), lines_(text) {}
 
     Result<ObjText> run() {
         constexpr std::uint64_t kReported = 1 << 18;
@@ -111,8 +112,7 @@ class ObjParser {
         }
         if (keyword == "usemtl")
             return use_material(std::string(lines_.trimmed_rest())), Status();
-        const bool names_file = keyword == "mtllib";
-        if (!names_file && lines_.rest().find('#') != std::string_view::npos) {
+        if (has_comment() && keyword != "mtllib") {
             lines_.strip_comment();
             lines_.rewind();
             lines_.word();
@@ -127,6 +127,15 @@ class ObjParser {
         if (keyword == "vt")
             return texture_coordinates();
         return other(keyword);
+    }
+
+    // Whether the line has a '#', looked for in large steps.
+    bool has_comment() {
+        if (next_comment_ != nullptr && next_comment_ < lines_.at()) {
+            const auto left = static_cast<std::size_t>(text_end_ - lines_.at());
+            next_comment_ = static_cast<const char *>(std::memchr(lines_.at(), '#', left));
+        }
+        return next_comment_ != nullptr && next_comment_ < lines_.end();
     }
 
     // "# Vertices: 507", "#114 vertices, 224 faces": only a word and a number between commas are a count.
@@ -245,7 +254,7 @@ class ObjParser {
         return {};
     }
 
-    // The corners of the current face, and further indices of each, or kNone.
+    // The corners of the current face, and further indices of each, or kNone. The first is 1.
     struct Face {
         std::vector<std::uint32_t> vertices, textures, normals;
     };
@@ -254,34 +263,24 @@ class ObjParser {
         face_.vertices.clear();
         face_.textures.clear();
         face_.normals.clear();
-        bool names_normals = false, names_textures = false;
-        for (std::string_view word = lines_.word(); !word.empty(); word = lines_.word()) {
-            const std::string_view whole = word;
-            const auto vertex = index(word, out_.positions.size());
-            if (!vertex)
-                return lines_.refuse(printable_in_quotes(whole) + " is not a vertex of this file");
-            note_highest("vertex ", *vertex, out_.positions.size(), vertex_);
-            std::optional<std::int64_t> texture = 0, normal = 0;
-            if (take_slash(word) && !word.empty() && word.front() != '/') {
-                texture = index(word, textures_);
-                if (!texture)
-                    return lines_.refuse(printable_in_quotes(whole) + " names texture coordinates that do not exist");
-                note_highest("texture coordinates ", *texture, textures_, texture_);
-                names_textures = true;
-            }
-            if (take_slash(word) && !word.empty()) {
-                normal = index(word, normals_);
-                if (!normal)
-                    return lines_.refuse(printable_in_quotes(whole) + " names a normal that does not exist");
-                note_highest("normal ", *normal, normals_, normal_);
-                names_normals = true;
-            }
-            if (!word.empty())
-                return lines_.refuse(printable_in_quotes(whole) + " is not a vertex of this file");
-            // An index of 0, "none", wraps to kNone.
-            face_.vertices.push_back(static_cast<std::uint32_t>(*vertex - 1));
-            face_.textures.push_back(static_cast<std::uint32_t>(*texture - 1));
-            face_.normals.push_back(static_cast<std::uint32_t>(*normal - 1));
+        const char *at = lines_.at();
+        const char *const end = lines_.end();
+        while (true) {
+            while (at != end && ends_word(*at))
+                ++at;
+            if (at == end)
+                break;
+            lines_.go_to(at); // for messages
+            const auto vertex = index(at, end, out_.positions.size());
+            if (vertex == 0)
+                return lines_.refuse(printable_in_quotes(lines_.word()) + " is not a vertex of this file");
+            note_highest("vertex ", vertex, out_.positions.size(), vertex_);
+            face_.vertices.push_back(static_cast<std::uint32_t>(vertex - 1));
+            if (at != end && *at == '/')
+                if (Status read = further_indices(at, end); !read)
+                    return read;
+            if (at != end && !ends_word(*at))
+                return lines_.refuse(printable_in_quotes(lines_.word()) + " is not a vertex of this file");
         }
         if (face_.vertices.size() < 3 && !lines_.terminated())
             return lines_.refuse("the file ends inside a face: it is cut short; copy or export it again");
@@ -294,37 +293,58 @@ class ObjParser {
         out_.face_sizes.push_back(static_cast<std::uint32_t>(count));
         triangles_found_ += count - 2;
         out_.corners.insert(out_.corners.end(), face_.vertices.begin(), face_.vertices.end());
-        append(face_.normals, names_normals, before, out_.corner_normals);
-        append(face_.textures, names_textures, before, out_.corner_textures);
+        append(face_.normals, before, count, out_.corner_normals);
+        append(face_.textures, before, count, out_.corner_textures);
+        return {};
+    }
+
+    // "/7", "/7/3", "//3" behind a vertex.
+    Status further_indices(const char *&at, const char *end) {
+        const auto take_slash = [&] { return at != end && *at == '/' ? (++at, true) : false; };
+        const auto is_index = [&] { return at != end && *at != '/' && !ends_word(*at); };
+        take_slash();
+        if (is_index()) {
+            const auto texture = index(at, end, textures_);
+            if (texture == 0)
+                return lines_.refuse(printable_in_quotes(lines_.word()) +
+                                     " names texture coordinates that do not exist");
+            note_highest("texture coordinates ", texture, textures_, texture_);
+            face_.textures.resize(face_.vertices.size(), ObjText::kNone);
+            face_.textures.back() = static_cast<std::uint32_t>(texture - 1);
+        }
+        if (take_slash() && is_index()) {
+            const auto normal = index(at, end, normals_);
+            if (normal == 0)
+                return lines_.refuse(printable_in_quotes(lines_.word()) + " names a normal that does not exist");
+            note_highest("normal ", normal, normals_, normal_);
+            face_.normals.resize(face_.vertices.size(), ObjText::kNone);
+            face_.normals.back() = static_cast<std::uint32_t>(normal - 1);
+        }
         return {};
     }
 
     // `before`: corners of earlier faces, of which none has an index until one is named.
-    static void append(const std::vector<std::uint32_t> &indices, bool are_named, std::size_t before,
+    static void append(std::vector<std::uint32_t> &indices, std::size_t before, std::size_t count,
                        std::vector<std::uint32_t> &to) {
-        if (!are_named && to.empty())
+        if (indices.empty() && to.empty())
             return;
         to.resize(before, ObjText::kNone);
+        indices.resize(count, ObjText::kNone);
         to.insert(to.end(), indices.begin(), indices.end());
     }
 
-    static bool take_slash(std::string_view &word) {
-        const bool there = !word.empty() && word.front() == '/';
-        word.remove_prefix(there ? 1 : 0);
-        return there;
-    }
-
-    // Takes an index from the front of `word`: 1-based or, if negative, counted from the end, as index 1... of `count`
-    // items so far.
-    static std::optional<std::int64_t> index(std::string_view &word, std::uint64_t count) {
+    // Reads an index: 1-based or, if negative, counted from the end. Returns it as 1... of `count` items so far; 0:
+    // none.
+    static std::int64_t index(const char *&at, const char *end, std::uint64_t count) {
+        const bool from_end = at != end && *at == '-';
+        at += from_end ? 1 : 0;
+        const char *const first = at;
         std::int64_t value = 0;
-        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (error != std::errc() || value > std::int64_t{kMaxVertices} || value < -std::int64_t{kMaxVertices})
-            return std::nullopt;
-        word.remove_prefix(static_cast<std::size_t>(end - word.data()));
-        if (value < 0)
-            value += static_cast<std::int64_t>(count) + 1;
-        return value > 0 ? std::optional(value) : std::nullopt;
+        for (; at != end && *at >= '0' && *at <= '9' && value <= std::int64_t{kMaxVertices}; ++at)
+            value = 10 * value + (*at - '0');
+        if (at == first || value > std::int64_t{kMaxVertices})
+            return 0;
+        return std::max<std::int64_t>(from_end ? static_cast<std::int64_t>(count) + 1 - value : value, 0);
     }
 
     void use_material(std::string name) {
@@ -378,6 +398,8 @@ class ObjParser {
     }
 
     std::size_t size_;
+    const char *next_comment_; // null: there is none any more
+    const char *text_end_;
     const std::function<void(double)> &progress_;
     ObjText out_;
     Lines lines_;

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 #include <numeric>
+#include <optional>
 
 namespace pbm::build {
 namespace {
@@ -59,20 +60,57 @@ Facets read_binary(std::span<const std::uint8_t> bytes) {
     return out;
 }
 
-// Welds corners with equal coordinates: returns the vertex of each corner, numbered in the order of the file. Sorts
-// instead of hashing, because a hostile file could make all hashes equal.
-std::vector<std::uint32_t> weld(std::span<const glm::dvec3> corners, std::vector<glm::dvec3> &vertices) {
+std::uint64_t hash_of(const glm::dvec3 &p) {
+    constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15;
+    std::uint64_t hash = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        hash = (hash ^ std::bit_cast<std::uint64_t>(p[axis] + 0.0)) * kOdd; // + 0.0: -0 is 0
+        hash ^= hash >> 32;
+    }
+    return hash;
+}
+
+// The first corner that equals each, by a table of hashes. Nothing if too many corners share a hash: a hostile file
+// could make all of them equal.
+std::optional<std::vector<std::uint32_t>> first_equals(std::span<const glm::dvec3> corners) {
+    constexpr std::size_t kMostProbes = 256;
+    constexpr std::uint32_t kEmpty = 0xFFFFFFFF;
+    const std::size_t size = std::bit_ceil(corners.size() + corners.size() / 2 + 1);
+    std::vector<std::uint32_t> table(size, kEmpty), first(corners.size());
+    for (std::uint32_t i = 0; i < corners.size(); ++i) {
+        std::size_t at = hash_of(corners[i]) & (size - 1), probes = 0;
+        while (table[at] != kEmpty && corners[table[at]] != corners[i]) {
+            at = (at + 1) & (size - 1);
+            if (++probes == kMostProbes)
+                return std::nullopt;
+        }
+        if (table[at] == kEmpty)
+            table[at] = i;
+        first[i] = table[at];
+    }
+    return first;
+}
+
+// The same by sorting.
+std::vector<std::uint32_t> sorted_first_equals(std::span<const glm::dvec3> corners) {
     const auto before = [&](std::uint32_t a, std::uint32_t b) {
         const glm::dvec3 &p = corners[a], &q = corners[b];
         return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.z != q.z ? p.z < q.z : a < b;
     };
-    std::vector<std::uint32_t> order(corners.size()), numbers(corners.size());
+    std::vector<std::uint32_t> order(corners.size()), first(corners.size());
     std::iota(order.begin(), order.end(), 0U);
     std::sort(order.begin(), order.end(), before);
-    for (std::size_t i = 0, first = 0; i < order.size(); ++i) { // of each corner the first one that equals it
-        first = corners[order[i]] == corners[order[first]] ? first : i;
-        numbers[order[i]] = order[first];
+    for (std::size_t i = 0, same = 0; i < order.size(); ++i) {
+        same = corners[order[i]] == corners[order[same]] ? same : i;
+        first[order[i]] = order[same];
     }
+    return first;
+}
+
+// Welds corners with equal coordinates: returns the vertex of each corner, numbered in the order of the file.
+std::vector<std::uint32_t> weld(std::span<const glm::dvec3> corners, std::vector<glm::dvec3> &vertices) {
+    auto by_hash = first_equals(corners);
+    std::vector<std::uint32_t> numbers = by_hash ? std::move(*by_hash) : sorted_first_equals(corners);
     for (std::size_t i = 0; i < corners.size(); ++i) {
         if (numbers[i] == i) {
             numbers[i] = static_cast<std::uint32_t>(vertices.size());

@@ -100,6 +100,11 @@ class Lines {
         }
     }
     void rewind() { word_ = begin_; }
+    // Where the next word begins, or the end of the line.
+    const char *at() const { return text_.data() + word_; }
+    const char *end() const { return text_.data() + end_; }
+    // Goes on at `at`, within the line.
+    void go_to(const char *at) { word_ = static_cast<std::size_t>(at - text_.data()); }
     void strip_comment() { end_ = begin_ + std::min(text_.substr(begin_, end_ - begin_).find('#'), end_ - begin_); }
     bool terminated() const { return terminated_; }
     std::uint64_t number() const { return number_; }
