@@ -63,14 +63,12 @@ int fail(const std::string &path, const Error &error) { return command_line::fai
 
 // Errors about one of several inputs begin with its name.
 int fail_input(std::span<const std::string> inputs, Error error) {
-    if (inputs.size() == 1)
-        return fail(name_of(inputs.front()), error);
     for (const std::string &input : inputs)
         if (const std::string begin = name_of(input) + ": "; error.message.starts_with(begin)) {
             error.message.erase(0, begin.size());
             return fail(name_of(input), error);
         }
-    return fail("", error);
+    return fail(inputs.size() == 1 ? name_of(inputs.front()) : "", error);
 }
 
 std::array<command_line::OutputFile, 4> outputs_of(const Arguments &arguments) {

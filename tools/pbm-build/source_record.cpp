@@ -3,6 +3,7 @@
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/container/layout.h"
 #include "pbm_format/reading/reader.h"
+#include "pbm_build/grid/poses.h"
 #include "pbm_scan/surface_reader.h"
 #include "system/files/mapped_file.h"
 
@@ -62,8 +63,14 @@ std::vector<std::string> files_read(std::span<const std::string> given) {
     };
     for (const std::string &file : given) {
         add(file);
-        for (const std::string &further : further_files(file))
-            add(further);
+        std::vector<std::string> scans = scans_of_alignment(file);
+        if (scans.empty())
+            scans.push_back(file);
+        for (const std::string &scan : scans) {
+            add(scan);
+            for (const std::string &further : further_files(scan))
+                add(further);
+        }
     }
     return files;
 }

@@ -280,19 +280,24 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
 
 Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
                              BuildStatistics &statistics, const Progress &progress) {
+    const Result<std::vector<PosedScan>> scans = posed_scans(inputs, options.poses);
+    if (!scans)
+        return scans.error();
     std::vector<Surface> surfaces;
-    for (const std::string &input : inputs) {
+    for (const PosedScan &scan : *scans) {
         StepClock clock(statistics, progress);
-        const std::string name = inputs.size() > 1 ? name_of(input) : "";
+        const std::string name = scans->size() > 1 ? name_of(scan.file) : "";
         Result<Surface> surface = clock.run("read", [&](auto read_progress) {
-            return read_surface(input, {.strict = options.strict,
-                                        .format = options.input_format,
-                                        .default_material = options.scene.default_material.value_or(Material{}),
-                                        .progress = read_progress});
+            return read_surface(scan.file, {.strict = options.strict,
+                                            .format = options.input_format,
+                                            .default_material = options.scene.default_material.value_or(Material{}),
+                                            .progress = read_progress});
         });
         if (!surface)
             return of_input(name, surface.error());
         surface->name = name;
+        if (scan.pose)
+            pose(*surface, *scan.pose);
         place(*surface, options.placement);
         surfaces.push_back(std::move(*surface));
     }

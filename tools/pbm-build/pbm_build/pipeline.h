@@ -27,6 +27,7 @@ struct Credits {
 struct BuildOptions {
     GridRequest grid;
     Placement placement;
+    std::vector<std::string> poses;             // files of matrices, one for each input, or none
     const ScanFormat *input_format = nullptr;   // for inputs that neither content nor name identifies
     ColourFormat colour = ColourFormat::rgb888; // where the input has colours
     Storage storage = Storage::packed;
