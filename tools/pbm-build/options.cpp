@@ -74,6 +74,10 @@ std::optional<int> check_inputs(std::string_view program, const Arguments &argum
     const auto streams = std::count(arguments.inputs.begin(), arguments.inputs.end(), "-");
     if (streams > 1)
         return command_line::fail_usage(program, "standard input (-) can be read only once");
+    if (arguments.viewpoints.size() > 1 && arguments.viewpoints.size() != arguments.inputs.size())
+        return command_line::fail_usage(program, "--viewpoint is given " + std::to_string(arguments.viewpoints.size()) +
+                                                     " times for " + std::to_string(arguments.inputs.size()) +
+                                                     " inputs: give one for all, or one for each");
     if (!arguments.output.empty())
         return std::nullopt;
     if (arguments.inputs.size() > 1)
@@ -170,9 +174,9 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
     line.add("--crease-angle",
              "Degrees from which on an edge is sharp, 0..180; default by shape: scans 75, constructed 44, STL 0",
              &options.crease_angle, {.check = angle});
-    line.add("--viewpoint", "Where the scanner stood, in the model: estimated normals are turned to it",
-             command_line::stored(three_numbers, options.viewpoint),
-             {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
+    line.add("--viewpoint",
+             "Where the scanner stood, in the model: estimated normals face it; once for all inputs, or for each",
+             &arguments.viewpoints, {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
     line.add("--remove-outliers",
              "Drop points far from all others; default: points and faces that make the grid 10 times larger",
              [&options] { options.outliers = Outliers::drop; });
@@ -255,8 +259,10 @@ void add_general_options(CommandLine &line, Arguments &arguments) {
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
     CommandLine line{
         "pbm-build",
-        "Turns a scan (" + names_of_formats() +
-            ") into a binary voxel grid (.pbvg).\n"
+        "Turns a scan into a binary voxel grid (.pbvg).\n"
+        "Reads " +
+            names_of_formats() +
+            ".\n"
             "Says of every attribute of the scan whether it was kept, converted or dropped.\n"
             "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, lights "
             "and materials may be tables ([[light]]), and names of files are relative to the recipe's folder. "
@@ -291,6 +297,8 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     if (!request)
         return command_line::fail_usage(program, request.error().message);
     arguments.build.scene = std::move(*request);
+    for (const std::string &text : arguments.viewpoints)
+        arguments.build.viewpoints.push_back(*three_numbers(text));
     if (const auto refused = check_inputs(program, arguments))
         return refused;
     arguments.depfile = arguments.depfile || !arguments.depfile_name.empty();

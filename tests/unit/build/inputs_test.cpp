@@ -14,6 +14,7 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
+using pbm::test::at_depth;
 using pbm::test::built;
 using pbm::test::file_of;
 using pbm::test::refused;
@@ -113,6 +114,68 @@ TEST(Merge, TheOrderOfTheInputsDoesNotChangeTheBytes) {
     }
 }
 
+// The points of `cloud` without normals, seen from `station`.
+Surface scanned(glm::dvec3 centre, glm::dvec3 station) {
+    Surface surface = cloud(centre);
+    surface.normals.clear();
+    surface.stations = {station};
+    surface.station_ids.assign(surface.positions.size(), 0);
+    return surface;
+}
+
+TEST(Merge, StationsAreNumberedAnew) {
+    const Surface first = scanned({0, 0, 0}, {1, 2, 3}), second = scanned({4, 0, 0}, {7, 8, 9});
+    Surface third = second;
+    third.stations = {{0, 0, 0}, {0, 0, 1}};
+    third.station_ids[1] = 1;
+    third.station_ids[2] = kNoStation;
+    const Result<Surface> merged = merge_surfaces({first, cloud({8, 0, 0}), second, third}, 1);
+    ASSERT_TRUE(merged.ok());
+    EXPECT_EQ(merged->stations, (std::vector<glm::dvec3>{{1, 2, 3}, {7, 8, 9}, {0, 0, 0}, {0, 0, 1}}));
+    ASSERT_EQ(merged->station_ids.size(), merged->positions.size());
+    EXPECT_EQ(merged->station_ids[0], 0);
+    EXPECT_EQ(merged->station_ids[2000], kNoStation);
+    EXPECT_EQ(merged->station_ids[4000], 1);
+    EXPECT_EQ(merged->station_ids[6000], 2);
+    EXPECT_EQ(merged->station_ids[6001], 3);
+    EXPECT_EQ(merged->station_ids[6002], kNoStation);
+}
+
+TEST(Merge, MoreStationsThanHaveNumbersAreDropped) {
+    Surface first = scanned({0, 0, 0}, {0, 0, 0});
+    first.stations.resize(kNoStation, {0, 0, 0});
+    const Result<Surface> merged = merge_surfaces({first, scanned({4, 0, 0}, {0, 0, 0})}, 1);
+    ASSERT_TRUE(merged.ok());
+    EXPECT_TRUE(merged->stations.empty() && merged->station_ids.empty());
+    EXPECT_EQ(merged->report.back().name, "scanner positions");
+    EXPECT_EQ(merged->report.back().fate, Fate::dropped);
+}
+
+TEST(Merge, StationsOrientPointsWhateverTheOrderOfTheInputs) {
+    const Surface inside = scanned({0, 0, 0}, {0, 0, 0}), outside = scanned({0, 0, 4}, {0, 0, -50});
+    BuildStatistics said;
+    const Model model = built({inside, outside}, at_depth(7), &said);
+    const std::uint16_t top = model.levels.back().points.normals[point_at(model, inside.positions[0])];
+    EXPECT_LT(normal_table()[top & kNormalIndexMask][2], -0.9F) << "the inside of the sphere";
+    EXPECT_EQ(file_of(model), file_of(built({outside, inside}, at_depth(7))));
+    EXPECT_TRUE(std::any_of(said.attributes.begin(), said.attributes.end(), [](const AttributeReport &line) {
+        return line.name == "normals" && line.note.ends_with("turned to 2 scanner positions");
+    }));
+}
+
+TEST(Merge, EachInputHasItsViewpoint) {
+    Surface inside = scanned({0, 0, 0}, {5, 5, 5}), outside = scanned({0, 0, 4}, {0, 0, 4});
+    BuildOptions options = at_depth(7);
+    options.viewpoints = {{0, 0, 0}, {0, 0, -50}};
+    const Model model = built({inside, outside}, options);
+    const auto top_of = [&](const Surface &surface) {
+        const std::uint16_t top = model.levels.back().points.normals[point_at(model, surface.positions.front())];
+        return normal_table()[top & kNormalIndexMask][2];
+    };
+    EXPECT_LT(top_of(inside), -0.9F);
+    EXPECT_LT(top_of(outside), -0.9F) << "away from the viewpoint, which sees its other side";
+}
+
 TEST(Merge, PointsOfACloudStayBesideAMesh) {
     const Model both = built({cube({0, 0, 0}), cloud({4, 0, 0})}, at_depth(7));
     const Grid &grid = both.parameters.grid;
@@ -128,6 +191,21 @@ TEST(Merge, PointsOfACloudStayBesideAMesh) {
         EXPECT_EQ(both.levels.back().points.normals[here], alone->levels.back().points.normals[there]);
         EXPECT_EQ(both.levels.back().points.radii[here], alone->levels.back().points.radii[there]);
     }
+}
+
+TEST(Merge, PointsBesideTrianglesOfOneInputStayPoints) {
+    Surface both = cube({0, 0, 0});
+    const Surface points = cloud({4, 0, 0});
+    both.normals.assign(8, {0, 0, 0});
+    both.positions.insert(both.positions.end(), points.positions.begin(), points.positions.end());
+    both.normals.insert(both.normals.end(), points.normals.begin(), points.normals.end());
+    both.points_beside_triangles = points.positions.size();
+    Surface apart = cube({0, 0, 0});
+    const Surface other = cube({0, 4, 0});
+    BuildStatistics said;
+    EXPECT_EQ(file_of(built({both, other}, at_depth(7), &said)), file_of(built({apart, points, other}, at_depth(7))));
+    EXPECT_EQ(lines_of(said), std::vector<std::string>{});
+    EXPECT_EQ(built({both}, at_depth(7)).point_count(), built({apart, points}, at_depth(7)).point_count());
 }
 
 TEST(Merge, WhatOneInputLacksComesFromItsMaterial) {
@@ -216,9 +294,11 @@ TEST(TwoSided, APointThatIsGivenAsTwoSidedStaysSo) {
 TEST(Placement, ScalesThenShifts) {
     Surface surface = cube({0.5, 0, 0});
     surface.radii.assign(8, 0.25F);
+    surface.stations = {{1000, 0, 0}};
     place(surface, {.scale = 0.001, .origin = std::array<double, 3>{8.5e6, -3, 0.5}});
     EXPECT_EQ(surface.positions[0], glm::dvec3(8.5e6 + -0.5 * 0.001, -3 - 0.001, 0.5 - 0.001));
     EXPECT_FLOAT_EQ(surface.radii[0], 0.00025F);
+    EXPECT_EQ(surface.stations[0], glm::dvec3(8.5e6 + 1, -3, 0.5));
     Surface same = cube({0.1, 0.2, 0.3});
     const Surface before = same;
     place(same, {});

@@ -158,6 +158,8 @@ void pose(Surface &surface, const glm::dmat4 &matrix) {
     const glm::dmat3 of_normals = glm::transpose(glm::inverse(turn));
     for (glm::dvec3 &p : surface.positions)
         p = glm::dvec3(matrix * glm::dvec4(p, 1));
+    for (glm::dvec3 &station : surface.stations)
+        station = glm::dvec3(matrix * glm::dvec4(station, 1));
     for (glm::vec3 &n : surface.normals)
         if (n != glm::vec3(0))
             n = glm::vec3(glm::normalize(of_normals * glm::dvec3(n)));

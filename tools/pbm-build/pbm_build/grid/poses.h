@@ -30,7 +30,7 @@ Result<std::vector<PosedScan>> posed_scans(std::span<const std::string> inputs, 
 // The scans that an alignment file names, as far as they exist; none of another file.
 std::vector<std::string> scans_of_alignment(const std::string &path);
 
-// Moves positions, normals and radii.
+// Moves positions, scanner positions, normals and radii.
 void pose(Surface &surface, const glm::dmat4 &matrix);
 
 } // namespace pbm::build

@@ -63,8 +63,32 @@ void adapt(Surface &surface, const Surface &has, const std::vector<Material> &ma
             static_cast<std::uint8_t>(std::find(materials.begin(), materials.end(), material) - materials.begin()));
     for (std::uint8_t &id : surface.material_ids)
         id = new_id[id];
+    if (!has.station_ids.empty() && surface.station_ids.empty())
+        surface.station_ids.assign(count, kNoStation);
     for_vertex_attributes([&](auto &values, const auto &any) { values.resize(any.empty() ? 0 : count, {}); }, surface,
                           has);
+}
+
+// Numbers the stations of all surfaces in `merged`. Where they are more than a number of 16 bits counts, there are
+// none.
+void unite_stations(std::vector<Surface> &surfaces, Surface &merged) {
+    std::size_t count = 0;
+    for (const Surface &surface : surfaces)
+        count += surface.stations.size();
+    for (Surface &surface : surfaces) {
+        if (count > kNoStation) {
+            if (!surface.stations.empty())
+                surface.report.push_back({"scanner positions", Fate::dropped,
+                                          std::to_string(count) + " in all, the limit is 65535", surface.name});
+            surface.station_ids = {};
+            continue;
+        }
+        const auto first = static_cast<std::uint16_t>(merged.stations.size());
+        for (std::uint16_t &id : surface.station_ids)
+            if (id != kNoStation)
+                id = static_cast<std::uint16_t>(id + first);
+        merged.stations.insert(merged.stations.end(), surface.stations.begin(), surface.stations.end());
+    }
 }
 
 template <class T> void append(std::vector<T> &to, std::vector<T> &from) {
@@ -90,6 +114,26 @@ void append(Surface &to, Surface &from) {
     std::vector<glm::uvec3>().swap(from.triangles);
     append(to.positions, from.positions);
     for_vertex_attributes([](auto &all, auto &part) { append(all, part); }, to, from);
+}
+
+// Makes the points beside triangles surfaces of their own.
+void separate_points(std::vector<Surface> &surfaces) {
+    for (std::size_t i = 0, count = surfaces.size(); i < count; ++i) {
+        const std::size_t first = surfaces[i].first_point();
+        if (surfaces[i].triangles.empty() || first == surfaces[i].positions.size())
+            continue;
+        const auto move = [first](auto &from, auto &to) {
+            if (from.empty())
+                return;
+            to.assign(from.begin() + static_cast<std::ptrdiff_t>(first), from.end());
+            from.resize(first);
+        };
+        Surface points;
+        move(surfaces[i].positions, points.positions);
+        for_vertex_attributes(move, surfaces[i], points);
+        surfaces[i].points_beside_triangles = 0;
+        surfaces.push_back(std::move(points));
+    }
 }
 
 // Reserved memory becomes resident only when it is filled, while `append` frees the parts.
@@ -131,8 +175,9 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
         return too_large(std::to_string(textures) + " images in all, the limit is 2^16 - 1: merge fewer scans");
     if (vertices >= std::numeric_limits<std::uint32_t>::max())
         return too_large(std::to_string(vertices) + " vertices in all, the limit is 2^32 - 2: merge fewer scans");
-    const Surface has = attributes_of(surfaces);
     Surface merged;
+    unite_stations(surfaces, merged);
+    const Surface has = attributes_of(surfaces);
     merged.crease_angle = crease_angle;
     merged.materials = all_materials(surfaces);
     if (merged.materials.size() > kMaxMaterials)
@@ -143,6 +188,9 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
     for (Surface &surface : surfaces) {
         adapt(surface, has, merged.materials);
         merged.report.insert(merged.report.end(), surface.report.begin(), surface.report.end());
+    }
+    separate_points(surfaces);
+    for (Surface &surface : surfaces) {
         if (surface.triangles.empty())
             continue;
         if (faces_point_inward(surface, threads))
