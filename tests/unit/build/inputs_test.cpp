@@ -113,6 +113,55 @@ TEST(Merge, TheOrderOfTheInputsDoesNotChangeTheBytes) {
     }
 }
 
+// The points of `cloud` without normals, seen from `station`.
+Surface scanned(glm::dvec3 centre, glm::dvec3 station) {
+    Surface surface = cloud(centre);
+    surface.normals.clear();
+    surface.stations = {station};
+    surface.station_ids.assign(surface.positions.size(), 0);
+    return surface;
+}
+
+TEST(Merge, StationsAreNumberedAnew) {
+    const Surface first = scanned({0, 0, 0}, {1, 2, 3}), second = scanned({4, 0, 0}, {7, 8, 9});
+    Surface third = second;
+    third.stations = {{0, 0, 0}, {0, 0, 1}};
+    third.station_ids[1] = 1;
+    third.station_ids[2] = kNoStation;
+    const Result<Surface> merged = merge_surfaces({first, cloud({8, 0, 0}), second, third}, 1);
+    ASSERT_TRUE(merged.ok());
+    EXPECT_EQ(merged->stations, (std::vector<glm::dvec3>{{1, 2, 3}, {7, 8, 9}, {0, 0, 0}, {0, 0, 1}}));
+    ASSERT_EQ(merged->station_ids.size(), merged->positions.size());
+    EXPECT_EQ(merged->station_ids[0], 0);
+    EXPECT_EQ(merged->station_ids[2000], kNoStation);
+    EXPECT_EQ(merged->station_ids[4000], 1);
+    EXPECT_EQ(merged->station_ids[6000], 2);
+    EXPECT_EQ(merged->station_ids[6001], 3);
+    EXPECT_EQ(merged->station_ids[6002], kNoStation);
+}
+
+TEST(Merge, MoreStationsThanHaveNumbersAreDropped) {
+    Surface first = scanned({0, 0, 0}, {0, 0, 0});
+    first.stations.resize(kNoStation, {0, 0, 0});
+    const Result<Surface> merged = merge_surfaces({first, scanned({4, 0, 0}, {0, 0, 0})}, 1);
+    ASSERT_TRUE(merged.ok());
+    EXPECT_TRUE(merged->stations.empty() && merged->station_ids.empty());
+    EXPECT_EQ(merged->report.back().name, "scanner positions");
+    EXPECT_EQ(merged->report.back().fate, Fate::dropped);
+}
+
+TEST(Merge, StationsOrientPointsWhateverTheOrderOfTheInputs) {
+    const Surface inside = scanned({0, 0, 0}, {0, 0, 0}), outside = scanned({0, 0, 4}, {0, 0, -50});
+    BuildStatistics said;
+    const Model model = built({inside, outside}, at_depth(7), &said);
+    const std::uint16_t top = model.levels.back().points.normals[point_at(model, inside.positions[0])];
+    EXPECT_LT(normal_table()[top & kNormalIndexMask][2], -0.9F) << "the inside of the sphere";
+    EXPECT_EQ(file_of(model), file_of(built({outside, inside}, at_depth(7))));
+    EXPECT_TRUE(std::any_of(said.attributes.begin(), said.attributes.end(), [](const AttributeReport &line) {
+        return line.name == "normals" && line.note.ends_with("turned to 2 scanner positions");
+    }));
+}
+
 TEST(Merge, PointsOfACloudStayBesideAMesh) {
     const Model both = built({cube({0, 0, 0}), cloud({4, 0, 0})}, at_depth(7));
     const Grid &grid = both.parameters.grid;
@@ -216,9 +265,11 @@ TEST(TwoSided, APointThatIsGivenAsTwoSidedStaysSo) {
 TEST(Placement, ScalesThenShifts) {
     Surface surface = cube({0.5, 0, 0});
     surface.radii.assign(8, 0.25F);
+    surface.stations = {{1000, 0, 0}};
     place(surface, {.scale = 0.001, .origin = std::array<double, 3>{8.5e6, -3, 0.5}});
     EXPECT_EQ(surface.positions[0], glm::dvec3(8.5e6 + -0.5 * 0.001, -3 - 0.001, 0.5 - 0.001));
     EXPECT_FLOAT_EQ(surface.radii[0], 0.00025F);
+    EXPECT_EQ(surface.stations[0], glm::dvec3(8.5e6 + 1, -3, 0.5));
     Surface same = cube({0.1, 0.2, 0.3});
     const Surface before = same;
     place(same, {});

@@ -197,6 +197,45 @@ TEST(EstimateNormals, AViewpointTurnsThemAll) {
     EXPECT_EQ(s.two_sided, 0);
 }
 
+// A sphere that one scanner saw from within, and another one from outside: on each side of a plane through its centre.
+Truth two_scanners(std::size_t count) {
+    Truth truth = sphere(count);
+    truth.points.stations = {{0, 0, 0}, {9, 0, 0}};
+    for (std::size_t i = 0; i < count; ++i) {
+        const glm::dvec3 &p = truth.points.positions[i];
+        const std::uint16_t station = p.x < 0.2 ? 0 : 1;
+        truth.points.station_ids.push_back(station);
+        if (station == 0)
+            truth.normals[i] = -truth.normals[i];
+    }
+    return truth;
+}
+
+TEST(EstimateNormals, EachPointFacesItsScanner) {
+    const Score s = score(two_scanners(20000));
+    EXPECT_EQ(s.wrong, 0);
+    EXPECT_EQ(s.two_sided, 0);
+}
+
+TEST(EstimateNormals, PointsWithoutAScannerFollowTheirNeighbours) {
+    Truth truth = two_scanners(20000);
+    for (std::size_t i = 0; i < truth.normals.size(); i += 10)
+        if (std::abs(truth.points.positions[i].x - 0.2) > 0.1)
+            truth.points.station_ids[i] = kNoStation;
+    const Score s = score(truth);
+    EXPECT_EQ(s.wrong, 0);
+    EXPECT_LT(s.two_sided, 0.001);
+}
+
+TEST(EstimateNormals, AViewpointIsStrongerThanScanners) {
+    Truth truth = two_scanners(20000);
+    for (std::size_t i = 0; i < truth.normals.size(); ++i)
+        truth.normals[i] = -truth.points.positions[i];
+    PointRequest request;
+    request.viewpoint = {0, 0, 0.1};
+    EXPECT_EQ(score(truth, request).wrong, 0);
+}
+
 TEST(EstimateNormals, GivenNormalsAreKeptAndLendTheirSign) {
     Truth truth = sphere(20000);
     for (std::size_t i = 0; i < truth.normals.size(); ++i) {

@@ -100,4 +100,19 @@ TEST(RangeGrid, RowsDoNotWrapAround) {
     EXPECT_TRUE(triangles(plane(1, 5)).empty());
 }
 
+// A floor seen from 2 above it: the steps on it grow with the distance from the scanner.
+TEST(RangeGrid, StepsGrowWithTheDistanceFromTheScanner) {
+    const glm::dvec3 scanner(0, 0, 2);
+    Grid grid{.positions = {}, .cells = {}, .columns = 40};
+    for (int row = 0; row < 40; ++row)
+        for (int column = 0; column < 40; ++column) {
+            const double down = 0.35 + 0.025 * row, aside = 0.025 * column; // radians
+            const double distance = 2 / std::tan(down);
+            grid.cells.push_back(static_cast<std::uint32_t>(grid.positions.size()));
+            grid.positions.emplace_back(distance * std::cos(aside), distance * std::sin(aside), 0);
+        }
+    EXPECT_EQ(triangulate_range_grid(grid.cells, grid.columns, grid.positions, &scanner).size(), 2U * 39U * 39U);
+    EXPECT_LT(triangles(grid).size(), 2U * 39U * 39U);
+}
+
 } // namespace

@@ -13,6 +13,7 @@
 #include "pbm_build/voxels/voxelize.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_scan/surface_reader.h"
+#include "pbm_scan/text/printable.h"
 #include "system/files/mapped_file.h"
 #include "system/threads/parallel.h"
 
@@ -232,6 +233,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (!estimated)
         return estimated.error();
     VertexNormals &normals = *estimated;
+    surface.station_ids = {};
     if (surface.point_count() > 0)
         bounds = bounds_of(surface);
     Result<ChosenGrid> chosen =

@@ -50,6 +50,8 @@ void place(Surface &surface, const Placement &placement) {
     const glm::dvec3 origin = vector_of(placement.origin.value_or(std::array<double, 3>{}));
     for (glm::dvec3 &p : surface.positions)
         p = scale * p + origin;
+    for (glm::dvec3 &station : surface.stations)
+        station = scale * station + origin;
     for (float &radius : surface.radii)
         if (radius > 0)
             radius = static_cast<float>(std::clamp(static_cast<double>(radius) * scale,

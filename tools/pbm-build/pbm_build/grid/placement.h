@@ -14,8 +14,8 @@ struct Placement {
     std::optional<std::array<double, 3>> origin; // of the scan's coordinates, in the model; finite
 };
 
-// Transforms positions and radii; fills float_step and float_near. Positions may become infinite, which check_bounds
-// (grid_choice.h) refuses.
+// Transforms positions, stations and radii; fills float_step and float_near. Positions may become infinite, which
+// check_bounds (grid_choice.h) refuses.
 void place(Surface &surface, const Placement &placement);
 
 } // namespace pbm::build

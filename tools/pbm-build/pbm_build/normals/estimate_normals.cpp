@@ -35,16 +35,41 @@ void drop_points(Surface &surface, const DistinctPoints &points, const Bytes &dr
         surface.points_beside_triangles = surface.positions.size() - first;
 }
 
-// [places] direction of the sum of the given normals at each place.
-std::vector<ShortNormal> given_normals(std::span<const ShortNormal> normals, const DistinctPoints &points,
-                                       std::size_t places) {
+// [places] direction of the sum of the unit vectors of the points at each place.
+std::vector<ShortNormal> sums_at_places(std::span<const ShortNormal> of_points, const DistinctPoints &points,
+                                        std::size_t places) {
     std::vector<glm::i64vec3> sums(places, glm::i64vec3(0));
-    for (std::size_t i = 0; i < normals.size(); ++i)
-        sums[points.place_of[i]] += glm::i64vec3(normals[i][0], normals[i][1], normals[i][2]);
-    std::vector<ShortNormal> given(places);
+    for (std::size_t i = 0; i < of_points.size(); ++i)
+        sums[points.place_of[i]] += glm::i64vec3(of_points[i][0], of_points[i][1], of_points[i][2]);
+    std::vector<ShortNormal> directions(places);
     for (std::size_t i = 0; i < places; ++i)
-        given[i] = to_short_normal(glm::dvec3(sums[i]));
-    return given;
+        directions[i] = to_short_normal(glm::dvec3(sums[i]));
+    return directions;
+}
+
+// [places] direction to the scanner that saw each place, of several their sum; zero where its position is not known.
+std::vector<ShortNormal> sights_of(const Surface &surface, const DistinctPoints &points, std::size_t places) {
+    const std::span<const glm::dvec3> positions = places_of(surface);
+    std::vector<ShortNormal> sights(positions.size());
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        if (const std::uint16_t station = surface.station_ids[surface.first_point() + i]; station != kNoStation)
+            sights[i] = to_short_normal(surface.stations[station] - positions[i]);
+    return sums_at_places(sights, points, places);
+}
+
+// Orients the normals that are not given, towards the stations where these are known.
+Orientation face_stations(const Surface &surface, const DistinctPoints &points, const PointNeighbours &neighbours,
+                          PlaneFits &fits, Bytes is_given, UpAxis up, int threads) {
+    const std::vector<ShortNormal> sights = sights_of(surface, points, neighbours.points().size());
+    face_scanner(fits.normals, is_given,
+                 [&](std::size_t i) { return glm::dvec3(sights[i][0], sights[i][1], sights[i][2]); });
+    is_given.resize(sights.size());
+    for (std::size_t i = 0; i < sights.size(); ++i)
+        if (!is_zero(sights[i]))
+            is_given[i] = 1;
+    if (std::find(is_given.begin(), is_given.end(), 0) == is_given.end())
+        return {Bytes(sights.size()), 0};
+    return orient_normals(neighbours.points(), fits, is_given, up, threads);
 }
 
 double extent_without(const Surface &surface, const DistinctPoints &points, const Bytes &drop) {
@@ -136,15 +161,20 @@ void remove_outliers(Surface &surface, int threads, BuildStatistics &statistics)
     drop_points(surface, points, outliers);
 }
 
-void report_normals(const PointRequest &request, const Orientation &orientation, std::uint64_t given,
-                    std::uint64_t estimated, std::uint64_t two_sided, BuildStatistics &statistics) {
+// `stations`: scanner positions in use.
+void report_normals(const PointRequest &request, std::size_t stations, const Orientation &orientation,
+                    std::uint64_t given, std::uint64_t estimated, std::uint64_t two_sided,
+                    BuildStatistics &statistics) {
     std::string note = std::to_string(kMinNeighbours) + " to " + std::to_string(kMaxNeighbours) + " neighbours, ";
     if (given > 0)
         note = counted(estimated, "point") + " of " + std::to_string(given + estimated) + ", " + note;
     if (request.viewpoint)
         note += "turned to the viewpoint";
-    else
-        note += "orientation by spanning tree, " + counted(orientation.pieces, "piece") +
+    else if (stations > 0)
+        note += "turned to " + counted(stations, "scanner position");
+    if (!request.viewpoint && (stations == 0 || orientation.pieces > 0))
+        note += std::string(stations > 0 ? ", others: " : "") + "orientation by spanning tree, " +
+                counted(orientation.pieces, "piece") +
                 formatted(", %.1f %% two-sided", 100 * static_cast<double>(two_sided) / static_cast<double>(estimated));
     statistics.report("normals", Fate::estimated, note);
 }
@@ -195,7 +225,7 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
     Bytes is_given;
     const std::uint64_t given = normals.size() - missing;
     if (given > 0) {
-        const std::vector<ShortNormal> kept = given_normals(normals, points, places);
+        const std::vector<ShortNormal> kept = sums_at_places(normals, points, places);
         is_given.resize(places);
         for (std::size_t i = 0; i < places; ++i)
             if (!is_zero(kept[i])) {
@@ -206,8 +236,12 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
     Orientation orientation;
     if (request.viewpoint) {
         orientation.two_sided.resize(places);
-        face_viewpoint(neighbours.points(), fits.normals, is_given,
-                       (vector_of(*request.viewpoint) - vector_of(grid.origin)) / grid.voxel_size * kLatticeSteps);
+        const glm::dvec3 viewpoint =
+            (vector_of(*request.viewpoint) - vector_of(grid.origin)) / grid.voxel_size * kLatticeSteps;
+        face_scanner(fits.normals, is_given,
+                     [&](std::size_t i) { return viewpoint - glm::dvec3(neighbours.points()[i]); });
+    } else if (!surface.station_ids.empty()) {
+        orientation = face_stations(surface, points, neighbours, fits, is_given, request.up, threads);
     } else {
         orientation = orient_normals(neighbours.points(), fits, is_given, request.up, threads);
     }
@@ -221,7 +255,8 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
             surface.two_sided[surface.first_point() + i] |= orientation.two_sided[place];
             two_sided += orientation.two_sided[place];
         }
-    report_normals(request, orientation, given, missing, two_sided, statistics);
+    report_normals(request, request.viewpoint ? 0 : surface.stations.size(), orientation, given, missing, two_sided,
+                   statistics);
     return of_faces;
 }
 

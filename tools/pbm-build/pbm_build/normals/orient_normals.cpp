@@ -338,14 +338,14 @@ Orientation orient_normals(const std::vector<LatticePoint> &points, PlaneFits &f
     return result;
 }
 
-void face_viewpoint(const std::vector<LatticePoint> &points, std::vector<ShortNormal> &normals, const Bytes &is_given,
-                    const glm::dvec3 &viewpoint) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
+void face_scanner(std::vector<ShortNormal> &normals, const Bytes &is_given,
+                  const std::function<glm::dvec3(std::size_t point)> &sight) {
+    for (std::size_t i = 0; i < normals.size(); ++i) {
         if (is_given_at(is_given, i))
             continue;
-        const glm::dvec3 sight = viewpoint - glm::dvec3(points[i]);
+        const glm::dvec3 to_scanner = sight(i);
         const ShortNormal &n = normals[i];
-        if ((sight.x * n[0] + sight.y * n[1]) + sight.z * n[2] < 0)
+        if ((to_scanner.x * n[0] + to_scanner.y * n[1]) + to_scanner.z * n[2] < 0)
             normals[i] = negated(n);
     }
 }

@@ -8,6 +8,8 @@
 #include "pbm_build/normals/fit_planes.h"
 #include "pbm_format/model/model.h"
 
+#include <functional>
+
 namespace pbm::build {
 
 struct Orientation {
@@ -23,8 +25,9 @@ struct Orientation {
 Orientation orient_normals(const std::vector<LatticePoint> &points, PlaneFits &fits, const Bytes &is_given, UpAxis up,
                            int threads);
 
-// Orients all normals that are not given towards `viewpoint` (lattice coordinates).
-void face_viewpoint(const std::vector<LatticePoint> &points, std::vector<ShortNormal> &normals, const Bytes &is_given,
-                    const glm::dvec3 &viewpoint);
+// Orients all normals that are not given towards the scanner. `sight`: from a point (its index) to the scanner; zero:
+// the normal stays.
+void face_scanner(std::vector<ShortNormal> &normals, const Bytes &is_given,
+                  const std::function<glm::dvec3(std::size_t point)> &sight);
 
 } // namespace pbm::build

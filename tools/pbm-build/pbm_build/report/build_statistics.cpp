@@ -49,10 +49,6 @@ std::string_view to_string(Outcome outcome) {
     return kNames[static_cast<std::size_t>(outcome)];
 }
 
-std::string counted(std::uint64_t count, const char *what) {
-    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
-
 std::string to_json(const BuildStatistics &statistics, std::span<const std::string> inputs, const std::string &output) {
     nlohmann::ordered_json json;
     json["inputs"] = inputs;

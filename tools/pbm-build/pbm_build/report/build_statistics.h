@@ -75,7 +75,6 @@ class StepClock {
     const Progress &progress_;
 };
 
-std::string counted(std::uint64_t count, const char *what); // "1 point", "2 points"
 std::string_view to_string(Fate fate);
 std::string_view to_string(Outcome outcome);
 

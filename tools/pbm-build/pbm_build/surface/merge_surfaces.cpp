@@ -63,8 +63,32 @@ void adapt(Surface &surface, const Surface &has, const std::vector<Material> &ma
             static_cast<std::uint8_t>(std::find(materials.begin(), materials.end(), material) - materials.begin()));
     for (std::uint8_t &id : surface.material_ids)
         id = new_id[id];
+    if (!has.station_ids.empty() && surface.station_ids.empty())
+        surface.station_ids.assign(count, kNoStation);
     for_vertex_attributes([&](auto &values, const auto &any) { values.resize(any.empty() ? 0 : count, {}); }, surface,
                           has);
+}
+
+// Numbers the stations of all surfaces in `merged`. Where they are more than a number of 16 bits counts, there are
+// none.
+void unite_stations(std::vector<Surface> &surfaces, Surface &merged) {
+    std::size_t count = 0;
+    for (const Surface &surface : surfaces)
+        count += surface.stations.size();
+    for (Surface &surface : surfaces) {
+        if (count > kNoStation) {
+            if (!surface.stations.empty())
+                surface.report.push_back({"scanner positions", Fate::dropped,
+                                          std::to_string(count) + " in all, the limit is 65535", surface.name});
+            surface.station_ids = {};
+            continue;
+        }
+        const auto first = static_cast<std::uint16_t>(merged.stations.size());
+        for (std::uint16_t &id : surface.station_ids)
+            if (id != kNoStation)
+                id = static_cast<std::uint16_t>(id + first);
+        merged.stations.insert(merged.stations.end(), surface.stations.begin(), surface.stations.end());
+    }
 }
 
 template <class T> void append(std::vector<T> &to, std::vector<T> &from) {
@@ -131,8 +155,9 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
         return too_large(std::to_string(textures) + " images in all, the limit is 2^16 - 1: merge fewer scans");
     if (vertices >= std::numeric_limits<std::uint32_t>::max())
         return too_large(std::to_string(vertices) + " vertices in all, the limit is 2^32 - 2: merge fewer scans");
-    const Surface has = attributes_of(surfaces);
     Surface merged;
+    unite_stations(surfaces, merged);
+    const Surface has = attributes_of(surfaces);
     merged.crease_angle = crease_angle;
     merged.materials = all_materials(surfaces);
     if (merged.materials.size() > kMaxMaterials)

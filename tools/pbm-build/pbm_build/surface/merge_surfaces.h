@@ -15,6 +15,7 @@ namespace pbm::build {
 //              others are smooth (creases.h). Faces whose winding disagrees with
 //              the given normals are reversed.
 //   radii      A surface without radii gets computed ones (splat_radius.h).
+//   stations   All are kept. A surface without stations has none.
 // The report names what was added to each surface.
 //
 // errors  unsupported_feature  more than kMaxMaterials different materials

@@ -23,8 +23,12 @@ constexpr double kLongestGridEdge = 4.0;
 // diagonal step the hypotenuse of the two. Wound as in Stanford's files: counter-clockwise as seen by the scanner, with
 // columns to the right and rows upwards. Non-finite vertices count as empty.
 //
+// With `scanner`, in the coordinates of the positions, the steps are angles: a distance is divided by that of its
+// nearer end from the scanner. A laser scanner turns by equal angles, so that its steps grow with the distance.
+//
 // `cells` runs row by row, `cells.size()` is a multiple of `columns`; entries are indices of `positions` or kEmptyCell.
 std::vector<glm::uvec3> triangulate_range_grid(std::span<const std::uint32_t> cells, std::size_t columns,
-                                               std::span<const glm::dvec3> positions);
+                                               std::span<const glm::dvec3> positions,
+                                               const glm::dvec3 *scanner = nullptr);
 
 } // namespace pbm::build

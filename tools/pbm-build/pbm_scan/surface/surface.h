@@ -54,6 +54,8 @@ struct Texture {
 // Places in the image at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.
 using TextureCorners = std::array<glm::vec2, 3>;
 
+inline constexpr std::uint16_t kNoStation = 0xffff; // it is not known where the scanner stood
+
 // Arrays run in parallel with `positions`, or are empty where the input has no such attribute.
 struct Surface {
     std::string name;                       // which of several inputs, for reports; empty where there is only one
@@ -65,10 +67,13 @@ struct Surface {
     std::vector<std::uint8_t> two_sided;    // 1: the point shows both of its sides
     std::vector<std::uint8_t> material_ids; // < materials.size()
     std::vector<Material> materials;        // empty: the default material
+    std::vector<std::uint16_t> station_ids; // < stations.size(), or kNoStation
+    std::vector<glm::dvec3> stations;       // where the scanner stood, model units, all finite; at most kNoStation
     std::vector<Texture> textures;
     std::vector<TextureCorners> texture_corners; // [triangles]; empty without textures
     std::vector<std::uint16_t> texture_ids;      // [triangles] < textures.size(), or kNoTexture; empty without textures
     std::vector<AttributeReport> report;         // in the order of the file
+    std::string crs;                             // coordinate reference system, as the file has it; at most 4096 bytes
     std::uint64_t dropped_vertices = 0;          // not finite
     std::uint64_t dropped_triangles = 0;         // fewer than three different corners, or at a dropped vertex
     std::uint64_t input_bytes = 0;               // of the file
@@ -108,6 +113,7 @@ template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&vis
     visit(surfaces.colours...);
     visit(surfaces.radii...);
     visit(surfaces.material_ids...);
+    visit(surfaces.station_ids...);
     for (const ByteAttribute &attribute : kByteAttributes)
         visit(surfaces.*attribute.values...);
 }

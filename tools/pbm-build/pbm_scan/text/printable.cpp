@@ -18,6 +18,10 @@ std::string printable_in_quotes(std::string_view text) {
     return std::string(1, '\'').append(printable(text)).append(1, '\'');
 }
 
+std::string counted(std::uint64_t count, const char *what) {
+    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
 std::string formatted(const char *format, ...) {
     std::array<char, 256> text{};
     std::va_list values;

@@ -1,6 +1,7 @@
 // Text in messages.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -10,6 +11,8 @@ namespace pbm::build {
 // adds quotes.
 std::string printable(std::string_view text);
 std::string printable_in_quotes(std::string_view text);
+
+std::string counted(std::uint64_t count, const char *what); // "1 point", "2 points"
 
 // As printf, at most 255 characters.
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char *format, ...);
