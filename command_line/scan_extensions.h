@@ -7,6 +7,7 @@
 
 namespace pbm::command_line {
 
-inline constexpr std::array<std::string_view, 6> kScanExtensions{".ply", ".gltf", ".glb", ".obj", ".stl", ".off"};
+inline constexpr std::array<std::string_view, 8> kScanExtensions{".ply", ".gltf", ".glb", ".obj",
+                                                                 ".stl", ".off",  ".e57", ".ptx"};
 
 } // namespace pbm::command_line

@@ -12,7 +12,8 @@ runtime=(g++ cmake ninja-build pkg-config
     libhwy-dev libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libisal-dev
     libjpeg62-turbo-dev)
 viewer=("${runtime[@]}" libglfw3-dev libepoxy-dev libimgui-dev)
-demo=("${runtime[@]}" libtomlplusplus-dev libpng-dev libstb-dev zlib1g-dev libwebp-dev libdraco-dev libmeshoptimizer-dev)
+demo=("${runtime[@]}" libtomlplusplus-dev libpng-dev libstb-dev zlib1g-dev libwebp-dev libdraco-dev libmeshoptimizer-dev
+    libexpat1-dev)
 all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     ccache libgtest-dev libembree-dev python3 python3-jsonschema python3-zstandard python3-xxhash
     valgrind zstd make mandoc groff-base draco lib32stdc++-12-dev libc6-dev-i386

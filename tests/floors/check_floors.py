@@ -43,7 +43,7 @@ ROOMS = {
     "runtime/viewer": [
         "pictures", "options", "measure opening", "navigation clipping", "scene", "light", "pbm-render pbm-view",
         "pbm-view/window"],
-    "tools/pbm-build/pbm_scan": ["surface", "text", "images", "gltf mesh ply", "."],
+    "tools/pbm-build/pbm_scan": ["surface", "text", "images clouds", "gltf mesh ply e57 ptx", "."],
     "tools/pbm-build/pbm_build": [
         "report", "surface", "grid images", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
 }
@@ -68,6 +68,7 @@ HOMES = {
         r"|tools/pbm-build/pbm_build/\w+/(noise|short_normal|triangle_columns|triangle_mix|leaf_scan|plane_columns|outside_view)\.cpp"
     ),
     r"(draco/.*|meshoptimizer\.h)": r"tools/pbm-build/pbm_scan/gltf/gltf_(draco|document)\.cpp|bench/.*",
+    r"expat\.h": r"tools/pbm-build/pbm_scan/e57/e57_xml\.cpp",
     r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh/mesh_reader\.cpp",
     r"CLI/.*": r"command_line/parse\.cpp",
     r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",

@@ -31,6 +31,8 @@ TARGETS = {
     "ply_reader": (2048, [HERE / "corpus" / "ply", HERE.parent / "odd" / "files"]),
     "gltf": (4096, []),
     "mesh": (1024, [HERE / "corpus" / "mesh"]),
+    "e57": (3072, []),
+    "ptx": (512, [HERE.parent / "odd" / "files"]),
     "chunk": (256, []),
     "unfilter": (256, []),
     "damage": (64, []),

@@ -40,6 +40,11 @@ inline void hold_surface(const Result<build::Surface> &result, std::size_t size,
         require(radius > 0.0F && std::isfinite(radius));
     for (const std::uint8_t id : s.material_ids)
         require(id < s.materials.size() && s.materials.size() <= kMaxMaterials);
+    for (const std::uint16_t id : s.station_ids)
+        require(id < s.stations.size() || id == build::kNoStation);
+    for (const glm::dvec3 &station : s.stations)
+        require(build::is_finite(station));
+    require(s.crs.size() <= 4096);
     for (const std::uint16_t id : s.texture_ids)
         require(id < s.textures.size() || id == build::Surface::kNoTexture);
 }

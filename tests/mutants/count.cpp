@@ -303,6 +303,52 @@ std::optional<Announced> count_ply(std::string_view bytes) {
     return sum;
 }
 
+// Positions alone: how many triangles follow from them is not announced.
+Announced positions_of(std::uint64_t count) {
+    return {.vertices = count, .min_triangles = 0, .max_triangles = 2 * count, .something_unknown = false};
+}
+
+std::optional<Announced> count_ptx(std::string_view bytes) {
+    std::vector<Words> rows;
+    for (const std::string &line : lines(bytes))
+        if (Words w = words(line); !w.empty())
+            rows.push_back(std::move(w));
+    std::uint64_t count = 0;
+    for (std::size_t row = 0; row < rows.size();) {
+        long long columns = 0, height = 0;
+        if (rows.size() - row < 10 || !whole_number(rows[row][0], columns) || !whole_number(rows[row + 1][0], height))
+            return std::nullopt;
+        row += 10;
+        for (long long i = 0; i < columns * height; ++i, ++row) {
+            if (row == rows.size() || rows[row].size() < 3)
+                return std::nullopt;
+            const bool is_empty = std::all_of(rows[row].begin(), rows[row].begin() + 3, [](const std::string &word) {
+                return std::strtod(word.c_str(), nullptr) == 0;
+            });
+            count += is_empty ? 0U : 1U;
+        }
+    }
+    return positions_of(count);
+}
+
+// By the words of the XML section, which the header places by its offset in pages of 1024 bytes.
+std::optional<Announced> count_e57(std::string_view bytes) {
+    constexpr std::string_view kKey = "recordCount=";
+    const auto number = [&](std::size_t at) {
+        std::uint64_t value = 0;
+        std::memcpy(&value, bytes.data() + at, sizeof(value));
+        return static_cast<std::size_t>(value);
+    };
+    const std::size_t offset = bytes.size() < 48 ? 0 : number(24), begin = offset / 1024 * 1020 + offset % 1024;
+    if (begin < 48 || begin > bytes.size())
+        return std::nullopt;
+    const std::string_view xml = bytes.substr(begin, number(32));
+    std::uint64_t sum = 0;
+    for (std::size_t at = 0; (at = xml.find(kKey, at)) != std::string_view::npos; ++at)
+        sum += std::strtoull(std::string(xml.substr(at + kKey.size() + 1, 20)).c_str(), nullptr, 10);
+    return positions_of(sum);
+}
+
 } // namespace
 
 std::optional<Announced> count(Format format, std::string_view bytes) {
@@ -311,6 +357,8 @@ std::optional<Announced> count(Format format, std::string_view bytes) {
     case Format::ply_binary: return count_ply(bytes);
     case Format::obj: return count_obj(bytes);
     case Format::off: return count_off(bytes);
+    case Format::ptx: return count_ptx(bytes);
+    case Format::e57: return count_e57(bytes);
     case Format::stl_ascii:
     case Format::stl_binary: break;
     }

@@ -7,15 +7,15 @@
 
 namespace pbm::mutants {
 
-enum class Format : std::uint8_t { ply_ascii, ply_binary, obj, off, stl_ascii, stl_binary };
-constexpr int kFormats = 6;
+enum class Format : std::uint8_t { ply_ascii, ply_binary, obj, off, stl_ascii, stl_binary, ptx, e57 };
+constexpr int kFormats = 8;
 
 const char *to_string(Format format);
 
 struct HonestFile {
     std::string name;
     Format format{};
-    std::string bytes;
+    std::string bytes; // of an E57: what lies in its pages, since checksums find any other damage
 };
 
 // The same on every call.

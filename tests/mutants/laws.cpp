@@ -1,8 +1,11 @@
 #include "mutants/laws.h"
 
 #include "mutants/count.h"
+#include "pbm_scan/e57/e57_reader.h"
 #include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/ply/ply_reader.h"
+#include "pbm_scan/ptx/ptx_reader.h"
+#include "unit/scan/e57_files.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,6 +24,8 @@ Result<Surface> read(Format format, const std::string &text) {
     case Format::ply_binary: return build::read_ply({bytes}, {});
     case Format::obj: return build::read_obj({bytes}, {});
     case Format::off: return build::read_off(bytes, {});
+    case Format::ptx: return build::read_ptx(bytes, {});
+    case Format::e57: return build::read_e57(bytes, {});
     case Format::stl_ascii:
     case Format::stl_binary: break;
     }
@@ -55,7 +60,7 @@ bool whole(const Surface &s) {
         return t.x < count && t.y < count && t.z < count && t.x != t.y && t.y != t.z && t.x != t.z;
     };
     return count != 0 && parallel(s.normals) && parallel(s.colours) && parallel(s.radii) && parallel(s.material_ids) &&
-           std::all_of(s.positions.begin(), s.positions.end(), finite) &&
+           parallel(s.station_ids) && std::all_of(s.positions.begin(), s.positions.end(), finite) &&
            std::all_of(s.triangles.begin(), s.triangles.end(), valid);
 }
 
@@ -73,6 +78,8 @@ std::optional<std::string> judge_cut(const Mutant &mutant, const Surface &s) {
     switch (mutant.origin->format) {
     case Format::ply_binary:
     case Format::stl_binary: return "it was cut";
+    case Format::e57: // behind the XML section are zeros that fill the last page
+        return cut < end ? std::optional<std::string>("it was cut") : std::nullopt;
     case Format::stl_ascii: { // undetectable between two solids and within the name of the last line
         const std::size_t last_line = mutant.bytes.rfind('\n', mutant.bytes.find_last_not_of('\n')) + 1;
         return mutant.bytes.substr(last_line, 8) != "endsolid" ? std::optional<std::string>("it was cut")
@@ -86,6 +93,15 @@ std::optional<std::string> judge_cut(const Mutant &mutant, const Surface &s) {
             std::string("vf").find(honest[line]) != std::string::npos && honest.substr(line, 2) != "vt";
         return numbers && !reports(s, "end of file") ? std::optional<std::string>("it was cut inside a line, unsaid")
                                                      : std::nullopt;
+    }
+    case Format::ptx: { // undetectable between two scans, and inside the last number before
+        const std::size_t second = honest.rfind("5\n5\n");
+        if (cut == second)
+            return std::nullopt;
+        if (cut < second && cut > honest.rfind(' ', second) + 1)
+            return reports(s, "end of file") ? std::nullopt
+                                             : std::optional<std::string>("it was cut inside a number, unsaid");
+        break;
     }
     case Format::ply_ascii:
     case Format::off: break;
@@ -130,8 +146,10 @@ Judgement judge_surface(const Mutant &mutant, const Surface &s) {
 } // namespace
 
 Judgement judge(const Mutant &mutant) {
-    const Result<Surface> surface = read(mutant.origin->format, mutant.bytes);
-    return surface ? judge_surface(mutant, *surface) : judge_error(surface.error(), mutant.bytes.size());
+    const Format format = mutant.origin->format;
+    const std::string file = format == Format::e57 ? test::e57_with_length(mutant.bytes) : mutant.bytes;
+    const Result<Surface> surface = read(format, file);
+    return surface ? judge_surface(mutant, *surface) : judge_error(surface.error(), file.size());
 }
 
 } // namespace pbm::mutants

@@ -67,6 +67,44 @@ def stl(start=b"made by hand", attribute=0):
     return out
 
 
+def crc32c(data):
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0x82F63B78 if crc & 1 else 0)
+    return crc ^ 0xFFFFFFFF
+
+
+def e57(names, points, more="", count=None):
+    """An E57 file of one scan: a field of doubles for each name, all in one packet."""
+    streams = [b"".join(struct.pack("<d", point[i]) for point in points) for i in range(len(names))]
+    packet = struct.pack("<H", len(names)) + b"".join(struct.pack("<H", len(s)) for s in streams) + b"".join(streams)
+    packet += bytes(-len(packet) % 4)
+    packet = struct.pack("<BBH", 1, 0, len(packet) + 3) + packet
+    section = struct.pack("<QQQQ", 1, 32 + len(packet), 80, 0) + packet
+    fields = "".join(f'<{name} type="Float"/>' for name in names)
+    xml = (
+        '<e57Root type="Structure"><data3D type="Vector"><vectorChild type="Structure">'
+        f'<points type="CompressedVector" fileOffset="48" recordCount="{len(points) if count is None else count}">'
+        f'<prototype type="Structure">{fields}</prototype></points>{more}</vectorChild></data3D></e57Root>'
+    ).encode()
+    at = 48 + len(section)
+    size = (at + len(xml) + 1019) // 1020 * 1020
+    start = b"ASTM-E57" + struct.pack("<IIQQQQ", 1, 0, size // 1020 * 1024, at // 1020 * 1024 + at % 1020, len(xml), 1024)
+    data = (start + section + xml).ljust(size, b"\0")
+    pages = [data[i:i + 1020] for i in range(0, size, 1020)]
+    return b"".join(page + struct.pack(">I", crc32c(page)) for page in pages)
+
+
+CARTESIAN = ["cartesianX", "cartesianY", "cartesianZ"]
+SPHERICAL = ["sphericalRange", "sphericalAzimuth", "sphericalElevation"]
+E57_POSE = (
+    '<pose type="Structure"><rotation type="Structure"><w type="Float">1</w></rotation>'
+    '<translation type="Structure"><x type="Float">5</x></translation></pose>'
+)
+
+
 def files():
     """Name -> bytes."""
     little, big = triangle(), triangle("binary_big_endian")
@@ -98,6 +136,16 @@ def files():
         "png_bytes.ply": b"\x89PNG\r\n\x1a\n" + bytes(100),
         "gzip_bytes.ply": b"\x1f\x8b\x08\x00" + bytes(100),
         "obj_crlf.obj": square,
+        "e57_points.e57": e57(CARTESIAN, CORNERS),
+        "e57_pose.e57": e57([*CARTESIAN, "intensity"], [(*c, c[0]) for c in CORNERS], E57_POSE),
+        "e57_states.e57": e57([*CARTESIAN, "cartesianInvalidState"], [(*c, i) for i, c in enumerate(CORNERS)]),
+        "e57_spherical.e57": e57([*SPHERICAL, "nor:normalX", "nor:normalY", "nor:normalZ"], [(2, 0.5, 0.1, 0, 0, 1)]),
+        "e57_no_points.e57": e57(CARTESIAN, []),
+        "e57_count_lies.e57": e57(CARTESIAN, CORNERS, count=4),
+        "e57_count_beyond_file.e57": e57(CARTESIAN, CORNERS, count=10**9),
+        "e57_colours_of_one_field.e57": e57([*CARTESIAN, "colorRed", "acme:rain"], [(*c, 1, 2) for c in CORNERS]),
+        "e57_cut_short.e57": e57(CARTESIAN, CORNERS * 20)[:1500],
+        "e57_wrong_checksum.e57": e57(CARTESIAN, CORNERS).replace(b"data3D", b"data4D", 1),
         "stl_binary.STL": stl(),
         "stl_binary_begins_solid.stl": stl(b"solid peter"),
         "stl_attribute_bytes.stl": stl(attribute=0x7FFF),

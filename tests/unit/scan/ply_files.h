@@ -2,46 +2,26 @@
 #pragma once
 
 #include "pbm_scan/ply/ply_reader.h"
-
-#include <gtest/gtest.h>
+#include "unit/scan/readings.h"
 
 #include <array>
 #include <bit>
-#include <cstdint>
 #include <cstring>
-#include <string>
-#include <string_view>
 
 namespace pbm::test {
 
-using build::AttributeReport;
-using Fate = AttributeReport::Fate;
+inline Result<build::Surface> read_ply_bytes(std::span<const std::uint8_t> bytes, const build::ReadOptions &options) {
+    return build::read_ply({bytes}, options);
+}
+using PlyFile = Reading<read_ply_bytes>;
 
 inline Result<build::Surface> read(const std::string &text, const build::ReadOptions &options = {}) {
-    return build::read_ply({{reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}}, options);
+    return read_ply_bytes(bytes_of(text), options);
 }
-
-inline build::Surface surface(const std::string &text) {
-    Result<build::Surface> result = read(text);
-    EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
-    return result.ok() ? std::move(*result) : build::Surface{};
-}
-
+inline build::Surface surface(const std::string &text) { return PlyFile::surface(text); }
 inline Error error(const std::string &text, const build::ReadOptions &options = {}) {
-    const Result<build::Surface> result = read(text, options);
-    EXPECT_FALSE(result.ok());
-    return result.ok() ? Error{} : result.error();
+    return PlyFile::error(text, options);
 }
-
-// The first line of the report whose name begins with `name`, or an empty one.
-inline AttributeReport report(const build::Surface &s, std::string_view name) {
-    for (const AttributeReport &line : s.report)
-        if (line.name.substr(0, name.size()) == name)
-            return line;
-    return {};
-}
-
-inline bool has(const std::string &text, std::string_view part) { return text.find(part) != std::string::npos; }
 
 inline std::string replaced(std::string text, std::string_view from, std::string_view to) {
     for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())

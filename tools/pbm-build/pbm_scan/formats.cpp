@@ -1,9 +1,11 @@
 #include "pbm_scan/formats.h"
 
+#include "pbm_scan/e57/e57_reader.h"
 #include "pbm_scan/gltf/gltf_reader.h"
 #include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/ply/ply_header.h"
 #include "pbm_scan/ply/ply_reader.h"
+#include "pbm_scan/ptx/ptx_reader.h"
 #include "pbm_scan/text/words.h"
 
 #include <algorithm>
@@ -24,6 +26,8 @@ constexpr std::array kFormats{
     ScanFormat{"obj", ".obj", nullptr, read_obj, files_of_obj},
     ScanFormat{"off", ".off", is_off, alone<read_off>},
     ScanFormat{"stl", ".stl", is_stl, alone<read_stl>},
+    ScanFormat{"e57", ".e57", is_e57, alone<read_e57>},
+    ScanFormat{"ptx", ".ptx", is_ptx, alone<read_ptx>},
 };
 
 } // namespace

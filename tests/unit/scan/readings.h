@@ -1,0 +1,56 @@
+// What a reader of scans makes of a file in a string.
+#pragma once
+
+#include "pbm_scan/surface/surface.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace pbm::test {
+
+using build::AttributeReport;
+using Fate = AttributeReport::Fate;
+
+inline std::span<const std::uint8_t> bytes_of(const std::string &text) {
+    return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()};
+}
+
+// The results of read_ply and the like.
+template <Result<build::Surface> (*Read)(std::span<const std::uint8_t>, const build::ReadOptions &)> struct Reading {
+    static build::Surface surface(const std::string &file) {
+        Result<build::Surface> result = Read(bytes_of(file), {});
+        EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
+        return result.ok() ? std::move(*result) : build::Surface{};
+    }
+    static Error error(const std::string &file, const build::ReadOptions &options = {}) {
+        const Result<build::Surface> result = Read(bytes_of(file), options);
+        EXPECT_FALSE(result.ok());
+        return result.ok() ? Error{} : result.error();
+    }
+    static std::string message(const std::string &file) { return error(file).message; }
+};
+
+// The first line of the report whose name begins with `name`, or an empty one.
+inline AttributeReport report(const build::Surface &s, std::string_view name) {
+    for (const AttributeReport &line : s.report)
+        if (line.name.substr(0, name.size()) == name)
+            return line;
+    return {};
+}
+
+// The first line of the report in whose name `word` is a word, or an empty one.
+inline AttributeReport report_of(const build::Surface &s, const std::string &word) {
+    for (const AttributeReport &line : s.report)
+        if ((" " + line.name + " ").find(" " + word + " ") != std::string::npos ||
+            (line.name + " ").find("." + word + " ") != std::string::npos)
+            return line;
+    return {};
+}
+
+inline bool has(const std::string &text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+} // namespace pbm::test

@@ -1,0 +1,34 @@
+#include "pbm_scan/clouds/intensity.h"
+
+#include "pbm_scan/text/printable.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pbm::build {
+
+GreyColours grey_colours(std::span<const float> intensities) {
+    std::vector<float> sorted;
+    sorted.reserve(intensities.size());
+    std::copy_if(intensities.begin(), intensities.end(), std::back_inserter(sorted),
+                 [](float value) { return std::isfinite(value); });
+    if (sorted.empty())
+        return {{}, "no value is finite"};
+    const auto quantile = [&](std::size_t hundredths) {
+        const auto at = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) * hundredths / 100);
+        std::nth_element(sorted.begin(), at, sorted.end());
+        return *at;
+    };
+    const float low = quantile(1), high = quantile(99);
+    if (!(low < high))
+        return {{}, "all values are equal"};
+    GreyColours grey;
+    grey.colours.reserve(intensities.size());
+    for (const float value : intensities)
+        grey.colours.push_back(colour_bytes(glm::vec3(value - low), 255.0F / (high - low)));
+    grey.note = formatted("grey from %g (black) to %g (white), which hold 98 %% of the values",
+                          static_cast<double>(low), static_cast<double>(high));
+    return grey;
+}
+
+} // namespace pbm::build

@@ -1,0 +1,21 @@
+// The strength of a laser's echo as a grey, for scans without colours.
+#pragma once
+
+#include "pbm_scan/surface/surface.h"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace pbm::build {
+
+struct GreyColours {
+    std::vector<Rgb8> colours; // sRGB; empty: all values are equal or none is finite
+    std::string note;          // for the report
+};
+
+// Linear between the first and the last hundredth of the values, whose ends few echoes of mirrors would stretch. The
+// scale of the values differs from scanner to scanner. Values that are not finite are black.
+GreyColours grey_colours(std::span<const float> intensities);
+
+} // namespace pbm::build
