@@ -179,6 +179,21 @@ TEST(Merge, PointsOfACloudStayBesideAMesh) {
     }
 }
 
+TEST(Merge, PointsBesideTrianglesOfOneInputStayPoints) {
+    Surface both = cube({0, 0, 0});
+    const Surface points = cloud({4, 0, 0});
+    both.normals.assign(8, {0, 0, 0});
+    both.positions.insert(both.positions.end(), points.positions.begin(), points.positions.end());
+    both.normals.insert(both.normals.end(), points.normals.begin(), points.normals.end());
+    both.points_beside_triangles = points.positions.size();
+    Surface apart = cube({0, 0, 0});
+    const Surface other = cube({0, 4, 0});
+    BuildStatistics said;
+    EXPECT_EQ(file_of(built({both, other}, at_depth(7), &said)), file_of(built({apart, points, other}, at_depth(7))));
+    EXPECT_EQ(lines_of(said), std::vector<std::string>{});
+    EXPECT_EQ(built({both}, at_depth(7)).point_count(), built({apart, points}, at_depth(7)).point_count());
+}
+
 TEST(Merge, WhatOneInputLacksComesFromItsMaterial) {
     Surface red = cube({0, 0, 0}), plain = cube({4, 0, 0}), blue = cube({0, 4, 0});
     red.colours.assign(8, {255, 0, 0});

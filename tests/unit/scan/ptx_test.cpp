@@ -61,6 +61,25 @@ TEST(Ptx, GridsBecomeTrianglesThatFaceTheScanner) {
     EXPECT_EQ(report_of(s, "rows and columns").fate, Fate::converted);
 }
 
+TEST(Ptx, PointsWithoutATriangleStayPointsBesideThem) {
+    std::string text = "9\n4\n" + kStill; // the middle column is much farther away
+    for (int column = 0; column < 9; ++column)
+        for (int row = 0; row < 4; ++row) {
+            const double far = column == 4 ? 8 : 1;
+            text += std::to_string(far * (0.1 * column - 0.4)) + " " + std::to_string(far * 5) + " " +
+                    std::to_string(far * (0.1 * row)) + (column == 4 ? " 1 250 0 0\n" : " 1 0 0 250\n");
+        }
+    const Surface s = PtxFile::surface(text);
+    ASSERT_EQ(s.positions.size(), 36U);
+    EXPECT_EQ(s.triangles.size(), 2U * 2 * 3 * 3);
+    ASSERT_EQ(s.points_beside_triangles, 4U);
+    for (std::size_t i = 0; i < 36; ++i) {
+        EXPECT_EQ(s.positions[i].y, i < s.first_point() ? 5 : 40);
+        EXPECT_EQ(s.colours[i], i < s.first_point() ? (Rgb8{0, 0, 250}) : (Rgb8{250, 0, 0}));
+    }
+    EXPECT_TRUE(has(report_of(s, "rows and columns").note, "4 points stay points"));
+}
+
 TEST(Ptx, ScansWhoseGridHasNoNeighboursStayPoints) {
     const Surface line = PtxFile::surface("4\n1\n" + kStill + "1 0 0\n1 1 0\n1 2 0\n1 3 0\n");
     EXPECT_TRUE(line.triangles.empty());

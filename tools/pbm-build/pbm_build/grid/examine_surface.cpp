@@ -34,7 +34,7 @@ void report_dropped(const Surface &surface, BuildStatistics &statistics) {
 }
 
 // Reports faces without area, and faces that enclose a negative volume which is large for their area. Does not reverse
-// them, because the scan of a room from within is wound like that.
+// them, because the scan of a room from within is wound like that; with stations the winding is known.
 void report_winding(const Surface &surface, BuildStatistics &statistics) {
     if (surface.triangles.empty() || !surface.normals.empty())
         return;
@@ -49,7 +49,7 @@ void report_winding(const Surface &surface, BuildStatistics &statistics) {
     }
     if (!(area > 0))
         statistics.report("faces", Fate::kept, "none of them has an area: the model is a line or a point");
-    if (volume < -kClearlyClosed * area * std::sqrt(area))
+    if (surface.stations.empty() && volume < -kClearlyClosed * area * std::sqrt(area))
         statistics.report("winding", Fate::kept,
                           "the faces point inwards; if the model looks inside out, build it with --flip-faces",
                           surface.name);
@@ -62,7 +62,8 @@ Status report_loose_vertices(const Surface &surface, bool strict, BuildStatistic
     std::vector<bool> used(surface.positions.size(), false);
     for (const glm::uvec3 &t : surface.triangles)
         used[t.x] = used[t.y] = used[t.z] = true;
-    const auto loose = std::count(used.begin(), used.end(), false);
+    const auto loose =
+        std::count(used.begin(), used.begin() + static_cast<std::ptrdiff_t>(surface.first_point()), false);
     if (loose == 0)
         return {};
     const std::string note =

@@ -116,6 +116,26 @@ void append(Surface &to, Surface &from) {
     for_vertex_attributes([](auto &all, auto &part) { append(all, part); }, to, from);
 }
 
+// Makes the points beside triangles surfaces of their own.
+void separate_points(std::vector<Surface> &surfaces) {
+    for (std::size_t i = 0, count = surfaces.size(); i < count; ++i) {
+        const std::size_t first = surfaces[i].first_point();
+        if (surfaces[i].triangles.empty() || first == surfaces[i].positions.size())
+            continue;
+        const auto move = [first](auto &from, auto &to) {
+            if (from.empty())
+                return;
+            to.assign(from.begin() + static_cast<std::ptrdiff_t>(first), from.end());
+            from.resize(first);
+        };
+        Surface points;
+        move(surfaces[i].positions, points.positions);
+        for_vertex_attributes(move, surfaces[i], points);
+        surfaces[i].points_beside_triangles = 0;
+        surfaces.push_back(std::move(points));
+    }
+}
+
 // Reserved memory becomes resident only when it is filled, while `append` frees the parts.
 void reserve(Surface &surface, std::size_t vertices, std::size_t triangles, const Surface &has) {
     surface.triangles.reserve(triangles);
@@ -168,6 +188,9 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
     for (Surface &surface : surfaces) {
         adapt(surface, has, merged.materials);
         merged.report.insert(merged.report.end(), surface.report.begin(), surface.report.end());
+    }
+    separate_points(surfaces);
+    for (Surface &surface : surfaces) {
         if (surface.triangles.empty())
             continue;
         if (faces_point_inward(surface, threads))

@@ -2,8 +2,11 @@
 
 #include "pbm_scan/clouds/stations.h"
 #include "pbm_scan/surface/range_grid.h"
+#include "pbm_scan/text/printable.h"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -18,11 +21,27 @@ const glm::dvec3 *station_of(const Surface &surface, const ScanGrid &grid) {
     return &surface.stations[surface.station_ids[*cell]];
 }
 
-std::size_t positions_in_triangles(const Surface &surface) {
+// Moves the positions without a triangle behind the others, as points.
+void put_points_last(Surface &surface) {
     std::vector<bool> used(surface.positions.size());
     for (const glm::uvec3 &t : surface.triangles)
         used[t.x] = used[t.y] = used[t.z] = true;
-    return static_cast<std::size_t>(std::count(used.begin(), used.end(), true));
+    std::vector<std::uint32_t> order(used.size()), new_index(used.size());
+    std::iota(order.begin(), order.end(), 0U);
+    const auto points = std::stable_partition(order.begin(), order.end(), [&](std::uint32_t i) { return used[i]; });
+    surface.points_beside_triangles = static_cast<std::size_t>(order.end() - points);
+    for (std::uint32_t i = 0; i < order.size(); ++i)
+        new_index[order[i]] = i;
+    const auto reorder = [&](auto &values) {
+        auto old = std::exchange(values, {});
+        values.reserve(old.size());
+        for (std::size_t i = 0; i < old.size(); ++i)
+            values.push_back(old[order[i]]);
+    };
+    reorder(surface.positions);
+    for_vertex_attributes(reorder, surface);
+    for (glm::uvec3 &t : surface.triangles)
+        t = {new_index[t.x], new_index[t.y], new_index[t.z]};
 }
 
 } // namespace
@@ -42,14 +61,16 @@ AttributeReport triangulate_scans(Surface &surface, const std::vector<ScanGrid> 
             triangulate_range_grid(grid.cells, grid.columns, surface.positions, station);
         surface.triangles.insert(surface.triangles.end(), triangles.begin(), triangles.end());
     }
-    const std::size_t all = surface.positions.size(), used = positions_in_triangles(surface);
-    if (static_cast<double>(used) < kMinTriangulatedShare * static_cast<double>(all))
-        return stay_points("steps in depth of more than 4 grid steps would leave " + std::to_string(all - used) +
-                           " of " + std::to_string(all) + " points without a triangle");
+    put_points_last(surface);
+    const std::size_t all = surface.positions.size(), points = surface.points_beside_triangles;
+    if (static_cast<double>(all - points) < kMinTriangulatedShare * static_cast<double>(all)) {
+        surface.points_beside_triangles = 0;
+        return stay_points("steps in depth of more than 4 grid steps leave " + std::to_string(points) + " of " +
+                           std::to_string(all) + " points without a triangle");
+    }
     face_stations(surface);
     return {kName, Fate::converted,
-            "to triangles; steps in depth of more than 4 grid steps stay open, with " + std::to_string(all - used) +
-                " points"};
+            "to triangles; at steps in depth of more than 4 grid steps " + counted(points, "point") + " stay points"};
 }
 
 } // namespace pbm::build

@@ -1,4 +1,4 @@
-// Scans in the order of their lines of sight as triangles, where these hold nearly all of their points.
+// Scans in the order of their lines of sight as triangles, where these hold most of their points.
 #pragma once
 
 #include "pbm_scan/surface/surface.h"
@@ -14,14 +14,14 @@ struct ScanGrid {
     std::size_t columns = 0;
 };
 
-// Minimum share of the positions that triangles must hold. The others are lost, since a surface of triangles shows
-// nothing but these: steps in depth of a small object, but floors and roofs where a scanner looks along them.
-constexpr double kMinTriangulatedShare = 0.95;
+// Minimum share of the positions that triangles must hold. The others are points beside them (surface.h), as floors are
+// where a scanner looks along them.
+constexpr double kMinTriangulatedShare = 0.5;
 
 // Fills surface.triangles from the grids of all of its scans, or of none of them, and turns them towards the stations.
 // Scans without a station stay points: a grid that no scanner made (tables of points from the air) has no neighbours.
-// `surface` has no triangles before, and a position in each cell that is not empty. The fate is that of the grid:
-// `converted`, or `dropped` where the scans stay points.
+// Changes the order of the positions. `surface` has no triangles before, and a position in each cell that is not empty.
+// The fate is that of the grid: `converted`, or `dropped` where the scans stay points.
 AttributeReport triangulate_scans(Surface &surface, const std::vector<ScanGrid> &grids);
 
 } // namespace pbm::build

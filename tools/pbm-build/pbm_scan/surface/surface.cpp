@@ -1,5 +1,6 @@
 #include "pbm_scan/surface/surface.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 
@@ -31,6 +32,9 @@ Status drop_non_finite(Surface &surface) {
     for (std::size_t i = 0; i < new_index.size(); ++i)
         if (is_finite(surface.positions[i]))
             new_index[i] = next++;
+    if (!surface.triangles.empty())
+        surface.points_beside_triangles -= static_cast<std::size_t>(
+            std::count(new_index.begin() + static_cast<std::ptrdiff_t>(surface.first_point()), new_index.end(), kGone));
     renumber_triangles(surface, new_index);
     const auto keep = [&](std::size_t i) { return new_index[i] != kGone; };
     keep_from(surface.positions, 0, keep);
