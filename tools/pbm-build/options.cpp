@@ -168,7 +168,8 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
     line.add("--crease-angle",
              "Degrees from which on an edge is sharp, 0..180; default by shape: scans 75, constructed 44, STL 0",
              &options.crease_angle, {.check = angle});
-    line.add("--viewpoint", "Where the scanner stood, in the model: estimated normals are turned to it",
+    line.add("--viewpoint",
+             "Where the scanner stood, in the model: estimated normals are turned to it; default: what E57 and PTX say",
              command_line::stored(three_numbers, options.viewpoint),
              {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
     line.add("--remove-outliers",
