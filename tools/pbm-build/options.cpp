@@ -254,8 +254,10 @@ void add_general_options(CommandLine &line, Arguments &arguments) {
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments) {
     CommandLine line{
         "pbm-build",
-        "Turns a scan (" + names_of_formats() +
-            ") into a binary voxel grid (.pbvg).\n"
+        "Turns a scan into a binary voxel grid (.pbvg).\n"
+        "Reads " +
+            names_of_formats() +
+            ".\n"
             "Says of every attribute of the scan whether it was kept, converted or dropped.\n"
             "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, lights "
             "and materials may be tables ([[light]]), and names of files are relative to the recipe's folder. "
