@@ -74,6 +74,10 @@ std::optional<int> check_inputs(std::string_view program, const Arguments &argum
     const auto streams = std::count(arguments.inputs.begin(), arguments.inputs.end(), "-");
     if (streams > 1)
         return command_line::fail_usage(program, "standard input (-) can be read only once");
+    if (arguments.viewpoints.size() > 1 && arguments.viewpoints.size() != arguments.inputs.size())
+        return command_line::fail_usage(program, "--viewpoint is given " + std::to_string(arguments.viewpoints.size()) +
+                                                     " times for " + std::to_string(arguments.inputs.size()) +
+                                                     " inputs: give one for all, or one for each");
     if (!arguments.output.empty())
         return std::nullopt;
     if (arguments.inputs.size() > 1)
@@ -169,9 +173,8 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
              "Degrees from which on an edge is sharp, 0..180; default by shape: scans 75, constructed 44, STL 0",
              &options.crease_angle, {.check = angle});
     line.add("--viewpoint",
-             "Where the scanner stood, in the model: estimated normals are turned to it; default: what E57 and PTX say",
-             command_line::stored(three_numbers, options.viewpoint),
-             {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
+             "Where the scanner stood, in the model: estimated normals face it; once for all inputs, or for each",
+             &arguments.viewpoints, {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
     line.add("--remove-outliers",
              "Drop points far from all others; default: points and faces that make the grid 10 times larger",
              [&options] { options.outliers = Outliers::drop; });
@@ -292,6 +295,8 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     if (!request)
         return command_line::fail_usage(program, request.error().message);
     arguments.build.scene = std::move(*request);
+    for (const std::string &text : arguments.viewpoints)
+        arguments.build.viewpoints.push_back(*three_numbers(text));
     if (const auto refused = check_inputs(program, arguments))
         return refused;
     arguments.depfile = arguments.depfile || !arguments.depfile_name.empty();

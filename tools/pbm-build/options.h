@@ -13,8 +13,9 @@ namespace pbm::build {
 struct Arguments {
     std::vector<std::string> inputs; // at least one
     std::string output;
-    std::string grid_like; // .pbvg whose grid is taken, empty for none
-    std::string json;      // file, "-" for stdout, empty for none
+    std::vector<std::string> viewpoints; // "X,Y,Z", readable: none, one for all inputs, or one for each
+    std::string grid_like;               // .pbvg whose grid is taken, empty for none
+    std::string json;                    // file, "-" for stdout, empty for none
     bool if_changed = false, source_hash = false;
     bool progress = false; // lines of progress on stdout
     bool depfile = false;

@@ -14,6 +14,7 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
+using pbm::test::at_depth;
 using pbm::test::built;
 using pbm::test::file_of;
 using pbm::test::refused;
@@ -160,6 +161,19 @@ TEST(Merge, StationsOrientPointsWhateverTheOrderOfTheInputs) {
     EXPECT_TRUE(std::any_of(said.attributes.begin(), said.attributes.end(), [](const AttributeReport &line) {
         return line.name == "normals" && line.note.ends_with("turned to 2 scanner positions");
     }));
+}
+
+TEST(Merge, EachInputHasItsViewpoint) {
+    Surface inside = scanned({0, 0, 0}, {5, 5, 5}), outside = scanned({0, 0, 4}, {0, 0, 4});
+    BuildOptions options = at_depth(7);
+    options.viewpoints = {{0, 0, 0}, {0, 0, -50}};
+    const Model model = built({inside, outside}, options);
+    const auto top_of = [&](const Surface &surface) {
+        const std::uint16_t top = model.levels.back().points.normals[point_at(model, surface.positions.front())];
+        return normal_table()[top & kNormalIndexMask][2];
+    };
+    EXPECT_LT(top_of(inside), -0.9F);
+    EXPECT_LT(top_of(outside), -0.9F) << "away from the viewpoint, which sees its other side";
 }
 
 TEST(Merge, PointsOfACloudStayBesideAMesh) {

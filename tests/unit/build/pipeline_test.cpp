@@ -532,7 +532,7 @@ TEST(Pipeline, ADepthThatNobodyAskedForFitsIntoMemory) {
 
 TEST(Pipeline, OptionsThatChangeNothingAreNamed) {
     BuildOptions options = at_depth(5);
-    options.viewpoint = {0, 0, 5};
+    options.viewpoints = {{0, 0, 5}};
     options.outliers = Outliers::drop;
     BuildStatistics statistics;
     ASSERT_TRUE(build_model(cube(0, 1), options, statistics).ok());

@@ -38,7 +38,10 @@ Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour
         options["compression_level"] = build.compression_level;
     set("flip_faces", build.flip_faces);
     give("crease_angle", build.crease_angle);
-    give("viewpoint", build.viewpoint);
+    if (build.viewpoints.size() == 1)
+        options["viewpoint"] = build.viewpoints.front();
+    else if (!build.viewpoints.empty())
+        options["viewpoint"] = build.viewpoints;
     set("remove_outliers", build.outliers == Outliers::drop);
     set("keep_outliers", build.outliers == Outliers::keep);
     give("upsample", build.upsample);

@@ -183,6 +183,14 @@ Status furnish(Surface surface, Voxels &voxels, Model &model, const Run &run) {
     return {};
 }
 
+// Replaces what the surfaces say of their scanners by one viewpoint for each.
+void station_each(std::vector<Surface> &surfaces, const std::vector<std::array<double, 3>> &viewpoints) {
+    for (std::size_t i = 0; i < surfaces.size() && i < viewpoints.size(); ++i) {
+        surfaces[i].stations = {vector_of(viewpoints[i])};
+        surfaces[i].station_ids.assign(surfaces[i].positions.size(), 0);
+    }
+}
+
 } // namespace
 
 Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics &statistics,
@@ -191,6 +199,8 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     const int threads = options.threads;
     std::vector<SinglePrecision> single_precision;
     dress(surfaces, options.scene, statistics);
+    if (options.viewpoints.size() > 1)
+        station_each(surfaces, options.viewpoints);
     for (Surface &surface : surfaces) {
         if (Status good = examine_surface(surface, options.flip_faces, options.strict, statistics); !good)
             return of_input(surface.name, good.error());
@@ -224,7 +234,8 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
         statistics.report("up axis", found.reason == UpReason::none ? Fate::kept : Fate::estimated, note_of(found));
         request.up = found.up;
     }
-    const PointRequest points{.viewpoint = options.viewpoint,
+    const PointRequest points{.viewpoint = options.viewpoints.size() == 1 ? std::optional(options.viewpoints.front())
+                                                                          : std::nullopt,
                               .outliers = outliers,
                               .strict = options.strict,
                               .up = request.like ? request.like->up : *request.up};

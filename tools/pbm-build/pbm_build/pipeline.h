@@ -33,13 +33,14 @@ struct BuildOptions {
     int compression_level = kDefaultCompressionLevel; // of packed files
     Credits credits;
     SceneRequest scene;
-    bool flip_faces = false;                              // reverses the winding of all faces
-    std::optional<double> crease_angle;                   // degrees, 0..180; creases.h
-    std::optional<std::array<double, 3>> viewpoint;       // estimated normals face it; model units
-    Outliers outliers = Outliers::drop_strays;            // and far parts; kept with a grid that is given
-    std::optional<int> upsample;                          // largest gap, voxels; upsample.h
-    bool strict = false;                                  // refuse the input instead of dropping any of it
-    int threads = 0;                                      // 0: one per processor
+    bool flip_faces = false;                       // reverses the winding of all faces
+    std::optional<double> crease_angle;            // degrees, 0..180; creases.h
+    std::vector<std::array<double, 3>> viewpoints; // estimated normals face them; model units. One for all, or one for
+                                                   // each surface in their order; empty: the stations of the surfaces
+    Outliers outliers = Outliers::drop_strays;     // and far parts; kept with a grid that is given
+    std::optional<int> upsample;                   // largest gap, voxels; upsample.h
+    bool strict = false;                           // refuse the input instead of dropping any of it
+    int threads = 0;                               // 0: one per processor
     std::uint64_t max_hit_bytes = std::uint64_t{4} << 30; // of hits (hit_store.h) and of made points, each
 };
 

@@ -52,21 +52,29 @@ class E57Reader {
         complete_station_ids(surface_);
         if (surface_.positions.empty() && records_ > 0)
             return bad_input("none of the " + std::to_string(records_) +
-                             " points has a position: there is nothing to "
-                             "build");
+                             " points has a position: there is nothing to build");
         if (!has_colours_ && !intensities_.empty()) {
             counts_.grey = grey_colours(intensities_);
             surface_.colours = std::move(counts_.grey.colours);
         }
         if (has_cells_)
             triangulated_ = triangulate_scans(surface_, grids_);
-        surface_.crs = description_.coordinates.substr(0, kMaxCrsBytes);
+        surface_.crs = description_.coordinates.substr(0, crs_bytes());
         report();
         return finished(std::move(surface_), options_);
     }
 
   private:
     static constexpr std::size_t kMaxCrsBytes = 4096;
+
+    // Whole characters of UTF-8, which expat has verified.
+    std::size_t crs_bytes() const {
+        const std::string &text = description_.coordinates;
+        std::size_t bytes = std::min(text.size(), kMaxCrsBytes);
+        while (bytes < text.size() && (static_cast<unsigned char>(text[bytes]) & 0xC0) == 0x80)
+            --bytes;
+        return bytes;
+    }
 
     Status check() const {
         if (records_ == 0)
@@ -357,7 +365,8 @@ class E57Reader {
             lines.push_back(
                 {"images2D", Fate::dropped, counted(description_.images, "image") + ": PBM stores point colours"});
         if (description_.coordinates.size() > kMaxCrsBytes)
-            lines.push_back({"coordinateMetadata", Fate::converted, "cut off after 4096 bytes"});
+            lines.push_back({"coordinateMetadata", Fate::converted,
+                             "cut off after " + std::to_string(surface_.crs.size()) + " bytes"});
         else if (!description_.coordinates.empty())
             lines.push_back({"coordinateMetadata", Fate::kept, "coordinate reference system"});
         for (const std::string &extension : description_.extensions)
