@@ -100,7 +100,7 @@ def e57(names, points, more="", count=None):
 CARTESIAN = ["cartesianX", "cartesianY", "cartesianZ"]
 SPHERICAL = ["sphericalRange", "sphericalAzimuth", "sphericalElevation"]
 E57_POSE = (
-    '<pose type="Structure"><rotation type="Structure"><w type="Float">1</w></rotation>'
+    '<pose type="Structure"><rotation type="Structure"><x type="Float">1</x></rotation>'
     '<translation type="Structure"><x type="Float">5</x></translation></pose>'
 )
 

@@ -108,7 +108,6 @@ TEST(E57, PosesMoveScansAndSayWhereTheScannerStood) {
                                                     e57_floats("nor:normalZ", std::vector{0.F, 0.F, 0.F})});
     turned.more = pose(kQuarter, "<x>10</x><y type=\"Float\">20</y><z>30</z>");
     E57ScanText still = scan_of({{7, 8, 9}, {8, 8, 9}});
-    still.more = pose("<w>1</w>", "<x/>");
     const Surface s = E57File::surface(e57_file({still, turned}));
     ASSERT_EQ(s.positions.size(), 5U);
     EXPECT_EQ(s.positions[0], glm::dvec3(7, 8, 9)); // exactly
@@ -121,16 +120,27 @@ TEST(E57, PosesMoveScansAndSayWhereTheScannerStood) {
     EXPECT_EQ(s.normals[0], glm::vec3(0)); // the scan has none
     EXPECT_NEAR(s.normals[2].y, 1, 1e-6);
     EXPECT_NEAR(s.normals[3].x, -1, 1e-6);
-    EXPECT_EQ(s.stations, std::vector<glm::dvec3>{glm::dvec3(10, 20, 30)});
+    EXPECT_EQ(s.stations, (std::vector<glm::dvec3>{{10, 20, 30}}));
     EXPECT_EQ(s.station_ids, (std::vector<std::uint16_t>{build::kNoStation, build::kNoStation, 0, 0, 0}));
     EXPECT_TRUE(has(report_of(s, "nor:normalX").note, "1 have no length"));
     EXPECT_TRUE(has(report_of(s, "data3D").note, "2 scans, 1 moved"));
     EXPECT_TRUE(has(report_of(s, "scanner positions").note, "1 of 2"));
 }
 
+TEST(E57, PosesThatOnlyShiftAreThoseOfAMap) {
+    E57ScanText shifted = scan_of({{7, 8, 9}, {8, 8, 9}}), turned = scan_of({{1, 0, 5}, {2, 0, 5}});
+    shifted.more = pose("<w>1</w>", "<x>100</x>");
+    turned.more = pose(kQuarter, "<x>3</x>");
+    const Surface alone = E57File::surface(e57_file({shifted}));
+    EXPECT_EQ(alone.positions[0], glm::dvec3(107, 8, 9));
+    EXPECT_TRUE(alone.stations.empty());
+    const Surface both = E57File::surface(e57_file({shifted, turned}));
+    EXPECT_EQ(both.stations, (std::vector<glm::dvec3>{{100, 0, 0}, {3, 0, 0}}));
+}
+
 TEST(E57, AScannerFarFromItsPointsIsNone) {
     E57ScanText scan = scan_of({{0, 0, 0}, {1, 1, 0}});
-    scan.more = pose("<w>1</w>", "<x>100</x>");
+    scan.more = pose(kQuarter, "<x>100</x>");
     EXPECT_EQ(E57File::surface(e57_file({scan})).stations.size(), 1U); // it moves with its points
     const double pi = std::acos(-1.0);
     const E57ScanText far{.columns = {e57_floats("sphericalRange", std::vector{1e6, 1e6 + 1}),

@@ -38,6 +38,7 @@ class E57Reader {
         for (const E57Scan &scan : description_.scans) {
             has_colours_ = has_colours_ || (scan.has_colours() && scan.records > 0);
             has_normals_ = has_normals_ || (scan.has_normals() && scan.records > 0);
+            has_turns_ = has_turns_ || (scan.pose && turns(*scan.pose));
             records_ += scan.records;
         }
     }
@@ -89,6 +90,10 @@ class E57Reader {
         if (records_ >= std::numeric_limits<std::uint32_t>::max())
             return too_large(std::to_string(records_) + " points, the limit is 2^32 - 2: export fewer scans");
         return check_e57_records(description_.scans, pages_);
+    }
+
+    static bool turns(const E57Scan::Pose &pose) {
+        return glm::dvec3(pose.rotation.x, pose.rotation.y, pose.rotation.z) != glm::dvec3(0);
     }
 
     // Sets a component of the vectors from index `first` on.
@@ -242,10 +247,9 @@ class E57Reader {
 
     void move(const E57Scan &scan) {
         const E57Scan::Pose pose = scan.pose.value_or(E57Scan::Pose{});
-        const bool turns = glm::dvec3(pose.rotation.x, pose.rotation.y, pose.rotation.z) != glm::dvec3(0);
         const bool shifts = pose.translation != glm::dvec3(0);
-        counts_.moved += turns || shifts ? 1U : 0U;
-        if (turns) {
+        counts_.moved += turns(pose) || shifts ? 1U : 0U;
+        if (turns(pose)) {
             const glm::dmat3 turn = glm::mat3_cast(pose.rotation);
             for (std::size_t i = first_; i < surface_.positions.size(); ++i)
                 surface_.positions[i] = turn * surface_.positions[i];
@@ -257,7 +261,7 @@ class E57Reader {
         if (shifts)
             for (std::size_t i = first_; i < surface_.positions.size(); ++i)
                 surface_.positions[i] += pose.translation;
-        if (shifts || !cartesian_ || scan.has_all({E57Role::row, E57Role::column}))
+        if ((has_turns_ && scan.pose) || !cartesian_ || scan.has_all({E57Role::row, E57Role::column}))
             counts_.stations += add_station(surface_, first_, pose.translation) ? 1U : 0U;
     }
 
@@ -383,6 +387,7 @@ class E57Reader {
     Surface surface_;
     Counts counts_;
     bool has_colours_ = false, has_normals_ = false; // in one of the scans
+    bool has_turns_ = false;                         // the pose of a scan turns it
     std::uint64_t records_ = 0;                      // of all scans
     std::vector<float> intensities_;                 // [positions], or empty; NaN: none
     bool has_cells_ = false;                         // a scan has rows and columns

@@ -13,7 +13,8 @@ bool is_e57(std::span<const std::uint8_t> bytes);
 
 // All scans of the file become one surface, in the coordinates of the file: each scan is moved by its pose. Points
 // without a valid position are left out and counted. The scanner stood at the origin of a scan that has spherical
-// coordinates, rows and columns, or a pose with a translation; of other scans it is not known.
+// coordinates, rows and columns, or a pose, if the pose of one of the scans turns it: a pose that only shifts is mostly
+// the origin of a map. Of other scans it is not known.
 //
 // errors  bad_input            a page that does not match its checksum, a damaged header, XML section or packet, counts
 //                              beyond the size of the file
