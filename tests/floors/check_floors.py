@@ -45,7 +45,7 @@ ROOMS = {
         "pbm-view/window"],
     "tools/pbm-build/pbm_scan": ["surface", "text", "images", "gltf mesh ply", "."],
     "tools/pbm-build/pbm_build": [
-        "report", "surface", "grid images", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
+        "report", "surface", "grid images mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
 }
 
 # What needs an operating system, and the rooms of the floors that must do without it.
@@ -68,7 +68,7 @@ HOMES = {
         r"|tools/pbm-build/pbm_build/\w+/(noise|short_normal|triangle_columns|triangle_mix|leaf_scan|plane_columns|outside_view)\.cpp"
     ),
     r"(draco/.*|meshoptimizer\.h)": r"tools/pbm-build/pbm_scan/gltf/gltf_(draco|document)\.cpp|bench/.*",
-    r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh/mesh_reader\.cpp",
+    r"OpenMesh/.*": r"tools/pbm-build/pbm_build/mesh_repair/half_edges\.cpp",
     r"CLI/.*": r"command_line/parse\.cpp",
     r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",
     r"GLFW/.*": r"runtime/viewer/pbm-view/window/window\.cpp",
@@ -282,7 +282,7 @@ def self_test():
         ("runtime/viewer/pbm-view/window/window.cpp", "#include <GLFW/glfw3.h>"),
         ("runtime/viewer/pbm-view/window/presenter.cpp", "#include <epoxy/gl.h>"),
         ("runtime/viewer/pbm-view/window/overlay.cpp", "#include <imgui.h>\n#include <backends/imgui_impl_opengl3.h>"),
-        ("tools/pbm-build/pbm_scan/mesh/mesh_reader.cpp", "#include <OpenMesh/Core/IO/importer/BaseImporter.hh>"),
+        ("tools/pbm-build/pbm_build/mesh_repair/half_edges.cpp", "#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>"),
     ]
     bad_cmake = [
         ("tools/pbm-build/CMakeLists.txt", "target_link_libraries(pbm_build PUBLIC pbm::render)"),

@@ -45,6 +45,12 @@ Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid 
                          " MiB; choose a smaller --depth, or --max-points");
 }
 
+Status repair(Surface &surface, const BuildOptions &options, StepClock &clock, BuildStatistics &statistics) {
+    if (!options.mesh.any())
+        return {};
+    return clock.run("mesh", [&] { return repair_mesh(surface, options.mesh, options.threads, statistics); });
+}
+
 AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
     AttributeSet set;
     set.colour = surface.colours.empty() && surface.texture_ids.empty() ? ColourFormat::none : colour;
@@ -191,6 +197,9 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     std::vector<SinglePrecision> single_precision;
     dress(surfaces, options.scene, statistics);
     for (Surface &surface : surfaces) {
+        count_input(surface, statistics);
+        if (Status repaired = repair(surface, options, clock, statistics); !repaired)
+            return of_input(surface.name, repaired.error());
         if (Status good = examine_surface(surface, options.flip_faces, options.strict, statistics); !good)
             return of_input(surface.name, good.error());
         choose_creases(surface, options.crease_angle, threads, statistics);

@@ -1,6 +1,7 @@
 // Statistics of a build, for the report on the terminal and for --json.
 #pragma once
 
+#include "pbm_build/report/mesh_figures.h"
 #include "pbm_scan/surface/surface.h"
 
 #include <chrono>
@@ -28,6 +29,7 @@ enum class Outcome { written, unchanged, up_to_date };
 struct BuildStatistics {
     Outcome outcome = Outcome::written;
     std::vector<AttributeReport> attributes;
+    std::vector<MeshFigures> meshes;   // on request (--mesh-report)
     std::vector<StepStatistics> steps; // in order; a step done several times (--max-points) is summed
     std::uint64_t input_bytes = 0, vertices = 0, triangles = 0;
     std::uint64_t samples = 0;     // pairs of a voxel and a triangle or point
@@ -75,7 +77,7 @@ class StepClock {
     const Progress &progress_;
 };
 
-std::string counted(std::uint64_t count, const char *what); // "1 point", "2 points"
+std::string counted(std::uint64_t count, const char *what); // "1 point", "2 points", "2 vertices"
 std::string_view to_string(Fate fate);
 std::string_view to_string(Outcome outcome);
 
