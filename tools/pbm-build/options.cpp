@@ -186,7 +186,14 @@ void add_mesh_options(CommandLine &line, Arguments &arguments) {
     line.topic = "Mesh";
     line.add("--mesh-report", "Say how the faces are connected: parts, borders, winding, what is no manifold",
              &options.mesh.report);
-    line.add("--flip-faces", "Turn all faces around: for scans that look inside out", &options.flip_faces);
+    line.add("--orient-faces", "Wind the faces of each part alike, and outwards where it is closed",
+             &options.mesh.orient_faces);
+    line.add("--flip-faces", "Turn all faces around: for scans that look inside out; after --orient-faces",
+             &options.flip_faces);
+    line.add("--drop-parts",
+             "Drop parts that are smaller: than 1% of the area of the largest one, or than 200 faces, say",
+             command_line::stored(parse_part_size, options.mesh.smallest_part),
+             {.type = "SIZE", .check = command_line::readable(parse_part_size)});
     line.add("--crease-angle",
              "Degrees from which on an edge is sharp, 0..180; default by shape: scans 75, constructed 44, STL 0",
              &options.crease_angle, {.check = angle});

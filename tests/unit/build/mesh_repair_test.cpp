@@ -1,7 +1,8 @@
-// How faces are connected, and what --mesh-report says of it.
+// How faces are connected, what --mesh-report says of it, and repairs of them.
 #include "pbm_build/mesh_repair/repair_mesh.h"
 #include "unit/build/built_models.h"
 
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
+using pbm::test::built;
 
 // A cube of edge 1 at `corner`: faces 0 and 1 are those at its lowest x.
 Surface box(glm::dvec3 corner = glm::dvec3(0)) {
@@ -217,6 +219,157 @@ TEST(MeshReport, PointsHaveNoMesh) {
     EXPECT_TRUE(statistics.meshes.empty());
     ASSERT_EQ(statistics.attributes.size(), 1U);
     EXPECT_EQ(statistics.attributes.front().fate, Fate::dropped);
+}
+
+AttributeReport repaired(Surface &surface, const MeshRequest &request) {
+    BuildStatistics statistics;
+    const Status status = repair_mesh(surface, request, 1, statistics);
+    EXPECT_TRUE(status.ok()) << (status.ok() ? "" : status.error().message);
+    EXPECT_EQ(statistics.attributes.size(), 1U);
+    return statistics.attributes.empty() ? AttributeReport{} : statistics.attributes.front();
+}
+
+// The volume that the faces enclose; negative if they look inwards.
+double volume(const Surface &surface) {
+    double sum = 0;
+    for (const glm::uvec3 &t : surface.triangles)
+        sum += glm::dot(surface.positions[t.x], glm::cross(surface.positions[t.y], surface.positions[t.z])) / 6;
+    return sum;
+}
+
+TEST(OrientFaces, AFaceOfACubeIsTurnedAndNothingElse) {
+    Surface surface = box();
+    std::swap(surface.triangles[7].x, surface.triangles[7].y);
+    const AttributeReport line = repaired(surface, {.orient_faces = true});
+    EXPECT_EQ(line.fate, Fate::converted);
+    EXPECT_EQ(line.note, "1 face turned");
+    EXPECT_NEAR(volume(surface), 1, 1e-12);
+    EXPECT_EQ(repaired(surface, {.orient_faces = true}).fate, Fate::kept);
+}
+
+TEST(OrientFaces, ClosedPartsLookOutwardsOpenOnesKeepTheLargerSide) {
+    Surface surface = split(box());
+    reverse_faces(surface); // inside out
+    append_faces(surface, strip(12, 0));
+    for (std::size_t i = 12; i < 20; ++i)
+        reverse_face(surface, i); // 8 of 24
+    const Surface before = surface;
+    EXPECT_EQ(repaired(surface, {.orient_faces = true}).note, "20 faces turned");
+    for (std::size_t i = 20; i < surface.triangles.size(); ++i)
+        EXPECT_EQ(surface.triangles[i], before.triangles[i]);
+    surface.triangles.resize(12);
+    EXPECT_NEAR(volume(surface), 1, 1e-12);
+}
+
+TEST(OrientFaces, NormalsAreTurnedWithFacesThatTheyAgreedWith) {
+    for (const bool agree : {true, false}) {
+        Surface surface = box({-0.5, -0.5, -0.5});
+        reverse_faces(surface);
+        for (const glm::dvec3 &p : surface.positions)
+            surface.normals.emplace_back(agree ? -p : p);
+        const AttributeReport line = repaired(surface, {.orient_faces = true});
+        EXPECT_EQ(line.note, agree ? "12 faces turned, and 8 normals with them" : "12 faces turned");
+        for (std::size_t i = 0; i < 8; ++i)
+            EXPECT_GT(glm::dot(surface.normals[i], glm::vec3(surface.positions[i])), 0);
+    }
+    Surface one = box({-0.5, -0.5, -0.5});
+    for (const glm::dvec3 &p : one.positions)
+        one.normals.emplace_back(p);
+    const std::vector<glm::vec3> before = one.normals;
+    reverse_face(one, 4);
+    EXPECT_EQ(repaired(one, {.orient_faces = true}).note, "1 face turned");
+    EXPECT_EQ(one.normals, before) << "their other faces were right";
+}
+
+TEST(OrientFaces, PlacesInTexturesFollow) {
+    Surface surface = box();
+    surface.textures.resize(1);
+    surface.texture_ids.assign(12, 0);
+    surface.texture_corners.assign(12, {glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(0, 1)});
+    reverse_face(surface, 5);
+    const auto before = surface.texture_corners[5];
+    repaired(surface, {.orient_faces = true});
+    EXPECT_EQ(surface.texture_corners[5], (TextureCorners{before[0], before[2], before[1]}));
+}
+
+TEST(OrientFaces, OneSideBothWaysAndComplexEdgesAreNoObstacle) {
+    Surface moebius = strip(12, 1);
+    EXPECT_NE(repaired(moebius, {.orient_faces = true}).note.find("1 sheet with one side only"), std::string::npos);
+    Surface both = strip(12, 0);
+    const std::vector<glm::uvec3> front = both.triangles;
+    reverse_faces(both);
+    both.triangles.insert(both.triangles.end(), front.begin(), front.end());
+    EXPECT_EQ(repaired(both, {.orient_faces = true}).note, "no face had to be turned");
+    Surface pair = box(); // two cubes that share an edge of four faces
+    append_faces(pair, box({1, 1, 0}));
+    reverse_faces(pair);
+    EXPECT_EQ(figures(pair).complex_edges, 1U);
+    EXPECT_EQ(repaired(pair, {.orient_faces = true}).note, "24 faces turned");
+    EXPECT_NEAR(volume(pair), 2, 1e-12);
+}
+
+TEST(DropParts, PartsBelowAShareOfTheLargestAreaAreDroppedWithTheirVertices) {
+    Surface scrap = box({0, 0, 5});
+    for (glm::dvec3 &p : scrap.positions)
+        p.x *= 0.01, p.y *= 0.01; // area 0.0402, that of a cube is 6
+    Surface surface = scrap;
+    append_faces(surface, box());
+    for (glm::dvec3 &p : scrap.positions)
+        p.x += 3;
+    append_faces(surface, scrap);
+    surface.positions.emplace_back(1, 2, 3); // loose before
+    surface.colours.resize(surface.positions.size());
+    surface.colours[8] = {1, 2, 3};
+    Surface kept = surface;
+    EXPECT_EQ(repaired(kept, {.smallest_part = PartSize{.percent = 0.66}}).fate, Fate::kept);
+    EXPECT_EQ(kept.triangles, surface.triangles);
+    const AttributeReport line = repaired(surface, {.smallest_part = PartSize{.percent = 0.68}});
+    EXPECT_EQ(line.fate, Fate::dropped);
+    EXPECT_EQ(line.note, "2 of 3 parts, with 24 faces and 1.32 % of the area: smaller than 0.68 % of the area of "
+                         "the largest part");
+    EXPECT_EQ(surface.triangles, box().triangles);
+    EXPECT_EQ(surface.positions.size(), 9U);
+    ASSERT_EQ(surface.colours.size(), 9U);
+    EXPECT_EQ(surface.colours[0], (Rgb8{1, 2, 3}));
+}
+
+TEST(DropParts, PartsOfFewFacesAreDroppedUnlessNothingWouldBeLeft) {
+    Surface surface = box();
+    append_faces(surface, strip(12, 0));
+    surface.triangles.emplace_back(surface.triangles[3].z, surface.triangles[3].y, surface.triangles[3].x); // repeated
+    Surface same = surface, none = surface;
+    EXPECT_EQ(repaired(same, {.smallest_part = PartSize{.faces = 12}}).fate, Fate::kept);
+    repaired(surface, {.smallest_part = PartSize{.faces = 13}});
+    EXPECT_EQ(surface.triangles.size(), 24U);
+    EXPECT_EQ(surface.positions.size(), 24U);
+    BuildStatistics statistics;
+    const Status refused = repair_mesh(none, {.smallest_part = PartSize{.faces = 25}}, 1, statistics);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::bad_input);
+}
+
+TEST(DropParts, SizesArePercentagesOrFaces) {
+    EXPECT_EQ(parse_part_size("1.5%").value().percent, 1.5);
+    EXPECT_EQ(parse_part_size("200").value().faces, 200U);
+    for (const char *text : {"", "%", "0", "0%", "-1", "101%", "nan%", "1.5", "2 %", "2%%", "1e400%"})
+        EXPECT_FALSE(parse_part_size(text).ok()) << text;
+    for (const char *text : {"1.5%", "200"})
+        EXPECT_EQ(to_text(parse_part_size(text).value()), text);
+}
+
+TEST(MeshRepair, BuiltModelsDoNotDependOnTheOrderOfFacesAndVertices) {
+    Surface surface = strip(40, 1);
+    append_faces(surface, box({3, 0, 0}));
+    append_faces(surface, box({4, 1, 0}));
+    append_faces(surface, strip(5, 3));
+    for (std::size_t i = 0; i < surface.triangles.size(); i += 3)
+        reverse_face(surface, i);
+    BuildOptions options;
+    options.grid.depth = 6;
+    options.mesh = {.report = true, .orient_faces = true, .smallest_part = PartSize{.faces = 11}};
+    const Bytes expected = pbm::test::file_of(built(surface, options));
+    for (unsigned seed = 0; seed < 5; ++seed)
+        EXPECT_EQ(pbm::test::file_of(built(shuffled(surface, seed), options)), expected) << seed;
 }
 
 } // namespace

@@ -39,8 +39,7 @@ MeshFigures figures_of(const Surface &surface, const WeldedMesh &mesh, const She
         figures.longest_loop = std::max(figures.longest_loop, loop.open_sides);
     figures.complex_edges = mesh.complex_edges;
     figures.complex_vertices = borders.complex_vertices;
-    figures.turned_faces =
-        static_cast<std::uint64_t>(std::count(sheets.turned.begin(), sheets.turned.end(), std::uint8_t{1}));
+    figures.turned_faces = sheets.against;
     for (const Sheet &sheet : sheets.sheets)
         figures.inward_sheets += sheet.has_outside() && sheet.volume < 0 ? 1 : 0;
     figures.one_sided_sheets = sheets.one_sided;

@@ -45,7 +45,7 @@ void flood(WeldedMesh &mesh, std::uint32_t first, Sheets &sheets, std::vector<st
 
 // Sums up areas and volumes. Volumes are those of the cones to the first corner of the sheet.
 void measure(const WeldedMesh &mesh, Sheets &sheets) {
-    std::vector<double> turned_area(sheets.sheets.size());
+    std::vector<double> majority(sheets.sheets.size()); // area that is not turned - area that is
     std::vector<glm::dvec3> origins(sheets.sheets.size());
     for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
         Sheet &sheet = sheets.sheets[sheets.sheet_of[i]];
@@ -57,19 +57,23 @@ void measure(const WeldedMesh &mesh, Sheets &sheets) {
         const glm::dvec3 normal = face_normal(a, mesh.positions[corners[1]], mesh.positions[corners[2]]);
         const double area = glm::length(normal) / 2, volume = glm::dot(a - origin, normal) / 6;
         sheet.area += area;
-        sheet.volume += sheets.turned[i] != 0 ? -volume : volume;
-        turned_area[sheets.sheet_of[i]] += sheets.turned[i] != 0 ? area : 0;
+        if (mesh.both_ways[i] == 0) {
+            sheet.volume += sheets.turned[i] != 0 ? -volume : volume;
+            majority[sheets.sheet_of[i]] += sheets.turned[i] != 0 ? -area : area;
+        }
         for (std::size_t side = 3 * i; side < 3 * i + 3; ++side) {
             sheet.open_sides += mesh.mates[side] == kBoundary ? 1 : 0;
             sheet.other_sides += mesh.mates[side] == kComplex || mesh.mates[side] == kCut ? 1 : 0;
         }
     }
     for (std::size_t i = 0; i < sheets.sheets.size(); ++i) // from here on the larger side is that which is not turned
-        if (2 * turned_area[i] > sheets.sheets[i].area)
+        if (majority[i] < 0)
             sheets.sheets[i].volume = -sheets.sheets[i].volume;
-    for (std::size_t i = 0; i < mesh.faces.size(); ++i)
-        if (const std::uint32_t s = sheets.sheet_of[i]; 2 * turned_area[s] > sheets.sheets[s].area)
+    for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
+        if (majority[sheets.sheet_of[i]] < 0)
             sheets.turned[i] ^= 1;
+        sheets.against += sheets.turned[i] != 0 && mesh.both_ways[i] == 0 ? 1 : 0;
+    }
 }
 
 void find_parts(const WeldedMesh &mesh, Sheets &sheets) {
@@ -114,7 +118,8 @@ std::vector<std::uint8_t> faces_to_turn(const WeldedMesh &mesh, const Sheets &sh
     for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
         const Sheet &sheet = sheets.sheets[sheets.sheet_of[i]];
         const bool inward = sheet.has_outside() && sheet.volume < 0;
-        turn[mesh.faces[i].triangle] = static_cast<std::uint8_t>(sheets.turned[i] ^ (inward ? 1 : 0));
+        if (mesh.both_ways[i] == 0)
+            turn[mesh.faces[i].triangle] = static_cast<std::uint8_t>(sheets.turned[i] ^ (inward ? 1 : 0));
     }
     for (const WeldedMesh::Repeated &repeated : mesh.repeated)
         turn[repeated.triangle] = turn[mesh.faces[repeated.face].triangle];

@@ -28,6 +28,7 @@ struct Part {
 struct Sheets {
     std::vector<std::uint32_t> sheet_of; // [faces]
     std::vector<std::uint8_t> turned;    // [faces] 1: wound against that side of its sheet which has more area
+    std::uint64_t against = 0;           // the number of those, without faces in both windings
     std::vector<Sheet> sheets;
     std::vector<Part> parts;
     std::vector<std::array<HalfEdge, 2>> cuts; // the two sides of each cut edge
@@ -38,7 +39,8 @@ struct Sheets {
 Sheets find_sheets(WeldedMesh &mesh);
 
 // The triangles that have to be turned around so that the faces of every sheet have one winding, outwards where it has
-// an outside. A repeated triangle is turned with its face. Returns a flag for each of `triangles`.
+// an outside. A repeated triangle is turned with its face; one that is there in both windings is not. Returns a flag
+// for each of `triangles`.
 std::vector<std::uint8_t> faces_to_turn(const WeldedMesh &mesh, const Sheets &sheets, std::size_t triangles);
 
 } // namespace pbm::build

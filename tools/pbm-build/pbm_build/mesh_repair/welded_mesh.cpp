@@ -58,11 +58,16 @@ void collect_faces(const Surface &surface, WeldedMesh &mesh) {
         return std::pair(key(f), f.triangle) < std::pair(key(g), g.triangle);
     });
     std::size_t kept = 0;
-    for (const WeldedMesh::Face &face : mesh.faces)
-        if (kept > 0 && same_vertices(mesh.faces[kept - 1], face))
-            mesh.repeated.push_back({face.triangle, static_cast<std::uint32_t>(kept - 1)});
-        else
+    for (const WeldedMesh::Face &face : mesh.faces) {
+        if (kept == 0 || !same_vertices(mesh.faces[kept - 1], face)) {
             mesh.faces[kept++] = face;
+            mesh.both_ways.push_back(0);
+            continue;
+        }
+        mesh.repeated.push_back({face.triangle, static_cast<std::uint32_t>(kept - 1)});
+        if (face.corners != mesh.faces[kept - 1].corners)
+            mesh.both_ways.back() = 1;
+    }
     mesh.faces.resize(kept);
 }
 

@@ -36,6 +36,8 @@ struct WeldedMesh {
     std::vector<glm::dvec3> positions;    // [vertices], ascending by x, then y, then z
     std::vector<Face> faces;              // ascending by their vertices: their order does not depend on the file's
     std::vector<Repeated> repeated;
+    std::vector<std::uint8_t>
+        both_ways;                   // [faces] 1: a repeated triangle is wound the other way: the face fits any winding
     std::vector<std::uint32_t> flat; // triangles of which two corners are one vertex
     std::vector<HalfEdge> mates; // [3 * faces] the side of the one other face at the same edge, or why there is none
     struct ComplexSide {
