@@ -2,6 +2,7 @@
 
 #include "pbm_build/grid/examine_surface.h"
 #include "pbm_build/grid/far_parts.h"
+#include "pbm_build/grid/poses.h"
 #include "pbm_build/grid/up_axis.h"
 #include "pbm_build/metadata.h"
 #include "pbm_build/radii/splat_radius.h"
