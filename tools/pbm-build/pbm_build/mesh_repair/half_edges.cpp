@@ -106,19 +106,11 @@ struct CutMesh {
     }
 };
 
-std::vector<std::uint32_t> ring_of(const CutMesh &mesh, VertexHandle vertex) {
-    std::vector<std::uint32_t> ring;
-    for (const auto other : mesh.half_edges.vv_range(vertex))
-        ring.push_back(mesh.vertex_of[index_of(other)]);
-    return ring;
-}
-
 // Splits walks along the border into loops.
 class LoopCutter {
   public:
-    LoopCutter(const WeldedMesh &mesh, const CutMesh &cut, std::size_t max_ring_steps, std::vector<BorderLoop> &loops)
-        : mesh_(mesh), cut_(cut), max_ring_steps_(max_ring_steps), loops_(loops),
-          place_of_(mesh.positions.size(), kNowhere) {}
+    LoopCutter(const WeldedMesh &mesh, const CutMesh &cut, std::vector<std::uint64_t> &loops)
+        : mesh_(mesh), cut_(cut), loops_(loops), place_of_(mesh.positions.size(), kNowhere) {}
 
     void step(HalfedgeHandle border) {
         const std::uint32_t vertex = vertex_at(border);
@@ -138,40 +130,33 @@ class LoopCutter {
 
     // Takes the loop that begins at path_[begin] off the path.
     void finish(std::size_t begin) {
-        BorderLoop loop;
-        const std::span<const HalfedgeHandle> path = std::span(path_).subspan(begin);
-        for (const HalfedgeHandle border : path) {
-            const HalfEdge side = cut_.side_of[index_of(border)];
-            loop.steps.push_back({side, vertex_at(border)});
-            loop.open_sides += mesh_.mates[side] == kBoundary ? 1 : 0;
-            place_of_[loop.steps.back().vertex] = kNowhere;
+        std::uint64_t open_sides = 0;
+        for (const HalfedgeHandle border : std::span(path_).subspan(begin)) {
+            open_sides += mesh_.mates[cut_.side_of[index_of(border)]] == kBoundary ? 1 : 0;
+            place_of_[vertex_at(border)] = kNowhere;
         }
-        if (loop.is_hole() && loop.steps.size() <= max_ring_steps_)
-            for (const HalfedgeHandle border : path)
-                loop.rings.push_back(ring_of(cut_, cut_.half_edges.from_vertex_handle(border)));
-        if (loop.open_sides > 0)
-            loops_.push_back(std::move(loop));
+        if (open_sides > 0)
+            loops_.push_back(open_sides);
         path_.resize(begin);
     }
 
     const WeldedMesh &mesh_;
     const CutMesh &cut_;
-    std::size_t max_ring_steps_;
-    std::vector<BorderLoop> &loops_;
+    std::vector<std::uint64_t> &loops_;
     std::vector<std::uint32_t> place_of_; // [vertices] on the path
     std::vector<HalfedgeHandle> path_;
 };
 
 } // namespace
 
-Borders find_borders(const WeldedMesh &mesh, const Sheets &sheets, std::size_t max_ring_steps) {
+Borders find_borders(const WeldedMesh &mesh, const Sheets &sheets) {
     Borders borders;
     JoinedSets fans = fans_of(mesh, sheets.cuts);
     borders.complex_vertices = count_complex_vertices(mesh, fans);
     if (!sheets.cuts.empty())
         fans = fans_of(mesh, {});
     const CutMesh cut(mesh, sheets, fans);
-    LoopCutter cutter(mesh, cut, max_ring_steps, borders.loops);
+    LoopCutter cutter(mesh, cut, borders.loops);
     std::vector<bool> done(cut.half_edges.n_halfedges());
     for (const auto first : cut.half_edges.halfedges())
         if (cut.half_edges.is_boundary(first) && !done[index_of(first)]) {

@@ -33,7 +33,6 @@ void orient(Surface &surface, const WeldedMesh &mesh, const Sheets &sheets, int 
     statistics.report("winding", turned.faces == 0 ? Fate::kept : Fate::converted, note, surface.name);
 }
 
-// The triangles that stay, as flags.
 struct SmallParts {
     std::vector<std::uint8_t> dropped; // [triangles]
     std::uint64_t parts = 0, faces = 0;
@@ -119,7 +118,7 @@ struct Examined {
 };
 
 void report(const Surface &surface, const Examined &examined, const char *state, BuildStatistics &statistics) {
-    const Borders borders = find_borders(examined.mesh, examined.sheets, 0);
+    const Borders borders = find_borders(examined.mesh, examined.sheets);
     statistics.meshes.push_back(figures_of(surface, examined.mesh, examined.sheets, borders));
     statistics.meshes.back().state = state;
 }
