@@ -94,6 +94,7 @@ BODY = "0 0 0 1\n1 0 0 1\n0 1 0 1\n3 0 1 2\n"
 # What each program writes, with all that is optional.
 built = succeeds("pbm-build", "scan.ply", "--depth", 6, "-o", "plain.pbvg")
 expect(built["seconds"] >= sum(step["seconds"] for step in built["steps"]), f"pbm-build: {built['seconds']} s and its steps")
+succeeds("pbm-build", "scan.ply", "other.ply", "--depth", 6, "--mesh-report", "-o", "meshes.pbvg")
 succeeds("pbm-build", "scan.ply", "other.ply", "--depth", 6, "-o", "two.pbvg", "--if-changed")
 expect(succeeds("pbm-build", "scan.ply", "other.ply", "--depth", 6, "-o", "two.pbvg", "--if-changed")["outcome"] ==
        "up to date", "pbm-build --if-changed: not up to date")

@@ -45,7 +45,7 @@ ROOMS = {
         "pbm-view/window"],
     "tools/pbm-build/pbm_scan": ["surface", "text", "images clouds", "gltf mesh ply e57 ptx", "."],
     "tools/pbm-build/pbm_build": [
-        "report", "surface", "grid images", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
+        "report", "surface", "grid images mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
 }
 
 # What needs an operating system, and the rooms of the floors that must do without it.
@@ -60,7 +60,7 @@ HOMES = {
     r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp|tools/pbm-build/pbm_scan/compressed\.cpp",
     r"zlib\.h": r"tools/pbm-build/pbm_scan/compressed\.cpp",
     r"xxh.*\.h": r"format_spec/pbm_format/container/hash(_avx2|_avx512)?\.cpp",
-    r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|command_line/json_report\.cpp|tools/.*\.cpp|runtime/viewer/.*\.cpp",
+    r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|command_line/json_report\.cpp|tools/.*\.cpp|tools/pbm-build/pbm_scan/gltf/gltf_json\.h|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools|data)/.*",
     # In the builder only what runs once per sample or point: vectors elsewhere are the compiler's.
     r"hwy/.*": (
@@ -69,7 +69,7 @@ HOMES = {
     ),
     r"(draco/.*|meshoptimizer\.h)": r"tools/pbm-build/pbm_scan/gltf/gltf_(draco|document)\.cpp|bench/.*",
     r"expat\.h": r"tools/pbm-build/pbm_scan/e57/e57_xml\.cpp",
-    r"OpenMesh/.*": r"tools/pbm-build/pbm_scan/mesh/mesh_reader\.cpp",
+    r"OpenMesh/.*": r"tools/pbm-build/pbm_build/mesh_repair/half_edges\.cpp",
     r"CLI/.*": r"command_line/parse\.cpp",
     r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",
     r"GLFW/.*": r"runtime/viewer/pbm-view/window/window\.cpp",
@@ -283,7 +283,7 @@ def self_test():
         ("runtime/viewer/pbm-view/window/window.cpp", "#include <GLFW/glfw3.h>"),
         ("runtime/viewer/pbm-view/window/presenter.cpp", "#include <epoxy/gl.h>"),
         ("runtime/viewer/pbm-view/window/overlay.cpp", "#include <imgui.h>\n#include <backends/imgui_impl_opengl3.h>"),
-        ("tools/pbm-build/pbm_scan/mesh/mesh_reader.cpp", "#include <OpenMesh/Core/IO/importer/BaseImporter.hh>"),
+        ("tools/pbm-build/pbm_build/mesh_repair/half_edges.cpp", "#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>"),
     ]
     bad_cmake = [
         ("tools/pbm-build/CMakeLists.txt", "target_link_libraries(pbm_build PUBLIC pbm::render)"),

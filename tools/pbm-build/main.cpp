@@ -37,6 +37,8 @@ std::string report(const Arguments &arguments, const BuildStatistics &statistics
     std::string text;
     for (const AttributeReport &line : statistics.attributes)
         text += command_line::printable(full_name(line) + ": " + std::string(to_string(line.fate)) + note(line)) + "\n";
+    for (const MeshFigures &figures : statistics.meshes)
+        text += to_text(figures);
     if (arguments.verbosity == command_line::Verbosity::verbose)
         for (const StepStatistics &step : statistics.steps)
             text += formatted("%-14s %8.3f s, peak %s\n", step.name.c_str(), step.seconds,

@@ -108,10 +108,10 @@ std::optional<int> name_output(const CommandLine &line, Arguments &arguments) {
 
 // False for options of destination, speed and output, which do not affect the result.
 bool changes_result(const command_line::GivenValue &option) {
-    constexpr std::array<std::string_view, 17> kHarmless{
-        {"--output", "--threads", "--json", "--quiet", "--warnings", "--verbose", "--log", "--write-dependencies",
-         "--dependency-file", "--dependency-target", "--recipe", "--allow-outside", "--if-changed", "--source-hash",
-         "--progress", "--help", "--version"}};
+    constexpr std::array<std::string_view, 18> kHarmless{
+        {"--output", "--threads", "--json", "--mesh-report", "--quiet", "--warnings", "--verbose", "--log",
+         "--write-dependencies", "--dependency-file", "--dependency-target", "--recipe", "--allow-outside",
+         "--if-changed", "--source-hash", "--progress", "--help", "--version"}};
     return std::find(kHarmless.begin(), kHarmless.end(), option.name) == kHarmless.end();
 }
 
@@ -145,7 +145,7 @@ void describe_request(const CommandLine &line, Arguments &arguments) {
 void add_input_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
     line.topic = "Input";
-    line.add("INPUT", "Scans to read, merged if several; - for standard input", &arguments.inputs, {.required = true});
+    line.add("INPUT", "Scans, merged if several; - for standard input", &arguments.inputs, {.required = true});
     add_choice<Unit>(line, "--unit", options.grid.unit,
                      {{"unknown", Unit::unknown},
                       {"m", Unit::metre},
@@ -170,10 +170,6 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
         formats.emplace(format.name, &format);
     add_choice<const ScanFormat *>(line, "--input-format", options.input_format, formats,
                                    "Format of inputs that show it neither in content nor in name");
-    line.add("--flip-faces", "Turn all faces around: for scans that look inside out", &options.flip_faces);
-    line.add("--crease-angle",
-             "Degrees from which on an edge is sharp, 0..180; default by shape: scans 75, constructed 44, STL 0",
-             &options.crease_angle, {.check = angle});
     line.add("--viewpoint",
              "Where the scanner stood, in the model: estimated normals face it; once for all inputs, or for each",
              &arguments.viewpoints, {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
@@ -187,6 +183,24 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
              &options.upsample, {.check = command_line::Integers{kMinGap, kMaxGap}});
     line.add("--strict", "Refuse the input if anything of it would be dropped", &options.strict,
              {.excludes = {"--remove-outliers"}});
+}
+
+void add_mesh_options(CommandLine &line, Arguments &arguments) {
+    BuildOptions &options = arguments.build;
+    line.topic = "Mesh";
+    line.add("--mesh-report", "Say how the faces are connected: parts, borders, winding, what is no manifold",
+             &options.mesh.report);
+    line.add("--orient-faces", "Wind the faces of each part alike, and outwards where it is closed",
+             &options.mesh.orient_faces);
+    line.add("--flip-faces", "Turn all faces around: for scans that look inside out; after --orient-faces",
+             &options.flip_faces);
+    line.add("--drop-parts",
+             "Drop parts that are smaller: than 1% of the area of the largest one, or than 200 faces, say",
+             command_line::stored(parse_part_size, options.mesh.smallest_part),
+             {.type = "SIZE", .check = command_line::readable(parse_part_size)});
+    line.add("--crease-angle",
+             "Degrees from which on an edge is sharp, 0..180; default by shape: scans 75, constructed 44, STL 0",
+             &options.crease_angle, {.check = angle});
 }
 
 void add_grid_options(CommandLine &line, Arguments &arguments) {
@@ -268,6 +282,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
             "and materials may be tables ([[light]]), and names of files are relative to the recipe's folder. "
             "The command line wins over the recipe."};
     add_input_options(line, arguments);
+    add_mesh_options(line, arguments);
     add_grid_options(line, arguments);
     SceneArguments scene;
     add_scene_options(line, scene);

@@ -36,7 +36,10 @@ Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour
         options["store"] = "mapped";
     else
         options["compression_level"] = build.compression_level;
+    set("orient_faces", build.mesh.orient_faces);
     set("flip_faces", build.flip_faces);
+    if (build.mesh.smallest_part)
+        options["drop_parts"] = to_text(*build.mesh.smallest_part);
     give("crease_angle", build.crease_angle);
     if (build.viewpoints.size() == 1)
         options["viewpoint"] = build.viewpoints.front();

@@ -2,6 +2,7 @@
 
 #include "pbm_build/grid/examine_surface.h"
 #include "pbm_build/grid/far_parts.h"
+#include "pbm_build/grid/poses.h"
 #include "pbm_build/grid/up_axis.h"
 #include "pbm_build/metadata.h"
 #include "pbm_build/radii/splat_radius.h"
@@ -44,6 +45,12 @@ Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid 
                          std::to_string(static_cast<std::uint64_t>(least * HitStore::kMinHitBytes) >> 20) +
                          " MiB for its samples, the limit is " + std::to_string(options.max_hit_bytes >> 20) +
                          " MiB; choose a smaller --depth, or --max-points");
+}
+
+Status repair(Surface &surface, const BuildOptions &options, StepClock &clock, BuildStatistics &statistics) {
+    if (!options.mesh.any())
+        return {};
+    return clock.run("mesh", [&] { return repair_mesh(surface, options.mesh, options.threads, statistics); });
 }
 
 AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
@@ -202,6 +209,9 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (options.viewpoints.size() > 1)
         station_each(surfaces, options.viewpoints);
     for (Surface &surface : surfaces) {
+        count_input(surface, statistics);
+        if (Status repaired = repair(surface, options, clock, statistics); !repaired)
+            return of_input(surface.name, repaired.error());
         if (Status good = examine_surface(surface, options.flip_faces, options.strict, statistics); !good)
             return of_input(surface.name, good.error());
         choose_creases(surface, options.crease_angle, threads, statistics);

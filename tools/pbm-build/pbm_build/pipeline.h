@@ -1,12 +1,13 @@
 // The whole walk from a scan to a .pbvg file.
 //
-//   read_surface -> place -> dress -> choose_creases -> merge_surfaces -> drop_far_parts -> find_up_axis ->
-//   estimate_normals -> choose_grid -> upsample -> sample_points -> voxelize -> choose_radii -> place_scene ->
+//   read_surface -> place -> dress -> repair_mesh -> choose_creases -> merge_surfaces -> drop_far_parts -> find_up_axis
+//   -> estimate_normals -> choose_grid -> upsample -> sample_points -> voxelize -> choose_radii -> place_scene ->
 //   evaluate_solid_texture -> bake_shadows -> encode_octree -> average_levels -> write_model
 #pragma once
 
 #include "pbm_build/grid/grid_choice.h"
 #include "pbm_build/grid/placement.h"
+#include "pbm_build/mesh_repair/repair_mesh.h"
 #include "pbm_build/normals/estimate_normals.h"
 #include "pbm_build/report/build_statistics.h"
 #include "pbm_build/scene/scene.h"
@@ -34,7 +35,8 @@ struct BuildOptions {
     int compression_level = kDefaultCompressionLevel; // of packed files
     Credits credits;
     SceneRequest scene;
-    bool flip_faces = false;                       // reverses the winding of all faces
+    MeshRequest mesh;
+    bool flip_faces = false;                       // reverses the winding of all faces, after the repair
     std::optional<double> crease_angle;            // degrees, 0..180; creases.h
     std::vector<std::array<double, 3>> viewpoints; // estimated normals face them; model units. One for all, or one for
                                                    // each surface in their order; empty: the stations of the surfaces

@@ -76,7 +76,7 @@ Status report_loose_vertices(const Surface &surface, bool strict, BuildStatistic
 
 } // namespace
 
-Status examine_surface(Surface &surface, bool flip_faces, bool strict, BuildStatistics &statistics) {
+void count_input(Surface &surface, BuildStatistics &statistics) {
     statistics.vertices +=
         surface.positions.size() - std::min<std::uint64_t>(surface.vertex_copies, surface.positions.size());
     statistics.triangles += surface.triangles.size();
@@ -86,6 +86,9 @@ Status examine_surface(Surface &surface, bool flip_faces, bool strict, BuildStat
     statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
     surface.report.clear();
     report_dropped(surface, statistics);
+}
+
+Status examine_surface(Surface &surface, bool flip_faces, bool strict, BuildStatistics &statistics) {
     if (flip_faces)
         reverse_faces(surface);
     if (flip_faces && surface.triangles.empty())

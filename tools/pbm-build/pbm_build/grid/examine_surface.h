@@ -10,9 +10,11 @@
 
 namespace pbm::build {
 
-// Adds one input to the counts and the report of `statistics`, and reverses its faces where `flip_faces` is set.
-// Reports vertices and triangles that the reader dropped, vertices without a face, and faces that seem to be wound
-// inwards.
+// Adds one input to the counts and the report of `statistics`, with the vertices and triangles that the reader dropped.
+void count_input(Surface &surface, BuildStatistics &statistics);
+
+// Reverses the faces of one input where `flip_faces` is set. Reports vertices without a face, and faces that seem to be
+// wound inwards.
 //
 // errors  bad_input            no points, or no face is left; with `strict`: vertices that no triangle uses
 //         unsupported_feature  more than kMaxMaterials materials

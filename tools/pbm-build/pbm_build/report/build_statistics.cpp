@@ -49,6 +49,40 @@ std::string_view to_string(Outcome outcome) {
     return kNames[static_cast<std::size_t>(outcome)];
 }
 
+namespace {
+
+nlohmann::ordered_json json_of(const MeshFigures &figures) {
+    nlohmann::ordered_json json;
+    if (!figures.input.empty())
+        json["input"] = figures.input;
+    json["state"] = figures.state;
+    json["positions"] = figures.positions;
+    json["vertices"] = figures.vertices;
+    json["edges"] = figures.edges;
+    json["faces"] = figures.faces;
+    json["isolated_vertices"] = figures.isolated_vertices;
+    json["repeated_faces"] = figures.repeated_faces;
+    json["flat_faces"] = figures.flat_faces;
+    json["parts"] = figures.parts;
+    json["closed_parts"] = figures.closed_parts;
+    json["largest_part_faces"] = figures.largest_part_faces;
+    json["largest_part_share"] = figures.largest_part_share;
+    json["closed"] = figures.is_closed();
+    json["border_edges"] = figures.border_edges;
+    json["border_loops"] = figures.border_loops;
+    json["longest_loop"] = figures.longest_loop;
+    json["complex_edges"] = figures.complex_edges;
+    json["complex_vertices"] = figures.complex_vertices;
+    json["turned_faces"] = figures.turned_faces;
+    json["inward_sheets"] = figures.inward_sheets;
+    json["one_sided_sheets"] = figures.one_sided_sheets;
+    json["euler_characteristic"] = figures.euler_characteristic;
+    json["genus"] = figures.genus ? nlohmann::ordered_json(*figures.genus) : nlohmann::ordered_json(nullptr);
+    return json;
+}
+
+} // namespace
+
 std::string to_json(const BuildStatistics &statistics, std::span<const std::string> inputs, const std::string &output) {
     nlohmann::ordered_json json;
     json["inputs"] = inputs;
@@ -75,6 +109,8 @@ std::string to_json(const BuildStatistics &statistics, std::span<const std::stri
             entry["input"] = line.input;
         json["attributes"].push_back(std::move(entry));
     }
+    for (const MeshFigures &figures : statistics.meshes)
+        json["meshes"].push_back(json_of(figures));
     json["steps"] = nlohmann::ordered_json::array();
     for (const StepStatistics &step : statistics.steps)
         json["steps"].push_back({{"name", step.name}, {"seconds", step.seconds}, {"peak_memory", step.peak_memory}});

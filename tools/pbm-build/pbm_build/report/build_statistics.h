@@ -1,6 +1,7 @@
 // Statistics of a build, for the report on the terminal and for --json.
 #pragma once
 
+#include "pbm_build/report/mesh_figures.h"
 #include "pbm_scan/surface/surface.h"
 
 #include <chrono>
@@ -28,6 +29,7 @@ enum class Outcome { written, unchanged, up_to_date };
 struct BuildStatistics {
     Outcome outcome = Outcome::written;
     std::vector<AttributeReport> attributes;
+    std::vector<MeshFigures> meshes;   // on request (--mesh-report)
     std::vector<StepStatistics> steps; // in order; a step done several times (--max-points) is summed
     std::uint64_t input_bytes = 0, vertices = 0, triangles = 0;
     std::uint64_t samples = 0;     // pairs of a voxel and a triangle or point

@@ -1,44 +1,23 @@
 #include "pbm_scan/surface/surface.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cstddef>
-#include <limits>
 
 namespace pbm::build {
 namespace {
 
-constexpr std::uint32_t kGone = std::numeric_limits<std::uint32_t>::max();
-
-void renumber_triangles(Surface &surface, const std::vector<std::uint32_t> &new_index) {
-    surface.dropped_triangles += erase_triangles(surface, [&](const glm::uvec3 &t) {
-        return new_index[t.x] == kGone || new_index[t.y] == kGone || new_index[t.z] == kGone;
-    });
-    for (glm::uvec3 &t : surface.triangles)
-        t = {new_index[t.x], new_index[t.y], new_index[t.z]};
-}
-
 Status drop_non_finite(Surface &surface) {
+    std::vector<std::uint8_t> is_bad(surface.positions.size());
     std::size_t bad = 0;
-    for (const glm::dvec3 &p : surface.positions)
-        bad += is_finite(p) ? 0U : 1U;
+    for (std::size_t i = 0; i < is_bad.size(); ++i)
+        bad += is_bad[i] = is_finite(surface.positions[i]) ? 0 : 1;
     if (bad == surface.positions.size())
         return bad_input(bad == 0 ? "the file has no vertices: there is nothing to build"
                                   : "no vertex has finite coordinates: there is nothing to build");
     if (bad == 0)
         return {};
-
-    std::vector<std::uint32_t> new_index(surface.positions.size(), kGone);
-    std::uint32_t next = 0;
-    for (std::size_t i = 0; i < new_index.size(); ++i)
-        if (is_finite(surface.positions[i]))
-            new_index[i] = next++;
-    if (!surface.triangles.empty())
-        surface.points_beside_triangles -= static_cast<std::size_t>(
-            std::count(new_index.begin() + static_cast<std::ptrdiff_t>(surface.first_point()), new_index.end(), kGone));
-    renumber_triangles(surface, new_index);
-    const auto keep = [&](std::size_t i) { return new_index[i] != kGone; };
-    keep_from(surface.positions, 0, keep);
-    for_vertex_attributes([&](auto &values) { keep_from(values, 0, keep); }, surface);
+    surface.dropped_triangles += erase_vertices(surface, is_bad);
     surface.dropped_vertices += bad;
     return {};
 }
@@ -58,6 +37,26 @@ Status refuse_drops(const Surface &surface) {
 }
 
 } // namespace
+
+std::size_t erase_vertices(Surface &surface, std::span<const std::uint8_t> removed) {
+    assert(removed.size() == surface.positions.size());
+    const auto first_point = static_cast<std::ptrdiff_t>(surface.first_point());
+    if (!surface.triangles.empty())
+        surface.points_beside_triangles -= static_cast<std::size_t>(
+            std::count_if(removed.begin() + first_point, removed.end(), [](auto r) { return r != 0; }));
+    const std::size_t erased = erase_triangles(
+        surface, [&](const glm::uvec3 &t) { return removed[t.x] != 0 || removed[t.y] != 0 || removed[t.z] != 0; });
+    std::vector<std::uint32_t> new_index(removed.size());
+    std::uint32_t next = 0;
+    for (std::size_t i = 0; i < removed.size(); ++i)
+        new_index[i] = removed[i] != 0 ? next : next++;
+    for (glm::uvec3 &t : surface.triangles)
+        t = {new_index[t.x], new_index[t.y], new_index[t.z]};
+    const auto keep = [&](std::size_t i) { return removed[i] == 0; };
+    keep_from(surface.positions, 0, keep);
+    for_vertex_attributes([&](auto &values) { keep_from(values, 0, keep); }, surface);
+    return erased;
+}
 
 MeanColours mean_colours(std::span<const glm::vec4> sums, const char *face) {
     MeanColours means;

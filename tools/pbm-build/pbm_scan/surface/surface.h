@@ -124,11 +124,14 @@ template <class Visit, class... Surfaces> void for_triangle_attributes(Visit &&v
     visit(surfaces.texture_ids...);
 }
 
+inline void reverse_face(Surface &surface, std::size_t triangle) {
+    std::swap(surface.triangles[triangle].y, surface.triangles[triangle].z);
+    if (!surface.texture_corners.empty())
+        std::swap(surface.texture_corners[triangle][1], surface.texture_corners[triangle][2]);
+}
 inline void reverse_faces(Surface &surface) {
-    for (glm::uvec3 &t : surface.triangles)
-        std::swap(t.y, t.z);
-    for (TextureCorners &corners : surface.texture_corners)
-        std::swap(corners[1], corners[2]);
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i)
+        reverse_face(surface, i);
 }
 
 // Colours of vertices as means over their faces.
@@ -188,6 +191,10 @@ template <class Gone> std::size_t erase_triangles(Surface &surface, const Gone &
     for_triangle_attributes([&](auto &values) { values.resize(std::min(kept, values.size())); }, surface);
     return erased;
 }
+
+// Removes the vertices for which removed[index] is not 0, with their attributes and triangles, and numbers the others
+// anew. Returns how many triangles were removed.
+std::size_t erase_vertices(Surface &surface, std::span<const std::uint8_t> removed);
 
 // The last step of every reader: removes and counts vertices with non-finite coordinates, with their attributes and
 // triangles. With ReadOptions::strict refuses a surface if anything of the file was dropped.

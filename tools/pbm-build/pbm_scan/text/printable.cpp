@@ -19,7 +19,10 @@ std::string printable_in_quotes(std::string_view text) {
 }
 
 std::string counted(std::uint64_t count, const char *what) {
-    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+    std::string noun = what;
+    if (count != 1)
+        noun = noun.ends_with("vertex") ? noun.substr(0, noun.size() - 2) + "ices" : noun + "s";
+    return std::to_string(count) + " " + noun;
 }
 
 std::string formatted(const char *format, ...) {

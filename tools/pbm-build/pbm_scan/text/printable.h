@@ -12,7 +12,7 @@ namespace pbm::build {
 std::string printable(std::string_view text);
 std::string printable_in_quotes(std::string_view text);
 
-std::string counted(std::uint64_t count, const char *what); // "1 point", "2 points"
+std::string counted(std::uint64_t count, const char *what); // "1 point", "2 points", "2 vertices"
 
 // As printf, at most 255 characters.
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char *format, ...);
