@@ -1,5 +1,6 @@
 // File name extensions of the scans that pbm-build reads, for file dialogs and folders. The formats themselves:
-// tools/pbm-build/pbm_scan/formats.cpp, and its user verifies that the two agree.
+// tools/pbm-build/pbm_scan/formats.cpp; a test compares the two. Tables of points named .txt or .csv are read and not
+// listed, because most such files are something else.
 #pragma once
 
 #include <array>
@@ -7,7 +8,7 @@
 
 namespace pbm::command_line {
 
-inline constexpr std::array<std::string_view, 8> kScanExtensions{".ply", ".gltf", ".glb", ".obj",
-                                                                 ".stl", ".off",  ".e57", ".ptx"};
+inline constexpr std::array<std::string_view, 12> kScanExtensions{
+    ".ply", ".gltf", ".glb", ".obj", ".stl", ".off", ".e57", ".ptx", ".pcd", ".xyz", ".pts", ".asc"};
 
 } // namespace pbm::command_line

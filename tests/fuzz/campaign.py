@@ -30,6 +30,7 @@ TARGETS = {
     "raster": (4096, []),
     "ply_reader": (2048, [HERE / "corpus" / "ply", HERE.parent / "odd" / "files"]),
     "gltf": (4096, []),
+    "table": (1024, []),
     "mesh": (1024, [HERE / "corpus" / "mesh"]),
     "e57": (3072, []),
     "ptx": (512, [HERE.parent / "odd" / "files"]),

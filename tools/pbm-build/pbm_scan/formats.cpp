@@ -6,6 +6,8 @@
 #include "pbm_scan/ply/ply_header.h"
 #include "pbm_scan/ply/ply_reader.h"
 #include "pbm_scan/ptx/ptx_reader.h"
+#include "pbm_scan/table/pcd_reader.h"
+#include "pbm_scan/table/text_cloud.h"
 #include "pbm_scan/text/words.h"
 
 #include <algorithm>
@@ -28,6 +30,8 @@ constexpr std::array kFormats{
     ScanFormat{"stl", ".stl", is_stl, alone<read_stl>},
     ScanFormat{"e57", ".e57", is_e57, alone<read_e57>},
     ScanFormat{"ptx", ".ptx", is_ptx, alone<read_ptx>},
+    ScanFormat{"pcd", ".pcd", is_pcd, alone<read_pcd>},
+    ScanFormat{"xyz", ".xyz .pts .asc .csv .txt", nullptr, alone<read_text_cloud>},
 };
 
 } // namespace

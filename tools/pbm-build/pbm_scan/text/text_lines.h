@@ -29,7 +29,9 @@ inline bool is_number(std::string_view word, double &value) {
 // The lines of a text and the words of the current one. Lines end in LF or CR LF, see with_line_feeds.
 class Lines {
   public:
-    explicit Lines(std::string_view text) : text_(text) {}
+    // Begins at `begin`, behind so many lines.
+    explicit Lines(std::string_view text, std::size_t begin = 0, std::uint64_t lines = 0)
+        : text_(text), at_(begin), number_(lines) {}
 
     // The next line, without its end.
     bool next() {
@@ -109,6 +111,7 @@ class Lines {
     bool terminated() const { return terminated_; }
     std::uint64_t number() const { return number_; }
     std::size_t offset() const { return begin_; }
+    std::size_t next_offset() const { return at_; } // of the next line
     Error refuse(const std::string &what, ErrorCode code = ErrorCode::bad_input) const {
         return {code, begin_, "line " + std::to_string(number_) + ": " + what};
     }

@@ -1,0 +1,156 @@
+// PCD files and text files of points.
+#include "pbm_scan/surface_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::build;
+
+Result<Surface> read(const std::string &text, std::string_view name, bool strict = false) {
+    return read_surface({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}, name,
+                        {.strict = strict, .progress = {}});
+}
+Surface surface(const std::string &text, std::string_view name) {
+    Result<Surface> result = read(text, name);
+    EXPECT_TRUE(result.ok()) << text << (result.ok() ? "" : result.error().message);
+    return result.ok() ? std::move(*result) : Surface{};
+}
+std::string refusal(const std::string &text, std::string_view name) {
+    const Result<Surface> result = read(text, name);
+    EXPECT_FALSE(result.ok()) << text;
+    return result.ok() ? "" : result.error().message;
+}
+bool has(const std::string &text, std::string_view part) { return text.find(part) != std::string::npos; }
+std::string note_of(const Surface &s, const std::string &name) {
+    for (const AttributeReport &line : s.report)
+        if (line.name == name)
+            return line.note;
+    return "no such line";
+}
+
+std::string bytes_of(const auto &value) { return {reinterpret_cast<const char *>(&value), sizeof value}; }
+
+std::string pcd(const std::string &fields, const std::string &sizes, const std::string &types, int points,
+                const std::string &data, const std::string &viewpoint = "0 0 0 1 0 0 0") {
+    const std::string count = std::to_string(points);
+    return "# .PCD v.7 - Point Cloud Data file format\nVERSION .7\nFIELDS " + fields + "\nSIZE " + sizes + "\nTYPE " +
+           types + "\nWIDTH " + count + "\nHEIGHT 1\nVIEWPOINT " + viewpoint + "\nPOINTS " + count + "\nDATA " + data;
+}
+
+TEST(Pcd, TextBinaryAndCompressedAgree) {
+    const std::string text = pcd("x y z rgb", "4 4 4 4", "F F F U", 2, "ascii\n1 2 3 16711935\n-4 5.5 6 255\n");
+    std::string rows, columns;
+    const std::vector<std::vector<float>> places{{1, 2, 3}, {-4, 5.5F, 6}};
+    const std::vector<std::uint32_t> colours{0xFF00FF, 0xFF};
+    for (std::size_t i = 0; i < 2; ++i)
+        rows += bytes_of(places[i][0]) + bytes_of(places[i][1]) + bytes_of(places[i][2]) + bytes_of(colours[i]);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        columns += bytes_of(places[0][axis]) + bytes_of(places[1][axis]);
+    columns += bytes_of(colours[0]) + bytes_of(colours[1]);
+    // LZF may consist of literal bytes alone.
+    const std::string packed = std::string(1, static_cast<char>(columns.size() - 1)) + columns;
+    const std::string binary = pcd("x y z rgb", "4 4 4 4", "F F F U", 2, "binary\n" + rows);
+    const std::string compressed = pcd("x y z rgb", "4 4 4 4", "F F F U", 2,
+                                       "binary_compressed\n" + bytes_of(static_cast<std::uint32_t>(packed.size())) +
+                                           bytes_of(static_cast<std::uint32_t>(columns.size())) + packed);
+    for (const std::string &file : {text, binary, compressed}) {
+        const Surface s = surface(file, "scan");
+        ASSERT_EQ(s.positions.size(), 2U);
+        EXPECT_EQ(s.positions[1], glm::dvec3(-4, 5.5, 6));
+        EXPECT_EQ(s.colours[0], (Rgb8{255, 0, 255}));
+        for (std::size_t size = 60; size + 2 < file.size(); ++size) {
+            const Result<Surface> cut = read(file.substr(0, size), "scan.pcd");
+            EXPECT_TRUE(!cut.ok() || note_of(*cut, "end of file") != "no such line") << size;
+        }
+    }
+    // A colour packed in a float.
+    const float packed_colour = std::bit_cast<float>(std::uint32_t{0x123456});
+    EXPECT_EQ(
+        surface(pcd("x y z rgb", "4 4 4 4", "F F F F", 1, "binary\n" + std::string(12, '\0') + bytes_of(packed_colour)),
+                "scan")
+            .colours[0],
+        (Rgb8{0x12, 0x34, 0x56}));
+}
+
+TEST(Pcd, LzfCopiesEarlierBytes) {
+    // One zero, then 23 copies of it: three coordinates of two points.
+    const std::string packed{'\0', '\0', static_cast<char>(7 << 5), static_cast<char>(23 - 9), '\0'};
+    const auto file = [&](const std::string &data, std::uint32_t size) {
+        return pcd("x y z", "4 4 4", "F F F", 2,
+                   "binary_compressed\n" + bytes_of(static_cast<std::uint32_t>(data.size())) + bytes_of(size) + data);
+    };
+    EXPECT_EQ(surface(file(packed, 24), "scan").positions[1], glm::dvec3(0));
+    EXPECT_TRUE(has(refusal(file(packed, 23), "scan"), "does not fit the header"));
+    EXPECT_TRUE(has(refusal(file({'\x20', '\0', '\0', '\0'}, 24), "scan"), "LZF"));
+}
+
+TEST(Pcd, MissingReturnsAndTheScannersPlace) {
+    const Surface s = surface(
+        pcd("x y z intensity", "4 4 4 4", "F F F F", 3, "ascii\n1 2 3 5\nnan nan nan 0\n4 5 6 9\n", "0 0 9 1 0 0 0"),
+        "scan");
+    EXPECT_EQ(s.positions.size(), 2U);
+    EXPECT_EQ(s.dropped_vertices, 0U);
+    EXPECT_EQ(note_of(s, "x y z"), "positions; 1 row without coordinates left out");
+    ASSERT_EQ(s.stations.size(), 1U);
+    EXPECT_EQ(s.stations[0], glm::dvec3(0, 0, 9));
+    EXPECT_EQ(s.station_ids, (std::vector<std::uint16_t>{0, 0}));
+    EXPECT_NE(note_of(s, "intensity"), "no such line");
+    EXPECT_TRUE(has(refusal(pcd("x y", "4 4", "F F", 1, "ascii\n1 2\n"), "scan"), "no x, y and z"));
+    EXPECT_TRUE(has(refusal(pcd("x y z", "4 4 3", "F F F", 1, "ascii\n1 2 3\n"), "scan"), "'z' has no type"));
+    EXPECT_TRUE(has(refusal(pcd("x y z", "4 4 4", "F F F", 1, "ascii\n1 2      \n"), "scan"), "fewer numbers"));
+    EXPECT_TRUE(has(refusal(pcd("x y z", "4 4 4", "F F F", 2000000000, "binary\n"), "scan"), "too small"));
+    EXPECT_TRUE(has(refusal(pcd("x y z", "4 4 4", "F F F", 1, "zip\n0123456789ab"), "scan"), "DATA 'zip'"));
+}
+
+TEST(TextCloud, SeparatorsAndNames) {
+    for (const char *text : {"1 2 3\n4 5 6\n", "1,2,3\r\n4,5,6\r\n", "1;2;3\n4;5;6\n", "# made by hand\n1\t2\t3\n4 5 6",
+                             "X Y Z\n1 2 3\n4 5 6\n", "\"X\",\"Y\",\"Z\"\n1,2,3\n4,5,6\n", "//Z X Y\n3 1 2\n6 4 5\n",
+                             "2\n1 2 3\n4 5 6\n", "1\n1 2 3\n1\n4 5 6\n"}) {
+        const Surface s = surface(text, "scan.xyz");
+        ASSERT_EQ(s.positions.size(), 2U) << text;
+        EXPECT_EQ(s.positions[0], glm::dvec3(1, 2, 3)) << text;
+        EXPECT_EQ(s.positions[1], glm::dvec3(4, 5, 6)) << text;
+    }
+    EXPECT_EQ(surface("1,5;2;3\n4;5;6,25\n", "scan.csv").positions[1], glm::dvec3(4, 5, 6.25));
+    const Surface named = surface("//X Y Z Rf Gf Bf Intensity Time\n1\n1 2 3 1 0.5 0 7 9\n", "scan.asc");
+    EXPECT_EQ(named.colours[0], (Rgb8{255, 128, 0}));
+    EXPECT_EQ(note_of(named, "columns Time"), "measurements that are not shown");
+}
+
+TEST(TextCloud, ColumnsAreGuessedByContent) {
+    const Surface colours = surface("1 2 3 255 128 0\n4 5 6 1 2 3\n", "scan.txt");
+    EXPECT_EQ(colours.colours[0], (Rgb8{255, 128, 0}));
+    EXPECT_EQ(note_of(colours, "columns"), "guessed as x, y, z, r, g, b");
+    const Surface normals = surface("1 2 3 0 0 1\n4 5 6 0 -0.6 0.8\n", "scan.xyz");
+    EXPECT_EQ(normals.normals[0], glm::vec3(0, 0, 1));
+    const Surface pts = surface("2\n1 2 3 -1613 52 70 64\n4 5 6 -1000 1 2 3\n", "scan.pts");
+    EXPECT_EQ(pts.colours[0], (Rgb8{52, 70, 64}));
+    EXPECT_EQ(note_of(pts, "columns"), "guessed as x, y, z, intensity, r, g, b");
+    EXPECT_EQ(note_of(surface("1 2 3 0.5\n4 5 6 0.7\n", "scan.xyz"), "columns"), "guessed as x, y, z, intensity");
+    const Surface both = surface("1 2 3 10 20 30 0 0 1\n4 5 6 1 2 3 1 0 0\n", "scan.xyz");
+    EXPECT_EQ(both.colours.size(), 2U);
+    EXPECT_EQ(both.normals.size(), 2U);
+}
+
+TEST(TextCloud, WhatIsNoTableIsRefused) {
+    EXPECT_TRUE(has(refusal("hello world\n", "x.txt"), "line 1: 'hello' begins no row"));
+    EXPECT_TRUE(has(refusal("# nothing\n", "x.txt"), "no row of three numbers"));
+    EXPECT_TRUE(has(refusal("1 2 3\n1 2\n", "x.xyz"), "line 2: a row of 2 numbers, others have 3"));
+    EXPECT_TRUE(has(refusal("1 2 3\n1 2 x\n", "x.xyz"), "line 2: 'x' is not a number"));
+    EXPECT_TRUE(has(refusal("3\n1 2 3\n4 5 6\n", "x.pts"), "announces 3 points, and 2 follow"));
+    EXPECT_TRUE(has(refusal("1\n1 2 3\n4 5 6\n", "x.pts"), "behind the 1 that are announced"));
+    EXPECT_TRUE(has(refusal("X Y Z R\n1 2 3\n", "x.csv"), "a row of 3 numbers below 4 names"));
+    EXPECT_TRUE(has(refusal(std::string("1 2 3\0\n", 7), "x.txt"), "NUL"));
+    EXPECT_TRUE(has(refusal("[Expe/PointSet/Binary/0.1]\n", "x.pts"), "Expe point set"));
+}
+
+} // namespace

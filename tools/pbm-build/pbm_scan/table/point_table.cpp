@@ -1,0 +1,188 @@
+#include "pbm_scan/table/point_table.h"
+
+#include "pbm_scan/clouds/intensity.h"
+#include "pbm_scan/text/printable.h"
+#include "pbm_scan/text/words.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace pbm::build {
+namespace {
+
+struct Spelling {
+    std::string_view name;
+    ColumnRole role;
+};
+constexpr std::array<Spelling, 27> kSpellings{{{"x", ColumnRole::x},
+                                               {"y", ColumnRole::y},
+                                               {"z", ColumnRole::z},
+                                               {"nx", ColumnRole::nx},
+                                               {"ny", ColumnRole::ny},
+                                               {"nz", ColumnRole::nz},
+                                               {"normal_x", ColumnRole::nx},
+                                               {"normal_y", ColumnRole::ny},
+                                               {"normal_z", ColumnRole::nz},
+                                               {"normalx", ColumnRole::nx},
+                                               {"normaly", ColumnRole::ny},
+                                               {"normalz", ColumnRole::nz},
+                                               {"r", ColumnRole::red},
+                                               {"g", ColumnRole::green},
+                                               {"b", ColumnRole::blue},
+                                               {"rf", ColumnRole::red},
+                                               {"gf", ColumnRole::green},
+                                               {"bf", ColumnRole::blue},
+                                               {"red", ColumnRole::red},
+                                               {"green", ColumnRole::green},
+                                               {"blue", ColumnRole::blue},
+                                               {"rgb", ColumnRole::packed_colour},
+                                               {"rgba", ColumnRole::packed_colour},
+                                               {"intensity", ColumnRole::intensity},
+                                               {"reflectance", ColumnRole::intensity},
+                                               {"i", ColumnRole::intensity},
+                                               {"scalar_intensity", ColumnRole::intensity}}};
+
+std::string lower(std::string_view name) {
+    std::string text(name);
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    return text;
+}
+
+bool has(const std::vector<ColumnRole> &roles, ColumnRole role) {
+    return std::find(roles.begin(), roles.end(), role) != roles.end();
+}
+
+int axis_of(ColumnRole role, ColumnRole first) { return static_cast<int>(role) - static_cast<int>(first); }
+
+void keep_colours(PointTable &table, Surface &surface, std::string &note) {
+    if (!table.packed.empty()) {
+        for (const std::uint32_t packed : table.packed)
+            surface.colours.push_back({static_cast<std::uint8_t>(packed >> 16), static_cast<std::uint8_t>(packed >> 8),
+                                       static_cast<std::uint8_t>(packed)});
+        note = "sRGB, 8 bits";
+        return;
+    }
+    float highest = 0;
+    for (const glm::vec3 &c : table.colours)
+        highest = std::max(highest, std::max(c.x, std::max(c.y, c.z)));
+    const float factor = highest <= 1 ? 255.0F : highest <= 255 ? 1.0F : 255.0F / 65535;
+    note = highest <= 1 ? "sRGB, 0..1 to 8 bits" : highest <= 255 ? "sRGB, 8 bits" : "sRGB, 16 bits to 8";
+    for (const glm::vec3 &c : table.colours)
+        surface.colours.push_back(colour_bytes(c, factor));
+}
+
+} // namespace
+
+std::vector<ColumnRole> roles_of(const std::vector<std::string> &names) {
+    std::vector<ColumnRole> roles;
+    for (const std::string &name : names) {
+        const std::string known = lower(name);
+        const auto found = std::find_if(kSpellings.begin(), kSpellings.end(),
+                                        [&](const Spelling &spelling) { return spelling.name == known; });
+        const ColumnRole role = found == kSpellings.end() ? ColumnRole::none : found->role;
+        roles.push_back(has(roles, role) ? ColumnRole::none : role);
+    }
+    for (const ColumnRole first : {ColumnRole::nx, ColumnRole::red}) {
+        const auto next = [first](int i) { return static_cast<ColumnRole>(static_cast<int>(first) + i); };
+        if (has(roles, first) && has(roles, next(1)) && has(roles, next(2)))
+            continue;
+        for (ColumnRole &role : roles)
+            if (role >= first && role <= next(2))
+                role = ColumnRole::none;
+    }
+    if (has(roles, ColumnRole::packed_colour))
+        for (ColumnRole &role : roles)
+            if (role >= ColumnRole::red && role <= ColumnRole::blue)
+                role = ColumnRole::none;
+    return roles;
+}
+
+void PointTable::resize(std::size_t count, const std::vector<ColumnRole> &roles) {
+    positions.resize(count);
+    normals.resize(has(roles, ColumnRole::nx) ? count : 0);
+    colours.resize(has(roles, ColumnRole::red) ? count : 0);
+    packed.resize(has(roles, ColumnRole::packed_colour) ? count : 0);
+    intensities.resize(has(roles, ColumnRole::intensity) ? count : 0);
+}
+
+void PointTable::set(std::size_t point, ColumnRole role, double value) {
+    switch (role) {
+    case ColumnRole::none: return;
+    case ColumnRole::x:
+    case ColumnRole::y:
+    case ColumnRole::z: positions[point][axis_of(role, ColumnRole::x)] = value; return;
+    case ColumnRole::nx:
+    case ColumnRole::ny:
+    case ColumnRole::nz: normals[point][axis_of(role, ColumnRole::nx)] = static_cast<float>(value); return;
+    case ColumnRole::red:
+    case ColumnRole::green:
+    case ColumnRole::blue: colours[point][axis_of(role, ColumnRole::red)] = static_cast<float>(value); return;
+    case ColumnRole::packed_colour:
+        packed[point] = value >= 0 && value <= 4294967295.0 ? static_cast<std::uint32_t>(value) : 0;
+        return;
+    case ColumnRole::intensity: intensities[point] = static_cast<float>(value); return;
+    }
+}
+
+Surface surface_of(PointTable table, const std::vector<std::string> &names, const std::vector<ColumnRole> &roles) {
+    Surface surface;
+    std::vector<bool> is_kept(table.positions.size());
+    std::size_t missing = 0;
+    for (std::size_t i = 0; i < is_kept.size(); ++i) {
+        is_kept[i] = is_finite(table.positions[i]);
+        missing += is_kept[i] ? 0U : 1U;
+    }
+    if (missing != 0) {
+        const auto keep = [&](std::size_t i) { return is_kept[i]; };
+        keep_from(table.positions, 0, keep);
+        keep_from(table.normals, 0, keep);
+        keep_from(table.colours, 0, keep);
+        keep_from(table.packed, 0, keep);
+        keep_from(table.intensities, 0, keep);
+    }
+    surface.report.push_back(
+        {"x y z", Fate::kept,
+         missing == 0 ? "positions" : "positions; " + counted(missing, "row") + " without coordinates left out"});
+    surface.positions = std::move(table.positions);
+    for (glm::vec3 &n : table.normals)
+        n = is_finite(glm::dvec3(n)) ? n : glm::vec3(0);
+    if (std::any_of(table.normals.begin(), table.normals.end(), [](const auto &n) { return n != glm::vec3(0); })) {
+        surface.normals = std::move(table.normals);
+        surface.report.push_back({"normals", Fate::kept, "normals"});
+    } else if (!table.normals.empty()) {
+        surface.report.push_back({"normals", Fate::converted, "all are zero: estimated anew"});
+    }
+    if (!table.colours.empty() || !table.packed.empty()) {
+        std::string note;
+        keep_colours(table, surface, note);
+        surface.report.push_back({"colours", Fate::kept, note});
+    }
+    if (!table.intensities.empty()) {
+        GreyColours grey = surface.colours.empty() ? grey_colours(table.intensities) : GreyColours{};
+        if (!grey.colours.empty()) {
+            surface.colours = std::move(grey.colours);
+            surface.report.push_back({"intensity", Fate::converted, grey.note});
+        } else {
+            surface.report.push_back(
+                {"intensity", Fate::dropped, surface.colours.empty() ? grey.note : "the points have colours"});
+        }
+    }
+    std::vector<std::string> unused;
+    constexpr std::size_t kMostNamed = 8;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        if (roles[i] == ColumnRole::none)
+            unused.push_back(printable(names[i]));
+    if (unused.size() > kMostNamed) {
+        const std::size_t more = unused.size() - kMostNamed;
+        unused.resize(kMostNamed);
+        unused.push_back(std::to_string(more) + " more");
+    }
+    if (!unused.empty())
+        surface.report.push_back({"columns " + joined(unused, ", "), Fate::dropped, "measurements that are not shown"});
+    return surface;
+}
+
+} // namespace pbm::build

@@ -1,0 +1,40 @@
+// Points as a table: columns with names, as PCD files and text files have them.
+#pragma once
+
+#include "pbm_scan/surface/surface.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pbm::build {
+
+// What a column holds.
+enum class ColumnRole : std::uint8_t { none, x, y, z, nx, ny, nz, red, green, blue, packed_colour, intensity };
+
+// The role of each column by its name: x y z, nx ny nz, normal_x ..., r g b, red ..., Rf Gf Bf, rgb, rgba, intensity,
+// i, in any case. The first column of a role counts; groups of three must be whole.
+std::vector<ColumnRole> roles_of(const std::vector<std::string> &names);
+
+// Points of a table; arrays are as long as `positions`, or empty.
+struct PointTable {
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::vec3> normals;
+    std::vector<glm::vec3> colours;    // as in the file: 0..1, 0..255 or 0..65,535, by the largest of all
+    std::vector<std::uint32_t> packed; // 0xRRGGBB
+    std::vector<float> intensities;
+
+    // Makes room for `count` points of the columns with these roles.
+    void resize(std::size_t count, const std::vector<ColumnRole> &roles);
+    // Stores one number; none: ignored.
+    void set(std::size_t point, ColumnRole role, double value);
+};
+
+// Points without finite coordinates are left out and counted. Without colours the intensity is shown as grey. `names`
+// and `roles`: of the columns, for the report.
+Surface surface_of(PointTable table, const std::vector<std::string> &names, const std::vector<ColumnRole> &roles);
+
+} // namespace pbm::build
