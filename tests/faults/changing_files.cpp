@@ -102,7 +102,7 @@ std::string text_of(int pipe) {
 
 void judge(Change how, int state, const std::string &said, const std::string &story, Tally &tally) {
     tally.add_case();
-    if (!tally.require(WIFEXITED(state), story + ": died of signal " + std::to_string(WTERMSIG(state))))
+    if (!tally.require(WIFEXITED(state), story + ": died of signal " + std::to_string(WTERMSIG(state)) + ", " + said))
         return;
     const int code = WEXITSTATUS(state);
     const bool whole = how == Change::grown || how == Change::unlinked;

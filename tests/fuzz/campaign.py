@@ -31,6 +31,7 @@ TARGETS = {
     "ply_reader": (2048, [HERE / "corpus" / "ply", HERE.parent / "odd" / "files"]),
     "gltf": (4096, []),
     "table": (1024, []),
+    "las": (1024, []),
     "mesh": (1024, [HERE / "corpus" / "mesh"]),
     "e57": (3072, []),
     "ptx": (512, [HERE.parent / "odd" / "files"]),

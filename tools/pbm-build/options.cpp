@@ -163,7 +163,8 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
     line.add("--origin", "Place of the input's origin in the model; added after --scale",
              command_line::stored(three_numbers, options.placement.origin),
              {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});
-    line.add("--pose", "Matrix from the input's coordinates to those of all (4 x 4); one for each input, in their order",
+    line.add("--pose",
+             "Matrix from the input's coordinates to those of all (4 x 4); one for each input, in their order",
              &options.poses, {.type = "FILE"});
     std::map<std::string, const ScanFormat *> formats;
     for (const ScanFormat &format : scan_formats())

@@ -1,9 +1,9 @@
 #include "source_record.h"
 
+#include "pbm_build/grid/poses.h"
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/container/layout.h"
 #include "pbm_format/reading/reader.h"
-#include "pbm_build/grid/poses.h"
 #include "pbm_scan/surface_reader.h"
 #include "system/files/mapped_file.h"
 

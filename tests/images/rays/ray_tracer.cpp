@@ -67,7 +67,7 @@ glm::dvec3 reflected_light(const TracedScene &scene, const glm::dvec3 &eye, cons
                                                        : (hit.weights.y >= hit.weights.z ? 1 : 2);
     const Material &material = scene.materials[look.materials.empty() ? 0 : look.materials[t[nearest]]];
     const auto of_image = look.image ? look.image(hit.triangle, hit.weights) : std::nullopt;
-    const glm::dvec3 colour = of_image              ? *of_image
+    const glm::dvec3 colour = of_image               ? *of_image
                               : look.colours.empty() ? colour_of(material.colour)
                                                      : mixed<glm::vec3>(look.colours, t, hit.weights);
 

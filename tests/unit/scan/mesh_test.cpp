@@ -414,7 +414,7 @@ TEST(SurfaceReader, OtherFormatsAreNamed) {
     EXPECT_TRUE(has(surface_error("P4\n8 8\n", "x.pbm").message, "Netpbm bitmap"));
     EXPECT_TRUE(has(surface_error("Kaydara FBX Binary", "x.fbx").message, "FBX; convert it to PLY"));
     EXPECT_TRUE(has(surface_error("{}", "x.gltf").message, "no glTF file"));
-    EXPECT_TRUE(has(surface_error("LASF", "x.las").message, "LAS"));
+    EXPECT_TRUE(has(surface_error("DRACO", "x.drc").message, "Draco"));
     EXPECT_TRUE(has(surface_error("\x1f\x8b\x08", "x.ply.gz").message, "gzip"));
     EXPECT_TRUE(has(surface_error("BZh9", "x.ply.bz2").message, "bzip2"));
     EXPECT_TRUE(has(surface_error("\x89"
@@ -422,7 +422,7 @@ TEST(SurfaceReader, OtherFormatsAreNamed) {
                                   "x.pbvg")
                         .message,
                     "pbm-render"));
-    EXPECT_EQ(surface_error("LASF", "x.las").code, ErrorCode::unsupported_feature);
+    EXPECT_EQ(surface_error("DRACO", "x.drc").code, ErrorCode::unsupported_feature);
     EXPECT_EQ(surface_error("", "x.ply").message, "the file is empty");
     EXPECT_EQ(surface_error("hello", "x").code, ErrorCode::bad_input);
     EXPECT_TRUE(has(surface_error("hello", "x.ply").message, "not a PLY file"));

@@ -6,7 +6,7 @@
 
 namespace pbm::build {
 
-Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour) {
+Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour, std::string &crs) {
     const GridRequest &grid = build.grid;
     const Placement &placement = build.placement;
     nlohmann::ordered_json metadata;
@@ -67,6 +67,16 @@ Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour
     if (text.size() > kMaxMetadataBytes)
         return usage("--name, --licence, --credit and the options of the scene are too long: metadata is at most "
                      "4,096 bytes");
+    if (crs.empty())
+        return text;
+    constexpr std::size_t kRecord = 256; // room for the hashes of source_record.h
+    try {
+        metadata["crs"] = crs;
+        if (std::string with_crs = metadata.dump(); with_crs.size() + kRecord <= kMaxMetadataBytes)
+            return with_crs;
+    } catch (const nlohmann::json::exception &) { // NOLINT(bugprone-empty-catch): no UTF-8
+    }
+    crs.clear();
     return text;
 }
 

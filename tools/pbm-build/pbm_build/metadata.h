@@ -6,8 +6,9 @@
 namespace pbm::build {
 
 // JSON object: credits, and of the options those that were given and shape the file. `colour`: as the file has it.
+// `crs`: the coordinate reference system of the scan; cleared where it is no UTF-8 or the section has no room for it.
 //
 // errors  usage  not UTF-8, or longer than 4 KB
-Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour);
+Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour, std::string &crs);
 
 } // namespace pbm::build

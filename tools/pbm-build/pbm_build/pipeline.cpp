@@ -234,9 +234,13 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (Status bounded = check_bounds(bounds); !bounded)
         return bounded.error();
     const AttributeSet set = choose_attributes(surface, options.colour);
-    Result<std::string> metadata = make_metadata(options, set.colour);
+    const bool has_crs = !surface.crs.empty();
+    Result<std::string> metadata = make_metadata(options, set.colour, surface.crs);
     if (!metadata)
         return metadata.error();
+    if (has_crs)
+        statistics.report("coordinate reference system", surface.crs.empty() ? Fate::dropped : Fate::kept,
+                          surface.crs.empty() ? "the metadata has no room for it" : "in the metadata, as \"crs\"");
 
     GridRequest request = options.grid;
     if (!request.up && !request.like) {

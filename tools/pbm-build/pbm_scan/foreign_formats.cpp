@@ -23,8 +23,6 @@ constexpr auto kForeign = std::to_array<ForeignFormat>({
     {"P6\n", "", "a Netpbm image, not a scan"},
     {"\x89PNG\r\n\x1a\n", "", "a PNG image, not a scan"},
     {"\xff\xd8\xff", "", "a JPEG image, not a scan"},
-    {"LASF", ".las", "a LAS point cloud; convert it to PLY"},
-    {"", ".laz", "a LAZ point cloud; convert it to PLY"},
     {"Kaydara FBX", ".fbx", "FBX; convert it to PLY"},
     {"DRACO", ".drc", "a Draco mesh; convert it to PLY"},
     {"ISO-10303", ".step", "STEP; convert it to PLY"},

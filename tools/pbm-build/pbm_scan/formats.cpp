@@ -2,6 +2,7 @@
 
 #include "pbm_scan/e57/e57_reader.h"
 #include "pbm_scan/gltf/gltf_reader.h"
+#include "pbm_scan/las/las_reader.h"
 #include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/ply/ply_header.h"
 #include "pbm_scan/ply/ply_reader.h"
@@ -30,6 +31,7 @@ constexpr std::array kFormats{
     ScanFormat{"stl", ".stl", is_stl, alone<read_stl>},
     ScanFormat{"e57", ".e57", is_e57, alone<read_e57>},
     ScanFormat{"ptx", ".ptx", is_ptx, alone<read_ptx>},
+    ScanFormat{"las", ".las .laz", is_las, alone<read_las>},
     ScanFormat{"pcd", ".pcd", is_pcd, alone<read_pcd>},
     ScanFormat{"xyz", ".xyz .pts .asc .csv .txt", nullptr, alone<read_text_cloud>},
 };

@@ -197,8 +197,8 @@ int point_depth(const std::vector<std::uint64_t> &occupied) {
 
 namespace {
 
-// Sum of value(number of the triangle) over all triangles, each rounded to 2^-44; values are less than 2^19. It does not depend on
-// the order of the triangles.
+// Sum of value(number of the triangle) over all triangles, each rounded to 2^-44; values are less than 2^19. It does
+// not depend on the order of the triangles.
 template <class Value> double sum_over_triangles(const Surface &surface, int threads, const Value &value) {
     // The sum may need 75 bits: the low 32 bits of each value and the rest are summed separately.
     constexpr double kScale = 0x1p44;
@@ -264,14 +264,14 @@ double texels_per_voxel(const Surface &surface, const Bounds &bounds, double vox
         surface, threads, [&](std::size_t i) { return has_image(i) ? area_of(surface, i) / edge / edge : 0; });
     constexpr double kMost = 0x1p30, kUnit = 0x1p12; // sum_over_triangles takes values below 2^19
     const double texels = kUnit * sum_over_triangles(surface, threads, [&](std::size_t i) {
-        if (!has_image(i))
-            return 0.0;
-        const Texture &image = surface.textures[surface.texture_ids[i]];
-        const TextureCorners &at = surface.texture_corners[i];
-        const glm::dvec2 u(at[1] - at[0]), v(at[2] - at[0]);
-        const double size = static_cast<double>(image.width) * static_cast<double>(image.height);
-        return std::min(kMost, std::abs(u.x * v.y - u.y * v.x) / 2 * size) / kUnit;
-    });
+                              if (!has_image(i))
+                                  return 0.0;
+                              const Texture &image = surface.textures[surface.texture_ids[i]];
+                              const TextureCorners &at = surface.texture_corners[i];
+                              const glm::dvec2 u(at[1] - at[0]), v(at[2] - at[0]);
+                              const double size = static_cast<double>(image.width) * static_cast<double>(image.height);
+                              return std::min(kMost, std::abs(u.x * v.y - u.y * v.x) / 2 * size) / kUnit;
+                          });
     return area > 0 ? texels * (voxel_size / edge) * (voxel_size / edge) / area : 0;
 }
 

@@ -97,8 +97,9 @@ struct ChosenGrid {
 };
 
 // The requested grid, with its unit and up axis. By default that of mesh_depth, one depth finer where normal_change
-// exceeds kMaxNormalChange, then finer by kMaxTexels. A surface of triangles and points gets the finer of the two depths. With max_points the
-// number of voxels is estimated from below: the surface may have more. `normals`: as for normal_change.
+// exceeds kMaxNormalChange, then finer by kMaxTexels. A surface of triangles and points gets the finer of the two
+// depths. With max_points the number of voxels is estimated from below: the surface may have more. `normals`: as for
+// normal_change.
 //
 // errors  usage  see snapped_grid; something lies outside of the grid that is taken over, or that is coarser than
 //                kMinBuildDepth

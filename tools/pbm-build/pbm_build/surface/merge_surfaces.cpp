@@ -176,6 +176,9 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
     if (vertices >= std::numeric_limits<std::uint32_t>::max())
         return too_large(std::to_string(vertices) + " vertices in all, the limit is 2^32 - 2: merge fewer scans");
     Surface merged;
+    const bool share_crs = std::all_of(surfaces.begin(), surfaces.end(),
+                                       [&](const Surface &surface) { return surface.crs == surfaces.front().crs; });
+    merged.crs = share_crs ? surfaces.front().crs : "";
     unite_stations(surfaces, merged);
     const Surface has = attributes_of(surfaces);
     merged.crease_angle = crease_angle;

@@ -21,8 +21,8 @@ struct E57Sink {
 // errors  bad_input  more records than the file can hold
 Status check_e57_records(const std::vector<E57Scan> &scans, const E57Pages &pages);
 
-// Calls sink.values for every field with a role, `scan.records` values each. Takes memory for one packet. Returns whether
-// there are more values than these.
+// Calls sink.values for every field with a role, `scan.records` values each. Takes memory for one packet. Returns
+// whether there are more values than these.
 //
 // errors  bad_input  a packet contradicts itself, records are missing, a wrong checksum
 Result<bool> read_e57_records(const E57Scan &scan, E57Pages &pages, const E57Sink &sink);

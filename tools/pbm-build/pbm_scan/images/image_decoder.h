@@ -31,8 +31,8 @@ struct ImageSize {
 // errors  bad_input  damaged or cut short
 Result<ImageSize> image_size(ByteView bytes, ImageFormat format);
 
-// Calls `take` with rows of sRGB pixels from top to bottom: R, G, B or, with `channels` 4, also the opacity. Expands grey
-// to three channels, reduces 16 bits to 8.
+// Calls `take` with rows of sRGB pixels from top to bottom: R, G, B or, with `channels` 4, also the opacity. Expands
+// grey to three channels, reduces 16 bits to 8.
 //
 // errors  bad_input            damaged or cut short, also where the library would only warn
 //         unsupported_feature  colours that are neither grey nor RGB

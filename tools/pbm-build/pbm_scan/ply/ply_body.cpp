@@ -403,9 +403,8 @@ template <class Source> class BodyReader {
         for (std::size_t i = first; i < body_.triangles.size(); ++i) {
             const glm::uvec3 &t = body_.triangles[i];
             if (roles_.corner_places != nullptr)
-                body_.corner_places.push_back(has_places
-                                                  ? TextureCorners{place_of_[t.x], place_of_[t.y], place_of_[t.z]}
-                                                  : TextureCorners{});
+                body_.corner_places.push_back(
+                    has_places ? TextureCorners{place_of_[t.x], place_of_[t.y], place_of_[t.z]} : TextureCorners{});
             const std::int32_t image = roles_.image != nullptr ? image_ : 0;
             body_.images.push_back(has_places || roles_.corner_places == nullptr ? image : -1);
         }

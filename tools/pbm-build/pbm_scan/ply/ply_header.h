@@ -38,8 +38,8 @@ enum class PlyRole : std::uint8_t {
     blue,
     radius,
     material_index,
-    byte,    // one of kByteAttributes (surface.h)
-    u, // of a vertex: place in the image
+    byte, // one of kByteAttributes (surface.h)
+    u,    // of a vertex: place in the image
     v,
     corners,       // list of vertex indices: a polygon of `face`, strips of `tristrips`, a cell of `range_grid`
     corner_places, // list of u v of the corners of a face

@@ -167,7 +167,8 @@ std::string_view drop_reason(const PlyElement &element, const PlyProperty &prope
         return "a list; a point has single numbers";
     if (is_any(name, {"alpha", "a", "diffuse_alpha", "opacity"}))
         return "PBM's points are opaque";
-    if (is_any(name, {"s", "t", "u", "v", "texcoord", "texnumber", "texture_u", "texture_v", "texture_s", "texture_t", "s0", "t0"}))
+    if (is_any(name, {"s", "t", "u", "v", "texcoord", "texnumber", "texture_u", "texture_v", "texture_s", "texture_t",
+                      "s0", "t0"}))
         return "texture coordinates; no image belongs to them";
     if (is_any(name, {"nx", "ny", "nz", "normal_x", "normal_y", "normal_z"}))
         return element.kind == PlyKind::vertex ? "a normal needs three numbers"

@@ -18,10 +18,10 @@ struct PlyRoles {
     Three position{}, normal{}, colour{}, face_colour{};
     const PlyProperty *radius = nullptr, *material_index = nullptr;
     std::array<const PlyProperty *, kByteAttributes.size()> bytes{};
-    const PlyProperty *material_red = nullptr; // of element material
-    std::array<const PlyProperty *, 2> place{};                    // u v of a vertex
+    const PlyProperty *material_red = nullptr;                    // of element material
+    std::array<const PlyProperty *, 2> place{};                   // u v of a vertex
     const PlyProperty *corner_places = nullptr, *image = nullptr; // of a face
-    bool splat_colours = false;                // coefficients of spherical harmonics: f_dc_0 f_dc_1 f_dc_2
+    bool splat_colours = false; // coefficients of spherical harmonics: f_dc_0 f_dc_1 f_dc_2
 
     std::size_t byte_attribute(const PlyProperty &property) const { // of a property with that role
         return static_cast<std::size_t>(std::find(bytes.begin(), bytes.end(), &property) - bytes.begin());

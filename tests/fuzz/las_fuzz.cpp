@@ -1,0 +1,7 @@
+#include "fuzz/surface_law.h"
+#include "pbm_scan/las/las_reader.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
+    pbm::test::hold_surface(pbm::build::read_las({data, size}, {}), size);
+    return 0;
+}

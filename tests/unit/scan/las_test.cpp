@@ -1,0 +1,129 @@
+// LAS files.
+#include "pbm_scan/surface_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::build;
+
+template <class T> void put(std::string &file, std::size_t at, T value) {
+    std::memcpy(file.data() + at, &value, sizeof value);
+}
+
+constexpr std::array<std::size_t, 11> kSizes{20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
+constexpr std::array<std::size_t, 11> kColours{0, 0, 20, 28, 0, 28, 0, 30, 30, 0, 30};
+
+// Two points of a format: (1, 2, 3) / 100 and (-4, 5, 6) / 100 beyond 500,000; the last with the largest colour.
+std::string las(int format, int minor = 4) {
+    const std::size_t header = minor >= 4 ? 375 : 227, size = kSizes[static_cast<std::size_t>(format)];
+    std::string file(header + 2 * size, '\0');
+    file.replace(0, 4, "LASF");
+    file[24] = 1;
+    file[25] = static_cast<char>(minor);
+    put<std::uint16_t>(file, 94, static_cast<std::uint16_t>(header));
+    put<std::uint32_t>(file, 96, static_cast<std::uint32_t>(header));
+    file[104] = static_cast<char>(format);
+    put<std::uint16_t>(file, 105, static_cast<std::uint16_t>(size));
+    put<std::uint32_t>(file, 107, 2);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        put<double>(file, 131 + 8 * axis, 0.01);
+        put<double>(file, 155 + 8 * axis, 500000);
+    }
+    const std::array<std::array<std::int32_t, 3>, 2> places{{{1, 2, 3}, {-4, 5, 6}}};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        put<double>(file, 179 + 16 * axis, 500000 + 0.01 * std::max(places[0][axis], places[1][axis]));
+        put<double>(file, 187 + 16 * axis, 500000 + 0.01 * std::min(places[0][axis], places[1][axis]));
+    }
+    for (std::size_t i = 0; i < 2; ++i) {
+        const std::size_t at = header + i * size;
+        put(file, at, places[i]);
+        put<std::uint16_t>(file, at + 12, static_cast<std::uint16_t>(10 + i));
+        if (kColours[static_cast<std::size_t>(format)] != 0 && i == 1)
+            put<std::array<std::uint16_t, 3>>(file, at + kColours[static_cast<std::size_t>(format)], {65535, 32896, 0});
+    }
+    return file;
+}
+
+Result<Surface> read(const std::string &file) {
+    return read_surface({reinterpret_cast<const std::uint8_t *>(file.data()), file.size()}, "scan", {});
+}
+Surface surface(const std::string &file) {
+    Result<Surface> result = read(file);
+    EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
+    return result.ok() ? std::move(*result) : Surface{};
+}
+std::string note_of(const Surface &s, const std::string &name) {
+    for (const AttributeReport &line : s.report)
+        if (line.name == name)
+            return line.note;
+    return "no such line";
+}
+bool has(const std::string &text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+TEST(Las, EveryPointFormatIsRead) {
+    for (int format = 0; format <= 10; ++format) {
+        const Surface s = surface(las(format));
+        ASSERT_EQ(s.positions.size(), 2U) << format;
+        EXPECT_EQ(s.positions[1], glm::dvec3(-4, 5, 6) * glm::dvec3(0.01) + glm::dvec3(500000));
+        if (kColours[static_cast<std::size_t>(format)] != 0) {
+            EXPECT_EQ(s.colours[1], (Rgb8{255, 128, 0})) << format;
+        }
+        EXPECT_EQ(note_of(s, "header"), "no such line");
+    }
+    for (int minor = 0; minor <= 3; ++minor)
+        EXPECT_EQ(surface(las(1, minor)).positions.size(), 2U);
+}
+
+TEST(Las, WithheldPointsAndWhatIsNotUsedAreNamed) {
+    for (const int format : {1, 6}) {
+        std::string file = las(format);
+        file[375 + 15] = static_cast<char>(format == 1 ? 0x80 : 0x04);
+        file[375 + 17] = 7;
+        const Surface s = surface(file);
+        EXPECT_EQ(s.positions.size(), 1U);
+        EXPECT_EQ(note_of(s, "x y z"), "positions; 1 point that the file withholds left out");
+        EXPECT_NE(note_of(s, format == 1 ? "classification, user data" : "user data"), "no such line");
+    }
+}
+
+TEST(Las, HeadersThatLieAreNamedAndCutFilesRefused) {
+    std::string file = las(3);
+    put<std::uint32_t>(file, 107, 1);
+    EXPECT_EQ(note_of(surface(file), "header"), "it announces 1 points; the file has 2");
+    file = las(3);
+    put<double>(file, 179, 1e9);
+    EXPECT_EQ(note_of(surface(file), "header"), "its bounds are not those of the points");
+    file = las(3);
+    for (std::size_t size = 4; size < file.size(); ++size)
+        EXPECT_FALSE(read(file.substr(0, size)).ok()) << size;
+    put<std::uint16_t>(file, 105, 20);
+    EXPECT_TRUE(has(read(file).error().message, "points of 20 bytes, their format has 34"));
+    file = las(3);
+    file[104] = static_cast<char>(0x83);
+    EXPECT_EQ(read(file).error().code, ErrorCode::unsupported_feature);
+    file = las(3);
+    file[104] = 11;
+    EXPECT_TRUE(has(read(file).error().message, "point format 11"));
+}
+
+TEST(Las, TheCoordinateReferenceSystemIsKept) {
+    const std::string wkt = "PROJCS[\"WGS 84 / UTM zone 17N\"]", points = las(0).substr(375);
+    std::string file = las(0).substr(0, 375), record(54, '\0');
+    record.replace(2, 15, "LASF_Projection");
+    put<std::uint16_t>(record, 18, 2112);
+    put<std::uint16_t>(record, 20, static_cast<std::uint16_t>(wkt.size() + 1));
+    file += record + wkt + std::string(1, '\0') + points;
+    put<std::uint32_t>(file, 96, static_cast<std::uint32_t>(file.size() - points.size()));
+    put<std::uint32_t>(file, 100, 1);
+    EXPECT_EQ(surface(file).crs, wkt);
+}
+
+} // namespace
