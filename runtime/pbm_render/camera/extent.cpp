@@ -14,11 +14,17 @@ namespace {
 
 constexpr std::size_t kMaxVoxels = std::size_t{1} << (3 * kBoundsLevel);
 
+// A mapped file may be rewritten since its masks were verified: from the first mask that makes no sense on, voxels
+// stand for all below them.
 std::vector<MortonCode> occupied(std::span<const ByteView> masks, int level) {
     std::vector<MortonCode> codes{0};
     for (int next = 1; next <= level; ++next) {
         auto below = expand_level(codes, masks[static_cast<std::size_t>(next)], kMaxVoxels);
-        assert(below.ok());
+        if (!below) {
+            for (MortonCode &code : codes)
+                code <<= 3 * (level - next + 1);
+            return codes;
+        }
         codes = std::move(*below);
     }
     return codes;
