@@ -1,6 +1,6 @@
 // glTF and GLB: what is read, and that damage is refused.
 #include "pbm_scan/gltf/gltf_reader.h"
-#include "pbm_scan/surface_reader.h"
+#include "unit/scan/readings.h"
 #include "unit/support/image_files.h"
 
 #include <gtest/gtest.h>
@@ -77,19 +77,9 @@ class Glb {
     std::string binary_;
 };
 
-Result<Surface> read(const std::string &file) {
-    return read_surface({reinterpret_cast<const std::uint8_t *>(file.data()), file.size()}, "scan.glb", {});
-}
-Surface surface(const Glb &glb) {
-    Result<Surface> result = read(glb.file());
-    EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
-    return result.ok() ? std::move(*result) : Surface{};
-}
-std::string refusal(const Glb &glb) {
-    const Result<Surface> result = read(glb.file());
-    EXPECT_FALSE(result.ok());
-    return result.ok() ? "" : result.error().message;
-}
+Result<Surface> read(const std::string &file) { return test::read(file, "scan.glb"); }
+Surface surface(const Glb &glb) { return test::surface(glb.file(), "scan.glb"); }
+std::string refusal(const Glb &glb) { return test::error(glb.file(), "scan.glb").message; }
 bool says(const Surface &s, const std::string &name, Fate fate) {
     return std::any_of(s.report.begin(), s.report.end(),
                        [&](const AttributeReport &line) { return line.name == name && line.fate == fate; });

@@ -1,5 +1,5 @@
 // LAS files.
-#include "pbm_scan/surface_reader.h"
+#include "unit/scan/readings.h"
 
 #include <gtest/gtest.h>
 
@@ -13,6 +13,7 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
+using namespace pbm::test;
 
 template <class T> void put(std::string &file, std::size_t at, T value) {
     std::memcpy(file.data() + at, &value, sizeof value);
@@ -52,21 +53,8 @@ std::string las(int format, int minor = 4) {
     return file;
 }
 
-Result<Surface> read(const std::string &file) {
-    return read_surface({reinterpret_cast<const std::uint8_t *>(file.data()), file.size()}, "scan", {});
-}
-Surface surface(const std::string &file) {
-    Result<Surface> result = read(file);
-    EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
-    return result.ok() ? std::move(*result) : Surface{};
-}
-std::string note_of(const Surface &s, const std::string &name) {
-    for (const AttributeReport &line : s.report)
-        if (line.name == name)
-            return line.note;
-    return "no such line";
-}
-bool has(const std::string &text, std::string_view part) { return text.find(part) != std::string::npos; }
+Result<Surface> read(const std::string &file) { return test::read(file, "scan"); }
+Surface surface(const std::string &file) { return test::surface(file, "scan"); }
 
 TEST(Las, EveryPointFormatIsRead) {
     for (int format = 0; format <= 10; ++format) {

@@ -1,4 +1,4 @@
-#include "pbm_scan/surface_reader.h"
+#include "unit/scan/readings.h"
 
 #include <gtest/gtest.h>
 
@@ -18,38 +18,17 @@ namespace {
 using pbm::Error;
 using pbm::ErrorCode;
 using pbm::Result;
-using pbm::build::AttributeReport;
 using pbm::build::ReadOptions;
 using pbm::build::Surface;
-using Fate = AttributeReport::Fate;
+using namespace pbm::test;
 using Colour = std::array<std::uint8_t, 3>;
 
 constexpr std::string_view kObjName = "scan.obj", kOffName = "scan.off", kStlName = "scan.stl";
 
-Result<Surface> read(const std::string &text, std::string_view name, const ReadOptions &options = {}) {
-    return pbm::build::read_surface({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}, name, options);
-}
-
-Surface surface(const std::string &text, std::string_view name) {
-    Result<Surface> result = read(text, name);
-    EXPECT_TRUE(result.ok()) << text << (result.ok() ? "" : result.error().message);
-    return result.ok() ? std::move(*result) : Surface{};
-}
-
 std::string refusal(const std::string &text, std::string_view name) {
-    const Result<Surface> result = read(text, name);
-    EXPECT_FALSE(result.ok()) << text;
-    EXPECT_TRUE(result.ok() || result.error().code == ErrorCode::bad_input);
-    return result.ok() ? "" : result.error().message;
-}
-
-bool has(const std::string &text, std::string_view part) { return text.find(part) != std::string::npos; }
-
-bool reports(const Surface &s, std::string_view name, Fate fate) {
-    for (const AttributeReport &line : s.report)
-        if (has(line.name, name) && line.fate == fate)
-            return true;
-    return false;
+    const Error refused = error(text, name);
+    EXPECT_EQ(refused.code, ErrorCode::bad_input) << text;
+    return refused.message;
 }
 
 const std::string kObj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";

@@ -1,4 +1,4 @@
-#include "pbm_scan/surface_reader.h"
+#include "unit/scan/readings.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -24,45 +24,11 @@ namespace {
 using pbm::Error;
 using pbm::ErrorCode;
 using pbm::Result;
-using pbm::build::AttributeReport;
-
-using pbm::build::ReadOptions;
 using pbm::build::Surface;
-using Fate = AttributeReport::Fate;
+using namespace pbm::test;
 using Colour = std::array<std::uint8_t, 3>;
 
 constexpr std::string_view kObjName = "scan.obj", kOffName = "scan.off", kStlName = "scan.stl";
-
-std::span<const std::uint8_t> bytes(const std::string &text) {
-    return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()};
-}
-
-Surface surface(const std::string &text, std::string_view name) {
-    Result<Surface> result = pbm::build::read_surface(bytes(text), name, {});
-    EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
-    return result.ok() ? std::move(*result) : Surface{};
-}
-
-Error error(const std::string &text, std::string_view name) {
-    const Result<Surface> result = pbm::build::read_surface(bytes(text), name, {});
-    EXPECT_FALSE(result.ok()) << text;
-    return result.ok() ? Error{} : result.error();
-}
-
-Error surface_error(const std::string &text, std::string_view path) {
-    const Result<Surface> result = pbm::build::read_surface(bytes(text), path, {});
-    EXPECT_FALSE(result.ok()) << path;
-    return result.ok() ? Error{} : result.error();
-}
-
-bool has(const std::string &text, std::string_view part) { return text.find(part) != std::string::npos; }
-
-bool reports(const Surface &s, std::string_view name, Fate fate) {
-    for (const AttributeReport &line : s.report)
-        if (has(line.name, name) && line.fate == fate)
-            return true;
-    return false;
-}
 
 const std::string kObj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 const std::string kOff = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n";
@@ -322,15 +288,15 @@ TEST(StlReader, DamagedTextIsRefusedWithItsLine) {
 }
 
 TEST(SurfaceReader, TheContentDecidesBeforeTheExtension) {
-    EXPECT_TRUE(pbm::build::read_surface(bytes(kOff), "scan.stl", {}).ok());
-    EXPECT_TRUE(pbm::build::read_surface(bytes(kOff), "scan", {}).ok());
-    EXPECT_TRUE(pbm::build::read_surface(bytes(kAsciiStl), "scan", {}).ok());
-    EXPECT_TRUE(pbm::build::read_surface(bytes(binary_stl(kTwoFacets)), "scan", {}).ok());
-    EXPECT_TRUE(pbm::build::read_surface(bytes(kObj), "scan.OBJ", {}).ok());
+    EXPECT_TRUE(read(kOff, "scan.stl").ok());
+    EXPECT_TRUE(read(kOff, "scan").ok());
+    EXPECT_TRUE(read(kAsciiStl, "scan").ok());
+    EXPECT_TRUE(read(binary_stl(kTwoFacets), "scan").ok());
+    EXPECT_TRUE(read(kObj, "scan.OBJ").ok());
     const std::string ply =
         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float "
         "z\nend_header\n1 2 3\n";
-    EXPECT_TRUE(pbm::build::read_surface(bytes(ply), "scan.obj", {}).ok());
+    EXPECT_TRUE(read(ply, "scan.obj").ok());
 }
 
 TEST(OffReader, BinaryFilesAreRead) {
@@ -411,21 +377,21 @@ TEST(SurfaceReader, CompressedFilesAreUnpacked) {
 }
 
 TEST(SurfaceReader, OtherFormatsAreNamed) {
-    EXPECT_TRUE(has(surface_error("P4\n8 8\n", "x.pbm").message, "Netpbm bitmap"));
-    EXPECT_TRUE(has(surface_error("Kaydara FBX Binary", "x.fbx").message, "FBX; convert it to PLY"));
-    EXPECT_TRUE(has(surface_error("{}", "x.gltf").message, "no glTF file"));
-    EXPECT_TRUE(has(surface_error("DRACO", "x.drc").message, "Draco"));
-    EXPECT_TRUE(has(surface_error("\x1f\x8b\x08", "x.ply.gz").message, "gzip"));
-    EXPECT_TRUE(has(surface_error("BZh9", "x.ply.bz2").message, "bzip2"));
-    EXPECT_TRUE(has(surface_error("\x89"
-                                  "BVG\r\n\x1a\n",
-                                  "x.pbvg")
+    EXPECT_TRUE(has(error("P4\n8 8\n", "x.pbm").message, "Netpbm bitmap"));
+    EXPECT_TRUE(has(error("Kaydara FBX Binary", "x.fbx").message, "FBX; convert it to PLY"));
+    EXPECT_TRUE(has(error("{}", "x.gltf").message, "no glTF file"));
+    EXPECT_TRUE(has(error("DRACO", "x.drc").message, "Draco"));
+    EXPECT_TRUE(has(error("\x1f\x8b\x08", "x.ply.gz").message, "gzip"));
+    EXPECT_TRUE(has(error("BZh9", "x.ply.bz2").message, "bzip2"));
+    EXPECT_TRUE(has(error("\x89"
+                          "BVG\r\n\x1a\n",
+                          "x.pbvg")
                         .message,
                     "pbm-render"));
-    EXPECT_EQ(surface_error("DRACO", "x.drc").code, ErrorCode::unsupported_feature);
-    EXPECT_EQ(surface_error("", "x.ply").message, "the file is empty");
-    EXPECT_EQ(surface_error("hello", "x").code, ErrorCode::bad_input);
-    EXPECT_TRUE(has(surface_error("hello", "x.ply").message, "not a PLY file"));
+    EXPECT_EQ(error("DRACO", "x.drc").code, ErrorCode::unsupported_feature);
+    EXPECT_EQ(error("", "x.ply").message, "the file is empty");
+    EXPECT_EQ(error("hello", "x").code, ErrorCode::bad_input);
+    EXPECT_TRUE(has(error("hello", "x.ply").message, "not a PLY file"));
 }
 
 TEST(SurfaceReader, TheSystemsErrorsAreNamed) {

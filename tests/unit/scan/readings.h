@@ -1,14 +1,16 @@
 // What a reader of scans makes of a file in a string.
 #pragma once
 
-#include "pbm_scan/surface/surface.h"
+#include "pbm_scan/surface_reader.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace pbm::test {
 
@@ -34,6 +36,22 @@ template <Result<build::Surface> (*Read)(std::span<const std::uint8_t>, const bu
     static std::string message(const std::string &file) { return error(file).message; }
 };
 
+// A file whose name is that of its format, or any name where the bytes identify it.
+inline Result<build::Surface> read(const std::string &file, std::string_view name,
+                                   const build::ReadOptions &options = {}) {
+    return build::read_surface(bytes_of(file), name, options);
+}
+inline build::Surface surface(const std::string &file, std::string_view name) {
+    Result<build::Surface> result = read(file, name);
+    EXPECT_TRUE(result.ok()) << file << (result.ok() ? "" : result.error().message);
+    return result.ok() ? std::move(*result) : build::Surface{};
+}
+inline Error error(const std::string &file, std::string_view name) {
+    const Result<build::Surface> result = read(file, name);
+    EXPECT_FALSE(result.ok()) << file;
+    return result.ok() ? Error{} : result.error();
+}
+
 // The first line of the report whose name begins with `name`, or an empty one.
 inline AttributeReport report(const build::Surface &s, std::string_view name) {
     for (const AttributeReport &line : s.report)
@@ -51,6 +69,20 @@ inline AttributeReport report_of(const build::Surface &s, const std::string &wor
     return {};
 }
 
+// The note of the line of this name.
+inline std::string note_of(const build::Surface &s, const std::string &name) {
+    for (const AttributeReport &line : s.report)
+        if (line.name == name)
+            return line.note;
+    return "no such line";
+}
+
 inline bool has(const std::string &text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+// Whether a line has `name` in its name, and this fate.
+inline bool reports(const build::Surface &s, std::string_view name, Fate fate) {
+    return std::any_of(s.report.begin(), s.report.end(),
+                       [&](const AttributeReport &line) { return has(line.name, name) && line.fate == fate; });
+}
 
 } // namespace pbm::test

@@ -1,5 +1,5 @@
 // PCD files and text files of points.
-#include "pbm_scan/surface_reader.h"
+#include "unit/scan/readings.h"
 
 #include <gtest/gtest.h>
 
@@ -14,30 +14,11 @@ namespace {
 
 using namespace pbm;
 using namespace pbm::build;
+using namespace pbm::test;
 
-Result<Surface> read(const std::string &text, std::string_view name, bool strict = false) {
-    return read_surface({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}, name,
-                        {.strict = strict, .progress = {}});
-}
-Surface surface(const std::string &text, std::string_view name) {
-    Result<Surface> result = read(text, name);
-    EXPECT_TRUE(result.ok()) << text << (result.ok() ? "" : result.error().message);
-    return result.ok() ? std::move(*result) : Surface{};
-}
-std::string refusal(const std::string &text, std::string_view name) {
-    const Result<Surface> result = read(text, name);
-    EXPECT_FALSE(result.ok()) << text;
-    return result.ok() ? "" : result.error().message;
-}
-bool has(const std::string &text, std::string_view part) { return text.find(part) != std::string::npos; }
-std::string note_of(const Surface &s, const std::string &name) {
-    for (const AttributeReport &line : s.report)
-        if (line.name == name)
-            return line.note;
-    return "no such line";
-}
+std::string refusal(const std::string &text, std::string_view name) { return error(text, name).message; }
 
-std::string bytes_of(const auto &value) { return {reinterpret_cast<const char *>(&value), sizeof value}; }
+std::string raw(const auto &value) { return {reinterpret_cast<const char *>(&value), sizeof value}; }
 
 std::string pcd(const std::string &fields, const std::string &sizes, const std::string &types, int points,
                 const std::string &data, const std::string &viewpoint = "0 0 0 1 0 0 0") {
@@ -52,16 +33,16 @@ TEST(Pcd, TextBinaryAndCompressedAgree) {
     const std::vector<std::vector<float>> places{{1, 2, 3}, {-4, 5.5F, 6}};
     const std::vector<std::uint32_t> colours{0xFF00FF, 0xFF};
     for (std::size_t i = 0; i < 2; ++i)
-        rows += bytes_of(places[i][0]) + bytes_of(places[i][1]) + bytes_of(places[i][2]) + bytes_of(colours[i]);
+        rows += raw(places[i][0]) + raw(places[i][1]) + raw(places[i][2]) + raw(colours[i]);
     for (std::size_t axis = 0; axis < 3; ++axis)
-        columns += bytes_of(places[0][axis]) + bytes_of(places[1][axis]);
-    columns += bytes_of(colours[0]) + bytes_of(colours[1]);
+        columns += raw(places[0][axis]) + raw(places[1][axis]);
+    columns += raw(colours[0]) + raw(colours[1]);
     // LZF may consist of literal bytes alone.
     const std::string packed = std::string(1, static_cast<char>(columns.size() - 1)) + columns;
     const std::string binary = pcd("x y z rgb", "4 4 4 4", "F F F U", 2, "binary\n" + rows);
     const std::string compressed = pcd("x y z rgb", "4 4 4 4", "F F F U", 2,
-                                       "binary_compressed\n" + bytes_of(static_cast<std::uint32_t>(packed.size())) +
-                                           bytes_of(static_cast<std::uint32_t>(columns.size())) + packed);
+                                       "binary_compressed\n" + raw(static_cast<std::uint32_t>(packed.size())) +
+                                           raw(static_cast<std::uint32_t>(columns.size())) + packed);
     for (const std::string &file : {text, binary, compressed}) {
         const Surface s = surface(file, "scan");
         ASSERT_EQ(s.positions.size(), 2U);
@@ -75,7 +56,7 @@ TEST(Pcd, TextBinaryAndCompressedAgree) {
     // A colour packed in a float.
     const float packed_colour = std::bit_cast<float>(std::uint32_t{0x123456});
     EXPECT_EQ(
-        surface(pcd("x y z rgb", "4 4 4 4", "F F F F", 1, "binary\n" + std::string(12, '\0') + bytes_of(packed_colour)),
+        surface(pcd("x y z rgb", "4 4 4 4", "F F F F", 1, "binary\n" + std::string(12, '\0') + raw(packed_colour)),
                 "scan")
             .colours[0],
         (Rgb8{0x12, 0x34, 0x56}));
@@ -86,7 +67,7 @@ TEST(Pcd, LzfCopiesEarlierBytes) {
     const std::string packed{'\0', '\0', static_cast<char>(7 << 5), static_cast<char>(23 - 9), '\0'};
     const auto file = [&](const std::string &data, std::uint32_t size) {
         return pcd("x y z", "4 4 4", "F F F", 2,
-                   "binary_compressed\n" + bytes_of(static_cast<std::uint32_t>(data.size())) + bytes_of(size) + data);
+                   "binary_compressed\n" + raw(static_cast<std::uint32_t>(data.size())) + raw(size) + data);
     };
     EXPECT_EQ(surface(file(packed, 24), "scan").positions[1], glm::dvec3(0));
     EXPECT_TRUE(has(refusal(file(packed, 23), "scan"), "does not fit the header"));
