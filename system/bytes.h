@@ -37,6 +37,14 @@ inline ByteView slice(ByteView bytes, std::uint64_t offset, std::uint64_t count)
     return is_inside ? bytes.subspan(static_cast<std::size_t>(offset), static_cast<std::size_t>(count)) : ByteView();
 }
 
+// The value whose bytes begin at `at`, at any alignment.
+template <class T> T load(const std::uint8_t *at) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    T value{};
+    std::memcpy(&value, at, sizeof value);
+    return value;
+}
+
 // Reads fixed-width little-endian values one after the other. After the first read past the end every
 // read returns zero and `ok()` is false: read a whole record, then test once.
 class ByteReader {
@@ -45,13 +53,12 @@ class ByteReader {
 
     template <class T> T read() {
         static_assert(std::is_arithmetic_v<T>);
-        T value{};
         if (bytes_.size() - at_ < sizeof(T)) {
             ok_ = false;
             at_ = bytes_.size();
-            return value;
+            return T{};
         }
-        std::memcpy(&value, bytes_.data() + at_, sizeof(T));
+        const T value = load<T>(bytes_.data() + at_);
         at_ += sizeof(T);
         return value;
     }

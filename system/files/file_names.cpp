@@ -2,14 +2,18 @@
 
 namespace pbm {
 
+std::string lower_case(std::string_view text) {
+    std::string lower(text);
+    for (char &c : lower)
+        c = lower_case(c);
+    return lower;
+}
+
 std::string lower_extension(std::string_view path) {
     const std::size_t dot = path.find_last_of("./");
     if (dot == std::string_view::npos || path[dot] != '.')
         return {};
-    std::string extension(path.substr(dot));
-    for (char &c : extension)
-        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    return extension;
+    return lower_case(path.substr(dot));
 }
 
 std::string_view uncompressed_name(std::string_view path) {

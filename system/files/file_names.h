@@ -1,10 +1,14 @@
-// Parts of file names.
+// File names: their parts, and letters without case.
 #pragma once
 
 #include <string>
 #include <string_view>
 
 namespace pbm {
+
+// Of ASCII; other bytes are left alone.
+constexpr char lower_case(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+std::string lower_case(std::string_view text);
 
 // The extension in lower case, with its dot: ".ply" of "a.b/Scan.PLY". Empty if the name has none.
 std::string lower_extension(std::string_view path);

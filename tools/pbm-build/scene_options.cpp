@@ -3,6 +3,7 @@
 #include "pbm_bake/shadow_baker.h"
 #include "pbm_build/scene/material_request.h"
 #include "pbm_scan/text/printable.h"
+#include "system/files/file_names.h"
 
 #include <algorithm>
 #include <array>
@@ -148,9 +149,7 @@ Result<GroundRequest> ground_request(const SceneArguments &arguments) {
 }
 
 bool is_image_name(const std::string &word) {
-    std::string extension = std::filesystem::path(word).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    const std::string extension = lower_case(std::filesystem::path(word).extension().string());
     return extension == ".png" || extension == ".jpg" || extension == ".jpeg" || extension == ".hdr";
 }
 

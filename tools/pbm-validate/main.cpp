@@ -1,11 +1,11 @@
 // pbm-validate: checks whether a .pbvg is valid, and reports what breaks which rule where.
 #include "command_line/common_options.h"
 #include "command_line/json_report.h"
+#include "system/files/file_names.h"
 #include "system/files/mapped_file.h"
 #include "verdict.h"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -75,9 +75,7 @@ Verdict examine(const std::string &path, const Options &options) {
 
 // .bvg is the former extension. Other systems' file names may be in capitals.
 bool is_model_name(const std::filesystem::path &name) {
-    std::string extension = name.extension().string();
-    for (char &c : extension)
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string extension = lower_case(name.extension().string());
     return extension == ".pbvg" || extension == ".bvg";
 }
 

@@ -19,7 +19,6 @@ namespace fs = std::filesystem;
 constexpr const char *kModelExtension = ".pbvg";
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 // The name with every number behind its count of digits, so that text order is the order of numbers.
 std::string sort_key(const fs::path &path) {
@@ -27,7 +26,7 @@ std::string sort_key(const fs::path &path) {
     std::string key;
     for (std::size_t i = 0; i < name.size();) {
         if (!is_digit(name[i])) {
-            key += lower(name[i++]);
+            key += lower_case(name[i++]);
             continue;
         }
         const std::size_t first = std::min(name.find_first_not_of('0', i), name.size());

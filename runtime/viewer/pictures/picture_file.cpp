@@ -1,5 +1,6 @@
 #include "viewer/pictures/picture_file.h"
 
+#include "system/files/file_names.h"
 #include "system/files/file_replacement.h"
 #include "viewer/pictures/image_writer.h"
 
@@ -19,9 +20,7 @@ bool take_name(const std::string &path) {
 } // namespace
 
 Result<PictureForm> picture_form(const std::string &name) {
-    std::string extension = std::filesystem::path(name).extension().string();
-    for (char &c : extension)
-        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    const std::string extension = lower_case(std::filesystem::path(name).extension().string());
     if (extension.empty() || extension == ".png")
         return PictureForm::png;
     if (extension == ".bmp")

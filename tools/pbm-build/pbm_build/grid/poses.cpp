@@ -7,6 +7,7 @@
 #include "system/files/mapped_file.h"
 
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <glm/matrix.hpp>
 
 #include <algorithm>
@@ -28,11 +29,7 @@ std::optional<glm::dmat4> matrix_of(const std::array<double, 9> &numbers) {
     if (!(length > 0) || !std::isfinite(length) || !is_finite({numbers[0], numbers[1], numbers[2]}))
         return std::nullopt;
     const glm::dvec4 q = given / length;
-    const double x = -q.x, y = -q.y, z = -q.z, w = q.w;
-    glm::dmat4 matrix(1);
-    matrix[0] = {1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w), 0};
-    matrix[1] = {2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w), 0};
-    matrix[2] = {2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y), 0};
+    glm::dmat4 matrix = glm::mat4_cast(glm::dquat(q.w, -q.x, -q.y, -q.z));
     matrix[3] = {numbers[0], numbers[1], numbers[2], 1};
     return matrix;
 }
@@ -81,17 +78,9 @@ Result<glm::dmat4> read_matrix(const std::string &path) {
         text.begin(), text.end(), [](char c) { return c == ',' || c == ';' || c == '[' || c == ']'; }, ' ');
     Lines lines(text);
     while (lines.next_with_words(true)) {
-        Lines::Numbers row;
-        if (Status read = lines.numbers(row); !read)
-            return of_file(path, read.error());
-        if (row.count > row.first.size()) {
-            lines.rewind();
-            for (std::string_view word = lines.word(); !word.empty(); word = lines.word())
-                is_number(word, numbers.emplace_back());
-        } else {
-            numbers.insert(numbers.end(), row.first.begin(),
-                           row.first.begin() + static_cast<std::ptrdiff_t>(row.count));
-        }
+        for (std::string_view word = lines.word(); !word.empty(); word = lines.word())
+            if (!is_number(word, numbers.emplace_back()))
+                return of_file(path, lines.refuse(printable_in_quotes(word) + " is not a number"));
     }
     const auto refuse = [&path](const std::string &what) {
         return of_file(path, bad_input(what + "; a pose is 16 numbers, row by row, the last row 0 0 0 1"));

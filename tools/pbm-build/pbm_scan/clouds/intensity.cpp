@@ -31,4 +31,13 @@ GreyColours grey_colours(std::span<const float> intensities) {
     return grey;
 }
 
+void use_intensities(std::span<const float> intensities, Surface &surface, const std::string &why_dropped) {
+    if (!surface.colours.empty())
+        return surface.report.push_back({"intensity", Fate::dropped, why_dropped});
+    GreyColours grey = grey_colours(intensities);
+    surface.colours = std::move(grey.colours);
+    surface.report.push_back(
+        {"intensity", surface.colours.empty() ? Fate::dropped : Fate::converted, std::move(grey.note)});
+}
+
 } // namespace pbm::build

@@ -18,4 +18,8 @@ struct GreyColours {
 // scale of the values differs from scanner to scanner. Values that are not finite are black.
 GreyColours grey_colours(std::span<const float> intensities);
 
+// Makes the intensities the colours of a surface without any, and reports it. `why_dropped` is for the report of a
+// surface that has colours.
+void use_intensities(std::span<const float> intensities, Surface &surface, const std::string &why_dropped);
+
 } // namespace pbm::build

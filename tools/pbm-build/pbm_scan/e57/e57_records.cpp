@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <functional>
 
 namespace pbm::build {
@@ -17,12 +16,6 @@ using Block = std::array<double, kBlock>;
 // The next `count` values of a field, from bit `bit` of `bytes` on, behind which eight bytes may be read.
 using Decode = void (*)(const E57Field &field, const std::uint8_t *bytes, std::size_t bit, std::size_t count,
                         Block &out);
-
-template <class T> T load(const std::uint8_t *at) {
-    T value;
-    std::memcpy(&value, at, sizeof(T));
-    return value;
-}
 
 template <class T>
 void decode_floats(const E57Field & /*field*/, const std::uint8_t *bytes, std::size_t bit, std::size_t count,

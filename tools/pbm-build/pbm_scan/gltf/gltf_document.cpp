@@ -20,11 +20,7 @@ namespace {
 constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942; // "JSON", "BIN"
 
-std::uint32_t word(ByteView bytes, std::size_t at) {
-    std::uint32_t value = 0;
-    std::memcpy(&value, bytes.data() + at, sizeof value);
-    return value;
-}
+std::uint32_t word(ByteView bytes, std::size_t at) { return load<std::uint32_t>(bytes.data() + at); }
 
 // Accessors without data, and decompressed views, may claim this much more than the file has bytes.
 constexpr std::size_t kFreeElements = std::size_t{1} << 24;
@@ -51,8 +47,7 @@ std::size_t components_of(const std::string &type) {
 }
 
 template <class T> float scalar(const std::uint8_t *at, bool is_normalised) {
-    T value{};
-    std::memcpy(&value, at, sizeof value);
+    const auto value = load<T>(at);
     if constexpr (std::is_same_v<T, float>)
         return value;
     else if (is_normalised)
@@ -76,14 +71,7 @@ ScalarReader reader_of(int type) {
 std::uint32_t whole(const std::uint8_t *at, int type) {
     if (size_of_type(type) == 1)
         return *at;
-    if (size_of_type(type) == 2) {
-        std::uint16_t value = 0;
-        std::memcpy(&value, at, sizeof value);
-        return value;
-    }
-    std::uint32_t value = 0;
-    std::memcpy(&value, at, sizeof value);
-    return value;
+    return size_of_type(type) == 2 ? load<std::uint16_t>(at) : load<std::uint32_t>(at);
 }
 
 std::string name_of(const char *array, std::size_t index) {

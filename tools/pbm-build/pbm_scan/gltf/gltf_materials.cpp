@@ -99,10 +99,8 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     GltfMaterial &made = known_[number];
     made.material = default_material_;
     const Json *const described = item(document_.root("materials"), number);
-    if (described == nullptr) {
-        made.factor = glm::vec4(1);
+    if (described == nullptr)
         return made;
-    }
     const Json *const extensions = member(described, "extensions");
     const Json *const glossy = member(extensions, "KHR_materials_pbrSpecularGlossiness");
     const Json *const metallic = member(described, "pbrMetallicRoughness");

@@ -9,6 +9,7 @@
 #include "pbm_scan/text/text_lines.h"
 
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 
@@ -55,12 +56,9 @@ glm::dmat4 matrix_of(const Json &node) {
     }
     const Json *const moved = member(&node, "translation"), *const turned = member(&node, "rotation"),
                       *const scaled = member(&node, "scale");
-    const double x = number_of(item(turned, 0), 0), y = number_of(item(turned, 1), 0),
-                 z = number_of(item(turned, 2), 0), w = number_of(item(turned, 3), 1);
-    glm::dmat4 matrix(1);
-    matrix[0] = {1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w), 0};
-    matrix[1] = {2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w), 0};
-    matrix[2] = {2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y), 0};
+    const glm::dquat rotation(number_of(item(turned, 3), 1), number_of(item(turned, 0), 0),
+                              number_of(item(turned, 1), 0), number_of(item(turned, 2), 0));
+    glm::dmat4 matrix = glm::mat4_cast(rotation);
     for (int axis = 0; axis < 3; ++axis) {
         matrix[axis] *= number_of(item(scaled, static_cast<std::size_t>(axis)), 1);
         matrix[3][axis] = number_of(item(moved, static_cast<std::size_t>(axis)), 0);

@@ -1,5 +1,7 @@
 #include "pbm_scan/images/files_beside.h"
 
+#include "system/files/file_names.h"
+
 #include <algorithm>
 #include <filesystem>
 #include <system_error>
@@ -14,20 +16,15 @@ bool is_file(const fs::path &path) {
     return fs::is_regular_file(path, ignored);
 }
 
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-bool same_but_for_case(const std::string &a, const std::string &b) {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) { return lower(x) == lower(y); });
-}
-
 // The entry of `folder` with this name in any case; the first in the order of names if there are several.
 std::optional<fs::path> entry_of(const fs::path &folder, const std::string &name) {
+    const std::string lower_name = lower_case(name);
     std::optional<fs::path> found;
     std::error_code error;
     for (fs::directory_iterator each(folder.empty() ? "." : folder, error), end; !error && each != end;
          each.increment(error)) {
         const std::string entry = each->path().filename().string();
-        if (same_but_for_case(entry, name) && (!found || entry < found->filename().string()))
+        if (lower_case(entry) == lower_name && (!found || entry < found->filename().string()))
             found = folder / entry;
     }
     return found;

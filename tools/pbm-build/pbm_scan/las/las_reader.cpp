@@ -3,27 +3,19 @@
 #include "pbm_scan/clouds/intensity.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/words.h"
+#include "system/bytes.h"
 
 #include <glm/common.hpp>
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 
 namespace pbm::build {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "LAS is read as it lies in memory");
-
 constexpr std::size_t kLeastHeader = 227, kHeaderOf14 = 375, kRecordHeader = 54;
-
-template <class T> T load(const std::uint8_t *at) {
-    T value{};
-    std::memcpy(&value, at, sizeof value);
-    return value;
-}
 
 // Where the fields of a point format lie; 0: it has none.
 struct PointFormat {
@@ -150,16 +142,17 @@ std::string unused_fields(std::span<const std::uint8_t> points, const Header &he
             all.push_back(more);
     if (header.stride > format.size)
         all.push_back({"extra bytes", format.size, header.stride - format.size});
-    std::string names;
+    Bytes bits(header.stride); // that are set in any point
+    for (std::size_t at = 0; at < points.size(); at += header.stride)
+        for (std::size_t k = 0; k < header.stride; ++k)
+            bits[k] |= points[at + k];
+    std::vector<std::string_view> names;
     for (const Unused &field : all) {
-        bool is_used = false;
-        for (std::size_t at = field.at; at < points.size() && !is_used; at += header.stride)
-            for (std::size_t k = 0; k < field.size; ++k)
-                is_used = is_used || points[at + k] != 0;
-        if (is_used)
-            names += (names.empty() ? "" : ", ") + std::string(field.name);
+        const ByteView of_field = ByteView(bits).subspan(field.at, field.size);
+        if (std::any_of(of_field.begin(), of_field.end(), [](std::uint8_t byte) { return byte != 0; }))
+            names.emplace_back(field.name);
     }
-    return names;
+    return joined(names);
 }
 
 // Colours of 16 bits; of 8 where none is larger, as some writers leave them.
@@ -255,16 +248,8 @@ Result<Surface> read_las(std::span<const std::uint8_t> bytes, const ReadOptions 
     report_header(*header, count, surface);
     if (format.colour != 0)
         keep_colours(colours, surface);
-    if (std::any_of(intensities.begin(), intensities.end(), [](float value) { return value != 0; })) {
-        GreyColours grey = surface.colours.empty() ? grey_colours(intensities) : GreyColours{};
-        if (!grey.colours.empty()) {
-            surface.colours = std::move(grey.colours);
-            surface.report.push_back({"intensity", Fate::converted, grey.note});
-        } else {
-            surface.report.push_back(
-                {"intensity", Fate::dropped, surface.colours.empty() ? grey.note : "the points have colours"});
-        }
-    }
+    if (std::any_of(intensities.begin(), intensities.end(), [](float value) { return value != 0; }))
+        use_intensities(intensities, surface, "the points have colours");
     if (const std::string unused = unused_fields(points, *header); !unused.empty())
         surface.report.push_back({unused, Fate::dropped, "measurements that are not shown"});
     surface.crs = std::move(header->crs);

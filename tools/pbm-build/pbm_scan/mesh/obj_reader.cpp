@@ -34,6 +34,8 @@ template <class Use> void for_lines(std::string_view text, std::string_view keyw
 // exists, else those of the several that exist.
 std::vector<std::string> material_files(const ScanFile &obj) {
     std::vector<std::string> files;
+    if (obj.path.empty())
+        return files;
     std::size_t looked_for = 0;
     // Whether it is there, new or not.
     const auto add = [&](std::string_view name) {
@@ -63,11 +65,9 @@ struct MaterialFiles {
 };
 
 // Skips material files that are too large. Images that do not exist are named.
-MaterialFiles read_material_files(const ScanFile &obj, const Material &default_material) {
+MaterialFiles read_material_files(const std::vector<std::string> &files, const Material &default_material) {
     MaterialFiles found;
-    if (obj.path.empty())
-        return found;
-    for (const std::string &file : material_files(obj)) {
+    for (const std::string &file : files) {
         const Result<MappedFile> materials = MappedFile::open(file);
         if (!materials || materials->bytes().size() > kMaxMaterialBytes)
             continue;
@@ -267,7 +267,7 @@ Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
     Result<ObjText> text = read_obj_text(as_text(file.bytes), of_text);
     if (!text)
         return text.error();
-    MaterialFiles found = read_material_files(file, options.default_material);
+    MaterialFiles found = read_material_files(material_files(file), options.default_material);
     if (!found.materials.empty()) // they are read
         std::erase_if(text->report, [](const auto &line) { return line.name.starts_with(kMaterialsLine); });
     const MaterialTable materials(*text, found.materials, options.default_material);
@@ -294,7 +294,7 @@ Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
 
 std::vector<std::string> files_of_obj(const ScanFile &file) {
     std::vector<std::string> files = material_files(file);
-    for (const NamedMaterial &material : read_material_files(file, {}).materials)
+    for (const NamedMaterial &material : read_material_files(files, {}).materials)
         if (const std::string &image = material.image.file; !image.empty() && files.size() < 2 * kMaxFurtherFiles &&
                                                             std::find(files.begin(), files.end(), image) == files.end())
             files.push_back(image);

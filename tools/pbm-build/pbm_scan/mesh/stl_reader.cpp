@@ -1,9 +1,9 @@
 #include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/text/text_lines.h"
+#include "system/bytes.h"
 
 #include <array>
 #include <bit>
-#include <cstring>
 #include <numeric>
 #include <optional>
 
@@ -13,12 +13,13 @@ namespace {
 constexpr std::size_t kHeaderSize = 84; // of binary STL: 80 bytes of anything, the number of facets
 constexpr std::size_t kFacetSize = 50;  // normal and three corners as floats, two bytes of attributes
 
-static_assert(std::endian::native == std::endian::little, "binary STL is read as it lies in memory");
+// Of a file that has a header.
+std::uint32_t announced_facets(std::span<const std::uint8_t> bytes) { return load<std::uint32_t>(bytes.data() + 80); }
 
-std::uint32_t announced_facets(std::span<const std::uint8_t> bytes) {
-    std::uint32_t facets = 0;
-    std::memcpy(&facets, bytes.data() + 80, sizeof facets);
-    return facets;
+// Whether the file's size fits its number of facets, which identifies binary files that begin with "solid".
+bool has_size_of_binary(std::span<const std::uint8_t> bytes) {
+    return bytes.size() >= kHeaderSize && (bytes.size() - kHeaderSize) % kFacetSize == 0 &&
+           (bytes.size() - kHeaderSize) / kFacetSize == announced_facets(bytes);
 }
 
 // Whether the file is text: it begins with "solid", and has no NUL within the size of a binary header.
@@ -45,8 +46,7 @@ Facets read_binary(std::span<const std::uint8_t> bytes) {
     out.corners.reserve((bytes.size() - kHeaderSize) / kFacetSize * 3);
     bool attributes = false;
     for (std::size_t at = kHeaderSize; at < bytes.size(); at += kFacetSize) {
-        std::array<float, 9> corners{};
-        std::memcpy(corners.data(), bytes.data() + at + 12, sizeof corners);
+        const auto corners = load<std::array<float, 9>>(bytes.data() + at + 12);
         attributes = attributes || bytes[at + 48] != 0 || bytes[at + 49] != 0;
         if (!std::all_of(corners.begin(), corners.end(), [](float value) { return std::isfinite(value); })) {
             ++out.dropped;
@@ -195,10 +195,7 @@ class AsciiFacets {
 };
 
 Result<Facets> read_facets(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
-    const bool has_header = bytes.size() >= kHeaderSize;
-    // Some binary files begin with "solid"; their size identifies them.
-    if (has_header && (bytes.size() - kHeaderSize) % kFacetSize == 0 &&
-        (bytes.size() - kHeaderSize) / kFacetSize == announced_facets(bytes)) {
+    if (has_size_of_binary(bytes)) {
         if (announced_facets(bytes) > kMaxVertices / 3)
             return too_large("more than 2^31 - 1 corners; split the scan", 80);
         return read_binary(bytes);
@@ -209,7 +206,7 @@ Result<Facets> read_facets(std::span<const std::uint8_t> bytes, const ReadOption
         std::string storage;
         return AsciiFacets(with_line_feeds(as_text(bytes), storage), options).run();
     }
-    if (!has_header)
+    if (bytes.size() < kHeaderSize)
         return bad_input("not an STL file: shorter than a binary header, and no 'solid'", bytes.size());
     return bad_input("binary STL of " + std::to_string(announced_facets(bytes)) + " facets must have " +
                          std::to_string(kHeaderSize + kFacetSize * std::uint64_t{announced_facets(bytes)}) +
@@ -222,9 +219,7 @@ Result<Facets> read_facets(std::span<const std::uint8_t> bytes, const ReadOption
 
 bool is_stl(std::span<const std::uint8_t> bytes) {
     const std::string_view text = as_text(bytes).substr(0, 6);
-    return text == "solid " || text == "solid\n" || text == "solid\r" ||
-           (bytes.size() >= kHeaderSize && (bytes.size() - kHeaderSize) % kFacetSize == 0 &&
-            (bytes.size() - kHeaderSize) / kFacetSize == announced_facets(bytes));
+    return text == "solid " || text == "solid\n" || text == "solid\r" || has_size_of_binary(bytes);
 }
 
 Result<Surface> read_stl(std::span<const std::uint8_t> bytes, const ReadOptions &options) {

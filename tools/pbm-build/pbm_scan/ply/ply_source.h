@@ -9,11 +9,11 @@
 
 #include "pbm_scan/ply/ply_header.h"
 #include "pbm_scan/text/text_number.h"
+#include "system/bytes.h"
 
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -26,8 +26,7 @@ template <class T, bool Swap> T load_scalar(const std::uint8_t *at) {
         std::conditional_t<sizeof(T) == 1, std::uint8_t,
                            std::conditional_t<sizeof(T) == 2, std::uint16_t,
                                               std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>>>;
-    Bits bits;
-    std::memcpy(&bits, at, sizeof bits);
+    auto bits = load<Bits>(at);
     if constexpr (Swap && sizeof(T) == 2)
         bits = __builtin_bswap16(bits);
     if constexpr (Swap && sizeof(T) == 4)

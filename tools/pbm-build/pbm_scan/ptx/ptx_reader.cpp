@@ -222,7 +222,7 @@ class PtxReader {
         }
         if (!intensities_.empty()) {
             intensities_.resize(count, std::numeric_limits<float>::quiet_NaN());
-            report_intensities();
+            use_intensities(intensities_, surface_, "a measurement that is not shown");
         }
         if (stations_ > 0)
             lines.push_back(
@@ -234,15 +234,6 @@ class PtxReader {
         lines.push_back(triangulate_scans(surface_, grids_));
         if (lines_.ends_open())
             report_open_end(lines);
-    }
-
-    void report_intensities() {
-        if (!surface_.colours.empty())
-            return surface_.report.push_back({"intensity", Fate::dropped, "a measurement that is not shown"});
-        GreyColours grey = grey_colours(intensities_);
-        surface_.colours = std::move(grey.colours);
-        surface_.report.push_back(
-            {"intensity", surface_.colours.empty() ? Fate::dropped : Fate::converted, std::move(grey.note)});
     }
 
     const std::size_t bytes_;

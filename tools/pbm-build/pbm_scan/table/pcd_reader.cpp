@@ -3,6 +3,7 @@
 #include "pbm_scan/clouds/stations.h"
 #include "pbm_scan/table/point_table.h"
 #include "pbm_scan/text/text_lines.h"
+#include "system/bytes.h"
 
 #include <algorithm>
 #include <array>
@@ -132,23 +133,19 @@ class HeaderReader {
     Header header_;
 };
 
-template <class T> double load(const std::uint8_t *at) {
-    T value{};
-    std::memcpy(&value, at, sizeof value);
-    return static_cast<double>(value);
-}
+template <class T> double number(const std::uint8_t *at) { return static_cast<double>(load<T>(at)); }
 
 using Loader = double (*)(const std::uint8_t *);
 Loader loader_of(const Field &field) {
     if (field.is_packed() && field.size == 4) // the bits, whatever the type says
-        return load<std::uint32_t>;
+        return number<std::uint32_t>;
     const std::size_t at = field.size == 1 ? 0 : field.size == 2 ? 1 : field.size == 4 ? 2 : 3;
-    constexpr std::array<Loader, 4> kUnsigned{load<std::uint8_t>, load<std::uint16_t>, load<std::uint32_t>,
-                                              load<std::uint64_t>};
-    constexpr std::array<Loader, 4> kSigned{load<std::int8_t>, load<std::int16_t>, load<std::int32_t>,
-                                            load<std::int64_t>};
+    constexpr std::array<Loader, 4> kUnsigned{number<std::uint8_t>, number<std::uint16_t>, number<std::uint32_t>,
+                                              number<std::uint64_t>};
+    constexpr std::array<Loader, 4> kSigned{number<std::int8_t>, number<std::int16_t>, number<std::int32_t>,
+                                            number<std::int64_t>};
     if (field.type == 'F')
-        return field.size == 4 ? Loader(load<float>) : Loader(load<double>);
+        return field.size == 4 ? Loader(number<float>) : Loader(number<double>);
     return field.type == 'U' ? kUnsigned[at] : kSigned[at];
 }
 
@@ -222,9 +219,8 @@ Status read_compressed(std::span<const std::uint8_t> bytes, const Header &header
     constexpr std::size_t kSizes = 8;
     if (bytes.size() - header.body < kSizes)
         return cut_short("the sizes of the compressed data are missing", bytes.size());
-    std::uint32_t packed = 0, unpacked = 0;
-    std::memcpy(&packed, bytes.data() + header.body, 4);
-    std::memcpy(&unpacked, bytes.data() + header.body + 4, 4);
+    const std::uint8_t *const sizes = bytes.data() + header.body;
+    const auto packed = load<std::uint32_t>(sizes), unpacked = load<std::uint32_t>(sizes + 4);
     const std::size_t begin = header.body + kSizes;
     if (packed > bytes.size() - begin)
         return cut_short("the file announces " + std::to_string(packed) + " compressed bytes and has " +

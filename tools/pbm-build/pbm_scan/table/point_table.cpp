@@ -3,6 +3,7 @@
 #include "pbm_scan/clouds/intensity.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/words.h"
+#include "system/files/file_names.h"
 
 #include <algorithm>
 #include <array>
@@ -44,13 +45,6 @@ constexpr std::array<Spelling, 27> kSpellings{{{"x", ColumnRole::x},
                                                {"i", ColumnRole::intensity},
                                                {"scalar_intensity", ColumnRole::intensity}}};
 
-std::string lower(std::string_view name) {
-    std::string text(name);
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return text;
-}
-
 bool has(const std::vector<ColumnRole> &roles, ColumnRole role) {
     return std::find(roles.begin(), roles.end(), role) != roles.end();
 }
@@ -79,7 +73,7 @@ void keep_colours(PointTable &table, Surface &surface, std::string &note) {
 std::vector<ColumnRole> roles_of(const std::vector<std::string> &names) {
     std::vector<ColumnRole> roles;
     for (const std::string &name : names) {
-        const std::string known = lower(name);
+        const std::string known = lower_case(name);
         const auto found = std::find_if(kSpellings.begin(), kSpellings.end(),
                                         [&](const Spelling &spelling) { return spelling.name == known; });
         const ColumnRole role = found == kSpellings.end() ? ColumnRole::none : found->role;
@@ -160,16 +154,8 @@ Surface surface_of(PointTable table, const std::vector<std::string> &names, cons
         keep_colours(table, surface, note);
         surface.report.push_back({"colours", Fate::kept, note});
     }
-    if (!table.intensities.empty()) {
-        GreyColours grey = surface.colours.empty() ? grey_colours(table.intensities) : GreyColours{};
-        if (!grey.colours.empty()) {
-            surface.colours = std::move(grey.colours);
-            surface.report.push_back({"intensity", Fate::converted, grey.note});
-        } else {
-            surface.report.push_back(
-                {"intensity", Fate::dropped, surface.colours.empty() ? grey.note : "the points have colours"});
-        }
-    }
+    if (!table.intensities.empty())
+        use_intensities(table.intensities, surface, "the points have colours");
     std::vector<std::string> unused;
     constexpr std::size_t kMostNamed = 8;
     for (std::size_t i = 0; i < names.size(); ++i)

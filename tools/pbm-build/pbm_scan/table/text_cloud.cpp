@@ -13,6 +13,7 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kMostColumns = 64;
+constexpr std::size_t kSample = 1000; // rows that guesses look at
 
 // The text with white space between numbers; the text itself where it has that already.
 std::string_view with_spaces(std::string_view text, std::string &storage) {
@@ -29,8 +30,7 @@ std::string_view with_spaces(std::string_view text, std::string &storage) {
 bool is_comment(std::string_view word) { return word.starts_with('#') || word.starts_with("//"); }
 
 // Whether all values of three columns from `first` on are such.
-template <class Is>
-bool all_are(const std::vector<double> &sample, std::size_t columns, std::size_t first, const Is &is) {
+template <class Is> bool all_are(std::span<const double> sample, std::size_t columns, std::size_t first, const Is &is) {
     for (std::size_t row = 0; row + columns <= sample.size(); row += columns)
         if (!is(sample[row + first], sample[row + first + 1], sample[row + first + 2]))
             return false;
@@ -38,7 +38,7 @@ bool all_are(const std::vector<double> &sample, std::size_t columns, std::size_t
 }
 
 // Names for columns without any.
-std::vector<std::string> guessed_names(const std::vector<double> &sample, std::size_t columns) {
+std::vector<std::string> guessed_names(std::span<const double> sample, std::size_t columns) {
     std::vector<std::string> names{"x", "y", "z"};
     const auto is_unit = [](double x, double y, double z) {
         const double squared = x * x + y * y + z * z;
@@ -83,7 +83,7 @@ class TextCloud {
             return bad_input("the text has no row of three numbers or more: it is no table of points");
         const bool is_guess = names_.empty();
         if (is_guess)
-            names_ = guessed_names(sample_, columns_);
+            names_ = guessed_names(std::span(values_).first(std::min(values_.size(), kSample * columns_)), columns_);
         const std::vector<ColumnRole> roles = roles_of(names_);
         for (const ColumnRole axis : {ColumnRole::x, ColumnRole::y, ColumnRole::z})
             if (std::find(roles.begin(), roles.end(), axis) == roles.end())
@@ -178,9 +178,6 @@ class TextCloud {
             return lines_.refuse("a point behind the " + std::to_string(*announced_) + " that are announced");
         ++rows_;
         values_.insert(values_.end(), row_.begin(), row_.end());
-        constexpr std::size_t kSample = 1000;
-        if (rows_ <= kSample)
-            sample_.insert(sample_.end(), row_.begin(), row_.end());
         open_end_ = !lines_.terminated();
         if (options_.progress && rows_ % 65536 == 0)
             options_.progress(static_cast<double>(lines_.offset()) / static_cast<double>(size_));
@@ -191,7 +188,7 @@ class TextCloud {
     const ReadOptions &options_;
     Lines lines_;
     std::vector<std::string> names_;
-    std::vector<double> row_, values_, sample_; // values: [rows][columns]
+    std::vector<double> row_, values_; // values: [rows][columns]
     std::size_t columns_ = 0;
     std::uint64_t rows_ = 0, count_line_ = 0;
     std::optional<std::uint64_t> announced_; // points up to the next count

@@ -4,6 +4,7 @@
 #include "pbm_scan/surface/surface.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_number.h"
+#include "system/files/file_names.h"
 
 #include <algorithm>
 #include <array>
@@ -145,9 +146,9 @@ inline std::string_view with_line_feeds(std::string_view text, std::string &stor
     return storage;
 }
 
-inline bool same_word(std::string_view word, std::string_view lower_case) {
-    return std::equal(word.begin(), word.end(), lower_case.begin(), lower_case.end(),
-                      [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
+inline bool same_word(std::string_view word, std::string_view lower) {
+    return std::equal(word.begin(), word.end(), lower.begin(), lower.end(),
+                      [](char a, char b) { return lower_case(a) == b; });
 }
 
 inline void drop_once(std::vector<AttributeReport> &report, const std::string &name, std::string note) {
