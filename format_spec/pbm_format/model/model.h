@@ -1,6 +1,7 @@
 // A voxel grid model in memory: the writer's input, and the result of `load_model`.
 #pragma once
 
+#include "pbm_format/model/field.h"
 #include "pbm_format/model/image.h"
 #include "pbm_format/model/octree.h"
 #include "pbm_format/model/streams.h"
@@ -109,6 +110,7 @@ struct ModelParameters {
     std::vector<Light> lights;         // 0..kMaxLights
     std::vector<SolidTexture> texture; // one if attributes.texture, else none
     std::optional<GroundPlane> ground;
+    std::vector<Field> fields; // 0..kMaxFields
     bool operator==(const ModelParameters &) const = default;
 };
 
@@ -116,6 +118,8 @@ struct ModelParameters {
 struct Level {
     Bytes masks;            // one per node of the level above
     PointAttributes points; // one record per node of this level
+    // [fields][points x Field::bytes]: stored values. Empty if nobody asked for them.
+    std::vector<Bytes> fields{};
     bool operator==(const Level &) const = default;
 };
 

@@ -54,6 +54,14 @@ struct Texture {
 // Places in the image at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.
 using TextureCorners = std::array<glm::vec2, 3>;
 
+// A measured quantity of the vertices, such as intensity, class or time.
+struct ScalarField {
+    std::string name;
+    std::string unit{};         // where the file says it; else empty
+    bool is_label = false;      // the values are labels, of which there is no mean
+    std::vector<double> values; // [positions]; NaN: none here
+};
+
 inline constexpr std::uint16_t kNoStation = 0xffff; // it is not known where the scanner stood
 
 // Arrays run in parallel with `positions`, or are empty where the input has no such attribute.
@@ -72,6 +80,7 @@ struct Surface {
     std::vector<Texture> textures;
     std::vector<TextureCorners> texture_corners; // [triangles]; empty without textures
     std::vector<std::uint16_t> texture_ids;      // [triangles] < textures.size(), or kNoTexture; empty without textures
+    std::vector<ScalarField> fields;             // those of ReadOptions::fields that the file has
     std::vector<AttributeReport> report;         // in the order of the file
     std::string crs;                             // coordinate reference system, as the file has it; at most 4096 bytes
     std::uint64_t dropped_vertices = 0;          // not finite
