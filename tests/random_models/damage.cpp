@@ -12,29 +12,29 @@ namespace pbm::test {
 
 namespace {
 
-struct Field {
+struct DamagedField {
     std::size_t offset, bytes;
 };
-constexpr std::array<Field, 24> kHeaderFields{
+constexpr std::array<DamagedField, 24> kHeaderFields{
     {{8, 2},  {10, 2}, {12, 4}, {16, 8}, {24, 8}, {32, 4}, {36, 1}, {37, 1},  {40, 8},  {48, 8},  {56, 8},  {64, 8},
      {72, 8}, {88, 2}, {90, 1}, {93, 1}, {94, 1}, {95, 1}, {96, 1}, {100, 1}, {104, 4}, {108, 4}, {112, 8}, {90, 2}}};
-constexpr std::array<Field, 11> kTableFields{
+constexpr std::array<DamagedField, 11> kTableFields{
     {{0, 4}, {4, 2}, {6, 2}, {8, 4}, {12, 4}, {16, 4}, {20, 4}, {24, 8}, {32, 8}, {40, 8}, {48, 8}}};
-constexpr std::array<Field, 14> kChunkFields{{{0, 8},
-                                              {16, 4},
-                                              {20, 4},
-                                              {24, 4},
-                                              {28, 4},
-                                              {32, 4},
-                                              {36, 2},
-                                              {38, 2},
-                                              {40, 1},
-                                              {41, 4},
-                                              {48, 4},
-                                              {51, 1},
-                                              {52, 4},
-                                              {56, 4}}};
-constexpr std::array<Field, 9> kRasterFields{
+constexpr std::array<DamagedField, 14> kChunkFields{{{0, 8},
+                                                     {16, 4},
+                                                     {20, 4},
+                                                     {24, 4},
+                                                     {28, 4},
+                                                     {32, 4},
+                                                     {36, 2},
+                                                     {38, 2},
+                                                     {40, 1},
+                                                     {41, 4},
+                                                     {48, 4},
+                                                     {51, 1},
+                                                     {52, 4},
+                                                     {56, 4}}};
+constexpr std::array<DamagedField, 9> kRasterFields{
     {{8, 4}, {12, 4}, {16, 4}, {20, 2}, {22, 1}, {23, 1}, {40, 4}, {43, 1}, {44, 4}}};
 
 class Damager {
@@ -55,13 +55,13 @@ class Damager {
     std::size_t size() { return file_.bytes().size(); }
     void say(const char *what, std::size_t at) { story_ += std::string(what) + " at " + std::to_string(at) + "; "; }
 
-    std::uint64_t get(const Field &field, std::size_t record) const {
+    std::uint64_t get(const DamagedField &field, std::size_t record) const {
         std::uint64_t value = 0;
         for (std::size_t byte = 0; byte < field.bytes; ++byte)
             value |= std::uint64_t{file_.get<std::uint8_t>(record + field.offset + byte)} << 8 * byte;
         return value;
     }
-    void set(const Field &field, std::size_t record, std::uint64_t value) {
+    void set(const DamagedField &field, std::size_t record, std::uint64_t value) {
         for (std::size_t byte = 0; byte < field.bytes; ++byte)
             file_.set(record + field.offset + byte, static_cast<std::uint8_t>(value >> 8 * byte));
     }
@@ -90,8 +90,8 @@ class Damager {
         }
     }
 
-    template <std::size_t n> void change_field(const std::array<Field, n> &fields, std::size_t record) {
-        const Field &field = fields[choose_(n)];
+    template <std::size_t n> void change_field(const std::array<DamagedField, n> &fields, std::size_t record) {
+        const DamagedField &field = fields[choose_(n)];
         say("field", record + field.offset);
         set(field, record, another(get(field, record)));
     }
@@ -180,7 +180,7 @@ class Damager {
         case 6: { // a random field of a small section
             const std::size_t entry = entry_of([](SectionType type) { return type <= SectionType::ground_plane; });
             const std::size_t at = start_of(entry) + 4 * choose_(64);
-            return change_field(std::array<Field, 2>{{{0, 4}, {0, 1}}}, at);
+            return change_field(std::array<DamagedField, 2>{{{0, 4}, {0, 1}}}, at);
         }
         case 7: return exchange(any_entry(), any_entry(), kSectionEntryBytes);
         case 8: return copy_range();

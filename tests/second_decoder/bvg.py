@@ -12,6 +12,7 @@ from pathlib import Path
 
 import xxhash
 
+import fields
 import rasters
 from averages import Sums, root_record
 from header import (ATTRIBUTES, CHUNKS, DIRECTORY, GRID, GROUND, LIGHTS, MATERIALS, METADATA, RASTERS, TEXTURE, check_hashes,
@@ -22,7 +23,7 @@ from parameters import (check_together, read_attributes, read_grid, read_ground,
 from streams import BvgError, need
 from values import COLOUR, MATERIAL, NORMAL, RADIUS, SHADOW, TEXEL
 
-SMALL_SECTIONS = (METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, GROUND)
+SMALL_SECTIONS = (METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, GROUND, fields.FIELDS)
 
 class Model:
     """What a file holds: header fields, sections, streams, directories and levels."""
@@ -58,14 +59,15 @@ def read(data, max_nodes=None, validates=True):
     """Verify every rule of a file (8.3), or only those that a reader verifies (8.2), and return its Model. `max_nodes` is
     the limit of 4.5."""
     m = Model()
-    m.data, m.lights, m.texture, m.ground, m.validates = bytes(data), [], None, None, validates
+    m.data, m.lights, m.texture, m.ground, m.fields, m.validates = bytes(data), [], None, None, [], validates
     read_header(m)
     read_table(m)
     if validates:
         check_padding(m)
-    check_hashes(m, lambda t: t in (*SMALL_SECTIONS, DIRECTORY) or validates and t != CHUNKS)
+    check_hashes(m, lambda t: t in (*SMALL_SECTIONS, DIRECTORY, fields.DIRECTORY) or validates and t != CHUNKS)
     for t, parse in ((METADATA, read_metadata), (GRID, read_grid), (ATTRIBUTES, read_attributes),
-                     (MATERIALS, read_materials), (LIGHTS, read_lights), (TEXTURE, read_texture), (GROUND, read_ground)):
+                     (MATERIALS, read_materials), (LIGHTS, read_lights), (TEXTURE, read_texture), (GROUND, read_ground),
+                     (fields.FIELDS, fields.read_section)):
         if (t, 0) in m.section:
             parse(m, m.section[t, 0])
     check_together(m)
@@ -83,6 +85,7 @@ def read(data, max_nodes=None, validates=True):
             check_chunk_rule(m, level)
         check_hashes(m, lambda t: t == CHUNKS)
     m.rasters = [(e, rasters.read(m, e)) for e in m.entries if e.type in RASTERS]
+    fields.read_values(m)
     if validates:
         check_whole(m)
     return m
@@ -94,6 +97,7 @@ def check_whole(m):
         error = BvgError("bad_content", 72, "8.1")
         error.model = m
         raise error
+    fields.check_whole(m)
 
 def summary(m):
     """What a valid file holds, as lines of text."""
@@ -103,6 +107,8 @@ def summary(m):
     yield f"  grid: corner ({', '.join(f'{c:g}' for c in m.corner)}), voxel size {m.voxel:g}"
     yield "  attributes: " + ", ".join(names[s.kind] + {0: "", 1: " 565", 2: " 888"}[s.format] for s in m.streams)
     yield f"  {len(m.materials)} materials, {len(m.lights)} lights, " + ("a ground plane" if m.ground else "no ground plane")
+    for f in m.fields:
+        yield f"  field {f.name!r}: {f.offset:g} + {f.scale:g} x (stored - 1) {f.unit}, {f.bytes} bytes, average {f.average}"
     for level, chunks in enumerate(m.directories[1:], 1):
         yield f"  level {level}: {len(m.levels[level].codes):,} points in {len(chunks):,} chunks"
     for e, (width, height, *_) in m.rasters:

@@ -22,7 +22,8 @@ from values import INTEGER_NORMALS, K, LINEAR, RADII, normal_index
 HERE = Path(__file__).resolve().parent
 SPEC = HERE / "../../format_spec/BVG.md"
 VALID = HERE / "../../format_spec/vectors/valid"
-DECODER = ("bvg", "header", "parameters", "levels", "streams", "bricks", "rasters")
+DECODER = ("bvg", "header", "parameters", "levels", "streams", "bricks", "rasters",
+           "fields")
 LENGTHS = (0, 1, 4, 9, 17, 129, 241, 1025, 4096)        # one for each branch of XXH3
 LONGEST = 120
 RULE = r"\d+\.\d+(?:\.\d+)?"
@@ -63,7 +64,7 @@ def examples(text):
     """The results of the examples as the decoder computes them, each as the text should state it."""
     means = [tuple(mean_of_four(texels, 2, channels)) for texels, channels in (
         ((0, 1, 2, 255), 1), ((0, 0, 1, 1), 1), ((0, 0, 9, 0, 0, 9, 255, 1, 9, 255, 0, 9), 3))]
-    small_sections = (4096, 48, 13 * 24, 8 * 32, 8 * 48, 800, 832)
+    small_sections = (4096, 48, 13 * 24, 8 * 32, 8 * 48, 800, 832, 784)
     front = 128 + 64 * 256 + sum(-(-size // 8) * 8 for size in small_sections)
     mask = unrank(bytes((0, 0, 0, 4, 0, 0)), (0x7D2,) * 6, b"\x3F")[3]
     sign = "positive" if normal_index((2 ** 60, 2 ** 60, -1)) < 4096 else "negative"

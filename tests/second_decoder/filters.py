@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import bvg
+import fields
 import rasters
 import streams
 from streams import Part, Planes, unrank
@@ -18,7 +19,7 @@ from values import COLOUR, MATERIAL, NORMAL, RADIUS, SHADOW, TEXEL, Stream
 
 FOLDER = Path(__file__, "../../../format_spec/vectors").resolve()
 NAMES = {1: "masks", 2: "normal", 3: "radius", 4: "colour 565", 5: "colour 888", 6: "material", 7: "texture value", 8: "shadow",
-         9: "texels"}
+         9: "texels", 10: "field of two bytes"}
 KINDS = {2: (NORMAL, 0), 3: (RADIUS, 0), 4: (COLOUR, 1), 5: (COLOUR, 2), 6: (MATERIAL, 0), 7: (TEXEL, 0), 8: (SHADOW, 0)}
 
 class GivenPlanes(Planes):
@@ -53,12 +54,17 @@ def values_of(case):
     if number == 1:
         normals = struct.unpack(f"<{len(data['normals']) // 2}H", data["normals"])
         return bytes(unrank(planes.take(len(normals)), normals, data["above"]))
+    counts = [bin(mask).count("1") for mask in data["masks"]]
+    if number == 10:
+        return two_bytes(fields.unfilter(planes, 2, struct.unpack(f"<{len(counts)}H", data["parents"]), counts))
     kind, form = KINDS[number]
     bits = [0] * 17
     if number == 8:
         bits[case["level"]], bits[case["level"] - 1] = case["bits"], case["bits_above"]
-    counts = [bin(mask).count("1") for mask in data["masks"]]
     return streams.unfilter(case["level"], case["depth"], Stream(kind, form, 0, bits), planes, data["parents"], counts)
+
+def two_bytes(values):
+    return struct.pack(f"<{len(values)}H", *values)
 
 def with_values(case):
     return {**case, "values": values_of(case).hex()}
@@ -91,6 +97,19 @@ def cases_of_file(path):
                             case["bits"], case["bits_above"] = s.bits[level], s.bits[level - 1]
                     yield c.points, {**case, "planes": [plane.hex() for plane in planes.kept], "written": True}
             node, parent, first = node + c.nodes, parent + c.parents, first + c.points
+    for level in range(1, m.depth + 1 if m.fields else 1):
+        parts, node = iter(fields.read_directory(m, level)), 0
+        for c in m.directories[level]:
+            masks = bytes(m.levels[level].masks[node:node + c.nodes])
+            for f, above in zip(m.fields, m.values[level - 1]):
+                _, part = next(parts)
+                if part.filter == 10:
+                    planes, nodes = KeptPlanes(m, part), above[node:node + c.nodes]
+                    fields.unfilter(planes, 2, nodes, [bin(mask).count("1") for mask in masks])
+                    yield c.points, {"filter": 10, "name": f"{NAMES[10]}, level {level} of {path.name}",
+                                     "masks": masks.hex(), "parents": two_bytes(nodes).hex(),
+                                     "planes": [plane.hex() for plane in planes.kept], "written": True}
+            node += c.nodes
     for e, _ in m.rasters:
         r = rasters.read_directory(m, e)
         for (_, _, _, w, h), (part, _) in zip(r.places, r.tiles):
@@ -119,6 +138,7 @@ def random_case(number, rng):
         normals = struct.pack(f"<{nodes}H", *(rng.randrange(0x4000) for _ in range(nodes)))
         return {**case, "normals": normals.hex(), "above": masks[:4].hex(), "planes": [rng.randbytes(nodes).hex()]}
     planes = {2: lambda: pairs(rng, siblings, 64), 3: lambda: [rng.randbytes(points)], 8: lambda: [rng.randbytes(points)]}
+    planes[10] = lambda: [rng.randbytes(siblings), rng.randbytes(siblings)]
     planes.update(dict.fromkeys((4, 5), lambda: [rng.randbytes(siblings)] + pairs(rng, siblings)))
     made = planes.get(number, lambda: [rng.randbytes(siblings)])()
     if number == 8:
@@ -126,6 +146,9 @@ def random_case(number, rng):
         made = [made[0][:(points + 1) // 2]]
         if points % 2:
             made = [made[0][:-1] + bytes([made[0][-1] & 15])]
+    if number == 10:
+        parents = rng.randbytes(2 * nodes)
+        return {**case, "masks": masks.hex(), "parents": parents.hex(), "planes": [plane.hex() for plane in made]}
     parents = {2: struct.pack(f"<{nodes}H", *(rng.randrange(0x4000) for _ in range(nodes))), 4: rng.randbytes(2 * nodes),
                5: rng.randbytes(3 * nodes)}.get(number, rng.randbytes(nodes))
     return {**case, "masks": masks.hex(), "parents": parents.hex(), "planes": [plane.hex() for plane in made]}

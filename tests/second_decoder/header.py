@@ -8,6 +8,7 @@ from streams import need, xxh3
 
 MAGIC = b"\x89BVG\r\n\x1a\n"
 METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, GROUND, DIRECTORY, CHUNKS, BRICKS = 1, 2, 3, 4, 5, 6, 7, 16, 17, 18
+FIELDS, FIELD_DIRECTORY, FIELD_VALUES = 8, 40, 41       # 17.1
 RASTERS = (rasters.GROUND_TEXTURE, rasters.GROUND_LIT, rasters.PANORAMA)
 PLACES = {DIRECTORY: 0, BRICKS: 1, CHUNKS: 2}           # 3.2.2: the sections of a level
 EXPANSION = 32768                                       # section 10: raw bytes per stored byte
@@ -25,7 +26,7 @@ def read_header(m):
     data = m.data
     need(data and data[:8] == MAGIC[:len(data)], "not_bvg", 0, "2.1")
     need(len(data) >= 128, "truncated", len(data), "2.2")
-    (_, major, m.minor, tag, size, table, m.sections, m.depth, zero, required, _, m.points, m.raw, m.content_id, m.root,
+    (_, major, m.minor, tag, size, table, m.sections, m.depth, zero, required, m.optional, m.points, m.raw, m.content_id, m.root,
      m.limit, zero2, m.table_hash, hash64) = struct.unpack_from("<8sHHIQQIB3sQQQQ16s16sI4sQQ", data)
     need(hash64 == xxh3(data[:120]), "bad_hash", 0, "2.3")
     need(tag == 0x01020304, "bad_header", 12, "2.4")
@@ -48,15 +49,16 @@ def check_entry(m, e, before, end):
         return (DIRECTORY if x.type in PLACES else x.type, x.instance, PLACES.get(x.type, 0))
     def rule(condition, field, number, code="bad_table"):
         need(condition, code, e.at + field, number)
-    levels = e.type in PLACES
-    coded = e.type == CHUNKS or e.type in RASTERS
-    known = e.type in range(1, 8) or levels or e.type in RASTERS
+    levels = e.type in PLACES or e.type in (FIELD_DIRECTORY, FIELD_VALUES)
+    coded = e.type in (CHUNKS, FIELD_VALUES) or e.type in RASTERS
+    known = e.type in range(1, 9) or levels or e.type in RASTERS
     most = 7 if e.type == rasters.GROUND_LIT else 0
     rule(e.zero == 0, 20, "3.2.1")
     rule(before is None or key(before) < key(e), 0, "3.2.2")
     rule(known or not e.flags & 1, 0, "3.2.4", "unsupported_feature")
     rule(not known or e.codec == (coded and not m.mapped), 4, "3.2.5", "unsupported_feature")
     rule(e.flags & ~1 == 0, 6, "3.2.6")
+    rule(e.type not in (FIELDS, FIELD_DIRECTORY, FIELD_VALUES) or not e.flags & 1, 6, "17.1.3")
     rule(not known or (1 <= e.instance <= m.depth if levels else e.instance <= most), 8, "3.2.7")
     rule(power_of_two(e.alignment, 8, 65536), 16, "3.2.8")
     rule(e.codec != 0 or e.raw == e.stored, 40, "3.2.9")
@@ -90,6 +92,8 @@ def read_table(m):
     need(all((t, 0) in m.section for t in (METADATA, GRID, ATTRIBUTES, MATERIALS)), "bad_table", 128, "3.1.7")
     of_levels = (DIRECTORY, BRICKS, CHUNKS) if m.mapped else (DIRECTORY, CHUNKS)
     need(all((t, level) in m.section for t in of_levels for level in range(1, m.depth + 1)), "bad_table", 128, "3.1.8")
+    of_fields = [(t, level) in m.section for t in (FIELD_DIRECTORY, FIELD_VALUES) for level in range(1, m.depth + 1)]
+    need(set(of_fields) == {(FIELDS, 0) in m.section}, "bad_table", 128, "17.1.1")
 
 def need_zeros(m, first, end, code, rule):
     """Padding is zero; the offset of the error is that of the first byte which is not."""

@@ -13,7 +13,7 @@ from values import (CELLS, COLOUR, MATERIAL, NORMAL, NORMAL_OF_CELL, NORMAL_SUMS
                     elements, stream_bytes)
 
 Part = namedtuple("Part", "offset stored raw filter zstd")      # one stream of a chunk in the file, or one plane of it
-PLANES = {1: 1, 2: 2, 3: 1, 4: 3, 5: 3, 6: 1, 7: 1, 8: 1}       # 5.8: how many each filter has
+PLANES = {1: 1, 2: 2, 3: 1, 4: 3, 5: 3, 6: 1, 7: 1, 8: 1, 10: 2}       # 5.8: how many each filter has
 
 class BvgError(Exception):
     """A broken rule: code of section 9, offset in the file, number of the rule."""

@@ -65,6 +65,10 @@ inline Collection::Edit shorten(SectionType type, std::uint32_t record, std::uin
 void add_surroundings_files(Collection &files);
 std::vector<ValidFile> valid_surroundings_files();
 
+// Files with fields: field_files.cpp.
+void add_field_files(Collection &files);
+std::vector<ValidFile> valid_field_files();
+
 // Files of few points: small_files.cpp.
 void add_small_files(Collection &files);
 std::vector<ValidFile> valid_small_files();

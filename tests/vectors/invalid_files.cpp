@@ -474,8 +474,8 @@ std::vector<ValidFile> valid_files() {
         {"mapped-chunks.pbvg", mapped_chunks_file()},
         {"two-sided.pbvg", two_sided_file()}};
     files.insert(files.end(), others.begin(), others.end());
-    const std::vector<ValidFile> small = valid_small_files();
-    files.insert(files.end(), small.begin(), small.end());
+    for (const std::vector<ValidFile> &more : {valid_small_files(), valid_field_files()})
+        files.insert(files.end(), more.begin(), more.end());
     return files;
 }
 
@@ -488,6 +488,7 @@ std::vector<InvalidFile> invalid_files() {
     add_mapped_files(files);
     add_surroundings_files(files);
     add_small_files(files);
+    add_field_files(files);
     return files.take();
 }
 

@@ -39,10 +39,10 @@ bool tells_of_the_run(std::string key) {
 
 std::vector<Advice> advise_on_header(const FileHeader &header) {
     std::vector<Advice> advice;
-    if (header.optional_features != 0)
+    if ((header.optional_features & ~kFieldsFeature) != 0)
         advice.push_back(
-            {broken("header.optional_feature", 48, "optional features that this program does not know are ignored", 0,
-                    header.optional_features)});
+            {broken("header.optional_feature", 48, "optional features that this program does not know are ignored",
+                    kFieldsFeature, header.optional_features)});
     if (header.chunk_points != kDefaultChunkPoints)
         advice.push_back({broken("header.chunk_limit", 104, "the chunk limit is not the one that writers use",
                                  kDefaultChunkPoints, header.chunk_points)});
@@ -58,7 +58,7 @@ std::vector<Advice> advise_on_table(std::span<const SectionEntry> sections) {
             advice.push_back(
                 {broken("table.optional_section", at, "a section of a type that this program does not know is ignored",
                         {}, static_cast<std::uint32_t>(entry.type))});
-        else if ((entry.flags & kCriticalFlag) == 0)
+        else if ((entry.flags & kCriticalFlag) == 0 && !traits_of(entry.type)->is_optional)
             advice.push_back({broken("table.not_critical", at + 6,
                                      std::string(to_string(entry.type)) + ": the critical flag is not set",
                                      kCriticalFlag, entry.flags)});

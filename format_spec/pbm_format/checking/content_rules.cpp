@@ -27,6 +27,32 @@ Status check_content_id(const FileHeader &header, const ContentId &id) {
     return broken("8.1", 72, "content_id is not that of the content", text_of(id), text_of(header.content_id));
 }
 
+Status check_fields_announced(const FileHeader &header, std::span<const SectionEntry> sections) {
+    if (find_section(sections, SectionType::fields) == nullptr || (header.optional_features & kFieldsFeature) != 0)
+        return {};
+    return broken("17.1.2", 48, "the header does not announce the fields", kFieldsFeature, header.optional_features);
+}
+
+Status check_fields_id(ByteView section, std::uint64_t offset, const Level &finest) {
+    const Result<FieldTable> table = decode_fields(section);
+    const Hash128 id = table ? fields_id(*table, finest) : Hash128{};
+    if (!table || id == table->id)
+        return {};
+    return broken("17.6.1", offset, "fields_id is not that of the fields", text_of(id), text_of(table->id));
+}
+
+Status check_field_average(const Field &field, std::size_t level, ByteView stored, ByteView computed,
+                           std::uint64_t offset) {
+    const auto differ = std::mismatch(stored.begin(), stored.end(), computed.begin(), computed.end());
+    if (differ.first == stored.end() && differ.second == computed.end())
+        return {};
+    const std::size_t point = static_cast<std::size_t>(differ.first - stored.begin()) / field.bytes;
+    return broken("17.3.1", offset,
+                  "level " + std::to_string(level) + " does not hold the averages of the finest points: " + field.name +
+                      " of point " + std::to_string(point),
+                  stored_value(computed, point, field.bytes), stored_value(stored, point, field.bytes));
+}
+
 WrongAverage find_wrong_average(std::uint64_t offset, std::size_t level, const PointAttributes &stored,
                                 const PointAttributes &computed, const AttributeSet &set) {
     WrongAverage wrong{.point = stored.size(), .error = {}};

@@ -4,6 +4,7 @@
 #include "pbm_format/checking/content_rules.h"
 #include "pbm_format/checking/raster_rules.h"
 #include "pbm_format/chunks/chunk.h"
+#include "pbm_format/chunks/field_chunk.h"
 #include "pbm_format/chunks/mapped_chunk.h"
 #include "pbm_format/container/file_rules.h"
 #include "system/threads/parallel.h"
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
 
 namespace pbm {
 
@@ -46,6 +48,8 @@ class FileWalk {
         if (const Status counted = check_point_count(header_, *find(SectionType::level_chunks, header_.depth));
             !counted)
             fault(counted.error(), "header");
+        if (const Status announced = check_fields_announced(header_, sections_); !announced)
+            fault(announced.error(), "header");
         if (options_.level == ValidationLevel::quick)
             return;
         if (advises()) {
@@ -63,8 +67,8 @@ class FileWalk {
     std::string name(const SectionEntry &entry) const {
         if (entry.type == SectionType::ground_lit)
             return std::string(to_string(entry.type)) + " " + std::to_string(entry.instance);
-        const bool of_level = entry.type == SectionType::level_directory || entry.type == SectionType::level_chunks ||
-                              entry.type == SectionType::level_bricks;
+        const SectionTraits *const traits = traits_of(entry.type);
+        const bool of_level = traits != nullptr && traits->is_of_level;
         return (of_level ? "level " + std::to_string(entry.instance) + " " : "") + std::string(to_string(entry.type));
     }
 
@@ -195,6 +199,9 @@ class FileWalk {
         const std::vector<Raster> rasters = read_raster_directories();
         for (const Raster &raster : rasters)
             memory += raster.directory.grid.texel_bytes();
+        for (const LevelDirectory &directory : directories)
+            for (const Field &field : parameters_.fields)
+                memory += directory.points * field.bytes;
         if (memory > addressable(options_.max_memory))
             return fault(broken("system.memory", 0,
                                 "the model needs " + std::to_string(memory >> 20) +
@@ -205,6 +212,8 @@ class FileWalk {
         for (std::uint32_t level = 1; level <= finest; ++level)
             load_level(directories[level], directories[level - 1], refused);
         check_rasters(rasters);
+        if (!parameters_.fields.empty() && !is_incomplete_)
+            load_fields(directories);
         if (!is_incomplete_)
             check_whole(directories);
     }
@@ -313,6 +322,60 @@ class FileWalk {
         refused = std::move(refused_here);
     }
 
+    // Decodes the fields of all levels, whose masks are known. An error ends the walk of the fields.
+    void load_fields(const std::vector<LevelDirectory> &directories) {
+        const Result<FieldTable> table = decode_fields(stored(*find(SectionType::fields)));
+        if (!table) // check_small_sections has reported it
+            return;
+        for (std::size_t f = 0; f < table->fields.size(); ++f) {
+            model_.levels[0].fields.emplace_back(table->fields[f].bytes);
+            set_stored_value(model_.levels[0].fields[f], 0, table->fields[f].bytes, table->roots[f]);
+        }
+        for (std::size_t level = 1; level < directories.size() && !is_incomplete_; ++level)
+            load_fields(directories[level]);
+    }
+
+    void load_fields(const LevelDirectory &level) {
+        const auto instance = static_cast<std::uint32_t>(level.level);
+        const SectionEntry &entry = *find(SectionType::field_directory, instance);
+        const SectionEntry &values = *find(SectionType::field_values, instance);
+        const std::vector<Field> &fields = parameters_.fields;
+        const Result<FieldDirectory> directory = decode_field_directory(stored(entry), level, fields, values);
+        if (!directory) {
+            is_incomplete_ = true;
+            Error error = directory.error();
+            error.offset += entry.offset;
+            if (!is_changed(entry))
+                fault(error, name(entry));
+            return;
+        }
+        Level &here = model_.levels[instance];
+        const Level &above = model_.levels[instance - 1];
+        for (const Field &field : fields)
+            here.fields.emplace_back(static_cast<std::size_t>(level.points) * field.bytes);
+        std::vector<Status> results(level.chunks.size());
+        parallel_for(results.size(), options_.threads, [&](std::size_t i) {
+            const ChunkEntry &chunk = level.chunks[i];
+            Bytes decoded;
+            for (std::size_t f = 0; f < fields.size() && results[i]; ++f) {
+                const std::uint64_t bytes = fields[f].bytes;
+                const FieldEntry &at = directory->at(i, f);
+                results[i] =
+                    decode_field(at, fields[f], stored({at.offset, at.stream.stored_bytes}),
+                                 slice(here.masks, chunk.first_node, chunk.shape.nodes),
+                                 slice(above.fields[f], bytes * chunk.first_node, bytes * chunk.shape.nodes), decoded);
+                if (results[i])
+                    std::copy(decoded.begin(), decoded.end(),
+                              here.fields[f].begin() + static_cast<std::ptrdiff_t>(bytes * chunk.first_point));
+            }
+        });
+        for (std::size_t i = 0; i < results.size(); ++i) {
+            is_incomplete_ |= !results[i];
+            if (!results[i])
+                fault(results[i].error(), name(values), static_cast<std::int64_t>(i));
+        }
+    }
+
     // Verifies a chunk of a mapped file in place and copies it; its parent must not be refused.
     Status load_mapped(const ChunkEntry &entry, const LevelDirectory &directory_above, const ChunkRules &rules,
                        Chunk &to) const {
@@ -348,6 +411,9 @@ class FileWalk {
             return;
         if (const Status status = check_content_id(header_, content_id(model_, shapes, header_.chunk_points)); !status)
             fault(status.error(), "header");
+        if (const SectionEntry *const fields = find(SectionType::fields))
+            if (const Status status = check_fields_id(stored(*fields), fields->offset, model_.levels.back()); !status)
+                fault(status.error(), name(*fields));
         if (advises() && !found_fault_)
             advise(directories);
         if (deep())
@@ -375,9 +441,13 @@ class FileWalk {
 
     void check_averages(const std::vector<LevelDirectory> &directories) {
         std::vector<PointAttributes> stored_points;
-        for (std::size_t level = 0; level + 1 < model_.levels.size(); ++level)
+        std::vector<std::vector<Bytes>> stored_fields;
+        for (std::size_t level = 0; level + 1 < model_.levels.size(); ++level) {
             stored_points.push_back(std::move(model_.levels[level].points));
+            stored_fields.push_back(std::exchange(model_.levels[level].fields, {}));
+        }
         average_levels(model_, options_.threads);
+        check_field_averages(stored_fields);
         for (std::size_t level = root_is_wrong_ ? 1 : 0; level < stored_points.size(); ++level) {
             const PointAttributes &computed = model_.levels[level].points;
             if (stored_points[level] == computed)
@@ -390,6 +460,19 @@ class FileWalk {
                 chunk += candidate.first_point <= wrong.point ? 1 : 0;
             fault(wrong.error, level == 0 ? "header" : name(*entry), chunk);
         }
+    }
+
+    void check_field_averages(const std::vector<std::vector<Bytes>> &stored_fields) {
+        for (std::size_t level = 0; level < stored_fields.size(); ++level)
+            for (std::size_t f = 0; f < stored_fields[level].size(); ++f) {
+                const SectionEntry &entry = level == 0
+                                                ? *find(SectionType::fields)
+                                                : *find(SectionType::field_values, static_cast<std::uint32_t>(level));
+                if (const Status status = check_field_average(parameters_.fields[f], level, stored_fields[level][f],
+                                                              model_.levels[level].fields[f], entry.offset);
+                    !status)
+                    fault(status.error(), name(entry));
+            }
     }
 
     void advise(const std::vector<LevelDirectory> &directories) {

@@ -6,6 +6,16 @@
 
 namespace pbm {
 
+StreamEntry unpack_stream_entry(std::uint32_t packed) {
+    return {.stored_bytes = packed & 0xFFFFFF,
+            .filter = static_cast<Filter>(packed >> 24 & 0x7F),
+            .zstd = packed >> 31 != 0};
+}
+
+std::uint32_t pack_stream_entry(const StreamEntry &entry) {
+    return entry.stored_bytes | static_cast<std::uint32_t>(entry.filter) << 24 | (entry.zstd ? 1U << 31 : 0U);
+}
+
 std::size_t chunk_entry_bytes(const AttributeSet &set) { return kChunkEntryFixedBytes + 4 * streams_of(set).size(); }
 
 std::uint64_t decoded_bytes(const LevelDirectory &directory, const AttributeSet &set) {
@@ -30,12 +40,8 @@ void read_chunk_entry(ByteReader &in, std::size_t stream_count, ChunkEntry &chun
     chunk.shape.root_depth = in.u8();
     in.zeros(7);
     chunk.streams.resize(stream_count);
-    for (StreamEntry &stream : chunk.streams) {
-        const std::uint32_t packed = in.u32();
-        stream.stored_bytes = packed & 0xFFFFFF;
-        stream.filter = static_cast<Filter>(packed >> 24 & 0x7F);
-        stream.zstd = packed >> 31 != 0;
-    }
+    for (StreamEntry &stream : chunk.streams)
+        stream = unpack_stream_entry(in.u32());
 }
 
 // Rules of one entry that depend only on the level and the chunk limit N. BVG.md 5.3

@@ -3,7 +3,7 @@
 // for a packed chunk whose bricks it cannot index. BVG.md 2.18, 3.2.14, 5.2, 5.5.11, 5.10.2
 #pragma once
 
-#include "pbm_format/container/layout.h"
+#include "pbm_format/container/field_sections.h"
 
 namespace pbm {
 
@@ -37,6 +37,11 @@ bool read_small_sections(const FileHeader &header, std::span<const SectionEntry>
         all &= read(*texture, parameters.texture.emplace_back(), decode_texture);
     if (const SectionEntry *ground = section(SectionType::ground_plane))
         all &= read(*ground, parameters.ground, decode_ground_plane);
+    if (const SectionEntry *fields = section(SectionType::fields)) {
+        FieldTable table;
+        all &= read(*fields, table, decode_fields);
+        parameters.fields = std::move(table.fields);
+    }
     return all;
 }
 

@@ -7,29 +7,62 @@
 namespace pbm {
 
 namespace {
-constexpr std::string_view kUnknownSection = "unknown";
+
+constexpr std::array kSections{
+    SectionTraits{.type = SectionType::metadata, .name = "metadata"},
+    SectionTraits{.type = SectionType::grid, .name = "grid"},
+    SectionTraits{.type = SectionType::attributes, .name = "attributes"},
+    SectionTraits{.type = SectionType::materials, .name = "materials"},
+    SectionTraits{.type = SectionType::lights, .name = "lights"},
+    SectionTraits{.type = SectionType::texture, .name = "texture"},
+    SectionTraits{.type = SectionType::ground_plane, .name = "ground plane"},
+    SectionTraits{.type = SectionType::fields, .name = "fields", .is_optional = true},
+    SectionTraits{.type = SectionType::level_directory, .name = "directory", .is_of_level = true},
+    SectionTraits{.type = SectionType::level_chunks,
+                  .name = "chunks",
+                  .is_of_level = true,
+                  .is_coded = true,
+                  .mapped_alignment = kMappedChunksAlignment},
+    SectionTraits{.type = SectionType::level_bricks,
+                  .name = "bricks",
+                  .is_of_level = true,
+                  .mapped_alignment = kMappedStreamAlignment},
+    SectionTraits{.type = SectionType::ground_texture,
+                  .name = "ground texture",
+                  .is_coded = true,
+                  .is_raster = true,
+                  .mapped_alignment = kMappedStreamAlignment},
+    SectionTraits{.type = SectionType::ground_lit,
+                  .name = "ground light",
+                  .is_coded = true,
+                  .is_raster = true,
+                  .mapped_alignment = kMappedStreamAlignment},
+    SectionTraits{.type = SectionType::panorama,
+                  .name = "panorama",
+                  .is_coded = true,
+                  .is_raster = true,
+                  .mapped_alignment = kMappedStreamAlignment},
+    SectionTraits{
+        .type = SectionType::field_directory, .name = "field directory", .is_of_level = true, .is_optional = true},
+    SectionTraits{.type = SectionType::field_values,
+                  .name = "field values",
+                  .is_of_level = true,
+                  .is_coded = true,
+                  .is_optional = true},
+};
+
+} // namespace
+
+const SectionTraits *traits_of(SectionType type) {
+    const auto *const found = std::find_if(kSections.begin(), kSections.end(),
+                                           [&](const SectionTraits &traits) { return traits.type == type; });
+    return found == kSections.end() ? nullptr : found;
 }
 
 std::string_view to_string(SectionType type) {
-    switch (type) {
-    case SectionType::metadata: return "metadata";
-    case SectionType::grid: return "grid";
-    case SectionType::attributes: return "attributes";
-    case SectionType::materials: return "materials";
-    case SectionType::lights: return "lights";
-    case SectionType::texture: return "texture";
-    case SectionType::ground_plane: return "ground plane";
-    case SectionType::level_directory: return "directory";
-    case SectionType::level_chunks: return "chunks";
-    case SectionType::level_bricks: return "bricks";
-    case SectionType::ground_texture: return "ground texture";
-    case SectionType::ground_lit: return "ground light";
-    case SectionType::panorama: return "panorama";
-    }
-    return kUnknownSection;
+    const SectionTraits *const traits = traits_of(type);
+    return traits == nullptr ? SectionTraits().name : traits->name;
 }
-
-bool is_known(SectionType type) { return to_string(type) != kUnknownSection; }
 
 std::string_view to_string(Storage storage) { return storage == Storage::mapped ? "mapped" : "packed"; }
 
@@ -170,45 +203,53 @@ std::string place_name(const SectionEntry &entry) {
 }
 
 // 3.2.15, 3.2.16
-Status check_storage(const SectionEntry &entry, Storage storage, std::uint64_t at) {
-    const bool bricks = entry.type == SectionType::level_bricks;
+Status check_storage(const SectionEntry &entry, const SectionTraits &traits, Storage storage, std::uint64_t at) {
     if (storage == Storage::packed)
-        return bricks ? broken("3.2.15", at, "bricks in a file that is not mapped", "mapped", "packed") : Status{};
-    const bool chunks = entry.type == SectionType::level_chunks;
-    const std::uint32_t alignment = chunks ? kMappedChunksAlignment : kMappedStreamAlignment;
-    if ((bricks || chunks || is_raster(entry.type)) && entry.alignment != alignment)
-        return broken("3.2.16", at + 16, std::string(to_string(entry.type)) + ": not the alignment of a mapped file",
-                      alignment, entry.alignment);
+        return entry.type == SectionType::level_bricks
+                   ? broken("3.2.15", at, "bricks in a file that is not mapped", "mapped", "packed")
+                   : Status{};
+    if (traits.mapped_alignment != 0 && entry.alignment != traits.mapped_alignment)
+        return broken("3.2.16", at + 16, std::string(traits.name) + ": not the alignment of a mapped file",
+                      traits.mapped_alignment, entry.alignment);
     return {};
+}
+
+// 3.2.7
+Status check_instance(const SectionEntry &entry, const SectionTraits &traits, int depth, std::uint64_t at) {
+    const std::uint32_t first = traits.is_of_level ? 1 : 0;
+    const std::uint32_t last = traits.is_of_level                      ? static_cast<std::uint32_t>(depth)
+                               : entry.type == SectionType::ground_lit ? kMaxLights - 1
+                                                                       : 0;
+    if (entry.instance >= first && entry.instance <= last)
+        return {};
+    return broken("3.2.7", at + 8, std::string(traits.name) + ": no such instance",
+                  first == last ? std::to_string(first) : std::to_string(first) + ".." + std::to_string(last),
+                  entry.instance);
 }
 
 // Rules of one entry that depend only on the entry and the header.
 Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uint64_t at) {
-    const std::string name(to_string(entry.type));
-    const bool chunks = entry.type == SectionType::level_chunks;
-    const bool of_level =
-        chunks || entry.type == SectionType::level_directory || entry.type == SectionType::level_bricks;
-    const bool coded = chunks || is_raster(entry.type);
-    const bool has_instance = entry.type == SectionType::ground_lit ? entry.instance < kMaxLights : entry.instance == 0;
-    const Codec codec = coded && header.storage() == Storage::packed ? Codec::zstd_chunks : Codec::raw;
-    if (!is_known(entry.type)) {
-        if ((entry.flags & kCriticalFlag) != 0)
-            return broken("3.2.4", at, "a critical section of a type this program does not know", "a known type",
-                          static_cast<std::uint32_t>(entry.type));
-    } else if (entry.codec != codec) {
+    const SectionTraits *const known = traits_of(entry.type);
+    const SectionTraits traits = known == nullptr ? SectionTraits() : *known;
+    const std::string name(traits.name);
+    const Codec codec = traits.is_coded && header.storage() == Storage::packed ? Codec::zstd_chunks : Codec::raw;
+    const bool is_critical = (entry.flags & kCriticalFlag) != 0;
+    if (known == nullptr && is_critical)
+        return broken("3.2.4", at, "a critical section of a type this program does not know", "a known type",
+                      static_cast<std::uint32_t>(entry.type));
+    if (known != nullptr && entry.codec != codec)
         return broken("3.2.5", at + 4,
                       name + ": codec unknown to this program, or not that of a " +
                           std::string(to_string(header.storage())) + " file",
                       static_cast<std::uint16_t>(codec), static_cast<std::uint16_t>(entry.codec));
-    }
     if ((entry.flags & ~kCriticalFlag) != 0)
         return broken("3.2.6", at + 6, name + ": unknown flag", "0..1", entry.flags);
-    if (of_level ? entry.instance < 1 || entry.instance > header.depth : is_known(entry.type) && !has_instance)
-        return broken("3.2.7", at + 8, name + ": no such instance",
-                      of_level                                ? "1.." + std::to_string(header.depth)
-                      : entry.type == SectionType::ground_lit ? "0..7"
-                                                              : "0",
-                      entry.instance);
+    if (traits.is_optional && is_critical)
+        return broken("17.1.3", at + 6, name + ": a critical section, which readers of version 1.0 refuse", 0,
+                      entry.flags);
+    if (known != nullptr)
+        if (const Status status = check_instance(entry, traits, header.depth, at); !status)
+            return status;
     if (!std::has_single_bit(entry.alignment) || entry.alignment < kSectionAlignment || entry.alignment > 65536)
         return broken("3.2.8", at + 16, name + ": alignment is not a power of two from 8 to 65,536",
                       "a power of two, 8..65536", entry.alignment);
@@ -219,12 +260,25 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
                       "less than 32768 x (" + std::to_string(entry.stored_bytes) + " + 1)", entry.raw_bytes);
     const bool counted = entry.element_bytes > 0 && entry.raw_bytes % entry.element_bytes == 0 &&
                          entry.raw_bytes / entry.element_bytes == entry.count;
-    if (is_known(entry.type) && (coded ? entry.element_bytes != 0 : !counted))
+    if (known != nullptr && (traits.is_coded ? entry.element_bytes != 0 : !counted))
         return broken("3.2.13", at + 12, name + ": element size and count do not give the raw size",
-                      coded ? Value(0) : Value(entry.raw_bytes),
-                      coded ? Value(entry.element_bytes)
-                            : Value(std::to_string(entry.element_bytes) + " x " + std::to_string(entry.count)));
-    return check_storage(entry, header.storage(), at);
+                      traits.is_coded ? Value(0) : Value(entry.raw_bytes),
+                      traits.is_coded
+                          ? Value(entry.element_bytes)
+                          : Value(std::to_string(entry.element_bytes) + " x " + std::to_string(entry.count)));
+    return known == nullptr ? Status() : check_storage(entry, traits, header.storage(), at);
+}
+
+// 17.1.1
+Status check_field_sections(std::span<const SectionEntry> entries, const FileHeader &header) {
+    const bool wanted = find_section(entries, SectionType::fields) != nullptr;
+    for (std::uint32_t level = 1; level <= header.depth; ++level)
+        for (const SectionType type : {SectionType::field_directory, SectionType::field_values})
+            if ((find_section(entries, type, level) != nullptr) != wanted)
+                return broken("17.1.1", kHeaderBytes,
+                              "fields need their " + std::string(to_string(type)) +
+                                  " of each level and the fields section: not so at level " + std::to_string(level));
+    return {};
 }
 
 } // namespace
@@ -300,6 +354,8 @@ Result<std::vector<SectionEntry>> decode_section_table(ByteView start, const Fil
                 (type != SectionType::level_bricks || header.storage() == Storage::mapped))
                 return broken("3.1.8", kHeaderBytes,
                               "no " + std::string(to_string(type)) + " for level " + std::to_string(level));
+    if (const Status status = check_field_sections(entries, header); !status)
+        return status.error();
     return entries;
 }
 

@@ -7,6 +7,7 @@
 //          ...
 //          directory, bricks, chunks of level depth                        (fine)
 //          rasters: ground texture, lit fractions of the ground, panorama
+//          directories of fields, level by level, then their values
 //
 // Only mapped files have bricks.
 #pragma once
@@ -25,7 +26,7 @@ namespace pbm {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'B', 'V', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
 inline constexpr std::uint16_t kMajorVersion = 1;
-inline constexpr std::uint16_t kMinorVersion = 0;
+inline constexpr std::uint16_t kMinorVersion = 1; // the highest that this version writes
 inline constexpr std::uint32_t kEndianTag = 0x01020304;
 inline constexpr std::size_t kHeaderBytes = 128;
 inline constexpr std::size_t kSectionEntryBytes = 64;
@@ -41,12 +42,13 @@ inline constexpr std::uint32_t kMinChunkPoints = 512;
 enum class Storage : std::uint8_t { packed, mapped };
 std::string_view to_string(Storage storage);
 inline constexpr std::uint64_t kMappedFeature = 1;            // required feature bit of mapped files
+inline constexpr std::uint64_t kFieldsFeature = 1;            // optional feature bit of files with fields
 inline constexpr std::uint32_t kMappedChunksAlignment = 4096; // of their sections of chunks: a page
 inline constexpr std::uint32_t kMappedStreamAlignment = 64;   // of their streams and sections of bricks: a cache line
 
 struct FileHeader {
     std::uint16_t major = kMajorVersion;
-    std::uint16_t minor = kMinorVersion;
+    std::uint16_t minor = 0;
     std::uint32_t endian = kEndianTag;
     std::uint64_t file_size = 0;
     std::uint64_t table_offset = kHeaderBytes;
@@ -77,19 +79,32 @@ enum class SectionType : std::uint32_t {
     lights = 5,
     texture = 6,
     ground_plane = 7,
+    fields = 8,
     level_directory = 16, // instance = level
     level_chunks = 17,    // instance = level
     level_bricks = 18,    // instance = level; mapped files only
     ground_texture = 24,  // raster
     ground_lit = 25,      // raster; instance = light
     panorama = 32,        // raster
+    field_directory = 40, // instance = level
+    field_values = 41,    // instance = level
 };
+
+// What its type says of a section. BVG.md 3.2 and 17.1
+struct SectionTraits {
+    SectionType type{};
+    std::string_view name = "unknown";
+    bool is_of_level = false;           // its instance is a level
+    bool is_coded = false;              // made of parts of any size: codec 1 in packed files, no element size
+    bool is_raster = false;             // image_section.h lays it out
+    bool is_optional = false;           // a reader that does not know it ignores it
+    std::uint32_t mapped_alignment = 0; // that it must have in mapped files; 0: any
+};
+// Null: a type that this version does not know.
+const SectionTraits *traits_of(SectionType type);
 std::string_view to_string(SectionType type);
-bool is_known(SectionType type); // in this version
-// Whether image_section.h lays out the section.
-inline bool is_raster(SectionType type) {
-    return type == SectionType::ground_texture || type == SectionType::ground_lit || type == SectionType::panorama;
-}
+inline bool is_known(SectionType type) { return traits_of(type) != nullptr; }
+inline bool is_raster(SectionType type) { return is_known(type) && traits_of(type)->is_raster; }
 
 enum class Codec : std::uint16_t { raw = 0, zstd_chunks = 1 }; // chunks, or tiles of rasters
 
@@ -109,7 +124,7 @@ struct SectionEntry {
     std::uint64_t hash = 0;  // XXH3-64 of the stored bytes
 
     FileRange range() const { return {offset, stored_bytes}; }
-    // Sort key: small sections by type, then directory, bricks and chunks level by level, then rasters.
+    // Sort key: small sections by type, then directory, bricks and chunks level by level, then rasters, then fields.
     std::array<std::uint32_t, 3> order() const;
 };
 
@@ -153,6 +168,9 @@ struct StreamEntry {
     bool zstd = false; // one zstd frame, else raw bytes; filters have this flag per plane
     bool operator==(const StreamEntry &) const = default;
 };
+
+StreamEntry unpack_stream_entry(std::uint32_t packed);
+std::uint32_t pack_stream_entry(const StreamEntry &entry);
 
 // Entry per plane, in front of the planes of a filtered stream: size (24 bits), zero (7 bits), zstd flag (1 bit).
 inline constexpr std::size_t kPlaneEntryBytes = 4;

@@ -148,8 +148,7 @@ Bytes encode_directory(const LevelDirectory &directory, const AttributeSet &set)
         out.u8(chunk.shape.root_depth);
         out.zeros(7);
         for (const StreamEntry &stream : chunk.streams)
-            out.u32(stream.stored_bytes | static_cast<std::uint32_t>(stream.filter) << 24 |
-                    (stream.zstd ? 1U << 31 : 0U));
+            out.u32(pack_stream_entry(stream));
     }
     static_cast<void>(set);
     return out.take();

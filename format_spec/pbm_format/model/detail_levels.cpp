@@ -261,6 +261,7 @@ void average_levels(Model &model, int threads) {
         average_masks<EverySum>(model, masks, threads);
     else
         average_masks<CommonSums>(model, masks, threads);
+    average_fields(model, threads);
 }
 
 } // namespace pbm

@@ -137,5 +137,7 @@ struct Model {
 // Fills levels depth-1 .. 0 with the averages of the finest points (BVG.md 7): integer sums, one vote per
 // finest point, independent of order, compiler and threads. Requires all `levels[L].masks` and `levels.back().points`.
 void average_levels(Model &model, int threads);
+// The same for the fields (BVG.md 17.3), whose finest values are there; part of average_levels.
+void average_fields(Model &model, int threads);
 
 } // namespace pbm

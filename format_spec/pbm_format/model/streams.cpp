@@ -43,7 +43,7 @@ Filter filter_of(const StreamInfo &stream, const AttributeSet &set) {
 }
 
 std::size_t plane_count(Filter filter) {
-    constexpr std::array<std::uint8_t, 10> kPlanes{0, 1, 2, 1, 3, 3, 1, 1, 1, 0}; // by filter
+    constexpr std::array<std::uint8_t, 11> kPlanes{0, 1, 2, 1, 3, 3, 1, 1, 1, 0, 2}; // by filter
     return kPlanes.at(static_cast<std::size_t>(filter));
 }
 

@@ -62,7 +62,8 @@ enum class Filter : std::uint8_t {
     material = 6,
     texture = 7,
     shadow = 8,
-    texels = 9 // for tiles of rasters: texel_filter.h
+    texels = 9,  // for tiles of rasters: texel_filter.h
+    field16 = 10 // for fields of two bytes: field_chunk.h
 };
 
 // How a coarser point gets its value from the points below it: the normal of their sum or plane, the smallest covering

@@ -1,4 +1,5 @@
 #include "pbm_format/law/catalogue.h"
+#include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/load_model.h"
 #include "system/threads/parallel.h"
 #include "system/threads/per_thread.h"
@@ -64,6 +65,8 @@ Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint6
             return directory.error();
         directories.push_back(*directory);
         memory += decoded_bytes(**directory, set);
+        for (std::size_t f = 0; options.fields && f < reader.parameters().fields.size(); ++f)
+            memory += (*directory)->points * reader.parameters().fields[f].bytes;
     }
     if (memory > addressable(options.max_memory))
         return broken("system.memory", 0,
@@ -80,6 +83,9 @@ Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint6
     for (int level = 1; level <= last; ++level)
         if (Status status = load_level(reader, *directories[static_cast<std::size_t>(level)], options.threads, model);
             !status)
+            return std::move(status).error();
+    if (options.fields)
+        if (Status status = load_fields(reader, options.threads, model); !status)
             return std::move(status).error();
     return model;
 } catch (const std::bad_alloc &) {

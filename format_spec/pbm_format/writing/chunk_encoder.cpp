@@ -23,19 +23,17 @@ namespace {
 // Whether a search for matches in the plain stream can pay: not if it has twice the filtered size without them.
 bool may_become_smaller(std::size_t plain, std::size_t filtered) { return plain / 2 < filtered; }
 
-// Appends the smaller of the filtered and the plain stream.
-StreamEntry append_stream(const StreamContext &context, ByteView masks, const PointView &points,
-                          const ParentNodes &parents, const ChunkCoding &coding, Bytes &out) {
+// Appends the smaller of the plain stream `raw` and the filtered one, whose planes may be absent.
+StreamEntry append_smaller(ByteView raw, const std::optional<std::vector<Bytes>> &planes, Filter filter,
+                           const ChunkCoding &coding, Bytes &out) {
     struct Coded {
         Bytes plain, filtered;
     };
     Coded &coded = per_thread<Coded>();
     Bytes &plain = coded.plain, &filtered = coded.filtered;
     filtered.clear();
-    const auto planes = coding.filters ? filter_stream(context, masks, points, parents) : std::nullopt;
     if (planes)
         append_planes(*planes, coding.compression_level, filtered);
-    const Bytes raw = raw_stream(context, masks, points);
     const auto store_plain = [&](int level) {
         plain.clear();
         const StoredFrame frame = append_frame(raw, level, plain);
@@ -45,12 +43,17 @@ StreamEntry append_stream(const StreamContext &context, ByteView masks, const Po
     if (planes && coding.compression_level > 1 && may_become_smaller(plain.size(), filtered.size()))
         entry = store_plain(coding.compression_level);
     if (planes && filtered.size() < plain.size())
-        entry = {.stored_bytes = static_cast<std::uint32_t>(filtered.size()),
-                 .filter = filter_of(context.stream, context.set),
-                 .zstd = false};
+        entry = {.stored_bytes = static_cast<std::uint32_t>(filtered.size()), .filter = filter, .zstd = false};
     const Bytes &stored = entry.filter == Filter::none ? plain : filtered;
     out.insert(out.end(), stored.begin(), stored.end());
     return entry;
+}
+
+StreamEntry append_stream(const StreamContext &context, ByteView masks, const PointView &points,
+                          const ParentNodes &parents, const ChunkCoding &coding, Bytes &out) {
+    return append_smaller(raw_stream(context, masks, points),
+                          coding.filters ? filter_stream(context, masks, points, parents) : std::nullopt,
+                          filter_of(context.stream, context.set), coding, out);
 }
 
 // Appends the raw stream, padded with zeros to the alignment of mapped streams. The chunk starts at `start` in `out`.
@@ -84,6 +87,30 @@ void encode_chunk(const Model &model, int level, const ChunkCoding &coding, Chun
     }
     entry.stored_bytes = out.size() - start;
     entry.hash = hash64(ByteView(out).subspan(start));
+}
+
+FieldEntry encode_field(const Model &model, int level, std::size_t field, const ChunkEntry &chunk,
+                        const ChunkCoding &coding, Bytes &out) {
+    const Field &kind = model.parameters.fields[field];
+    const Level &here = model.levels[static_cast<std::size_t>(level)];
+    const Level &above = model.levels[static_cast<std::size_t>(level) - 1];
+    const auto values = [&](const Level &of, std::uint64_t first, std::uint64_t count) {
+        return slice(of.fields[field], kind.bytes * first, kind.bytes * count);
+    };
+    const ByteView points = values(here, chunk.first_point, chunk.shape.points);
+    const std::size_t start = out.size();
+    FieldEntry entry;
+    if (coding.storage == Storage::mapped) {
+        out.insert(out.end(), points.begin(), points.end());
+        entry.stream.stored_bytes = static_cast<std::uint32_t>(points.size());
+    } else {
+        const auto planes = coding.filters ? filter_field(kind, slice(here.masks, chunk.first_node, chunk.shape.nodes),
+                                                          points, values(above, chunk.first_node, chunk.shape.nodes))
+                                           : std::nullopt;
+        entry.stream = append_smaller(points, planes, filter_of(kind), coding, out);
+    }
+    entry.hash = hash64(ByteView(out).subspan(start));
+    return entry;
 }
 
 } // namespace pbm

@@ -1,8 +1,8 @@
 // Encodes chunks; chunk.h decodes them. BVG.md 5 and 6
 #pragma once
 
-#include "pbm_format/container/layout.h"
-#include "pbm_format/model/streams.h"
+#include "pbm_format/container/field_sections.h"
+#include "pbm_format/model/model.h"
 
 namespace pbm {
 
@@ -18,5 +18,9 @@ struct ChunkCoding {
 // Encodes the streams of one chunk, whose shape and place in `model` are in `entry`. Fills the rest of `entry` and
 // appends the stored bytes to `out`. Deterministic for one version of zstd.
 void encode_chunk(const Model &model, int level, const ChunkCoding &coding, ChunkEntry &entry, Bytes &out);
+
+// Appends the values of one field in the chunk `chunk`, which has been encoded. BVG.md 17.5
+FieldEntry encode_field(const Model &model, int level, std::size_t field, const ChunkEntry &chunk,
+                        const ChunkCoding &coding, Bytes &out);
 
 } // namespace pbm

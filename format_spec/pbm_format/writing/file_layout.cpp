@@ -59,7 +59,7 @@ std::vector<EncodedSection> encode_small_sections(const ModelParameters &paramet
 }
 
 void FileLayout::add(SectionEntry entry, Bytes stored) {
-    entry.flags = kCriticalFlag;
+    entry.flags = traits_of(entry.type)->is_optional ? 0 : kCriticalFlag;
     entry.stored_bytes = stored.size();
     entry.hash = hash64(stored);
     entries_.push_back(entry);
@@ -68,8 +68,14 @@ void FileLayout::add(SectionEntry entry, Bytes stored) {
 
 Bytes FileLayout::assemble(FileHeader header) {
     std::uint64_t end = kHeaderBytes + entries_.size() * kSectionEntryBytes;
+    header.minor = 0;
+    header.optional_features = 0;
     header.raw_bytes = 0;
     for (SectionEntry &entry : entries_) {
+        if (entry.type == SectionType::fields) {
+            header.minor = kMinorVersion;
+            header.optional_features = kFieldsFeature;
+        }
         entry.offset = (end + entry.alignment - 1) / entry.alignment * entry.alignment;
         end = entry.offset + entry.stored_bytes;
         header.raw_bytes += entry.raw_bytes;

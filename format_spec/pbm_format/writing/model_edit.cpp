@@ -42,8 +42,8 @@ Status check_edit(const ModelParameters &file, const ModelEdit &edit) {
     if (wanted.grid.up != file.grid.up && file.ground)
         return refuse("the up axis of a model with a ground plane is fixed; build it anew with --up");
     grid.up = file.grid.up;
-    if (grid != file.grid || wanted.attributes != file.attributes)
-        return refuse("an edit keeps grid and attributes of the file");
+    if (grid != file.grid || wanted.attributes != file.attributes || wanted.fields != file.fields)
+        return refuse("an edit keeps grid, attributes and fields of the file");
     if (wanted.materials.size() != file.materials.size())
         return refuse("an edit keeps the number of materials: points name them by number");
     if (!std::equal(wanted.texture.begin(), wanted.texture.end(), file.texture.begin(), file.texture.end(),
@@ -86,14 +86,13 @@ Bytes with_small_sections(ByteView file, const Reader &reader, const Model &mode
     for (EncodedSection &section : encode_small_sections(model.parameters, model.metadata))
         layout.add(std::move(section));
     for (const SectionEntry &entry : reader.sections()) {
-        if (entry.type < SectionType::level_directory || !is_known(entry.type))
+        const bool is_edited = entry.type < SectionType::level_directory && entry.type != SectionType::fields;
+        if (is_edited || !is_known(entry.type))
             continue;
         const ByteView stored = slice(file, entry.offset, entry.stored_bytes);
         layout.add(entry, Bytes(stored.begin(), stored.end()));
     }
     FileHeader header = reader.header();
-    header.minor = kMinorVersion;
-    header.optional_features = 0;
     header.content_id = content_id_of(model, header.chunk_points);
     return layout.assemble(header);
 }
@@ -125,7 +124,7 @@ Result<Bytes> edited_model(ByteView file, const ModelEdit &edit, const EditOptio
         return reader.error();
     if (Status allowed = check_edit(reader->parameters(), edit); !allowed)
         return allowed.error();
-    auto model = load_model(*reader, {.threads = options.threads, .max_memory = options.max_memory});
+    auto model = load_model(*reader, {.threads = options.threads, .max_memory = options.max_memory, .fields = true});
     if (!model)
         return model.error();
     model->parameters = edit.parameters;

@@ -156,7 +156,8 @@ std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, By
     const auto values = [&](const PointView &of) { return of.values(context.stream); };
     switch (filter) {
     case Filter::none:
-    case Filter::texels: return std::nullopt;
+    case Filter::texels:
+    case Filter::field16: return std::nullopt;
     case Filter::mask_rank:
         planes[0].resize(masks.size());
         rank_masks(masks, {.parent_masks = parents.masks, .node_normals = parents.nodes.normals}, planes[0]);
@@ -197,6 +198,25 @@ std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, By
     if (!possible)
         return std::nullopt;
     return planes;
+}
+
+std::optional<std::vector<Bytes>> filter_field(const Field &field, ByteView masks, ByteView points, ByteView parents) {
+    std::vector<Bytes> planes(field.bytes);
+    const std::size_t codes = count_siblings(masks);
+    PlaneWriter low(planes[0], codes), high(planes.back(), codes);
+    const auto change = [&](std::size_t node, std::size_t point) {
+        return static_cast<int>(stored_value(points, point, field.bytes)) -
+               static_cast<int>(stored_value(parents, node, field.bytes));
+    };
+    const bool possible = for_siblings(
+        masks, [&](std::size_t node, std::size_t point) { return change(node, point) == 0; },
+        [&](std::size_t node, std::size_t point) {
+            const unsigned code = zigzag(change(node, point), 8 * field.bytes);
+            if (field.bytes == 2)
+                high.push(code >> 8);
+            low.push(code);
+        });
+    return possible ? std::optional(std::move(planes)) : std::nullopt;
 }
 
 } // namespace pbm

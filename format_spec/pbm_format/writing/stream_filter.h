@@ -1,6 +1,7 @@
 // Filters streams; unfilter.h inverts that. BVG.md 5.8
 #pragma once
 
+#include "pbm_format/model/field.h"
 #include "pbm_format/model/streams.h"
 
 #include <optional>
@@ -12,5 +13,8 @@ namespace pbm {
 // differs from its parent. `masks` are the chunk's.
 std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, ByteView masks, const PointView &points,
                                                 const ParentNodes &parents);
+
+// Planes of a field's stored values in a chunk, whose nodes have the values `parents`. BVG.md 17.5
+std::optional<std::vector<Bytes>> filter_field(const Field &field, ByteView masks, ByteView points, ByteView parents);
 
 } // namespace pbm

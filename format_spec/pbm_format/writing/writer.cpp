@@ -63,9 +63,27 @@ void add_rasters(FileLayout &layout, const ModelImages &images, const WriteOptio
     add_raster(layout, SectionType::panorama, 0, images.panorama, options);
 }
 
-// Checks parameters and rasters, so that what a reader would refuse is refused before any work.
+FieldTable field_table(const Model &model) {
+    FieldTable table{.id = {}, .fields = model.parameters.fields, .roots = {}};
+    for (std::size_t f = 0; f < table.fields.size(); ++f)
+        table.roots.push_back(
+            static_cast<std::uint16_t>(stored_value(model.levels[0].fields[f], 0, table.fields[f].bytes)));
+    table.id = fields_id(table, model.levels.back());
+    return table;
+}
+
+Status check_fields(const Model &model) {
+    if (model.parameters.fields.empty())
+        return {};
+    const Result<FieldTable> decoded = decode_fields(encode_fields(field_table(model)));
+    return decoded ? Status() : decoded.error();
+}
+
+// Checks parameters, fields and rasters, so that what a reader would refuse is refused before any work.
 Status check_encodable(const Model &model) {
     Status status = check_small_sections(model.parameters, model.metadata);
+    if (status)
+        status = check_fields(model);
     if (status)
         status = check_rasters(model.parameters, !model.images.ground_texture.empty(), model.images.ground_lit.size());
     return status ? check_shapes(model.images) : status;
@@ -75,6 +93,9 @@ struct EncodedChunk {
     ChunkEntry entry;
     Bytes stored;
     std::vector<BrickRecord> bricks; // only for mapped files
+    std::vector<FieldEntry> fields;
+    Bytes stored_fields;
+    std::uint32_t points = 0;
 };
 
 // Computes the bricks of the chunks of `level` from those of the level above.
@@ -134,6 +155,31 @@ void add_level(FileLayout &layout, const AttributeSet &set, int level, Storage s
     layout.add(entry, std::move(stored));
 }
 
+// Adds the directory of the fields of a level, or their values. Moves the values out of `chunks`.
+void add_field_directory(FileLayout &layout, std::size_t fields, std::uint32_t level,
+                         std::span<const EncodedChunk> chunks) {
+    FieldDirectory directory{.entries = {}, .fields = fields};
+    for (const EncodedChunk &chunk : chunks)
+        directory.entries.insert(directory.entries.end(), chunk.fields.begin(), chunk.fields.end());
+    layout.add(record_section(SectionType::field_directory, level,
+                              static_cast<std::uint32_t>(kFieldEntryBytes * fields),
+                              encode_field_directory(directory)));
+}
+void add_field_values(FileLayout &layout, std::span<const Field> fields, std::uint32_t level, Storage storage,
+                      std::span<EncodedChunk> chunks) {
+    SectionEntry entry{.type = SectionType::field_values, .instance = level, .element_bytes = 0};
+    entry.codec = storage == Storage::packed ? Codec::zstd_chunks : Codec::raw;
+    Bytes stored;
+    for (EncodedChunk &chunk : chunks) {
+        stored.insert(stored.end(), chunk.stored_fields.begin(), chunk.stored_fields.end());
+        chunk.stored_fields = {};
+        entry.count += chunk.points;
+        for (const Field &field : fields)
+            entry.raw_bytes += std::uint64_t{chunk.points} * field.bytes;
+    }
+    layout.add(entry, std::move(stored));
+}
+
 } // namespace
 
 Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try {
@@ -169,6 +215,7 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try 
             const ChunkShape &shape = shapes[level][chunk];
             ChunkEntry &entry = encoded[level][chunk].entry;
             entry.shape = shape;
+            encoded[level][chunk].points = shape.points;
             entry.first_parent = std::exchange(parent, parent + shape.parents);
             entry.first_node = std::exchange(node, node + shape.nodes);
             entry.first_point = std::exchange(point, point + shape.points);
@@ -176,14 +223,16 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try 
         }
     }
     const bool mapped = options.storage == Storage::mapped;
+    const ChunkCoding coding{
+        .storage = options.storage, .compression_level = options.compression_level, .filters = options.filters};
     std::atomic<std::size_t> done{0};
     parallel_for(jobs.size(), options.threads, [&](std::size_t i) {
         const Job &job = jobs[i];
         EncodedChunk &to = encoded[job.level][job.chunk];
-        encode_chunk(
-            model, static_cast<int>(job.level),
-            {.storage = options.storage, .compression_level = options.compression_level, .filters = options.filters},
-            to.entry, to.stored);
+        encode_chunk(model, static_cast<int>(job.level), coding, to.entry, to.stored);
+        for (std::size_t f = 0; f < parameters.fields.size(); ++f)
+            to.fields.push_back(
+                encode_field(model, static_cast<int>(job.level), f, to.entry, coding, to.stored_fields));
         const std::size_t finished = ++done;
         if (options.progress)
             options.progress(static_cast<double>(finished) / static_cast<double>(jobs.size()));
@@ -195,9 +244,19 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try 
     FileLayout layout;
     for (EncodedSection &section : encode_small_sections(parameters, model.metadata))
         layout.add(std::move(section));
+    const std::vector<Field> &fields = parameters.fields;
+    if (!fields.empty()) {
+        Bytes table = encode_fields(field_table(model));
+        const auto bytes = static_cast<std::uint32_t>(table.size());
+        layout.add(record_section(SectionType::fields, 0, bytes, std::move(table)));
+    }
     for (std::size_t level = 1; level < encoded.size(); ++level)
         add_level(layout, set, static_cast<int>(level), options.storage, encoded[level]);
     add_rasters(layout, model.images, options);
+    for (std::size_t level = 1; level < encoded.size() && !fields.empty(); ++level)
+        add_field_directory(layout, fields.size(), static_cast<std::uint32_t>(level), encoded[level]);
+    for (std::size_t level = 1; level < encoded.size() && !fields.empty(); ++level)
+        add_field_values(layout, fields, static_cast<std::uint32_t>(level), options.storage, encoded[level]);
     FileHeader header;
     header.required_features = mapped ? kMappedFeature : 0;
     header.depth = static_cast<std::uint8_t>(depth);

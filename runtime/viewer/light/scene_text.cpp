@@ -33,7 +33,7 @@ std::string hex_of(Rgb8 colour) {
 }
 
 // A field of an option; a recipe writes lists in brackets and words in quotes.
-struct Field {
+struct PlacedField {
     enum class Kind { number, list, word, flag };
     std::string key, value;
     Kind kind = Kind::number;
@@ -41,26 +41,26 @@ struct Field {
 
 constexpr std::array<const char *, 3> kKinds{"directional", "point", "spot"};
 
-std::vector<Field> fields_of(const Light &light, const Grid &grid, std::optional<bool> casts) {
-    std::vector<Field> fields;
+std::vector<PlacedField> fields_of(const Light &light, const Grid &grid, std::optional<bool> casts) {
+    std::vector<PlacedField> fields;
     if (light.kind != LightKind::directional) {
         std::array<double, 3> position = grid.origin;
         for (std::size_t axis = 0; axis < 3; ++axis)
             position[axis] += static_cast<double>(light.position[axis]);
-        fields.push_back({"position", list_of(position), Field::Kind::list});
+        fields.push_back({"position", list_of(position), PlacedField::Kind::list});
     }
     if (light.kind != LightKind::point)
-        fields.push_back({"direction", list_of(light.direction), Field::Kind::list});
+        fields.push_back({"direction", list_of(light.direction), PlacedField::Kind::list});
     if (light.kind == LightKind::spot)
         fields.push_back({"exponent", text_of(light.exponent)});
-    fields.push_back({"intensity", list_of(light.intensity), Field::Kind::list});
+    fields.push_back({"intensity", list_of(light.intensity), PlacedField::Kind::list});
     if (casts)
-        fields.push_back({"shadows", *casts ? "on" : "off", Field::Kind::flag});
+        fields.push_back({"shadows", *casts ? "on" : "off", PlacedField::Kind::flag});
     return fields;
 }
 
 // The preset, or "default" and what replaces its values.
-std::pair<std::string_view, std::vector<Field>> fields_of(const Material &material) {
+std::pair<std::string_view, std::vector<PlacedField>> fields_of(const Material &material) {
     for (const MaterialPreset &preset : kMaterialPresets)
         if (preset.material == material)
             return {preset.name, {}};
@@ -70,25 +70,25 @@ std::pair<std::string_view, std::vector<Field>> fields_of(const Material &materi
              {"ks", text_of(material.ks)},
              {"power", text_of(material.power)},
              {"environment", text_of(material.environment)},
-             {"colour", hex_of(material.colour), Field::Kind::word}}};
+             {"colour", hex_of(material.colour), PlacedField::Kind::word}}};
 }
 
-std::string option_of(std::string_view word, const std::vector<Field> &fields) {
+std::string option_of(std::string_view word, const std::vector<PlacedField> &fields) {
     std::string text(word);
-    for (const Field &field : fields)
+    for (const PlacedField &field : fields)
         text += "," + field.key + "=" + field.value;
     return text;
 }
 
 std::string table_of(const char *option, const char *word_key, std::string_view word,
-                     const std::vector<Field> &fields) {
+                     const std::vector<PlacedField> &fields) {
     std::string text = "\n[[" + std::string(option) + "]]\n" + word_key + " = \"" + std::string(word) + "\"\n";
     for (const auto &[key, value, kind] : fields) {
         const bool on = value == "on";
         text += key + " = " +
-                (kind == Field::Kind::list   ? "[" + value + "]"
-                 : kind == Field::Kind::word ? "\"" + value + "\""
-                 : kind == Field::Kind::flag ? (on ? "true" : "false")
+                (kind == PlacedField::Kind::list   ? "[" + value + "]"
+                 : kind == PlacedField::Kind::word ? "\"" + value + "\""
+                 : kind == PlacedField::Kind::flag ? (on ? "true" : "false")
                                              : value) +
                 "\n";
     }

@@ -76,20 +76,20 @@ void judge_both(const Bytes &file, const std::string &story, Tally &tally) {
         static_cast<void>(judge(*right, story + ", content_id made right", tally));
 }
 
-struct Field {
+struct DamagedField {
     std::uint64_t at = 0;
     unsigned bytes = 0;
 };
 
-void add_fields(std::uint64_t at, std::initializer_list<Field> fields, std::vector<Field> &to) {
-    for (const Field &field : fields)
+void add_fields(std::uint64_t at, std::initializer_list<DamagedField> fields, std::vector<DamagedField> &to) {
+    for (const DamagedField &field : fields)
         to.push_back({at + field.at, field.bytes});
 }
 
 // Fields of header, table, chunk directories and raster headers.
-std::vector<Field> fields_of(const Golden &golden) {
+std::vector<DamagedField> fields_of(const Golden &golden) {
     Reader reader = Reader::open(golden.bytes).value();
-    std::vector<Field> fields;
+    std::vector<DamagedField> fields;
     add_fields(0, {{8, 2},  {10, 2}, {12, 4}, {16, 8}, {24, 8},  {32, 4},  {36, 1}, {37, 1},
                    {40, 8}, {48, 8}, {56, 8}, {64, 8}, {72, 8},  {80, 8},  {88, 2}, {90, 1},
                    {93, 1}, {94, 1}, {95, 1}, {96, 1}, {104, 4}, {108, 4}, {112, 8}},
@@ -118,7 +118,7 @@ std::vector<Field> fields_of(const Golden &golden) {
 
 constexpr std::size_t kEdges = 12;
 
-std::uint64_t edge_value(const FileEditor &editor, const Field &field, std::size_t edge) {
+std::uint64_t edge_value(const FileEditor &editor, const DamagedField &field, std::size_t edge) {
     const std::uint64_t sign = std::uint64_t{1} << (8 * field.bytes - 1), now = editor.get<std::uint64_t>(field.at);
     const std::uint64_t size = editor.get<std::uint64_t>(16);
     const std::array<std::uint64_t, kEdges> values{0,        1,        ~std::uint64_t{0}, ~std::uint64_t{0} - 1,
@@ -127,17 +127,17 @@ std::uint64_t edge_value(const FileEditor &editor, const Field &field, std::size
     return values[edge];
 }
 
-void set_field(FileEditor &editor, const Field &field, std::uint64_t value) {
+void set_field(FileEditor &editor, const DamagedField &field, std::uint64_t value) {
     for (unsigned byte = 0; byte < field.bytes; ++byte)
         editor.set(field.at + byte, static_cast<std::uint8_t>(value >> 8 * byte));
 }
 
-std::string story_of(const Golden &golden, const Field &field, std::uint64_t value) {
+std::string story_of(const Golden &golden, const DamagedField &field, std::uint64_t value) {
     return golden.name + ", " + std::to_string(field.bytes) + " bytes at " + std::to_string(field.at) + " are " +
            std::to_string(value);
 }
 
-void judge_field(const Golden &golden, const Field &field, std::size_t edge, Tally &tally) {
+void judge_field(const Golden &golden, const DamagedField &field, std::size_t edge, Tally &tally) {
     FileEditor editor(golden.bytes);
     const std::uint64_t value = edge_value(editor, field, edge);
     set_field(editor, field, value);
@@ -145,8 +145,8 @@ void judge_field(const Golden &golden, const Field &field, std::size_t edge, Tal
     judge_both(editor.bytes(), story_of(golden, field, value), tally);
 }
 
-void judge_pair(const Golden &golden, const Field &a, std::size_t edge_a, const Field &b, std::size_t edge_b,
-                Tally &tally) {
+void judge_pair(const Golden &golden, const DamagedField &a, std::size_t edge_a, const DamagedField &b,
+                std::size_t edge_b, Tally &tally) {
     FileEditor editor(golden.bytes);
     const std::uint64_t value_a = edge_value(editor, a, edge_a), value_b = edge_value(editor, b, edge_b);
     set_field(editor, a, value_a);
@@ -184,14 +184,14 @@ void flip_bits_behind_hashes(const Options &options, Tally &tally) {
 void set_fields_to_edges(const Options &options, Tally &tally) {
     const std::vector<Golden> files = goldens(options.complete ? 16 << 10 : 4 << 10);
     for (const Golden &golden : files) {
-        const std::vector<Field> fields = fields_of(golden);
+        const std::vector<DamagedField> fields = fields_of(golden);
         const std::size_t step = options.complete ? 1 : 1 + fields.size() / 40;
         for (std::size_t i = 0; i < fields.size(); i += step)
             for (std::size_t edge = 0; edge < kEdges; ++edge)
                 judge_field(golden, fields[i], edge, tally);
     }
     // All pairs of fields of the smallest file, random pairs of every file.
-    const std::vector<Field> smallest = fields_of(files.front());
+    const std::vector<DamagedField> smallest = fields_of(files.front());
     for (std::size_t a = 0; options.complete && a < smallest.size(); ++a)
         for (std::size_t b = a + 1; b < smallest.size(); ++b)
             for (std::size_t edges = 0; edges < kEdges * kEdges; ++edges)
@@ -199,7 +199,7 @@ void set_fields_to_edges(const Options &options, Tally &tally) {
     Random random(options.seed);
     for (int round = 0; round < (options.complete ? 200'000 : 3'000); ++round) {
         const Golden &golden = files[random.below(files.size())];
-        const std::vector<Field> fields = fields_of(golden);
+        const std::vector<DamagedField> fields = fields_of(golden);
         judge_pair(golden, fields[random.below(fields.size())], random.below(kEdges),
                    fields[random.below(fields.size())], random.below(kEdges), tally);
     }

@@ -1,5 +1,6 @@
 // Compares the byte tables of BVG.md with the bytes that the library writes: order, offset and size of each row.
 #include "pbm_format/chunks/brick_index.h"
+#include "pbm_format/container/field_sections.h"
 #include "pbm_format/container/hash.h"
 #include "pbm_format/container/layout.h"
 #include "pbm_format/container/section_encoder.h"
@@ -60,6 +61,8 @@ enum TableNumber : std::uint8_t {
     ground_table,
     chunk_table,
     brick_table,
+    field_table,
+    field_entry_table,
     table_count
 };
 
@@ -70,28 +73,28 @@ const Table &table(TableNumber number) {
 }
 
 // Expected row: the start of its text, and its bytes.
-struct Field {
+struct RecordField {
     std::string name;
     Bytes bytes;
 };
 
-Field integer(std::string name, std::uint64_t value, std::size_t bytes) {
-    Field field{std::move(name), Bytes(bytes)};
+RecordField integer(std::string name, std::uint64_t value, std::size_t bytes) {
+    RecordField field{std::move(name), Bytes(bytes)};
     for (std::size_t i = 0; i < bytes; ++i)
         field.bytes[i] = static_cast<std::uint8_t>(value >> 8 * i);
     return field;
 }
-Field zeros(std::size_t bytes) { return {"zero", Bytes(bytes)}; }
-template <typename Real, std::size_t N> Field reals(std::string name, const std::array<Real, N> &values) {
-    Field field{std::move(name), Bytes(sizeof values)};
+RecordField zeros(std::size_t bytes) { return {"zero", Bytes(bytes)}; }
+template <typename Real, std::size_t N> RecordField reals(std::string name, const std::array<Real, N> &values) {
+    RecordField field{std::move(name), Bytes(sizeof values)};
     std::memcpy(field.bytes.data(), values.data(), sizeof values);
     return field;
 }
-Field real(std::string name, float value) { return reals(std::move(name), std::array{value}); }
-Field colour(std::string name, Rgb8 value) { return {std::move(name), Bytes(value.begin(), value.end())}; }
+RecordField real(std::string name, float value) { return reals(std::move(name), std::array{value}); }
+RecordField colour(std::string name, Rgb8 value) { return {std::move(name), Bytes(value.begin(), value.end())}; }
 
 // Compares each field of `record` and each row of the table with `expected`. The rows must leave no gap.
-void expect_table(TableNumber number, ByteView record, const std::vector<Field> &expected) {
+void expect_table(TableNumber number, ByteView record, const std::vector<RecordField> &expected) {
     const Table &rows = table(number);
     ASSERT_EQ(rows.size(), expected.size()) << "table " << number;
     std::size_t end = rows.front().at;
@@ -109,6 +112,7 @@ void expect_table(TableNumber number, ByteView record, const std::vector<Field> 
 
 FileHeader some_header() {
     FileHeader header;
+    header.minor = kMinorVersion;
     header.file_size = 0x1122334455667788;
     header.table_count = 0x21222324;
     header.depth = 11;
@@ -123,7 +127,7 @@ FileHeader some_header() {
     return header;
 }
 
-TEST(ByteTables, AreThirteen) { EXPECT_EQ(read_tables().size(), table_count); }
+TEST(ByteTables, AreFifteen) { EXPECT_EQ(read_tables().size(), table_count); }
 
 TEST(ByteTables, OfTheHeaderAreTheCode) {
     const FileHeader header = some_header();
@@ -133,7 +137,7 @@ TEST(ByteTables, OfTheHeaderAreTheCode) {
     expect_table(header_table, bytes,
                  {{"magic", Bytes(kMagic.begin(), kMagic.end())},
                   integer("major version", kMajorVersion, 2),
-                  integer("minor version", kMinorVersion, 2),
+                  integer("minor version", header.minor, 2),
                   integer("endian tag", kEndianTag, 4),
                   integer("file size", header.file_size, 8),
                   integer("table offset", kHeaderBytes, 8),
@@ -202,7 +206,7 @@ TEST(ByteTables, OfAttributesIsTheCode) {
         expect_table(attribute_table, ByteView(bytes).subspan(24 * i, 24),
                      {integer("kind", kinds[i], 1), integer("format of colour", formats[i], 1),
                       integer("light", lights[i], 1), zeros(1),
-                      i < 5 ? Field{"shadow", Bytes(17)} : reals("shadow", set.shadow_bits[i - 5]), zeros(3)});
+                      i < 5 ? RecordField{"shadow", Bytes(17)} : reals("shadow", set.shadow_bits[i - 5]), zeros(3)});
 }
 
 TEST(ByteTables, OfMaterialsAndLightsAreTheCode) {
@@ -224,7 +228,7 @@ TEST(ByteTables, OfMaterialsAndLightsAreTheCode) {
 
 TEST(ByteTables, OfTextureAndGroundPlaneAreTheCode) {
     SolidTexture texture{.kind = TextureKind::wood, .seed = 0x01020304, .scale = 2, .turbulence = 3};
-    Field palette{"palette", {}};
+    RecordField palette{"palette", {}};
     for (std::size_t i = 0; i < 256; ++i) {
         const auto v = static_cast<std::uint8_t>(i);
         texture.palette[i] = {v, static_cast<std::uint8_t>(v ^ 0x55), static_cast<std::uint8_t>(255 - v)};
@@ -261,6 +265,31 @@ TEST(ByteTables, OfRastersAreTheCode) {
                      {integer("XXH3-64", hash64(ByteView(section).subspan(64 + 64 * tile, size)), 8),
                       integer("bits 0..23 stored bytes, 24..30 filter, 31 zstd", size, 4), zeros(4)});
     }
+}
+
+TEST(ByteTables, OfFieldsAreTheCode) {
+    const Field field{
+        .name = "class", .unit = "m", .offset = -2.5, .scale = 0.125, .bytes = 2, .average = FieldAverage::maximum};
+    const Bytes section = encode_fields({.id = {0x0102030405060708, 9}, .fields = {field}, .roots = {0x1234}});
+    ASSERT_EQ(section.size(), 112U);
+    const auto text = [](std::string_view letters, std::size_t size) {
+        Bytes bytes(letters.begin(), letters.end());
+        bytes.resize(size);
+        return bytes;
+    };
+    expect_table(field_table, ByteView(section).subspan(16),
+                 {{"name", text("class", 32)},
+                  {"unit", text("m", 16)},
+                  reals("offset", std::array{-2.5}),
+                  reals("scale", std::array{0.125}),
+                  integer("bytes", 2, 1),
+                  integer("average", 2, 1),
+                  integer("stored value of level 0", 0x1234, 2),
+                  zeros(28)});
+    const FieldEntry entry{.hash = 0x3132333435363738,
+                           .stream = {.stored_bytes = 0x123456, .filter = Filter::field16, .zstd = false}};
+    expect_table(field_entry_table, encode_field_directory({.entries = {entry}, .fields = 1}),
+                 {integer("XXH3-64", entry.hash, 8), integer("bits 0..23", 0x0A123456, 4)});
 }
 
 TEST(ByteTables, OfAChunkEntryIsTheCode) {

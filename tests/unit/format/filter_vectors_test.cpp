@@ -1,5 +1,6 @@
 // The test vectors of the filters (BVG.md 15): planes decode to the values. Values that a writer encoded give
 // the planes.
+#include "pbm_format/chunks/field_chunk.h"
 #include "pbm_format/streams/mask_ranks.h"
 #include "pbm_format/streams/predictions.h"
 #include "pbm_format/streams/texel_filter.h"
@@ -74,7 +75,7 @@ struct Padded {
     std::size_t size;
 };
 
-// Values of a case of filters 2 to 8.
+// Values of a case of filters 2 to 8 and 10.
 Bytes unfilter_points(const Case &c) {
     UnfilterScratch scratch;
     scratch.layout.build(c.masks, summarise_masks(c.masks));
@@ -106,13 +107,21 @@ Bytes unfilter_points(const Case &c) {
                          ByteView(codes).first(values.size()), values);
         break;
     }
+    case Filter::field16: {
+        const std::array<ByteView, 2> both{first, planes[1].view()};
+        unfilter_field(both, 2, c.masks, c.parents, values);
+        break;
+    }
     default: ADD_FAILURE() << c.name;
     }
     return values;
 }
 
-// Planes of the values of a case of filters 2 to 8.
+// Planes of the values of a case of filters 2 to 8 and 10.
 std::vector<Bytes> filter_points(const Case &c) {
+    if (c.filter == Filter::field16)
+        return filter_field({.name = c.name, .unit = "", .bytes = 2}, c.masks, c.values, c.parents)
+            .value_or(std::vector<Bytes>{});
     AttributeSet set;
     StreamInfo stream;
     PointView points, nodes;
@@ -158,7 +167,7 @@ TEST(FilterVectors, AreThereForEachFilter) {
     std::set<Filter> filters;
     for (const Case &c : read_cases())
         filters.insert(c.filter);
-    EXPECT_EQ(filters.size(), 9U);
+    EXPECT_EQ(filters.size(), 10U);
 }
 
 TEST(FilterVectors, PlanesGiveTheValues) {

@@ -139,6 +139,7 @@ PointAttributes unfilter(const Family &family, const std::function<std::vector<B
         }
         case Filter::mask_rank:
         case Filter::texels:
+        case Filter::field16:
         case Filter::none: break;
         }
     }

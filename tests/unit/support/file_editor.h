@@ -82,6 +82,7 @@ class FileEditor {
         for (std::uint64_t i = 0; chunks && i < count; ++i) {
             repair_chunks(kHeaderBytes + i * kSectionEntryBytes);
             repair_tiles(kHeaderBytes + i * kSectionEntryBytes);
+            repair_fields(kHeaderBytes + i * kSectionEntryBytes);
         }
         for (std::uint64_t i = 0; i < count; ++i) {
             const std::size_t at = kHeaderBytes + i * kSectionEntryBytes;
@@ -143,6 +144,25 @@ class FileEditor {
             end += stored;
         }
         set(at, hash64(part(at + 8, directory_bytes - 8)));
+    }
+
+    // Of a directory of fields; the values are those of the same level.
+    void repair_fields(std::size_t directory_entry) {
+        constexpr std::size_t kEntryBytes = 12;
+        if (get<std::uint32_t>(directory_entry) != static_cast<std::uint32_t>(SectionType::field_directory))
+            return;
+        const std::size_t directory = get<std::uint64_t>(directory_entry + 24);
+        const std::size_t entries = get<std::uint64_t>(directory_entry + 32) / kEntryBytes;
+        std::uint64_t at = 0;
+        for (std::size_t entry = kHeaderBytes; at == 0 && entry < file_.size(); entry += kSectionEntryBytes)
+            if (get<std::uint32_t>(entry) == static_cast<std::uint32_t>(SectionType::field_values) &&
+                get<std::uint32_t>(entry + 8) == get<std::uint32_t>(directory_entry + 8))
+                at = get<std::uint64_t>(entry + 24);
+        for (std::size_t i = 0; i < entries && directory + i * kEntryBytes < file_.size(); ++i) {
+            const std::uint64_t stored = get<std::uint32_t>(directory + i * kEntryBytes + 8) & 0xFFFFFF;
+            set(directory + i * kEntryBytes, hash64(part(at, stored)));
+            at += stored;
+        }
     }
 
     Bytes file_;

@@ -83,6 +83,27 @@ inline Model sphere_model(int depth, AttributeSet set, double radius = 0.45, std
     return model;
 }
 
+// Adds a field of each kind to a model with points: 8 bits of noise, 16 bits that ascend, and labels; a tenth of the
+// points lacks the latter two.
+inline void add_fields(Model &model) {
+    model.parameters.fields = {
+        {.name = "noise", .unit = "", .offset = -1, .scale = 0.5, .bytes = 1, .average = FieldAverage::maximum},
+        {.name = "height", .unit = "m", .offset = 2, .scale = 0.001, .bytes = 2, .average = FieldAverage::mean},
+        {.name = "class", .unit = "", .offset = 0, .scale = 1, .bytes = 1, .average = FieldAverage::majority}};
+    Random random(7);
+    Level &finest = model.levels.back();
+    const std::size_t points = finest.points.size();
+    for (const Field &field : model.parameters.fields)
+        finest.fields.emplace_back(points * field.bytes);
+    for (std::size_t i = 0; i < points; ++i) {
+        const bool has_none = random.below(10) == 0;
+        set_stored_value(finest.fields[0], i, 1, static_cast<std::uint32_t>(random.below(256)));
+        set_stored_value(finest.fields[1], i, 2, has_none ? 0 : static_cast<std::uint32_t>(1 + 3 * i % 60000));
+        set_stored_value(finest.fields[2], i, 1, has_none ? 0 : static_cast<std::uint32_t>(1 + random.below(4)));
+    }
+    average_fields(model, 1);
+}
+
 // Every attribute there is; light 0 has 1-bit flags at the finest level and 4-bit fractions above, light 1 8 bits.
 inline AttributeSet every_attribute(ColourFormat colour, int depth) {
     AttributeSet set{.colour = colour, .material = true, .texture = true, .lights = 2, .shadow_bits = {}};
