@@ -1,6 +1,6 @@
 #include "decode_steps.h"
 
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/streams/mask_ranks.h"
 #include "pbm_format/streams/unfilter.h"

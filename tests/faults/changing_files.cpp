@@ -60,7 +60,7 @@ int work(ByteView file, Work what, int threads) {
     }
     case Work::load: {
         Result<Reader> reader = Reader::open(file);
-        const Result<Model> model = reader ? load_model(*reader, {.threads = threads}) : reader.error();
+        const Result<Model> model = reader ? load_model(*reader, {.threads = threads, .fields = true}) : reader.error();
         return model ? 0 : exit_code(model.error().code);
     }
     case Work::draw: break;

@@ -37,7 +37,7 @@ FLOORS = {
 # folder.
 ROOMS = {
     "system": [".", "simd threads files", "processes"],
-    "format_spec/pbm_format": ["law", "model", "container", "streams", "chunks", "rasters", "reading", "checking", "writing"],
+    "format_spec/pbm_format": ["law", "hashes", "model", "container", "streams", "chunks", "rasters", "reading", "checking", "writing"],
     "runtime/pbm_render": [
         "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference"],
     "runtime/viewer": [
@@ -59,7 +59,7 @@ MOST_FILES = 17  # sources and headers that one folder shows
 HOMES = {
     r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp|tools/pbm-build/pbm_scan/compressed\.cpp",
     r"zlib\.h": r"tools/pbm-build/pbm_scan/compressed\.cpp",
-    r"xxh.*\.h": r"format_spec/pbm_format/container/hash(_avx2|_avx512)?\.cpp",
+    r"xxh.*\.h": r"format_spec/pbm_format/hashes/hash(_avx2|_avx512)?\.cpp",
     r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|command_line/json_report\.cpp|tools/.*\.cpp|tools/pbm-build/pbm_scan/gltf/gltf_json\.h|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools|data)/.*",
     # In the builder only what runs once per sample or point: vectors elsewhere are the compiler's.
@@ -77,7 +77,8 @@ HOMES = {
     r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/window/(overlay|panel|start_page)\.cpp",
     r"isa-l/.*": r"runtime/viewer/pictures/image_writer\.cpp",
     r"jpeglib\.h": r"tools/pbm-build/pbm_scan/images/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
-    r"png\.h|stb/.*|webp/.*": r"tools/pbm-build/pbm_scan/images/image_decoder\.cpp",
+    r"stb/stb_easy_font\.h": r"runtime/viewer/pictures/legend\.cpp",
+    r"png\.h|stb/(?!stb_easy_font).*|webp/.*": r"tools/pbm-build/pbm_scan/images/image_decoder\.cpp",
     r"malloc\.h": r"system/processes/this_process\.cpp",
     r"pthread\.h": r"system/threads/(per_thread\.h|large_stack\.cpp)",
     r"thread": r"system/threads/(thread_pool\.h|parallel\.cpp|large_stack\.cpp)",
@@ -220,8 +221,8 @@ def self_test():
         ("system/error.h", '#include "system/threads/parallel.h"'),
         ("format_spec/pbm_format/reading/reader.cpp", '#include "pbm_render/camera/camera.h"'),
         ("format_spec/pbm_format/model/octree.cpp", '#include "pbm_format/reading/reader.h"'),
-        ("format_spec/pbm_format/model/octree.h", '#include "pbm_format/container/hash.h"'),
-        ("format_spec/pbm_format/unknown.h", '#include "pbm_format/container/hash.h"'),
+        ("format_spec/pbm_format/model/octree.h", '#include "pbm_format/hashes/hash.h"'),
+        ("format_spec/pbm_format/unknown.h", '#include "pbm_format/hashes/hash.h"'),
         ("format_spec/pbm_format/reading/reader.cpp", '#include "pbm_format/nowhere/reader.h"'),
         ("format_spec/pbm_format/reading/reader.cpp", '#include "system/files/mapped_file.h"'),
         ("format_spec/pbm_format/reading/reader.cpp", "#include <zstd.h>"),

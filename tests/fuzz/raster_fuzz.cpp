@@ -1,7 +1,7 @@
 // Law: for any bytes of a raster's section with repaired hashes, each tile is decoded or refused, TiledImage and
 // check_raster agree on each, and encode_image and decoding reproduce a valid raster.
 #include "pbm_format/checking/raster_rules.h"
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/writing/raster_encoder.h"
 

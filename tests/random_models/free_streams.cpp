@@ -3,7 +3,7 @@
 #include "pbm_format/chunks/chunk.h"
 #include "pbm_format/chunks/normal_cone.h"
 #include "pbm_format/chunks/stream_rules.h"
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/streams/frame.h"
 #include "pbm_format/streams/texel_filter.h"
 #include "pbm_format/writing/chunk_encoder.h"

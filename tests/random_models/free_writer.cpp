@@ -214,7 +214,7 @@ class FreeWriter {
 
     // Inserts sections of unknown, skippable types anywhere among the others: 3.2.4
     void add_unknown_sections() {
-        constexpr std::array<std::uint32_t, 8> kTypes{0, 8, 15, 19, 23, 26, 33, 0xFFFFFFFF};
+        constexpr std::array<std::uint32_t, 8> kTypes{0, 9, 15, 19, 23, 26, 33, 0xFFFFFFFF};
         std::uint64_t count = random_.below(2) * random_.below(5);
         if (random_.below(20) == 0)
             count = kMaxSections - sections_.size();

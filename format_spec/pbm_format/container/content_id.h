@@ -1,7 +1,7 @@
 // A hash of what a file shows: equal for every codec, compression level and storage profile. BVG.md 8
 #pragma once
 
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/model/model.h"
 
 #include <span>

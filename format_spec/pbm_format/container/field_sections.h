@@ -1,8 +1,8 @@
 // Byte layout of the fields: their section, and the directories of their values. BVG.md 17.2 and 17.4
 #pragma once
 
-#include "pbm_format/container/hash.h"
 #include "pbm_format/container/layout.h"
+#include "pbm_format/hashes/hash.h"
 
 namespace pbm {
 

@@ -1,6 +1,6 @@
 #include "pbm_format/rasters/image_section.h"
 
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/streams/frame.h"
 #include "pbm_format/streams/texel_filter.h"
 #include "system/threads/parallel.h"

@@ -9,7 +9,7 @@ struct LoadOptions {
     int max_level = kMaxDepth; // levels 0..min(max_level, depth) are loaded
     int threads = 0;
     std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded streams and rasters; more is ErrorCode::memory
-    bool fields = false;                          // load the fields too
+    bool fields = false;                          // load the fields too; else the model has none
 };
 
 // All levels up to `max_level`, each as contiguous streams, without the rasters. `other_bytes` is memory that the

@@ -75,6 +75,8 @@ Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint6
                       options.max_memory, memory);
     Model model;
     model.parameters = reader.parameters();
+    if (!options.fields)
+        model.parameters.fields.clear();
     model.metadata = reader.metadata();
     model.levels.resize(static_cast<std::size_t>(last) + 1);
     model.levels[0].points = root_points(reader.header().root, set);

@@ -1,7 +1,7 @@
 #include "pbm_format/writing/file_layout.h"
 
-#include "pbm_format/container/hash.h"
 #include "pbm_format/container/section_encoder.h"
+#include "pbm_format/hashes/hash.h"
 
 namespace pbm {
 

@@ -36,6 +36,33 @@ void estimate_offsets(const ChunkTask &task, const ResidentChunk &chunk) {
 
 } // namespace
 
+ChunkLoader::ChunkLoader(const Reader &reader, const FieldColours *colours)
+    : reader_(reader), root_(reader.root_chunk()), colours_(colours) {
+    if (Result<FieldReader> fields = colours_ == nullptr ? Error() : FieldReader::open(reader); fields)
+        fields_ = std::move(*fields);
+}
+
+Status ChunkLoader::begin_level(const LevelDirectory &level) {
+    return fields_ ? fields_->read_directory(level) : Status();
+}
+
+// A point's index in the colour map takes the place of its texture value.
+Status ChunkLoader::load_field(const ChunkTask &task, ResidentChunk &to) const {
+    const auto [level, index] = task.place;
+    const std::size_t number = colours_->field;
+    const Field &field = fields_->fields()[number];
+    const Bytes root = fields_->root_value(number);
+    const ByteView above =
+        level == 1 ? ByteView(root)
+                   : slice(task.parent->field, field.bytes * (task.entry->first_node - task.parent_entry->first_point),
+                           std::uint64_t{field.bytes} * task.entry->shape.nodes);
+    if (Status status = fields_->load(level, index, number, to.view.masks, above, to.field); !status)
+        return status;
+    index_field(*colours_, field, to.field, to.field_indices);
+    to.view.textures = to.field_indices;
+    return {};
+}
+
 Status ChunkLoader::decode(const ChunkTask &task, ResidentChunk &to) const {
     const auto [level, index] = task.place;
     const ChunkShape &shape = task.entry->shape;
@@ -75,6 +102,9 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     } else if (Status status = decode(task, *chunk); !status) {
         return std::move(status).error();
     }
+    if (fields_)
+        if (Status status = load_field(task, *chunk); !status)
+            return std::move(status).error();
     chunk->bounds = bounds_of(chunk->view.bricks, task.place.level);
     for (const BrickRecord &brick : chunk->view.bricks)
         chunk->largest_radius = std::max(chunk->largest_radius, brick.largest_radius);
@@ -87,7 +117,8 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
 
 std::uint64_t ChunkLoader::memory_of(int level, const ChunkEntry &entry) const {
     const ChunkShape &shape = entry.shape;
-    const std::uint64_t offsets = ChunkOffsets::memory_of(shape);
+    const std::uint64_t field = fields_ ? std::uint64_t{1} + fields_->fields()[colours_->field].bytes : 0;
+    const std::uint64_t offsets = ChunkOffsets::memory_of(shape) + field * shape.points;
     if (is_mapped()) // the bytes of a whole file take no memory
         return offsets + (reader_.source().is_whole() ? 0 : bytes_read_by(entry));
     const AttributeSet &set = reader_.parameters().attributes;

@@ -1,7 +1,9 @@
 // Assembles resident chunks: decodes a chunk of a packed file and lists its bricks, or views a chunk of a mapped file.
 #pragma once
 
+#include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/reader.h"
+#include "pbm_render/appearance/field_colours.h"
 #include "pbm_render/bricks/frame_geometry.h"
 #include "pbm_render/detail/detail_view.h"
 #include "pbm_render/detail/resident_chunk.h"
@@ -23,8 +25,12 @@ struct ChunkTask {
 
 class ChunkLoader {
   public:
-    // `reader` must outlive the loader and must have read the directories of the levels that are loaded. Thread-safe.
-    explicit ChunkLoader(const Reader &reader) : reader_(reader), root_(reader.root_chunk()) {}
+    // `reader` must outlive the loader and must have read the directories of the levels that are loaded. `colours`: of
+    // the field that points show, or null; the file then has it, and its source is whole. Thread-safe.
+    explicit ChunkLoader(const Reader &reader, const FieldColours *colours = nullptr);
+
+    // Reads what the loading of a level needs beside its directory.
+    Status begin_level(const LevelDirectory &level);
 
     // Estimates the surface offsets of the bricks that task.frame shows, so that no frame waits for them.
     //
@@ -51,12 +57,15 @@ class ChunkLoader {
   private:
     bool is_mapped() const { return reader_.header().storage() == Storage::mapped; }
     Status decode(const ChunkTask &task, ResidentChunk &to) const;
+    Status load_field(const ChunkTask &task, ResidentChunk &to) const;
     std::array<FileRange, 2> ranges_of(ChunkPlace place) const {
         return {reader_.chunk_range(place.level, place.index), reader_.brick_range(place.level, place.index)};
     }
 
     const Reader &reader_;
     const Chunk root_; // the parent of level 1
+    const FieldColours *colours_;
+    std::optional<FieldReader> fields_; // with colours
 };
 
 } // namespace pbm

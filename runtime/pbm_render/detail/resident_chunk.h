@@ -56,6 +56,7 @@ struct ResidentChunk {
     std::uint8_t largest_radius = 0; // index, of all points
     Chunk decoded;                   // of a packed file; its lit fractions are packed
     std::vector<BrickRecord> bricks; // of a packed file
+    Bytes field, field_indices;      // stored values of the shown field; the view has their indices as texture values
     MemoryClaim memory;
 };
 using ResidentPointer = std::shared_ptr<const ResidentChunk>;

@@ -25,8 +25,8 @@ std::uint64_t opening_bytes(const Reader &reader) {
 
 struct StreamedModel::Parts {
     Parts(Reader r, StreamingOptions options)
-        : reader(std::move(r)), loader(reader), cache(options.max_memory), finest(reader.depth()),
-          bytes_read(opening_bytes(reader)),
+        : reader(std::move(r)), colours(std::move(options.field)), loader(reader, colours ? &*colours : nullptr),
+          cache(options.max_memory), finest(reader.depth()), bytes_read(opening_bytes(reader)),
           scheduler(loader, cache, mutex, options.threads, std::move(options.pool), std::move(options.arrived)) {}
 
     Status read_directory(int level);
@@ -39,7 +39,8 @@ struct StreamedModel::Parts {
     void list_wanted(int level, std::vector<FileRange> &wanted) const;
 
     Reader reader;
-    const ChunkLoader loader;
+    const std::optional<FieldColours> colours;
+    ChunkLoader loader;
     std::mutex mutex; // guards cache and errors
     ChunkCache cache;
     int finest;               // levels below it are not read: a directory is damaged
@@ -55,7 +56,10 @@ StreamedModel::~StreamedModel() = default;
 
 Status StreamedModel::Parts::read_directory(int level) {
     assert(level == cache.known_levels() + 1); // only this thread changes it
-    const Result<const LevelDirectory *> read = reader.directory(level);
+    Result<const LevelDirectory *> read = reader.directory(level);
+    if (read)
+        if (Status begun = loader.begin_level(**read); !begun)
+            read = begun.error();
     const std::lock_guard lock(mutex);
     if (!read) {
         if (read.error().code != ErrorCode::usage) // dropped by another thread: no damage

@@ -23,6 +23,7 @@
 #pragma once
 
 #include "pbm_format/reading/reader.h"
+#include "pbm_render/appearance/field_colours.h"
 #include "pbm_render/bricks/point_run.h"
 #include "pbm_render/camera/extent.h"
 #include "pbm_render/detail/detail_view.h"
@@ -30,6 +31,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace pbm {
@@ -39,6 +41,9 @@ struct StreamingOptions {
     std::shared_ptr<ThreadPool> pool = nullptr;   // of `load`; null: one of its own
     std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded chunks and of surface offsets
     std::function<void()> arrived = {};           // called by those threads after each chunk that was requested
+    // The field in whose colours the points are drawn: renderers take with_field_colours(parameters). For whole files
+    // that have it.
+    std::optional<FieldColours> field = {};
 };
 
 struct StreamingStatistics {

@@ -1,6 +1,6 @@
 #include "viewer/opening/model_cache.h"
 
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/reading/reader.h"
 #include "system/files/descriptor.h"
 #include "system/files/mapped_file.h"

@@ -1,12 +1,14 @@
 // Drawing options: those of every renderer, and the viewer's own.
 #pragma once
 
+#include "pbm_render/appearance/field_colours.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/picture/render_options.h"
 #include "pbm_render/shading/depth_cue.h"
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 namespace pbm {
 
@@ -26,12 +28,20 @@ struct Headlight {
     bool operator==(const Headlight &) const = default;
 };
 
+// Draw the points in the colours of a field of the file.
+struct ColourBy {
+    std::string field;
+    ColourChoice choice;
+};
+
 struct LookOptions {
     RenderOptions render;
     Quality quality = Quality::automatic;
     int samples = kDefaultSamples; // per pixel of fine pictures, 1..kMaxSamples
     DepthCue depth_cue = DepthCue::none;
     std::optional<Headlight> headlight; // in place of all other lights
+    std::optional<ColourBy> colour_by;  // of models that are opened from now on
+    bool legend = true;                 // of these colours
 };
 
 // The look with the quality that such pictures are drawn with: fast or fine.

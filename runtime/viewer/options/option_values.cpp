@@ -2,6 +2,7 @@
 
 #include <glm/common.hpp>
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -82,6 +83,57 @@ Result<Headlight> parse_headlight(const std::string &text) {
     if (!numbers || std::abs((*numbers)[0]) > 180 || std::abs((*numbers)[1]) > 90)
         return usage("'" + text + "' is no headlight; write degrees to the right and up like 0,0 or -60,20");
     return Headlight{(*numbers)[0], (*numbers)[1]};
+}
+
+namespace {
+
+struct NamedMap {
+    std::string_view name;
+    ColourMap map;
+};
+constexpr std::array kColourMaps{NamedMap{"viridis", ColourMap::viridis}, NamedMap{"grey", ColourMap::grey},
+                                 NamedMap{"classes", ColourMap::classes}};
+
+} // namespace
+
+// From the end: a field's name may have commas.
+Result<ColourBy> parse_colour_by(const std::string &text) {
+    ColourBy by{.field = text, .choice = {}};
+    const auto last_part = [&] {
+        const std::size_t comma = by.field.rfind(',');
+        return comma == std::string::npos ? std::string() : by.field.substr(comma + 1);
+    };
+    const auto drop_last = [&] { by.field.resize(by.field.rfind(',')); };
+    for (const NamedMap &map : kColourMaps)
+        if (last_part() == map.name) {
+            by.choice.map = map.map;
+            drop_last();
+            break;
+        }
+    const auto as_number = [&] { return parse_numbers(last_part(), ",", 1); };
+    if (const auto most = as_number()) {
+        drop_last();
+        const auto least = as_number();
+        if (!least || !((*least)[0] < (*most)[0]))
+            return usage("'" + text + "' has no range; write two numbers, the smaller one first, like intensity,0,255");
+        drop_last();
+        by.choice.range = {(*least)[0], (*most)[0]};
+    }
+    if (by.field.empty())
+        return usage("'" + text + "' names no field; write one like intensity or intensity,0,255,grey");
+    if (by.choice.range && by.choice.map == ColourMap::classes)
+        return usage("the colour map 'classes' has no range: each label has its colour");
+    return by;
+}
+
+std::string colour_by_text(const ColourBy &by) {
+    std::string text = by.field;
+    if (by.choice.range)
+        text += "," + to_string(Value((*by.choice.range)[0])) + "," + to_string(Value((*by.choice.range)[1]));
+    for (const NamedMap &map : kColourMaps)
+        if (by.choice.map == map.map)
+            text += "," + std::string(map.name);
+    return text;
 }
 
 Result<double> parse_frame_rate(const std::string &text) {

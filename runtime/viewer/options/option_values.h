@@ -25,6 +25,9 @@ Result<ClipBox> parse_clip_box(const std::string &text);
 Result<Rgba8> parse_colour(const std::string &text);
 // "right,up": -180..180 and -90..90 degrees.
 Result<Headlight> parse_headlight(const std::string &text);
+// "NAME[,MIN,MAX][,MAP]": a field, the values with the first and the last colour, a colour map.
+Result<ColourBy> parse_colour_by(const std::string &text);
+std::string colour_by_text(const ColourBy &by);
 // Frames per second: 1..240, or 0 for any.
 Result<double> parse_frame_rate(const std::string &text);
 

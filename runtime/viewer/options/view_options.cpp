@@ -76,6 +76,15 @@ void add_shading_options(CommandLine &line, LookOptions &look) {
     line.add("--texture,!--no-texture", "Colours of the file's marble or wood; default on", &render.texture);
     line.add("--ignore-point-colours,--ignore-point-colors", "Draw points in the colour of their material",
              [&render] { render.point_colours = false; });
+    line.add(
+        "--colour-by,--color-by",
+        "Draw points in the colours of a field that the file keeps (pbm-build --field); MAP: viridis, grey, classes",
+        [&look, store = stored(parse_colour_by, look.colour_by)](const std::string &text) {
+            look.render.texture = true;
+            return store(text);
+        },
+        {.type = "NAME[,MIN,MAX][,MAP]"});
+    line.add("--legend,!--no-legend", "The colours of --colour-by explained in the picture; default on", &look.legend);
     line.add("--shadows,!--no-shadows", "Shadows baked into the file; default on", &render.shadows);
     line.add("--panorama,!--no-panorama", "The file's panorama behind everything; default on", &render.panorama);
     line.add("--ground,!--no-ground", "The file's ground plane; default on", &render.ground);
@@ -203,6 +212,7 @@ void forget_camera(ViewOptions &options) {
     options.position = options.focal_point = options.view_up = std::nullopt;
     options.up = std::nullopt;
     options.clip = {};
+    options.look.colour_by = std::nullopt;
 }
 
 DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error) {
@@ -240,6 +250,9 @@ std::string look_as_options(const LookOptions &look) {
     add_switch(render.panorama, "--no-panorama");
     add_switch(render.ground, "--no-ground");
     add_switch(render.reflections, "--no-reflections");
+    if (look.colour_by)
+        text += " --colour-by=" + colour_by_text(*look.colour_by);
+    add_switch(look.legend, "--no-legend");
     if (look.headlight)
         text += " --headlight=" + number_text(look.headlight->right) + "," + number_text(look.headlight->up);
     if (look.depth_cue != standard.depth_cue)

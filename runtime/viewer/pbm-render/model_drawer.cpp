@@ -9,7 +9,8 @@ namespace pbm {
 Result<std::unique_ptr<ModelDrawer>> ModelDrawer::open(const std::string &path, const ViewOptions &options,
                                                        std::shared_ptr<ThreadPool> pool) {
     auto scene =
-        open_scene(path, {.threads = options.load.threads, .pool = pool, .max_memory = options.load.max_memory});
+        open_scene(path, {.threads = options.load.threads, .pool = pool, .max_memory = options.load.max_memory},
+                   options.look.colour_by);
     if (!scene)
         return scene.error();
     auto extent = (*scene)->model.bounds();
@@ -23,10 +24,8 @@ ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::uniq
                          Extent extent, std::shared_ptr<ThreadPool> pool)
     : path_(std::move(path)), options_(options), scene_(std::move(scene)), extent_(std::move(extent)),
       look_(options.look, scene_->model.reader().parameters(), up_of(options, grid())) {
-    const Reader &reader = scene_->model.reader();
     if (options_.renderer == Renderer::fast)
-        painter_.emplace(reader.parameters(), scene_->surroundings, reader.header().chunk_points, options_.load.threads,
-                         std::move(pool));
+        painter_.emplace(*scene_, options_.load.threads, std::move(pool));
 }
 
 DetailView ModelDrawer::view(const Camera &camera, glm::ivec2 size) const {
@@ -40,7 +39,7 @@ Status ModelDrawer::load(const Camera &camera, glm::ivec2 size) {
     }
     if (whole_)
         return {};
-    auto whole = load_scene(path_, options_.load);
+    auto whole = load_scene(path_, options_.load, scene_->colours);
     if (!whole)
         return whole.error();
     whole_ = std::move(*whole);
@@ -50,13 +49,18 @@ Status ModelDrawer::load(const Camera &camera, glm::ivec2 size) {
 RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, const RowTasks &tasks) {
     if (!painter_) {
         ReferenceRenderer renderer = whole_->renderer;
-        renderer.set_appearance(appearance_for(look_, camera));
+        Appearance appearance = appearance_for(look_, camera);
+        if (scene_->colours)
+            appearance.palette = scene_->colours->palette;
+        renderer.set_appearance(appearance);
         const RenderStatistics drawn =
             renderer.render(camera, options_.look.render, target, {.splats = options_.splats});
         if (options_.look.depth_cue != DepthCue::none) {
             ThreadPool pool(1);
             add_depth_cue(options_.look.depth_cue, camera, grid().edge(), pool, target);
         }
+        if (scene_->colours && options_.look.legend)
+            draw_legend(legend_of(scene_->drawn.fields[scene_->colours->field], *scene_->colours), target);
         for (std::size_t task = 0; task < tasks.count; ++task)
             tasks.run(task, 0);
         return drawn;

@@ -1,7 +1,7 @@
 #include "viewer/scene/damage_search.h"
 
 #include "pbm_format/container/file_rules.h"
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/law/catalogue.h"
 #include "pbm_format/reading/reader.h"
 #include "system/files/mapped_file.h"

@@ -24,19 +24,32 @@ Renderer &with_appearance(Renderer &renderer, std::optional<Appearance> &last, c
 
 } // namespace
 
-Painter::Painter(const ModelParameters &file, std::shared_ptr<const Surroundings> surroundings,
-                 std::uint32_t chunk_points, int threads, std::shared_ptr<ThreadPool> pool)
-    : file_(file), surroundings_(std::move(surroundings)), chunk_points_(chunk_points), threads_(threads),
-      pool_(std::move(pool)) {}
+Painter::Painter(const StreamedScene &scene, int threads, std::shared_ptr<ThreadPool> pool)
+    : scene_(scene),
+      legend_(scene.colours ? std::optional(legend_of(scene.drawn.fields[scene.colours->field], *scene.colours))
+                            : std::nullopt),
+      threads_(threads), pool_(std::move(pool)) {}
+
+Appearance Painter::appearance(const Look &look, const Camera &camera) const {
+    Appearance appearance = appearance_for(look, camera);
+    if (scene_.colours)
+        appearance.palette = scene_.colours->palette;
+    return appearance;
+}
+
+void Painter::add_legend(bool wanted, Framebuffer &target) const {
+    if (legend_ && wanted)
+        draw_legend(*legend_, target);
+}
 
 RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                Framebuffer &target, const RowTasks &tasks) {
     if (!draws_fine(look.options.quality, Motion::still))
         return draw_fast(runs, camera, look, target, tasks);
     const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
-        return fine(appearance_for(look, camera))
-            .render(runs, camera, look.options.render, picture, look.options.samples);
+        return fine(appearance(look, camera)).render(runs, camera, look.options.render, picture, look.options.samples);
     });
+    add_legend(look.options.legend, target);
     if (tasks.count > 0)
         pool().run(tasks.count, tasks.run);
     return drawn;
@@ -50,13 +63,14 @@ RenderStatistics Painter::draw_frame(std::span<const PointRun> runs, const Camer
 
 RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                     Framebuffer &target, const RowTasks &tasks) {
-    FastRenderer &renderer = fast(appearance_for(look, camera));
-    if (look.options.depth_cue == DepthCue::none)
+    FastRenderer &renderer = fast(appearance(look, camera));
+    if (look.options.depth_cue == DepthCue::none && !legend_)
         return renderer.render(runs, camera, look.options.render, target, tasks);
     const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
         return renderer.render(runs, camera, look.options.render, picture);
     });
-    pool().run(tasks.count, tasks.run); // the cue changes rows until the end
+    add_legend(look.options.legend, target);
+    pool().run(tasks.count, tasks.run); // cue and legend change rows until the end
     return drawn;
 }
 
@@ -64,7 +78,8 @@ void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, c
                          int height) {
     fine_camera_ = camera;
     fine_cue_ = look.options.depth_cue;
-    fine(appearance_for(look, camera)).begin(runs, camera, look.options.render, Framebuffer(width, height));
+    fine_legend_ = look.options.legend;
+    fine(appearance(look, camera)).begin(runs, camera, look.options.render, Framebuffer(width, height));
 }
 
 RenderStatistics Painter::add_sample(Framebuffer &target, const std::atomic<bool> *stop) {
@@ -75,6 +90,7 @@ RenderStatistics Painter::add_sample(Framebuffer &target, const std::atomic<bool
         fine_->resolve(picture);
         return drawn;
     });
+    add_legend(fine_legend_, target);
     return drawn;
 }
 
@@ -87,14 +103,14 @@ ThreadPool &Painter::pool() {
 FastRenderer &Painter::fast(const Appearance &appearance) {
     if (!fast_) {
         pool();
-        fast_.emplace(file_, chunk_points_, pool_, surroundings_);
+        fast_.emplace(scene_.drawn, scene_.model.reader().header().chunk_points, pool_, scene_.surroundings);
     }
     return with_appearance(*fast_, fast_appearance_, appearance);
 }
 
 FineRenderer &Painter::fine(const Appearance &appearance) {
     if (!fine_)
-        fine_.emplace(file_, chunk_points_, threads_, surroundings_);
+        fine_.emplace(scene_.drawn, scene_.model.reader().header().chunk_points, threads_, scene_.surroundings);
     return with_appearance(*fine_, fine_appearance_, appearance);
 }
 
@@ -107,7 +123,7 @@ RenderStatistics Painter::with_depth_cue(const Camera &camera, DepthCue cue, Fra
         depths_.emplace(target.width, target.height, true);
     Framebuffer &picture = has_depths ? target : *depths_;
     const RenderStatistics drawn = draw(picture);
-    add_depth_cue(cue, camera, file_.grid.edge(), pool(), picture);
+    add_depth_cue(cue, camera, scene_.drawn.grid.edge(), pool(), picture);
     if (!has_depths)
         std::copy_n(picture.colour.begin(), target.pixels(), target.colour.begin());
     return drawn;

@@ -5,7 +5,9 @@
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/surroundings/surroundings.h"
 #include "system/threads/thread_pool.h"
+#include "viewer/pictures/legend.h"
 #include "viewer/scene/look.h"
+#include "viewer/scene/scene.h"
 
 #include <atomic>
 #include <memory>
@@ -16,10 +18,8 @@ namespace pbm {
 
 class Painter {
   public:
-    // `file` must outlive the painter. The other parameters are those of FastRenderer; `pool` draws fast pictures,
-    // null: `threads` threads of its own.
-    Painter(const ModelParameters &file, std::shared_ptr<const Surroundings> surroundings, std::uint32_t chunk_points,
-            int threads, std::shared_ptr<ThreadPool> pool = nullptr);
+    // `scene` must outlive the painter. `pool` draws fast pictures; null: `threads` threads of its own.
+    Painter(const StreamedScene &scene, int threads, std::shared_ptr<ThreadPool> pool = nullptr);
 
     // Draws a still picture: fine, unless `look` asks for a fast one. Runs `tasks`, in fast pictures without a depth
     // cue while other rows are drawn.
@@ -45,10 +45,12 @@ class Painter {
     // Calls `draw` with a picture that has depths if the depth cue needs them, and adds the cue to `target`.
     template <class Draw>
     RenderStatistics with_depth_cue(const Camera &camera, DepthCue cue, Framebuffer &target, const Draw &draw);
+    // The appearance of a picture, with the colours of a field if the points show one.
+    Appearance appearance(const Look &look, const Camera &camera) const;
+    void add_legend(bool wanted, Framebuffer &target) const;
 
-    const ModelParameters &file_;
-    const std::shared_ptr<const Surroundings> surroundings_;
-    const std::uint32_t chunk_points_;
+    const StreamedScene &scene_;
+    const std::optional<Legend> legend_;
     const int threads_;
     std::shared_ptr<ThreadPool> pool_; // created on first use
     std::optional<FastRenderer> fast_; // created on first use
@@ -57,6 +59,7 @@ class Painter {
     std::optional<Framebuffer> depths_;                           // used if the target has no depths
     Camera fine_camera_;
     DepthCue fine_cue_ = DepthCue::none;
+    bool fine_legend_ = true;
 };
 
 // Adds the depth cue to a picture that `camera` took of a grid with this edge.

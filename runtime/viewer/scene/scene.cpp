@@ -1,6 +1,8 @@
 #include "viewer/scene/scene.h"
+
 #include "pbm_format/reading/images.h"
 #include "pbm_format/reading/load_model.h"
+#include "viewer/scene/field_choice.h"
 
 #include <algorithm>
 
@@ -51,10 +53,17 @@ Status check_scene(const std::string &path) {
     return opened ? Status() : Status(opened.error());
 }
 
-Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options) {
+Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options,
+                                                  const std::optional<ColourBy> &colour_by) {
     auto opened = open_file(path, Use::chunks);
     if (!opened)
         return opened.error();
+    if (colour_by) {
+        auto colours = choose_field_colours(opened->reader, *colour_by);
+        if (!colours)
+            return colours.error();
+        options.field = std::move(*colours);
+    }
     auto images = read_images(opened->reader);
     if (!images)
         return images.error();
@@ -62,13 +71,18 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
                                            std::move(options));
 }
 
-Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options) {
+Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options,
+                                                const std::optional<FieldColours> &colours) {
     auto opened = open_file(path, Use::whole);
     if (!opened)
         return opened.error();
-    auto model = load_model(opened->reader, options);
+    LoadOptions load = options;
+    load.fields = colours.has_value();
+    auto model = load_model(opened->reader, load);
     if (!model)
         return model.error();
+    if (colours)
+        colour_by_field(*model, *colours);
     const StreamingStatistics cost = cost_of(opened->reader, *model);
     return std::make_shared<const Scene>(std::move(*model), cost);
 }

@@ -6,8 +6,10 @@
 #include "pbm_render/reference/reference_renderer.h"
 #include "pbm_render/surroundings/surroundings.h"
 #include "system/files/mapped_file.h"
+#include "viewer/options/look_options.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,18 +19,24 @@ namespace pbm {
 // A model that is loaded chunk by chunk. Not movable.
 struct StreamedScene {
     StreamedScene(MappedFile mapped, Reader reader, TiledImages images, StreamingOptions options)
-        : file(std::move(mapped)), model(std::move(reader), std::move(options)),
+        : file(std::move(mapped)), colours(options.field), model(std::move(reader), std::move(options)),
+          drawn(colours ? with_field_colours(model.reader().parameters(), *colours) : model.reader().parameters()),
           surroundings(std::make_shared<const Surroundings>(model.reader().parameters(), std::move(images))) {}
     StreamedScene(const StreamedScene &) = delete;
     StreamedScene &operator=(const StreamedScene &) = delete;
 
     const MappedFile file;
+    const std::optional<FieldColours> colours; // of the field that the points show
     StreamedModel model;
+    const ModelParameters drawn;                            // as the renderers take them
     const std::shared_ptr<const Surroundings> surroundings; // refers to the model
 };
 
-// Reads header and small sections only, which takes a negligible time.
-Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options);
+// Reads header and small sections only, which takes a negligible time, and what choose_field_colours reads.
+//
+// errors  also those of choose_field_colours
+Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options,
+                                                  const std::optional<ColourBy> &colour_by = {});
 
 // A model completely in memory. Not movable: the renderer refers to the model. Immutable, so any thread may draw it.
 struct Scene {
@@ -47,8 +55,10 @@ struct Scene {
 // Verifies header and small sections, which takes a negligible time; `load_scene` would return the same error.
 Status check_scene(const std::string &path);
 
-// Reads the levels that `options` ask for. The file is not needed afterwards.
-Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options);
+// Reads the levels that `options` ask for, in the colours of a field if there are any. The file is not needed
+// afterwards.
+Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options,
+                                                const std::optional<FieldColours> &colours = {});
 
 // Appends to the error what a user of `program` can do about it.
 Error with_advice(std::string_view program, Error error);

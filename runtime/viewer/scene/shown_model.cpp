@@ -19,7 +19,7 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const std::s
         if (!has_arrivals.exchange(true))
             arrived();
     };
-    auto scene = open_scene(file, std::move(streaming));
+    auto scene = open_scene(file, std::move(streaming), options.look.colour_by);
     if (!scene)
         return scene.error();
     shown->scene_ = std::move(*scene);
@@ -92,8 +92,7 @@ PictureStatistics ShownModel::add_sample(const Detail &detail, const DetailView 
 
 Painter &ShownModel::painter(std::optional<Painter> &made) const {
     if (!made)
-        made.emplace(parameters(), scene_->surroundings, streamed().reader().header().chunk_points,
-                     options_.load.threads);
+        made.emplace(*scene_, options_.load.threads);
     return *made;
 }
 

@@ -30,7 +30,7 @@ std::optional<Bytes> with_right_content(const Bytes &file, const Status &status)
     if (status || status.error().message.rfind("8.1", 0) != 0)
         return std::nullopt;
     Reader reader = Reader::open(file).value();
-    const Result<Model> model = load_model(reader, {.threads = 1});
+    const Result<Model> model = load_model(reader, {.threads = 1, .fields = true});
     if (!model)
         return std::nullopt;
     LevelMasks masks;

@@ -40,7 +40,8 @@ End do_work(Task what, const Golden &golden, const Model &model, int threads) {
     case Task::validate: return end_of(validate(golden.bytes, {.threads = threads}));
     case Task::load: {
         Result<Reader> reader = Reader::open(golden.bytes);
-        return end_of(reader ? status_of(load_model(*reader, {.threads = threads})) : Status(reader.error()));
+        return end_of(reader ? status_of(load_model(*reader, {.threads = threads, .fields = true}))
+                             : Status(reader.error()));
     }
     case Task::encode: return end_of(status_of(encode_model(model, {.threads = threads})));
     case Task::draw: break;
@@ -88,7 +89,7 @@ void fail_all(Task what, const Golden &golden, const Model &model, int threads, 
 void fail_allocations(const Options &options, Tally &tally) {
     for (const Golden &golden : goldens(options.complete ? 16 << 10 : 4 << 10)) {
         Reader reader = Reader::open(golden.bytes).value();
-        const Model model = load_model(reader).value();
+        const Model model = load_model(reader, {.fields = true}).value();
         for (std::size_t what = 0; what < kTasks.size(); ++what)
             for (const int threads : {1, 3})
                 for (const bool all_further : {false, true})

@@ -316,7 +316,7 @@ void send_bombs(const Options &options, Tally &tally) {
                [&] { return verify(bomb.file, {.threads = 1, .max_memory = kBudget}); });
         refuse(bomb.name + ", load_model with a budget", tally, true, [&]() -> Status {
             Reader reader = Reader::open(bomb.file).value();
-            const Result<Model> model = load_model(reader, {.threads = 1, .max_memory = kBudget});
+            const Result<Model> model = load_model(reader, {.threads = 1, .max_memory = kBudget, .fields = true});
             return model ? Status() : Status(model.error());
         });
     }

@@ -1,5 +1,5 @@
 // Rays against triangles: the tree against testing every triangle, and shadows with a known answer.
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 #include "unit/bake/test_scenes.h"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,9 @@
 // Compares the byte tables of BVG.md with the bytes that the library writes: order, offset and size of each row.
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/container/field_sections.h"
-#include "pbm_format/container/hash.h"
 #include "pbm_format/container/layout.h"
 #include "pbm_format/container/section_encoder.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/rasters/image_section.h"
 #include "pbm_format/writing/raster_encoder.h"
 

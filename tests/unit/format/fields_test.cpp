@@ -73,7 +73,6 @@ TEST(Fields, NothingElseDependsOnThem) {
     Result<Model> loaded = load_model(*reader);
     const Result<Model> other = load_model(*plain);
     ASSERT_TRUE(loaded && other);
-    loaded->parameters.fields.clear();
     EXPECT_TRUE(*loaded == *other);
 }
 

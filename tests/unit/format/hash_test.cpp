@@ -1,6 +1,6 @@
 // Each implementation of hash64 against libxxhash, which only this test links.
-#include "pbm_format/container/hash.h"
-#include "pbm_format/container/hash_ways.h"
+#include "pbm_format/hashes/hash.h"
+#include "pbm_format/hashes/hash_ways.h"
 
 #include "unit/support/test_models.h"
 

@@ -1,5 +1,5 @@
 // The rank filter against a slow one that follows the specification word by word.
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/model/normal.h"
 #include "pbm_format/streams/mask_ranks.h"
 

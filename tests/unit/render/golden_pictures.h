@@ -1,7 +1,7 @@
 // Pictures of golden files with a fixed camera: format_spec/golden/README.md
 #pragma once
 
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/reading/images.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_render/camera/framing.h"

@@ -1,7 +1,7 @@
 #include "ammonite.h"
 #include "ply_writer.h"
 
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 
 #include <gtest/gtest.h>
 

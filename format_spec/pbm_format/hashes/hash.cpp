@@ -1,6 +1,6 @@
-#include "pbm_format/container/hash.h"
+#include "pbm_format/hashes/hash.h"
 
-#include "pbm_format/container/hash_ways.h"
+#include "pbm_format/hashes/hash_ways.h"
 
 #include <algorithm>
 

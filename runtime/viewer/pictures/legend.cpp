@@ -1,0 +1,136 @@
+#include "viewer/pictures/legend.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wsign-conversion"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#include <stb/stb_easy_font.h>
+#pragma GCC diagnostic pop
+
+namespace pbm {
+namespace {
+
+// Sizes in units of the font, whose capitals are 7 units high.
+constexpr int kPadding = 6, kLine = 12, kSwatch = 10, kGap = 5, kBarHeight = 120, kMaxRows = 20;
+
+std::string number(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.6g", value);
+    return text.data();
+}
+
+std::string label_text(const Field &field, std::uint32_t stored) {
+    const double value = field.value(stored);
+    const auto label = static_cast<std::uint32_t>(std::clamp(std::round(value), 0.0, 65535.0));
+    const std::string_view name = field.name == "classification" ? class_name(label) : std::string_view();
+    return number(value) + (name.empty() ? "" : " " + std::string(name));
+}
+
+// What the font can draw.
+std::string ascii(std::string_view text) {
+    std::string result;
+    for (const char c : text)
+        if ((static_cast<unsigned char>(c) & 0xC0) != 0x80) // one sign for each letter
+            result += c >= ' ' && c <= '~' ? c : '?';
+    return result;
+}
+
+int width_of(std::string text) { return stb_easy_font_width(text.data()); }
+
+// A corner of the picture in which units of the font are squares of pixels.
+class Canvas {
+  public:
+    Canvas(Framebuffer &target, int left, int top, int scale)
+        : target_(target), left_(left), top_(top), scale_(scale) {}
+
+    // Blends a rectangle of units; `opacity` of 256.
+    void fill(int x, int y, int width, int height, Rgb8 colour, unsigned opacity = 256) {
+        const int first = std::max(0, top_ + y * scale_), end = std::min(target_.height, top_ + (y + height) * scale_);
+        const int from = std::max(0, left_ + x * scale_), to = std::min(target_.width, left_ + (x + width) * scale_);
+        for (int row = first; row < end; ++row)
+            for (int column = from; column < to; ++column) {
+                std::uint32_t &pixel =
+                    target_.colour[static_cast<std::size_t>(row) * static_cast<std::size_t>(target_.width) +
+                                   static_cast<std::size_t>(column)];
+                Rgba8 below = unpack_rgba(pixel);
+                for (std::size_t c = 0; c < 3; ++c)
+                    below[c] = static_cast<std::uint8_t>((colour[c] * opacity + below[c] * (256 - opacity)) / 256);
+                below[3] = static_cast<std::uint8_t>(std::max<unsigned>(below[3], opacity * 255 / 256));
+                pixel = pack_rgba(below);
+            }
+    }
+
+    void write(int x, int y, std::string text) {
+        struct Vertex {
+            float x, y, z;
+            std::array<unsigned char, 4> colour;
+        };
+        std::vector<std::array<Vertex, 4>> strokes(40 * (text.size() + 1));
+        const int count = stb_easy_font_print(0, 0, text.data(), nullptr, strokes.data(),
+                                              static_cast<int>(strokes.size() * sizeof strokes[0]));
+        for (int i = 0; i < count; ++i) {
+            const auto &[first, second, last, fourth] = strokes[static_cast<std::size_t>(i)];
+            fill(x + static_cast<int>(first.x), y + static_cast<int>(first.y), static_cast<int>(last.x - first.x),
+                 static_cast<int>(last.y - first.y), {240, 240, 240});
+        }
+    }
+
+  private:
+    Framebuffer &target_;
+    int left_, top_, scale_;
+};
+
+} // namespace
+
+Legend legend_of(const Field &field, const FieldColours &colours) {
+    Legend legend{.title = ascii(field.name + (field.unit.empty() ? "" : " (" + field.unit + ")")), .rows = {}};
+    if (colours.map == ColourMap::classes) {
+        for (const std::uint32_t stored : colours.labels) {
+            if (legend.rows.size() == kMaxRows) {
+                legend.rows.back() = {{96, 96, 96}, "more"};
+                break;
+            }
+            legend.rows.push_back({colours.palette[colours.indices[stored]], label_text(field, stored)});
+        }
+        return legend;
+    }
+    std::copy(colours.palette.begin() + 1, colours.palette.end(), legend.bar.begin());
+    legend.ticks = {number(colours.least), number((colours.least + colours.most) / 2), number(colours.most)};
+    return legend;
+}
+
+void draw_legend(const Legend &legend, Framebuffer &target) {
+    const int scale = std::max(1, static_cast<int>(std::lround(target.height / 480.0)));
+    const bool is_bar = legend.rows.empty();
+    int text_width = width_of(legend.title) - kSwatch - kGap;
+    for (const std::string &tick : legend.ticks)
+        text_width = std::max(text_width, width_of(tick));
+    for (const Legend::Row &row : legend.rows)
+        text_width = std::max(text_width, width_of(row.text));
+    const int body = is_bar ? kBarHeight : kLine * static_cast<int>(legend.rows.size());
+    const int width = 2 * kPadding + kSwatch + kGap + text_width, height = 2 * kPadding + kLine + kGap + body;
+    if (3 * width * scale > target.width || height * scale > target.height)
+        return;
+    Canvas canvas(target, target.width - (width + kPadding) * scale, kPadding * scale, scale);
+    canvas.fill(0, 0, width, height, {16, 16, 16}, 176);
+    canvas.write(kPadding, kPadding, legend.title);
+    const int top = kPadding + kLine + kGap, text = kPadding + kSwatch + kGap;
+    for (std::size_t i = 0; i < legend.rows.size(); ++i) {
+        const int y = top + kLine * static_cast<int>(i);
+        canvas.fill(kPadding, y - 1, kSwatch, kSwatch, legend.rows[i].colour);
+        canvas.write(text, y, legend.rows[i].text);
+    }
+    if (!is_bar)
+        return;
+    for (int y = 0; y < kBarHeight; ++y)
+        canvas.fill(kPadding, top + y, kSwatch, 1,
+                    legend.bar[static_cast<std::size_t>((kBarHeight - 1 - y) * 254 / (kBarHeight - 1))]);
+    for (int tick = 0; tick < 3; ++tick)
+        canvas.write(text, top + (2 - tick) * (kBarHeight - 7) / 2, legend.ticks[static_cast<std::size_t>(tick)]);
+}
+
+} // namespace pbm
