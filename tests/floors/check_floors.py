@@ -221,7 +221,7 @@ def self_test():
         ("system/error.h", '#include "system/threads/parallel.h"'),
         ("format_spec/pbm_format/reading/reader.cpp", '#include "pbm_render/camera/camera.h"'),
         ("format_spec/pbm_format/model/octree.cpp", '#include "pbm_format/reading/reader.h"'),
-        ("format_spec/pbm_format/model/octree.h", '#include "pbm_format/hashes/hash.h"'),
+        ("format_spec/pbm_format/model/octree.h", '#include "pbm_format/container/layout.h"'),
         ("format_spec/pbm_format/unknown.h", '#include "pbm_format/hashes/hash.h"'),
         ("format_spec/pbm_format/reading/reader.cpp", '#include "pbm_format/nowhere/reader.h"'),
         ("format_spec/pbm_format/reading/reader.cpp", '#include "system/files/mapped_file.h"'),

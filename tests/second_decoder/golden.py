@@ -28,7 +28,8 @@ SCANS = {
 
 def decoded_hash(m):
     """XXH3-128 of all that was decoded: of each level the masks and the values of each stream in the order of the attributes
-    section, lit fractions one byte each; of each raster the texels of mip level 0; the stored metadata."""
+    section, lit fractions one byte each; of each raster the texels of mip level 0; the stored metadata; of each level the
+    stored values of each field."""
     h = xxhash.xxh3_128()
     for level in m.levels:
         h.update(bytes(level.masks))
@@ -37,6 +38,9 @@ def decoded_hash(m):
     for _, (_, _, texels, _) in m.rasters:
         h.update(texels)
     h.update(bvg.stored(m, m.section[bvg.METADATA, 0]))
+    for values in m.values:
+        for field, column in zip(m.fields, values):
+            h.update(b"".join(value.to_bytes(field.bytes, "little") for value in column))
     return h.intdigest().to_bytes(16, "little").hex()
 
 def contents(path):

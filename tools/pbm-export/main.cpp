@@ -40,7 +40,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{
         std::string(kProgram),
         "Writes the points of a binary voxel grid (.pbvg) as PLY.\n"
-        "Each with its position, normal, radius, colour and material, in the coordinates of the scan."};
+        "Each with its position, normal, radius, colour, material and fields, in the coordinates of the scan."};
     line.add("FILE", "Model whose points are wanted", &arguments.input, {.required = true});
     line.add("-o,--output", "PLY file to write, - for standard output", &arguments.output,
              {.type = "FILE", .required = true});

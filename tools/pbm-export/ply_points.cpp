@@ -68,6 +68,19 @@ template <class T> bool resolves(double voxel, double farthest) {
     return voxel >= kMinSteps * step;
 }
 
+// "scalar_gps_time": the property of a field, by the custom of CloudCompare.
+std::string property_of(const Field &field) {
+    std::string name = "scalar_" + field.name;
+    std::replace(name.begin(), name.end(), ' ', '_');
+    return name;
+}
+
+// Whether floats distinguish the values of a field.
+bool fits_float(const Field &field) {
+    const double farthest = std::max(std::fabs(field.value(1)), std::fabs(field.value(field.max_stored())));
+    return farthest < static_cast<double>(std::numeric_limits<float>::max()) && resolves<float>(field.scale, farthest);
+}
+
 double farthest_coordinate(const Grid &grid) {
     double farthest = 0;
     for (const double corner : grid.origin)
@@ -130,6 +143,8 @@ std::string PlyPoints::header() const {
     for (const StreamInfo &stream : exported_bytes())
         properties("uchar", {traits_of(stream.kind).ply_property});
     properties("uchar", {"two_sided"});
+    for (const Field &field : reader_->parameters().fields)
+        properties(fits_float(field) ? "float" : "double", {property_of(field)});
     if (has_materials()) {
         text += "element material " + text_of(reader_->parameters().materials.size()) + "\n";
         properties("float", {"ka", "kd", "ks", "power"});
@@ -140,7 +155,7 @@ std::string PlyPoints::header() const {
 }
 
 std::size_t PlyPoints::row_bytes() const {
-    const std::size_t numbers = 3 + 3 + 1 + 3 + exported_bytes().size() + 1;
+    const std::size_t numbers = 3 + 3 + 1 + 3 + exported_bytes().size() + 1 + reader_->parameters().fields.size();
     return numbers * (format_.ascii ? Row::kLongestNumber + 1 : sizeof(double));
 }
 
@@ -153,6 +168,10 @@ Bytes PlyPoints::rows(const PointBlock &block) const {
     for (std::size_t i = 0; i < radii.size(); ++i)
         radii[i] =
             std::nextafter(static_cast<float>(radius_fraction(static_cast<std::uint8_t>(i)) * grid.edge()), 0.0F);
+
+    const std::vector<Field> &fields = reader_->parameters().fields;
+    std::array<bool, kMaxFields> are_floats{};
+    std::transform(fields.begin(), fields.end(), are_floats.begin(), fits_float);
 
     Bytes bytes(block.codes.size() * row_bytes());
     std::uint8_t *at = bytes.data();
@@ -173,6 +192,11 @@ Bytes PlyPoints::rows(const PointBlock &block) const {
         for (const StreamInfo &stream : bytes_of_points)
             row.add(block.points.values(stream)[i]);
         row.add(static_cast<std::uint8_t>((normal & kTwoSidedBit) != 0 ? 1 : 0));
+        for (std::size_t f = 0; f < fields.size(); ++f) {
+            const std::uint32_t stored = stored_value(block.fields[f], i, fields[f].bytes);
+            const double value = stored == 0 ? std::numeric_limits<double>::quiet_NaN() : fields[f].value(stored);
+            are_floats[f] ? row.add(static_cast<float>(value)) : row.add(value);
+        }
         at = row.end();
     }
     bytes.resize(static_cast<std::size_t>(at - bytes.data()));

@@ -21,6 +21,7 @@ struct PlyFormat {
 //   red green blue      uchar, if the file has colours
 //   material_index      uchar, if points have one; likewise other streams to which kStreams gives a property
 //   two_sided           uchar: 1 if both sides are visible
+//   scalar_NAME         float, or double where float is not enough: the field NAME; NaN: no value
 // Element material follows if the file has other materials than the default one. Comments hold name, licence, credit,
 // unit, up axis and grid.
 class PlyPoints {

@@ -1,6 +1,7 @@
 // Streams the points of one detail level in Morton order, chunk by chunk, with bounded memory for files of any size.
 #pragma once
 
+#include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/reader.h"
 
 #include <functional>
@@ -11,6 +12,7 @@ namespace pbm {
 struct PointBlock {
     std::span<const MortonCode> codes; // Morton codes of the points, ascending
     const PointAttributes &points;     // [codes.size()]
+    std::span<const Bytes> fields;     // [fields of the file]: stored values
 };
 
 struct StreamOptions {

@@ -1,6 +1,7 @@
 // pbm-info: lists the contents of a .pbvg from its header, tables and directories; decodes no chunk and no tile.
 #include "command_line/common_options.h"
 #include "command_line/json_report.h"
+#include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/images.h"
 #include "system/files/mapped_file.h"
 
@@ -83,6 +84,35 @@ Status measure_rasters(const Reader &reader, ByteView file, FileSizes &sizes) {
     return {};
 }
 
+// Adds the streams of the fields, of all levels and of each.
+Result<FileSizes> measure_fields(Reader &reader, FileSizes &sizes) {
+    const std::vector<Field> &fields = reader.parameters().fields;
+    if (fields.empty())
+        return std::move(sizes);
+    Result<FieldReader> values = FieldReader::open(reader);
+    if (!values)
+        return values.error();
+    const std::size_t first = sizes.streams.size();
+    for (const Field &field : fields)
+        sizes.streams.push_back({.type = "field " + field.name});
+    for (LevelSize &size : sizes.levels) {
+        const LevelDirectory &level = *reader.directory(size.level).value();
+        const Result<FieldDirectory> directory = values->directory(level);
+        if (!directory)
+            return directory.error();
+        for (std::size_t f = 0; f < fields.size(); ++f) {
+            StreamSize &stream = size.streams.emplace_back(StreamSize{.type = sizes.streams[first + f].type});
+            stream.raw_bytes = level.points * fields[f].bytes;
+            for (std::size_t chunk = 0; chunk < level.chunks.size(); ++chunk)
+                stream.stored_bytes += directory->at(chunk, f).stream.stored_bytes;
+            sizes.streams[first + f].stored_bytes += stream.stored_bytes;
+            sizes.streams[first + f].raw_bytes += stream.raw_bytes;
+            size.bytes += stream.stored_bytes;
+        }
+    }
+    return std::move(sizes);
+}
+
 Result<FileSizes> measure(Reader &reader, ByteView file) {
     const AttributeSet &set = reader.parameters().attributes;
     const StreamList infos = streams_of(set);
@@ -119,7 +149,7 @@ Result<FileSizes> measure(Reader &reader, ByteView file) {
         }
         sizes.levels.push_back(std::move(size));
     }
-    return sizes;
+    return measure_fields(reader, sizes);
 }
 
 std::string_view colour_name(ColourFormat format) {
@@ -163,6 +193,18 @@ json lights_to_json(const Reader &reader) {
     return list;
 }
 
+json fields_to_json(const Reader &reader) {
+    json list = json::array();
+    for (const Field &field : reader.parameters().fields)
+        list.push_back({{"name", field.name},
+                        {"unit", field.unit},
+                        {"offset", field.offset},
+                        {"scale", field.scale},
+                        {"bits", 8 * field.bytes},
+                        {"average", to_string(field.average)}});
+    return list;
+}
+
 json ground_to_json(const std::optional<GroundPlane> &ground) {
     if (!ground)
         return {};
@@ -193,6 +235,7 @@ json to_json(const std::string &path, const Reader &reader, const FileSizes &siz
         {"lights", lights_to_json(reader)},
         {"texture", parameters.texture.empty() ? json() : to_json(parameters.texture.front())},
         {"ground", ground_to_json(parameters.ground)},
+        {"fields", fields_to_json(reader)},
         {"rasters", sizes.rasters},
         {"metadata", json::parse(reader.metadata(), nullptr, false)},
         {"streams", sizes.streams},
@@ -239,6 +282,16 @@ void print_shading(const ModelParameters &parameters) {
     }
 }
 
+// Prints the fields, one line each: which values they can have, and how coarser levels get theirs.
+void print_fields(const Reader &reader) {
+    std::cout << std::defaultfloat << std::setprecision(9);
+    for (const Field &field : reader.parameters().fields)
+        std::cout << "field       " << command_line::printable(field.name) << ", " << field.value(1) << " to "
+                  << field.value(field.max_stored()) << (field.unit.empty() ? "" : " ")
+                  << command_line::printable(field.unit) << " in steps of " << field.scale << ", " << 8 * field.bytes
+                  << " bits, " << to_string(field.average) << '\n';
+}
+
 // Prints bits of lit fraction and stored bytes per level.
 void print_shadows(const Reader &reader, const FileSizes &sizes) {
     const auto lights = static_cast<std::size_t>(reader.parameters().attributes.lights);
@@ -250,7 +303,8 @@ void print_shadows(const Reader &reader, const FileSizes &sizes) {
     std::cout << '\n';
     for (const LevelSize &level : sizes.levels) {
         std::cout << std::setw(5) << level.level;
-        const std::size_t first = level.streams.size() - lights; // shadows are the last streams
+        // Shadows are the last streams before the fields.
+        const std::size_t first = level.streams.size() - reader.parameters().fields.size() - lights;
         for (std::size_t light = 0; light < lights; ++light)
             std::cout << std::setw(15) << shadow_bits(reader, light)[static_cast<std::size_t>(level.level)]
                       << std::setw(15) << level.streams[first + light].stored_bytes;
@@ -292,6 +346,7 @@ void print_text(const std::string &path, const Reader &reader, const FileSizes &
               << "colour      " << colour_name(parameters.attributes.colour) << '\n'
               << "materials   " << parameters.materials.size() << ", lights " << parameters.lights.size() << '\n';
     print_shading(parameters);
+    print_fields(reader);
     std::cout << "content id  " << hex(header.content_id) << '\n'
               << "metadata    " << reader.metadata() << "\n\n"
               << "stream            stored bytes      raw bytes  bits/point\n"

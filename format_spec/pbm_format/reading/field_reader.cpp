@@ -33,21 +33,26 @@ Bytes FieldReader::root_value(std::size_t field) const {
     return value;
 }
 
-Status FieldReader::read_directory(const LevelDirectory &level) {
+Result<FieldDirectory> FieldReader::directory(const LevelDirectory &level) const {
     const auto instance = static_cast<std::uint32_t>(level.level);
     const SectionEntry &entry = *reader_->section(SectionType::field_directory, instance);
     const Result<HeldBytes> stored = reader_->source().require(entry.range());
     if (!stored)
         return stored.error();
     if (Status status = verify_hash(stored->bytes, entry); !status)
-        return status;
+        return std::move(status).error();
     Result<FieldDirectory> directory = decode_field_directory(stored->bytes, level, table_.fields,
                                                               *reader_->section(SectionType::field_values, instance));
-    if (!directory) {
+    if (!directory)
         directory.error().offset += entry.offset;
-        return directory.error();
-    }
-    directories_[instance] = std::move(*directory);
+    return directory;
+}
+
+Status FieldReader::read_directory(const LevelDirectory &level) {
+    Result<FieldDirectory> read = directory(level);
+    if (!read)
+        return std::move(read).error();
+    directories_[static_cast<std::size_t>(level.level)] = std::move(*read);
     return {};
 }
 

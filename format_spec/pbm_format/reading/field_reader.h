@@ -16,9 +16,10 @@ class FieldReader {
     // The field's stored value of the model as one point: the parent of the chunk of level 1.
     Bytes root_value(std::size_t field) const;
 
-    // Reads the directory of a level, whose chunks are in `level`. Not for several threads at once.
+    // Verifies and returns the directory of the fields of a level, whose chunks are in `level`.
+    Result<FieldDirectory> directory(const LevelDirectory &level) const;
+    // Reads it for `load`. Not for several threads at once.
     Status read_directory(const LevelDirectory &level);
-    bool has_directory(int level) const { return !directories_[static_cast<std::size_t>(level)].entries.empty(); }
 
     // Decodes the stored values of a field in chunk `index` of `level`, whose directory was read before. `masks` and
     // `parents` as decode_field takes them. Safe to call from several threads.

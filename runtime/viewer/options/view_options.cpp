@@ -65,8 +65,13 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
              &options.load.max_level, {.check = Integers{0, kMaxDepth}});
     line.add("--max-error", "Largest edge of the voxels drawn, pixels; finer detail is left out", &options.max_error,
              {.check = Numbers{0.1, 64}, .shows_default = true});
-    line.add("--background-color,--background-colour", "sRGB, each 0..1; default 0.2,0.2,0.2",
-             stored(parse_colour, options.look.render.background), {.type = "R,G,B"});
+    line.add("--colour-by,--color-by",
+             "Draw points in the colours of a field (pbm-build --field); MAP: viridis, grey, classes",
+             [&look = options.look, store = stored(parse_colour_by, options.look.colour_by)](const std::string &text) {
+                 look.render.texture = true;
+                 return store(text);
+             },
+             {.type = "NAME[,MIN,MAX][,MAP]"});
 }
 
 // Each switch has a positive form, although on is the default: the dissertation's switches map to it.
@@ -76,15 +81,6 @@ void add_shading_options(CommandLine &line, LookOptions &look) {
     line.add("--texture,!--no-texture", "Colours of the file's marble or wood; default on", &render.texture);
     line.add("--ignore-point-colours,--ignore-point-colors", "Draw points in the colour of their material",
              [&render] { render.point_colours = false; });
-    line.add(
-        "--colour-by,--color-by",
-        "Draw points in the colours of a field that the file keeps (pbm-build --field); MAP: viridis, grey, classes",
-        [&look, store = stored(parse_colour_by, look.colour_by)](const std::string &text) {
-            look.render.texture = true;
-            return store(text);
-        },
-        {.type = "NAME[,MIN,MAX][,MAP]"});
-    line.add("--legend,!--no-legend", "The colours of --colour-by explained in the picture; default on", &look.legend);
     line.add("--shadows,!--no-shadows", "Shadows baked into the file; default on", &render.shadows);
     line.add("--panorama,!--no-panorama", "The file's panorama behind everything; default on", &render.panorama);
     line.add("--ground,!--no-ground", "The file's ground plane; default on", &render.ground);
@@ -96,6 +92,9 @@ void add_shading_options(CommandLine &line, LookOptions &look) {
              stored(parse_headlight, look.headlight), {.type = "RIGHT,UP"});
     command_line::add_choice(line, "--depth-cue", "depth cue", kDepthCues, look.depth_cue,
                              "Shade by depth alone, for scans without colours; default none");
+    line.add("--legend,!--no-legend", "Of the colours of --colour-by; default on", &look.legend);
+    line.add("--background-color,--background-colour", "sRGB, each 0..1; default 0.2,0.2,0.2",
+             stored(parse_colour, render.background), {.type = "R,G,B"});
 }
 
 } // namespace

@@ -45,6 +45,9 @@ std::string decoded_hash(const Model &model) {
         hash.add(image.texels);
     hash.add(model.images.panorama.texels);
     hash.add({reinterpret_cast<const std::uint8_t *>(model.metadata.data()), model.metadata.size()});
+    for (const Level &level : model.levels)
+        for (const Bytes &field : level.fields)
+            hash.add(field);
     return hex(hash.finish());
 }
 
@@ -65,7 +68,7 @@ void expect_contents(const std::filesystem::path &path, const Json &expected) {
     ASSERT_EQ(static_cast<std::size_t>(reader->depth()), chunks.size()) << path;
     for (int level = 1; level <= reader->depth(); ++level)
         EXPECT_EQ(reader->directory(level).value()->chunks.size(), chunks[static_cast<std::size_t>(level) - 1]) << path;
-    const Model model = load_model(*reader, {.threads = 1}).value();
+    const Model model = load_model(*reader, {.threads = 1, .fields = true}).value();
     std::vector<std::size_t> points;
     for (const Level &level : model.levels)
         points.push_back(level.points.size());

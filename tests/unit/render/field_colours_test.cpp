@@ -1,0 +1,120 @@
+// Points in the colours of a field: colour maps, and pictures of streamed and of whole models. BVG.md 17
+#include "pbm_format/reading/load_model.h"
+#include "pbm_format/writing/writer.h"
+#include "pbm_render/appearance/field_colours.h"
+#include "pbm_render/camera/framing.h"
+#include "pbm_render/detail/streamed_model.h"
+#include "pbm_render/fast/fast_renderer.h"
+#include "unit/support/test_models.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace pbm {
+namespace {
+
+using namespace test;
+
+const Field kHeights{.name = "height", .unit = "m", .offset = 10, .scale = 0.5, .bytes = 1};
+const Field kLabels{.name = "classification", .unit = "", .bytes = 1, .average = FieldAverage::majority};
+
+TEST(FieldColours, TheMapRunsOverTheRange) {
+    const FieldColours colours = field_colours(0, kHeights, {.range = {{20, 30}}, .map = ColourMap::grey}, {});
+    EXPECT_EQ(colours.indices.size(), 256U);
+    EXPECT_EQ(colours.indices[0], 0);
+    EXPECT_EQ(colours.indices[1], 1);    // 10: below the range
+    EXPECT_EQ(colours.indices[21], 1);   // 20
+    EXPECT_EQ(colours.indices[31], 128); // 25
+    EXPECT_EQ(colours.indices[41], 255); // 30
+    EXPECT_EQ(colours.indices[255], 255);
+    EXPECT_EQ(colours.palette[1], (Rgb8{0, 0, 0}));
+    EXPECT_EQ(colours.palette[255], (Rgb8{255, 255, 255}));
+}
+
+// Published values of viridis at 0, 1/2 and 1; the polynomial is within 4 of them.
+TEST(FieldColours, ViridisIsTheKnownOne) {
+    const FieldColours colours = field_colours(0, kHeights, {}, {});
+    const auto near = [&](std::size_t index, Rgb8 expected) {
+        for (std::size_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(colours.palette[index][c], expected[c], 4) << index;
+    };
+    near(1, {68, 1, 84});
+    near(128, {33, 145, 140});
+    near(255, {253, 231, 37});
+}
+
+TEST(FieldColours, TheRangeLeavesOutTheFarthestValues) {
+    Bytes sample(1000, 50);
+    for (std::size_t i = 0; i < 500; ++i)
+        sample[i] = 100;
+    sample[0] = 255; // fewer than a hundredth
+    sample[1] = 0;   // no value
+    const FieldColours colours = field_colours(0, kHeights, {}, sample);
+    EXPECT_EQ(colours.least, kHeights.value(50));
+    EXPECT_EQ(colours.most, kHeights.value(100));
+    const FieldColours even = field_colours(0, kHeights, {}, Bytes(10, 7));
+    EXPECT_LT(even.least, even.most);
+    const FieldColours none = field_colours(0, kHeights, {}, Bytes(10, 0));
+    EXPECT_LT(none.least, none.most);
+}
+
+TEST(FieldColours, LabelsHaveColoursOfTheirOwn) {
+    const FieldColours colours = field_colours(0, kLabels, {}, Bytes{3, 0, 7, 3});
+    EXPECT_EQ(colours.map, ColourMap::classes);
+    EXPECT_EQ(colours.labels, (std::vector<std::uint32_t>{3, 7}));
+    EXPECT_EQ(class_name(2), "ground"); // stored 3
+    std::set<Rgb8> all;
+    for (std::uint32_t label = 0; label < 40; ++label)
+        all.insert(colours.palette[colours.indices[label + 1]]);
+    EXPECT_EQ(all.size(), 40U);
+    EXPECT_EQ(field_colours(0, kLabels, {.range = {{0, 9}}, .map = {}}, {}).map, ColourMap::viridis);
+}
+
+// A picture of a file by a field is that of a file whose texture values are the field's colours.
+TEST(FieldColours, AStreamedModelIsDrawnLikeOneWithThatTexture) {
+    Model model = sphere_model(6, {.colour = ColourFormat::rgb888});
+    add_fields(model);
+    for (const Storage storage : {Storage::packed, Storage::mapped}) {
+        const Bytes file = encode_model(model, {.storage = storage, .chunk_points = 512}).value();
+        for (std::size_t f = 0; f < model.parameters.fields.size(); ++f) {
+            const FieldColours colours = field_colours(f, model.parameters.fields[f], {}, model.levels[4].fields[f]);
+            StreamedModel streamed(Reader::open(file).value(), {.threads = 1, .field = colours});
+            const ModelParameters parameters = with_field_colours(streamed.reader().parameters(), colours);
+
+            Model textured = model;
+            colour_by_field(textured, colours);
+            textured.parameters.fields.clear();
+            const Bytes other = encode_model(textured, {.storage = storage, .chunk_points = 512}).value();
+            StreamedModel expected(Reader::open(other).value(), {.threads = 1});
+
+            const Camera camera = default_camera(*streamed.bounds(), UpAxis::y, 160, 120);
+            const auto picture = [&](StreamedModel &shown, const ModelParameters &as) {
+                Framebuffer target(160, 120);
+                const auto detail = shown.load({.camera = camera, .width = 160, .height = 120});
+                EXPECT_TRUE(detail);
+                FastRenderer renderer(as, 512, 1);
+                renderer.render(detail->runs, camera, {}, target);
+                return std::vector<std::uint32_t>(target.colour.begin(), target.colour.end());
+            };
+            EXPECT_EQ(picture(streamed, parameters), picture(expected, expected.reader().parameters())) << f;
+            EXPECT_GT(streamed.statistics().memory, 0U);
+        }
+    }
+}
+
+TEST(FieldColours, ADamagedFieldIsReported) {
+    Model model = sphere_model(6, {});
+    add_fields(model);
+    Bytes file = encode_model(model, {.chunk_points = 512}).value();
+    const Reader reader = Reader::open(file).value();
+    file[reader.section(SectionType::field_values, 6)->offset] ^= 1;
+    const FieldColours colours = field_colours(0, model.parameters.fields[0], {}, {});
+    StreamedModel streamed(Reader::open(file).value(), {.threads = 1, .field = colours});
+    const auto bounds = streamed.bounds(); // loads the six coarsest levels
+    ASSERT_FALSE(bounds);
+    EXPECT_EQ(bounds.error().rule, "17.5.1");
+}
+
+} // namespace
+} // namespace pbm

@@ -1,0 +1,61 @@
+// The legend of a field, and the option --colour-by.
+#include "viewer/options/option_values.h"
+#include "viewer/pictures/legend.h"
+
+#include <gtest/gtest.h>
+
+namespace pbm {
+namespace {
+
+const Field kIntensity{.name = "intensity", .unit = "dB", .offset = 0, .scale = 1, .bytes = 1};
+
+TEST(Legend, SaysNameUnitAndRange) {
+    const Legend legend = legend_of(kIntensity, field_colours(0, kIntensity, {.range = {{0, 5}}, .map = {}}, {}));
+    EXPECT_EQ(legend.title, "intensity (dB)");
+    EXPECT_EQ(legend.ticks, (std::array<std::string, 3>{"0", "2.5", "5"}));
+    EXPECT_TRUE(legend.rows.empty());
+}
+
+TEST(Legend, NamesTheClassesOfLas) {
+    const Field classes{.name = "classification", .unit = "", .average = FieldAverage::majority};
+    const Legend legend = legend_of(classes, field_colours(0, classes, {}, Bytes{3, 7, 200}));
+    ASSERT_EQ(legend.rows.size(), 3U);
+    EXPECT_EQ(legend.rows[0].text, "2 ground");
+    EXPECT_EQ(legend.rows[1].text, "6 building");
+    EXPECT_EQ(legend.rows[2].text, "199");
+}
+
+TEST(Legend, IsDrawnInTheCornerAndLeftOutOfSmallPictures) {
+    const Legend legend = legend_of(kIntensity, field_colours(0, kIntensity, {}, {}));
+    const auto changed = [&](int width, int height) {
+        Framebuffer picture(width, height);
+        picture.clear({200, 200, 200, 255});
+        const PixelArray<std::uint32_t> before = picture.colour;
+        draw_legend(legend, picture);
+        std::size_t pixels = 0, left = 0;
+        for (std::size_t i = 0; i < before.size(); ++i)
+            if (picture.colour[i] != before[i]) {
+                ++pixels;
+                left += i % static_cast<std::size_t>(width) < static_cast<std::size_t>(width) / 2 ? 1 : 0;
+            }
+        EXPECT_EQ(left, 0U);
+        return pixels;
+    };
+    EXPECT_GT(changed(640, 480), 5000U);
+    EXPECT_GT(changed(3840, 2160), 80000U);
+    EXPECT_EQ(changed(120, 120), 0U);
+}
+
+TEST(ColourBy, IsReadAsItIsWritten) {
+    for (const char *text : {"intensity", "intensity,0,255", "intensity,-1.5,2,grey", "a,b", "class,classes"}) {
+        const Result<ColourBy> by = parse_colour_by(text);
+        ASSERT_TRUE(by) << text;
+        EXPECT_EQ(colour_by_text(*by), text);
+    }
+    EXPECT_EQ(parse_colour_by("a,b")->field, "a,b");
+    for (const char *text : {"", ",0,1", "intensity,5", "intensity,2,1", "class,0,1,classes", ",grey"})
+        EXPECT_FALSE(parse_colour_by(text)) << text;
+}
+
+} // namespace
+} // namespace pbm
