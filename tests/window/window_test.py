@@ -904,6 +904,25 @@ def test_panel(display):
         check(view.vectors() != camera, "the view does not get the keyboard back")
 
 
+def test_fields(display):
+    """The points have the colours of the field that the command line or the panel names; the view stays."""
+    shutil.copyfile(source / "format_spec/vectors/valid/fields.pbvg", work / "fields.pbvg")
+    with View(display, "--colour-by=height", "fields.pbvg", size=(640, 480)) as view:
+        check_same(view, "fields.pbvg", "the colours of a field")
+        view.key("Right")
+        camera = view.vectors()
+        view.next_frame("key", "Tab")
+        view.next_frame("mousemove", 360, 182, "sleep", "0.1", "click", 1)  # the list of fields
+        view.act("mousemove", 340, 269, "sleep", "0.1", "click", 1)         # its last line
+        check("--colour-by=class" in view.view(), f"another field: {view.view()}")
+        check(view.vectors() == camera, "the camera moved")
+        view.next_frame("key", "Tab")
+        check_same_in_the_end(view, "fields.pbvg", "the colours of another field")
+        check(view.quit() == 0, "Escape does not end with 0")
+    refused = run("pbm-view", "--colour-by=age", "fields.pbvg", display=display)
+    check(refused.returncode == 1 and "noise, height, class" in refused.stderr, refused.stderr)
+
+
 def test_panel_beside_the_picture(display):
     """In a wide window the picture is drawn beside the panel, so that the panel covers nothing of it."""
     with View(display, "model.pbvg", size=(900, 400)) as view:

@@ -29,6 +29,7 @@ struct FieldColours {
 struct ColourChoice {
     std::optional<std::array<double, 2>> range; // least < most
     std::optional<ColourMap> map;
+    bool operator==(const ColourChoice &) const = default;
 };
 
 // `sample`: stored values of some points of the model. Labels (fields with the majority as average) get the map

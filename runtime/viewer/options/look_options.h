@@ -32,6 +32,8 @@ struct Headlight {
 struct ColourBy {
     std::string field;
     ColourChoice choice;
+    bool if_there = false; // a model without the field is drawn in its own colours; else it is refused
+    bool operator==(const ColourBy &) const = default;
 };
 
 struct LookOptions {

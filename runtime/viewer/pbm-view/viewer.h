@@ -221,6 +221,7 @@ class Viewer {
     std::unique_ptr<Opening> opening_;
     std::string next_path_;      // opened when `opening_` ends; empty for none
     bool opening_again_ = false; // `opening_` is of the model shown, whose file was replaced
+    bool recolours_ = false;     // or whose points get the colours of another field
     std::future<Result<std::vector<std::string>>> dialog_;
     StartPage start_page_;
     std::optional<StartPage::Choice> page_choice_; // made in the last frame of the page

@@ -82,6 +82,8 @@ void Viewer::open(const std::string &path, bool again) {
     ViewOptions options = options_;
     if (model_)
         forget_camera(options);
+    if (look_ && (options.look.colour_by = look_->options.colour_by))
+        options.look.colour_by->if_there = true;
     if (view_size_ != glm::ivec2(0))
         options.resolution = view_size_;
     opening_again_ = again;
@@ -145,6 +147,7 @@ Status Viewer::show(ShownModelPointer loaded) {
     const auto camera = first_camera(*loaded);
     if (!camera)
         return camera.error();
+    const LookPointer shown_look = look_;
     std::optional<LookOptions> shown_options;
     if (look_)
         shown_options = look_->options;
@@ -167,7 +170,10 @@ Status Viewer::show(ShownModelPointer loaded) {
     if (picture_size() != glm::ivec2(0))
         view_size_ = picture_size();
     // Options that the user has changed survive the change of model.
-    if (shown_options)
+    const bool recolours = std::exchange(recolours_, false) && is_same;
+    if (recolours)
+        look_ = shown_look;
+    else if (shown_options)
         look_ = std::make_shared<Look>(*shown_options, model_->parameters(), up_of(options_, model_->grid()));
     if (!shown_options && !video_ && is_first_start())
         hint_until_ = Window::now() + kHintTime;
@@ -196,7 +202,7 @@ Status Viewer::show(ShownModelPointer loaded) {
     start_page_.set_problem(std::nullopt);
     update_panel(); // lays out the panel before it is drawn
     window_.set_title(file_name(model_->path()) + files_.position() + " - " + std::string(program_) + " (F1: help)");
-    if (is_same && std::exchange(was_saved_, false))
+    if (recolours || (is_same && std::exchange(was_saved_, false)))
         return {}; // that was told
     if (is_same)
         notify(file_name(model_->path()) + " was written anew", false);

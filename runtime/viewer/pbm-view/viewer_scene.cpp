@@ -95,10 +95,15 @@ void Viewer::build_windows(std::optional<Look> &changed) {
 }
 
 void Viewer::change_look(Look look) {
+    const bool recolours = look.options.colour_by != look_->options.colour_by;
     shadows_.choose(look.appearance);
     shadows_.request(look.appearance, look.options.render.shadows && !look.options.headlight, Window::now());
     look_ = std::make_shared<Look>(std::move(look));
     change_view();
+    if (recolours && model_) { // colours of fields are those of the chunks
+        recolours_ = true;
+        open(model_->path(), true);
+    }
 }
 
 // Moves the panel's light, or the headlight, to where the pointer is on a ball that fills the picture's height.

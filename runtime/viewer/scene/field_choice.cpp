@@ -45,6 +45,11 @@ Result<Bytes> sample_of(Reader &reader, std::size_t field) {
 
 } // namespace
 
+bool has_field(const ModelParameters &parameters, const std::string &name) {
+    return std::any_of(parameters.fields.begin(), parameters.fields.end(),
+                       [&](const Field &field) { return field.name == name; });
+}
+
 Result<FieldColours> choose_field_colours(Reader &reader, const ColourBy &wanted) {
     const std::vector<Field> &fields = reader.parameters().fields;
     const auto found =

@@ -7,6 +7,8 @@
 
 namespace pbm {
 
+bool has_field(const ModelParameters &parameters, const std::string &name);
+
 // Reads the coarse levels of the field, up to the last one that is a single chunk, for its usual range and its labels.
 //
 // errors  usage  the file has no such field; the message lists those that it has

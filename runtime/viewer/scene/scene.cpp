@@ -58,7 +58,7 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
     auto opened = open_file(path, Use::chunks);
     if (!opened)
         return opened.error();
-    if (colour_by) {
+    if (colour_by && (!colour_by->if_there || has_field(opened->reader.parameters(), colour_by->field))) {
         auto colours = choose_field_colours(opened->reader, *colour_by);
         if (!colours)
             return colours.error();

@@ -166,6 +166,30 @@ bool build_quality(LookOptions &options) {
     return changed;
 }
 
+// The field in whose colours the points are drawn.
+bool build_field(const std::vector<Field> &fields, LookOptions &options) {
+    if (fields.empty())
+        return false;
+    const std::string shown = options.colour_by ? options.colour_by->field : "as in the file";
+    bool changed = false;
+    if (ImGui::BeginCombo("Colours", shown.c_str())) {
+        if (ImGui::Selectable("as in the file", !options.colour_by) && options.colour_by) {
+            options.colour_by = std::nullopt;
+            changed = true;
+        }
+        for (const Field &field : fields)
+            if (ImGui::Selectable(field.name.c_str(), shown == field.name) && shown != field.name) {
+                options.colour_by = ColourBy{.field = field.name, .choice = {}, .if_there = true};
+                options.render.texture = true;
+                changed = true;
+            }
+        ImGui::EndCombo();
+    }
+    if (options.colour_by)
+        changed |= ImGui::Checkbox("Legend", &options.legend);
+    return changed;
+}
+
 bool edit_angle(const char *label, double &radians, float most) {
     auto degrees = static_cast<float>(glm::degrees(radians));
     if (!ImGui::SliderFloat(label, &degrees, -most, most, "%.0f deg", ImGuiSliderFlags_AlwaysClamp))
@@ -356,6 +380,7 @@ bool Panel::build(Look &look, glm::ivec2 size, float scale, const std::string &s
         // Build every part, even if an earlier one reports a change.
         changed = build_switches(*model_.file, model_.has_panorama, look.options.render);
         changed = build_quality(look.options) || changed;
+        changed = build_field(model_.file->fields, look.options) || changed;
         if (ImGui::CollapsingHeader("Lights"))
             changed = build_lights(look, shadows) || changed;
         if (ImGui::CollapsingHeader("Materials"))
