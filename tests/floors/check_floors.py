@@ -43,9 +43,9 @@ ROOMS = {
     "runtime/viewer": [
         "pictures", "options", "measure opening", "navigation clipping", "scene", "light", "pbm-render pbm-view",
         "pbm-view/window"],
-    "tools/pbm-build/pbm_scan": ["surface", "text", "images clouds", "gltf mesh ply e57 ptx las table", "."],
+    "tools/pbm-build/pbm_scan": ["surface", "text", "fields", "images clouds", "gltf mesh ply e57 ptx las table", "."],
     "tools/pbm-build/pbm_build": [
-        "report", "surface", "grid images mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
+        "report", "surface", "fields grid images mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
 }
 
 # What needs an operating system, and the rooms of the floors that must do without it.

@@ -2,6 +2,7 @@
 
 #include "command_line/common_options.h"
 #include "pbm_build/upsampling/upsample.h"
+#include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/formats.h"
 #include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"
@@ -186,6 +187,19 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
              {.excludes = {"--remove-outliers"}});
 }
 
+void add_field_options(CommandLine &line, Arguments &arguments) {
+    BuildOptions &options = arguments.build;
+    line.topic = "Measurements";
+    line.add("--field",
+             "Keep a measurement of the points, up to 8: intensity, classification, gps_time ...; say its range, its "
+             "average (mean, majority, max) and its bits (8, 16)",
+             &arguments.fields,
+             {.type = "NAME[=MIN,MAX][,mean|majority|max][,8|16]", .check = command_line::readable(parse_field)});
+    line.add("--drop-class", "Leave out points of these classes: numbers, or names such as noise,water",
+             command_line::stored(parse_classes, options.dropped_classes),
+             {.type = "LIST", .check = command_line::readable(parse_classes)});
+}
+
 void add_mesh_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
     line.topic = "Mesh";
@@ -237,8 +251,8 @@ void add_output_options(CommandLine &line, Arguments &arguments) {
 
 void add_build_system_options(CommandLine &line, Arguments &arguments) {
     line.topic = "Build systems";
-    line.add("--recipe", "Take the options from a TOML file; the command line wins over it",
-             command_line::SettingsFile{read_recipe}, {.type = "FILE"});
+    line.add("--recipe", "Options from a TOML file; the command line wins", command_line::SettingsFile{read_recipe},
+             {.type = "FILE"});
     line.add("--allow-outside", "Let the recipe name outputs, JSON and log outside its folder",
              &arguments.allow_outside, {.needs = "--recipe"});
     line.add("--if-changed",
@@ -283,6 +297,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
             "and materials may be tables ([[light]]), and names of files are relative to the recipe's folder. "
             "The command line wins over the recipe."};
     add_input_options(line, arguments);
+    add_field_options(line, arguments);
     add_mesh_options(line, arguments);
     add_grid_options(line, arguments);
     SceneArguments scene;
@@ -313,6 +328,16 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     if (!request)
         return command_line::fail_usage(program, request.error().message);
     arguments.build.scene = std::move(*request);
+    if (arguments.fields.size() > kMaxFields)
+        return command_line::fail_usage(program, "--field is given " + std::to_string(arguments.fields.size()) +
+                                                     " times; a model keeps at most 8 fields");
+    for (const std::string &text : arguments.fields) {
+        FieldRequest field = *parse_field(text);
+        for (const FieldRequest &other : arguments.build.fields)
+            if (is_same_field(other.name, field.name))
+                return command_line::fail_usage(program, "--field " + field.name + " is given twice");
+        arguments.build.fields.push_back(std::move(field));
+    }
     for (const std::string &text : arguments.viewpoints)
         arguments.build.viewpoints.push_back(*three_numbers(text));
     if (const auto refused = check_inputs(program, arguments))

@@ -13,6 +13,7 @@ namespace pbm::build {
 struct Arguments {
     std::vector<std::string> inputs; // at least one
     std::string output;
+    std::vector<std::string> fields;     // of --field, readable
     std::vector<std::string> viewpoints; // "X,Y,Z", readable: none, one for all inputs, or one for each
     std::string grid_like;               // .pbvg whose grid is taken, empty for none
     std::string json;                    // file, "-" for stdout, empty for none

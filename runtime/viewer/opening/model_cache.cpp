@@ -65,8 +65,8 @@ Result<ModelCache> ModelCache::open(const std::string &folder, std::uint64_t max
     return ModelCache(folder, max_bytes);
 }
 
-Result<std::string> ModelCache::file_for(std::span<const std::string> sources) const {
-    std::string text;
+Result<std::string> ModelCache::file_for(std::span<const std::string> sources, std::string_view options) const {
+    std::string text(options);
     for (const std::string &source : sources) {
         const auto key = identity(source);
         if (!key)

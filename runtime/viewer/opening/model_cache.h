@@ -21,11 +21,11 @@ class ModelCache {
     static Result<ModelCache> open(const std::string &folder, std::uint64_t max_bytes = kMaxBytes);
 
     // The file for what a program makes of a scan; `sources`: the scan, the program, and whatever else the model
-    // depends on. Its name is a hash of full path, size and modification time of each, so a scan that changes, or a
-    // newer program, gets another file. The file need not exist.
+    // depends on; `options`: text that it depends on. Its name is a hash of full path, size and modification time of
+    // each, so a scan that changes, or a newer program, gets another file. The file need not exist.
     //
     // errors  io  one of them cannot be examined
-    Result<std::string> file_for(std::span<const std::string> sources) const;
+    Result<std::string> file_for(std::span<const std::string> sources, std::string_view options = {}) const;
 
     // Makes `file` the most recently used. Returns false if there is no such file, or a damaged one.
     static bool use(const std::string &file);

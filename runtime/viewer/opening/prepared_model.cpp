@@ -90,6 +90,8 @@ Status build(const std::string &builder, const std::string &scan, const std::str
         command.emplace_back("--if-changed");
     if (!preparation.scans.recipe.empty())
         command.emplace_back("--recipe=" + preparation.scans.recipe);
+    if (!preparation.scans.field.empty())
+        command.emplace_back("--field=" + preparation.scans.field);
     command.insert(command.end(), {"--", scan});
     const auto report = [&](std::string_view line) { // PERCENT STEP
         int percent = 0;
@@ -173,7 +175,7 @@ Result<PreparedModel> prepare_model(const std::string &path, const Preparation &
             return build_outside_cache(*builder, path, preparation);
         return Error{cache.error().code, 0, "--cache " + folder + ": " + cache.error().message};
     }
-    auto file = cache->file_for(sources);
+    auto file = cache->file_for(sources, preparation.scans.field);
     if (!file)
         return file.error();
     if (const bool cached = ModelCache::use(*file); !cached || names_further_files(path, preparation.scans)) {

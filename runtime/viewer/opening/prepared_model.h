@@ -20,6 +20,7 @@ struct CommandLine;
 struct ScanOptions {
     std::string cache{};  // folder of built models; "none": none; empty: $PBM_CACHE, else the user's cache folder
     std::string recipe{}; // options of pbm-build, a TOML file; empty: its defaults
+    std::string field{};  // measurement that the model keeps (pbm-build --field); empty: none
 };
 
 // Declares --cache and --recipe. `options` must outlive the parsing.

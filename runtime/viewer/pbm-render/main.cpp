@@ -341,8 +341,11 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, V
 // Builds the model of a scan, with progress on standard error.
 Result<PreparedModel> prepare(const Arguments &arguments) {
     command_line::ProgressDisplay display(arguments.view.verbosity);
+    ScanOptions scans = arguments.scans;
+    if (arguments.view.look.colour_by)
+        scans.field = arguments.view.look.colour_by->field;
     return prepare_model(arguments.input,
-                         {.scans = arguments.scans,
+                         {.scans = scans,
                           .threads = arguments.view.load.threads,
                           .progress = [&](std::string_view step, double done) { display.show(step, done); }});
 }

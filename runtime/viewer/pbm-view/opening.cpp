@@ -23,6 +23,8 @@ Opening::Opening(ThreadPool &pool, std::string path, const ViewOptions &options,
                                     set_progress(Progress{std::string(step), done});
                                 },
                             .stop = stop_.get_token()};
+    if (const auto &by = options.look.colour_by; by && !by->if_there)
+        preparation.scans.field = by->field;
     opened_ = pool.post([&pool, path = path_, options, set_progress,
                          preparation = std::move(preparation)]() -> Result<ShownModelPointer> {
         try {

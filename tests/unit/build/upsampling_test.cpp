@@ -72,6 +72,16 @@ double nearest_to(const std::vector<glm::dvec3> &points, const glm::dvec3 &place
     return least;
 }
 
+TEST(Upsampling, MadePointsHaveNoValueOfAField) {
+    Cloud cloud = ball([](const glm::dvec3 &p) { return p.z > 0 && std::hypot(p.x, p.y) < 3; });
+    cloud.surface.field_values[0].assign(cloud.surface.positions.size(), {5});
+    const std::size_t given = cloud.surface.positions.size(), made = cloud.made(8).size();
+    ASSERT_GT(made, 0U);
+    ASSERT_EQ(cloud.surface.field_values[0].size(), given + made);
+    for (std::size_t i = given; i < given + made; ++i)
+        EXPECT_TRUE(std::isnan(cloud.surface.field_values[0][i].number));
+}
+
 TEST(Upsampling, PointsInAGapLieOnTheSurface) {
     const glm::dvec3 pole(0, 0, 40);
     Cloud cloud = ball([&](const glm::dvec3 &p) { return glm::length(p - pole) < 3; });

@@ -296,7 +296,7 @@ TEST(Samples, TheLimitOfMemoryHoldsForSliversAsWell) {
     const VertexNormals normals{.normals = std::vector<ShortNormal>(surface.positions.size())};
     const Grid grid = centred_grid(bounds_of(surface), kDepth);
     const Bytes radii;
-    const SurfaceSampler sampler(surface, {}, normals, radii, grid, 2);
+    const SurfaceSampler sampler(surface, {}, normals, radii, {}, grid, 2);
     HitStore hits(kDepth, 2, kMaxBytes);
     const Status sampled = sample_points(sampler, hits);
     ASSERT_FALSE(sampled.ok());

@@ -56,6 +56,37 @@ std::string las(int format, int minor = 4) {
 Result<Surface> read(const std::string &file) { return test::read(file, "scan"); }
 Surface surface(const std::string &file) { return test::surface(file, "scan"); }
 
+// Bytes of the record of LAS 1.4, tables 7 and 16.
+TEST(Las, MeasurementsAreFieldsWhereTheyAreAskedFor) {
+    for (const int format : {1, 6}) {
+        const bool is_new = format == 6;
+        std::string file = las(format);
+        const std::size_t point = file.size() - kSizes[static_cast<std::size_t>(format)];
+        file[point + 14] = static_cast<char>(is_new ? 0x52 : 0x2A); // the second of five returns
+        file[point + (is_new ? 16 : 15)] = is_new ? 40 : 2;
+        put<std::uint16_t>(file, point + (is_new ? 20 : 18), 77);
+        put<double>(file, point + (is_new ? 22 : 20), 1234.5);
+        if (is_new)
+            put<std::int16_t>(file, point + 18, -1000);
+        else
+            file[point + 16] = static_cast<char>(-6);
+        const ReadOptions options{.fields = {"classification", "return_number", "number_of_returns", "gps_time",
+                                             "scan_angle", "point_source", "intensity"}};
+        const Result<Surface> s = test::read(file, "scan", options);
+        ASSERT_TRUE(s) << s.error().message;
+        const std::array<double, 7> expected{is_new ? 40.0 : 2.0, 2, 5, 1234.5, -6, 77, 11};
+        for (std::size_t slot = 0; slot < expected.size(); ++slot) {
+            ASSERT_EQ(s->field_values[slot].size(), 2U) << slot;
+            EXPECT_EQ(s->field_values[slot][1].number, expected[slot]) << format << " " << slot;
+        }
+        EXPECT_EQ(s->field_units[3], "s");
+        EXPECT_EQ(
+            note_of(*s,
+                    "intensity, return_number, number_of_returns, classification, scan_angle, point_source, gps_time"),
+            "fields");
+    }
+}
+
 TEST(Las, EveryPointFormatIsRead) {
     for (int format = 0; format <= 10; ++format) {
         const Surface s = surface(las(format));
@@ -78,7 +109,7 @@ TEST(Las, WithheldPointsAndWhatIsNotUsedAreNamed) {
         const Surface s = surface(file);
         EXPECT_EQ(s.positions.size(), 1U);
         EXPECT_EQ(note_of(s, "x y z"), "positions; 1 point that the file withholds left out");
-        EXPECT_NE(note_of(s, format == 1 ? "classification, user data" : "user data"), "no such line");
+        EXPECT_NE(note_of(s, format == 1 ? "classification, user_data" : "user_data"), "no such line");
     }
 }
 

@@ -104,7 +104,7 @@ TEST(TextCloud, SeparatorsAndNames) {
     EXPECT_EQ(surface("1,5;2;3\n4;5;6,25\n", "scan.csv").positions[1], glm::dvec3(4, 5, 6.25));
     const Surface named = surface("//X Y Z Rf Gf Bf Intensity Time\n1\n1 2 3 1 0.5 0 7 9\n", "scan.asc");
     EXPECT_EQ(named.colours[0], (Rgb8{255, 128, 0}));
-    EXPECT_EQ(note_of(named, "columns Time"), "measurements that are not shown");
+    EXPECT_EQ(note_of(named, "columns Time"), "measurements that are not shown; --field NAME keeps one");
 }
 
 TEST(TextCloud, ColumnsAreGuessedByContent) {

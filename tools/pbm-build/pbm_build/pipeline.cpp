@@ -104,7 +104,7 @@ void report_made_points(const Surface &surface, const BuildOptions &options, Bui
 // Fills gaps, samples and voxelizes at the depth of `grid`. If the user set no depth, decrements it until the number of
 // points is within max_points and the samples fit into memory.
 Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, VertexNormals &normals,
-                                   const AttributeSet &set, Grid &grid, const Run &run) {
+                                   const AttributeSet &set, std::span<const Field> fields, Grid &grid, const Run &run) {
     const BuildOptions &options = run.options;
     std::vector<TexturePyramid> images;
     if (!surface.textures.empty())
@@ -127,7 +127,8 @@ Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, Verte
             return filled.error();
         }
         const Bytes radii = given_radii(surface, grid);
-        const SurfaceSampler sampler(surface, images, normals, radii, grid, options.threads);
+        const std::vector<FieldSamples> field_values = field_samples(surface, fields);
+        const SurfaceSampler sampler(surface, images, normals, radii, field_values, grid, options.threads);
         HitStore hits(grid.depth, resolve_threads(options.threads), options.max_hit_bytes);
         const Status sampled =
             run.clock.run("sample points", [&](auto progress) { return sample_points(sampler, hits, progress); });
@@ -136,7 +137,8 @@ Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, Verte
         if (!sampled)
             return sampled.error();
         run.statistics.samples = hits.size();
-        Voxels voxels = run.clock.run("voxelize", [&] { return voxelize(sampler, hits, set, options.threads); });
+        Voxels voxels =
+            run.clock.run("voxelize", [&] { return voxelize(sampler, hits, set, fields, options.threads); });
         voxels.made = std::move(*filled);
         if (voxels.codes.empty())
             return bad_input("the images are transparent everywhere: there is nothing to build");
@@ -234,6 +236,9 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     if (Status bounded = check_bounds(bounds); !bounded)
         return bounded.error();
     const AttributeSet set = choose_attributes(surface, options.colour);
+    Result<std::vector<Field>> fields = choose_fields(surface, options.fields, statistics);
+    if (!fields)
+        return fields.error();
     const bool has_crs = !surface.crs.empty();
     Result<std::string> metadata = make_metadata(options, set.colour, surface.crs);
     if (!metadata)
@@ -271,7 +276,8 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     report_steps(single_precision, grid.voxel_size, statistics);
     if (!options.grid.voxel_size && !options.grid.like)
         report_precision(bounds, grid, statistics);
-    Result<Voxels> voxels = sample_and_voxelize(surface, bounds, normals, set, grid, {options, statistics, clock});
+    Result<Voxels> voxels =
+        sample_and_voxelize(surface, bounds, normals, set, *fields, grid, {options, statistics, clock});
     if (!voxels)
         return voxels.error();
     if (voxels->codes.size() > kMaxPoints)
@@ -283,6 +289,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     Model model;
     model.parameters.grid = grid;
     model.parameters.attributes = set;
+    model.parameters.fields = std::move(*fields);
     model.parameters.materials = choose_materials(surface, set);
     model.metadata = std::move(*metadata);
     if (Status furnished = furnish(std::move(surface), *voxels, model, {options, statistics, clock}); !furnished)
@@ -294,6 +301,7 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
         for (std::size_t level = 0; level < masks.size(); ++level)
             model.levels[level].masks = std::move(masks[level]);
         model.levels.back().points = std::move(voxels->points);
+        model.levels.back().fields = std::move(voxels->fields);
     });
     clock.run("detail levels", [&] { average_levels(model, threads); });
 
@@ -310,6 +318,9 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
     const Result<std::vector<PosedScan>> scans = posed_scans(inputs, options.poses);
     if (!scans)
         return scans.error();
+    std::vector<std::string> field_names;
+    for (const FieldRequest &field : options.fields)
+        field_names.push_back(field.name);
     std::vector<Surface> surfaces;
     for (const PosedScan &scan : *scans) {
         StepClock clock(statistics, progress);
@@ -317,6 +328,8 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
         Result<Surface> surface = clock.run("read", [&](auto read_progress) {
             return read_surface(scan.file, {.strict = options.strict,
                                             .format = options.input_format,
+                                            .fields = field_names,
+                                            .dropped_classes = options.dropped_classes,
                                             .default_material = options.scene.default_material.value_or(Material{}),
                                             .progress = read_progress});
         });

@@ -5,6 +5,7 @@
 //   evaluate_solid_texture -> bake_shadows -> encode_octree -> average_levels -> write_model
 #pragma once
 
+#include "pbm_build/fields/field_choice.h"
 #include "pbm_build/grid/grid_choice.h"
 #include "pbm_build/grid/placement.h"
 #include "pbm_build/mesh_repair/repair_mesh.h"
@@ -15,6 +16,7 @@
 #include "pbm_format/writing/writer.h"
 #include "pbm_scan/surface/surface.h"
 
+#include <bitset>
 #include <optional>
 #include <span>
 #include <string>
@@ -36,6 +38,8 @@ struct BuildOptions {
     Credits credits;
     SceneRequest scene;
     MeshRequest mesh;
+    std::vector<FieldRequest> fields;              // at most kMaxFields
+    std::bitset<256> dropped_classes{};            // points with these classes are left out
     bool flip_faces = false;                       // reverses the winding of all faces, after the repair
     std::optional<double> crease_angle;            // degrees, 0..180; creases.h
     std::vector<std::array<double, 3>> viewpoints; // estimated normals face them; model units. One for all, or one for

@@ -3,6 +3,8 @@
 #include "pbm_format/model/point_values.h"
 #include "system/threads/parallel.h"
 
+#include <glm/common.hpp>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>

@@ -191,6 +191,11 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
     for (Surface &surface : surfaces) {
         adapt(surface, has, merged.materials);
         merged.report.insert(merged.report.end(), surface.report.begin(), surface.report.end());
+        merged.offered_fields.insert(merged.offered_fields.end(), surface.offered_fields.begin(),
+                                     surface.offered_fields.end());
+        for (std::size_t slot = 0; slot < kFieldSlots; ++slot)
+            if (!merged.field_units[slot])
+                merged.field_units[slot] = surface.field_units[slot];
     }
     separate_points(surfaces);
     for (Surface &surface : surfaces) {

@@ -3,6 +3,7 @@
 #include "pbm_build/grid/lattice_triangle.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 namespace pbm::build {
@@ -59,6 +60,8 @@ void SampleCursor::load(std::uint32_t source) {
             triangle_.colours[k][c] = attributes.colour[k];
         }
     }
+    for (std::size_t c = 0; c < 3; ++c)
+        vertices_[c] = vertices[order[c]->number];
     mixed_materials_ = materials_[1] != materials_[0] || materials_[2] != materials_[0];
     const glm::ivec3 voxel = voxel_of(corners[0].at);
     triangle_.in_one_voxel = voxel == voxel_of(corners[1].at) && voxel == voxel_of(corners[2].at);
@@ -79,6 +82,29 @@ void SampleCursor::take_point(std::uint32_t source, std::size_t row, SampleRows 
     }
     rows.mixed.normals.is_rounded[row] = 1;
     rows.rest[row] = sample.rest;
+    for (std::size_t f = 0; f < rows.fields.size(); ++f)
+        rows.fields[f][row] = sampler_.fields_[f].values[sampler_.vertex_of_point(source)];
+}
+
+// The values of the fields: mixed from those of the corners, or of the nearest corner where values are not mixed.
+void SampleCursor::take_fields(std::size_t row, SampleRows &rows) const {
+    const auto &weights = rows.mixed.weights;
+    for (std::size_t f = 0; f < rows.fields.size(); ++f) {
+        const FieldSamples &field = sampler_.fields_[f];
+        double mixed = 0, largest = -1;
+        std::int32_t nearest = FieldSamples::kNone;
+        bool is_whole = field.average == FieldAverage::mean;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::int32_t value = field.values[vertices_[c]];
+            is_whole = is_whole && value != FieldSamples::kNone;
+            mixed += weights[c][row] * value;
+            if (value != FieldSamples::kNone && weights[c][row] > largest) {
+                largest = weights[c][row];
+                nearest = value;
+            }
+        }
+        rows.fields[f][row] = is_whole ? static_cast<std::int32_t>(std::max(0.0, std::floor(mixed + 0.5))) : nearest;
+    }
 }
 
 // The colour of the image, times that of the corners where it is tinted.
@@ -103,6 +129,8 @@ void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t fir
         rows.rest[row] = rest_;
     for (std::size_t row = first; row < end && has_image_; ++row)
         take_image_colour(row, rows);
+    for (std::size_t row = first; row < end && !rows.fields.empty(); ++row)
+        take_fields(row, rows);
     for (std::size_t row = first; row < end && mixed_materials_; ++row) {
         const auto &weights = rows.mixed.weights;
         const std::array<double, 3> of_corners{weights[0][row], weights[1][row], weights[2][row]};

@@ -6,6 +6,7 @@
 #include "pbm_build/voxels/triangle_mix.h"
 
 #include <span>
+#include <vector>
 
 namespace pbm::build {
 
@@ -13,6 +14,7 @@ namespace pbm::build {
 struct SampleRows {
     MixedRows mixed;
     std::array<Sample::Rest, MixedRows::kRows> rest{};
+    std::vector<std::array<std::int32_t, MixedRows::kRows>> fields; // values of FieldSamples
 };
 
 // Computes the samples of hits; fastest where hits of one source are consecutive. For one thread.
@@ -29,6 +31,7 @@ class SampleCursor {
     void load(std::uint32_t source);
     void take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const;
     void take_image_colour(std::size_t row, SampleRows &rows) const;
+    void take_fields(std::size_t row, SampleRows &rows) const;
     void take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end, SampleRows &rows) const;
 
     const SurfaceSampler &sampler_;
@@ -36,6 +39,7 @@ class SampleCursor {
     std::uint64_t source_ = kMaxSources; // of the triangle; none
     TriangleMix triangle_;
     std::array<std::uint8_t, 3> materials_{}; // of its corners
+    std::array<std::uint32_t, 3> vertices_{}; // of its corners
     Sample::Rest rest_;
     bool mixed_materials_ = false;
     bool has_image_ = false;

@@ -2,6 +2,7 @@
 // found first (2 to 10 bytes each); their attributes are computed when the voxel is averaged.
 #pragma once
 
+#include "pbm_build/fields/field_choice.h"
 #include "pbm_build/grid/lattice.h"
 #include "pbm_build/images/texture_pyramid.h"
 #include "pbm_build/surface/vertex_normals.h"
@@ -20,12 +21,13 @@ namespace pbm::build {
 // use from several threads.
 class SurfaceSampler {
   public:
-    // `images`: those of the surface. `radii`: radius index per position, or empty.
+    // `images`: those of the surface. `radii`: radius index per position, or empty. `fields`: of the positions.
     SurfaceSampler(const Surface &surface, std::span<const TexturePyramid> images, const VertexNormals &normals,
-                   const Bytes &radii, const Grid &grid, int threads)
-        : surface_(surface), images_(images), normals_(normals), radii_(radii),
+                   const Bytes &radii, std::span<const FieldSamples> fields, const Grid &grid, int threads)
+        : surface_(surface), images_(images), normals_(normals), radii_(radii), fields_(fields),
           lattice_(to_lattice(surface.positions, grid, threads)) {}
 
+    std::span<const FieldSamples> fields() const { return fields_; }
     std::size_t source_count() const { return surface_.triangles.size() + surface_.point_count(); }
 
     // Adds every voxel that source `i` passes through. `codes` is scratch memory.
@@ -54,6 +56,7 @@ class SurfaceSampler {
     std::span<const TexturePyramid> images_;
     const VertexNormals &normals_;
     const Bytes &radii_;
+    std::span<const FieldSamples> fields_;
     std::vector<LatticePoint> lattice_;
 };
 

@@ -1,6 +1,7 @@
 #include "pbm_build/voxels/voxelize.h"
 
 #include "pbm_build/grid/radix_sort.h"
+#include "pbm_build/fields/field_votes.h"
 #include "pbm_build/voxels/sample_cursor.h"
 #include "system/threads/parallel.h"
 
@@ -25,8 +26,15 @@ std::uint32_t voxel_in_block(Hit hit) { return static_cast<std::uint32_t>(local_
 // sorting them: a bit per voxel marks the occupied ones, in Morton order.
 class BucketVoxelizer {
   public:
-    BucketVoxelizer(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set)
-        : store_(store), cursor_(sampler), set_(set), point_in_block_(new std::uint16_t[kBlockVoxels]) {}
+    BucketVoxelizer(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set,
+                    std::span<const Field> fields)
+        : store_(store), cursor_(sampler), set_(set), fields_(fields),
+          point_in_block_(new std::uint16_t[kBlockVoxels]) {
+        for (const Field &field : fields)
+            field_votes_.emplace_back(field.average);
+        rows_.fields.resize(fields.size());
+        voxels_.fields.resize(fields.size());
+    }
 
     // Null for an empty bucket.
     std::unique_ptr<Voxels> voxelize(std::size_t bucket) {
@@ -48,7 +56,9 @@ class BucketVoxelizer {
         voxels_.codes.shrink_to_fit();
         for_columns(
             set_, [](const StreamInfo &, std::size_t, auto &column) { column.shrink_to_fit(); }, voxels_.points);
-        return std::make_unique<Voxels>(std::exchange(voxels_, {}));
+        auto voxels = std::make_unique<Voxels>(std::exchange(voxels_, {}));
+        voxels_.fields.resize(fields_.size());
+        return voxels;
     }
 
   private:
@@ -59,6 +69,8 @@ class BucketVoxelizer {
         const std::size_t count = voxels_.codes.size() - first;
         sums_.assign(count, {});
         votes_.assign(set_.material ? count : 0, {});
+        for (FieldVotes &votes : field_votes_)
+            votes.begin(count);
         normals_.resize(hits.size());
         const auto corner = morton_decode(first_code);
         const glm::ivec3 block(corner[0], corner[1], corner[2]);
@@ -74,6 +86,8 @@ class BucketVoxelizer {
                 voxels_.points.materials[first + i] = majority(votes_[i]);
             thin |= sums_[i].is_thin();
         }
+        for (std::size_t f = 0; f < fields_.size(); ++f)
+            field_votes_[f].append(fields_[f].bytes, voxels_.fields[f]);
         if (thin)
             average_thin(hits, first);
         if (std::exchange(has_holes_, false))
@@ -97,8 +111,13 @@ class BucketVoxelizer {
                         column[width * kept + k] = column[width * (first + i) + k];
                 },
                 voxels_.points);
+            for (std::size_t f = 0; f < fields_.size(); ++f)
+                set_stored_value(voxels_.fields[f], kept, fields_[f].bytes,
+                                 stored_value(voxels_.fields[f], first + i, fields_[f].bytes));
             ++kept;
         }
+        for (std::size_t f = 0; f < fields_.size(); ++f)
+            voxels_.fields[f].resize(kept * fields_[f].bytes);
         voxels_.codes.resize(kept);
         voxels_.points.resize(kept, set_);
     }
@@ -155,6 +174,8 @@ class BucketVoxelizer {
                 sums.add_colour({colours[0][row], colours[1][row], colours[2][row]});
             if (set_.material)
                 ++votes_[point][rest.material];
+            for (std::size_t f = 0; f < field_votes_.size(); ++f)
+                field_votes_[f].add(point, rows_.fields[f][row]);
             to[row] = {static_cast<std::int16_t>(normal[0]), static_cast<std::int16_t>(normal[1]),
                        static_cast<std::int16_t>(normal[2])};
         }
@@ -187,6 +208,8 @@ class BucketVoxelizer {
     std::vector<Hit> hits_, spare_;
     SampleCursor cursor_;
     const AttributeSet &set_;
+    std::span<const Field> fields_;
+    std::vector<FieldVotes> field_votes_;             // [fields]
     std::unique_ptr<std::uint16_t[]> point_in_block_; // of occupied voxels; the rest is not set
     std::array<std::uint64_t, kBlockVoxels / 64> occupied_{};
     std::vector<VoxelSums> sums_;
@@ -199,12 +222,13 @@ class BucketVoxelizer {
 
 } // namespace
 
-Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, int threads) {
+Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, std::span<const Field> fields,
+                int threads) {
     std::vector<std::unique_ptr<Voxels>> buckets(store.bucket_count()); // null: empty
     std::atomic<std::size_t> next{0};
     const int workers = resolve_threads(threads);
     parallel_for(static_cast<std::size_t>(workers), workers, [&](std::size_t) {
-        BucketVoxelizer voxelizer(sampler, store, set);
+        BucketVoxelizer voxelizer(sampler, store, set, fields);
         for (std::size_t bucket = next++; bucket < buckets.size(); bucket = next++)
             buckets[bucket] = voxelizer.voxelize(bucket);
     });
@@ -215,6 +239,8 @@ Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeS
     Voxels all;
     all.codes.resize(starts.back());
     all.points.resize(starts.back(), set);
+    for (const Field &field : fields)
+        all.fields.emplace_back(starts.back() * field.bytes);
     parallel_for(buckets.size(), threads, [&](std::size_t b) {
         const std::unique_ptr<Voxels> part = std::move(buckets[b]);
         if (!part)
@@ -223,6 +249,8 @@ Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeS
             std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
         };
         copy_to(part->codes, all.codes, starts[b]);
+        for (std::size_t f = 0; f < fields.size(); ++f)
+            copy_to(part->fields[f], all.fields[f], starts[b] * fields[f].bytes);
         for_columns(
             set,
             [&](const StreamInfo &, std::size_t width, const auto &from, auto &to) {

@@ -13,10 +13,13 @@ namespace pbm::build {
 struct Voxels {
     std::vector<MortonCode> codes; // ascending, unique
     PointAttributes points;        // radii: the largest of the samples
+    std::vector<Bytes> fields;     // [fields] stored values
     std::vector<MortonCode> made;  // those of `codes` that up-sampling filled, ascending
 };
 
-// Takes all hits out of `store`, which was filled from `sampler`, and averages their samples.
-Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, int threads);
+// Takes all hits out of `store`, which was filled from `sampler`, and averages their samples. `fields`: those of the
+// sampler.
+Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, std::span<const Field> fields,
+                int threads);
 
 } // namespace pbm::build

@@ -32,8 +32,11 @@ GreyColours grey_colours(std::span<const float> intensities) {
 }
 
 void use_intensities(std::span<const float> intensities, Surface &surface, const std::string &why_dropped) {
-    if (!surface.colours.empty())
-        return surface.report.push_back({"intensity", Fate::dropped, why_dropped});
+    if (!surface.colours.empty()) {
+        if (!why_dropped.empty())
+            surface.report.push_back({"intensity", Fate::dropped, why_dropped});
+        return;
+    }
     GreyColours grey = grey_colours(intensities);
     surface.colours = std::move(grey.colours);
     surface.report.push_back(

@@ -19,7 +19,7 @@ struct GreyColours {
 GreyColours grey_colours(std::span<const float> intensities);
 
 // Makes the intensities the colours of a surface without any, and reports it. `why_dropped` is for the report of a
-// surface that has colours.
+// surface that has colours; empty: they are kept otherwise.
 void use_intensities(std::span<const float> intensities, Surface &surface, const std::string &why_dropped);
 
 } // namespace pbm::build

@@ -4,6 +4,7 @@
 #include "pbm_scan/clouds/scan_grids.h"
 #include "pbm_scan/clouds/stations.h"
 #include "pbm_scan/e57/e57_records.h"
+#include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/surface/range_grid.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
@@ -16,6 +17,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -105,8 +107,31 @@ class E57Reader {
             vectors[first + i][axis] = static_cast<Number>(values[i]);
     }
 
+    // The column of a field that is kept, or null.
+    const FieldColumn *column_of(const E57Field &field) {
+        if (field.type == E57Type::text || (field.role != E57Role::none && field.role != E57Role::intensity))
+            return nullptr;
+        const auto known = std::find_if(columns_.begin(), columns_.end(),
+                                        [&](const auto &column) { return column.first == field.name; });
+        const auto &column =
+            known != columns_.end()
+                ? *known
+                : columns_.emplace_back(field.name, FieldColumn(surface_, options_, short_name(field.name)));
+        return column.second.is_wanted() ? &column.second : nullptr;
+    }
+
+    // Without the prefix of an extension.
+    static std::string_view short_name(std::string_view name) {
+        const std::size_t colon = name.find(':');
+        return colon == std::string_view::npos ? name : name.substr(colon + 1);
+    }
+
     void take(const E57Field &field, std::size_t first, std::span<const double> values) {
         const std::size_t at = first_ + first;
+        if (const FieldColumn *const column = column_of(field)) {
+            for (std::size_t i = 0; i < values.size(); ++i)
+                column->set(at + i, values[i]);
+        }
         const E57Role role = field.role;
         if (role <= E57Role::z) {
             if (cartesian_)
@@ -123,7 +148,7 @@ class E57Reader {
         } else if (role == E57Role::colour_state) {
             for (std::size_t i = 0; i < values.size(); ++i)
                 colourless_[first + i] = values[i] != 0;
-        } else if (role == E57Role::intensity && !has_colours_) {
+        } else if (role == E57Role::intensity && !intensities_.empty()) {
             std::copy(values.begin(), values.end(), intensities_.begin() + static_cast<std::ptrdiff_t>(at));
         } else if (role == E57Role::row || role == E57Role::column) {
             if (!cells_.empty())
@@ -158,6 +183,10 @@ class E57Reader {
             intensities_.resize(count, std::numeric_limits<float>::quiet_NaN());
         if (has_normals_)
             surface_.normals.resize(count, glm::vec3(0.0F));
+        for (const E57Field &field : scan.fields)
+            static_cast<void>(column_of(field));
+        for (const auto &column : columns_)
+            column.second.resize(count);
         const bool has_states = scan.field(cartesian_ ? E57Role::cartesian_state : E57Role::spherical_state) != nullptr;
         states_.assign(has_states ? count - first_ : 0, 0);
         colourless_.assign(scan.field(E57Role::colour_state) != nullptr ? count - first_ : 0, 0);
@@ -168,6 +197,7 @@ class E57Reader {
         sink.values = [this](const E57Field &field, std::uint64_t first, std::span<const double> values) {
             take(field, static_cast<std::size_t>(first), values);
         };
+        sink.wants = [this](const E57Field &field) { return column_of(field) != nullptr; };
         if (options_.progress)
             sink.progress = [&](double done) {
                 options_.progress((static_cast<double>(first_) + done * static_cast<double>(scan.records)) /
@@ -279,9 +309,16 @@ class E57Reader {
         using enum Fate;
         const E57Role role = field.role;
         const char *const measurement = "a measurement that is not shown";
+        const auto column = std::find_if(columns_.begin(), columns_.end(),
+                                         [&](const auto &known) { return known.first == field.name; });
+        if (column != columns_.end() && column->second.is_kept() &&
+            (role == E57Role::none || has_colours_ || counts_.grey.colours.empty()))
+            return {field.name, kept, "a field"};
         if (role == E57Role::none)
             return {field.name, dropped,
-                    field.name.find(':') == std::string::npos ? measurement : "of an extension that PBM does not know"};
+                    std::string(field.name.find(':') == std::string::npos ? measurement
+                                                                          : "of an extension that PBM does not know") +
+                        (field.type == E57Type::text ? "" : "; --field keeps it")};
         if (role <= E57Role::elevation) {
             if (role <= E57Role::z && scan.is_cartesian())
                 return {field.name, kept, "positions"};
@@ -386,12 +423,13 @@ class E57Reader {
     const ReadOptions &options_;
     Surface surface_;
     Counts counts_;
-    bool has_colours_ = false, has_normals_ = false; // in one of the scans
-    bool has_turns_ = false;                         // the pose of a scan turns it
-    std::uint64_t records_ = 0;                      // of all scans
-    std::vector<float> intensities_;                 // [positions], or empty; NaN: none
-    bool has_cells_ = false;                         // a scan has rows and columns
-    std::vector<ScanGrid> grids_;                    // of the scans with positions
+    bool has_colours_ = false, has_normals_ = false;           // in one of the scans
+    bool has_turns_ = false;                                   // the pose of a scan turns it
+    std::uint64_t records_ = 0;                                // of all scans
+    std::vector<float> intensities_;                           // [positions], or empty; NaN: none
+    std::vector<std::pair<std::string, FieldColumn>> columns_; // by the name of the field
+    bool has_cells_ = false;                                   // a scan has rows and columns
+    std::vector<ScanGrid> grids_;                              // of the scans with positions
     AttributeReport triangulated_{"", Fate::dropped, "a grid needs rows and columns"};
 
     // Of the scan that is read:

@@ -53,12 +53,14 @@ Decode decoder_of(const E57Field &field) {
 // The byte stream of a field, which goes on from packet to packet.
 class Stream {
   public:
-    Stream(const E57Field &field, std::uint64_t records)
-        : field_(&field), decode_(decoder_of(field)), records_(records) {}
+    Stream(const E57Field &field, std::uint64_t records, const E57Sink &sink)
+        : field_(&field), decode_(decoder_of(field)), records_(records),
+          is_wanted_(field.type != E57Type::text &&
+                     (field.role != E57Role::none || (sink.wants && sink.wants(field)))) {}
 
     void add(std::span<const std::uint8_t> bytes, const E57Sink &sink, Block &block) {
         bytes_ += bytes.size();
-        if (field_->role == E57Role::none || field_->bits == 0)
+        if (!is_wanted_ || field_->bits == 0)
             return;
         constexpr std::size_t kMaxLoad = 16;
         const auto bits = static_cast<std::size_t>(field_->bits);
@@ -82,7 +84,7 @@ class Stream {
 
     // Fields of one value have no bits.
     void add_constants(const E57Sink &sink, Block &block) const {
-        if (field_->role == E57Role::none || field_->bits != 0 || field_->type == E57Type::text)
+        if (!is_wanted_ || field_->bits != 0)
             return;
         block.fill(static_cast<double>(field_->minimum) * field_->scale + field_->offset);
         for (std::uint64_t i = 0; i < records_; i += kBlock)
@@ -110,6 +112,7 @@ class Stream {
     const E57Field *field_;
     Decode decode_;
     std::uint64_t records_;
+    bool is_wanted_;
     std::uint64_t bytes_ = 0; // of the stream so far
     std::uint64_t done_ = 0;  // values decoded
     Bytes kept_;              // bytes that are not decoded, of less than one value between packets
@@ -150,7 +153,7 @@ class RecordReader {
   public:
     RecordReader(const E57Scan &scan, E57Pages &pages, const E57Sink &sink) : scan_(scan), pages_(pages), sink_(sink) {
         for (const E57Field &field : scan.fields)
-            streams_.emplace_back(field, scan.records);
+            streams_.emplace_back(field, scan.records, sink);
     }
 
     // Reads the packet at the logical offset `at` of a section that ends at `end`. Returns its size.

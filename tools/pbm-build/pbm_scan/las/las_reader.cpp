@@ -1,6 +1,7 @@
 #include "pbm_scan/las/las_reader.h"
 
 #include "pbm_scan/clouds/intensity.h"
+#include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/words.h"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -124,35 +126,62 @@ bool is_withheld(const std::uint8_t *point, const PointFormat &format) {
     return (point[15] & (format.is_new ? kNew : kOld)) != 0;
 }
 
-// Fields that the points have no place for, by name, where one of them is not 0.
-std::string unused_fields(std::span<const std::uint8_t> points, const Header &header) {
-    struct Unused {
-        const char *name;
-        std::size_t at, size;
+template <class T> double number(const std::uint8_t *at) { return static_cast<double>(load<T>(at)); }
+
+// A measurement of a point that can be a field.
+struct Measurement {
+    const char *name;
+    std::size_t at, size;                       // in the record
+    double (*value)(const std::uint8_t *bytes); // of the bytes at `at`
+    const char *unit = "";
+};
+
+std::vector<Measurement> measurements_of(const PointFormat &format) {
+    const bool is_new = format.is_new;
+    std::vector<Measurement> all{
+        {"intensity", 12, 2, number<std::uint16_t>},
+        {"return_number", 14, 1,
+         is_new ? +[](const std::uint8_t *b) { return double(*b & 15); }
+                : +[](const std::uint8_t *b) { return double(*b & 7); }},
+        {"number_of_returns", 14, 1,
+         is_new ? +[](const std::uint8_t *b) { return double(*b >> 4); }
+                : +[](const std::uint8_t *b) { return double(*b >> 3 & 7); }},
+        {"classification", is_new ? 16U : 15U, 1,
+         is_new ? +[](const std::uint8_t *b) { return double(*b); }
+                : +[](const std::uint8_t *b) { return double(*b & 31); }},
+        {"user_data", 17, 1, number<std::uint8_t>},
+        {"scan_angle", is_new ? 18U : 16U, is_new ? 2U : 1U,
+         is_new ? +[](const std::uint8_t *b) { return 0.006 * number<std::int16_t>(b); } : number<std::int8_t>, "deg"},
+        {"point_source", is_new ? 20U : 18U, 2, number<std::uint16_t>}};
+    if (format.time != 0)
+        all.push_back({"gps_time", format.time, 8, number<double>, "s"});
+    if (format.infrared != 0)
+        all.push_back({"infrared", format.infrared, 2, number<std::uint16_t>});
+    return all;
+}
+
+// Reports measurements that are fields, and those that are not though one of them is not 0.
+void report_measurements(std::span<const Measurement> all, std::span<const FieldColumn> columns, const Bytes &bits,
+                         const Header &header, Surface &surface) {
+    const auto is_there = [&](std::size_t at, std::size_t size) {
+        const ByteView bytes = ByteView(bits).subspan(at, size);
+        return std::any_of(bytes.begin(), bytes.end(), [](std::uint8_t byte) { return byte != 0; });
     };
-    const PointFormat &format = *header.format;
-    std::vector<Unused> all{{"returns and flags", 14, 1},
-                            {"classification", format.is_new ? 16U : 15U, 1},
-                            {"user data", 17, 1},
-                            {"scan angle", format.is_new ? 18U : 16U, format.is_new ? 2U : 1U},
-                            {"point source", format.is_new ? 20U : 18U, 2}};
-    for (const Unused &more : {Unused{"GPS time", format.time, 8}, Unused{"infrared", format.infrared, 2},
-                               Unused{"waveform", format.wave, 29}})
-        if (more.at != 0)
-            all.push_back(more);
-    if (header.stride > format.size)
-        all.push_back({"extra bytes", format.size, header.stride - format.size});
-    Bytes bits(header.stride); // that are set in any point
-    for (std::size_t at = 0; at < points.size(); at += header.stride)
-        for (std::size_t k = 0; k < header.stride; ++k)
-            bits[k] |= points[at + k];
-    std::vector<std::string_view> names;
-    for (const Unused &field : all) {
-        const ByteView of_field = ByteView(bits).subspan(field.at, field.size);
-        if (std::any_of(of_field.begin(), of_field.end(), [](std::uint8_t byte) { return byte != 0; }))
-            names.emplace_back(field.name);
-    }
-    return joined(names);
+    std::vector<std::string_view> kept, dropped;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (columns[i].is_kept())
+            kept.emplace_back(all[i].name);
+        else if (is_there(all[i].at, all[i].size) && all[i].name != std::string_view("intensity"))
+            dropped.emplace_back(all[i].name);
+    if (!kept.empty())
+        surface.report.push_back({joined(kept), Fate::kept, kept.size() == 1 ? "a field" : "fields"});
+    if (!dropped.empty())
+        surface.report.push_back(
+            {joined(dropped), Fate::dropped, "measurements that are not shown; --field NAME keeps one"});
+    const std::size_t size = header.format->size;
+    if ((header.format->wave != 0 && is_there(header.format->wave, 29)) ||
+        (header.stride > size && is_there(size, header.stride - size)))
+        surface.report.push_back({"waveforms and extra bytes", Fate::dropped, "not used by PBM"});
 }
 
 // Colours of 16 bits; of 8 where none is larger, as some writers leave them.
@@ -224,13 +253,26 @@ Result<Surface> read_las(std::span<const std::uint8_t> bytes, const ReadOptions 
     surface.positions.reserve(count);
     intensities.reserve(count);
     colours.reserve(format.colour != 0 ? count : 0);
+    const std::vector<Measurement> measurements = measurements_of(format);
+    std::vector<FieldColumn> columns_of_all;
+    std::vector<std::pair<const Measurement *, const FieldColumn *>> wanted;
+    for (const Measurement &measurement : measurements)
+        columns_of_all.emplace_back(surface, options, measurement.name, measurement.unit);
+    for (std::size_t i = 0; i < measurements.size(); ++i)
+        if (columns_of_all[i].is_wanted())
+            wanted.emplace_back(&measurements[i], &columns_of_all[i]);
+    Bytes bits(header->stride); // that are set in any point
     std::uint64_t withheld = 0;
     for (std::uint64_t i = 0; i < count; ++i) {
         const std::uint8_t *const point = points.data() + i * header->stride;
+        for (std::size_t k = 0; k < header->stride; ++k)
+            bits[k] |= point[k];
         if (is_withheld(point, format)) {
             ++withheld;
             continue;
         }
+        for (const auto &[measurement, column] : wanted)
+            column->add(measurement->value(point + measurement->at));
         const glm::dvec3 record(load<std::int32_t>(point), load<std::int32_t>(point + 4),
                                 load<std::int32_t>(point + 8));
         surface.positions.push_back(record * header->scale + header->offset);
@@ -249,9 +291,9 @@ Result<Surface> read_las(std::span<const std::uint8_t> bytes, const ReadOptions 
     if (format.colour != 0)
         keep_colours(colours, surface);
     if (std::any_of(intensities.begin(), intensities.end(), [](float value) { return value != 0; }))
-        use_intensities(intensities, surface, "the points have colours");
-    if (const std::string unused = unused_fields(points, *header); !unused.empty())
-        surface.report.push_back({unused, Fate::dropped, "measurements that are not shown"});
+        use_intensities(intensities, surface,
+                        columns_of_all.front().is_kept() ? "" : "the points have colours; --field intensity keeps it");
+    report_measurements(measurements, columns_of_all, bits, *header, surface);
     surface.crs = std::move(header->crs);
     return finished(std::move(surface), options);
 }

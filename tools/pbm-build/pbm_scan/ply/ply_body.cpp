@@ -115,6 +115,9 @@ template <class Source> class BodyReader {
         allocate(body_.material_ids, roles_.material_index);
         for (std::size_t i = 0; i < roles_.bytes.size(); ++i)
             allocate(body_.bytes[i], roles_.bytes[i]);
+        body_.fields.resize(roles_.fields.size());
+        for (std::vector<double> &field : body_.fields)
+            field.resize(count);
         allocate(body_.face_colours, roles_.face_colour[0]);
         allocate(body_.places, roles_.place[0]);
         allocate(place_of_, roles_.corner_places);
@@ -139,6 +142,8 @@ template <class Source> class BodyReader {
             return place(body_.material_ids, Column::Kind::float32, 4, role);
         if (role == PlyRole::u || role == PlyRole::v)
             return place(body_.places, Column::Kind::float32, 4, PlyRole::u);
+        if (role == PlyRole::field)
+            return place(body_.fields[roles_.field_number(property)], Column::Kind::float64, 8, role);
         if (role == PlyRole::byte)
             return place(body_.bytes[roles_.byte_attribute(property)], Column::Kind::uint8, 1, role);
         return {};

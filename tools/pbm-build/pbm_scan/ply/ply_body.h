@@ -28,6 +28,7 @@ struct PlyBody {
     std::vector<std::uint32_t> grid_cells;        // of a range image, row by row: an index in range or kEmptyCell
     std::vector<std::array<double, 8>> materials; // ka kd ks power clr_r clr_g clr_b envmapfactor; NaN where absent
     std::vector<glm::vec2> places;                // u v of the vertices
+    std::vector<std::vector<double>> fields;      // [properties with that role]
     std::vector<TextureCorners> corner_places;    // [triangles] u v as in the file; empty if no face has any
     std::vector<std::int32_t> images;             // [triangles] number of the image, -1: none; empty: all have image 0
     std::uint64_t degenerate_triangles = 0;       // faces and fan triangles with fewer than three different corners

@@ -38,8 +38,9 @@ enum class PlyRole : std::uint8_t {
     blue,
     radius,
     material_index,
-    byte, // one of kByteAttributes (surface.h)
-    u,    // of a vertex: place in the image
+    byte,  // one of kByteAttributes (surface.h)
+    field, // a number that is kept as a field (field_column.h)
+    u,     // of a vertex: place in the image
     v,
     corners,       // list of vertex indices: a polygon of `face`, strips of `tristrips`, a cell of `range_grid`
     corner_places, // list of u v of the corners of a face

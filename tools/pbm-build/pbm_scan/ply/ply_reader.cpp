@@ -1,5 +1,6 @@
 #include "pbm_scan/ply/ply_reader.h"
 
+#include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/images/files_beside.h"
 #include "pbm_scan/images/texture_images.h"
 #include "pbm_scan/ply/ply_body.h"
@@ -19,6 +20,7 @@ struct Outcomes {
     PlyOutcome normals, colours, face_colours, radii, material_ids, grid;
     PlyOutcome positions{.note = "positions"}, materials{.note = "material"}, faces{.note = "polygons as triangles"};
     PlyOutcome images{Fate::converted, "colours of points"};
+    PlyOutcome fields{.note = "a field"};
     PlyOutcome strips{Fate::converted, "strips to triangles"};
     std::array<PlyOutcome, kByteAttributes.size()> bytes;
 };
@@ -212,6 +214,7 @@ const PlyOutcome *outcome_of(const PlyElement &element, const PlyProperty &prope
            : role == PlyRole::radius         ? &outcomes.radii
            : role == PlyRole::material_index ? &outcomes.material_ids
            : role == PlyRole::byte           ? &outcomes.bytes[roles.byte_attribute(property)]
+           : role == PlyRole::field          ? &outcomes.fields
            : role == PlyRole::u || role == PlyRole::v || role == PlyRole::corner_places || role == PlyRole::image
                ? &outcomes.images
            : role != PlyRole::corners   ? &outcomes.materials
@@ -281,9 +284,17 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
     Result<PlyHeader> header = read_ply_header(bytes);
     if (!header)
         return header.error();
-    const Result<PlyRoles> roles = resolve_roles(*header);
+    Result<PlyRoles> roles = resolve_roles(*header);
     if (!roles)
         return roles.error();
+    Surface surface;
+    std::vector<FieldColumn> fields;
+    keep_fields(*header, *roles, [&](const PlyProperty &property) {
+        const FieldColumn column(surface, options, property.name);
+        if (column.is_wanted())
+            fields.push_back(column);
+        return column.is_wanted();
+    });
     if (const std::optional<Error> text = text_in_binary_body(bytes, *header))
         return *text;
     Result<PlyBody> body = read_ply_body(bytes, *header, *roles, options);
@@ -298,7 +309,10 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
     if (inserted != 0 && trailing != 0 && trailing <= inserted)
         return inserted_line_ends_error(*header);
 
-    Surface surface;
+    for (std::size_t f = 0; f < fields.size(); ++f)
+        for (const double value : body->fields[f])
+            fields[f].add(value);
+    body->fields = {};
     Result<Outcomes> outcomes = finish(*header, *roles, *body, options.default_material, surface);
     if (!outcomes)
         return outcomes.error();

@@ -180,8 +180,8 @@ std::string_view drop_reason(const PlyElement &element, const PlyProperty &prope
         return "a Gaussian splat's parameters; PBM shows points";
     if (is_any(name, {"confidence", "quality", "intensity", "value", "curvature"}) ||
         starts_with_any(name, {"scalar_"}))
-        return "a measurement that is not shown";
-    return "not used by PBM";
+        return "a measurement that is not shown; --field keeps it";
+    return element.kind == PlyKind::vertex ? "not used by PBM; --field keeps it" : "not used by PBM";
 }
 
 std::string_view drop_reason(const PlyHeader &header, const PlyElement &element) {

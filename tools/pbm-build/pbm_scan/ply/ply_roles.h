@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <string_view>
+#include <vector>
 
 namespace pbm::build {
 
@@ -23,6 +24,11 @@ struct PlyRoles {
     const PlyProperty *corner_places = nullptr, *image = nullptr; // of a face
     bool splat_colours = false; // coefficients of spherical harmonics: f_dc_0 f_dc_1 f_dc_2
 
+    std::vector<const PlyProperty *> fields; // numbers of a vertex that are kept
+
+    std::size_t field_number(const PlyProperty &property) const { // of a property with that role
+        return static_cast<std::size_t>(std::find(fields.begin(), fields.end(), &property) - fields.begin());
+    }
     std::size_t byte_attribute(const PlyProperty &property) const { // of a property with that role
         return static_cast<std::size_t>(std::find(bytes.begin(), bytes.end(), &property) - bytes.begin());
     }
@@ -39,6 +45,18 @@ struct PlyRoles {
 //
 // errors  bad_input  no element vertex, no x y z in it, no vertices at all, or a coordinate that is a list
 Result<PlyRoles> resolve_roles(PlyHeader &header);
+
+// Gives numbers of vertices the role `field` where is_wanted(property) is true. A radius or another number that has a
+// role keeps it.
+template <class IsWanted> void keep_fields(PlyHeader &header, PlyRoles &roles, const IsWanted &is_wanted) {
+    for (PlyElement &element : header.elements)
+        for (PlyProperty &property : element.properties)
+            if (&element == roles.vertex && property.role == PlyRole::none && !property.is_list &&
+                is_wanted(property)) {
+                property.role = PlyRole::field;
+                roles.fields.push_back(&property);
+            }
+}
 
 // Why a property that has no role is dropped.
 std::string_view drop_reason(const PlyElement &element, const PlyProperty &property);

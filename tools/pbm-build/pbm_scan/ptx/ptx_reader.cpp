@@ -3,6 +3,7 @@
 #include "pbm_scan/clouds/intensity.h"
 #include "pbm_scan/clouds/scan_grids.h"
 #include "pbm_scan/clouds/stations.h"
+#include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/surface/range_grid.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
@@ -222,7 +223,13 @@ class PtxReader {
         }
         if (!intensities_.empty()) {
             intensities_.resize(count, std::numeric_limits<float>::quiet_NaN());
-            use_intensities(intensities_, surface_, "a measurement that is not shown");
+            const FieldColumn column(surface_, options_, "intensity");
+            for (const float intensity : intensities_)
+                column.add(static_cast<double>(intensity));
+            if (column.is_kept())
+                lines.push_back({"intensity", Fate::kept, "a field"});
+            use_intensities(intensities_, surface_,
+                            column.is_kept() ? "" : "the points have colours; --field intensity keeps it");
         }
         if (stations_ > 0)
             lines.push_back(

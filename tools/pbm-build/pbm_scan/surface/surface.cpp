@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstddef>
+#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -19,6 +20,29 @@ Status drop_non_finite(Surface &surface) {
         return {};
     surface.dropped_triangles += erase_vertices(surface, is_bad);
     surface.dropped_vertices += bad;
+    return {};
+}
+
+// Removes points of the classes that the user does not want, and the classes unless they are a field.
+Status drop_classes(Surface &surface, const std::bitset<256> &dropped) {
+    if (dropped.none())
+        return {};
+    const std::vector<FieldValue> classes = std::exchange(surface.field_values[kMaxFields], {});
+    if (classes.empty()) {
+        surface.report.push_back({"--drop-class", Fate::kept, "the points have no classes: all are kept"});
+        return {};
+    }
+    std::vector<std::uint8_t> is_gone(classes.size());
+    std::uint64_t gone = 0;
+    for (std::size_t i = 0; i < classes.size(); ++i) {
+        const double number = classes[i].number;
+        gone += is_gone[i] = number >= 0 && number < 256 && dropped[static_cast<std::size_t>(number)] ? 1 : 0;
+    }
+    if (gone == classes.size())
+        return bad_input("--drop-class leaves no point: there is nothing to build");
+    surface.dropped_triangles += erase_vertices(surface, is_gone);
+    surface.report.push_back(
+        {"--drop-class", Fate::kept, std::to_string(gone) + (gone == 1 ? " point" : " points") + " left out"});
     return {};
 }
 
@@ -81,6 +105,8 @@ Rgb8 colour_bytes(const glm::vec3 &colour, float factor) {
 
 Result<Surface> finished(Surface surface, const ReadOptions &options) {
     if (Status status = drop_non_finite(surface); !status)
+        return std::move(status).error();
+    if (Status status = drop_classes(surface, options.dropped_classes); !status)
         return std::move(status).error();
     if (options.strict)
         if (Status status = refuse_drops(surface); !status)

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <compare>
 #include <cstdint>
 #include <functional>
@@ -54,13 +55,11 @@ struct Texture {
 // Places in the image at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.
 using TextureCorners = std::array<glm::vec2, 3>;
 
-// A measured quantity of the vertices, such as intensity, class or time.
-struct ScalarField {
-    std::string name;
-    std::string unit{};         // where the file says it; else empty
-    bool is_label = false;      // the values are labels, of which there is no mean
-    std::vector<double> values; // [positions]; NaN: none here
+// The value of a field at a vertex; NaN: none.
+struct FieldValue {
+    double number = std::numeric_limits<double>::quiet_NaN();
 };
+inline constexpr std::size_t kFieldSlots = kMaxFields + 1; // the last one: the classes for ReadOptions::dropped_classes
 
 inline constexpr std::uint16_t kNoStation = 0xffff; // it is not known where the scanner stood
 
@@ -80,13 +79,15 @@ struct Surface {
     std::vector<Texture> textures;
     std::vector<TextureCorners> texture_corners; // [triangles]; empty without textures
     std::vector<std::uint16_t> texture_ids;      // [triangles] < textures.size(), or kNoTexture; empty without textures
-    std::vector<ScalarField> fields;             // those of ReadOptions::fields that the file has
-    std::vector<AttributeReport> report;         // in the order of the file
-    std::string crs;                             // coordinate reference system, as the file has it; at most 4096 bytes
-    std::uint64_t dropped_vertices = 0;          // not finite
-    std::uint64_t dropped_triangles = 0;         // fewer than three different corners, or at a dropped vertex
-    std::uint64_t input_bytes = 0;               // of the file
-    std::uint64_t vertex_copies = 0;             // made where corners of a vertex differ; those dropped included
+    std::array<std::vector<FieldValue>, kFieldSlots> field_values;   // by their number in ReadOptions::fields
+    std::array<std::optional<std::string>, kFieldSlots> field_units; // absent: the file has no such field
+    std::vector<std::string> offered_fields;                         // attributes that could be fields
+    std::vector<AttributeReport> report;                             // in the order of the file
+    std::string crs;                     // coordinate reference system, as the file has it; at most 4096 bytes
+    std::uint64_t dropped_vertices = 0;  // not finite
+    std::uint64_t dropped_triangles = 0; // fewer than three different corners, or at a dropped vertex
+    std::uint64_t input_bytes = 0;       // of the file
+    std::uint64_t vertex_copies = 0;     // made where corners of a vertex differ; those dropped included
 
     // Where no normals are given: edges at which faces meet at this angle (radians) or more are creases. 0: each face
     // has its own normal. Absent: it follows from the shape (corner_normals.h).
@@ -125,6 +126,8 @@ template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&vis
     visit(surfaces.station_ids...);
     for (const ByteAttribute &attribute : kByteAttributes)
         visit(surfaces.*attribute.values...);
+    for (std::size_t slot = 0; slot < kFieldSlots; ++slot)
+        visit(surfaces.field_values[slot]...);
 }
 
 // Calls `visit` for each array of triangle attributes, as for_vertex_attributes does.
@@ -174,10 +177,12 @@ inline constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>:
 
 // Options of every reader.
 struct ReadOptions {
-    bool strict = false;                       // refuse (`bad_input`) instead of dropping anything
-    const ScanFormat *format = nullptr;        // of files that neither content nor name identifies (surface_reader.h)
-    Material default_material{};               // values that a material of the file does not set
-    std::function<void(double done)> progress; // called from the calling thread with 0..1; may be empty
+    bool strict = false;                         // refuse (`bad_input`) instead of dropping anything
+    const ScanFormat *format = nullptr;          // of files that neither content nor name identifies (surface_reader.h)
+    std::vector<std::string> fields{};           // names of attributes to keep, at most kMaxFields
+    std::bitset<256> dropped_classes{};          // points with these classes are left out
+    Material default_material{};                 // values that a material of the file does not set
+    std::function<void(double done)> progress{}; // called from the calling thread with 0..1; may be empty
 };
 
 // Removes the triangles for which is_gone(triangle) is true, with their attributes. Returns their number.
@@ -206,7 +211,8 @@ template <class Gone> std::size_t erase_triangles(Surface &surface, const Gone &
 std::size_t erase_vertices(Surface &surface, std::span<const std::uint8_t> removed);
 
 // The last step of every reader: removes and counts vertices with non-finite coordinates, with their attributes and
-// triangles. With ReadOptions::strict refuses a surface if anything of the file was dropped.
+// triangles, then points of dropped classes. With ReadOptions::strict refuses a surface if anything of the file was
+// dropped.
 //
 // errors  bad_input  no vertex is left; with `strict` something was dropped
 Result<Surface> finished(Surface surface, const ReadOptions &options);

@@ -14,7 +14,7 @@
 namespace pbm::build {
 namespace {
 
-struct Field {
+struct PcdField {
     std::string name;
     std::size_t size = 4, count = 1;
     char type = 'F';
@@ -23,7 +23,7 @@ struct Field {
 };
 
 struct Header {
-    std::vector<Field> fields;
+    std::vector<PcdField> fields;
     std::uint64_t points = 0;
     std::string data;
     std::size_t body = 0;
@@ -31,7 +31,7 @@ struct Header {
     glm::dvec3 station{0};
     std::size_t row_size() const {
         std::size_t size = 0;
-        for (const Field &field : fields)
+        for (const PcdField &field : fields)
             size += field.size * field.count;
         return size;
     }
@@ -105,7 +105,7 @@ class HeaderReader {
             return lines_.refuse("FIELDS, SIZE, TYPE and COUNT have different lengths");
         const std::vector<ColumnRole> roles = roles_of(names);
         for (std::size_t i = 0; i < names.size(); ++i) {
-            Field field{.name = names[i], .role = roles[i]};
+            PcdField field{.name = names[i], .role = roles[i]};
             const auto size = sizes.empty() ? std::optional<std::size_t>(4) : parse_all<std::size_t>(sizes[i]);
             const auto count = counts.empty() ? std::optional<std::size_t>(1) : parse_all<std::size_t>(counts[i]);
             field.type = types.empty() ? 'F' : types[i].front();
@@ -124,7 +124,7 @@ class HeaderReader {
         }
         for (const ColumnRole axis : {ColumnRole::x, ColumnRole::y, ColumnRole::z})
             if (std::none_of(header_.fields.begin(), header_.fields.end(),
-                             [&](const Field &f) { return f.role == axis; }))
+                             [&](const PcdField &f) { return f.role == axis; }))
                 return lines_.refuse("the fields have no x, y and z");
         return {};
     }
@@ -136,7 +136,7 @@ class HeaderReader {
 template <class T> double number(const std::uint8_t *at) { return static_cast<double>(load<T>(at)); }
 
 using Loader = double (*)(const std::uint8_t *);
-Loader loader_of(const Field &field) {
+Loader loader_of(const PcdField &field) {
     if (field.is_packed() && field.size == 4) // the bits, whatever the type says
         return number<std::uint32_t>;
     const std::size_t at = field.size == 1 ? 0 : field.size == 2 ? 1 : field.size == 4 ? 2 : 3;
@@ -150,7 +150,7 @@ Loader loader_of(const Field &field) {
 }
 
 // Fills the column of a field, whose first value is at `from`.
-void fill(const Field &field, const std::uint8_t *from, std::size_t stride, PointTable &table) {
+void fill(const PcdField &field, const std::uint8_t *from, std::size_t stride, PointTable &table) {
     if (field.role == ColumnRole::none)
         return;
     const bool is_place = field.role <= ColumnRole::z;
@@ -208,7 +208,7 @@ Status read_binary(std::span<const std::uint8_t> bytes, const Header &header, Po
                              std::to_string(left / row),
                          bytes.size());
     std::size_t at = header.body;
-    for (const Field &field : header.fields) {
+    for (const PcdField &field : header.fields) {
         fill(field, bytes.data() + at, row, table);
         at += field.size * field.count;
     }
@@ -233,7 +233,7 @@ Status read_compressed(std::span<const std::uint8_t> bytes, const Header &header
     if (!unpack_lzf(bytes.subspan(begin, packed), columns))
         return bad_input("the compressed data (LZF) is damaged; export the scan again", begin);
     std::size_t at = 0;
-    for (const Field &field : header.fields) {
+    for (const PcdField &field : header.fields) {
         fill(field, columns.data() + at, field.size * field.count, table);
         at += field.size * field.count * header.points;
     }
@@ -249,7 +249,7 @@ Status read_ascii(std::string_view text, const Header &header, const ReadOptions
             return cut_short("the file ends after " + std::to_string(i) + " of " + std::to_string(header.points) +
                                  " points",
                              text.size());
-        for (const Field &field : header.fields)
+        for (const PcdField &field : header.fields)
             for (std::size_t k = 0; k < field.count; ++k) {
                 const std::string_view word = lines.word();
                 double value = 0;
@@ -281,7 +281,7 @@ bool is_pcd(std::span<const std::uint8_t> bytes) {
 
 Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
     const std::string_view text = as_text(bytes);
-    const Result<Header> header = HeaderReader(text).run();
+    Result<Header> header = HeaderReader(text).run();
     if (!header)
         return header.error();
     if (header->body > bytes.size())
@@ -294,10 +294,15 @@ Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions 
                          bytes.size());
     std::vector<std::string> names;
     std::vector<ColumnRole> roles;
-    for (const Field &field : header->fields) {
+    for (const PcdField &field : header->fields) {
         names.push_back(field.name);
         roles.push_back(field.role);
     }
+    Surface surface;
+    const std::vector<KeptColumn> kept = keep_fields(names, roles, options, surface);
+    for (std::size_t i = 0; i < roles.size(); ++i)
+        if (header->fields[i].count == 1)
+            header->fields[i].role = roles[i];
     PointTable table;
     table.resize(header->points, roles);
     bool open_end = false;
@@ -307,7 +312,7 @@ Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions 
                                   : Status(bad_input("DATA " + printable_in_quotes(header->data) + " is not known"));
     if (!read)
         return read.error();
-    Surface surface = surface_of(std::move(table), names, roles);
+    fill_surface(std::move(table), names, roles, kept, surface);
     if (header->station != glm::dvec3(0) && add_station(surface, 0, header->station))
         surface.report.push_back({"VIEWPOINT", Fate::kept, "where the scanner stood"});
     complete_station_ids(surface);

@@ -100,11 +100,37 @@ void PointTable::resize(std::size_t count, const std::vector<ColumnRole> &roles)
     colours.resize(has(roles, ColumnRole::red) ? count : 0);
     packed.resize(has(roles, ColumnRole::packed_colour) ? count : 0);
     intensities.resize(has(roles, ColumnRole::intensity) ? count : 0);
+    fields.resize(static_cast<std::size_t>(
+        std::count_if(roles.begin(), roles.end(), [](ColumnRole role) { return role >= ColumnRole::field; })));
+    for (std::vector<double> &field : fields)
+        field.resize(count);
+}
+
+std::vector<KeptColumn> keep_fields(const std::vector<std::string> &names, std::vector<ColumnRole> &roles,
+                                    const ReadOptions &options, Surface &surface) {
+    std::vector<KeptColumn> kept;
+    int fields = 0;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (roles[i] != ColumnRole::none && roles[i] != ColumnRole::intensity)
+            continue;
+        const FieldColumn values(surface, options, names[i]);
+        if (!values.is_wanted())
+            continue;
+        kept.push_back({i, values});
+        if (roles[i] == ColumnRole::none)
+            roles[i] = static_cast<ColumnRole>(static_cast<int>(ColumnRole::field) + fields++);
+    }
+    return kept;
 }
 
 void PointTable::set(std::size_t point, ColumnRole role, double value) {
+    if (role >= ColumnRole::field) {
+        fields[static_cast<std::size_t>(axis_of(role, ColumnRole::field))][point] = value;
+        return;
+    }
     switch (role) {
-    case ColumnRole::none: return;
+    case ColumnRole::none:
+    case ColumnRole::field: return;
     case ColumnRole::x:
     case ColumnRole::y:
     case ColumnRole::z: positions[point][axis_of(role, ColumnRole::x)] = value; return;
@@ -121,8 +147,8 @@ void PointTable::set(std::size_t point, ColumnRole role, double value) {
     }
 }
 
-Surface surface_of(PointTable table, const std::vector<std::string> &names, const std::vector<ColumnRole> &roles) {
-    Surface surface;
+void fill_surface(PointTable table, const std::vector<std::string> &names, const std::vector<ColumnRole> &roles,
+                  std::span<const KeptColumn> kept, Surface &surface) {
     std::vector<bool> is_kept(table.positions.size());
     std::size_t missing = 0;
     for (std::size_t i = 0; i < is_kept.size(); ++i) {
@@ -136,6 +162,8 @@ Surface surface_of(PointTable table, const std::vector<std::string> &names, cons
         keep_from(table.colours, 0, keep);
         keep_from(table.packed, 0, keep);
         keep_from(table.intensities, 0, keep);
+        for (std::vector<double> &field : table.fields)
+            keep_from(field, 0, keep);
     }
     surface.report.push_back(
         {"x y z", Fate::kept,
@@ -154,8 +182,24 @@ Surface surface_of(PointTable table, const std::vector<std::string> &names, cons
         keep_colours(table, surface, note);
         surface.report.push_back({"colours", Fate::kept, note});
     }
+    std::vector<std::string> fields;
+    bool has_intensity = false;
+    for (const KeptColumn &column : kept) {
+        const ColumnRole role = roles[column.column];
+        has_intensity = has_intensity || (role == ColumnRole::intensity && column.values.is_kept());
+        if (role == ColumnRole::intensity)
+            std::for_each(table.intensities.begin(), table.intensities.end(),
+                          [&](float value) { column.values.add(static_cast<double>(value)); });
+        else
+            for (const double value : table.fields[static_cast<std::size_t>(axis_of(role, ColumnRole::field))])
+                column.values.add(value);
+        fields.push_back(printable(names[column.column]));
+    }
     if (!table.intensities.empty())
-        use_intensities(table.intensities, surface, "the points have colours");
+        use_intensities(table.intensities, surface,
+                        has_intensity ? "" : "the points have colours; --field intensity keeps it");
+    if (!fields.empty())
+        surface.report.push_back({"columns " + joined(fields, ", "), Fate::kept, "fields"});
     std::vector<std::string> unused;
     constexpr std::size_t kMostNamed = 8;
     for (std::size_t i = 0; i < names.size(); ++i)
@@ -167,8 +211,8 @@ Surface surface_of(PointTable table, const std::vector<std::string> &names, cons
         unused.push_back(std::to_string(more) + " more");
     }
     if (!unused.empty())
-        surface.report.push_back({"columns " + joined(unused, ", "), Fate::dropped, "measurements that are not shown"});
-    return surface;
+        surface.report.push_back({"columns " + joined(unused, ", "), Fate::dropped,
+                                  "measurements that are not shown; --field NAME keeps one"});
 }
 
 } // namespace pbm::build

@@ -84,10 +84,12 @@ class TextCloud {
         const bool is_guess = names_.empty();
         if (is_guess)
             names_ = guessed_names(std::span(values_).first(std::min(values_.size(), kSample * columns_)), columns_);
-        const std::vector<ColumnRole> roles = roles_of(names_);
+        std::vector<ColumnRole> roles = roles_of(names_);
         for (const ColumnRole axis : {ColumnRole::x, ColumnRole::y, ColumnRole::z})
             if (std::find(roles.begin(), roles.end(), axis) == roles.end())
                 return bad_input("the columns " + printable_in_quotes(joined(names_, ", ")) + " have no x, y and z");
+        Surface surface;
+        const std::vector<KeptColumn> kept = keep_fields(names_, roles, options_, surface);
         PointTable table;
         const std::size_t count = values_.size() / columns_;
         table.resize(count, roles);
@@ -95,7 +97,7 @@ class TextCloud {
             for (std::size_t k = 0; k < columns_; ++k)
                 table.set(i, roles[k], values_[i * columns_ + k]);
         values_ = {};
-        Surface surface = surface_of(std::move(table), names_, roles);
+        fill_surface(std::move(table), names_, roles, kept, surface);
         if (is_guess && columns_ > 3)
             surface.report.push_back({"columns", Fate::converted, "guessed as " + joined(names_, ", ")});
         if (open_end_)

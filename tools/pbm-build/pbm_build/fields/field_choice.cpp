@@ -1,0 +1,171 @@
+#include "pbm_build/fields/field_choice.h"
+
+#include "pbm_scan/fields/field_column.h"
+#include "pbm_scan/text/printable.h"
+#include "pbm_scan/text/text_number.h"
+#include "pbm_scan/text/words.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pbm::build {
+namespace {
+
+// What is known of the finite values of a field.
+struct Values {
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    std::uint64_t count = 0, outside = 0;
+    bool are_whole = true;
+};
+
+Values survey(std::span<const FieldValue> values, const std::optional<std::array<double, 2>> &range) {
+    Values found;
+    for (const FieldValue &value : values) {
+        const double number = value.number;
+        if (!std::isfinite(number))
+            continue;
+        ++found.count;
+        found.least = std::min(found.least, number);
+        found.most = std::max(found.most, number);
+        found.are_whole = found.are_whole && number == std::floor(number);
+        found.outside += range && (number < (*range)[0] || number > (*range)[1]) ? 1 : 0;
+    }
+    if (range) {
+        found.least = (*range)[0];
+        found.most = (*range)[1];
+        found.are_whole = found.are_whole && found.least == std::floor(found.least);
+    }
+    return found;
+}
+
+// A text that fits its place in the file, cut between characters.
+std::string cut(std::string text, std::size_t bytes) {
+    while (text.size() > bytes)
+        do
+            text.pop_back();
+        while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xC0) == 0x80);
+    return text;
+}
+
+// Sets offset, scale and bytes.
+void choose_steps(const Values &values, const std::optional<int> &bits, Field &field) {
+    const double span = values.count == 0 ? 0 : values.most - values.least;
+    field.offset = values.count == 0 ? 0 : values.least;
+    const bool is_exact = values.are_whole && span < (bits == 8 ? 255 : 65535);
+    field.bytes = bits ? static_cast<std::uint8_t>(*bits / 8) : is_exact && span < 255 ? 1 : 2;
+    const double steps = static_cast<double>(field.max_stored()) - 1;
+    field.scale = is_exact ? 1 : span / steps;
+    if (!std::isnormal(field.scale))
+        field.scale = 1;
+}
+
+Error no_such_field(const std::string &name, const Surface &surface) {
+    std::vector<std::string> offered = surface.offered_fields;
+    std::sort(offered.begin(), offered.end());
+    offered.erase(std::unique(offered.begin(), offered.end()), offered.end());
+    for (std::string &each : offered)
+        each = printable(each);
+    return usage("--field " + printable(name) + ": no input has such a measurement" +
+                 (offered.empty() ? std::string(" or any other") : "; there is " + joined(offered, ", ")));
+}
+
+Error no_field(const std::string &text) {
+    return usage(
+        "'" + printable(text) +
+        "' is no field; write a name, and what is wanted of =MIN,MAX, an average (mean, majority, max) and 8 or "
+        "16 bits, like intensity=0,255,max,8");
+}
+
+std::string note_of(const Field &field, const Values &values, std::uint64_t vertices) {
+    std::string note = shortest_text(values.least) + " to " + shortest_text(values.most) +
+                       (field.unit.empty() ? "" : " " + field.unit) + ", " + std::to_string(8 * field.bytes) +
+                       " bits in steps of " + shortest_text(field.scale) + ", " + std::string(to_string(field.average));
+    if (values.outside != 0)
+        note += "; " + counted(values.outside, "value") + " outside clamped";
+    if (values.count != vertices)
+        note += "; " + counted(vertices - values.count, "point") + " without a value";
+    return note;
+}
+
+} // namespace
+
+Result<FieldRequest> parse_field(const std::string &text) {
+    FieldRequest request;
+    std::vector<std::string> parts;
+    for (std::size_t at = 0; at <= text.size();) {
+        const std::size_t end = std::min(text.find(',', at), text.size());
+        parts.push_back(text.substr(at, end - at));
+        at = end + 1;
+    }
+    while (parts.size() > 1) {
+        const std::string &last = parts.back();
+        if (last == "mean" || last == "majority" || last == "max")
+            request.average = last == "mean"       ? FieldAverage::mean
+                              : last == "majority" ? FieldAverage::majority
+                                                   : FieldAverage::maximum;
+        else if ((last == "8" || last == "16") && !request.bits &&
+                 !(parts.size() == 2 && parts.front().find('=') != std::string::npos))
+            request.bits = last == "8" ? 8 : 16;
+        else
+            break;
+        parts.pop_back();
+    }
+    const std::size_t equals = parts.front().find('=');
+    request.name = parts.front().substr(0, equals);
+    if (equals != std::string::npos) {
+        const auto least = parse_all<double>(parts.front().substr(equals + 1));
+        const auto most = parts.size() == 2 ? parse_all<double>(parts[1]) : std::nullopt;
+        if (!least || !most || !(*least < *most) || !std::isfinite(*most - *least))
+            return no_field(text);
+        request.range = {*least, *most};
+        parts.pop_back();
+    }
+    if (request.name.empty() || parts.size() != 1)
+        return no_field(text);
+    return request;
+}
+
+Result<std::vector<Field>> choose_fields(Surface &surface, std::span<const FieldRequest> requests,
+                                         BuildStatistics &statistics) {
+    std::vector<Field> fields;
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+        const FieldRequest &request = requests[i];
+        if (surface.field_values[i].empty())
+            return no_such_field(request.name, surface);
+        Field field{.name = cut(request.name, kMaxFieldName),
+                    .unit = cut(surface.field_units[i].value_or(""), kMaxFieldUnit)};
+        const Values values = survey(surface.field_values[i], request.range);
+        for (FieldValue &value : surface.field_values[i])
+            if (request.range)
+                value.number = std::clamp(value.number, (*request.range)[0], (*request.range)[1]);
+        choose_steps(values, request.bits, field);
+        field.average = request.average.value_or(is_label(request.name) ? FieldAverage::majority : FieldAverage::mean);
+        statistics.report("field " + printable(field.name), values.count == 0 ? Fate::dropped : Fate::kept,
+                          values.count == 0 ? "no point has a finite value"
+                                            : note_of(field, values, surface.positions.size()));
+        fields.push_back(std::move(field));
+    }
+    return fields;
+}
+
+std::vector<FieldSamples> field_samples(const Surface &surface, std::span<const Field> fields) {
+    std::vector<FieldSamples> all(fields.size());
+    for (std::size_t f = 0; f < fields.size(); ++f) {
+        const Field &field = fields[f];
+        const double last = static_cast<double>(field.max_stored()) - 1;
+        all[f].average = field.average;
+        all[f].values.reserve(surface.field_values[f].size());
+        for (const FieldValue &value : surface.field_values[f]) {
+            const double at = std::clamp((value.number - field.offset) / field.scale, 0.0, last);
+            // Labels and maxima are stored values already: no mean of them is taken.
+            const double rounded = field.average == FieldAverage::mean ? at : std::round(at);
+            all[f].values.push_back(std::isfinite(value.number) ? static_cast<std::int32_t>(std::lround(
+                                                                      std::ldexp(rounded, FieldSamples::kFraction)))
+                                                                : FieldSamples::kNone);
+        }
+    }
+    return all;
+}
+
+} // namespace pbm::build
