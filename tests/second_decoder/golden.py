@@ -1,11 +1,14 @@
 """Golden files, format_spec/golden/VERSION: golden.py --write VERSION PBM_SAMPLE PBM_BUILD, or golden.py to check them
 
 Checks that every golden file of every version is valid and holds what the version's contents.json says. --write makes them,
-once, when a version is frozen: the valid test vectors and some built scans. It never replaces a file.
+once, when a version is frozen: the valid test vectors that no earlier version has, and some built scans. It never replaces
+a file.
 """
 
 import json
+import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -16,7 +19,7 @@ import xxhash
 import bvg
 
 FORMAT = Path(__file__, "../../../format_spec").resolve()
-SCANS = {
+SCANS = {"1.0": {
     "scan-plain": (6, ("--colour", "565",)),
     "scan-colourless": (6, ("--ignore-point-colours", "--up", "z", "--unit", "mm")),
     "scan-everything": (5, ("--texture", "wood", "--ground", "marble", "--ground-resolution", "64", "--lights", "studio", "--shadows",
@@ -24,7 +27,24 @@ SCANS = {
                             "--name", "Ammonit \u2014 \U0001f41a", "--credit", "\"quoted\" \\ / \u0001")),
     "scan-mapped": (5, ("--store", "mapped", "--material", "mirror", "--lights", "two", "--shadows", "--ground", "plain",
                         "--ground-resolution", "64")),
-}
+}, "1.1": {
+    "scan-fields": (6, ("--field", "intensity", "--field", "classification", "--field", "height,max,8")),
+    "scan-fields-mapped": (5, ("--field", "intensity=0,100,16", "--store", "mapped", "--panorama", "default", "--panorama-width",
+                               "256")),
+}}
+
+def write_scan(path, sample):
+    """The scan of a version: pbm-sample's, with measurements that follow from the number of the vertex."""
+    subprocess.run([sample, "-q", "--vertices", "10000", "-o", path], check=True)
+    names = ("float intensity", "uchar classification", "double height")
+    head, rows = path.read_bytes().split(b"end_header\n")
+    count = int(re.search(rb"element vertex (\d+)", head)[1])
+    size = sum({"float": 4, "double": 8, "uchar": 1}[kind] for kind in re.findall(r"property (\w+) \w+\n", head.split(b"element face")[0].decode()))
+    vertices = b"".join(rows[size * i:size * (i + 1)] + struct.pack("<fBd", i * 37 % 256, i * 7 % 5 + 2, i / 3)
+                        for i in range(count))
+    more = "".join(f"property {name}\n" for name in names).encode()
+    head = head.replace(b"element face", more + b"element face")
+    path.write_bytes(head + b"end_header\n" + vertices + rows[size * count:])
 
 def decoded_hash(m):
     """XXH3-128 of all that was decoded: of each level the masks and the values of each stream in the order of the attributes
@@ -53,12 +73,14 @@ def contents(path):
 def write(version, sample, build):
     folder = FORMAT / "golden" / version
     folder.mkdir(parents=True)
+    earlier = {path.read_bytes() for path in FORMAT.glob("golden/*/*.pbvg")}
     for path in sorted(FORMAT.glob("vectors/valid/*.pbvg")):
-        shutil.copyfile(path, folder / path.name)
+        if path.read_bytes() not in earlier:
+            shutil.copyfile(path, folder / path.name)
     with tempfile.TemporaryDirectory() as temporary:
         scan = Path(temporary, "scan.ply")
-        subprocess.run([sample, "-q", "--vertices", "10000", "-o", scan], check=True)
-        for name, (depth, options) in SCANS.items():
+        write_scan(scan, sample)
+        for name, (depth, options) in SCANS[version].items():
             model = folder / f"{name}.pbvg"
             subprocess.run([build, "-q", scan, "--depth", str(depth), "-o", model, *options], check=True)
     files = [contents(path) for path in sorted(folder.glob("*.pbvg"))]
