@@ -141,6 +141,20 @@ TEST(BuiltFields, TrianglesMixTheValuesOfTheirCorners) {
         EXPECT_TRUE(value == 0 || value == 30) << value;
 }
 
+TEST(BuiltFields, OrderOfCornersAtOnePlaceDoesNotMatter) {
+    const auto with_order = [](std::array<unsigned, 3> corners) {
+        Surface surface;
+        surface.positions = {{0, 0, 0}, {0, 0, 0}, {30, 1, 0}};
+        surface.triangles = {{corners[0], corners[1], corners[2]}};
+        for (const double value : {3.0, 30.0, 0.0})
+            surface.field_values[0].push_back({value});
+        surface.field_units[0] = "";
+        return file_of(built(surface, with_field("i,majority")));
+    };
+    EXPECT_EQ(with_order({0, 1, 2}), with_order({1, 0, 2}));
+    EXPECT_EQ(with_order({0, 1, 2}), with_order({2, 1, 0}));
+}
+
 TEST(BuiltFields, OfSeveralInputsThoseWithoutItHaveNone) {
     Surface without;
     without.positions = {{20, 0, 0}, {25, 0, 0}};

@@ -9,9 +9,10 @@
 namespace pbm::build {
 namespace {
 
-// Sorts the corners by their places, then by their attributes. Branch-free where x and y distinguish all corners: each
-// comparison adds to the rank of a corner.
-template <class Corner> std::array<const Corner *, 3> in_order(const std::array<Corner, 3> &corners) {
+// Sorts the corners by their places, then by their attributes, at last by `before_in_fields`. Branch-free where x and y
+// distinguish all corners: each comparison adds to the rank of a corner.
+template <class Corner, class BeforeInFields>
+std::array<const Corner *, 3> in_order(const std::array<Corner, 3> &corners, BeforeInFields before_in_fields) {
     const auto key = [](const LatticePoint &p) { return std::int64_t{p.x} << 32 | std::int64_t{p.y}; };
     const std::int64_t a = key(corners[0].at), b = key(corners[1].at), c = key(corners[2].at);
     std::array<const Corner *, 3> order{&corners[0], &corners[1], &corners[2]};
@@ -24,11 +25,12 @@ template <class Corner> std::array<const Corner *, 3> in_order(const std::array<
         order[place(a < c, b < c)] = &corners[2];
         return order;
     }
-    sort_three(order, [](const Corner *one, const Corner *two) {
+    sort_three(order, [&](const Corner *one, const Corner *two) {
         if (one->at != two->at)
             return before(one->at, two->at);
         const auto rest = [](const Sample &s) { return std::tie(s.normal, s.colour, s.rest.material); };
-        return rest(one->attributes) < rest(two->attributes);
+        const auto of_one = rest(one->attributes), of_two = rest(two->attributes);
+        return of_one < of_two || (of_one == of_two && before_in_fields(one->number, two->number));
     });
     return order;
 }
@@ -43,7 +45,13 @@ void SampleCursor::load(std::uint32_t source) {
     corners[1].number = 1;
     corners[2].number = 2;
     const glm::dvec3 facing = lattice_normal(corners[0].at, corners[1].at, corners[2].at);
-    const std::array<const Corner *, 3> order = in_order(corners);
+    const auto before_in_fields = [&](std::uint8_t one, std::uint8_t two) {
+        for (const FieldSamples &field : sampler_.fields_)
+            if (field.values[vertices[one]] != field.values[vertices[two]])
+                return field.values[vertices[one]] < field.values[vertices[two]];
+        return false;
+    };
+    const std::array<const Corner *, 3> order = in_order(corners, before_in_fields);
     triangle_.set_corners({in_voxels(order[0]->at), in_voxels(order[1]->at), in_voxels(order[2]->at)});
     const ShortNormal flat = to_short_normal(sampler_.normals_.faces_point_inward ? -facing : facing);
     triangle_.flat = {static_cast<double>(flat[0]), static_cast<double>(flat[1]), static_cast<double>(flat[2])};
