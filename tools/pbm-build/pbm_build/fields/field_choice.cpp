@@ -78,9 +78,9 @@ Error no_field(const std::string &text) {
 }
 
 std::string note_of(const Field &field, const Values &values, std::uint64_t vertices) {
-    std::string note = shortest_text(values.least) + " to " + shortest_text(values.most) +
-                       (field.unit.empty() ? "" : " " + field.unit) + ", " + std::to_string(8 * field.bytes) +
-                       " bits in steps of " + shortest_text(field.scale) + ", " + std::string(to_string(field.average));
+    std::string note = formatted("%.9g to %.9g%s%s, %d bits in steps of %.3g, ", values.least, values.most,
+                                 field.unit.empty() ? "" : " ", field.unit.c_str(), 8 * field.bytes, field.scale) +
+                       std::string(to_string(field.average));
     if (values.outside != 0)
         note += "; " + counted(values.outside, "value") + " outside clamped";
     if (values.count != vertices)
