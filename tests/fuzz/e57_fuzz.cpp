@@ -7,8 +7,8 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
     const std::string file = pbm::test::e57_with_length({reinterpret_cast<const char *>(data), size});
     constexpr std::size_t kTrianglesOfPoint = 2;
-    pbm::test::hold_surface(
-        pbm::build::read_e57({reinterpret_cast<const std::uint8_t *>(file.data()), file.size()}, {}), file.size(),
-        kTrianglesOfPoint);
+    pbm::test::hold_surface(pbm::build::read_e57({reinterpret_cast<const std::uint8_t *>(file.data()), file.size()},
+                                                 pbm::test::with_fields()),
+                            file.size(), kTrianglesOfPoint);
     return 0;
 }

@@ -3,6 +3,6 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
     if (pbm::build::is_ptx({data, size}))
-        pbm::test::hold_surface(pbm::build::read_ptx({data, size}, {}), size);
+        pbm::test::hold_surface(pbm::build::read_ptx({data, size}, pbm::test::with_fields()), size);
     return 0;
 }

@@ -15,6 +15,11 @@ inline void require(bool holds) {
         std::abort();
 }
 
+// Names that the corpora have, and a class, so that measurements are read and points left out.
+inline build::ReadOptions with_fields() {
+    return {.fields = {"intensity", "classification", "gps_time", "confidence", "quality"}, .dropped_classes{0x80}};
+}
+
 // `size`: of the file. `elements`: at most so many per byte.
 inline void hold_surface(const Result<build::Surface> &result, std::size_t size, std::size_t elements = 1) {
     if (!result) {

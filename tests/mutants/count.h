@@ -2,8 +2,6 @@
 // reader loads something else than is counted here, one of the two is wrong.
 #pragma once
 
-#include "mutants/honest_files.h"
-
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -19,6 +17,15 @@ struct Announced {
 };
 
 // Nothing where the text or bytes cannot be counted.
-std::optional<Announced> count(Format format, std::string_view bytes);
+std::optional<Announced> count_ply(std::string_view bytes);
+std::optional<Announced> count_obj(std::string_view bytes);
+std::optional<Announced> count_off(std::string_view bytes);
+std::optional<Announced> count_stl(std::string_view bytes);
+std::optional<Announced> count_gltf(std::string_view bytes);
+std::optional<Announced> count_ptx(std::string_view bytes);
+std::optional<Announced> count_e57(std::string_view bytes); // what lies in the pages
+std::optional<Announced> count_las(std::string_view bytes);
+std::optional<Announced> count_pcd(std::string_view bytes);
+std::optional<Announced> count_table(std::string_view bytes);
 
 } // namespace pbm::mutants

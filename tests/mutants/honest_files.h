@@ -7,10 +7,22 @@
 
 namespace pbm::mutants {
 
-enum class Format : std::uint8_t { ply_ascii, ply_binary, obj, off, stl_ascii, stl_binary, ptx, e57 };
-constexpr int kFormats = 8;
-
-const char *to_string(Format format);
+enum class Format : std::uint8_t {
+    ply_ascii,
+    ply_binary,
+    obj,
+    off,
+    stl_ascii,
+    stl_binary,
+    ptx,
+    e57,
+    las,
+    pcd_ascii,
+    pcd_binary,
+    table,
+    gltf
+};
+constexpr int kFormats = 13;
 
 struct HonestFile {
     std::string name;
@@ -18,7 +30,8 @@ struct HonestFile {
     std::string bytes; // of an E57: what lies in its pages, since checksums find any other damage
 };
 
-// The same on every call.
-std::vector<HonestFile> honest_files();
+// The same on every call. Clouds, and glTF.
+std::vector<HonestFile> honest_meshes();
+std::vector<HonestFile> honest_clouds();
 
 } // namespace pbm::mutants

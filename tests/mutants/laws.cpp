@@ -1,15 +1,11 @@
 #include "mutants/laws.h"
 
-#include "mutants/count.h"
-#include "pbm_scan/e57/e57_reader.h"
-#include "pbm_scan/mesh/mesh_reader.h"
-#include "pbm_scan/ply/ply_reader.h"
-#include "pbm_scan/ptx/ptx_reader.h"
+#include "mutants/format_traits.h"
+#include "pbm_scan/formats.h"
 #include "unit/scan/e57_files.h"
 
 #include <algorithm>
-#include <cmath>
-#include <span>
+#include <cstdlib>
 
 namespace pbm::mutants {
 namespace {
@@ -17,19 +13,12 @@ namespace {
 using build::AttributeReport;
 using build::Surface;
 
-Result<Surface> read(Format format, const std::string &text) {
-    const std::span<const std::uint8_t> bytes(reinterpret_cast<const std::uint8_t *>(text.data()), text.size());
-    switch (format) {
-    case Format::ply_ascii:
-    case Format::ply_binary: return build::read_ply({bytes}, {});
-    case Format::obj: return build::read_obj({bytes}, {});
-    case Format::off: return build::read_off(bytes, {});
-    case Format::ptx: return build::read_ptx(bytes, {});
-    case Format::e57: return build::read_e57(bytes, {});
-    case Format::stl_ascii:
-    case Format::stl_binary: break;
-    }
-    return build::read_stl(bytes, {});
+Result<Surface> read(const FormatTraits &format, const std::string &text) {
+    const build::ReadOptions options{.fields = {"intensity", "classification", "quality", "confidence"}};
+    const auto formats = build::scan_formats();
+    const auto found = std::find_if(formats.begin(), formats.end(),
+                                    [&](const build::ScanFormat &f) { return f.name == format.scan_format; });
+    return found->read({{reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}}, options);
 }
 
 Judgement broken(const std::string &law) { return {Verdict::broken, law}; }
@@ -52,84 +41,42 @@ Judgement judge_error(const Error &error, std::size_t size) {
 
 bool whole(const Surface &s) {
     const std::size_t count = s.positions.size();
-    const auto parallel = [count](const auto &values) { return values.empty() || values.size() == count; };
-    const auto finite = [](const glm::dvec3 &p) {
-        return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-    };
+    bool parallel = true;
+    build::for_vertex_attributes(
+        [&](const auto &values) { parallel = parallel && (values.empty() || values.size() == count); }, s);
     const auto valid = [count](const glm::uvec3 &t) {
         return t.x < count && t.y < count && t.z < count && t.x != t.y && t.y != t.z && t.x != t.z;
     };
-    return count != 0 && parallel(s.normals) && parallel(s.colours) && parallel(s.radii) && parallel(s.material_ids) &&
-           parallel(s.station_ids) && std::all_of(s.positions.begin(), s.positions.end(), finite) &&
+    return count != 0 && parallel && std::all_of(s.positions.begin(), s.positions.end(), build::is_finite) &&
            std::all_of(s.triangles.begin(), s.triangles.end(), valid);
 }
 
-bool reports(const Surface &s, const std::string &name) {
-    return std::any_of(s.report.begin(), s.report.end(),
-                       [&](const AttributeReport &line) { return line.name == name; });
-}
-
-// A truncated file must be refused. Exceptions are texts: without its last line end a text is complete, and a cut
-// inside the last number cannot be detected, so the reader must report that the end of the file may be missing.
-std::optional<std::string> judge_cut(const Mutant &mutant, const Surface &s) {
-    const std::string &honest = mutant.origin->bytes;
-    const std::size_t cut = *mutant.cut_at;
-    const std::size_t end = honest.find_last_not_of("\r\n") + 1;
-    switch (mutant.origin->format) {
-    case Format::ply_binary:
-    case Format::stl_binary: return "it was cut";
-    case Format::e57: // behind the XML section are zeros that fill the last page
-        return cut < end ? std::optional<std::string>("it was cut") : std::nullopt;
-    case Format::stl_ascii: { // undetectable between two solids and within the name of the last line
-        const std::size_t last_line = mutant.bytes.rfind('\n', mutant.bytes.find_last_not_of('\n')) + 1;
-        return mutant.bytes.substr(last_line, 8) != "endsolid" ? std::optional<std::string>("it was cut")
-                                                               : std::nullopt;
-    }
-    case Format::obj: { // undetectable between two lines, except by comments
-        if (cut == 0 || honest[cut - 1] == '\n' || cut >= end)
-            return std::nullopt;
-        const std::size_t line = honest.rfind('\n', cut - 1) + 1; // npos + 1 is 0
-        const bool numbers =
-            std::string("vf").find(honest[line]) != std::string::npos && honest.substr(line, 2) != "vt";
-        return numbers && !reports(s, "end of file") ? std::optional<std::string>("it was cut inside a line, unsaid")
-                                                     : std::nullopt;
-    }
-    case Format::ptx: { // undetectable between two scans, and inside the last number before
-        const std::size_t second = honest.rfind("5\n5\n");
-        if (cut == second)
-            return std::nullopt;
-        if (cut < second && cut > honest.rfind(' ', second) + 1)
-            return reports(s, "end of file") ? std::nullopt
-                                             : std::optional<std::string>("it was cut inside a number, unsaid");
-        break;
-    }
-    case Format::ply_ascii:
-    case Format::off: break;
-    }
-    if (cut >= end)
-        return std::nullopt;
-    const std::size_t last_word = honest.find_last_of(" \n", end - 1) + 1;
-    // Face colours of OFF are optional, so whole numbers of the last line may be missing.
-    const std::size_t last_line = honest.rfind('\n', end - 1) + 1;
-    const bool optional = mutant.origin->format == Format::off && cut > last_line + 6;
-    if (cut <= last_word && !optional)
-        return "it was cut";
-    return reports(s, "end of file") ? std::nullopt : std::optional<std::string>("it was cut inside a number, unsaid");
+// How many points or rows the report says were left out.
+std::uint64_t left_out(const Surface &s) {
+    std::uint64_t sum = 0;
+    for (const AttributeReport &line : s.report)
+        if (line.note.find("left out") != std::string::npos)
+            for (const char *const kind : {" point", " row"})
+                for (std::size_t at = 0; (at = line.note.find(kind, at)) != std::string::npos; ++at) {
+                    const std::size_t before = line.note.find_last_not_of("0123456789", at - 1) + 1;
+                    sum += std::strtoull(line.note.substr(before, at - before).c_str(), nullptr, 10);
+                }
+    return sum;
 }
 
 Judgement judge_surface(const Mutant &mutant, const Surface &s) {
     if (!whole(s))
         return broken("the arrays of the surface disagree");
+    const FormatTraits &format = traits(mutant.origin->format);
     if (mutant.cut_at)
-        if (const std::optional<std::string> law = judge_cut(mutant, s))
-            return broken(*law);
-    const Format format = mutant.origin->format;
-    const std::optional<Announced> announced = count(format, mutant.bytes);
+        if (const std::string law = format.judge_cut(mutant, s); !law.empty())
+            return broken(law);
+    const std::optional<Announced> announced = format.count(mutant.bytes);
     if (!announced)
         return broken("loaded " + std::to_string(s.positions.size()) + " vertices of a file that cannot be counted");
-    const std::uint64_t vertices = s.positions.size() + s.dropped_vertices - s.vertex_copies;
-    const bool stl = format == Format::stl_ascii || format == Format::stl_binary;
-    if (!stl && vertices != announced->vertices)
+    const std::uint64_t vertices = s.positions.size() + s.dropped_vertices - s.vertex_copies + left_out(s);
+    const bool is_stl = format.scan_format == "stl"; // equal corners are welded
+    if (!is_stl && vertices != announced->vertices)
         return broken(std::to_string(vertices) + " vertices where the file has " + std::to_string(announced->vertices));
     const std::uint64_t triangles = s.triangles.size() + s.dropped_triangles;
     if (triangles < announced->min_triangles || triangles > announced->max_triangles)
@@ -146,8 +93,8 @@ Judgement judge_surface(const Mutant &mutant, const Surface &s) {
 } // namespace
 
 Judgement judge(const Mutant &mutant) {
-    const Format format = mutant.origin->format;
-    const std::string file = format == Format::e57 ? test::e57_with_length(mutant.bytes) : mutant.bytes;
+    const FormatTraits &format = traits(mutant.origin->format);
+    const std::string file = format.scan_format == "e57" ? test::e57_with_length(mutant.bytes) : mutant.bytes;
     const Result<Surface> surface = read(format, file);
     return surface ? judge_surface(mutant, *surface) : judge_error(surface.error(), file.size());
 }

@@ -1,5 +1,6 @@
 // The test program `mutants`: README.md has the laws, --help the options.
 #include "command_line/parse.h"
+#include "mutants/format_traits.h"
 #include "mutants/laws.h"
 #include "system/processes/child_process.h"
 
@@ -30,8 +31,15 @@ struct Record {
 };
 static_assert(std::is_trivially_copyable_v<Record>);
 
+std::vector<HonestFile> all_honest_files() {
+    std::vector<HonestFile> files = honest_meshes();
+    for (HonestFile &cloud : honest_clouds())
+        files.push_back(std::move(cloud));
+    return files;
+}
+
 struct Campaign {
-    std::vector<HonestFile> files = honest_files();
+    std::vector<HonestFile> files = all_honest_files();
     std::uint64_t seed = 1, first = 0, count = 4000;
     std::array<std::array<std::uint64_t, kVerdicts>, kFormats> table{};
     std::uint64_t broken = 0;
@@ -48,7 +56,7 @@ void note(Campaign &campaign, const Record &record) {
     constexpr std::uint64_t kMaxShown = 40;
     if (record.verdict == Verdict::broken && ++campaign.broken <= kMaxShown)
         std::printf("mutant %llu (%s, %s; %s): %s\n", static_cast<unsigned long long>(record.number),
-                    to_string(origin.format), origin.name.c_str(), make(campaign, record.number).story.c_str(),
+                    traits(origin.format).name, origin.name.c_str(), make(campaign, record.number).story.c_str(),
                     record.text.data());
 }
 
@@ -93,7 +101,7 @@ void print_table(const Campaign &campaign) {
         std::printf("%13s", name);
     std::array<std::uint64_t, kVerdicts> sum{};
     for (int format = 0; format < kFormats; ++format) {
-        std::printf("\n%-12s", to_string(static_cast<Format>(format)));
+        std::printf("\n%-12s", traits(static_cast<Format>(format)).name);
         for (std::size_t k = 0; k < kVerdicts; ++k) {
             const std::uint64_t count = campaign.table[static_cast<std::size_t>(format)][k];
             sum[k] += count;
@@ -112,7 +120,7 @@ bool honest_files_load(const Campaign &campaign) {
     for (const HonestFile &file : campaign.files) {
         const Judgement judgement = judge({.origin = &file, .bytes = file.bytes, .story = {}, .cut_at = {}});
         if (judgement.verdict != Verdict::loaded && judgement.verdict != Verdict::loaded_less) {
-            std::printf("honest file (%s, %s): %s\n", to_string(file.format), file.name.c_str(),
+            std::printf("honest file (%s, %s): %s\n", traits(file.format).name, file.name.c_str(),
                         judgement.text.c_str());
             good = false;
         }

@@ -130,6 +130,10 @@ void Mutator::change_count() {
         at = bytes_.find("element ", random_.below(std::min<std::size_t>(bytes_.size(), 300)));
     else if (format == Format::obj)
         at = bytes_.find("# ");
+    else if (format == Format::pcd_ascii || format == Format::pcd_binary)
+        at = bytes_.find("POINTS ");
+    else if (format == Format::gltf)
+        at = bytes_.find("\"count\":", random_.below(bytes_.size()));
     at = at == std::string::npos ? at : bytes_.find_first_of("0123456789", at);
     if (at == std::string::npos)
         return;

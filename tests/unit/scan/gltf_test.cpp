@@ -103,6 +103,31 @@ TEST(Gltf, ModesOfTriangles) {
     EXPECT_EQ(surface(plain).triangles, (std::vector<glm::uvec3>{{0, 1, 2}}));
 }
 
+TEST(Gltf, DamagedIndicesAreNotAbsentOnes) {
+    const auto primitive = [](Glb &glb) {
+        return json{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}};
+    };
+    for (const json &damaged : {json(-1), json(0.5), json("1"), json(1e300)}) {
+        Glb glb;
+        json with_indices = primitive(glb), without_places = with_indices;
+        with_indices["indices"] = damaged;
+        without_places["attributes"]["POSITION"] = damaged;
+        for (const json &wrong : {with_indices, without_places}) {
+            Glb copy = glb;
+            copy.show({wrong});
+            EXPECT_TRUE(test::has(refusal(copy), "does not exist")) << wrong;
+        }
+        glb.show({with_indices}, {{"children", {damaged}}});
+        EXPECT_TRUE(test::has(refusal(glb), "does not exist"));
+    }
+    Glb whole; // an integer all the same
+    json shown = primitive(whole);
+    shown["mode"] = 4.0;
+    whole.show({shown, {{"attributes", json::object()}}});
+    EXPECT_EQ(surface(whole).positions.size(), 4U);
+    EXPECT_TRUE(says(surface(whole), "primitives without POSITION", Fate::dropped));
+}
+
 TEST(Gltf, NodesMoveTurnAndMirror) {
     Glb glb;
     const auto positions = glb.floats(kSquare, "VEC3", 3),

@@ -27,6 +27,19 @@ std::string pcd(const std::string &fields, const std::string &sizes, const std::
            types + "\nWIDTH " + count + "\nHEIGHT 1\nVIEWPOINT " + viewpoint + "\nPOINTS " + count + "\nDATA " + data;
 }
 
+TEST(Tables, TextBetweenTheNamesAndTheFirstPointIsReported) {
+    const Surface s = surface("x,y,z\nm,m,m\n1,2,3\n4,5,6\n", "scan.csv");
+    EXPECT_EQ(s.positions.size(), 2U);
+    EXPECT_TRUE(reports(s, "text", Fate::dropped));
+    EXPECT_FALSE(reports(surface("x,y,z\n# metres\n1,2,3\n", "scan.csv"), "text", Fate::dropped));
+}
+
+TEST(Pcd, BytesBehindTheLastPointAreReported) {
+    const std::string file = pcd("x y z", "4 4 4", "F F F", 1, "binary\n" + std::string(12, '\0'));
+    EXPECT_FALSE(reports(surface(file, "scan"), "end of file", Fate::dropped));
+    EXPECT_TRUE(has(note_of(surface(file + "more", "scan"), "end of file"), "4 bytes"));
+}
+
 TEST(Pcd, TextBinaryAndCompressedAgree) {
     const std::string text = pcd("x y z rgb", "4 4 4 4", "F F F U", 2, "ascii\n1 2 3 16711935\n-4 5.5 6 255\n");
     std::string rows, columns;

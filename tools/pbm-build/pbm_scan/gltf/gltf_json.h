@@ -1,4 +1,4 @@
-// Values of untrusted JSON: what is missing or of another type is absent.
+// Values of untrusted JSON: what is missing or of another type is absent, except indices.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -27,10 +27,17 @@ inline const Json *item(const Json *from, std::size_t index) {
 
 inline std::size_t items(const Json *from) { return from != nullptr && from->is_array() ? from->size() : 0; }
 
+// An index or a count. A value that is none becomes the largest one, which no array has: what is there but damaged must
+// not count as absent.
 inline std::optional<std::size_t> index_of(const Json *value) {
-    if (value == nullptr || !value->is_number_unsigned())
+    if (value == nullptr)
         return std::nullopt;
-    return value->get<std::size_t>();
+    if (value->is_number_unsigned())
+        return value->get<std::size_t>();
+    constexpr double kMost = 9007199254740992; // 2^53: "3.0" is an integer too
+    const double number = value->is_number_float() ? value->get<double>() : -1;
+    return number >= 0 && number <= kMost && number == std::floor(number) ? static_cast<std::size_t>(number)
+                                                                          : ~std::size_t{0};
 }
 inline std::optional<std::size_t> index_of(const Json *from, const char *key) { return index_of(member(from, key)); }
 

@@ -38,7 +38,7 @@ enum class Mode : std::uint8_t { points = 0, triangles = 4, strip = 5, fan = 6 }
 struct Primitive {
     std::vector<float> positions, normals, places, colours; // 3, 3, 2, 4 numbers each; colours linear
     std::vector<glm::uvec3> triangles;
-    bool is_points = false;
+    bool is_points = false, is_lines = false;
     const GltfMaterial *material = nullptr;
     std::size_t degenerate = 0;
 
@@ -195,6 +195,8 @@ class GltfReader {
                                  read.error().offset);
             if (!primitive.positions.empty())
                 out.push_back(std::move(primitive));
+            else if (!primitive.is_lines)
+                drop_once(report_, "primitives without POSITION", "there is nothing to show");
         }
         return out;
     }
@@ -204,6 +206,7 @@ class GltfReader {
         const std::size_t mode = index_of(&described, "mode").value_or(kTriangles);
         if (mode >= 1 && mode <= 3) {
             drop_once(report_, "lines", "PBM shows no lines");
+            out.is_lines = true;
             return {};
         }
         if (mode > 6)

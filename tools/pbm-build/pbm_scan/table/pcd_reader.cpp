@@ -3,6 +3,7 @@
 #include "pbm_scan/clouds/stations.h"
 #include "pbm_scan/table/point_table.h"
 #include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/words.h"
 #include "system/bytes.h"
 
 #include <algorithm>
@@ -201,7 +202,8 @@ Error cut_short(const std::string &what, std::size_t offset) {
     return bad_input(what + ": it is cut short or damaged; copy or export it again", offset);
 }
 
-Status read_binary(std::span<const std::uint8_t> bytes, const Header &header, PointTable &table) {
+// These readers return the number of bytes behind the last point.
+Result<std::size_t> read_binary(std::span<const std::uint8_t> bytes, const Header &header, PointTable &table) {
     const std::size_t row = header.row_size(), left = bytes.size() - header.body;
     if (header.points > left / row)
         return cut_short("the file announces " + std::to_string(header.points) + " points and has room for " +
@@ -212,10 +214,10 @@ Status read_binary(std::span<const std::uint8_t> bytes, const Header &header, Po
         fill(field, bytes.data() + at, row, table);
         at += field.size * field.count;
     }
-    return {};
+    return left - static_cast<std::size_t>(header.points) * row;
 }
 
-Status read_compressed(std::span<const std::uint8_t> bytes, const Header &header, PointTable &table) {
+Result<std::size_t> read_compressed(std::span<const std::uint8_t> bytes, const Header &header, PointTable &table) {
     constexpr std::size_t kSizes = 8;
     if (bytes.size() - header.body < kSizes)
         return cut_short("the sizes of the compressed data are missing", bytes.size());
@@ -237,12 +239,12 @@ Status read_compressed(std::span<const std::uint8_t> bytes, const Header &header
         fill(field, columns.data() + at, field.size * field.count, table);
         at += field.size * field.count * header.points;
     }
-    return {};
+    return bytes.size() - begin - packed;
 }
 
 // `open_end`: whether the last line has no end.
-Status read_ascii(std::string_view text, const Header &header, const ReadOptions &options, PointTable &table,
-                  bool &open_end) {
+Result<std::size_t> read_ascii(std::string_view text, const Header &header, const ReadOptions &options,
+                               PointTable &table, bool &open_end) {
     Lines lines(text, header.body, header.body_line);
     for (std::uint64_t i = 0; i < header.points; ++i) {
         if (!lines.next_with_words(false))
@@ -268,7 +270,7 @@ Status read_ascii(std::string_view text, const Header &header, const ReadOptions
     }
     if (lines.next_with_words(false))
         return lines.refuse("text behind the last point: the counts do not fit the file");
-    return {};
+    return std::size_t{0};
 }
 
 } // namespace
@@ -306,16 +308,19 @@ Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions 
     PointTable table;
     table.resize(header->points, roles);
     bool open_end = false;
-    Status read = header->data == "ascii"    ? read_ascii(text, *header, options, table, open_end)
-                  : header->data == "binary" ? read_binary(bytes, *header, table)
-                  : is_compressed            ? read_compressed(bytes, *header, table)
-                                  : Status(bad_input("DATA " + printable_in_quotes(header->data) + " is not known"));
-    if (!read)
-        return read.error();
+    const Result<std::size_t> trailing = header->data == "ascii" ? read_ascii(text, *header, options, table, open_end)
+                                         : header->data == "binary" ? read_binary(bytes, *header, table)
+                                         : is_compressed
+                                             ? read_compressed(bytes, *header, table)
+                                             : bad_input("DATA " + printable_in_quotes(header->data) + " is not known");
+    if (!trailing)
+        return trailing.error();
     fill_surface(std::move(table), names, roles, kept, surface);
     if (header->station != glm::dvec3(0) && add_station(surface, 0, header->station))
         surface.report.push_back({"VIEWPOINT", Fate::kept, "where the scanner stood"});
     complete_station_ids(surface);
+    if (*trailing != 0)
+        surface.report.push_back({"end of file", Fate::dropped, counted(*trailing, "byte") + " behind the last point"});
     if (open_end)
         report_open_end(surface.report);
     return finished(std::move(surface), options);

@@ -100,6 +100,10 @@ class TextCloud {
         fill_surface(std::move(table), names_, roles, kept, surface);
         if (is_guess && columns_ > 3)
             surface.report.push_back({"columns", Fate::converted, "guessed as " + joined(names_, ", ")});
+        if (skipped_ != 0)
+            surface.report.push_back({"text", Fate::dropped,
+                                      counted(skipped_, "row") + " between the names and the first point: " +
+                                          printable_in_quotes(first_skipped_) + " is not a number"});
         if (open_end_)
             report_open_end(surface.report);
         return finished(std::move(surface), options_);
@@ -130,10 +134,14 @@ class TextCloud {
             return {};
         double value = 0;
         if (!is_number(first, value)) {
-            if (columns_ == 0 && names_.empty())
+            const bool is_first = names_.empty();
+            if (columns_ == 0 && is_first)
                 take_names();
-            if (is_comment(first) || (columns_ == 0 && !names_.empty()))
+            if (is_comment(first) || (columns_ == 0 && !names_.empty())) {
+                if (!is_comment(first) && !is_first && skipped_++ == 0)
+                    first_skipped_ = first;
                 return {};
+            }
             return lines_.refuse(printable_in_quotes(first) +
                                  (columns_ == 0 ? " begins no row of a table of points" : " is not a number"));
         }
@@ -192,7 +200,8 @@ class TextCloud {
     std::vector<std::string> names_;
     std::vector<double> row_, values_; // values: [rows][columns]
     std::size_t columns_ = 0;
-    std::uint64_t rows_ = 0, count_line_ = 0;
+    std::uint64_t rows_ = 0, count_line_ = 0, skipped_ = 0;
+    std::string first_skipped_;
     std::optional<std::uint64_t> announced_; // points up to the next count
     bool open_end_ = false;
 };

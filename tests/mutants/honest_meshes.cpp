@@ -1,60 +1,11 @@
 #include "mutants/honest_files.h"
 
-#include "unit/scan/e57_files.h"
+#include "mutants/sheet.h"
 
-#include <array>
-#include <bit>
-#include <cstddef>
-#include <cstring>
 #include <string_view>
 
 namespace pbm::mutants {
 namespace {
-
-// A bent sheet: a grid of kEdge x kEdge vertices and its triangles.
-constexpr int kEdge = 5;
-constexpr int kVertices = kEdge * kEdge;
-
-struct Vertex {
-    float x, y, z;
-};
-
-Vertex vertex(int i) {
-    const int column = i % kEdge, row = i / kEdge;
-    return {static_cast<float>(column) * 0.25F, static_cast<float>(row) * 0.5F,
-            static_cast<float>((column * column + 3 * row) % 7) * 0.125F};
-}
-
-using Triangle = std::array<int, 3>;
-
-std::vector<Triangle> triangles() {
-    std::vector<Triangle> all;
-    for (int row = 0; row + 1 < kEdge; ++row)
-        for (int column = 0; column + 1 < kEdge; ++column) {
-            const int i = row * kEdge + column;
-            all.push_back({i, i + 1, i + kEdge});
-            all.push_back({i + 1, i + kEdge + 1, i + kEdge});
-        }
-    return all;
-}
-
-std::string number(float value) { // with few decimals
-    std::string text = std::to_string(value);
-    text.erase(text.find_last_not_of('0') + 1);
-    return text + (text.back() == '.' ? "0" : "");
-}
-
-std::string place(int i) {
-    const Vertex v = vertex(i);
-    return number(v.x) + " " + number(v.y) + " " + number(v.z);
-}
-
-std::string corners(const Triangle &t, int first, std::string_view between = " ") {
-    std::string text = std::to_string(t[0] + first);
-    for (const std::size_t k : {1U, 2U})
-        text.append(between).append(std::to_string(t[k] + first));
-    return text;
-}
 
 std::string ply_header(const std::string &encoding, const std::string &vertex_properties, std::size_t vertices,
                        const std::string &face_properties, std::size_t faces) {
@@ -92,15 +43,6 @@ std::string ply_ascii_rich() {
                     std::to_string(i + kEdge) + " 0\r\n";
         }
     return text;
-}
-
-template <class T> void append(std::string &to, T value, bool big_endian = false) {
-    std::array<char, sizeof(T)> bytes{};
-    std::memcpy(bytes.data(), &value, sizeof value);
-    if (big_endian != (std::endian::native == std::endian::big))
-        for (std::size_t i = 0; i < bytes.size() / 2; ++i)
-            std::swap(bytes[i], bytes[bytes.size() - 1 - i]);
-    to.append(bytes.data(), bytes.size());
 }
 
 std::string ply_binary(bool big_endian) {
@@ -200,53 +142,6 @@ std::string stl_ascii(bool two) {
     return text + "endsolid\n";
 }
 
-// Two scans of the sheet; of the second one some lines of sight have no echo.
-std::string ptx(bool coloured) {
-    std::string text;
-    for (const bool second : {false, true}) {
-        text += "5\n5\n0.5 1 9\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0.5 1 9 1\n";
-        for (int i = 0; i < kVertices; ++i) {
-            const Vertex v = vertex(i);
-            text += second && i % 9 == 4 ? "0 0 0" : number(v.x - 0.5F) + " " + number(v.y) + " " + number(v.z - 9);
-            text += coloured ? " 0.25 10 " + std::to_string(10 * i) + " 255\n" : " 0.5\n";
-        }
-    }
-    return text;
-}
-
-std::string e57(bool scaled) {
-    std::vector<float> x, y, z;
-    std::vector<std::int64_t> rows, columns, colour;
-    std::array<std::vector<std::int64_t>, 3> steps;
-    for (int i = 0; i < kVertices; ++i) {
-        const Vertex v = vertex(i);
-        x.push_back(v.x);
-        y.push_back(v.y);
-        z.push_back(v.z);
-        steps[0].push_back(i % kEdge);
-        steps[1].push_back(i / kEdge);
-        steps[2].push_back(i % 7);
-        rows.push_back(i / kEdge);
-        columns.push_back(i % kEdge);
-        colour.push_back(10 * i);
-    }
-    test::E57ScanText floats{.columns = {test::e57_floats("cartesianX", x), test::e57_floats("cartesianY", y),
-                                         test::e57_floats("cartesianZ", z), test::e57_integers("rowIndex", 0, 31, rows),
-                                         test::e57_integers("columnIndex", 0, 4, columns),
-                                         test::e57_floats("intensity", x)}};
-    const std::string scale = R"(scale="0.25" offset="1")";
-    test::E57ScanText integers{.columns = {test::e57_integers("cartesianX", -3, 9, steps[0], scale),
-                                           test::e57_integers("cartesianY", 0, 1023, steps[1], scale),
-                                           test::e57_integers("cartesianZ", 0, 7, steps[2], scale),
-                                           test::e57_integers("colorRed", 0, 255, colour),
-                                           test::e57_integers("colorGreen", 0, 255, colour),
-                                           test::e57_integers("colorBlue", 0, 255, colour)}};
-    integers.stream_bytes = 7;
-    integers.other_packets = true;
-    integers.more = R"(<pose><rotation><w>1</w></rotation><translation><x type="Float">2.5</x></translation></pose>)";
-    return scaled ? test::e57_contents({integers, floats}) : test::e57_contents({floats});
-}
-
 std::string stl_binary(std::string header) {
     const std::vector<Triangle> faces = triangles();
     header.resize(80, ' ');
@@ -266,13 +161,7 @@ std::string stl_binary(std::string header) {
 
 } // namespace
 
-const char *to_string(Format format) {
-    constexpr std::array<const char *, kFormats> kNames{"PLY ASCII", "PLY binary", "OBJ", "OFF",
-                                                        "STL ASCII", "STL binary", "PTX", "E57"};
-    return kNames[static_cast<std::size_t>(format)];
-}
-
-std::vector<HonestFile> honest_files() {
+std::vector<HonestFile> honest_meshes() {
     return {{"plain", Format::ply_ascii, ply_ascii()},
             {"rich", Format::ply_ascii, ply_ascii_rich()},
             {"little-endian", Format::ply_binary, ply_binary(false)},
@@ -286,11 +175,7 @@ std::vector<HonestFile> honest_files() {
             {"one solid", Format::stl_ascii, stl_ascii(false)},
             {"two solids", Format::stl_ascii, stl_ascii(true)},
             {"plain", Format::stl_binary, stl_binary("made for tests")},
-            {"solid", Format::stl_binary, stl_binary("solid made for tests")},
-            {"intensities", Format::ptx, ptx(false)},
-            {"colours", Format::ptx, ptx(true)},
-            {"floats", Format::e57, e57(false)},
-            {"integers and floats", Format::e57, e57(true)}};
+            {"solid", Format::stl_binary, stl_binary("solid made for tests")}};
 }
 
 } // namespace pbm::mutants

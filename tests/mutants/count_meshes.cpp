@@ -1,64 +1,19 @@
 #include "mutants/count.h"
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdlib>
+#include "mutants/count_text.h"
+
 #include <cstring>
 #include <map>
 #include <set>
-#include <sstream>
-#include <string>
-#include <vector>
 
 namespace pbm::mutants {
 namespace {
-
-using Words = std::vector<std::string>;
-
-constexpr const char *kWhite = " \t\v\f\r\n";
-
-Words words(const std::string &line) {
-    Words all;
-    for (std::size_t at = line.find_first_not_of(kWhite); at != std::string::npos;) {
-        const std::size_t end = std::min(line.find_first_of(kWhite, at), line.size());
-        all.push_back(line.substr(at, end - at));
-        at = line.find_first_not_of(kWhite, end);
-    }
-    return all;
-}
-
-// Line ends: LF, CR LF, CR.
-std::vector<std::string> lines(std::string_view text) {
-    std::vector<std::string> all(1);
-    for (std::size_t i = 0; i < text.size(); ++i)
-        if (text[i] == '\n' || (text[i] == '\r' && (i + 1 == text.size() || text[i + 1] != '\n')))
-            all.emplace_back();
-        else
-            all.back() += text[i];
-    return all;
-}
-
-bool whole_number(const std::string &word, long long &value) {
-    char *end = nullptr;
-    value = std::strtoll(word.c_str(), &end, 10);
-    return !word.empty() && *end == '\0';
-}
-
-std::string lower(std::string word) {
-    for (char &c : word)
-        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    return word;
-}
 
 void add_face(Announced &sum, const std::vector<long long> &corners) {
     const std::size_t different = std::set<long long>(corners.begin(), corners.end()).size();
     const std::uint64_t most = corners.size() < 3 ? 1 : corners.size() - 2;
     sum.max_triangles += most;
     sum.min_triangles += different == corners.size() ? most : 1;
-}
-
-std::string without_mark(std::string_view bytes) {
-    return std::string(bytes.substr(bytes.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0));
 }
 
 const std::map<std::string, int> kStatements{
@@ -68,6 +23,8 @@ const std::map<std::string, int> kStatements{
     {"sp", 0},     {"end", 0},    {"con", 0},  {"bevel", 0},      {"c_interp", 0}, {"d_interp", 0}, {"ctech", 0},
     {"stech", 0},  {"call", 0},   {"csh", 0},  {"g", 1},          {"o", 1},        {"mtllib", 1},   {"usemtl", 1},
     {"usemap", 1}, {"maplib", 1}, {"lod", 1},  {"shadow_obj", 1}, {"trace_obj", 1}}; // 1: the statement takes names
+
+} // namespace
 
 std::optional<Announced> count_obj(std::string_view bytes) {
     Announced sum;
@@ -159,6 +116,8 @@ std::optional<Announced> count_stl(std::string_view bytes) {
     sum.min_triangles = sum.max_triangles;
     return begun == ended && begun != 0 ? std::optional(sum) : std::nullopt;
 }
+
+namespace {
 
 struct Property {
     std::string name, type, count_type; // count_type: of lists only
@@ -262,6 +221,8 @@ std::optional<std::vector<Element>> ply_elements(std::string_view bytes, std::si
     }
 }
 
+} // namespace
+
 std::optional<Announced> count_ply(std::string_view bytes) {
     std::size_t body = 0;
     std::string format;
@@ -301,68 +262,6 @@ std::optional<Announced> count_ply(std::string_view bytes) {
     }
     sum.something_unknown = sum.something_unknown || !numbers.at_end();
     return sum;
-}
-
-// Positions alone: how many triangles follow from them is not announced.
-Announced positions_of(std::uint64_t count) {
-    return {.vertices = count, .min_triangles = 0, .max_triangles = 2 * count, .something_unknown = false};
-}
-
-std::optional<Announced> count_ptx(std::string_view bytes) {
-    std::vector<Words> rows;
-    for (const std::string &line : lines(bytes))
-        if (Words w = words(line); !w.empty())
-            rows.push_back(std::move(w));
-    std::uint64_t count = 0;
-    for (std::size_t row = 0; row < rows.size();) {
-        long long columns = 0, height = 0;
-        if (rows.size() - row < 10 || !whole_number(rows[row][0], columns) || !whole_number(rows[row + 1][0], height))
-            return std::nullopt;
-        row += 10;
-        for (long long i = 0; i < columns * height; ++i, ++row) {
-            if (row == rows.size() || rows[row].size() < 3)
-                return std::nullopt;
-            const bool is_empty = std::all_of(rows[row].begin(), rows[row].begin() + 3, [](const std::string &word) {
-                return std::strtod(word.c_str(), nullptr) == 0;
-            });
-            count += is_empty ? 0U : 1U;
-        }
-    }
-    return positions_of(count);
-}
-
-// By the words of the XML section, which the header places by its offset in pages of 1024 bytes.
-std::optional<Announced> count_e57(std::string_view bytes) {
-    constexpr std::string_view kKey = "recordCount=";
-    const auto number = [&](std::size_t at) {
-        std::uint64_t value = 0;
-        std::memcpy(&value, bytes.data() + at, sizeof(value));
-        return static_cast<std::size_t>(value);
-    };
-    const std::size_t offset = bytes.size() < 48 ? 0 : number(24), begin = offset / 1024 * 1020 + offset % 1024;
-    if (begin < 48 || begin > bytes.size())
-        return std::nullopt;
-    const std::string_view xml = bytes.substr(begin, number(32));
-    std::uint64_t sum = 0;
-    for (std::size_t at = 0; (at = xml.find(kKey, at)) != std::string_view::npos; ++at)
-        sum += std::strtoull(std::string(xml.substr(at + kKey.size() + 1, 20)).c_str(), nullptr, 10);
-    return positions_of(sum);
-}
-
-} // namespace
-
-std::optional<Announced> count(Format format, std::string_view bytes) {
-    switch (format) {
-    case Format::ply_ascii:
-    case Format::ply_binary: return count_ply(bytes);
-    case Format::obj: return count_obj(bytes);
-    case Format::off: return count_off(bytes);
-    case Format::ptx: return count_ptx(bytes);
-    case Format::e57: return count_e57(bytes);
-    case Format::stl_ascii:
-    case Format::stl_binary: break;
-    }
-    return count_stl(bytes);
 }
 
 } // namespace pbm::mutants
