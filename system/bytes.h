@@ -45,6 +45,12 @@ template <class T> T load(const std::uint8_t *at) {
     return value;
 }
 
+// Writes the bytes of `value` from `at` on, at any alignment.
+template <class T> void store(std::uint8_t *at, const T &value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    std::memcpy(at, &value, sizeof value);
+}
+
 // Reads fixed-width little-endian values one after the other. After the first read past the end every
 // read returns zero and `ok()` is false: read a whole record, then test once.
 class ByteReader {

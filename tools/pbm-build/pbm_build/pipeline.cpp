@@ -331,7 +331,8 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
                                             .fields = field_names,
                                             .dropped_classes = options.dropped_classes,
                                             .default_material = options.scene.default_material.value_or(Material{}),
-                                            .progress = read_progress});
+                                            .progress = read_progress,
+                                            .threads = options.threads});
         });
         if (!surface)
             return of_input(name, surface.error());

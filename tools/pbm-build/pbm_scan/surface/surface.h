@@ -183,6 +183,7 @@ struct ReadOptions {
     std::bitset<256> dropped_classes{};          // points with these classes are left out
     Material default_material{};                 // values that a material of the file does not set
     std::function<void(double done)> progress{}; // called from the calling thread with 0..1; may be empty
+    int threads = 0;                             // of readers that use several; 0: one per processor
 };
 
 // Removes the triangles for which is_gone(triangle) is true, with their attributes. Returns their number.

@@ -1,0 +1,115 @@
+#include "pbm_scan/las/las_header.h"
+
+#include "pbm_scan/surface/refusal.h"
+#include "pbm_scan/surface/surface.h"
+#include "pbm_scan/text/text_lines.h"
+
+#include <array>
+#include <string_view>
+
+namespace pbm::build {
+namespace {
+
+constexpr std::size_t kLeastHeader = 227, kHeaderOf14 = 375, kRecordHeader = 54;
+
+constexpr std::array<PointFormat, 11> kFormats{{{20, 0, 0, 0, 0, false},
+                                                {28, 20, 0, 0, 0, false},
+                                                {26, 0, 20, 0, 0, false},
+                                                {34, 20, 28, 0, 0, false},
+                                                {57, 20, 0, 0, 28, false},
+                                                {63, 20, 28, 0, 34, false},
+                                                {30, 22, 0, 0, 0, true},
+                                                {36, 22, 30, 0, 0, true},
+                                                {38, 22, 30, 36, 0, true},
+                                                {59, 22, 0, 0, 30, true},
+                                                {67, 22, 30, 36, 38, true}}};
+
+class LasHeaderReader {
+  public:
+    explicit LasHeaderReader(ByteView bytes) : bytes_(bytes) {}
+
+    Result<LasHeader> run() {
+        if (bytes_.size() < kLeastHeader)
+            return bad_input("the LAS header is cut short", bytes_.size());
+        const std::size_t size = at<std::uint16_t>(94);
+        const int major = bytes_[24], minor = bytes_[25];
+        if (major != 1 || minor > 5)
+            return Error{ErrorCode::unsupported_version, 24,
+                         "LAS " + std::to_string(major) + "." + std::to_string(minor) + "; export it as LAS 1.4"};
+        if (size < kLeastHeader || size > bytes_.size() || (minor >= 4 && size < kHeaderOf14))
+            return bad_input("the LAS header says that it has " + std::to_string(size) + " bytes", 94);
+        LasHeader header;
+        header.first = at<std::uint32_t>(96);
+        header.stride = at<std::uint16_t>(105);
+        constexpr std::uint8_t kCompressed = 0x80, kBeforeLaszip = 0x40;
+        if ((bytes_[104] & kBeforeLaszip) != 0)
+            return unsupported("the file was compressed before LASzip 1.0; unpack it to LAS");
+        header.is_compressed = (bytes_[104] & kCompressed) != 0;
+        const unsigned format = bytes_[104] & ~unsigned{kCompressed};
+        if (format >= kFormats.size())
+            return bad_input("point format " + std::to_string(format) + " is none of LAS", 104);
+        header.format = &kFormats[format];
+        if (header.stride < header.format->size)
+            return bad_input("points of " + std::to_string(header.stride) + " bytes, their format has " +
+                                 std::to_string(header.format->size),
+                             105);
+        if (header.first < size || header.first > bytes_.size())
+            return bad_input("the points begin at byte " + std::to_string(header.first) + " of " +
+                                 std::to_string(bytes_.size()) + ": the file is cut short or damaged",
+                             96);
+        header.announced = at<std::uint32_t>(107);
+        if (minor >= 4 && at<std::uint64_t>(247) != 0)
+            header.announced = at<std::uint64_t>(247);
+        constexpr std::uint16_t kWaveformsWithin = 2;
+        header.has_records_behind = (minor >= 4 && at<std::uint32_t>(243) != 0) ||
+                                    (minor >= 3 && (at<std::uint16_t>(6) & kWaveformsWithin) != 0);
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto each = static_cast<std::size_t>(axis);
+            header.scale[axis] = at<double>(131 + 8 * each);
+            header.offset[axis] = at<double>(155 + 8 * each);
+            header.highest[axis] = at<double>(179 + 16 * each);
+            header.lowest[axis] = at<double>(187 + 16 * each);
+        }
+        if (!is_finite(header.offset) || !is_finite(header.scale) || header.scale.x == 0 || header.scale.y == 0 ||
+            header.scale.z == 0)
+            return bad_input("scale or offset of the coordinates is no finite number", 131);
+        read_records(size, at<std::uint32_t>(100), header);
+        return header;
+    }
+
+  private:
+    template <class T> T at(std::size_t offset) const { return load<T>(bytes_.data() + offset); }
+
+    // Looks among the variable length records for the coordinate reference system, the extra bytes and LASzip.
+    void read_records(std::size_t from, std::uint32_t count, LasHeader &header) const {
+        constexpr std::uint16_t kWkt = 2112, kExtraBytes = 4, kLaszip = 22204;
+        constexpr std::size_t kMostCrs = 4096;
+        for (std::uint32_t i = 0; i < count && header.first - from >= kRecordHeader; ++i) {
+            const std::string_view user = as_text(bytes_.subspan(from + 2, 16));
+            const auto id = at<std::uint16_t>(from + 18);
+            const std::size_t length = at<std::uint16_t>(from + 20);
+            from += kRecordHeader;
+            if (length > header.first - from)
+                return;
+            if (user.starts_with("LASF_Projection") && id == kWkt && length <= kMostCrs) {
+                const std::string_view text = as_text(bytes_.subspan(from, length));
+                header.crs = text.substr(0, text.find('\0'));
+            }
+            if (user.starts_with("LASF_Spec") && id == kExtraBytes)
+                header.extra_bytes = bytes_.subspan(from, length);
+            if (user.starts_with("laszip encoded") && id == kLaszip) {
+                header.laz_record = bytes_.subspan(from, length);
+                header.laz_offset = from;
+            }
+            from += length;
+        }
+    }
+
+    ByteView bytes_;
+};
+
+} // namespace
+
+Result<LasHeader> read_las_header(ByteView file) { return LasHeaderReader(file).run(); }
+
+} // namespace pbm::build
