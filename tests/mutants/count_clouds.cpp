@@ -67,6 +67,8 @@ std::optional<Announced> count_las(std::string_view bytes) {
     std::uint64_t count = at<std::uint32_t>(bytes, 107);
     if (is_14 && at<std::uint64_t>(bytes, 247) != 0)
         count = at<std::uint64_t>(bytes, 247);
+    if (static_cast<unsigned char>(bytes[104]) >= 0x80) // LAZ
+        return positions_of(count);
     if (stride == 0 || first > bytes.size() || count > (bytes.size() - first) / stride)
         return std::nullopt;
     // The size tells the count where nothing may stand behind the points; else what stands there is something.
@@ -134,10 +136,12 @@ std::optional<Announced> count_gltf(std::string_view bytes) {
     const bool is_binary = bytes.starts_with("glTF") && bytes.size() >= 20;
     const std::string_view text = is_binary ? bytes.substr(20, at<std::uint32_t>(bytes, 12)) : bytes;
     const json doc = json::parse(without_mark(text), nullptr, false);
-    const auto item = [](const json &list, const json &index) {
-        return list.is_array() && index.is_number_unsigned() && index.get<std::size_t>() < list.size()
-                   ? list[index.get<std::size_t>()]
-                   : json();
+    const auto whole = [](const json &number, double otherwise) { // 1.0 is an integer too
+        return static_cast<std::uint64_t>(number.is_number() ? std::max(number.get<double>(), 0.0) : otherwise);
+    };
+    const auto item = [&](const json &list, const json &index) {
+        const std::uint64_t at = whole(index, 1e18);
+        return list.is_array() && at < list.size() ? list[at] : json();
     };
     if (!doc.is_object())
         return std::nullopt;
@@ -145,15 +149,14 @@ std::optional<Announced> count_gltf(std::string_view bytes) {
         return of.is_object() && of.contains(name) ? of[name] : json();
     };
     const auto count_of = [&](const json &accessor) {
-        const json count = member(item(member(doc, "accessors"), accessor), "count");
-        return count.is_number_unsigned() ? count.get<std::uint64_t>() : 0;
+        return whole(member(item(member(doc, "accessors"), accessor), "count"), 0);
     };
     const json scenes = member(doc, "scenes"), scene = member(doc, "scene"), nodes = member(doc, "nodes");
     std::vector<json> shown, left; // numbers of meshes and of nodes
     if (!scenes.is_array() || scenes.empty())
         for (std::size_t i = 0; i < member(doc, "meshes").size(); ++i)
             shown.emplace_back(i);
-    for (const json &root : member(item(scenes, scene.is_number_unsigned() ? scene : json(0U)), "nodes"))
+    for (const json &root : member(item(scenes, scene.is_null() ? json(0U) : scene), "nodes"))
         left.push_back(root);
     for (std::size_t visits = 0; visits < left.size(); ++visits) {
         if (visits > 1000)
@@ -167,8 +170,7 @@ std::optional<Announced> count_gltf(std::string_view bytes) {
     Announced sum;
     for (const json &mesh : shown)
         for (const json &primitive : member(item(member(doc, "meshes"), mesh), "primitives")) {
-            const json mode = member(primitive, "mode");
-            const std::uint64_t kind = mode.is_number_unsigned() ? mode.get<std::uint64_t>() : 4;
+            const std::uint64_t kind = whole(member(primitive, "mode"), 4);
             if (kind >= 1 && kind <= 3) { // lines
                 sum.something_unknown = true;
                 continue;

@@ -88,6 +88,7 @@ constexpr std::array<FormatTraits, kFormats> kTraits{{{"PLY ASCII", "ply", count
                                                       {"PTX", "ptx", count_ptx, ptx},
                                                       {"E57", "e57", count_e57, before_end},
                                                       {"LAS", "las", count_las, always},
+                                                      {"LAZ", "las", count_las, always},
                                                       {"PCD ASCII", "pcd", count_pcd, inside_last_number},
                                                       {"PCD binary", "pcd", count_pcd, always},
                                                       {"tables", "xyz", count_table, table},

@@ -2,6 +2,7 @@
 #include "mutants/honest_files.h"
 #include "mutants/sheet.h"
 #include "unit/scan/e57_files.h"
+#include "unit/scan/laz_files.h"
 
 #include <cstdint>
 
@@ -86,6 +87,21 @@ std::string las(bool is_new) {
         put(at + (is_new ? 30 : 28), static_cast<std::uint16_t>(256 * i));
     }
     return file;
+}
+
+// The same points, pointwise or in layers.
+std::string laz(bool is_new) {
+    const std::string whole = las(is_new);
+    const std::size_t size = is_new ? 40 : 34;
+    std::vector<std::string> records;
+    for (std::size_t at = whole.size() - kVertices * size; at < whole.size(); at += size)
+        records.push_back(whole.substr(at, size));
+    return test::laz_file({.format = is_new ? 7U : 3U,
+                           .version = is_new ? 3U : 2U,
+                           .chunks = {10, 10, 5},
+                           .are_equal = true,
+                           .extra = is_new ? 4U : 0U},
+                          records);
 }
 
 std::string pcd_header(const std::string &data) {
@@ -211,6 +227,8 @@ std::vector<HonestFile> honest_clouds() {
             {"integers and floats", Format::e57, e57(true)},
             {"format 3", Format::las, las(false)},
             {"format 7", Format::las, las(true)},
+            {"format 3", Format::laz, laz(false)},
+            {"format 7", Format::laz, laz(true)},
             {"ascii", Format::pcd_ascii, pcd_ascii()},
             {"binary", Format::pcd_binary, pcd_binary(false)},
             {"compressed", Format::pcd_binary, pcd_binary(true)},

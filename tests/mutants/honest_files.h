@@ -17,12 +17,13 @@ enum class Format : std::uint8_t {
     ptx,
     e57,
     las,
+    laz,
     pcd_ascii,
     pcd_binary,
     table,
     gltf
 };
-constexpr int kFormats = 13;
+constexpr int kFormats = 14;
 
 struct HonestFile {
     std::string name;
