@@ -103,9 +103,10 @@ std::optional<Announced> count_pcd(std::string_view bytes) {
     for (std::size_t i = 1; i < sizes.size(); ++i)
         row += std::strtoull(sizes[i].c_str(), nullptr, 10) *
                (i < counts.size() ? std::strtoull(counts[i].c_str(), nullptr, 10) : 1);
-    sum.something_unknown = data == "binary" && body + points * row < bytes.size();
+    const std::size_t end = bytes.find_last_not_of('\0') + 1; // zeros fill a page
+    sum.something_unknown = data == "binary" && body + points * row < end;
     if (data == "binary_compressed" && bytes.size() - body >= 8)
-        sum.something_unknown = body + 8 + at<std::uint32_t>(bytes, body) < bytes.size();
+        sum.something_unknown = body + 8 + at<std::uint32_t>(bytes, body) < end;
     return sum;
 }
 

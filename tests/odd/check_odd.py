@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
 """What the readers make of odd and damaged scans, against tables of what is right.
 
-  check_odd.py own DESCRIBE_SCAN WORK_FOLDER                     our own small files: files/, and those of make_files.py
+  check_odd.py own DESCRIBE_SCAN WORK_FOLDER                     our own small files: files/, and those of make_*.py
   check_odd.py scans DESCRIBE_SCAN UNPACKED SOURCE [SCANS]       real scans; skipped (77) where there are none
+  check_odd.py inputs DESCRIBE_SCAN UNPACKED SOURCE [SCANS]      real scans in other formats; skipped likewise
 
-Columns of own_files.csv and real_scans.csv: `exit` is 0 where a file loads, else the exit code of the refusal; counts
+Columns of own_files.csv, real_scans.csv and real_inputs.csv: `exit` is 0 where a file loads, else the exit code of the refusal; counts
 and attributes (colours, normals, radii, materials) of what loaded; `says`: texts, separated by " | ", that the message
 or the report of attributes must contain; `why`: what is particular about the file. Every word of `why` in
-real_scans.csv must also stand in own_files.csv: what real files need is tested where they are not at hand.
+the tables of real files must also stand in own_files.csv: what real files need is tested where they are not at hand.
 
-SCANS is a folder of scans that has a folder `odd`, found as scan_folder.py says.
+SCANS is a folder of scans that has folders `odd` and `inputs`, found as scan_folder.py says.
 """
 
 import csv
@@ -21,7 +22,7 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
-from scan_folder import find_scans
+from scan_folder import find_inputs, find_scans
 
 COUNTS = ("vertices", "triangles", "dropped_vertices", "dropped_triangles")
 
@@ -75,15 +76,16 @@ def same_files(rows, there):
 
 
 def own_files(program, work):
+    import make_clouds
     import make_files
 
     shutil.rmtree(work, ignore_errors=True)
     shutil.copytree(HERE / "files", work)
-    for name, content in make_files.files().items():
+    for name, content in {**make_files.files(), **make_clouds.files()}.items():
         (work / name).write_bytes(content)
     rows = table("own_files.csv")
     failed = same_files(rows, {path.name for path in work.iterdir()})
-    missing = words(table("real_scans.csv")) - words(rows)
+    missing = words(table("real_scans.csv") + table("real_inputs.csv")) - words(rows)
     if missing:
         print("no file of our own for:", *sorted(missing))
     return failed + len(missing) or check(program, rows, work)
@@ -100,13 +102,25 @@ def real_scans(program, unpacked, source, given):
     return min(1, same_files(rows, there) or check(program, rows, scans))
 
 
+def real_inputs(program, unpacked, source, given):
+    inputs = find_inputs(unpacked, source, given)
+    if inputs is None:
+        print("skipped: no folder of scans with a folder 'inputs' (PBM_SCANS_DIR)")
+        return 77
+    rows = table("real_inputs.csv")
+    extensions = {pathlib.PurePath(row["file"]).suffix for row in rows}
+    there = {str(f.relative_to(inputs)) for f in inputs.rglob("*") if f.suffix in extensions}
+    return min(1, same_files(rows, there) or check(program, rows, inputs))
+
+
 def main():
     mode, program, folder = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), pathlib.Path(sys.argv[3]).resolve()
     if mode == "own":
         folder.mkdir(parents=True, exist_ok=True)
         return min(1, own_files(program, folder))
     given = sys.argv[5] if len(sys.argv) > 5 else ""
-    return real_scans(program, folder, pathlib.Path(sys.argv[4]).resolve(), given)
+    real = real_scans if mode == "scans" else real_inputs
+    return real(program, folder, pathlib.Path(sys.argv[4]).resolve(), given)
 
 
 sys.exit(main())

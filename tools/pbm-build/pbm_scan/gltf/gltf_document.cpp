@@ -75,7 +75,8 @@ std::uint32_t whole(const std::uint8_t *at, int type) {
 }
 
 std::string name_of(const char *array, std::size_t index) {
-    return std::string(array) + "[" + std::to_string(index) + "]";
+    const bool is_index = index != ~std::size_t{0}; // else damaged (index_of)
+    return std::string(array) + "[" + (is_index ? std::to_string(index) : "?") + "]";
 }
 
 std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {

@@ -70,6 +70,8 @@ class HeaderReader {
                     (keyword == "WIDTH" ? width : height) = *count;
             } else if (keyword == "DATA") {
                 header_.data = lines_.word();
+                if (header_.data != "ascii" && header_.data != "binary" && header_.data != "binary_compressed")
+                    return lines_.refuse("DATA " + printable_in_quotes(header_.data) + " is not known");
                 header_.body = lines_.next_offset();
                 header_.body_line = lines_.number();
                 header_.points = points.value_or(width * height);
@@ -202,6 +204,12 @@ Error cut_short(const std::string &what, std::size_t offset) {
     return bad_input(what + ": it is cut short or damaged; copy or export it again", offset);
 }
 
+// Those behind the last point, without zeros that fill a page.
+std::size_t bytes_behind(std::span<const std::uint8_t> bytes) {
+    const auto last = std::find_if(bytes.rbegin(), bytes.rend(), [](std::uint8_t byte) { return byte != 0; });
+    return static_cast<std::size_t>(bytes.rend() - last);
+}
+
 // These readers return the number of bytes behind the last point.
 Result<std::size_t> read_binary(std::span<const std::uint8_t> bytes, const Header &header, PointTable &table) {
     const std::size_t row = header.row_size(), left = bytes.size() - header.body;
@@ -214,7 +222,7 @@ Result<std::size_t> read_binary(std::span<const std::uint8_t> bytes, const Heade
         fill(field, bytes.data() + at, row, table);
         at += field.size * field.count;
     }
-    return left - static_cast<std::size_t>(header.points) * row;
+    return bytes_behind(bytes.subspan(header.body + static_cast<std::size_t>(header.points) * row));
 }
 
 Result<std::size_t> read_compressed(std::span<const std::uint8_t> bytes, const Header &header, PointTable &table) {
@@ -239,7 +247,7 @@ Result<std::size_t> read_compressed(std::span<const std::uint8_t> bytes, const H
         fill(field, columns.data() + at, field.size * field.count, table);
         at += field.size * field.count * header.points;
     }
-    return bytes.size() - begin - packed;
+    return bytes_behind(bytes.subspan(begin + packed));
 }
 
 // `open_end`: whether the last line has no end.
@@ -308,11 +316,10 @@ Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions 
     PointTable table;
     table.resize(header->points, roles);
     bool open_end = false;
-    const Result<std::size_t> trailing = header->data == "ascii" ? read_ascii(text, *header, options, table, open_end)
-                                         : header->data == "binary" ? read_binary(bytes, *header, table)
-                                         : is_compressed
-                                             ? read_compressed(bytes, *header, table)
-                                             : bad_input("DATA " + printable_in_quotes(header->data) + " is not known");
+    const Result<std::size_t> trailing = is_compressed ? read_compressed(bytes, *header, table)
+                                         : header->data == "binary"
+                                             ? read_binary(bytes, *header, table)
+                                             : read_ascii(text, *header, options, table, open_end);
     if (!trailing)
         return trailing.error();
     fill_surface(std::move(table), names, roles, kept, surface);
