@@ -43,7 +43,7 @@ ROOMS = {
     "runtime/viewer": [
         "pictures", "options", "measure opening", "navigation clipping", "scene", "light", "pbm-render pbm-view",
         "pbm-view/window"],
-    "tools/pbm-build/pbm_scan": ["surface", "text", "fields", "images clouds", "gltf mesh ply e57 ptx las table", "."],
+    "tools/pbm-build/pbm_scan": ["surface", "text", "fields packing", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [
         "report", "surface", "fields grid images mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
 }
@@ -57,8 +57,8 @@ MOST_FILES = 17  # sources and headers that one folder shows
 # Header from outside -> the files that may include it; the first pattern that matches decides. A standard header that
 # is not named here may be included anywhere.
 HOMES = {
-    r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp|tools/pbm-build/pbm_scan/compressed\.cpp",
-    r"zlib\.h": r"tools/pbm-build/pbm_scan/compressed\.cpp",
+    r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp|tools/pbm-build/pbm_scan/packing/compressed\.cpp",
+    r"zlib\.h": r"tools/pbm-build/pbm_scan/packing/compressed\.cpp",
     r"xxh.*\.h": r"format_spec/pbm_format/hashes/hash(_avx2|_avx512)?\.cpp",
     r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|command_line/json_report\.cpp|tools/.*\.cpp|tools/pbm-build/pbm_scan/gltf/gltf_json\.h|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools|data)/.*",

@@ -32,6 +32,7 @@ TARGETS = {
     "gltf": (4096, []),
     "table": (1024, []),
     "las": (1024, []),
+    "spz": (512, []),
     "mesh": (1024, [HERE / "corpus" / "mesh"]),
     "e57": (3072, []),
     "ptx": (512, [HERE.parent / "odd" / "files"]),

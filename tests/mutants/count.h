@@ -25,6 +25,7 @@ std::optional<Announced> count_gltf(std::string_view bytes);
 std::optional<Announced> count_ptx(std::string_view bytes);
 std::optional<Announced> count_e57(std::string_view bytes); // what lies in the pages
 std::optional<Announced> count_las(std::string_view bytes);
+std::optional<Announced> count_spz(std::string_view bytes); // unpacked
 std::optional<Announced> count_pcd(std::string_view bytes);
 std::optional<Announced> count_table(std::string_view bytes);
 

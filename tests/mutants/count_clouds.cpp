@@ -78,6 +78,17 @@ std::optional<Announced> count_las(std::string_view bytes) {
     return sum;
 }
 
+std::optional<Announced> count_spz(std::string_view bytes) {
+    if (bytes.size() < 16)
+        return std::nullopt;
+    Announced sum = positions_of(at<std::uint32_t>(bytes, 8));
+    const auto degree = static_cast<unsigned char>(bytes[12]);
+    const std::size_t splat =
+        (bytes[4] == 1 ? 6U : 9U) + 1 + 3 + 3 + (bytes[4] <= 2 ? 3U : 4U) + 3U * (degree * (degree + 2U));
+    sum.something_unknown = 16 + sum.vertices * splat < bytes.size();
+    return sum;
+}
+
 std::optional<Announced> count_pcd(std::string_view bytes) {
     std::uint64_t points = 0, width = 0, height = 1, row = 0;
     std::size_t body = 0;

@@ -89,6 +89,7 @@ constexpr std::array<FormatTraits, kFormats> kTraits{{{"PLY ASCII", "ply", count
                                                       {"E57", "e57", count_e57, before_end},
                                                       {"LAS", "las", count_las, always},
                                                       {"LAZ", "las", count_las, always},
+                                                      {"SPZ", "spz", count_spz, always},
                                                       {"PCD ASCII", "pcd", count_pcd, inside_last_number},
                                                       {"PCD binary", "pcd", count_pcd, always},
                                                       {"tables", "xyz", count_table, table},

@@ -104,6 +104,20 @@ std::string laz(bool is_new) {
                           records);
 }
 
+// Version 3, with harmonics of the first degree, before it is compressed.
+std::string spz() {
+    std::string file = "NGSP";
+    append(file, std::uint32_t{3});
+    append(file, static_cast<std::uint32_t>(kVertices));
+    file += std::string("\1\3\0\0", 4); // degree, bits of the fraction
+    for (int i = 0; i < kVertices; ++i) {
+        const Vertex v = vertex(i);
+        for (const float value : {v.x, v.y, v.z})
+            file.append({static_cast<char>(8 * value), '\0', '\0'});
+    }
+    return file + std::string(std::size_t{kVertices} * (1 + 3 + 3 + 4 + 9), 'x');
+}
+
 std::string pcd_header(const std::string &data) {
     return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity quality\n"
            "SIZE 4 4 4 4 1\nTYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH 5\nHEIGHT 5\nVIEWPOINT 0 0 3 1 0 0 0\n"
@@ -229,6 +243,7 @@ std::vector<HonestFile> honest_clouds() {
             {"format 7", Format::las, las(true)},
             {"format 3", Format::laz, laz(false)},
             {"format 7", Format::laz, laz(true)},
+            {"version 3", Format::spz, spz()},
             {"ascii", Format::pcd_ascii, pcd_ascii()},
             {"binary", Format::pcd_binary, pcd_binary(false)},
             {"compressed", Format::pcd_binary, pcd_binary(true)},

@@ -18,12 +18,13 @@ enum class Format : std::uint8_t {
     e57,
     las,
     laz,
+    spz,
     pcd_ascii,
     pcd_binary,
     table,
     gltf
 };
-constexpr int kFormats = 14;
+constexpr int kFormats = 15;
 
 struct HonestFile {
     std::string name;

@@ -1,6 +1,7 @@
 """Small files of LAS, LAZ, PCD, tables of points and glTF."""
 
 import base64
+import gzip
 import json
 import struct
 
@@ -51,6 +52,13 @@ def laz(body=LAZ_BODY):
     header = bytearray(las_header(0x82, 26, 4, highest=(3, 1.01, 2.02), lowest=(0, 0.01, 0.02)))
     struct.pack_into("<II", header, 96, 375 + 54 + 46, 1)
     return bytes(header) + body
+
+
+def spz(version, splats=2):
+    rotations = 4 if version == 3 else 3
+    places = bytes([0, 16, 0, 0, 32, 0, 0, 64, 0]) * 2
+    body = b"NGSP" + struct.pack("<II4B", version, splats, 0, 12, 0, 0) + places + bytes(2 * (1 + 3 + 3 + rotations))
+    return gzip.compress(body, mtime=0)
 
 
 def pcd(data, fields="x y z", viewpoint="0 0 0 1 0 0 0", count=2):
@@ -124,6 +132,10 @@ def files():
         "laz_cut_short.laz": laz(LAZ_BODY[:-40]),
         "laz_damaged.laz": laz(LAZ_BODY[:150] + bytes([LAZ_BODY[150] ^ 0x40]) + LAZ_BODY[151:]),
         "laz_unknown_item.laz": laz(LAZ_BODY.replace(b"\x06\x00\x14\x00\x02", b"\x06\x00\x14\x00\x09")),
+        "spz_2.spz": spz(2),
+        "spz_3.spz": spz(3),
+        "spz_5.spz": spz(5),
+        "spz_cut_short.spz": spz(3, 3),
         "pcd_ascii.pcd": pcd(b"ascii\n1 2 3\n4 5 6\n"),
         "pcd_binary.pcd": pcd(b"binary\n" + struct.pack("<6f", 1, 2, 3, 4, 5, 6)),
         "pcd_missing_returns.pcd": pcd(b"ascii\n1 2 3\nnan nan nan\n"),

@@ -4,6 +4,7 @@
 #include "pbm_build/upsampling/upsample.h"
 #include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/formats.h"
+#include "pbm_scan/table/text_cloud.h"
 #include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"
 #include "recipe.h"
@@ -172,6 +173,9 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
         formats.emplace(format.name, &format);
     add_choice<const ScanFormat *>(line, "--input-format", options.input_format, formats,
                                    "Format of inputs that show it neither in content nor in name");
+    line.add("--columns", "What the columns of a table of points are, like x,y,z,-,r,g,b,label; - skips one",
+             command_line::stored(parse_columns, options.columns),
+             {.type = "LIST", .check = command_line::readable(parse_columns)});
     line.add("--viewpoint",
              "Where the scanner stood, in the model: estimated normals face it; once for all inputs, or for each",
              &arguments.viewpoints, {.type = "X,Y,Z", .check = command_line::readable(three_numbers)});

@@ -101,6 +101,26 @@ TEST(E57, FieldsInAnyOrderAndOfNoUseAreSkipped) {
     EXPECT_EQ(report_of(s, "extension 'acme'").fate, Fate::dropped);
 }
 
+TEST(E57, FieldsOfNoUseCanBeKept) {
+    const E57ScanText scan = scan_of(kFour, {e57_integers("timeStamp", 0, 1000, {1, 2, 3, 1000}),
+                                             e57_integers("acme:rain", -1, 1, {0, 1, -1, 0}),
+                                             e57_integers("intensity", 5, 5, {5, 5, 5, 5})});
+    const std::string file = e57_file({scan}, "", "xmlns:acme=\"http://acme\"");
+    const Result<Surface> s = build::read_e57(bytes_of(file), {.fields = {"timestamp", "rain", "intensity"}});
+    ASSERT_TRUE(s) << s.error().message;
+    EXPECT_EQ(s->positions, kFour); // nothing else is touched
+    const auto values = [&](std::size_t slot) {
+        std::vector<double> all;
+        for (const build::FieldValue &value : s->field_values[slot])
+            all.push_back(value.number);
+        return all;
+    };
+    EXPECT_EQ(values(0), (std::vector<double>{1, 2, 3, 1000}));
+    EXPECT_EQ(values(1), (std::vector<double>{0, 1, -1, 0}));
+    EXPECT_EQ(values(2), (std::vector<double>{5, 5, 5, 5}));
+    EXPECT_EQ(report_of(*s, "acme:rain").fate, Fate::kept);
+}
+
 TEST(E57, PosesMoveScansAndSayWhereTheScannerStood) {
     E57ScanText turned =
         scan_of({{1, 0, 5}, {2, 0, 5}, {2, 3, 5}}, {e57_floats("nor:normalX", std::vector{1.0F, 0.F, 0.F}),

@@ -1,4 +1,5 @@
 // PCD files and text files of points.
+#include "pbm_scan/table/text_cloud.h"
 #include "unit/scan/readings.h"
 
 #include <gtest/gtest.h>
@@ -32,6 +33,37 @@ TEST(Tables, TextBetweenTheNamesAndTheFirstPointIsReported) {
     EXPECT_EQ(s.positions.size(), 2U);
     EXPECT_TRUE(reports(s, "text", Fate::dropped));
     EXPECT_FALSE(reports(surface("x,y,z\n# metres\n1,2,3\n", "scan.csv"), "text", Fate::dropped));
+}
+
+ReadOptions with_columns(const std::string &list) { return {.columns = *parse_columns(list)}; }
+
+TEST(Columns, TakeThePlaceOfNamesAndGuesses) {
+    const std::string rows = "1 2 3 7 10 20 30 9\n4 5 6 8 40 50 60 9\n";
+    for (const std::string head : {"", "u v w q a b c d\n", "# x y z r g b i k\n"}) {
+        ReadOptions options = with_columns("z,y,X,-,r,g,b,quality");
+        options.fields = {"Quality"};
+        const Result<Surface> s = read(head + rows, "scan.txt", options);
+        ASSERT_TRUE(s) << s.error().message;
+        EXPECT_EQ(s->positions[1], glm::dvec3(6, 5, 4));
+        EXPECT_EQ(s->colours[1], (Rgb8{40, 50, 60}));
+        EXPECT_EQ(s->field_values[0][1].number, 9);
+        EXPECT_EQ(note_of(*s, "columns"), "as --columns names them");
+        EXPECT_TRUE(std::none_of(s->report.begin(), s->report.end(),
+                                 [](const AttributeReport &line) { return line.fate == Fate::dropped; }));
+    }
+    // Columns beyond the list are named, rows that are too short refused.
+    EXPECT_TRUE(reports(*read(rows, "scan.txt", with_columns("x,y,z")), "column 4", Fate::dropped));
+    EXPECT_TRUE(has(read("1 2 3\n", "scan.txt", with_columns("x,y,z,i")).error().message, "--columns has 4 names"));
+    EXPECT_TRUE(reports(*read("a b c\nm m m\n1 2 3\n", "scan.txt", with_columns("x,y,z")), "text", Fate::dropped));
+}
+
+TEST(Columns, ListsAndFilesThatDoNotFitAreRefused) {
+    for (const char *list : {"", "x,y", "x,y,z,", "x,y,z,x", "x,y,z,label,Label", "a,b,c"})
+        EXPECT_FALSE(parse_columns(list)) << list;
+    EXPECT_TRUE(parse_columns("x, y, z, -, -"));
+    const Error error = read(pcd("x y z", "4 4 4", "F F F", 1, "ascii\n1 2 3\n"), "a", with_columns("x,y,z")).error();
+    EXPECT_EQ(error.code, ErrorCode::usage);
+    EXPECT_TRUE(has(error.message, "--columns is for tables"));
 }
 
 TEST(Pcd, BytesBehindTheLastPointAreReported) {

@@ -328,6 +328,7 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
         Result<Surface> surface = clock.run("read", [&](auto read_progress) {
             return read_surface(scan.file, {.strict = options.strict,
                                             .format = options.input_format,
+                                            .columns = options.columns,
                                             .fields = field_names,
                                             .dropped_classes = options.dropped_classes,
                                             .default_material = options.scene.default_material.value_or(Material{}),

@@ -32,6 +32,7 @@ struct BuildOptions {
     Placement placement;
     std::vector<std::string> poses;             // files of matrices, one for each input, or none
     const ScanFormat *input_format = nullptr;   // for inputs that neither content nor name identifies
+    std::vector<std::string> columns;           // of inputs that are tables (table/text_cloud.h)
     ColourFormat colour = ColourFormat::rgb888; // where the input has colours
     Storage storage = Storage::packed;
     int compression_level = kDefaultCompressionLevel; // of packed files

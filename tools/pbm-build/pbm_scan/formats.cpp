@@ -7,6 +7,7 @@
 #include "pbm_scan/ply/ply_header.h"
 #include "pbm_scan/ply/ply_reader.h"
 #include "pbm_scan/ptx/ptx_reader.h"
+#include "pbm_scan/spz/spz_reader.h"
 #include "pbm_scan/table/pcd_reader.h"
 #include "pbm_scan/table/text_cloud.h"
 #include "pbm_scan/text/words.h"
@@ -32,8 +33,9 @@ constexpr std::array kFormats{
     ScanFormat{"e57", ".e57", is_e57, alone<read_e57>},
     ScanFormat{"ptx", ".ptx", is_ptx, alone<read_ptx>},
     ScanFormat{"las", ".las .laz", is_las, alone<read_las>},
+    ScanFormat{"spz", ".spz", is_spz, alone<read_spz>},
     ScanFormat{"pcd", ".pcd", is_pcd, alone<read_pcd>},
-    ScanFormat{"xyz", ".xyz .pts .asc .csv .txt", nullptr, alone<read_text_cloud>},
+    ScanFormat{"xyz", ".xyz .pts .asc .csv .txt", nullptr, alone<read_text_cloud>, nullptr, true},
 };
 
 } // namespace

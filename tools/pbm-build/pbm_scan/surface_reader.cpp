@@ -1,8 +1,8 @@
 #include "pbm_scan/surface_reader.h"
 
-#include "pbm_scan/compressed.h"
 #include "pbm_scan/foreign_formats.h"
 #include "pbm_scan/formats.h"
+#include "pbm_scan/packing/compressed.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/encoding.h"
 #include "system/files/file_names.h"
@@ -44,6 +44,9 @@ Result<Surface> read_file(std::span<const std::uint8_t> bytes, std::string_view 
     if (format == nullptr)
         return bad_input("the file is of no known format; scans are " + names_of_formats() +
                          (extension.empty() ? " (an OBJ without that extension needs --input-format obj)" : ""));
+    if (!options.columns.empty() && !format->has_columns)
+        return usage(
+            "--columns is for tables of points (XYZ, PTS, ASC, CSV, TXT); this file says itself what it holds");
     Result<Surface> surface = format->read({text->bytes, place}, options);
     if (!surface && surface.error().offset != 0)
         surface.error().offset = text->offset_in_file(surface.error().offset);

@@ -92,14 +92,9 @@ std::string note_of(const Field &field, const Values &values, std::uint64_t vert
 
 Result<FieldRequest> parse_field(const std::string &text) {
     FieldRequest request;
-    std::vector<std::string> parts;
-    for (std::size_t at = 0; at <= text.size();) {
-        const std::size_t end = std::min(text.find(',', at), text.size());
-        parts.push_back(text.substr(at, end - at));
-        at = end + 1;
-    }
+    std::vector<std::string_view> parts = split(text);
     while (parts.size() > 1) {
-        const std::string &last = parts.back();
+        const std::string_view last = parts.back();
         if (last == "mean" || last == "majority" || last == "max")
             request.average = last == "mean"       ? FieldAverage::mean
                               : last == "majority" ? FieldAverage::majority

@@ -133,6 +133,8 @@ class E57Reader {
                 column->set(at + i, values[i]);
         }
         const E57Role role = field.role;
+        if (role == E57Role::none)
+            return;
         if (role <= E57Role::z) {
             if (cartesian_)
                 set(surface_.positions, at, role, E57Role::x, values);

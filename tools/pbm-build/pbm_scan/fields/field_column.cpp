@@ -68,15 +68,12 @@ bool is_label(std::string_view name) {
 
 Result<std::bitset<256>> parse_classes(const std::string &list) {
     std::bitset<256> classes;
-    for (std::size_t at = 0; at <= list.size();) {
-        const std::size_t end = std::min(list.find(',', at), list.size());
-        if (!add_classes(std::string_view(list).substr(at, end - at), classes))
+    for (const std::string_view part : split(list))
+        if (!add_classes(part, classes))
             return usage(
                 "'" + printable(list) +
                 "' is no list of classes; write numbers from 0 to 255, or ground, vegetation, building, noise, "
                 "water, rail, road, wire, tower, bridge, overlap, unclassified, with commas between them");
-        at = end + 1;
-    }
     return classes;
 }
 

@@ -1,5 +1,6 @@
 #include "pbm_scan/ply/ply_colours.h"
 
+#include "pbm_scan/clouds/splat_colour.h"
 #include "pbm_scan/text/text_number.h"
 
 #include <algorithm>
@@ -49,11 +50,10 @@ PlyOutcome convert_colours(PlyScalar type, std::vector<glm::vec3> &wide, Surface
 }
 
 PlyOutcome convert_splat_colours(const std::vector<glm::vec3> &coefficients, Surface &surface) {
-    constexpr float kConstantHarmonic = 0.28209479F; // 1 / (2 sqrt(pi))
     surface.colours.reserve(coefficients.size());
     for (const glm::vec3 &c : coefficients)
-        surface.colours.push_back(colour_bytes(0.5F + c * kConstantHarmonic, 255.0F));
-    return {Fate::converted, "a Gaussian splat's mean colour to sRGB of 8 bits"};
+        surface.colours.push_back(splat_colour(c));
+    return {Fate::converted, kSplatColourNote};
 }
 
 } // namespace

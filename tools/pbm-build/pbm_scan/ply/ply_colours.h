@@ -21,8 +21,7 @@ struct PlyOutcome {
 //   maximum <= 65535              0..65535
 //   else                          dropped
 // Negative numbers and NaN become 0, except for char, whose numbers are bytes declared with a sign. f_dc_0 f_dc_1
-// f_dc_2 of a Gaussian splat become 0.5 + f_dc x 0.28209479 (the constant spherical harmonic), 0..1 in sRGB. Based on:
-// Kerbl, Kopanas, Leimkuehler, Drettakis. 3D Gaussian splatting for real-time radiance field rendering. 2023
+// f_dc_2 of a Gaussian splat: clouds/splat_colour.h.
 PlyOutcome finish_colours(const PlyRoles &roles, PlyBody &body, Surface &surface);
 PlyOutcome finish_face_colours(const PlyRoles &roles, PlyBody &body, Surface &surface);
 

@@ -1,5 +1,6 @@
 #include "pbm_scan/ply/ply_roles.h"
 
+#include "pbm_scan/clouds/splat_colour.h"
 #include "pbm_scan/text/printable.h"
 
 #include <initializer_list>
@@ -177,7 +178,7 @@ std::string_view drop_reason(const PlyElement &element, const PlyProperty &prope
         return element.kind == PlyKind::vertex ? "a colour needs red, green and blue, and only the first one counts"
                                                : "the vertices have colours of their own";
     if (starts_with_any(name, {"f_dc_", "f_rest_", "scale_", "rot_"}))
-        return "a Gaussian splat's parameters; PBM shows points";
+        return kSplatShapeNote;
     if (is_any(name, {"confidence", "quality", "intensity", "value", "curvature"}) ||
         starts_with_any(name, {"scalar_"}))
         return "a measurement that is not shown; --field keeps it";

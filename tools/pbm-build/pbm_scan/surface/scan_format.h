@@ -26,6 +26,7 @@ struct ScanFormat {
     Result<Surface> (*read)(const ScanFile &file, const ReadOptions &options);
     // Existing files that `read` opens besides; null: it opens none.
     std::vector<std::string> (*further_files)(const ScanFile &file) = nullptr;
+    bool has_columns = false; // it reads ReadOptions::columns
 
     bool has_extension(std::string_view extension) const;
 };

@@ -179,6 +179,7 @@ inline constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>:
 struct ReadOptions {
     bool strict = false;                         // refuse (`bad_input`) instead of dropping anything
     const ScanFormat *format = nullptr;          // of files that neither content nor name identifies (surface_reader.h)
+    std::vector<std::string> columns{};          // names of the columns of a table (text_cloud.h); empty: it has them
     std::vector<std::string> fields{};           // names of attributes to keep, at most kMaxFields
     std::bitset<256> dropped_classes{};          // points with these classes are left out
     Material default_material{};                 // values that a material of the file does not set

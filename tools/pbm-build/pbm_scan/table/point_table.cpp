@@ -111,7 +111,7 @@ std::vector<KeptColumn> keep_fields(const std::vector<std::string> &names, std::
     std::vector<KeptColumn> kept;
     int fields = 0;
     for (std::size_t i = 0; i < names.size(); ++i) {
-        if (roles[i] != ColumnRole::none && roles[i] != ColumnRole::intensity)
+        if ((roles[i] != ColumnRole::none && roles[i] != ColumnRole::intensity) || names[i] == kSkippedColumn)
             continue;
         const FieldColumn values(surface, options, names[i]);
         if (!values.is_wanted())
@@ -203,7 +203,7 @@ void fill_surface(PointTable table, const std::vector<std::string> &names, const
     std::vector<std::string> unused;
     constexpr std::size_t kMostNamed = 8;
     for (std::size_t i = 0; i < names.size(); ++i)
-        if (roles[i] == ColumnRole::none)
+        if (roles[i] == ColumnRole::none && names[i] != kSkippedColumn)
             unused.push_back(printable(names[i]));
     if (unused.size() > kMostNamed) {
         const std::size_t more = unused.size() - kMostNamed;

@@ -3,6 +3,7 @@
 #include "pbm_scan/table/point_table.h"
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/words.h"
+#include "system/files/file_names.h"
 
 #include <algorithm>
 #include <array>
@@ -37,6 +38,8 @@ template <class Is> bool all_are(std::span<const double> sample, std::size_t col
     return true;
 }
 
+std::string numbered_column(std::size_t index) { return "column " + std::to_string(index + 1); }
+
 // Names for columns without any.
 std::vector<std::string> guessed_names(std::span<const double> sample, std::size_t columns) {
     std::vector<std::string> names{"x", "y", "z"};
@@ -60,7 +63,7 @@ std::vector<std::string> guessed_names(std::span<const double> sample, std::size
         } else if (at == 3 && (left == 1 || left == 4)) {
             names.emplace_back("intensity");
         } else {
-            names.push_back("column " + std::to_string(at + 1));
+            names.push_back(numbered_column(at));
         }
     }
     return names;
@@ -69,7 +72,7 @@ std::vector<std::string> guessed_names(std::span<const double> sample, std::size
 class TextCloud {
   public:
     TextCloud(std::string_view text, const ReadOptions &options)
-        : size_(text.size()), options_(options), lines_(text) {}
+        : size_(text.size()), options_(options), lines_(text), names_(options.columns) {}
 
     Result<Surface> run() {
         while (lines_.next())
@@ -98,11 +101,13 @@ class TextCloud {
                 table.set(i, roles[k], values_[i * columns_ + k]);
         values_ = {};
         fill_surface(std::move(table), names_, roles, kept, surface);
+        if (!options_.columns.empty())
+            surface.report.push_back({"columns", Fate::kept, "as --columns names them"});
         if (is_guess && columns_ > 3)
             surface.report.push_back({"columns", Fate::converted, "guessed as " + joined(names_, ", ")});
         if (skipped_ != 0)
             surface.report.push_back({"text", Fate::dropped,
-                                      counted(skipped_, "row") + " between the names and the first point: " +
+                                      counted(skipped_, "row") + " of text before the first point: " +
                                           printable_in_quotes(first_skipped_) + " is not a number"});
         if (open_end_)
             report_open_end(surface.report);
@@ -134,16 +139,9 @@ class TextCloud {
             return {};
         double value = 0;
         if (!is_number(first, value)) {
-            const bool is_first = names_.empty();
-            if (columns_ == 0 && is_first)
-                take_names();
-            if (is_comment(first) || (columns_ == 0 && !names_.empty())) {
-                if (!is_comment(first) && !is_first && skipped_++ == 0)
-                    first_skipped_ = first;
-                return {};
-            }
-            return lines_.refuse(printable_in_quotes(first) +
-                                 (columns_ == 0 ? " begins no row of a table of points" : " is not a number"));
+            if (is_comment(first) || columns_ == 0)
+                return text(first);
+            return lines_.refuse(printable_in_quotes(first) + " is not a number");
         }
         lines_.rewind();
         row_.clear();
@@ -157,6 +155,37 @@ class TextCloud {
         if (row_.size() == 1)
             return count_of_points();
         return row();
+    }
+
+    // A comment, or a row of text before the points, whose first one names the columns.
+    Status text(std::string_view first) {
+        const bool has_names = !names_.empty();
+        if (columns_ == 0 && !has_names)
+            take_names();
+        if (is_comment(first))
+            return {};
+        if (names_.empty())
+            return lines_.refuse(printable_in_quotes(first) + " begins no row of a table of points");
+        const bool is_header = !has_names || (!options_.columns.empty() && !has_header_);
+        has_header_ = has_header_ || is_header;
+        if (!is_header && skipped_++ == 0)
+            first_skipped_ = first;
+        return {};
+    }
+
+    // Of columns beyond those of --columns.
+    Status complete_names() {
+        if (names_.empty() || names_.size() == row_.size())
+            return {};
+        const std::string found = "a row of " + std::to_string(row_.size()) + " numbers",
+                          named = std::to_string(names_.size()) + " names";
+        if (options_.columns.empty())
+            return lines_.refuse(found + " below " + named);
+        if (names_.size() > row_.size())
+            return lines_.refuse(found + ", and --columns has " + named);
+        while (names_.size() < row_.size())
+            names_.push_back(numbered_column(names_.size()));
+        return {};
     }
 
     // Counts stand before the points, or between blocks of them.
@@ -174,9 +203,8 @@ class TextCloud {
         if (columns_ == 0) {
             if (row_.size() < 3)
                 return lines_.refuse("a row of fewer than three numbers");
-            if (!names_.empty() && names_.size() != row_.size())
-                return lines_.refuse("a row of " + std::to_string(row_.size()) + " numbers below " +
-                                     std::to_string(names_.size()) + " names");
+            if (const Status named = complete_names(); !named)
+                return named;
             columns_ = row_.size();
         }
         if (row_.size() != columns_)
@@ -202,11 +230,25 @@ class TextCloud {
     std::size_t columns_ = 0;
     std::uint64_t rows_ = 0, count_line_ = 0, skipped_ = 0;
     std::string first_skipped_;
-    std::optional<std::uint64_t> announced_; // points up to the next count
-    bool open_end_ = false;
+    std::optional<std::uint64_t> announced_;     // points up to the next count
+    bool open_end_ = false, has_header_ = false; // a row of text that names the columns
 };
 
 } // namespace
+
+Result<std::vector<std::string>> parse_columns(const std::string &list) {
+    std::vector<std::string> names;
+    for (const std::string_view part : split(list)) {
+        const std::string &name = names.emplace_back(lower_case(trimmed(part)));
+        if (name.empty() || (name != kSkippedColumn && std::find(names.begin(), names.end(), name) + 1 != names.end()))
+            return usage(printable_in_quotes(list) + " has a column without a name, or two of one name; '-' skips one");
+    }
+    const std::vector<ColumnRole> roles = roles_of(names);
+    for (const ColumnRole axis : {ColumnRole::x, ColumnRole::y, ColumnRole::z})
+        if (std::find(roles.begin(), roles.end(), axis) == roles.end())
+            return usage(printable_in_quotes(list) + " has no columns x, y and z");
+    return names;
+}
 
 Result<Surface> read_text_cloud(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
     if (const Status status = refuse_nul(as_text(bytes)); !status)

@@ -5,6 +5,8 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace pbm::build {
 
@@ -14,8 +16,15 @@ namespace pbm::build {
 // whole numbers up to 255 colours, a fourth of four or seven columns intensity), and the report says so. A line of one
 // number is a count of the points behind it (PTS).
 //
+// ReadOptions::columns takes the place of names and guesses.
+//
 // errors  bad_input  no table; a row of another length; text that is no number; fewer points than a count says
 //         too_large  more than 2^31 - 1 points
 Result<Surface> read_text_cloud(std::span<const std::uint8_t> bytes, const ReadOptions &options);
+
+// Names of columns, "x,y,z,-,label": those of point_table.h, "-" for one to skip, or any other name of a measurement.
+//
+// errors  usage  no x, y and z; an empty name; two of one name
+Result<std::vector<std::string>> parse_columns(const std::string &list);
 
 } // namespace pbm::build

@@ -1,4 +1,4 @@
-#include "pbm_scan/compressed.h"
+#include "pbm_scan/packing/compressed.h"
 
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
