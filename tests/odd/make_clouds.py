@@ -3,15 +3,12 @@
 import base64
 import gzip
 import json
+import pathlib
 import struct
 
 POINTS = [(0, 0, 1), (100, 0, 2), (0, 200, 3)]
 
-# Behind the header: the records of four coloured points of format 2, compressed by the encoder of the unit tests.
-LAZ_BODY = base64.b64decode(
-    "AABsYXN6aXAgZW5jb2RlZAAAvFYuAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAgAAAAAAAAAAAAAABAAAAAAAAAAAAAAAAAAAAAAA"
-    "AAACAAYAFAACAAgABgACACUCAAAAAAAAAAAAAAEAAAACAAAAAAAAAAAAAAAAAAEBAgJBEpBQ8+8CRSAAAAHc3cYXpQrdU7kIAAAZh216cES+TA2s"
-    "AAAAgAAAAAAAAAEAAAA6PQAAAA==")
+FILES = pathlib.Path(__file__).resolve().parent / "files"
 
 
 def las_header(point_format, size, count, records=b"", scale=0.01, highest=(1, 2, 0.03), lowest=(0, 0, 0.01)):
@@ -48,10 +45,8 @@ def extra_record():
     return struct.pack("<H16sHH32x", 0, b"LASF_Spec", 4, 192) + bytes(described)
 
 
-def laz(body=LAZ_BODY):
-    header = bytearray(las_header(0x82, 26, 4, highest=(3, 1.01, 2.02), lowest=(0, 0.01, 0.02)))
-    struct.pack_into("<II", header, 96, 375 + 54 + 46, 1)
-    return bytes(header) + body
+def damaged(file, at, value):
+    return file[:at] + bytes([value]) + file[at + 1:]
 
 
 def spz(version, splats=2):
@@ -116,6 +111,7 @@ def ktx2():
 
 def files():
     """Name -> bytes."""
+    laz = (FILES / "laz_chunked.laz").read_bytes()
     return {
         "las.las": las(),
         "las_8_bit_colours.las": las_colours(200),
@@ -128,10 +124,14 @@ def files():
         "las_trailing_bytes.las": las() + b"more",
         "las_extra_bytes.las": las(extra=b"\x09", records=extra_record()),
         "las_unnamed_extra_bytes.las": las(extra=b"\x09"),
-        "laz.laz": laz(),
-        "laz_cut_short.laz": laz(LAZ_BODY[:-40]),
-        "laz_damaged.laz": laz(LAZ_BODY[:150] + bytes([LAZ_BODY[150] ^ 0x40]) + LAZ_BODY[151:]),
-        "laz_unknown_item.laz": laz(LAZ_BODY.replace(b"\x06\x00\x14\x00\x02", b"\x06\x00\x14\x00\x09")),
+        "las_point_format_11.las": las_header(11, 20, 3) + bytes(60),
+        "laz_without_record.laz": las_header(0x80, 20, 3) + bytes(60),
+        "laz_before_laszip_1.laz": las_header(0xC0, 20, 3) + bytes(60),
+        "laz_cut_short.laz": laz[:-30],
+        "laz_damaged_chunk.laz": damaged(laz, len(laz) - 150, laz[len(laz) - 150] ^ 0x10),
+        "laz_count_beyond_file.laz": laz[:107] + struct.pack("<I", 2**31 - 1) + laz[111:],
+        "laz_other_compressor.laz": damaged(laz, 375 + 54, 4),
+        "laz_other_version.laz": damaged(laz, 375 + 54 + 34 + 4, 6),
         "spz_2.spz": spz(2),
         "spz_3.spz": spz(3),
         "spz_5.spz": spz(5),

@@ -9,7 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <memory>
 
 namespace pbm::build {
 
@@ -29,18 +29,17 @@ template <unsigned Capacity> class SymbolModel {
   private:
     friend class ArithmeticDecoder;
     static constexpr unsigned kScaleBits = 15, kMaxTotal = 1U << kScaleBits;
-    static constexpr unsigned kMaxBucketBits = 9;
+    static constexpr unsigned kMaxBucketBits = 6;
+    static constexpr std::uint16_t kNoBound = 0xFFFF;
 
     // The symbol whose interval holds `scaled`, which is less than kMaxTotal + 64: the decoder divides by a rounded
-    // length of at least 512.
+    // length of at least 512. The first step is without a branch, since nothing predicts it.
     unsigned find(std::uint32_t scaled) const {
-        const std::uint32_t bucket = scaled >> shift_;
-        unsigned low = buckets_[bucket], high = buckets_[bucket + 1] + 1U;
-        while (high > low + 1) {
-            const unsigned middle = (low + high) >> 1;
-            (bounds_[middle] > scaled ? high : low) = middle;
-        }
-        return low;
+        unsigned symbol = buckets_[scaled >> shift_];
+        symbol += bounds_[symbol + 1] <= scaled ? 1 : 0;
+        while (bounds_[symbol + 1] <= scaled)
+            ++symbol;
+        return symbol;
     }
 
     void count(unsigned symbol) {
@@ -50,7 +49,7 @@ template <unsigned Capacity> class SymbolModel {
     }
 
     // Computes the bounds from the counts. The counts are halved when their sum passes kMaxTotal.
-    void update() {
+    [[gnu::noinline]] void update() {
         total_ += cycle_;
         if (total_ > kMaxTotal) {
             total_ = 0;
@@ -68,13 +67,14 @@ template <unsigned Capacity> class SymbolModel {
         }
         for (; bucket <= (kMaxTotal >> shift_) + 1; ++bucket)
             buckets_[bucket] = static_cast<std::uint16_t>(symbols_ - 1);
+        bounds_[symbols_] = kNoBound;
         cycle_ = std::min((5 * cycle_) >> 2, (symbols_ + 6) << 3);
         left_ = cycle_;
     }
 
     std::uint32_t symbols_, cycle_, left_ = 0, total_ = 0, shift_ = 0;
-    std::array<std::uint16_t, Capacity> bounds_; // where the interval of each symbol begins, of 2^15; ascending
-    std::array<std::uint16_t, Capacity> counts_; // >= 1
+    std::array<std::uint16_t, Capacity + 1> bounds_; // where the interval of each symbol begins, of 2^15; ascending
+    std::array<std::uint16_t, Capacity> counts_;     // >= 1
     std::array<std::uint16_t, std::min(2 * Capacity, 1U << kMaxBucketBits) + 2> buckets_; // symbol at bucket << shift_
 };
 
@@ -110,7 +110,7 @@ class ArithmeticDecoder {
             damage();
     }
 
-    template <unsigned Capacity> unsigned symbol(SymbolModel<Capacity> &model) {
+    template <unsigned Capacity> [[gnu::always_inline]] unsigned symbol(SymbolModel<Capacity> &model) {
         const std::uint32_t unit = length_ >> SymbolModel<Capacity>::kScaleBits;
         const unsigned symbol = model.find(value_ / unit);
         const std::uint32_t begin = model.bounds_[symbol] * unit;
@@ -212,9 +212,9 @@ template <unsigned Bits, unsigned Contexts = 1> class IntegerDecoder {
             return in.bit(zero_or_one_);
         if (m == 32)
             return 1U << 31;
-        std::optional<SymbolModel<256>> &model = corrections_[m - 1];
+        std::unique_ptr<SymbolModel<256>> &model = corrections_[m - 1];
         if (!model)
-            model.emplace(1U << std::min(m, kHighBits));
+            model = std::make_unique<SymbolModel<256>>(1U << std::min(m, kHighBits));
         std::uint32_t c = in.symbol(*model);
         if (m > kHighBits) {
             const unsigned low = m - kHighBits;
@@ -224,7 +224,8 @@ template <unsigned Bits, unsigned Contexts = 1> class IntegerDecoder {
     }
 
     std::array<Magnitudes, Contexts> magnitudes_;
-    std::array<std::optional<SymbolModel<256>>, std::min(Bits, 31U)> corrections_; // [magnitude - 1]; made on first use
+    std::array<std::unique_ptr<SymbolModel<256>>, std::min(Bits, 31U)>
+        corrections_; // [magnitude - 1]; made on first use
     BitModel zero_or_one_;
     unsigned magnitude_ = 0;
 };

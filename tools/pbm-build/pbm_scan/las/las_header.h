@@ -27,10 +27,10 @@ struct LasHeader {
     bool has_records_behind = false; // behind the points
     glm::dvec3 scale{1}, offset{0}, lowest{0}, highest{0};
     std::string crs;
-    ByteView extra_bytes;         // descriptions of the bytes behind the fields of the format; 192 bytes each
-    bool is_compressed = false;   // LAZ
-    ByteView laz_record;          // what the record "laszip encoded" holds; empty without one
-    std::uint64_t laz_offset = 0; // of laz_record
+    ByteView extra_bytes;           // descriptions of the bytes behind the fields of the format; 192 bytes each
+    bool is_compressed = false;     // LAZ
+    ByteView laz_record;            // what the record "laszip encoded" holds; empty without one
+    std::uint64_t laz_offset = 100; // of laz_record; without one, of the number of records
 };
 
 // errors  bad_input            the header is damaged, cut short or contradicts itself

@@ -1,4 +1,4 @@
-// Reads LAS files: versions 1.0 to 1.4, point formats 0 to 10.
+// Reads LAS and LAZ files: versions 1.0 to 1.5, point formats 0 to 10.
 // Based on: ASPRS. LAS Specification 1.4 - R15. 2019
 #pragma once
 
@@ -14,7 +14,7 @@ namespace pbm::build {
 // announces others, or other bounds, the report says so.
 //
 // errors  bad_input            damaged or cut short; with `strict` a dropped field
-//         unsupported_feature  LAZ, which is compressed
+//         unsupported_feature  a kind of LAZ that is not known (laz_layout.h)
 Result<Surface> read_las(std::span<const std::uint8_t> bytes, const ReadOptions &options);
 bool is_las(std::span<const std::uint8_t> bytes);
 

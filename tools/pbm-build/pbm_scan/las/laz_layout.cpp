@@ -184,7 +184,7 @@ Result<LazLayout> read_laz_layout(const LasHeader &header) {
 }
 
 Result<Chunks> find_laz_chunks(ByteView file, const LasHeader &header, const LazLayout &layout) {
-    const bool is_variable = layout.chunk_points == LazLayout::kVariable;
+    const bool is_variable = layout.is_chunked && layout.chunk_points == LazLayout::kVariable;
     if (!layout.is_layered && !is_variable && header.announced > max_laz_points(file.size(), layout))
         return bad_input("the file announces " + std::to_string(header.announced) + " points in " +
                              std::to_string(file.size()) + " bytes: it is cut short or damaged",

@@ -164,7 +164,7 @@ void PointLayers::next_marks(Context &c, unsigned place) {
         p[kClass] = static_cast<std::uint8_t>(
             in_[classes].symbol(c.classes[(p[kClass] & 31U) << 1 | (place >> 1 == 3 ? 1U : 0U)]));
     if (has_[flags]) { // the scanner channel stands between them
-        const unsigned last = (p[kFlags] & 15U) | (p[kFlags] >> 6) << 4;
+        const unsigned last = (p[kFlags] & 15U) | unsigned{p[kFlags]} >> 6 << 4;
         const unsigned now = in_[flags].symbol(c.flags[last]);
         p[kFlags] = static_cast<std::uint8_t>((now & 15U) | (p[kFlags] & 0x30U) | (now >> 4) << 6);
     }
