@@ -45,7 +45,7 @@ ROOMS = {
         "pbm-view/window"],
     "tools/pbm-build/pbm_scan": ["surface", "text", "fields packing", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [
-        "report", "surface", "fields grid images mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
+        "report", "surface", "fields grid images hole_filling", "mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
 }
 
 # What needs an operating system, and the rooms of the floors that must do without it.

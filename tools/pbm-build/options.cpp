@@ -217,6 +217,8 @@ void add_mesh_options(CommandLine &line, Arguments &arguments) {
              "Drop parts that are smaller: than 1% of the area of the largest one, or than 200 faces, say",
              command_line::stored(parse_part_size, options.mesh.smallest_part),
              {.type = "SIZE", .check = command_line::readable(parse_part_size)});
+    line.add("--fill-holes", "Close loops of the border that have at most N edges, 3..1000",
+             &options.mesh.max_hole_edges, {.check = command_line::Integers{3, kMaxHoleEdges}});
     line.add("--crease-angle",
              "Degrees from which on an edge is sharp, 0..180; default by shape: scans 75, constructed 44, STL 0",
              &options.crease_angle, {.check = angle});

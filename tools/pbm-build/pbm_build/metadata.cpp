@@ -40,6 +40,7 @@ Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour
     set("flip_faces", build.flip_faces);
     if (build.mesh.smallest_part)
         options["drop_parts"] = to_text(*build.mesh.smallest_part);
+    give("fill_holes", build.mesh.max_hole_edges);
     give("crease_angle", build.crease_angle);
     if (build.viewpoints.size() == 1)
         options["viewpoint"] = build.viewpoints.front();

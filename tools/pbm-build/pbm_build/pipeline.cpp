@@ -7,6 +7,7 @@
 #include "pbm_build/metadata.h"
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/surface/creases.h"
+#include "pbm_build/surface/material_colours.h"
 #include "pbm_build/surface/merge_surfaces.h"
 #include "pbm_build/surface/vertex_normals.h"
 #include "pbm_build/upsampling/upsample.h"
@@ -58,16 +59,6 @@ AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
     set.colour = surface.colours.empty() && surface.texture_ids.empty() ? ColourFormat::none : colour;
     set.material = surface.materials.size() > 1 && !surface.material_ids.empty();
     return set;
-}
-
-// Gives vertices the colours of their materials where some triangles have an image and no vertex has a colour.
-void colour_beside_images(Surface &surface) {
-    if (surface.texture_ids.empty() || !surface.colours.empty())
-        return;
-    const std::vector<Material> materials = surface.materials.empty() ? std::vector<Material>(1) : surface.materials;
-    surface.colours.assign(surface.positions.size(), materials.front().colour);
-    for (std::size_t i = 0; i < surface.material_ids.size(); ++i)
-        surface.colours[i] = materials[surface.material_ids[i]].colour;
 }
 
 std::vector<Material> choose_materials(const Surface &surface, const AttributeSet &set) {

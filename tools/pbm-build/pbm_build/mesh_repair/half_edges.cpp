@@ -109,7 +109,7 @@ struct CutMesh {
 // Splits walks along the border into loops.
 class LoopCutter {
   public:
-    LoopCutter(const WeldedMesh &mesh, const CutMesh &cut, std::vector<std::uint64_t> &loops)
+    LoopCutter(const WeldedMesh &mesh, const CutMesh &cut, std::vector<Loop> &loops)
         : mesh_(mesh), cut_(cut), loops_(loops), place_of_(mesh.positions.size(), kNowhere) {}
 
     void step(HalfedgeHandle border) {
@@ -130,19 +130,20 @@ class LoopCutter {
 
     // Takes the loop that begins at path_[begin] off the path.
     void finish(std::size_t begin) {
-        std::uint64_t open_sides = 0;
+        Loop loop;
         for (const HalfedgeHandle border : std::span(path_).subspan(begin)) {
-            open_sides += mesh_.mates[cut_.side_of[index_of(border)]] == kBoundary ? 1 : 0;
+            loop.sides.push_back(cut_.side_of[index_of(border)]);
+            loop.open_sides += mesh_.mates[loop.sides.back()] == kBoundary ? 1 : 0;
             place_of_[vertex_at(border)] = kNowhere;
         }
-        if (open_sides > 0)
-            loops_.push_back(open_sides);
+        if (loop.open_sides > 0)
+            loops_.push_back(std::move(loop));
         path_.resize(begin);
     }
 
     const WeldedMesh &mesh_;
     const CutMesh &cut_;
-    std::vector<std::uint64_t> &loops_;
+    std::vector<Loop> &loops_;
     std::vector<std::uint32_t> place_of_; // [vertices] on the path
     std::vector<HalfedgeHandle> path_;
 };

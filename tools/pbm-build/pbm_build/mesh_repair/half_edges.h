@@ -7,10 +7,14 @@
 
 namespace pbm::build {
 
+// A closed walk along the border. It passes no vertex twice: holes that touch in a vertex are loops of their own.
+struct Loop {
+    std::vector<HalfEdge> sides; // of the faces beside it, in its order; faces that continue the sheet run against them
+    std::uint64_t open_sides = 0; // at edges with one face; the others are complex or cut
+};
+
 struct Borders {
-    // The edges with one face in each closed walk along the border. A loop passes no vertex twice: holes that touch in
-    // a vertex are loops of their own. A walk along cuts alone is no loop.
-    std::vector<std::uint64_t> loops;
+    std::vector<Loop> loops;            // with an open side; their order does not depend on the file's
     std::uint64_t complex_vertices = 0; // whose faces are more than one fan
 };
 

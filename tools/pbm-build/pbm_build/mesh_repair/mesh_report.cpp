@@ -35,8 +35,8 @@ MeshFigures figures_of(const Surface &surface, const WeldedMesh &mesh, const She
     figures.largest_part_share = area > 0 ? largest / area : 0;
     figures.border_edges = mesh.boundary_edges;
     figures.border_loops = borders.loops.size();
-    for (const std::uint64_t edges : borders.loops)
-        figures.longest_loop = std::max(figures.longest_loop, edges);
+    for (const Loop &loop : borders.loops)
+        figures.longest_loop = std::max(figures.longest_loop, loop.open_sides);
     figures.complex_edges = mesh.complex_edges;
     figures.complex_vertices = borders.complex_vertices;
     figures.turned_faces = sheets.against;

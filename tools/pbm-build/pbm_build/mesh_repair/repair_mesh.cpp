@@ -1,5 +1,6 @@
 #include "pbm_build/mesh_repair/repair_mesh.h"
 
+#include "pbm_build/mesh_repair/fill_holes.h"
 #include "pbm_build/mesh_repair/mesh_report.h"
 #include "pbm_build/mesh_repair/turn_faces.h"
 #include "pbm_build/surface/vertex_normals.h"
@@ -19,6 +20,7 @@ void report_no_faces(const MeshRequest &request, const std::string &input, Build
     report(request.report, "--mesh-report");
     report(request.orient_faces, "--orient-faces");
     report(request.smallest_part.has_value(), "--drop-parts");
+    report(request.max_hole_edges.has_value(), "--fill-holes");
 }
 
 void orient(Surface &surface, const WeldedMesh &mesh, const Sheets &sheets, int threads, BuildStatistics &statistics) {
@@ -32,6 +34,14 @@ void orient(Surface &surface, const WeldedMesh &mesh, const Sheets &sheets, int 
         note += "; most normals of the file look to the other side, and count";
     statistics.report("winding", turned.faces == 0 ? Fate::kept : Fate::converted, note, surface.name);
 }
+
+// One state of the surface, examined.
+struct Examined {
+    WeldedMesh mesh;
+    Sheets sheets;
+
+    explicit Examined(const Surface &surface) : mesh(weld(surface)), sheets(find_sheets(mesh)) {}
+};
 
 struct SmallParts {
     std::vector<std::uint8_t> dropped; // [triangles]
@@ -86,9 +96,9 @@ void erase(Surface &surface, const std::vector<std::uint8_t> &dropped) {
     erase_vertices(surface, was_used);
 }
 
-Status drop_parts(Surface &surface, const WeldedMesh &mesh, const Sheets &sheets, const PartSize &size,
-                  BuildStatistics &statistics) {
-    const SmallParts small = find_small_parts(surface, mesh, sheets, size);
+Status drop_parts(Surface &surface, Examined &examined, const PartSize &size, BuildStatistics &statistics) {
+    const Sheets &sheets = examined.sheets;
+    const SmallParts small = find_small_parts(surface, examined.mesh, sheets, size);
     if (small.parts == sheets.parts.size())
         return bad_input("--drop-parts " + to_text(size) +
                          ": every part of the mesh is smaller; choose a size that leaves some of them");
@@ -106,16 +116,32 @@ Status drop_parts(Surface &surface, const WeldedMesh &mesh, const Sheets &sheets
                           "smaller than " + limit,
                       surface.name);
     erase(surface, small.dropped);
+    examined = Examined(surface);
     return {};
 }
 
-// One state of the surface, examined.
-struct Examined {
-    WeldedMesh mesh;
-    Sheets sheets;
-
-    explicit Examined(const Surface &surface) : mesh(weld(surface)), sheets(find_sheets(mesh)) {}
-};
+Status fill(Surface &surface, Examined &examined, int max_edges, BuildStatistics &statistics) {
+    const Borders borders = find_borders(examined.mesh, examined.sheets);
+    const Result<FilledHoles> filled =
+        fill_holes(surface, examined.mesh, examined.sheets, borders, static_cast<std::size_t>(max_edges));
+    if (!filled)
+        return filled.error();
+    std::string note = filled->loops == 0 ? "none: the mesh has no border"
+                                          : std::to_string(filled->filled) + " of " + counted(filled->loops, "loop") +
+                                                " of the border closed";
+    if (filled->filled > 0)
+        note += ", with " + counted(filled->faces, "face") + " and " + counted(filled->vertices, "vertex");
+    if (filled->longer > 0)
+        note += "; " + std::to_string(filled->longer) + " longer than " +
+                counted(static_cast<std::uint64_t>(max_edges), "edge") + ", the shortest of them has " +
+                std::to_string(filled->shortest_longer);
+    if (filled->not_fillable() > 0)
+        note += "; " + std::to_string(filled->not_fillable()) + " left: complex, or without a surface across";
+    statistics.report("holes", filled->filled == 0 ? Fate::kept : Fate::estimated, note, surface.name);
+    if (filled->filled > 0)
+        examined = Examined(surface);
+    return {};
+}
 
 void report(const Surface &surface, const Examined &examined, const char *state, BuildStatistics &statistics) {
     const Borders borders = find_borders(examined.mesh, examined.sheets);
@@ -149,16 +175,18 @@ Status repair_mesh(Surface &surface, const MeshRequest &request, int threads, Bu
     if (surface.triangles.size() > kMaxMeshFaces)
         return too_large(std::to_string(surface.triangles.size()) + " faces; meshes of up to " +
                          std::to_string(kMaxMeshFaces) + " can be examined and repaired");
-    const Examined examined(surface);
+    Examined examined(surface);
     if (request.report)
         report(surface, examined, "as read", statistics);
+    if (request.smallest_part)
+        if (Status dropped = drop_parts(surface, examined, *request.smallest_part, statistics); !dropped)
+            return dropped;
+    if (request.max_hole_edges)
+        if (Status filled = fill(surface, examined, *request.max_hole_edges, statistics); !filled)
+            return filled;
     if (request.orient_faces)
         orient(surface, examined.mesh, examined.sheets, threads, statistics);
-    if (request.smallest_part)
-        if (Status dropped = drop_parts(surface, examined.mesh, examined.sheets, *request.smallest_part, statistics);
-            !dropped)
-            return dropped;
-    if (request.report && (request.orient_faces || request.smallest_part))
+    if (request.report && request.repairs())
         report(surface, Examined(surface), "as repaired", statistics);
     return {};
 }

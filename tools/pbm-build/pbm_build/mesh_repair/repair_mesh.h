@@ -1,4 +1,5 @@
-// Repairs of the faces of a scan, each on request: winding, small parts; and a report of what the faces are like.
+// Repairs of the faces of a scan, each on request: winding, small parts, holes; and a report of what the faces are
+// like.
 #pragma once
 
 #include "pbm_build/report/build_statistics.h"
@@ -21,22 +22,28 @@ struct PartSize {
 Result<PartSize> parse_part_size(const std::string &text);
 std::string to_text(const PartSize &size);
 
+// The time to fill a loop grows with the cube of its edges: 1,000 take seconds.
+inline constexpr int kMaxHoleEdges = 1000;
+
 struct MeshRequest {
     bool report = false;
     bool orient_faces = false;
     std::optional<PartSize> smallest_part{}; // smaller ones are dropped
+    std::optional<int> max_hole_edges{};     // longer loops of the border are left; 3..kMaxHoleEdges
 
-    bool any() const { return report || orient_faces || smallest_part; }
+    bool any() const { return report || repairs(); }
+    bool repairs() const { return orient_faces || smallest_part || max_hole_edges; }
 };
 
-// In this order: gives the faces of each sheet one winding, that of most of its area, or outwards where the sheet has
-// an outside (sheets.h); drops small parts with their vertices. The normal of a vertex all of whose faces are turned is
-// turned with them if it agreed with them. Texture coordinates and all attributes follow.
+// In this order: drops small parts with their vertices; fills holes (fill_holes.h), which may close a sheet; gives the
+// faces of each sheet one winding, that of most of its area, or outwards where the sheet has an outside (sheets.h). The
+// normal of a vertex all of whose faces are turned is turned with them if it agreed with them. Texture coordinates and
+// all attributes follow.
 //
 // Adds the figures of the mesh, and what was done, to `statistics`. What is done depends on positions and faces alone,
 // not on their order, nor on the number of threads. Of a surface without faces it only says that it has none.
 //
-// errors  too_large  more than kMaxMeshFaces faces (welded_mesh.h)
+// errors  too_large  more than kMaxMeshFaces faces (welded_mesh.h), those that fill holes included
 //         bad_input  all parts are smaller than they need to be to stay
 Status repair_mesh(Surface &surface, const MeshRequest &request, int threads, BuildStatistics &statistics);
 

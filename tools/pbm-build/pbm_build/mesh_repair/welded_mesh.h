@@ -2,21 +2,16 @@
 // a seam of a texture or of normals is no border.
 #pragma once
 
+#include "pbm_build/surface/half_edge.h"
 #include "pbm_scan/surface/surface.h"
 
 #include <array>
-#include <limits>
 
 namespace pbm::build {
 
-// Half-edge h is the side of face h / 3 that runs from its corner h % 3 to the next corner.
-using HalfEdge = std::uint32_t;
-inline constexpr HalfEdge next_side(HalfEdge h) { return h % 3 == 2 ? h - 2 : h + 1; }
-
-// Sides without a mate, by reason.
-inline constexpr HalfEdge kBoundary = std::numeric_limits<HalfEdge>::max(); // no other face is at this edge
-inline constexpr HalfEdge kComplex = kBoundary - 1;                         // two or more others are
-inline constexpr HalfEdge kCut = kBoundary - 2; // one other face is, but the faces around have no common winding
+// Further sides without a mate, by reason.
+inline constexpr HalfEdge kComplex = kBoundary - 1; // two or more others are at this edge
+inline constexpr HalfEdge kCut = kBoundary - 2;     // one other face is, but the faces around have no common winding
 inline constexpr bool is_mate(HalfEdge h) { return h < kCut; }
 
 // OpenMesh numbers half-edges, of which single triangles have six, with 31 bits.
