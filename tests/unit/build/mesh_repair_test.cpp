@@ -1,93 +1,19 @@
 // How faces are connected, what --mesh-report says of it, and repairs of them.
 #include "pbm_build/mesh_repair/repair_mesh.h"
 #include "unit/build/built_models.h"
+#include "unit/build/small_meshes.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <random>
 
 namespace {
 
 using namespace pbm;
 using namespace pbm::build;
-using pbm::test::built;
-
-// A cube of edge 1 at `corner`: faces 0 and 1 are those at its lowest x.
-Surface box(glm::dvec3 corner = glm::dvec3(0)) {
-    Surface surface;
-    for (int i = 0; i < 8; ++i)
-        surface.positions.push_back(corner + glm::dvec3(i & 1, i >> 1 & 1, i >> 2));
-    surface.triangles = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
-                         {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
-    return surface;
-}
-
-// Each face with corners of its own, as where normals or texture coordinates are split.
-Surface split(const Surface &surface) {
-    Surface result;
-    for (const glm::uvec3 &t : surface.triangles) {
-        const auto first = static_cast<std::uint32_t>(result.positions.size());
-        for (int corner = 0; corner < 3; ++corner)
-            result.positions.push_back(surface.positions[t[corner]]);
-        result.triangles.emplace_back(first, first + 1, first + 2);
-    }
-    return result;
-}
-
-void append_faces(Surface &to, const Surface &other) {
-    const auto first = static_cast<std::uint32_t>(to.positions.size());
-    to.positions.insert(to.positions.end(), other.positions.begin(), other.positions.end());
-    for (const glm::uvec3 &t : other.triangles)
-        to.triangles.push_back(t + first);
-}
-
-// A strip of `quads` quads around the z axis that is turned by `halves` half turns.
-Surface strip(unsigned quads, unsigned halves) {
-    Surface surface;
-    const double step = 2 * std::acos(-1.0) / quads;
-    for (unsigned i = 0; i < quads; ++i)
-        for (const double side : {-0.3, 0.3}) {
-            const double around = i * step, tilt = around * halves / 2, r = 1 + side * std::cos(tilt);
-            surface.positions.emplace_back(r * std::cos(around), r * std::sin(around), side * std::sin(tilt));
-        }
-    for (unsigned i = 0; i < quads; ++i) {
-        const bool crosses = i + 1 == quads && halves % 2 == 1;
-        const unsigned a = 2 * i, b = a + 1, c = (a + 2) % (2 * quads), d = c + 1;
-        surface.triangles.emplace_back(a, crosses ? d : c, b);
-        surface.triangles.emplace_back(b, crosses ? d : c, crosses ? c : d);
-    }
-    return surface;
-}
-
-// The same faces, with vertices and faces in another order and with other first corners.
-Surface shuffled(const Surface &surface, unsigned seed) {
-    std::mt19937 random(seed);
-    std::vector<std::uint32_t> order(surface.positions.size());
-    std::iota(order.begin(), order.end(), 0U);
-    std::shuffle(order.begin(), order.end(), random);
-    Surface result = surface;
-    for (std::size_t i = 0; i < order.size(); ++i)
-        result.positions[order[i]] = surface.positions[i];
-    for (glm::uvec3 &t : result.triangles) {
-        t = {order[t.x], order[t.y], order[t.z]};
-        if (random() % 2 == 0)
-            t = {t.y, t.z, t.x};
-    }
-    std::shuffle(result.triangles.begin(), result.triangles.end(), random);
-    return result;
-}
-
-MeshFigures figures(Surface surface) {
-    BuildStatistics statistics;
-    const Status status = repair_mesh(surface, {.report = true}, 1, statistics);
-    EXPECT_TRUE(status.ok());
-    EXPECT_EQ(statistics.meshes.size(), 1U);
-    return statistics.meshes.empty() ? MeshFigures{} : statistics.meshes.front();
-}
+using namespace pbm::test;
 
 TEST(MeshReport, ACubeIsClosedAndItsSeamsAreNoBorder) {
     for (const Surface &surface : {box(), split(box()), shuffled(split(box()), 1)}) {
@@ -221,22 +147,6 @@ TEST(MeshReport, PointsHaveNoMesh) {
     EXPECT_EQ(statistics.attributes.front().fate, Fate::dropped);
 }
 
-AttributeReport repaired(Surface &surface, const MeshRequest &request) {
-    BuildStatistics statistics;
-    const Status status = repair_mesh(surface, request, 1, statistics);
-    EXPECT_TRUE(status.ok()) << (status.ok() ? "" : status.error().message);
-    EXPECT_EQ(statistics.attributes.size(), 1U);
-    return statistics.attributes.empty() ? AttributeReport{} : statistics.attributes.front();
-}
-
-// The volume that the faces enclose; negative if they look inwards.
-double volume(const Surface &surface) {
-    double sum = 0;
-    for (const glm::uvec3 &t : surface.triangles)
-        sum += glm::dot(surface.positions[t.x], glm::cross(surface.positions[t.y], surface.positions[t.z])) / 6;
-    return sum;
-}
-
 TEST(OrientFaces, AFaceOfACubeIsTurnedAndNothingElse) {
     Surface surface = box();
     std::swap(surface.triangles[7].x, surface.triangles[7].y);
@@ -367,9 +277,9 @@ TEST(MeshRepair, BuiltModelsDoNotDependOnTheOrderOfFacesAndVertices) {
     BuildOptions options;
     options.grid.depth = 6;
     options.mesh = {.report = true, .orient_faces = true, .smallest_part = PartSize{.faces = 11}};
-    const Bytes expected = pbm::test::file_of(built(surface, options));
+    const Bytes expected = file_of(built(surface, options));
     for (unsigned seed = 0; seed < 5; ++seed)
-        EXPECT_EQ(pbm::test::file_of(built(shuffled(surface, seed), options)), expected) << seed;
+        EXPECT_EQ(file_of(built(shuffled(surface, seed), options)), expected) << seed;
 }
 
 } // namespace

@@ -6,52 +6,73 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace pbm::build {
 namespace {
 
-// The operator K = -(sum of weights) x U: rows with the sum of weights on the diagonal, and -weight elsewhere.
-class Umbrellas {
+// Area x L: rows with the sum of weights on the diagonal, and -weight elsewhere.
+class Laplacian {
   public:
     struct Entry {
         std::uint32_t vertex;
         double value;
     };
 
-    explicit Umbrellas(const Patch &patch) : starts_(patch.positions.size() + 1) {
-        std::vector<std::array<std::uint32_t, 2>> edges; // both ways, and the vertices themselves
+    explicit Laplacian(const Patch &patch) : starts_(patch.positions.size() + 1), areas_(patch.positions.size()) {
+        struct Weight {
+            std::uint32_t from, to;
+            double value;
+        };
+        std::vector<Weight> weights; // both ways, one for each face; 0 for the diagonal
         for (std::uint32_t i = 0; i < patch.positions.size(); ++i)
-            edges.push_back({i, i});
+            weights.push_back({i, i, 0});
         for (const PatchTriangle &t : patch.triangles)
             for (std::size_t side = 0; side < 3; ++side) {
-                edges.push_back({t[side], t[(side + 1) % 3]});
-                edges.push_back({t[(side + 1) % 3], t[side]});
+                const std::uint32_t from = t[side], to = t[(side + 1) % 3], apex = t[(side + 2) % 3];
+                const glm::dvec3 &a = patch.positions[from], &b = patch.positions[to], &c = patch.positions[apex];
+                const double cotangent = cotangent_at(c, a, b);
+                weights.push_back({from, to, cotangent});
+                weights.push_back({to, from, cotangent});
+                areas_[apex] += glm::length(glm::cross(a - c, b - c)) / 6;
             }
-        std::sort(edges.begin(), edges.end());
-        edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-        std::vector<double> sums(patch.positions.size());
-        for (const auto &[from, to] : edges) {
-            const double weight = from == to ? 0 : edge_weight(patch.positions[from], patch.positions[to]);
-            sums[from] += weight;
+        std::sort(weights.begin(), weights.end(), [](const Weight &a, const Weight &b) {
+            return std::tie(a.from, a.to, a.value) < std::tie(b.from, b.to, b.value);
+        });
+        for (std::size_t i = 0; i < weights.size();) {
+            const auto [from, to, first] = weights[i];
+            double weight = 0;
+            for (; i < weights.size() && weights[i].from == from && weights[i].to == to; ++i)
+                weight += weights[i].value;
+            if (from != to && std::max(from, to) >= patch.rim)
+                weight = std::max(weight, kLeastWeight); // else values could lie beyond those around
             entries_.push_back({to, -weight});
             starts_[from + 1] = entries_.size();
         }
-        for (std::size_t i = 0; i < entries_.size(); ++i)
-            if (entries_[i].vertex == edges[i][0])
-                entries_[i].value = sums[edges[i][0]];
+        for (std::size_t i = 0; i + 1 < starts_.size(); ++i)
+            set_diagonal(i);
     }
 
     std::span<const Entry> row(std::size_t vertex) const {
         return std::span(entries_).subspan(starts_[vertex], starts_[vertex + 1] - starts_[vertex]);
     }
-    double diagonal(std::size_t vertex) const {
-        const auto entries = row(vertex);
-        return std::find_if(entries.begin(), entries.end(), [&](const Entry &e) { return e.vertex == vertex; })->value;
-    }
+    double area(std::size_t vertex) const { return areas_[vertex]; }
 
   private:
+    static constexpr double kLeastWeight = 0.01;
+
+    void set_diagonal(std::size_t vertex) {
+        double sum = 0;
+        for (const Entry &entry : row(vertex))
+            sum -= entry.value;
+        for (std::size_t i = starts_[vertex]; i < starts_[vertex + 1]; ++i)
+            if (entries_[i].vertex == vertex)
+                entries_[i].value = sum;
+    }
+
     std::vector<std::size_t> starts_; // [vertices + 1]
     std::vector<Entry> entries_;      // ascending in each row
+    std::vector<double> areas_;       // [vertices] a third of the patch's faces
 };
 
 // Collects the equations of the new vertices. Vertices of the rim are known: they go to the right-hand side.
@@ -104,27 +125,30 @@ class Equations {
 
 } // namespace
 
-double edge_weight(const glm::dvec3 &from, const glm::dvec3 &to) {
-    constexpr double kShortest = 1e-9; // of a rim that is 1 long
-    return 1 / std::max(glm::distance(from, to), kShortest);
+double cotangent_at(const glm::dvec3 &apex, const glm::dvec3 &from, const glm::dvec3 &to) {
+    constexpr double kLargest = 20;
+    const glm::dvec3 a = from - apex, b = to - apex;
+    const double sine = glm::length(glm::cross(a, b)), cosine = glm::dot(a, b);
+    return std::fabs(cosine) < kLargest * sine ? cosine / sine : std::copysign(kLargest, cosine);
 }
 
-// The sum of squares of U, weighted by the sums of weights S, is least where K S^-1 K = 0: a symmetric matrix.
+// With K = area x L and M = the areas: the integral of L^2 is least where K M^-1 K = 0, a symmetric matrix.
 void fair_patch(Patch &patch, const Rim &rim) {
     if (patch.positions.size() == patch.rim)
         return;
-    const Umbrellas umbrellas(patch);
+    const Laplacian laplacian(patch);
     Equations equations(patch.rim, patch.positions, patch.positions.size());
+    constexpr double kLeastArea = 1e-9; // of a rim that is 1 long
     for (std::size_t i = patch.rim; i < patch.positions.size(); ++i) {
-        for (const Umbrellas::Entry &entry : umbrellas.row(i)) {
+        for (const Laplacian::Entry &entry : laplacian.row(i)) {
             const std::size_t centre = entry.vertex;
             const bool is_rim = centre < patch.rim;
-            const double outside = is_rim ? rim.vertices[centre].outside_weight : 0;
-            const double factor = entry.value / (umbrellas.diagonal(centre) + outside);
-            for (const Umbrellas::Entry &other : umbrellas.row(centre))
+            const double area = laplacian.area(centre) + (is_rim ? rim.vertices[centre].outside_area : 0);
+            const double factor = entry.value / std::max(area, kLeastArea);
+            for (const Laplacian::Entry &other : laplacian.row(centre))
                 equations.add(other.vertex, factor * other.value);
             if (is_rim) {
-                equations.add(entry.vertex, factor * outside);
+                equations.add(entry.vertex, factor * rim.vertices[centre].outside_weight);
                 equations.add_constant(-factor * rim.vertices[centre].outside_sum);
             }
         }
@@ -139,10 +163,10 @@ std::vector<glm::dvec3> continue_values(const Patch &patch, std::span<const glm:
     std::vector<glm::dvec3> all(values.begin(), values.end());
     if (patch.positions.size() == patch.rim)
         return all;
-    const Umbrellas umbrellas(patch);
+    const Laplacian laplacian(patch);
     Equations equations(patch.rim, values, patch.positions.size());
     for (std::size_t i = patch.rim; i < patch.positions.size(); ++i) {
-        for (const Umbrellas::Entry &entry : umbrellas.row(i))
+        for (const Laplacian::Entry &entry : laplacian.row(i))
             equations.add(entry.vertex, entry.value);
         equations.end_row();
     }

@@ -16,10 +16,11 @@ struct RimVertex {
     glm::dvec3 position{0};
     glm::dvec3 face_normal{
         0};                 // of the face of the mesh at the edge to the next vertex: unit length; 0: it has no plane
-    double edge_length = 0; // mean of the edges of the mesh at this vertex
-    double outside_weight =
-        0; // sum of edge_weight (fair_patch.h) over the neighbours that are not on the rim beside it
-    glm::dvec3 outside_sum{0}; // sum of their positions, with these weights
+    double edge_length = 0; // mean of the mesh's edges at this vertex
+    // Of the faces of the mesh at this vertex (fair_patch.h).
+    double outside_weight = 0; // sum of the weights of its neighbours in them
+    glm::dvec3 outside_sum{0}; // of the neighbours' positions, with these weights
+    double outside_area = 0;   // a third of their area
 };
 
 // In units in which the rim is about 1 long. The order is that in which the new faces pass the edges of the rim.

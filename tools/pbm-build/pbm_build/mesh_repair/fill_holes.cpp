@@ -15,33 +15,35 @@ namespace {
 using Edge = std::array<std::uint32_t, 2>;
 constexpr std::uint32_t kNowhere = std::numeric_limits<std::uint32_t>::max();
 
-// The edges at the vertices of some loops.
-class EdgesAtLoops {
+// The corners of faces at the vertices of some loops.
+class CornersAtLoops {
   public:
-    EdgesAtLoops(const WeldedMesh &mesh, std::span<const std::vector<std::uint32_t>> loops) {
+    CornersAtLoops(const WeldedMesh &mesh, std::span<const std::vector<std::uint32_t>> loops) {
         std::vector<bool> is_wanted(mesh.positions.size());
         for (const std::vector<std::uint32_t> &loop : loops)
             for (const std::uint32_t vertex : loop)
                 is_wanted[vertex] = true;
-        for (HalfEdge h = 0; h < mesh.mates.size(); ++h) {
-            const std::uint32_t from = mesh.from(h), to = mesh.to(h);
-            if (is_wanted[from])
-                edges_.push_back({from, to});
-            if (is_wanted[to])
-                edges_.push_back({to, from});
-        }
-        std::sort(edges_.begin(), edges_.end());
-        edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+        for (HalfEdge h = 0; h < mesh.mates.size(); ++h)
+            if (is_wanted[mesh.from(h)])
+                corners_.push_back({mesh.from(h), h});
+        std::sort(corners_.begin(), corners_.end(), [](const Corner &a, const Corner &b) {
+            return std::pair(a.vertex, a.side) < std::pair(b.vertex, b.side);
+        });
     }
 
-    // Those that begin at `vertex`, ascending by their end.
-    std::span<const Edge> at(std::uint32_t vertex) const {
-        return {std::lower_bound(edges_.begin(), edges_.end(), Edge{vertex, 0}),
-                std::upper_bound(edges_.begin(), edges_.end(), Edge{vertex, kNowhere})};
+    struct Corner {
+        std::uint32_t vertex;
+        HalfEdge side; // begins there
+    };
+    std::span<const Corner> at(std::uint32_t vertex) const {
+        const auto [begin, end] =
+            std::equal_range(corners_.begin(), corners_.end(), Corner{vertex, 0},
+                             [](const Corner &a, const Corner &b) { return a.vertex < b.vertex; });
+        return {begin, end};
     }
 
   private:
-    std::vector<Edge> edges_;
+    std::vector<Corner> corners_;
 };
 
 class HoleFiller {
@@ -62,9 +64,9 @@ class HoleFiller {
                 loops.push_back(&loop);
                 rims.push_back(vertices_of(loop));
             }
-        const EdgesAtLoops edges(mesh_, rims);
+        const CornersAtLoops corners(mesh_, rims);
         for (std::size_t i = 0; i < loops.size(); ++i) {
-            if (!fill(loops[i]->sides, rims[i], edges))
+            if (!fill(loops[i]->sides, rims[i], corners))
                 continue;
             ++filled.filled;
             if (surface_.positions.size() + new_vertices_.size() > kMaxVertices ||
@@ -113,36 +115,33 @@ class HoleFiller {
         return {low, std::max({extent.x, extent.y, extent.z})};
     }
 
-    RimVertex rim_vertex(HalfEdge side, std::array<std::uint32_t, 3> around, const EdgesAtLoops &edges,
-                         const Unit &unit) const {
-        const auto place = [&](std::uint32_t vertex) { return unit.from_model(mesh_.positions[vertex]); };
-        const auto [before, vertex, after] = around;
+    RimVertex rim_vertex(HalfEdge side, std::uint32_t vertex, const CornersAtLoops &corners, const Unit &unit) const {
+        const auto place = [&](std::uint32_t any) { return unit.from_model(mesh_.positions[any]); };
         RimVertex result{.position = place(vertex)};
         const auto &[a, b, c] = mesh_.faces[side / 3].corners;
         const glm::dvec3 normal = face_normal(place(a), place(b), place(c));
         if (const double length = glm::length(normal); length > 0)
             result.face_normal = normal / (is_turned(side) ? -length : length);
-        const std::span<const Edge> all = edges.at(vertex);
-        for (const Edge &edge : all) {
-            const glm::dvec3 neighbour = place(edge[1]);
-            result.edge_length += glm::distance(neighbour, result.position) / static_cast<double>(all.size());
-            if (edge[1] == before || edge[1] == after)
-                continue;
-            const double weight = edge_weight(result.position, neighbour);
-            result.outside_weight += weight;
-            result.outside_sum += weight * neighbour;
+        const std::span<const CornersAtLoops::Corner> all = corners.at(vertex);
+        for (const CornersAtLoops::Corner &corner : all) {
+            const glm::dvec3 p = result.position, q = place(mesh_.to(corner.side)),
+                             r = place(mesh_.from(previous_side(corner.side)));
+            result.edge_length += (glm::distance(p, q) + glm::distance(p, r)) / (2 * static_cast<double>(all.size()));
+            const double at_q = cotangent_at(q, p, r), at_r = cotangent_at(r, p, q);
+            result.outside_weight += at_q + at_r;
+            result.outside_sum += at_q * r + at_r * q;
+            result.outside_area += glm::length(glm::cross(q - p, r - p)) / 6;
         }
         return result;
     }
 
-    Rim rim_of(std::span<const HalfEdge> sides, std::span<const std::uint32_t> vertices, const EdgesAtLoops &edges,
+    Rim rim_of(std::span<const HalfEdge> sides, std::span<const std::uint32_t> vertices, const CornersAtLoops &corners,
                const Unit &unit) {
         Rim rim;
         const std::size_t count = vertices.size();
         for (std::size_t i = 0; i < count; ++i) {
             place_of_[vertices[i]] = static_cast<std::uint32_t>(i);
-            rim.vertices.push_back(rim_vertex(
-                sides[i], {vertices[(i + count - 1) % count], vertices[i], vertices[(i + 1) % count]}, edges, unit));
+            rim.vertices.push_back(rim_vertex(sides[i], vertices[i], corners, unit));
         }
         const auto add_chord = [&](std::uint32_t i, std::uint32_t vertex) {
             const std::uint32_t k = place_of_[vertex];
@@ -150,9 +149,11 @@ class HoleFiller {
                 rim.chords.push_back({i, k});
         };
         for (std::uint32_t i = 0; i < count; ++i) {
-            for (const Edge &edge : edges.at(vertices[i]))
-                add_chord(i, edge[1]);
             const std::uint32_t vertex = vertices[i];
+            for (const CornersAtLoops::Corner &corner : corners.at(vertex)) {
+                add_chord(i, mesh_.to(corner.side));
+                add_chord(i, mesh_.from(previous_side(corner.side)));
+            }
             for (auto at = new_edges_.lower_bound({vertex, 0}); at != new_edges_.end() && (*at)[0] == vertex; ++at)
                 add_chord(i, (*at)[1]);
         }
@@ -162,12 +163,12 @@ class HoleFiller {
         return rim;
     }
 
-    bool fill(std::span<const HalfEdge> sides, std::span<const std::uint32_t> vertices, const EdgesAtLoops &edges) {
+    bool fill(std::span<const HalfEdge> sides, std::span<const std::uint32_t> vertices, const CornersAtLoops &corners) {
         const bool is_one_face = sides.size() == 3 && sides[0] / 3 == sides[1] / 3 && sides[1] / 3 == sides[2] / 3;
         const Unit unit = unit_of(vertices);
         if (is_one_face || !(unit.scale > 0) || !std::isfinite(unit.scale))
             return false;
-        const Rim rim = rim_of(sides, vertices, edges, unit);
+        const Rim rim = rim_of(sides, vertices, corners, unit);
         const auto triangles = triangulate_hole(rim);
         if (!triangles)
             return false;
