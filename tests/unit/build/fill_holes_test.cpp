@@ -54,10 +54,10 @@ Surface without_cap(Surface surface, const glm::dvec3 &up, double height) {
 std::string filled(Surface &surface, int edges) { return repaired(surface, {.max_hole_edges = edges}).note; }
 
 TEST(FillHoles, ACubeGetsItsFaceBack) {
-    for (const std::size_t first : {0, 2, 4, 6, 8, 10})
+    for (const int first : {0, 2, 4, 6, 8, 10})
         for (const bool is_split : {false, true}) {
             Surface surface = is_split ? split(box()) : box();
-            const auto begin = surface.triangles.begin() + static_cast<std::ptrdiff_t>(first);
+            const auto begin = surface.triangles.begin() + first;
             surface.triangles.erase(begin, begin + 2);
             EXPECT_EQ(filled(surface, 3),
                       "0 of 1 loop of the border closed; 1 longer than 3 edges, the shortest of them has 4");
