@@ -3,6 +3,7 @@
 #include "pbm_format/chunks/chunk.h"
 #include "pbm_format/chunks/normal_cone.h"
 #include "pbm_format/chunks/stream_rules.h"
+#include "pbm_format/container/field_sections.h"
 #include "pbm_format/hashes/hash.h"
 #include "pbm_format/streams/frame.h"
 #include "pbm_format/streams/texel_filter.h"
@@ -105,6 +106,12 @@ StreamEntry append_freely(const StreamContext &context, ByteView masks, const Po
     if (planes)
         vary_planes(filter, *planes, random);
     return append_any(raw_stream(context, masks, points), filter, planes, random, out);
+}
+
+StreamEntry append_field_freely(const Field &field, ByteView masks, ByteView points, ByteView parents, Random &random,
+                                Bytes &out) {
+    const auto planes = filter_field(field, masks, points, parents);
+    return append_any(Bytes(points.begin(), points.end()), filter_of(field), planes, random, out);
 }
 
 NormalCone random_cone(std::span<const std::uint16_t> normals, Random &random) {

@@ -12,6 +12,10 @@ namespace pbm::test {
 StreamEntry append_freely(const StreamContext &context, ByteView masks, const PointView &points,
                           const ParentNodes &parents, Random &random, Bytes &out);
 
+// The same of a field's values in a chunk, whose nodes have the values `parents`.
+StreamEntry append_field_freely(const Field &field, ByteView masks, ByteView points, ByteView parents, Random &random,
+                                Bytes &out);
+
 // A random cone that contains the normals, or none.
 NormalCone random_cone(std::span<const std::uint16_t> normals, Random &random);
 

@@ -4,6 +4,7 @@
 
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/chunks/chunk.h"
+#include "pbm_format/container/field_sections.h"
 #include "pbm_format/container/section_encoder.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/writing/chunk_encoder.h"
@@ -31,6 +32,7 @@ class FreeWriter {
     Bytes write() {
         add_small_sections();
         add_levels();
+        add_fields();
         add_rasters();
         add_unknown_sections();
         return assemble();
@@ -212,6 +214,73 @@ class FreeWriter {
         add_raster(SectionType::panorama, 0, model_.images.panorama);
     }
 
+    void add_fields() {
+        const std::vector<Field> &fields = model_.parameters.fields;
+        if (fields.empty())
+            return;
+        FieldTable table{.id = {}, .fields = fields, .roots = {}};
+        for (std::size_t f = 0; f < fields.size(); ++f)
+            table.roots.push_back(
+                static_cast<std::uint16_t>(stored_value(model_.levels[0].fields[f], 0, fields[f].bytes)));
+        table.id = fields_id(table, model_.levels.back());
+        add_raw(SectionType::fields, encode_fields(table));
+        for (std::size_t level = 1; level < shapes_.size(); ++level)
+            add_fields_of_level(level);
+        for (Section &section : sections_)
+            if (const auto type = section.entry.type; type == SectionType::fields ||
+                                                      type == SectionType::field_directory ||
+                                                      type == SectionType::field_values)
+                section.entry.flags = 0; // 17.1.3
+    }
+
+    void add_fields_of_level(std::size_t level) {
+        const std::vector<Field> &fields = model_.parameters.fields;
+        FieldDirectory directory{.entries = {}, .fields = fields.size()};
+        Bytes values;
+        std::uint64_t first_node = 0, first_point = 0, raw_bytes = 0;
+        for (const ChunkShape &shape : shapes_[level]) {
+            for (std::size_t f = 0; f < fields.size(); ++f) {
+                const std::size_t bytes = fields[f].bytes, start = values.size();
+                const ByteView points =
+                    ByteView(level_at(level).fields[f]).subspan(bytes * first_point, bytes * shape.points);
+                const ByteView nodes =
+                    ByteView(level_at(level - 1).fields[f]).subspan(bytes * first_node, bytes * shape.nodes);
+                FieldEntry entry;
+                if (mapped_) {
+                    values.insert(values.end(), points.begin(), points.end());
+                    entry.stream.stored_bytes = static_cast<std::uint32_t>(points.size());
+                } else {
+                    entry.stream =
+                        append_field_freely(fields[f], ByteView(level_at(level).masks).subspan(first_node, shape.nodes),
+                                            points, nodes, random_, values);
+                }
+                entry.hash = hash64(ByteView(values).subspan(start));
+                directory.entries.push_back(entry);
+                raw_bytes += points.size();
+            }
+            first_node += shape.nodes;
+            first_point += shape.points;
+        }
+        const Bytes entries = encode_field_directory(directory);
+        const auto instance = static_cast<std::uint32_t>(level);
+        add({.type = SectionType::field_directory,
+             .codec = Codec::raw,
+             .instance = instance,
+             .element_bytes = static_cast<std::uint32_t>(kFieldEntryBytes * fields.size()),
+             .alignment = random_alignment(),
+             .raw_bytes = entries.size(),
+             .count = shapes_[level].size()},
+            entries);
+        add({.type = SectionType::field_values,
+             .codec = mapped_ ? Codec::raw : Codec::zstd_chunks,
+             .instance = instance,
+             .element_bytes = 0,
+             .alignment = mapped_ ? kMappedChunksAlignment : random_alignment(),
+             .raw_bytes = raw_bytes,
+             .count = first_point},
+            std::move(values));
+    }
+
     // Inserts sections of unknown, skippable types anywhere among the others: 3.2.4
     void add_unknown_sections() {
         constexpr std::array<std::uint32_t, 8> kTypes{0, 9, 15, 19, 23, 26, 33, 0xFFFFFFFF};
@@ -242,6 +311,8 @@ class FreeWriter {
         FileHeader header;
         header.required_features = mapped_ ? kMappedFeature : 0;
         header.optional_features = random_.below(2) == 0 ? 0 : random_.next();
+        if (!model_.parameters.fields.empty())
+            header.optional_features |= kFieldsFeature;
         header.depth = static_cast<std::uint8_t>(model_.parameters.grid.depth);
         header.point_count = model_.point_count();
         header.content_id = content_id(model_, shapes_, chunk_points_);

@@ -52,7 +52,7 @@ std::string draw(ByteView file, const Model &model) {
 
 std::string draw(ByteView file) {
     Reader reader = Reader::open(file).value();
-    const Result<Model> model = load_model(reader, {.threads = 1});
+    const Result<Model> model = load_model(reader, {.threads = 1, .fields = true});
     return model ? draw(file, *model) : "valid, but does not load: " + model.error().message;
 }
 
@@ -87,7 +87,7 @@ Judgement judge_valid(ByteView file, const Model &model) {
     Result<Reader> reader = Reader::open(file);
     if (!judgement.valid)
         return broken("false alarm: " + verify(file, {.threads = 1}).error().message);
-    const Result<Model> loaded = load_model(*reader, {.threads = 1});
+    const Result<Model> loaded = load_model(*reader, {.threads = 1, .fields = true});
     if (!loaded)
         return broken("valid, but does not load: " + loaded.error().message);
     if (*loaded != model)

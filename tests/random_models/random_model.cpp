@@ -182,6 +182,35 @@ std::string random_metadata(Random &random) {
     return text;
 }
 
+// Fields and the values of the finest points: none, equal, rising or any.
+void add_random_fields(Random &random, Model &model) {
+    const std::size_t count = random.below(3) == 0 ? 1 + random.below(kMaxFields) : 1;
+    Level &finest = model.levels.back();
+    for (std::size_t f = 0; f < count; ++f) {
+        Field field;
+        field.name = std::to_string(f);
+        field.bytes = static_cast<std::uint8_t>(1 + random.below(2));
+        field.name += once_in(random, 4)   ? std::string(kMaxFieldName - 1, 'n')
+                      : once_in(random, 2) ? " \u00e9\u6f22"
+                                           : "";
+        field.unit = once_in(random, 3) ? "\u00b5m" : once_in(random, 2) ? std::string(kMaxFieldUnit, 'u') : "";
+        field.offset = std::ldexp(random.unit() - 0.5, static_cast<int>(random.below(2000)) - 1000);
+        field.scale = std::ldexp(0.5 + random.unit() / 2, static_cast<int>(random.below(1900)) - 1000);
+        field.average = static_cast<FieldAverage>(random.below(kFieldAverages));
+        const std::uint64_t kind = random.below(4), least = random.below(field.max_stored() + 1);
+        Bytes values(finest.points.size() * field.bytes);
+        for (std::size_t i = 0; i < finest.points.size(); ++i) {
+            const std::uint64_t value = kind == 0   ? least
+                                        : kind == 1 ? least + i / 3
+                                        : kind == 2 ? (once_in(random, 9) ? least : 0)
+                                                    : random.next();
+            set_stored_value(values, i, field.bytes, static_cast<std::uint32_t>(value % (field.max_stored() + 1)));
+        }
+        model.parameters.fields.push_back(std::move(field));
+        finest.fields.push_back(std::move(values));
+    }
+}
+
 } // namespace
 
 Model random_model(Random &random, std::size_t max_points) {
@@ -205,6 +234,8 @@ Model random_model(Random &random, std::size_t max_points) {
     for (std::size_t level = 0; level < masks.size(); ++level)
         model.levels[level].masks = masks[level];
     model.levels.back().points = random_points(random, codes, depth, set, parameters.materials.size());
+    if (once_in(random, 3))
+        add_random_fields(random, model);
     average_levels(model, 1);
     if (once_in(random, 2))
         add_random_ground(random, model);
