@@ -13,13 +13,13 @@ runtime=(g++ cmake ninja-build pkg-config
     libjpeg62-turbo-dev)
 viewer=("${runtime[@]}" libglfw3-dev libepoxy-dev libimgui-dev)
 demo=("${runtime[@]}" libtomlplusplus-dev libpng-dev libstb-dev zlib1g-dev libwebp-dev libdraco-dev libmeshoptimizer-dev
-    libexpat1-dev)
+    libexpat1-dev libeigen3-dev)
 all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     ccache libgtest-dev libembree-dev python3 python3-jsonschema python3-zstandard python3-xxhash
     valgrind zstd make mandoc groff-base draco lib32stdc++-12-dev libc6-dev-i386
     xvfb xdotool imagemagick libgl1-mesa-dri
     clang libclang-rt-14-dev clang-tidy clang-format)
-peers=("${all[@]}" f3d libcgal-dev libeigen3-dev)
+peers=("${all[@]}" f3d libcgal-dev)
 
 case ${1:-all} in
 runtime | viewer | demo | all | peers) declare -n packages=${1:-all} ;;

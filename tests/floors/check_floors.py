@@ -69,6 +69,7 @@ HOMES = {
     ),
     r"(draco/.*|meshoptimizer\.h)": r"tools/pbm-build/pbm_scan/gltf/gltf_(draco|document)\.cpp|bench/.*",
     r"expat\.h": r"tools/pbm-build/pbm_scan/e57/e57_xml\.cpp",
+    r"Eigen/.*": r"tools/pbm-build/pbm_build/hole_filling/sparse_cholesky\.cpp|bench/.*",
     r"OpenMesh/.*": r"tools/pbm-build/pbm_build/mesh_repair/half_edges\.cpp",
     r"CLI/.*": r"command_line/parse\.cpp",
     r"toml\+\+/.*": r"tools/pbm-build/recipe\.cpp",

@@ -233,30 +233,30 @@ TEST(FillHoles, BuiltModelsDoNotDependOnTheOrderOfFacesAndVertices) {
 TEST(SparseCholesky, SolvesEquationsOfAGridAndRefusesIndefiniteOnes) {
     constexpr std::uint32_t kWidth = 30, kCount = kWidth * kWidth;
     std::mt19937 random(1);
-    std::vector<glm::dvec3> places, expected, right(kCount);
+    std::vector<glm::dvec3> expected, right(kCount);
     SymmetricMatrix matrix;
     for (std::uint32_t i = 0; i < kCount; ++i) {
-        places.emplace_back(i % kWidth, i / kWidth, 0);
         expected.emplace_back(random() % 100, random() % 100, i);
         for (const int step : {-static_cast<int>(kWidth), -1, 0, 1, static_cast<int>(kWidth)}) {
             const int column = static_cast<int>(i) + step;
             const bool wraps = (step == -1 && i % kWidth == 0) || (step == 1 && i % kWidth == kWidth - 1);
             if (column < 0 || column >= static_cast<int>(kCount) || wraps)
                 continue;
-            matrix.columns.push_back(static_cast<std::uint32_t>(column));
+            matrix.columns.push_back(column);
             matrix.values.push_back(step == 0 ? 4.01 : -1);
         }
-        matrix.starts.push_back(matrix.columns.size());
+        matrix.starts.push_back(static_cast<std::int32_t>(matrix.columns.size()));
     }
     for (std::size_t i = 0; i < kCount; ++i)
-        for (std::size_t k = matrix.starts[i]; k < matrix.starts[i + 1]; ++k)
-            right[i] += matrix.values[k] * expected[matrix.columns[k]];
-    const auto solution = solve(matrix, places, right);
+        for (auto k = static_cast<std::size_t>(matrix.starts[i]); k < static_cast<std::size_t>(matrix.starts[i + 1]);
+             ++k)
+            right[i] += matrix.values[k] * expected[static_cast<std::size_t>(matrix.columns[k])];
+    const auto solution = solve(matrix, right);
     ASSERT_TRUE(solution);
     for (std::size_t i = 0; i < kCount; ++i)
         EXPECT_LT(glm::distance((*solution)[i], expected[i]), 1e-8);
     matrix.values[0] = -4;
-    EXPECT_FALSE(solve(matrix, places, right));
+    EXPECT_FALSE(solve(matrix, right));
 }
 
 } // namespace

@@ -97,20 +97,18 @@ class Equations {
         columns_.erase(std::unique(columns_.begin(), columns_.end()),
                        columns_.end()); // a sum may have been 0 meanwhile
         for (const std::uint32_t column : columns_) {
-            matrix_.columns.push_back(static_cast<std::uint32_t>(column - rim_));
+            matrix_.columns.push_back(static_cast<std::int32_t>(column - rim_));
             matrix_.values.push_back(sums_[column]);
             sums_[column] = 0;
         }
         columns_.clear();
-        matrix_.starts.push_back(matrix_.columns.size());
+        matrix_.starts.push_back(static_cast<std::int32_t>(matrix_.columns.size()));
         right_.push_back(constant_);
         constant_ = glm::dvec3(0);
     }
 
     // Nothing if rounding was too much for the equations.
-    std::optional<std::vector<glm::dvec3>> solution(std::span<const glm::dvec3> places) const {
-        return solve(matrix_, places.subspan(rim_), right_);
-    }
+    std::optional<std::vector<glm::dvec3>> solution() const { return solve(matrix_, right_); }
 
   private:
     std::size_t rim_;
@@ -154,7 +152,7 @@ void fair_patch(Patch &patch, const Rim &rim) {
         }
         equations.end_row();
     }
-    const auto solution = equations.solution(patch.positions);
+    const auto solution = equations.solution();
     if (solution)
         std::copy(solution->begin(), solution->end(), patch.positions.begin() + static_cast<std::ptrdiff_t>(patch.rim));
 }
@@ -170,7 +168,7 @@ std::vector<glm::dvec3> continue_values(const Patch &patch, std::span<const glm:
             equations.add(entry.vertex, entry.value);
         equations.end_row();
     }
-    const auto solution = equations.solution(patch.positions);
+    const auto solution = equations.solution();
     all.resize(patch.positions.size(), values.front());
     if (solution)
         std::copy(solution->begin(), solution->end(), all.begin() + static_cast<std::ptrdiff_t>(patch.rim));
