@@ -101,13 +101,16 @@ expect(succeeds("pbm-build", "scan.ply", "other.ply", "--depth", 6, "-o", "two.p
 succeeds("pbm-build", "scan.ply", "--depth", 6, "--lights", "studio", "--shadows", "--ground", "wood", "--texture",
          "marble", "--panorama", "default", "--panorama-width", 256, "--material", "gold", "--unit", "mm", "-o", "scene.pbvg")
 succeeds("pbm-build", "scan.ply", "--depth", 6, "--name", "\u00e4 \"quoted\" name", "-o", "with \u00e4.pbvg")
-for model in ("plain.pbvg", "scene.pbvg", "with \u00e4.pbvg"):
+succeeds("pbm-build", "scan.ply", "--depth", 6, "--field", "quality", "--fill-holes", 3, "-o", "field.pbvg")
+for model in ("plain.pbvg", "scene.pbvg", "field.pbvg", "with \u00e4.pbvg"):
     succeeds("pbm-info", model)
     succeeds("pbm-validate", "--deep", model)
 succeeds("pbm-export", "scene.pbvg", "-o", "points.ply")
 succeeds("pbm-export", "scene.pbvg", "-o", "points.ply", "--ascii", "--float", "--level", 3)
 small = ("--resolution", "40,30")
 succeeds("pbm-render", "scene.pbvg", "-o", "picture.png", *small)
+drawn = succeeds("pbm-render", "field.pbvg", "-o", "picture.png", "--colour-by", "quality", *small)
+expect(drawn["look"]["colour_by"] == "quality", f"pbm-render: {drawn['look']}")
 succeeds("pbm-render", "scene.pbvg", "--bench", 2, "--turntable", "film.avi", "--frames", 2, "--quality", "fine", *small)
 succeeds("pbm-validate", "--list-codes", schema="codes")
 shutil.copy(work / "scan.ply", os.fsencode(work) + b"/odd \xff.ply")  # no UTF-8: replaced in the document

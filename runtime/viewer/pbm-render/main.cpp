@@ -145,15 +145,18 @@ class Stopwatch {
 
 nlohmann::ordered_json look_json(const LookOptions &look) {
     const RenderOptions &render = look.render;
-    return {{"quality", word_of(look.quality)},
-            {"samples", look.quality == Quality::fine ? look.samples : 1},
-            {"texture", render.texture},
-            {"point_colours", render.point_colours},
-            {"shadows", render.shadows},
-            {"panorama", render.panorama},
-            {"ground", render.ground},
-            {"reflections", render.reflections},
-            {"depth_cue", word_of(look.depth_cue)}};
+    nlohmann::ordered_json json{{"quality", word_of(look.quality)},
+                                {"samples", look.quality == Quality::fine ? look.samples : 1},
+                                {"texture", render.texture},
+                                {"point_colours", render.point_colours},
+                                {"shadows", render.shadows},
+                                {"panorama", render.panorama},
+                                {"ground", render.ground},
+                                {"reflections", render.reflections},
+                                {"depth_cue", word_of(look.depth_cue)}};
+    if (look.colour_by)
+        json["colour_by"] = look.colour_by->field;
+    return json;
 }
 
 std::string to_json(const Arguments &arguments, const RunStatistics &s) {
