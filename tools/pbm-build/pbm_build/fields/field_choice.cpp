@@ -53,7 +53,7 @@ void choose_steps(const Values &values, const std::optional<int> &bits, Field &f
     const double span = values.count == 0 ? 0 : values.most - values.least;
     field.offset = values.count == 0 ? 0 : values.least;
     const bool is_exact = values.are_whole && span < (bits == 8 ? 255 : 65535);
-    field.bytes = bits ? static_cast<std::uint8_t>(*bits / 8) : is_exact && span < 255 ? 1 : 2;
+    field.bytes = static_cast<std::uint8_t>(bits ? *bits / 8 : is_exact && span < 255 ? 1 : 2);
     const double steps = static_cast<double>(field.max_stored()) - 1;
     field.scale = is_exact ? 1 : span / steps;
     if (!std::isnormal(field.scale))
