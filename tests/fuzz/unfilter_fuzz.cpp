@@ -139,7 +139,8 @@ Points unfilter(const Case &c, const std::vector<Bytes> &planes) {
         break;
     case Filter::texels:
     case Filter::none:
-    case Filter::mask_rank: std::abort();
+    case Filter::mask_rank:
+    case Filter::field16: std::abort();
     }
     return points;
 }
