@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <optional>
 
@@ -77,8 +76,7 @@ bool has_three_different(std::span<const std::uint32_t> corners) {
 class ObjParser {
   public:
     ObjParser(std::string_view text, const ReadOptions &options)
-        : size_(text.size()), next_comment_(text.data()), text_end_(text.data() + text.size()),
-          progress_(options.progress), lines_(text) {}
+        : size_(text.size()), progress_(options.progress), lines_(text) {}
 
     Result<ObjText> run() {
         constexpr std::uint64_t kReported = 1 << 18;
@@ -112,7 +110,7 @@ class ObjParser {
         }
         if (keyword == "usemtl")
             return use_material(std::string(lines_.trimmed_rest())), Status();
-        if (has_comment() && keyword != "mtllib") {
+        if (lines_.has_comment() && keyword != "mtllib") {
             lines_.strip_comment();
             lines_.rewind();
             lines_.word();
@@ -127,15 +125,6 @@ class ObjParser {
         if (keyword == "vt")
             return texture_coordinates();
         return other(keyword);
-    }
-
-    // Whether the line has a '#', looked for in large steps.
-    bool has_comment() {
-        if (next_comment_ != nullptr && next_comment_ < lines_.at()) {
-            const auto left = static_cast<std::size_t>(text_end_ - lines_.at());
-            next_comment_ = static_cast<const char *>(std::memchr(lines_.at(), '#', left));
-        }
-        return next_comment_ != nullptr && next_comment_ < lines_.end();
     }
 
     // "# Vertices: 507", "#114 vertices, 224 faces": only a word and a number between commas are a count.
@@ -398,8 +387,6 @@ class ObjParser {
     }
 
     std::size_t size_;
-    const char *next_comment_; // null: there is none any more
-    const char *text_end_;
     const std::function<void(double)> &progress_;
     ObjText out_;
     Lines lines_;

@@ -195,20 +195,22 @@ class OffText {
     }
 
     Status face(std::uint64_t vertices, OffSurface &out) {
-        const auto number = [this] { return parse_all<std::uint64_t>(lines_.word()); };
-        const auto count = number();
-        if (!count)
+        std::uint64_t count = 0, corner = 0;
+        if (!lines_.count(count))
             return lines_.refuse("a face must begin with the number of its corners");
         corners_.clear();
-        while (corners_.size() < *count) {
-            const auto corner = number();
-            if (!corner)
-                return lines_.refuse("a face of " + std::to_string(*count) +
+        while (corners_.size() < count) {
+            if (!lines_.count(corner))
+                return lines_.refuse("a face of " + std::to_string(count) +
                                      " corners ends early or has one that is no index");
-            if (*corner >= vertices)
-                return lines_.refuse("vertex index " + std::to_string(*corner) + ", but there are " +
+            if (corner >= vertices)
+                return lines_.refuse("vertex index " + std::to_string(corner) + ", but there are " +
                                      std::to_string(vertices) + " vertices");
-            corners_.push_back(static_cast<std::uint32_t>(*corner));
+            corners_.push_back(static_cast<std::uint32_t>(corner));
+        }
+        if (!lines_.to_word()) {
+            out.add_face(corners_, {});
+            return {};
         }
         Lines::Numbers rest;
         if (Status status = lines_.numbers(rest); !status)

@@ -161,6 +161,10 @@ std::size_t PolygonTriangulator::triangulate(std::span<const std::uint32_t> corn
                                              std::vector<glm::uvec3> &triangles) {
     if (corners.size() < 3)
         return 1;
+    if (corners.size() == 3 && corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0]) {
+        triangles.emplace_back(corners[0], corners[1], corners[2]);
+        return 0;
+    }
     vertices_.clear();
     for (const std::uint32_t corner : corners) {
         assert(corner < positions.size());

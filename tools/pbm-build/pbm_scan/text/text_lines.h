@@ -50,19 +50,30 @@ class Lines {
     // The next line that is not blank. Strips comments first where '#' begins one.
     bool next_with_words(bool has_comments) {
         while (next()) {
-            if (has_comments)
+            if (has_comments && has_comment())
                 strip_comment();
-            const bool says_something = !word().empty();
+            const bool says_something = to_word();
             rewind();
             if (says_something)
                 return true;
         }
         return false;
     }
-    // The next word of the line; empty at its end.
-    std::string_view word() {
+    // Whether the rest of the line has a '#', looked for in large steps.
+    bool has_comment() {
+        if (behind_comment_ <= word_)
+            behind_comment_ = std::min(text_.find('#', word_), text_.size()) + 1;
+        return behind_comment_ <= end_;
+    }
+    // Skips white space. False at the end of the line.
+    bool to_word() {
         while (word_ < end_ && ends_word(text_[word_]))
             ++word_;
+        return word_ < end_;
+    }
+    // The next word of the line; empty at its end.
+    std::string_view word() {
+        to_word();
         const std::size_t first = word_;
         while (word_ < end_ && !ends_word(text_[word_]))
             ++word_;
@@ -77,6 +88,14 @@ class Lines {
         while (!text.empty() && ends_word(text.back()))
             text.remove_suffix(1);
         return text;
+    }
+    // Reads the next word if it is a whole number.
+    bool count(std::uint64_t &value) {
+        to_word();
+        const char *const next = parse_count(at(), end(), value);
+        if (next != nullptr)
+            go_to(next);
+        return next != nullptr;
     }
     // The numbers on the rest of the line: their count, and the first nine.
     struct Numbers {
@@ -120,6 +139,7 @@ class Lines {
   private:
     std::string_view text_;
     std::size_t at_ = 0, begin_ = 0, end_ = 0, word_ = 0;
+    std::size_t behind_comment_ = 0; // behind the '#' that was found last
     std::uint64_t number_ = 0;
     bool terminated_ = true;
 };

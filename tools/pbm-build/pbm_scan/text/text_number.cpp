@@ -1,16 +1,15 @@
 #include "pbm_scan/text/text_number.h"
 
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 
 namespace pbm::build {
 namespace {
 
-constexpr std::array<double, 16> kPowersOfTen{1,   1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                              1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+constexpr std::array<double, 23> kPowersOfTen{1,    1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                                              1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 
-// Exponents, many digits, '+', inf and nan.
+// Many digits, large exponents, '+', inf and nan.
 const char *parse_odd_number(const char *first, const char *last, double &value) {
     const char *word_end = first;
     while (word_end != last && !ends_word(*word_end))
@@ -33,29 +32,71 @@ const char *parse_odd_number(const char *first, const char *last, double &value)
     return end;
 }
 
+constexpr std::ptrdiff_t kMaxDigits = 19; // of 64 bits
+
+unsigned digit_at(const char *at) { return static_cast<unsigned>(*at) - '0'; } // more than 9: none
+
+// Appends the digits from `at` on to `number`, which overflows beyond kMaxDigits. Returns their end.
+const char *append_digits(const char *at, const char *last, std::uint64_t &number) {
+    for (; at != last && digit_at(at) <= 9; ++at)
+        number = 10 * number + digit_at(at);
+    return at;
+}
+
+// Reads the exponent whose letter is at `at`: size = digits x 10^(power + exponent). False if that might not be rounded
+// correctly, or is no exponent.
+bool scale(const char *&at, const char *last, std::uint64_t digits, std::ptrdiff_t power, double &size) {
+    constexpr auto kPowers = static_cast<std::ptrdiff_t>(kPowersOfTen.size());
+    if (last - at < 2)
+        return false;
+    const bool negative = at[1] == '-';
+    const char *const first = at + (negative || at[1] == '+' ? 2 : 1);
+    std::uint64_t exponent = 0;
+    at = append_digits(first, last, exponent);
+    if (at == first || at - first > 3)
+        return false;
+    power += negative ? -static_cast<std::ptrdiff_t>(exponent) : static_cast<std::ptrdiff_t>(exponent);
+    if (power <= -kPowers || power >= kPowers)
+        return false;
+    const double factor = kPowersOfTen[static_cast<std::size_t>(power < 0 ? -power : power)];
+    size = power < 0 ? static_cast<double>(digits) / factor : static_cast<double>(digits) * factor;
+    return true;
+}
+
 } // namespace
 
-// A decimal of at most 15 digits and the power of ten are exact in a double, so one division rounds correctly (Clinger.
-// How to read floating point numbers accurately. 1990). Other numbers go to from_chars.
+// A whole number of at most 53 bits and a power of ten up to 10^22 are exact in a double, so one product or quotient of
+// them is rounded correctly (Clinger. How to read floating point numbers accurately. 1990). Other numbers go to
+// from_chars.
 const char *parse_number(const char *first, const char *last, double &value) {
     if (first == last)
         return nullptr;
-    const char *p = first;
-    const bool minus = *p == '-';
-    p += minus ? 1 : 0;
+    constexpr std::uint64_t kExact = std::uint64_t{1} << 53;
+    const bool minus = *first == '-';
+    const char *const begin = first + (minus ? 1 : 0);
     std::uint64_t digits = 0;
-    int length = 0;
-    std::size_t decimals = 0;
-    for (; p != last && *p >= '0' && *p <= '9' && length < 16; ++p, ++length)
-        digits = 10 * digits + static_cast<std::uint64_t>(*p - '0');
-    if (p != last && *p == '.')
-        for (++p; p != last && *p >= '0' && *p <= '9' && length < 16; ++p, ++length, ++decimals)
-            digits = 10 * digits + static_cast<std::uint64_t>(*p - '0');
-    if (length < 1 || length > 15 || (p != last && !ends_word(*p)))
+    const char *p = append_digits(begin, last, digits);
+    std::ptrdiff_t length = p - begin, decimals = 0;
+    if (p != last && *p == '.') {
+        const char *const point = p + 1;
+        p = append_digits(point, last, digits);
+        decimals = p - point;
+        length += decimals;
+    }
+    if (length < 1 || length > kMaxDigits || digits > kExact)
         return parse_odd_number(first, last, value);
-    const double size = static_cast<double>(digits) / kPowersOfTen[decimals];
+    double size =
+        static_cast<double>(static_cast<std::int64_t>(digits)) / kPowersOfTen[static_cast<std::size_t>(decimals)];
+    if (p != last && !ends_word(*p) &&
+        !((*p == 'e' || *p == 'E') && scale(p, last, digits, -decimals, size) && (p == last || ends_word(*p))))
+        return parse_odd_number(first, last, value);
     value = minus ? -size : size;
     return p;
+}
+
+const char *parse_long_count(const char *first, const char *last, std::uint64_t &value) {
+    const auto [end, status] = std::from_chars(first, last, value);
+    return status == std::errc() && (end == last || ends_word(*end)) ? end : nullptr;
 }
 
 std::string number_text(double value) {

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <charconv>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +18,18 @@ inline bool ends_word(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 // Parses the number that begins at `first` and ends at white space or `last`. Correctly rounded; overflow gives
 // infinity, underflow zero. Returns its end, or null for no number.
 const char *parse_number(const char *first, const char *last, double &value);
+
+// The same of a whole number without a sign. Null also for one of more than 64 bits.
+const char *parse_long_count(const char *first, const char *last, std::uint64_t &value);
+inline const char *parse_count(const char *first, const char *last, std::uint64_t &value) {
+    constexpr std::ptrdiff_t kMaxDigits = 19; // of 64 bits
+    const char *p = first;
+    for (value = 0; p != last && *p >= '0' && *p <= '9'; ++p)
+        value = 10 * value + static_cast<std::uint64_t>(*p - '0');
+    if (p - first > kMaxDigits)
+        return parse_long_count(first, last, value);
+    return p != first && (p == last || ends_word(*p)) ? p : nullptr;
+}
 
 // Parses all of `text` as a number; integers in base `base`. Nothing if it is no number or more than a number.
 template <class T, class... Base> std::optional<T> parse_all(std::string_view text, Base... base) {
