@@ -64,10 +64,11 @@ struct Announcement {
     std::size_t offset = 0;
 };
 
-// The number of different corners, where fewer than three.
 bool has_three_different(std::span<const std::uint32_t> corners) {
     if (corners.size() < 3)
         return false;
+    if (corners.size() == 3)
+        return corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0];
     const std::uint32_t first = corners.front();
     const auto second = std::find_if(corners.begin(), corners.end(), [&](auto c) { return c != first; });
     return std::any_of(second, corners.end(), [&](auto c) { return c != first && c != *second; });
@@ -182,6 +183,9 @@ class ObjParser {
             drop_once(out_.report, "normals", "no face names them, and they are not as many as the vertices");
             out_.normals.clear();
         }
+        for (auto *const indices : {&out_.corner_normals, &out_.corner_textures})
+            if (!indices->empty())
+                indices->resize(out_.corners.size(), ObjText::kNone);
         if (!all_coloured_)
             out_.colours.clear();
         if (has_points_ && face_lines_found_ != 0)
@@ -243,15 +247,9 @@ class ObjParser {
         return {};
     }
 
-    // The corners of the current face, and further indices of each, or kNone. The first is 1.
-    struct Face {
-        std::vector<std::uint32_t> vertices, textures, normals;
-    };
-
     Status face() {
-        face_.vertices.clear();
-        face_.textures.clear();
-        face_.normals.clear();
+        const std::size_t before = out_.corners.size(), normals_before = out_.corner_normals.size(),
+                          textures_before = out_.corner_textures.size();
         const char *at = lines_.at();
         const char *const end = lines_.end();
         while (true) {
@@ -264,30 +262,30 @@ class ObjParser {
             if (vertex == 0)
                 return lines_.refuse(printable_in_quotes(lines_.word()) + " is not a vertex of this file");
             note_highest("vertex ", vertex, out_.positions.size(), vertex_);
-            face_.vertices.push_back(static_cast<std::uint32_t>(vertex - 1));
+            out_.corners.push_back(static_cast<std::uint32_t>(vertex - 1));
             if (at != end && *at == '/')
                 if (Status read = further_indices(at, end); !read)
                     return read;
             if (at != end && !ends_word(*at))
                 return lines_.refuse(printable_in_quotes(lines_.word()) + " is not a vertex of this file");
         }
-        if (face_.vertices.size() < 3 && !lines_.terminated())
+        const auto corners = std::span(out_.corners).subspan(before);
+        if (corners.size() < 3 && !lines_.terminated())
             return lines_.refuse("the file ends inside a face: it is cut short; copy or export it again");
         ++face_lines_found_;
-        if (!has_three_different(face_.vertices)) {
+        if (!has_three_different(corners)) {
             ++out_.dropped_faces;
+            out_.corners.resize(before);
+            out_.corner_normals.resize(normals_before);
+            out_.corner_textures.resize(textures_before);
             return {};
         }
-        const std::size_t before = out_.corners.size(), count = face_.vertices.size();
-        out_.face_sizes.push_back(static_cast<std::uint32_t>(count));
-        triangles_found_ += count - 2;
-        out_.corners.insert(out_.corners.end(), face_.vertices.begin(), face_.vertices.end());
-        append(face_.normals, before, count, out_.corner_normals);
-        append(face_.textures, before, count, out_.corner_textures);
+        out_.face_sizes.push_back(static_cast<std::uint32_t>(corners.size()));
+        triangles_found_ += corners.size() - 2;
         return {};
     }
 
-    // "/7", "/7/3", "//3" behind a vertex.
+    // "/7", "/7/3", "//3" behind the vertex of the last corner.
     Status further_indices(const char *&at, const char *end) {
         const auto take_slash = [&] { return at != end && *at == '/' ? (++at, true) : false; };
         const auto is_index = [&] { return at != end && *at != '/' && !ends_word(*at); };
@@ -298,41 +296,35 @@ class ObjParser {
                 return lines_.refuse(printable_in_quotes(lines_.word()) +
                                      " names texture coordinates that do not exist");
             note_highest("texture coordinates ", texture, textures_, texture_);
-            face_.textures.resize(face_.vertices.size(), ObjText::kNone);
-            face_.textures.back() = static_cast<std::uint32_t>(texture - 1);
+            add_to_last_corner(texture, out_.corner_textures);
         }
         if (take_slash() && is_index()) {
             const auto normal = index(at, end, normals_);
             if (normal == 0)
                 return lines_.refuse(printable_in_quotes(lines_.word()) + " names a normal that does not exist");
             note_highest("normal ", normal, normals_, normal_);
-            face_.normals.resize(face_.vertices.size(), ObjText::kNone);
-            face_.normals.back() = static_cast<std::uint32_t>(normal - 1);
+            add_to_last_corner(normal, out_.corner_normals);
         }
         return {};
     }
 
-    // `before`: corners of earlier faces, of which none has an index until one is named.
-    static void append(std::vector<std::uint32_t> &indices, std::size_t before, std::size_t count,
-                       std::vector<std::uint32_t> &to) {
-        if (indices.empty() && to.empty())
-            return;
-        to.resize(before, ObjText::kNone);
-        indices.resize(count, ObjText::kNone);
-        to.insert(to.end(), indices.begin(), indices.end());
+    // Corners before the last one that have no index get kNone.
+    void add_to_last_corner(std::int64_t index, std::vector<std::uint32_t> &indices) const {
+        indices.resize(out_.corners.size() - 1, ObjText::kNone);
+        indices.push_back(static_cast<std::uint32_t>(index - 1));
     }
 
     // Reads an index: 1-based or, if negative, counted from the end. Returns it as 1... of `count` items so far; 0:
     // none.
     static std::int64_t index(const char *&at, const char *end, std::uint64_t count) {
-        const bool from_end = at != end && *at == '-';
+        const bool from_end = *at == '-';
         at += from_end ? 1 : 0;
         const char *const first = at;
-        std::int64_t value = 0;
-        for (; at != end && *at >= '0' && *at <= '9' && value <= std::int64_t{kMaxVertices}; ++at)
-            value = 10 * value + (*at - '0');
-        if (at == first || value > std::int64_t{kMaxVertices})
+        std::uint64_t digits = 0;
+        at = append_digits(at, end, digits);
+        if (at == first || at - first > kMaxDigits || digits > kMaxVertices)
             return 0;
+        const auto value = static_cast<std::int64_t>(digits);
         return std::max<std::int64_t>(from_end ? static_cast<std::int64_t>(count) + 1 - value : value, 0);
     }
 
@@ -379,11 +371,14 @@ class ObjParser {
     };
     // `count`: vertices or normals so far.
     void note_highest(const char *what, std::int64_t index, std::uint64_t count, Highest &highest) const {
-        if (index <= highest.index)
-            return;
-        highest.index = index;
-        if (count < static_cast<std::uint64_t>(index))
-            highest.error = lines_.refuse(what + std::to_string(index) + " does not exist");
+        if (index > highest.index) {
+            highest.index = index;
+            if (count < static_cast<std::uint64_t>(index))
+                note_absent(what, index, highest);
+        }
+    }
+    void note_absent(const char *what, std::int64_t index, Highest &highest) const {
+        highest.error = lines_.refuse(what + std::to_string(index) + " does not exist");
     }
 
     std::size_t size_;
@@ -396,7 +391,6 @@ class ObjParser {
     std::uint64_t face_lines_found_ = 0, triangles_found_ = 0, material_files_ = 0, unknown_statements_ = 0;
     std::size_t numbers_ = 0; // of the last vertex
     bool all_coloured_ = true, has_points_ = false, open_end_ = false;
-    Face face_;
     std::map<std::string, std::uint16_t> materials_; // numbers of names; kNoMaterial: too many
 };
 

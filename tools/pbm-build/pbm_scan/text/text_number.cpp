@@ -32,17 +32,6 @@ const char *parse_odd_number(const char *first, const char *last, double &value)
     return end;
 }
 
-constexpr std::ptrdiff_t kMaxDigits = 19; // of 64 bits
-
-unsigned digit_at(const char *at) { return static_cast<unsigned>(*at) - '0'; } // more than 9: none
-
-// Appends the digits from `at` on to `number`, which overflows beyond kMaxDigits. Returns their end.
-const char *append_digits(const char *at, const char *last, std::uint64_t &number) {
-    for (; at != last && digit_at(at) <= 9; ++at)
-        number = 10 * number + digit_at(at);
-    return at;
-}
-
 // Reads the exponent whose letter is at `at`: size = digits x 10^(power + exponent). False if that might not be rounded
 // correctly, or is no exponent.
 bool scale(const char *&at, const char *last, std::uint64_t digits, std::ptrdiff_t power, double &size) {

@@ -19,16 +19,24 @@ inline bool ends_word(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 // infinity, underflow zero. Returns its end, or null for no number.
 const char *parse_number(const char *first, const char *last, double &value);
 
-// The same of a whole number without a sign. Null also for one of more than 64 bits.
+// Digits that 64 bits hold.
+inline constexpr std::ptrdiff_t kMaxDigits = 19;
+
+// Appends the digits from `at` on to `number`, which overflows beyond kMaxDigits. Returns their end.
+inline const char *append_digits(const char *at, const char *last, std::uint64_t &number) {
+    for (unsigned digit = 0; at != last && (digit = static_cast<unsigned>(*at) - '0') <= 9; ++at)
+        number = 10 * number + digit;
+    return at;
+}
+
+// As parse_number, of a whole number without a sign. Null also for one of more than 64 bits.
 const char *parse_long_count(const char *first, const char *last, std::uint64_t &value);
 inline const char *parse_count(const char *first, const char *last, std::uint64_t &value) {
-    constexpr std::ptrdiff_t kMaxDigits = 19; // of 64 bits
-    const char *p = first;
-    for (value = 0; p != last && *p >= '0' && *p <= '9'; ++p)
-        value = 10 * value + static_cast<std::uint64_t>(*p - '0');
-    if (p - first > kMaxDigits)
+    value = 0;
+    const char *const end = append_digits(first, last, value);
+    if (end - first > kMaxDigits)
         return parse_long_count(first, last, value);
-    return p != first && (p == last || ends_word(*p)) ? p : nullptr;
+    return end != first && (end == last || ends_word(*end)) ? end : nullptr;
 }
 
 // Parses all of `text` as a number; integers in base `base`. Nothing if it is no number or more than a number.
