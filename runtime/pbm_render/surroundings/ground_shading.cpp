@@ -85,8 +85,11 @@ inline BlockTexels block_texels(const TexelLevels &texels, const BlockLine &line
     result.fraction = level - static_cast<float>(number);
     const auto require = [&](int n, bool may_have_one) {
         const int width = 1 << (texels.width_bits() - n);
+        // Of places far outside, whose integers overflow, and of NaN that damaged models have: a texel of the edge.
         const auto texel = [&](float place, int margin) {
-            return std::clamp(static_cast<int>(place * static_cast<float>(width)) + margin, 0, width - 1);
+            const float at = place * static_cast<float>(width);
+            const float limited = at > -3.0F ? std::min(at, static_cast<float>(width + 2)) : -3.0F;
+            return std::clamp(static_cast<int>(limited) + margin, 0, width - 1);
         };
         const int left = texel(std::min(line.from.x, line.to.x), -2), top = texel(std::min(line.from.y, line.to.y), -2);
         const int right = texel(std::max(line.from.x, line.to.x), 2),
