@@ -59,10 +59,11 @@ struct Place {
     unsigned red, green, blue, intensity;
 };
 Place place(std::size_t i) {
-    const double x = 0.1 * static_cast<double>(i % kSide), y = 0.1 * static_cast<double>(i / kSide);
+    const std::size_t column = i % kSide, line = i / kSide;
+    const double x = 0.1 * static_cast<double>(column), y = 0.1 * static_cast<double>(line);
     const auto noise = static_cast<unsigned>(i * 2654435761U >> 7 & 1023U);
     const double z = 8 * std::sin(0.11 * x) * std::cos(0.07 * y) + 0.00002 * noise;
-    const auto shade = static_cast<unsigned>(100 + 5 * z + noise / 64);
+    const auto shade = static_cast<unsigned>(100 + 5 * z) + noise / 64;
     return {.x = x + 0.00001 * noise,
             .y = y,
             .z = z,

@@ -248,7 +248,7 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
         return broken("17.1.3", at + 6, name + ": a critical section, which readers of version 1.0 refuse", 0,
                       entry.flags);
     if (known != nullptr)
-        if (const Status status = check_instance(entry, traits, header.depth, at); !status)
+        if (Status status = check_instance(entry, traits, header.depth, at); !status)
             return status;
     if (!std::has_single_bit(entry.alignment) || entry.alignment < kSectionAlignment || entry.alignment > 65536)
         return broken("3.2.8", at + 16, name + ": alignment is not a power of two from 8 to 65,536",

@@ -15,7 +15,7 @@ using namespace build;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // Points on a line, a voxel of 1 apart at depth 5 and far more at the ends, with values.
-Surface points_with(std::vector<std::pair<double, double>> places_and_values) {
+Surface points_with(const std::vector<std::pair<double, double>> &places_and_values) {
     Surface surface;
     for (const auto &[x, value] : places_and_values) {
         surface.positions.emplace_back(x, 0, 0);
@@ -106,9 +106,9 @@ TEST(BuiltFields, AVoxelHasTheMeanTheMajorityOrTheLargest) {
 }
 
 TEST(BuiltFields, OrderAndThreadsDoNotMatter) {
-    std::vector<std::pair<double, double>> samples;
+    std::vector<std::pair<double, double>> samples(5000);
     for (int i = 0; i < 5000; ++i)
-        samples.emplace_back((i * 7919 % 5000) * 0.006, std::sin(i * 0.37) * 1e-3);
+        samples[static_cast<std::size_t>(i)] = {(i * 7919 % 5000) * 0.006, std::sin(i * 0.37) * 1e-3};
     BuildOptions options = with_field("i");
     options.threads = 1;
     const Bytes one = file_of(built(points_with(samples), options));

@@ -20,7 +20,7 @@ std::vector<double> values_of(const Surface &surface, std::size_t slot) {
 }
 
 Surface with_fields(const std::string &file, const char *name, std::vector<std::string> fields,
-                    std::string classes = "") {
+                    const std::string &classes = "") {
     ReadOptions options{.fields = std::move(fields)};
     if (!classes.empty())
         options.dropped_classes = *parse_classes(classes);

@@ -77,11 +77,11 @@ Result<std::bitset<256>> parse_classes(const std::string &list) {
     return classes;
 }
 
-FieldColumn::FieldColumn(Surface &surface, const ReadOptions &options, std::string_view name, std::string unit)
+FieldColumn::FieldColumn(Surface &surface, const ReadOptions &options, std::string_view name, std::string_view unit)
     : surface_(&surface) {
     for (std::size_t slot = 0; slot < options.fields.size(); ++slot)
         if (is_same_field(options.fields[slot], name) && !surface.field_units[slot]) {
-            surface.field_units[slot] = unit;
+            surface.field_units[slot] = std::string(unit);
             slots_.push_back(slot);
         }
     if (options.dropped_classes.any() && is_same_field("classification", name) && !surface.field_units[kMaxFields]) {

@@ -24,7 +24,7 @@ Result<std::bitset<256>> parse_classes(const std::string &list);
 class FieldColumn {
   public:
     // Takes the fields of `options` that mean `name` and that no attribute before has taken.
-    FieldColumn(Surface &surface, const ReadOptions &options, std::string_view name, std::string unit = {});
+    FieldColumn(Surface &surface, const ReadOptions &options, std::string_view name, std::string_view unit = {});
 
     bool is_wanted() const { return !slots_.empty(); }
     // Whether the user asked for the field, not only for dropping classes.

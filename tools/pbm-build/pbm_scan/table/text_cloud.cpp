@@ -203,7 +203,7 @@ class TextCloud {
         if (columns_ == 0) {
             if (row_.size() < 3)
                 return lines_.refuse("a row of fewer than three numbers");
-            if (const Status named = complete_names(); !named)
+            if (Status named = complete_names(); !named)
                 return named;
             columns_ = row_.size();
         }
