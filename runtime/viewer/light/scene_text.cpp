@@ -89,7 +89,7 @@ std::string table_of(const char *option, const char *word_key, std::string_view 
                 (kind == PlacedField::Kind::list   ? "[" + value + "]"
                  : kind == PlacedField::Kind::word ? "\"" + value + "\""
                  : kind == PlacedField::Kind::flag ? (on ? "true" : "false")
-                                             : value) +
+                                                   : value) +
                 "\n";
     }
     return text;
