@@ -76,11 +76,12 @@ struct NormalKinds {
 inline NormalKind kind_of(const UnitVector &normal) {
     NormalKind kind;
     for (std::size_t lane = 0; lane < 29; ++lane) {
-        const auto x = static_cast<double>(lane % 10 % 3) - 1, y = static_cast<double>(lane / 10) - 1,
-                   z = static_cast<double>(lane % 10 / 3) - 1;
+        const std::size_t layer = lane / 10, in_layer = lane % 10, row = in_layer / 3;
+        const auto x = static_cast<double>(in_layer % 3) - 1, y = static_cast<double>(layer) - 1,
+                   z = static_cast<double>(row) - 1;
         const double along = (normal[0] * x + normal[1] * y) + normal[2] * z;
         const double weight = 3 - (x * x + y * y + z * z - along * along);
-        if (lane % 10 == 9)
+        if (in_layer == 9)
             continue;
         const auto rounded = [](double value) { return static_cast<std::uint8_t>(value + 0.5); };
         kind.weights[lane] = rounded(weight * kWeightScale);

@@ -48,9 +48,9 @@ CornerHashes corner_hashes(const std::int32_t *pairs, std::int32_t x, std::int32
     const std::int32_t column = pair(x);
     const std::int32_t left = pair((column & 255) + y), right = pair((column >> 8) + y);
     CornerHashes hashes{};
-    for (const int j : {0, 1}) {
+    for (const std::size_t j : {0U, 1U}) {
         const std::int32_t at_left = pair((left >> 8 * j & 255) + z), at_right = pair((right >> 8 * j & 255) + z);
-        const auto corner = static_cast<std::size_t>(2 * j);
+        const std::size_t corner = 2 * j;
         hashes[corner] = static_cast<std::uint8_t>(at_left);
         hashes[corner + 1] = static_cast<std::uint8_t>(at_right);
         hashes[corner + 4] = static_cast<std::uint8_t>(at_left >> 8);

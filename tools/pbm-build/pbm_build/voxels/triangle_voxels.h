@@ -36,7 +36,7 @@ struct ColumnCorner {
 };
 
 // The range of one coordinate over some corners.
-struct Extent {
+struct CoordinateRange {
     double low = HUGE_VAL, high = -HUGE_VAL;
 
     void add(double at) {
@@ -71,14 +71,14 @@ inline void cut_slab(const Outline<SlabCorner> &from, double at, Outline<ColumnC
 }
 
 // Cuts at v = at: `above` gets the part with v >= at; returns the range of w of the part below.
-inline Extent cut_column(const Outline<ColumnCorner> &from, double at, Outline<ColumnCorner> &above) {
+inline CoordinateRange cut_column(const Outline<ColumnCorner> &from, double at, Outline<ColumnCorner> &above) {
     Outline<ColumnCorner> below;
-    Extent extent;
+    CoordinateRange range;
     above.size = 0;
     const auto add_below = [&](double w) {
         if (below.size < below.corners.size()) {
             ++below.size;
-            extent.add(w);
+            range.add(w);
         }
     };
     for (std::size_t i = 0; i < from.size; ++i) {
@@ -93,14 +93,14 @@ inline Extent cut_column(const Outline<ColumnCorner> &from, double at, Outline<C
             above.add({at, w});
         }
     }
-    return extent;
+    return range;
 }
 
-template <class Corner> Extent extent_of(const Outline<Corner> &outline, double Corner::*axis) {
-    Extent extent;
+template <class Corner> CoordinateRange range_of(const Outline<Corner> &outline, double Corner::*axis) {
+    CoordinateRange range;
     for (std::size_t i = 0; i < outline.size; ++i)
-        extent.add(outline.corners[i].*axis);
-    return extent;
+        range.add(outline.corners[i].*axis);
+    return range;
 }
 
 // One coordinate of a Morton code whose two others are zero.
@@ -125,7 +125,7 @@ template <class Visit> void visit_voxels(const std::array<glm::dvec3, 3> &corner
     for (const glm::dvec3 &corner : corners)
         slabs[0].add({corner[u], corner[v], corner[depth_axis]});
     const Outline<SlabCorner> *right = &slabs[0];
-    const Extent across_slabs = extent_of(*right, &SlabCorner::u);
+    const CoordinateRange across_slabs = range_of(*right, &SlabCorner::u);
     const int last_slab = across_slabs.last();
     MortonAxis u_code(u, across_slabs.first());
     for (int slab = across_slabs.first(); slab <= last_slab; ++slab, u_code.step()) {
@@ -139,17 +139,17 @@ template <class Visit> void visit_voxels(const std::array<glm::dvec3, 3> &corner
                 columns[0].add({right->corners[i].v, right->corners[i].w});
         }
         const Outline<ColumnCorner> *upper = &columns[0];
-        const Extent across_columns = extent_of(*upper, &ColumnCorner::v);
+        const CoordinateRange across_columns = range_of(*upper, &ColumnCorner::v);
         const int last_column = across_columns.last();
         MortonAxis v_code(v, across_columns.first());
         for (int column = across_columns.first(); column <= last_column; ++column, v_code.step()) {
-            Extent layers;
+            CoordinateRange layers;
             if (column < last_column) {
                 Outline<ColumnCorner> &above = upper == &columns[0] ? columns[1] : columns[0];
                 layers = cut_column(*upper, column + 1, above);
                 upper = &above;
             } else {
-                layers = extent_of(*upper, &ColumnCorner::w);
+                layers = range_of(*upper, &ColumnCorner::w);
             }
             const int last_layer = layers.last();
             MortonAxis w_code(depth_axis, layers.first());

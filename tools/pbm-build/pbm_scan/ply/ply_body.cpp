@@ -202,7 +202,7 @@ template <class Source> class BodyReader {
                 return true;
             }
         }
-        const auto scalar = [&](std::size_t k, double value) { store(columns[k], row_, value); };
+        const auto scalar = [&](std::size_t k, double value) { set_value(columns[k], row_, value); };
         return read_rows(element, scalar, kNoLists);
     }
 

@@ -40,7 +40,7 @@ void gather(const std::uint8_t *from, PlyScalar type, std::size_t row_size, std:
     });
 }
 
-inline void store(const Column &column, std::size_t row, double value) {
+inline void set_value(const Column &column, std::size_t row, double value) {
     gather<false>(reinterpret_cast<const std::uint8_t *>(&value), PlyScalar::float64, sizeof value, 1, column, row);
 }
 
