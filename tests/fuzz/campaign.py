@@ -31,7 +31,7 @@ TARGETS = {
     "ply_reader": (2048, [HERE / "corpus" / "ply", HERE.parent / "odd" / "files"]),
     "gltf": (4096, []),
     "table": (1024, []),
-    "las": (2048, []),
+    "las": (1024, []),
     "spz": (512, []),
     "mesh": (1024, [HERE / "corpus" / "mesh"]),
     "e57": (3072, []),
