@@ -17,63 +17,7 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kMaxNumbers = 7; // of a line
-
-// The lines of a text that are not blank, as numbers.
-class NumberLines {
-  public:
-    explicit NumberLines(std::span<const std::uint8_t> bytes) : text_(as_text(bytes)) {}
-
-    // Moves to the next line with words; false at the end of the text.
-    bool next() {
-        while (at_ < text_.size()) {
-            begin_ = at_;
-            for (end_ = at_; end_ < text_.size() && text_[end_] != '\n' && text_[end_] != '\r';)
-                ++end_;
-            ++number_;
-            at_ = end_ + (text_.substr(end_, 2) == "\r\n" ? 2 : 1);
-            for (word_ = begin_; word_ < end_ && ends_word(text_[word_]);)
-                ++word_;
-            if (word_ < end_)
-                return true;
-        }
-        return false;
-    }
-    // The numbers of the line: their count, or kMaxNumbers + 1 for more.
-    Result<std::size_t> numbers(std::array<double, kMaxNumbers> &out) {
-        std::size_t count = 0;
-        const char *const end = text_.data() + end_;
-        for (const char *at = text_.data() + word_; at < end;) {
-            double value = 0;
-            const char *const after = parse_number(at, end, value);
-            if (after == nullptr)
-                return refuse(printable_in_quotes(first_word(at, end)) + " is not a number");
-            if (count == kMaxNumbers)
-                return kMaxNumbers + 1;
-            out[count++] = value;
-            for (at = after; at < end && ends_word(*at);)
-                ++at;
-        }
-        return count;
-    }
-    Error refuse(const std::string &what) const {
-        return bad_input("line " + std::to_string(number_) + ": " + what + "; export the scan again", begin_);
-    }
-    std::size_t bytes_left() const { return at_ < text_.size() ? text_.size() - at_ : 0; }
-    bool ends_open() const { return !text_.empty() && text_.back() != '\n' && text_.back() != '\r'; }
-
-  private:
-    static std::string_view first_word(const char *at, const char *end) {
-        const char *const first = at;
-        while (at < end && !ends_word(*at))
-            ++at;
-        return {first, static_cast<std::size_t>(at - first)};
-    }
-
-    std::string_view text_;
-    std::size_t at_ = 0, begin_ = 0, end_ = 0, word_ = 0;
-    std::uint64_t number_ = 0;
-};
+Error refuse(const Lines &lines, const std::string &what) { return lines.refuse(what + "; export the scan again"); }
 
 struct Header {
     std::size_t columns = 0, rows = 0;
@@ -85,32 +29,32 @@ struct Header {
 constexpr std::array<std::size_t, 10> kHeaderNumbers{1, 1, 3, 3, 3, 3, 4, 4, 4, 4}; // of its lines
 
 // The header whose first line is the current one.
-Result<Header> read_header(NumberLines &lines) {
+Result<Header> read_header(Lines &lines) {
     Header header;
     std::array<std::array<double, 4>, 4> matrix{}; // positions are rows, multiplied from the left
     for (std::size_t line = 0; line < kHeaderNumbers.size(); ++line) {
-        if (line > 0 && !lines.next())
-            return lines.refuse("the file ends in the header of a scan");
-        std::array<double, kMaxNumbers> numbers{};
-        const Result<std::size_t> count = lines.numbers(numbers);
-        if (!count)
-            return count.error();
-        if (*count != kHeaderNumbers[line])
-            return lines.refuse("line " + std::to_string(line + 1) + " of a scan's header needs " +
-                                counted(kHeaderNumbers[line], "number"));
+        if (line > 0 && !lines.next_with_words(false))
+            return refuse(lines, "the file ends in the header of a scan");
+        Lines::Numbers numbers;
+        if (const Status status = lines.numbers(numbers); !status)
+            return status.error();
+        if (numbers.count != kHeaderNumbers[line])
+            return refuse(lines, "line " + std::to_string(line + 1) + " of a scan's header needs " +
+                                     counted(kHeaderNumbers[line], "number"));
         constexpr double kMaxSize = 4294967294;
         if (line < 2) {
-            if (!(numbers[0] >= 0 && numbers[0] <= kMaxSize && numbers[0] == std::floor(numbers[0])))
-                return lines.refuse("the numbers of columns and rows of a scan must be whole numbers");
-            (line == 0 ? header.columns : header.rows) = static_cast<std::size_t>(numbers[0]);
+            if (!(numbers.first[0] >= 0 && numbers.first[0] <= kMaxSize &&
+                  numbers.first[0] == std::floor(numbers.first[0])))
+                return refuse(lines, "the numbers of columns and rows of a scan must be whole numbers");
+            (line == 0 ? header.columns : header.rows) = static_cast<std::size_t>(numbers.first[0]);
         } else if (line >= 6) {
             for (std::size_t i = 0; i < 4; ++i) {
-                if (!std::isfinite(numbers[i]))
-                    return lines.refuse("the matrix is not finite");
-                matrix[line - 6][i] = numbers[i];
+                if (!std::isfinite(numbers.first[i]))
+                    return refuse(lines, "the matrix is not finite");
+                matrix[line - 6][i] = numbers.first[i];
             }
             if (matrix[line - 6][3] != (line == 9 ? 1.0 : 0.0))
-                return lines.refuse("the last column of the matrix must be 0 0 0 1");
+                return refuse(lines, "the last column of the matrix must be 0 0 0 1");
         }
     }
     for (glm::length_t row = 0; row < 3; ++row)
@@ -124,10 +68,10 @@ Result<Header> read_header(NumberLines &lines) {
 class PtxReader {
   public:
     PtxReader(std::span<const std::uint8_t> bytes, const ReadOptions &options)
-        : bytes_(bytes.size()), lines_(bytes), options_(options) {}
+        : bytes_(bytes.size()), lines_(with_line_feeds(as_text(bytes), line_feeds_)), options_(options) {}
 
     Result<Surface> read() {
-        while (lines_.next())
+        while (lines_.next_with_words(false))
             if (Status status = read_scan(); !status)
                 return status.error();
         complete_station_ids(surface_);
@@ -138,16 +82,18 @@ class PtxReader {
     }
 
   private:
+    std::size_t bytes_left() const { return bytes_ - std::min(bytes_, lines_.next_offset()); }
+
     Status read_scan() {
         const Result<Header> header = read_header(lines_);
         if (!header)
             return header.error();
         constexpr std::size_t kMinLineBytes = 6; // "0 0 0" and its line end, which the last one may lack
-        const std::size_t room = (lines_.bytes_left() + 1) / kMinLineBytes;
+        const std::size_t room = (bytes_left() + 1) / kMinLineBytes;
         if (header->rows != 0 && header->columns > room / header->rows)
-            return lines_.refuse("the scan has " + std::to_string(header->columns) + " columns of " +
-                                 std::to_string(header->rows) + " rows by its header, but the file has room for " +
-                                 std::to_string(room) + " points");
+            return refuse(lines_, "the scan has " + std::to_string(header->columns) + " columns of " +
+                                      std::to_string(header->rows) + " rows by its header, but the file has room for " +
+                                      std::to_string(room) + " points");
         ++scans_;
         const std::size_t first = surface_.positions.size(), count = header->columns * header->rows;
         if (count >= std::numeric_limits<std::uint32_t>::max() - first)
@@ -156,14 +102,14 @@ class PtxReader {
         grid.cells.reserve(count);
         std::size_t numbers = 0;
         for (std::size_t i = 0; i < count; ++i) {
-            if (!lines_.next())
-                return lines_.refuse("the file ends after " + std::to_string(i) + " of " + std::to_string(count) +
-                                     " points of scan " + std::to_string(scans_));
+            if (!lines_.next_with_words(false))
+                return refuse(lines_, "the file ends after " + std::to_string(i) + " of " + std::to_string(count) +
+                                          " points of scan " + std::to_string(scans_));
             if (Status status = read_point(*header, numbers, grid); !status)
                 return status;
             constexpr std::size_t kProgressLines = 1 << 16;
             if (i % kProgressLines == 0 && options_.progress)
-                options_.progress(1 - static_cast<double>(lines_.bytes_left()) / static_cast<double>(bytes_));
+                options_.progress(1 - static_cast<double>(bytes_left()) / static_cast<double>(bytes_));
         }
         moved_ += header->moves ? 1U : 0U;
         if (surface_.positions.size() > first) {
@@ -175,16 +121,16 @@ class PtxReader {
 
     // `numbers`: of the lines of this scan; 0 before the first one.
     Status read_point(const Header &header, std::size_t &numbers, ScanGrid &grid) {
-        std::array<double, kMaxNumbers> values{};
-        const Result<std::size_t> count = lines_.numbers(values);
-        if (!count)
-            return count.error();
+        Lines::Numbers line;
+        if (Status status = lines_.numbers(line); !status)
+            return status;
+        const auto &[count, values] = line;
         if (numbers == 0)
-            numbers = *count;
-        if (*count != numbers || (numbers != 3 && numbers != 4 && numbers != 7))
-            return lines_.refuse(*count != numbers ? "a point of " + counted(*count, "number") +
+            numbers = count;
+        if (count != numbers || (numbers != 3 && numbers != 4 && numbers != 7))
+            return refuse(lines_, count != numbers ? "a point of " + counted(count, "number") +
                                                          " in a scan whose first one has " + std::to_string(numbers)
-                                                   : "a point of " + counted(*count, "number") +
+                                                   : "a point of " + counted(count, "number") +
                                                          ": x y z, with intensity, or with intensity red green "
                                                          "blue, are 3, 4 or 7");
         const glm::dvec3 p(values[0], values[1], values[2]);
@@ -239,12 +185,13 @@ class PtxReader {
                              std::to_string(grids_.size() - stations_) + " of " + counted(scans_, "scan") +
                                  " lie too far from their points"});
         lines.push_back(triangulate_scans(surface_, grids_));
-        if (lines_.ends_open())
+        if (!lines_.terminated())
             report_open_end(lines);
     }
 
     const std::size_t bytes_;
-    NumberLines lines_;
+    std::string line_feeds_; // the text, if it has other line ends
+    Lines lines_;
     const ReadOptions &options_;
     Surface surface_;
     std::vector<float> intensities_; // of the first positions; NaN: none
@@ -257,13 +204,11 @@ class PtxReader {
 
 bool is_ptx(std::span<const std::uint8_t> bytes) {
     constexpr std::size_t kMaxHeaderBytes = 4096;
-    NumberLines lines(bytes.first(std::min(bytes.size(), kMaxHeaderBytes)));
+    std::string line_feeds;
+    Lines lines(with_line_feeds(as_text(bytes.first(std::min(bytes.size(), kMaxHeaderBytes))), line_feeds));
     for (const std::size_t needed : kHeaderNumbers) {
-        std::array<double, kMaxNumbers> numbers{};
-        if (!lines.next())
-            return false;
-        const Result<std::size_t> count = lines.numbers(numbers);
-        if (!count || *count != needed)
+        Lines::Numbers numbers;
+        if (!lines.next_with_words(false) || !lines.numbers(numbers) || numbers.count != needed)
             return false;
     }
     return true;
