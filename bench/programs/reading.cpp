@@ -162,15 +162,18 @@ std::string formatted(const char *format, const Place &p, auto... more) {
 void measure_tables() {
     std::string pcd = "VERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 1000000\n"
                       "HEIGHT 1\nPOINTS 1000000\nDATA binary\n";
-    std::string xyz, pts = "1000000\n";
+    std::string xyz, pts = "1000000\n",
+                     ptx = "1000\n1000\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
     for (std::size_t i = 0; i < kPoints; ++i) {
         const Place p = place(i);
         append_place(pcd, p);
         append(pcd, p.red << 16 | p.green << 8 | p.blue);
         xyz += formatted("%.4f %.4f %.4f\n", p);
+        ptx += formatted("%.4f %.4f %.4f 0.5 %u %u %u\n", p, p.red, p.green, p.blue);
         pts += formatted("%.4f %.4f %.4f %u %u %u %u\n", p, p.intensity, p.red, p.green, p.blue);
     }
     measure("PCD, binary, colours", pcd, "scan.pcd", 30);
+    measure("PTX, colours and intensity", ptx, "scan.ptx", 0);
     measure("XYZ, four decimals", xyz, "scan.xyz", 4);
     measure("PTS, colours and intensity", pts, "scan.pts", 0);
 }
