@@ -13,6 +13,8 @@ namespace pbm {
 
 class PictureSaver {
   public:
+    using Saved = Result<std::string>; // a path
+
     // Draws and writes on `background`, which must outlive it, into the current folder of the process.
     explicit PictureSaver(ThreadPool &background) : background_(background) {}
 
@@ -21,27 +23,27 @@ class PictureSaver {
         waiting_.push_back({std::move(model), view, std::move(look)});
     }
 
-    // Starts the pictures that can start and requests the chunks that the next one lacks. Call after `add` and when
-    // chunks have arrived, on the thread that owns the models. Loading serves one view at a time: while pictures wait,
-    // nobody else should request chunks.
+    // Starts the pictures that can start and requests the chunks that the next one lacks. Call after `add`, when
+    // chunks have arrived and when a task of `background` has ended, on the thread that owns the models. Loading serves
+    // one view at a time: while pictures wait, nobody else should request chunks.
     void serve();
     bool is_waiting() const { return !waiting_.empty(); }
 
-    // Paths or errors of pictures done since the last call. `all`: waits for all pictures.
-    std::vector<Result<std::string>> take_done(bool all);
+    // Results of pictures done since the last call. `all`: waits for all pictures.
+    std::vector<Saved> take_done(bool all);
 
   private:
     struct Waiting {
         ShownModelPointer model;
         DetailView view;
         LookPointer look;
-        bool requested = false;
+        bool requested = false; // while no other picture was drawn
     };
     void begin(const Waiting &picture, Detail detail);
 
     ThreadPool &background_;
     std::deque<Waiting> waiting_;
-    std::deque<std::future<Result<std::string>>> saving_;
+    std::deque<std::future<Saved>> saving_;
 };
 
 } // namespace pbm
