@@ -3,6 +3,7 @@
 #include "pbm_build/grid/poses.h"
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/container/layout.h"
+#include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_scan/surface_reader.h"
 #include "system/files/mapped_file.h"
@@ -51,6 +52,13 @@ std::string without_record(nlohmann::ordered_json metadata) {
     metadata.erase(kSourceHash);
     metadata.erase(kRequestHash);
     return metadata.dump();
+}
+
+// Of a model with fields.
+std::optional<Hash128> fields_id_of(const Model &model) {
+    if (model.parameters.fields.empty())
+        return std::nullopt;
+    return field_table(model).id;
 }
 
 } // namespace
@@ -114,6 +122,7 @@ std::optional<EarlierOutput> find_earlier_output(const std::string &path) {
     EarlierOutput earlier{.record = {text_of(metadata, kSourceHash), text_of(metadata, kRequestHash)},
                           .metadata = {},
                           .content_id = reader->header().content_id,
+                          .fields_id = {},
                           .file_bytes = reader->header().file_size,
                           .points = reader->header().point_count,
                           .depth = reader->depth(),
@@ -121,11 +130,18 @@ std::optional<EarlierOutput> find_earlier_output(const std::string &path) {
     if (earlier.record.source_hash.empty() || earlier.record.request_hash.empty())
         return std::nullopt;
     earlier.metadata = without_record(std::move(metadata));
+    if (!reader->parameters().fields.empty()) {
+        const Result<FieldReader> fields = FieldReader::open(*reader);
+        if (!fields)
+            return std::nullopt;
+        earlier.fields_id = fields->id();
+    }
     return earlier;
 }
 
 bool is_same(const EarlierOutput &earlier, const Model &model) {
-    if (without_record(nlohmann::ordered_json::parse(model.metadata)) != earlier.metadata)
+    if (without_record(nlohmann::ordered_json::parse(model.metadata)) != earlier.metadata ||
+        fields_id_of(model) != earlier.fields_id)
         return false;
     LevelMasks masks;
     for (const Level &level : model.levels)

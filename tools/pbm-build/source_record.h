@@ -36,6 +36,7 @@ struct EarlierOutput {
     SourceRecord record;
     std::string metadata; // without the record
     ContentId content_id{};
+    std::optional<Hash128> fields_id{}; // of a model with fields
     std::uint64_t file_bytes = 0, points = 0;
     int depth = 0;
     double voxel_size = 0;

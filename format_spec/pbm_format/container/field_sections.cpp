@@ -152,6 +152,15 @@ Hash128 fields_id(const FieldTable &table, const Level &finest) {
     return hash.finish();
 }
 
+FieldTable field_table(const Model &model) {
+    FieldTable table{.id = {}, .fields = model.parameters.fields, .roots = {}};
+    for (std::size_t f = 0; f < table.fields.size(); ++f)
+        table.roots.push_back(
+            static_cast<std::uint16_t>(stored_value(model.levels[0].fields[f], 0, table.fields[f].bytes)));
+    table.id = fields_id(table, model.levels.back());
+    return table;
+}
+
 namespace {
 
 // 17.4.2 to 17.4.4

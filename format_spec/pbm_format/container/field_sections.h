@@ -25,6 +25,9 @@ Bytes encode_fields(const FieldTable &table);
 // Covers the records and the stored values of the finest points. BVG.md 17.6
 Hash128 fields_id(const FieldTable &table, const Level &finest);
 
+// The table of a model with fields.
+FieldTable field_table(const Model &model);
+
 // One field of one chunk.
 struct FieldEntry {
     std::uint64_t hash = 0; // XXH3-64 of the stored bytes

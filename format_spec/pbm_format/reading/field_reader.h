@@ -13,6 +13,7 @@ class FieldReader {
     static Result<FieldReader> open(const Reader &reader);
 
     const std::vector<Field> &fields() const { return table_.fields; }
+    const Hash128 &id() const { return table_.id; } // fields_id
     // The field's stored value of the model as one point: the parent of the chunk of level 1.
     Bytes root_value(std::size_t field) const;
 

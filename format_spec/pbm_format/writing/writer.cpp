@@ -63,15 +63,6 @@ void add_rasters(FileLayout &layout, const ModelImages &images, const WriteOptio
     add_raster(layout, SectionType::panorama, 0, images.panorama, options);
 }
 
-FieldTable field_table(const Model &model) {
-    FieldTable table{.id = {}, .fields = model.parameters.fields, .roots = {}};
-    for (std::size_t f = 0; f < table.fields.size(); ++f)
-        table.roots.push_back(
-            static_cast<std::uint16_t>(stored_value(model.levels[0].fields[f], 0, table.fields[f].bytes)));
-    table.id = fields_id(table, model.levels.back());
-    return table;
-}
-
 Status check_fields(const Model &model) {
     const std::vector<Field> &fields = model.parameters.fields;
     if (fields.empty())

@@ -105,6 +105,11 @@ TEST(BuiltFields, AVoxelHasTheMeanTheMajorityOrTheLargest) {
     EXPECT_EQ(values_of(labels).front(), 4);
 }
 
+TEST(BuiltFields, ARangeThatNoNumberHoldsIsRefused) {
+    const std::vector<std::pair<double, double>> samples{{0.1, -1.7e308}, {0.2, 1.7e308}};
+    EXPECT_NE(refused(points_with(samples), with_field("i")).message.find("too far apart"), std::string::npos);
+}
+
 TEST(BuiltFields, OrderAndThreadsDoNotMatter) {
     std::vector<std::pair<double, double>> samples(5000);
     for (int i = 0; i < 5000; ++i)

@@ -72,6 +72,16 @@ TEST(Pcd, BytesBehindTheLastPointAreReported) {
     EXPECT_TRUE(has(note_of(surface(file + "more", "scan"), "end of file"), "4 bytes"));
 }
 
+TEST(Pcd, AFieldOfSeveralNumbersIsNotKept) {
+    const std::string file = "VERSION 0.7\nFIELDS x y z hist label\nSIZE 4 4 4 4 4\nTYPE F F F F U\nCOUNT 1 1 1 3 1\n"
+                             "WIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3 5 6 7 8\n";
+    const Result<Surface> s = read(file, "scan.pcd", {.fields = {"hist", "label"}});
+    ASSERT_TRUE(s.ok());
+    EXPECT_TRUE(s->field_values[0].empty());
+    ASSERT_EQ(s->field_values[1].size(), 1U);
+    EXPECT_EQ(s->field_values[1].front().number, 8);
+}
+
 TEST(Pcd, TextBinaryAndCompressedAgree) {
     const std::string text = pcd("x y z rgb", "4 4 4 4", "F F F U", 2, "ascii\n1 2 3 16711935\n-4 5.5 6 255\n");
     std::string rows, columns;

@@ -81,6 +81,8 @@ std::string note_of(const Field &field, const Values &values, std::uint64_t vert
     std::string note = formatted("%.9g to %.9g%s%s, %d bits in steps of %.3g, ", values.least, values.most,
                                  field.unit.empty() ? "" : " ", field.unit.c_str(), 8 * field.bytes, field.scale) +
                        std::string(to_string(field.average));
+    if (values.are_whole && field.scale != 1)
+        note += "; whole numbers are rounded to these steps, a smaller range =MIN,MAX keeps them";
     if (values.outside != 0)
         note += "; " + counted(values.outside, "value") + " outside clamped";
     if (values.count != vertices)
@@ -131,6 +133,9 @@ Result<std::vector<Field>> choose_fields(Surface &surface, std::span<const Field
         Field field{.name = cut(request.name, kMaxFieldName),
                     .unit = cut(surface.field_units[i].value_or(""), kMaxFieldUnit)};
         const Values values = survey(surface.field_values[i], request.range);
+        if (values.count > 0 && !std::isfinite(values.most - values.least))
+            return bad_input("--field " + printable(field.name) +
+                             ": its values are too far apart for a number; give a range, like =0,255");
         for (FieldValue &value : surface.field_values[i])
             if (request.range)
                 value.number = std::clamp(value.number, (*request.range)[0], (*request.range)[1]);

@@ -302,17 +302,17 @@ Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions 
     if (header->points > left / (header->data == "ascii" ? 2 * header->fields.size() : header->row_size()))
         return cut_short("the file announces " + std::to_string(header->points) + " points and is too small for them",
                          bytes.size());
-    std::vector<std::string> names;
+    std::vector<std::string> names, of_one_number;
     std::vector<ColumnRole> roles;
     for (const PcdField &field : header->fields) {
         names.push_back(field.name);
+        of_one_number.push_back(field.count == 1 ? field.name : std::string(kSkippedColumn));
         roles.push_back(field.role);
     }
     Surface surface;
-    const std::vector<KeptColumn> kept = keep_fields(names, roles, options, surface);
+    const std::vector<KeptColumn> kept = keep_fields(of_one_number, roles, options, surface);
     for (std::size_t i = 0; i < roles.size(); ++i)
-        if (header->fields[i].count == 1)
-            header->fields[i].role = roles[i];
+        header->fields[i].role = roles[i];
     PointTable table;
     table.resize(header->points, roles);
     bool open_end = false;
