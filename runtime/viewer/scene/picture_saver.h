@@ -37,7 +37,7 @@ class PictureSaver {
         ShownModelPointer model;
         DetailView view;
         LookPointer look;
-        bool requested = false; // while no other picture was drawn
+        bool requested = false; // its chunks, when no other picture held any
     };
     void begin(const Waiting &picture, Detail detail);
 

@@ -14,8 +14,8 @@ namespace pbm::build {
 
 struct RimVertex {
     glm::dvec3 position{0};
-    glm::dvec3 face_normal{
-        0};                 // of the face of the mesh at the edge to the next vertex: unit length; 0: it has no plane
+    // Of the face of the mesh at the edge to the next vertex: unit length; 0: it has no plane.
+    glm::dvec3 face_normal{0};
     double edge_length = 0; // mean of the mesh's edges at this vertex
     // Of the faces of the mesh at this vertex (fair_patch.h).
     double outside_weight = 0; // sum of the weights of its neighbours in them

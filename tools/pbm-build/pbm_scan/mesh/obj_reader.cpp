@@ -147,10 +147,7 @@ class ObjFaces {
                 select(text_.material_runs[run].material);
             const auto corners = std::span(text_.corners).subspan(first, text_.face_sizes[face]);
             const std::size_t before = surface_.triangles.size();
-            if (corners.size() == 3) // different ones
-                surface_.triangles.emplace_back(corners[0], corners[1], corners[2]);
-            else
-                surface_.dropped_triangles += triangulator.triangulate(corners, surface_.positions, surface_.triangles);
+            surface_.dropped_triangles += triangulator.triangulate(corners, surface_.positions, surface_.triangles);
             add_textures(corners, first, before);
             if (!text_.corner_normals.empty())
                 for (std::size_t i = 0; i < corners.size(); ++i)

@@ -29,7 +29,8 @@ inline const char *append_digits(const char *at, const char *last, std::uint64_t
     return at;
 }
 
-// As parse_number, of a whole number without a sign. Null also for one of more than 64 bits.
+// Parses the word at `first` if it is a whole number without a sign, of at most 64 bits. Returns its end, or null.
+// parse_long_count: parse_count for a word of more than kMaxDigits digits, some of which may be leading zeros.
 const char *parse_long_count(const char *first, const char *last, std::uint64_t &value);
 inline const char *parse_count(const char *first, const char *last, std::uint64_t &value) {
     value = 0;
