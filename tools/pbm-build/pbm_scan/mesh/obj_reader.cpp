@@ -32,29 +32,29 @@ template <class Use> void for_lines(std::string_view text, std::string_view keyw
 
 // A line names several files (Wavefront), or one file with spaces in its name (most writers): takes the one if it
 // exists, else those of the several that exist.
-std::vector<std::string> material_files(const ScanFile &obj) {
+std::vector<std::string> material_files(const std::string &path, std::span<const std::string> lines) {
     std::vector<std::string> files;
-    if (obj.path.empty())
+    if (path.empty())
         return files;
     std::size_t looked_for = 0;
     // Whether it is there, new or not.
     const auto add = [&](std::string_view name) {
         if (++looked_for > kMaxFurtherFiles)
             return false;
-        const auto file = find_beside(obj.path, name);
+        const auto file = find_beside(path, name);
         if (file && std::find(files.begin(), files.end(), *file) == files.end())
             files.push_back(*file);
         return file.has_value();
     };
-    for_lines(as_text(obj.bytes), "mtllib", [&](std::string_view names) {
-        if (looked_for >= kMaxFurtherFiles || names.empty() || add(names))
-            return;
+    for (std::string_view names : lines) {
+        if (looked_for >= kMaxFurtherFiles || add(names))
+            continue;
         while (!names.empty()) {
             const std::size_t end = std::min(names.find_first_of(" \t"), names.size());
             add(names.substr(0, end));
             names.remove_prefix(std::min(names.find_first_not_of(" \t", end), names.size()));
         }
-    });
+    }
     return files;
 }
 
@@ -264,7 +264,8 @@ Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
     Result<ObjText> text = read_obj_text(as_text(file.bytes), of_text);
     if (!text)
         return text.error();
-    MaterialFiles found = read_material_files(material_files(file), options.default_material);
+    MaterialFiles found =
+        read_material_files(material_files(file.path, text->material_lines), options.default_material);
     if (!found.materials.empty()) // they are read
         std::erase_if(text->report, [](const auto &line) { return line.name.starts_with(kMaterialsLine); });
     const MaterialTable materials(*text, found.materials, options.default_material);
@@ -290,7 +291,12 @@ Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
 }
 
 std::vector<std::string> files_of_obj(const ScanFile &file) {
-    std::vector<std::string> files = material_files(file);
+    std::vector<std::string> lines;
+    for_lines(as_text(file.bytes), "mtllib", [&](std::string_view names) {
+        if (!names.empty() && lines.size() < kMaxFurtherFiles)
+            lines.emplace_back(names);
+    });
+    std::vector<std::string> files = material_files(file.path, lines);
     for (const NamedMaterial &material : read_material_files(files, {}).materials)
         if (const std::string &image = material.image.file; !image.empty() && files.size() < 2 * kMaxFurtherFiles &&
                                                             std::find(files.begin(), files.end(), image) == files.end())

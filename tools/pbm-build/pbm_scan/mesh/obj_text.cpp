@@ -1,5 +1,6 @@
 #include "pbm_scan/mesh/obj_text.h"
 
+#include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/text/text_lines.h"
 
 #include <algorithm>
@@ -338,13 +339,16 @@ class ObjParser {
 
     Status other(std::string_view keyword) {
         constexpr std::uint64_t kMaxNamed = 16; // a file may name a million
-        if (keyword == "mtllib")
+        if (keyword == "mtllib") {
+            if (const std::string_view names = lines_.trimmed_rest();
+                !names.empty() && out_.material_lines.size() < kMaxFurtherFiles)
+                out_.material_lines.emplace_back(names);
             drop_once(out_.report,
                       std::string(kMaterialsLine) + (++material_files_ > kMaxNamed
                                                          ? "of further files"
                                                          : "named by " + printable_in_quotes(lines_.trimmed_rest())),
                       "no material is read from there");
-        else if (keyword == "l")
+        } else if (keyword == "l")
             drop_once(out_.report, "lines", "not used by PBM; their vertices are kept");
         else if (keyword == "p")
             has_points_ = true;

@@ -37,6 +37,7 @@ struct ObjText {
     std::uint64_t dropped_faces = 0;                            // of fewer than three different corners
     std::vector<std::string> materials;                         // by name, at most kNoMaterial
     std::vector<MaterialRun> material_runs;
+    std::vector<std::string> material_lines; // what `mtllib` names, a line each; at most kMaxFurtherFiles
     std::vector<AttributeReport> report;
 };
 

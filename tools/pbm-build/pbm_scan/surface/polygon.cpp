@@ -156,15 +156,11 @@ void PolygonTriangulator::clip(std::vector<glm::uvec3> &triangles) {
         triangles.emplace_back(corners_[at].vertex, corners_[second].vertex, corners_[corners_[second].next].vertex);
 }
 
-std::size_t PolygonTriangulator::triangulate(std::span<const std::uint32_t> corners,
-                                             std::span<const glm::dvec3> positions,
-                                             std::vector<glm::uvec3> &triangles) {
+std::size_t PolygonTriangulator::triangulate_polygon(std::span<const std::uint32_t> corners,
+                                                     std::span<const glm::dvec3> positions,
+                                                     std::vector<glm::uvec3> &triangles) {
     if (corners.size() < 3)
         return 1;
-    if (corners.size() == 3 && corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0]) {
-        triangles.emplace_back(corners[0], corners[1], corners[2]);
-        return 0;
-    }
     vertices_.clear();
     for (const std::uint32_t corner : corners) {
         assert(corner < positions.size());

@@ -32,9 +32,18 @@ class PolygonTriangulator {
     // one omitted. The time is about n log n, and never more than kMaxBoxes n steps. A polygon with a non-finite corner
     // is fanned from that corner, so that all of it is dropped with the vertex.
     std::size_t triangulate(std::span<const std::uint32_t> corners, std::span<const glm::dvec3> positions,
-                            std::vector<glm::uvec3> &triangles);
+                            std::vector<glm::uvec3> &triangles) {
+        if (corners.size() == 3 && corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0]) {
+            triangles.emplace_back(corners[0], corners[1], corners[2]);
+            return 0;
+        }
+        return triangulate_polygon(corners, positions, triangles);
+    }
 
   private:
+    std::size_t triangulate_polygon(std::span<const std::uint32_t> corners, std::span<const glm::dvec3> positions,
+                                    std::vector<glm::uvec3> &triangles);
+
     // Boxes of ReflexCorners that are visited, per corner of the polygon.
     static constexpr std::size_t kMaxBoxes = 2048;
 
