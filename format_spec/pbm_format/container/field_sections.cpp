@@ -1,6 +1,7 @@
 #include "pbm_format/container/field_sections.h"
 
 #include "pbm_format/law/catalogue.h"
+#include "system/utf8.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,31 +13,13 @@ namespace {
 
 constexpr std::size_t kUnitAt = 32, kOffsetAt = 48, kBytesAt = 64, kRootAt = 66, kReservedAt = 68; // in a record
 
-// Whether the text is UTF-8 (RFC 3629) without control characters.
+// Whether the text is UTF-8 without control characters.
 bool is_printable(std::string_view text) {
-    for (std::size_t i = 0; i < text.size();) {
-        const auto byte = [&](std::size_t k) {
-            return i + k < text.size() ? static_cast<std::uint8_t>(text[i + k]) : std::uint8_t{0};
-        };
-        const std::uint8_t first = byte(0);
-        if (first < 0x80) {
-            if (first < 0x20 || first == 0x7F)
-                return false;
-            ++i;
-            continue;
-        }
-        const std::size_t further = first >= 0xF0 ? 3 : first >= 0xE0 ? 2 : 1;
-        std::uint32_t code = first & (0x3FU >> further);
-        for (std::size_t k = 1; k <= further; ++k) {
-            if ((byte(k) & 0xC0) != 0x80)
-                return false;
-            code = code << 6 | (byte(k) & 0x3FU);
-        }
-        constexpr std::array<std::uint32_t, 4> kLeast{0, 0x80, 0x800, 0x10000};
-        if (first < 0xC2 || first > 0xF4 || code < kLeast[further] || code > 0x10FFFF ||
-            (code >= 0xD800 && code < 0xE000) || code < 0xA0)
+    while (!text.empty()) {
+        const Utf8Character next = utf8_character(text);
+        if (next.bytes == 0 || is_control(next.code))
             return false;
-        i += 1 + further;
+        text.remove_prefix(next.bytes);
     }
     return true;
 }

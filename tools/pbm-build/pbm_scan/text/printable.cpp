@@ -1,5 +1,9 @@
 #include "pbm_scan/text/printable.h"
 
+#include "pbm_scan/text/text_number.h"
+#include "system/utf8.h"
+
+#include <algorithm>
 #include <array>
 #include <cstdarg>
 #include <cstdio>
@@ -8,14 +12,59 @@ namespace pbm::build {
 
 std::string printable(std::string_view text) {
     constexpr std::size_t kMost = 40;
+    // Marks that have no width or turn the direction of what follows could make a message say something else.
+    const auto is_mark = [](char32_t code) {
+        return (code >= 0x200B && code <= 0x200F) || (code >= 0x2028 && code <= 0x202E) ||
+               (code >= 0x2060 && code <= 0x206F) || code == 0x061C || code == 0xFEFF;
+    };
     std::string out;
-    for (const char c : text.substr(0, kMost))
-        out += c >= ' ' && c <= '~' ? c : '?';
-    return out + (text.size() > kMost ? "..." : "");
+    for (std::size_t count = 0; !text.empty(); ++count) {
+        if (count == kMost)
+            return out + "...";
+        const Utf8Character next = utf8_character(text);
+        const std::size_t bytes = std::max<std::size_t>(next.bytes, 1);
+        if (next.bytes == 0 || is_control(next.code) || is_mark(next.code))
+            out += '?';
+        else
+            out += text.substr(0, bytes);
+        text.remove_prefix(bytes);
+    }
+    return out;
 }
 
 std::string printable_in_quotes(std::string_view text) {
     return std::string(1, '\'').append(printable(text)).append(1, '\'');
+}
+
+namespace {
+
+// How many names from the first on are numbered upwards: "q7", "q8", "q9".
+std::size_t numbered_names(std::span<const std::string> names) {
+    const std::string &first = names.front();
+    const std::size_t stem = first.find_last_not_of("0123456789") + 1;
+    const auto number = parse_all<std::uint32_t>(std::string_view(first).substr(stem));
+    std::size_t count = 1;
+    while (number && count < names.size() && names[count] == first.substr(0, stem) + std::to_string(*number + count))
+        ++count;
+    return count;
+}
+
+} // namespace
+
+std::string listed(std::span<const std::string> names, std::string_view separator) {
+    constexpr std::size_t kLeastNumbered = 5, kMostEntries = 64;
+    std::string text;
+    for (std::size_t entries = 0; !names.empty(); ++entries) {
+        (text += text.empty() ? "" : separator) +=
+            entries == kMostEntries ? std::to_string(names.size()) + " more" : printable(names.front());
+        if (entries == kMostEntries)
+            break;
+        const std::size_t numbered = numbered_names(names), taken = numbered < kLeastNumbered ? 1 : numbered;
+        if (taken > 1)
+            text.append("..").append(printable(names[taken - 1]));
+        names = names.subspan(taken);
+    }
+    return text;
 }
 
 std::string counted(std::uint64_t count, const char *what) {
