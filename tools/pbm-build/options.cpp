@@ -340,7 +340,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     for (const std::string &text : arguments.fields) {
         FieldRequest field = *parse_field(text);
         for (const FieldRequest &other : arguments.build.fields)
-            if (is_same_field(other.name, field.name))
+            if (other.name == field.name)
                 return command_line::fail_usage(program, "--field " + field.name + " is given twice");
         arguments.build.fields.push_back(std::move(field));
     }

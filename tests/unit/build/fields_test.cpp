@@ -35,11 +35,11 @@ BuildOptions with_field(const std::string &field) {
 }
 
 // Values of the points of the finest level in the order of x; NaN: none.
-std::vector<double> values_of(const Model &model) {
-    const Field &field = model.parameters.fields.front();
+std::vector<double> values_of(const Model &model, std::size_t number = 0) {
+    const Field &field = model.parameters.fields[number];
     std::vector<double> values;
     for (std::size_t i = 0; i < model.levels.back().points.size(); ++i) {
-        const std::uint32_t stored = stored_value(model.levels.back().fields.front(), i, field.bytes);
+        const std::uint32_t stored = stored_value(model.levels.back().fields[number], i, field.bytes);
         values.push_back(stored == 0 ? kNone : field.value(stored));
     }
     return values;
@@ -55,7 +55,8 @@ TEST(FieldOption, IsRead) {
     EXPECT_EQ(parse_field("i=0,8")->range, (std::array<double, 2>{0, 8}));
     EXPECT_EQ(parse_field("i=0,8,16")->bits, 16);
     EXPECT_EQ(parse_field("i,16,majority")->average, FieldAverage::majority);
-    for (const char *text : {"", "=1,2", "i=1", "i=2,1", "i=a,b", "i,median", "i=1,2,3", "i=0,inf"})
+    for (const char *text : {"", "=1,2", "i=1", "i=2,1", "i=a,b", "i,median", "i=1,2,3", "i=0,inf",
+                             "i,mean,max", "i,8,16", "i=1,2,8,8", "i,"})
         EXPECT_FALSE(parse_field(text)) << text;
 }
 
@@ -77,11 +78,42 @@ TEST(BuiltFields, OtherNumbersDivideTheirRange) {
     EXPECT_NEAR(values[1], 1.5, 1e-12);
     EXPECT_NEAR(values[2], 0.75, 1.0 / 65534);
     EXPECT_EQ(built(points_with({{0, 0.5}, {5, 1.5}}), with_field("i,8")).parameters.fields.front().scale, 1.0 / 254);
-    // A field of one value, and one without any.
     EXPECT_EQ(values_of(built(points_with({{0, 0.1}, {5, 0.1}}), with_field("i"))), (std::vector<double>{0.1, 0.1}));
-    BuildStatistics said;
-    const std::vector<double> none = values_of(built(points_with({{0, kNone}, {5, kNone}}), with_field("i"), &said));
-    EXPECT_TRUE(std::isnan(none[0]) && std::isnan(none[1]));
+}
+
+TEST(BuiltFields, AFieldWithoutAnyValueIsRefused) {
+    EXPECT_EQ(refused(points_with({{0, kNone}, {5, kNone}}), with_field("i")).message,
+              "--field i: no point has a value; leave this option out");
+}
+
+TEST(BuiltFields, LongNamesThatBeginAlikeAreRefused) {
+    BuildOptions options = with_field(std::string(40, 'a') + "1");
+    options.fields.push_back(*parse_field(std::string(40, 'a') + "2"));
+    Surface points = points_with({{0, 1}, {5, 2}});
+    points.field_values[1] = points.field_values[0];
+    EXPECT_NE(refused(points, options).message.find("the same first 32 bytes"), std::string::npos);
+}
+
+TEST(BuiltFields, MadePointsTakeTheirValuesFromThoseAround) {
+    Surface sheet;
+    for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 40; ++x) {
+            sheet.positions.emplace_back(2 * x, 2 * y, 0);
+            sheet.field_values[0].push_back({static_cast<double>(2 * x)});
+            sheet.field_values[1].push_back({static_cast<double>(x < 20 ? 3 : 7)});
+        }
+    sheet.field_units[0] = sheet.field_units[1] = "";
+    BuildOptions options = with_field("i");
+    options.fields.push_back(*parse_field("class"));
+    options.upsample = 4;
+    const Model model = built(sheet, options);
+    ASSERT_GT(model.point_count(), 2U * 1600U); // most voxels of the sheet were empty
+    const std::vector<double> means = values_of(model), classes = values_of(model, 1);
+    EXPECT_NE(std::find(means.begin(), means.end(), 41), means.end()); // between those given, which are even
+    for (std::size_t i = 0; i < means.size(); ++i) {
+        EXPECT_GE(means[i], 0);
+        EXPECT_EQ(classes[i], means[i] < 39 ? 3 : 7) << means[i];
+    }
 }
 
 TEST(BuiltFields, ValuesOutsideTheRangeAreClampedAndCounted) {

@@ -259,15 +259,29 @@ TEST(Merge, MoreThanEightDifferentMaterialsAreRefused) {
 }
 
 TEST(Merge, ErrorsNameTheInput) {
-    Surface nothing;
-    EXPECT_EQ(refused({named(cube({0, 0, 0}), "a.ply"), named(nothing, "b.ply")}, at_depth(6)).message,
-              "b.ply: the file has no points: there is nothing to build");
+    Surface faceless = cloud({0, 0, 0});
+    faceless.normals.clear();
+    faceless.dropped_triangles = 2;
+    EXPECT_TRUE(refused({named(cube({0, 0, 0}), "a.ply"), named(faceless, "b.ply")}, at_depth(6))
+                    .message.starts_with("b.ply: no face is left"));
     Surface loose = cube({0, 0, 0});
     loose.positions.emplace_back(9, 9, 9);
     BuildStatistics said;
     const Model model = built({named(cloud({0, 0, 0}), "a.ply"), named(loose, "b.ply")}, at_depth(6), &said);
     EXPECT_EQ(lines_of(said), std::vector<std::string>{"b.ply: loose vertices"});
     EXPECT_LT(model.parameters.grid.edge(), 3) << "a loose vertex takes no part";
+}
+
+TEST(Merge, InputsWithoutPointsAreLeftOut) {
+    BuildOptions options = at_depth(6);
+    options.viewpoints = {{9, 9, 9}, {-9, 0, 0}, {0, 9, 0}};
+    const Surface nothing, a = named(cloud({0, 0, 0}), "a.ply"), b = named(cloud({3, 0, 0}), "b.ply");
+    const Model with = built({named(nothing, "empty.las"), a, b}, options);
+    options.viewpoints.erase(options.viewpoints.begin()); // of the first input
+    const Model without = built({a, b}, options);
+    EXPECT_EQ(with.levels.back().masks, without.levels.back().masks);
+    EXPECT_EQ(with.levels.back().points.normals, without.levels.back().points.normals);
+    EXPECT_EQ(refused({nothing, nothing}, options).message, "no input has a point left: there is nothing to build");
 }
 
 TEST(Merge, MaxPointsHoldsForMeshesAndPointsTogether) {

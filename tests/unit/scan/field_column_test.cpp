@@ -30,13 +30,26 @@ Surface with_fields(const std::string &file, const char *name, std::vector<std::
 }
 
 TEST(Fields, NamesAreComparedAsPeopleWriteThem) {
-    for (const char *name : {"intensity", "Intensity", "scalar_Intensity", "vertex.intensity"})
-        EXPECT_TRUE(is_same_field("intensity", name)) << name;
-    EXPECT_TRUE(is_same_field("gps_time", "GPS Time"));
-    EXPECT_TRUE(is_same_field("gps_time", "scalar_GPS-time"));
-    EXPECT_FALSE(is_same_field("intensity", "intensity2"));
+    for (const char *name : {"intensity", "Intensity", "scalar_Intensity", "vertex.intensity", "las:intensity"})
+        EXPECT_GT(likeness("intensity", name), 0) << name;
+    EXPECT_GT(likeness("gps_time", "GPS Time"), 0);
+    EXPECT_GT(likeness("gps_time", "scalar_GPS-time"), 0);
+    EXPECT_GT(likeness("scalar_field_#2", "scalar_Scalar_field_#2"), 0); // CloudCompare's default name
+    EXPECT_GT(likeness("a_b_c", "a,b=c"), 0);
+    EXPECT_EQ(likeness("intensity", "intensity2"), 0);
     EXPECT_TRUE(is_label("Classification") && is_label("scalar_Point_Source_ID") && is_label("return number"));
     EXPECT_FALSE(is_label("intensity") || is_label("confidence"));
+}
+
+TEST(Fields, TheBestNameWins) {
+    const std::string csv = "x,y,z,scalar_Amp,AMP,Amp,amp\n0,0,0,1,2,3,4\n1,0,0,1,2,3,4\n0,1,0,1,2,3,4\n";
+    const Surface s = with_fields(csv, "scan.csv", {"Amp", "amp", "AMP", "scalar_Amp", "scalar_amp"});
+    const std::vector<double> wanted{3, 4, 2, 1, 1};
+    for (std::size_t slot = 0; slot < wanted.size(); ++slot)
+        EXPECT_EQ(values_of(s, slot)[0], wanted[slot]) << slot;
+    const Surface same = with_fields("x,y,z,a,a,a\n0,0,0,1,2,3\n1,0,0,1,2,3\n0,1,0,1,2,3\n", "scan.csv", {"a_3"});
+    EXPECT_EQ(values_of(same, 0)[0], 3);
+    EXPECT_EQ(report(same, "columns a, a_2").fate, Fate::dropped);
 }
 
 TEST(Fields, ClassesHaveNumbersAndNames) {
@@ -63,7 +76,7 @@ TEST(Fields, OfPly) {
     const Surface none = with_fields(kPly, "scan.ply", {});
     EXPECT_TRUE(values_of(none, 0).empty());
     EXPECT_EQ(report(none, "vertex.scalar_Classification").fate, Fate::dropped);
-    EXPECT_EQ(none.offered_fields, (std::vector<std::string>{"classification", "confidence", "time"}));
+    EXPECT_EQ(none.offered_fields, (std::vector<std::string>{"scalar_Classification", "confidence", "time"}));
 }
 
 TEST(Fields, PointsOfAClassAreLeftOut) {
@@ -75,7 +88,18 @@ TEST(Fields, PointsOfAClassAreLeftOut) {
     ReadOptions all{.dropped_classes = *parse_classes("noise,ground,building")};
     EXPECT_FALSE(read(kPly, "scan.ply", all));
     const Surface bare = with_fields("0 0 0\n1 0 0\n0 1 0\n", "scan.xyz", {}, "noise");
-    EXPECT_EQ(report(bare, "--drop-class").note, "the points have no classes: all are kept");
+    EXPECT_EQ(report(bare, "--drop-class").fate, Fate::dropped);
+    EXPECT_FALSE(read("0 0 0\n1 0 0\n0 1 0\n", "scan.xyz",
+                      {.strict = true, .dropped_classes = *parse_classes("noise"), .progress = {}}));
+    // A class is a whole number.
+    const Surface table = with_fields("x,y,z,Class\n0,0,0,2.5\n1,0,0,2\n0,1,0,\n", "scan.csv", {}, "ground");
+    EXPECT_EQ(table.positions.size(), 2U);
+    EXPECT_EQ(report(table, "column Class").note, "its classes, for --drop-class");
+    // Nothing may be left of one of several inputs.
+    all.is_one_of_several = true;
+    const Result<Surface> none = read(kPly, "scan.ply", all);
+    ASSERT_TRUE(none);
+    EXPECT_TRUE(none->positions.empty());
 }
 
 TEST(Fields, OfTables) {

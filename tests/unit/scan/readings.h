@@ -41,8 +41,8 @@ inline Result<build::Surface> read(const std::string &file, std::string_view nam
                                    const build::ReadOptions &options = {}) {
     return build::read_surface(bytes_of(file), name, options);
 }
-inline build::Surface surface(const std::string &file, std::string_view name) {
-    Result<build::Surface> result = read(file, name);
+inline build::Surface surface(const std::string &file, std::string_view name, const build::ReadOptions &options = {}) {
+    Result<build::Surface> result = read(file, name, options);
     EXPECT_TRUE(result.ok()) << file << (result.ok() ? "" : result.error().message);
     return result.ok() ? std::move(*result) : build::Surface{};
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -162,6 +163,61 @@ TEST(TextCloud, SeparatorsAndNames) {
     EXPECT_EQ(note_of(named, "columns Time"), "measurements that are not shown; --field NAME keeps one");
 }
 
+TEST(TextCloud, ACommaIsADecimalSignWhereItSeparatesNothing) {
+    for (const char *text : {"1,5\t2\t-3,25\n4\t5,5\t6\n", "1,5 2 -3,25\n4 5,5 6\n", "1,5;2;-3,25\n4;5,5;6\n",
+                             "2\nX\tY\tZ\n1,5\t2\t-3,25\n4\t5,5\t6\n", "1,5; 2; -3,25\n 4; 5,5; 6\n"}) {
+        const Surface s = surface(text, "scan.txt");
+        ASSERT_EQ(s.positions.size(), 2U) << text;
+        EXPECT_EQ(s.positions[0], glm::dvec3(1.5, 2, -3.25)) << text;
+        EXPECT_EQ(s.positions[1], glm::dvec3(4, 5.5, 6)) << text;
+        EXPECT_EQ(note_of(s, "decimal sign"), "a comma") << text;
+    }
+    // Commas separate where more than one is in a word, or one at its end.
+    for (const char *text : {"1,2,3 4,5,6\n", "1, 2, 3, 4, 5, 6\n", "1 ,2 ,3 ,4 ,5 ,6\n", "1,2,3,4,5,6\n"})
+        EXPECT_EQ(surface(text, "scan.txt").positions[0], glm::dvec3(1, 2, 3)) << text;
+    for (const char *text : {"1,234.5 2,345.6 3,4\n", "1,5, 2,5, 3,5\n"})
+        EXPECT_TRUE(has(refusal(text, "scan.txt"), "line 1: it is not clear whether the comma of '1,")) << text;
+    EXPECT_TRUE(has(refusal("1 2 3\n1,5 2 3\n4,4,4\n", "scan.txt"), "line 2: a row of 4 numbers"));
+}
+
+TEST(TextCloud, EmptyCellsAreMissingValues) {
+    for (const char *text :
+         {"x,y,z,GPS Time,r,g,b\n1,2,3,,10,20,30\n,5,6,7,1,2,3\n7,8,9,4,5,,\n,,,,,,\n",
+          "\"x\";\"y\";\"z\";\"GPS Time\";r;g;b\n1;2;3;;10;20;30\n;5;6;7;1;2;3\n7;8;9;4;5;;\n",
+          "x\ty\tz\tGPS Time\tr\tg\tb\n1\t2\t3\t\t10\t20\t30\n\t5\t6\t7\t1\t2\t3\n7\t8\t9\t4\t5\t\t\n"}) {
+        const Surface s = surface(text, "scan.csv", {.fields = {"gps_time"}, .progress = {}});
+        ASSERT_EQ(s.positions.size(), 2U) << text;
+        EXPECT_EQ(s.positions[1], glm::dvec3(7, 8, 9)) << text;
+        EXPECT_TRUE(std::isnan(s.field_values[0][0].number)) << text;
+        EXPECT_EQ(s.field_values[0][1].number, 4) << text;
+        EXPECT_EQ(s.colours[0], (Rgb8{10, 20, 30})) << text;
+        EXPECT_EQ(s.colours[1], Rgb8{}) << text;
+        EXPECT_EQ(note_of(s, "x y z"), "positions; 1 row without coordinates left out") << text;
+        EXPECT_EQ(note_of(s, "colours"), "sRGB, 8 bits; 1 point without a colour is black") << text;
+        EXPECT_EQ(note_of(s, "empty cells"), "4 cells: no value of that point") << text;
+    }
+    const Surface bare = surface("1,2,,4\n5,6,7,8\n9,9,9,9\n", "scan.csv");
+    EXPECT_EQ(bare.positions[0], glm::dvec3(5, 6, 7)); // the first row has no z
+    // A separator at the end of all rows separates nothing.
+    EXPECT_EQ(surface("1,2,3,\n4,5,6,\n", "scan.csv").report.size(), 1U);
+    EXPECT_EQ(surface("x,y,z,,\n1,2,3,,\n4,5,6,,\n", "scan.csv").report.size(), 1U);
+    EXPECT_EQ(surface("\"1.5\",\"2\",\"3\"\n", "scan.csv").positions[0], glm::dvec3(1.5, 2, 3));
+}
+
+TEST(TextCloud, TextIsSkippedWhereTheUserSaysSo) {
+    EXPECT_TRUE(
+        has(refusal("x,y,z,kind\n1,2,3,tall tree\n", "x.csv"), "line 2: 'tall' in column 4 is not a number; '-'"));
+    EXPECT_TRUE(has(refusal("id,x,y,z\nP1,1,2,3\n", "x.csv"), "'P1' is text, and '-' in --columns skips"));
+    for (const char *text : {"id,x,y,z,kind\nP1,1,2,3,tall tree\nP2,4,5,6,\n", "P1,1,2,3,house\nP2,4,5,6,7\n",
+                             "P1 1 2 3 house\nP2 4 5 6 tree\n"}) {
+        const Surface s = surface(text, "scan.csv", {.columns = {"-", "x", "y", "z", "-"}, .progress = {}});
+        ASSERT_EQ(s.positions.size(), 2U) << text;
+        EXPECT_EQ(s.positions[1], glm::dvec3(4, 5, 6)) << text;
+    }
+    EXPECT_EQ(surface("1 2 3 4\n5 6 7 8\n", "scan.dat", {.columns = {"x", "y", "-", "z"}, .progress = {}}).positions[1],
+              glm::dvec3(5, 6, 8));
+}
+
 TEST(TextCloud, ColumnsAreGuessedByContent) {
     const Surface colours = surface("1 2 3 255 128 0\n4 5 6 1 2 3\n", "scan.txt");
     EXPECT_EQ(colours.colours[0], (Rgb8{255, 128, 0}));
@@ -178,10 +234,10 @@ TEST(TextCloud, ColumnsAreGuessedByContent) {
 }
 
 TEST(TextCloud, WhatIsNoTableIsRefused) {
-    EXPECT_TRUE(has(refusal("hello world\n", "x.txt"), "line 1: 'hello' begins no row"));
+    EXPECT_TRUE(has(refusal("hello world\n", "x.txt"), "line 1: 'hello' begins neither a row"));
     EXPECT_TRUE(has(refusal("# nothing\n", "x.txt"), "no row of three numbers"));
     EXPECT_TRUE(has(refusal("1 2 3\n1 2\n", "x.xyz"), "line 2: a row of 2 numbers, others have 3"));
-    EXPECT_TRUE(has(refusal("1 2 3\n1 2 x\n", "x.xyz"), "line 2: 'x' is not a number"));
+    EXPECT_TRUE(has(refusal("1 2 3\n1 2 x\n", "x.xyz"), "line 2: 'x' in column 3 is not a number"));
     EXPECT_TRUE(has(refusal("3\n1 2 3\n4 5 6\n", "x.pts"), "announces 3 points, and 2 follow"));
     EXPECT_TRUE(has(refusal("1\n1 2 3\n4 5 6\n", "x.pts"), "behind the 1 that are announced"));
     EXPECT_TRUE(has(refusal("X Y Z R\n1 2 3\n", "x.csv"), "a row of 3 numbers below 4 names"));

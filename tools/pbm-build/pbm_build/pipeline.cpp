@@ -69,12 +69,13 @@ std::vector<Material> choose_materials(const Surface &surface, const AttributeSe
 }
 
 // Fills gaps of the points as requested. Returns the voxels filled.
-Result<std::vector<MortonCode>> fill_gaps(Surface &surface, VertexNormals &normals, const Grid &grid, const Run &run) {
+Result<std::vector<MortonCode>> fill_gaps(Surface &surface, VertexNormals &normals, std::span<const Field> fields,
+                                          const Grid &grid, const Run &run) {
     const BuildOptions &options = run.options;
     if (!options.upsample || surface.point_count() == 0)
         return std::vector<MortonCode>{};
     Result<std::vector<MortonCode>> made = run.clock.run("upsample", [&] {
-        return upsample(surface, normals, grid, {*options.upsample, options.max_hit_bytes}, options.threads);
+        return upsample(surface, normals, grid, {*options.upsample, options.max_hit_bytes, fields}, options.threads);
     });
     if (made)
         run.statistics.made_points = made->size();
@@ -111,7 +112,7 @@ Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, Verte
             return checked.error();
         }
         remove_made_points(surface, normals, given); // of a finer grid
-        Result<std::vector<MortonCode>> filled = fill_gaps(surface, normals, grid, run);
+        Result<std::vector<MortonCode>> filled = fill_gaps(surface, normals, fields, grid, run);
         if (!filled) {
             if (filled.error().code == ErrorCode::memory && may_be_coarser)
                 continue;
@@ -203,6 +204,8 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
         station_each(surfaces, options.viewpoints);
     for (Surface &surface : surfaces) {
         count_input(surface, statistics);
+        if (surface.positions.empty())
+            continue;
         if (Status repaired = repair(surface, options, clock, statistics); !repaired)
             return of_input(surface.name, repaired.error());
         if (Status good = examine_surface(surface, options.flip_faces, options.strict, statistics); !good)
@@ -211,6 +214,9 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
         if (surface.float_step > 0)
             single_precision.push_back({surface.name, surface.float_step, surface.float_near});
     }
+    std::erase_if(surfaces, [](const Surface &surface) { return surface.positions.empty(); });
+    if (surfaces.empty())
+        return bad_input("no input has a point left: there is nothing to build");
     Result<Surface> merged = clock.run("merge", [&] { return merge_surfaces(std::move(surfaces), threads); });
     if (!merged)
         return merged.error();
@@ -317,7 +323,8 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
         StepClock clock(statistics, progress);
         const std::string name = scans->size() > 1 ? name_of(scan.file) : "";
         Result<Surface> surface = clock.run("read", [&](auto read_progress) {
-            return read_surface(scan.file, {.strict = options.strict,
+            return read_surface(scan.file, {.is_one_of_several = scans->size() > 1,
+                                            .strict = options.strict,
                                             .format = options.input_format,
                                             .columns = options.columns,
                                             .fields = field_names,

@@ -40,6 +40,8 @@ Result<Surface> read_file(std::span<const std::uint8_t> bytes, std::string_view 
         if (const auto foreign = foreign_by_name(extension); foreign && options.format == nullptr)
             return unsupported(*foreign);
         format = options.format;
+        if (const auto formats = scan_formats(); format == nullptr && !options.columns.empty()) // only a table has them
+            format = &*std::find_if(formats.begin(), formats.end(), [](const auto &each) { return each.has_columns; });
     }
     if (format == nullptr)
         return bad_input("the file is of no known format; scans are " + names_of_formats() +

@@ -50,8 +50,8 @@ std::string cut(std::string text, std::size_t bytes) {
 
 // Sets offset, scale and bytes.
 void choose_steps(const Values &values, const std::optional<int> &bits, Field &field) {
-    const double span = values.count == 0 ? 0 : values.most - values.least;
-    field.offset = values.count == 0 ? 0 : values.least;
+    const double span = values.most - values.least;
+    field.offset = values.least;
     const bool is_exact = values.are_whole && span < (bits == 8 ? 255 : 65535);
     field.bytes = static_cast<std::uint8_t>(bits ? *bits / 8 : is_exact && span < 255 ? 1 : 2);
     const double steps = static_cast<double>(field.max_stored()) - 1;
@@ -70,11 +70,15 @@ Error no_such_field(const std::string &name, const Surface &surface) {
                  (offered.empty() ? std::string(" or any other") : "; there is " + joined(offered, ", ")));
 }
 
-Error no_field(const std::string &text) {
-    return usage(
-        "'" + printable(text) +
-        "' is no field; write a name, and what is wanted of =MIN,MAX, an average (mean, majority, max) and 8 or "
-        "16 bits, like intensity=0,255,max,8");
+Error no_field(const std::string &text, const std::string &why) {
+    return usage(printable_in_quotes(text) + ": " + why + "; a field is NAME[=MIN,MAX][,mean|majority|max][,8|16]");
+}
+
+std::optional<FieldAverage> average_named(std::string_view name) {
+    for (const FieldAverage average : {FieldAverage::mean, FieldAverage::majority, FieldAverage::maximum})
+        if (name == to_string(average))
+            return average;
+    return {};
 }
 
 std::string note_of(const Field &field, const Values &values, std::uint64_t vertices) {
@@ -94,32 +98,34 @@ std::string note_of(const Field &field, const Values &values, std::uint64_t vert
 
 Result<FieldRequest> parse_field(const std::string &text) {
     FieldRequest request;
-    std::vector<std::string_view> parts = split(text);
-    while (parts.size() > 1) {
-        const std::string_view last = parts.back();
-        if (last == "mean" || last == "majority" || last == "max")
-            request.average = last == "mean"       ? FieldAverage::mean
-                              : last == "majority" ? FieldAverage::majority
-                                                   : FieldAverage::maximum;
-        else if ((last == "8" || last == "16") && !request.bits &&
-                 !(parts.size() == 2 && parts.front().find('=') != std::string::npos))
-            request.bits = last == "8" ? 8 : 16;
-        else
-            break;
-        parts.pop_back();
-    }
+    const std::vector<std::string_view> parts = split(text);
     const std::size_t equals = parts.front().find('=');
     request.name = parts.front().substr(0, equals);
+    if (request.name.empty())
+        return no_field(text, "the name is missing");
+    std::size_t next = 1;
     if (equals != std::string::npos) {
         const auto least = parse_all<double>(parts.front().substr(equals + 1));
-        const auto most = parts.size() == 2 ? parse_all<double>(parts[1]) : std::nullopt;
-        if (!least || !most || !(*least < *most) || !std::isfinite(*most - *least))
-            return no_field(text);
+        const auto most = parts.size() > 1 ? parse_all<double>(parts[1]) : std::nullopt;
+        if (!least || !most || !std::isfinite(*most - *least))
+            return no_field(text, "a range is two numbers, =MIN,MAX");
+        if (!(*least < *most))
+            return no_field(text, "MIN must be below MAX");
         request.range = {*least, *most};
-        parts.pop_back();
+        next = 2;
     }
-    if (request.name.empty() || parts.size() != 1)
-        return no_field(text);
+    for (; next < parts.size(); ++next) {
+        const std::string_view part = parts[next];
+        const std::optional<FieldAverage> average = average_named(part);
+        if ((average && request.average) || (!average && request.bits && (part == "8" || part == "16")))
+            return no_field(text, average ? "it has two averages" : "it has two numbers of bits");
+        if (average)
+            request.average = average;
+        else if (part == "8" || part == "16")
+            request.bits = part == "8" ? 8 : 16;
+        else
+            return no_field(text, printable_in_quotes(part) + " is no average and no number of bits");
+    }
     return request;
 }
 
@@ -132,8 +138,13 @@ Result<std::vector<Field>> choose_fields(Surface &surface, std::span<const Field
             return no_such_field(request.name, surface);
         Field field{.name = cut(request.name, kMaxFieldName),
                     .unit = cut(surface.field_units[i].value_or(""), kMaxFieldUnit)};
+        if (std::any_of(fields.begin(), fields.end(), [&](const Field &other) { return other.name == field.name; }))
+            return usage("two fields have the same first " + std::to_string(kMaxFieldName) + " bytes of their names, " +
+                         printable_in_quotes(field.name) + "; leave one of these --field out");
         const Values values = survey(surface.field_values[i], request.range);
-        if (values.count > 0 && !std::isfinite(values.most - values.least))
+        if (values.count == 0)
+            return bad_input("--field " + printable(field.name) + ": no point has a value; leave this option out");
+        if (!std::isfinite(values.most - values.least))
             return bad_input("--field " + printable(field.name) +
                              ": its values are too far apart for a number; give a range, like =0,255");
         for (FieldValue &value : surface.field_values[i])
@@ -141,9 +152,8 @@ Result<std::vector<Field>> choose_fields(Surface &surface, std::span<const Field
                 value.number = std::clamp(value.number, (*request.range)[0], (*request.range)[1]);
         choose_steps(values, request.bits, field);
         field.average = request.average.value_or(is_label(request.name) ? FieldAverage::majority : FieldAverage::mean);
-        statistics.report("field " + printable(field.name), values.count == 0 ? Fate::dropped : Fate::kept,
-                          values.count == 0 ? "no point has a finite value"
-                                            : note_of(field, values, surface.positions.size()));
+        statistics.report("field " + printable(field.name), Fate::kept,
+                          note_of(field, values, surface.positions.size()));
         fields.push_back(std::move(field));
     }
     return fields;

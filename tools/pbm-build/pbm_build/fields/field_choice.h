@@ -21,7 +21,7 @@ struct FieldRequest {
     std::optional<int> bits; // 8 or 16
 };
 
-// "NAME[=MIN,MAX][,mean|majority|max][,8|16]".
+// "NAME[=MIN,MAX][,mean|majority|max][,8|16]", the last two in any order.
 Result<FieldRequest> parse_field(const std::string &text);
 
 // A field of the model and its values at the vertices, as integers: exact sums do not depend on their order.
@@ -35,7 +35,8 @@ struct FieldSamples {
 // Clamps the values of `surface` to the ranges of the requests. Whole numbers that fit are stored as they are; of other
 // values the range is divided evenly. Of several inputs those without a field have no values of it.
 //
-// errors  usage  no input has one of the fields; the message lists those that there are
+// errors  usage      no input has one of the fields; the message lists those that there are
+//         bad_input  no point has a finite value of a field, or its values are too far apart for a double
 Result<std::vector<Field>> choose_fields(Surface &surface, std::span<const FieldRequest> requests,
                                          BuildStatistics &statistics);
 

@@ -11,8 +11,6 @@ namespace pbm::build {
 namespace {
 
 Status check_surface(const Surface &surface) {
-    if (surface.positions.empty())
-        return bad_input("the file has no points: there is nothing to build");
     if (surface.triangles.empty() && surface.dropped_triangles > 0 && surface.normals.empty())
         return bad_input("no face is left: " + std::to_string(surface.dropped_triangles) +
                          (surface.dropped_triangles == 1 ? " is degenerate or has" : " are degenerate or have") +
@@ -35,7 +33,7 @@ void report_dropped(const Surface &surface, BuildStatistics &statistics) {
 
 // Reports faces without area, and faces that enclose a negative volume which is large for their area. Does not reverse
 // them, because the scan of a room from within is wound like that; with stations the winding is known.
-void report_winding(const Surface &surface, BuildStatistics &statistics) {
+void report_winding(const Surface &surface, bool are_flipped, BuildStatistics &statistics) {
     if (surface.triangles.empty() || !surface.normals.empty())
         return;
     constexpr double kClearlyClosed = 0.01; // a sphere has 0.094
@@ -51,7 +49,8 @@ void report_winding(const Surface &surface, BuildStatistics &statistics) {
         statistics.report("faces", Fate::kept, "none of them has an area: the model is a line or a point");
     if (surface.stations.empty() && volume < -kClearlyClosed * area * std::sqrt(area))
         statistics.report("winding", Fate::kept,
-                          "the faces point inwards; if the model looks inside out, build it with --flip-faces",
+                          std::string("the faces point inwards; if the model looks inside out, build it ") +
+                              (are_flipped ? "without" : "with") + " --flip-faces",
                           surface.name);
 }
 
@@ -93,7 +92,7 @@ Status examine_surface(Surface &surface, bool flip_faces, bool strict, BuildStat
         reverse_faces(surface);
     if (flip_faces && surface.triangles.empty())
         statistics.report("--flip-faces", Fate::dropped, "there are no faces", surface.name);
-    report_winding(surface, statistics);
+    report_winding(surface, flip_faces, statistics);
     if (Status checked = check_surface(surface); !checked)
         return checked;
     return report_loose_vertices(surface, strict, statistics);

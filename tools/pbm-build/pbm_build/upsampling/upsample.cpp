@@ -13,6 +13,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 namespace pbm::build {
@@ -26,6 +27,7 @@ constexpr std::size_t kFitted = 48;                          // maximum number o
 // The points of a fit lie within kAround x the distance of the nearest one and kBeyond spacings.
 constexpr double kAround = 2, kBeyond = 1.5;
 constexpr double kFade = 1.1; // squared distance at which the weight is 0, over that of the farthest point
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 static_assert(kNear.back() <= TangentCell::kMaxCuts);
 
 // What a made point takes from one place.
@@ -44,6 +46,8 @@ struct MadePoint {
     LinearColour colour; //
     float radius;        //
     std::uint8_t material, two_sided;
+    std::array<std::uint32_t, 3> places; // the nearest point and two neighbours
+    std::array<double, 3> weights;       // of these, sum 1
 };
 
 // The distinct positions of a scan's points, with the means of what repeated points have.
@@ -51,9 +55,11 @@ struct Cloud {
     std::vector<Place> places;
     std::vector<MortonCode> occupied; // voxels, ascending
     PointNeighbours neighbours;
+    std::vector<std::vector<double>> fields; // [fields][places] the largest value of repeated points; NaN: none
 };
 
-Cloud cloud_of(const Surface &surface, const VertexNormals &normals, const Grid &grid, int threads) {
+Cloud cloud_of(const Surface &surface, const VertexNormals &normals, const Grid &grid, std::size_t field_count,
+               int threads) {
     const std::size_t first = surface.first_point();
     DistinctPoints points = distinct_points(std::span(surface.positions).subspan(first), grid, threads);
     std::vector<Place> places(points.at.size());
@@ -79,11 +85,17 @@ Cloud cloud_of(const Surface &surface, const VertexNormals &normals, const Grid 
         if (const double length = glm::length(places[i].normal); length > 0)
             places[i].normal /= length;
     }
+    std::vector<std::vector<double>> fields(field_count, std::vector<double>(places.size(), kNoValue));
+    for (std::size_t f = 0; f < field_count; ++f)
+        for (std::size_t i = 0; i < points.place_of.size(); ++i) {
+            double &value = fields[f][points.place_of[i]];
+            value = std::fmax(value, surface.field_values[f][first + i].number); // the one that is no NaN
+        }
     std::vector<MortonCode> occupied;
     for (const LatticePoint &at : points.at) // along the Morton curve
         if (const MortonCode code = code_of(voxel_of(at)); occupied.empty() || occupied.back() != code)
             occupied.push_back(code);
-    return {std::move(places), std::move(occupied), PointNeighbours(std::move(points.at))};
+    return {std::move(places), std::move(occupied), PointNeighbours(std::move(points.at)), std::move(fields)};
 }
 
 // Makes points around one point of the cloud after the other.
@@ -232,7 +244,9 @@ class GapFiller {
                          static_cast<std::uint16_t>(colour.z)},
                         all_radii ? static_cast<float>(mean(place.radius, a.radius, b.radius)) : 0.0F,
                         place.material,
-                        place.two_sided});
+                        place.two_sided,
+                        {point, candidate.a, candidate.b},
+                        {1 - candidate.u - candidate.v, candidate.u, candidate.v}});
     }
 
     double spacing() const {
@@ -266,7 +280,18 @@ void keep_one_per_voxel(std::vector<MadePoint> &made) {
     made.erase(end, made.end());
 }
 
-void append(const std::vector<MadePoint> &made, const Grid &grid, Surface &surface, VertexNormals &normals) {
+FieldValue field_value(const MadePoint &point, std::span<const double> at_places, FieldAverage average) {
+    const double nearest = at_places[point.places[0]];
+    if (average != FieldAverage::mean)
+        return {nearest};
+    double mean = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+        mean += point.weights[k] * at_places[point.places[k]];
+    return {std::isfinite(mean) ? mean : nearest};
+}
+
+void append(const std::vector<MadePoint> &made, const Grid &grid, const Cloud &cloud, std::span<const Field> fields,
+            Surface &surface, VertexNormals &normals) {
     for_vertex_attributes(
         [&](auto &values) {
             if (!values.empty())
@@ -288,6 +313,8 @@ void append(const std::vector<MadePoint> &made, const Grid &grid, Surface &surfa
             surface.material_ids[i] = point.material;
         if (!surface.two_sided.empty())
             surface.two_sided[i] = point.two_sided;
+        for (std::size_t f = 0; f < fields.size(); ++f)
+            surface.field_values[f][i] = field_value(point, cloud.fields[f], fields[f].average);
         ++i;
     }
     if (!surface.triangles.empty())
@@ -298,7 +325,7 @@ void append(const std::vector<MadePoint> &made, const Grid &grid, Surface &surfa
 
 Result<std::vector<MortonCode>> upsample(Surface &surface, VertexNormals &normals, const Grid &grid,
                                          const UpsampleRequest &request, int threads) {
-    const Cloud cloud = cloud_of(surface, normals, grid, threads);
+    const Cloud cloud = cloud_of(surface, normals, grid, request.fields.size(), threads);
     const std::size_t count = cloud.places.size(), blocks = (count + kBlock - 1) / kBlock;
     std::vector<std::vector<MadePoint>> made_in(blocks);
     const std::uint64_t limit = request.max_bytes / (2 * sizeof(MadePoint)); // sorting takes as much again
@@ -323,7 +350,7 @@ Result<std::vector<MortonCode>> upsample(Surface &surface, VertexNormals &normal
         std::vector<MadePoint>().swap(some);
     }
     keep_one_per_voxel(made);
-    append(made, grid, surface, normals);
+    append(made, grid, cloud, request.fields, surface, normals);
     std::vector<MortonCode> filled;
     filled.reserve(made.size());
     for (const MadePoint &point : made)

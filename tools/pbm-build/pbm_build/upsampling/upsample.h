@@ -9,6 +9,7 @@
 #include "pbm_format/model/model.h"
 #include "pbm_scan/surface/surface.h"
 
+#include <span>
 #include <vector>
 
 namespace pbm::build {
@@ -16,8 +17,9 @@ namespace pbm::build {
 inline constexpr int kMinGap = 2, kMaxGap = 16; // voxels
 
 struct UpsampleRequest {
-    int gap = kMinGap;           // largest gap that is filled, voxels
-    std::uint64_t max_bytes = 0; // of working memory for made points
+    int gap = kMinGap;               // largest gap that is filled, voxels
+    std::uint64_t max_bytes = 0;     // of working memory for made points
+    std::span<const Field> fields{}; // of the surface, in that order
 };
 
 // Appends points to `surface` and `normals`, at most one to each empty voxel of `grid`, and returns the voxels that
@@ -28,9 +30,9 @@ struct UpsampleRequest {
 // it, and a border does not grow, except in notches narrower than that. All normals must have been estimated; points
 // without one are ignored.
 //
-// A made point lies on the surface through its neighbours (moving_least_squares.h). Its colour, and its radius if all
-// three have one, are interpolated between the three points, its material and sides are those of the nearest one. The
-// result does not depend on the number of threads or the order of the points.
+// A made point lies on the surface through its neighbours (moving_least_squares.h). Its colour, and its radius and
+// fields of means if all three have one, are interpolated between the three points. Its material, sides and other
+// fields are those of the nearest one. The result does not depend on the number of threads or the order of the points.
 //
 // errors  memory  more points than max_bytes hold
 Result<std::vector<MortonCode>> upsample(Surface &surface, VertexNormals &normals, const Grid &grid,

@@ -48,6 +48,7 @@ class E57Reader {
     Result<Surface> read() {
         if (Status checked = check(); !checked)
             return checked.error();
+        choose_fields();
         for (const E57Scan &scan : description_.scans)
             if (scan.records > 0)
                 if (Status status = read_scan(scan); !status)
@@ -107,23 +108,30 @@ class E57Reader {
             vectors[first + i][axis] = static_cast<Number>(values[i]);
     }
 
-    // The column of a field that is kept, or null.
-    const FieldColumn *column_of(const E57Field &field) {
-        if (field.type == E57Type::text || (field.role != E57Role::none && field.role != E57Role::intensity))
-            return nullptr;
-        const auto known = std::find_if(columns_.begin(), columns_.end(),
-                                        [&](const auto &column) { return column.first == field.name; });
-        const auto &column =
-            known != columns_.end()
-                ? *known
-                : columns_.emplace_back(field.name, FieldColumn(surface_, options_, short_name(field.name)));
-        return column.second.is_wanted() ? &column.second : nullptr;
+    static bool is_numeric(const E57Field &field) { return field.type != E57Type::text; }
+
+    // Of all scans that have it.
+    void choose_fields() {
+        std::vector<FieldOffer> offers;
+        for (const E57Scan &scan : description_.scans)
+            for (const E57Field &field : scan.fields) {
+                const bool is_offered =
+                    is_numeric(field) && (field.role == E57Role::none || field.role == E57Role::intensity);
+                const auto is_same = [&](const FieldOffer &known) { return known.name == field.name; };
+                if (is_offered && std::none_of(offers.begin(), offers.end(), is_same))
+                    offers.push_back({field.name});
+            }
+        const std::vector<FieldColumn> columns = field_columns(surface_, options_, offers);
+        for (std::size_t i = 0; i < offers.size(); ++i)
+            if (columns[i].is_wanted())
+                columns_.emplace_back(offers[i].name, columns[i]);
     }
 
-    // Without the prefix of an extension.
-    static std::string_view short_name(std::string_view name) {
-        const std::size_t colon = name.find(':');
-        return colon == std::string_view::npos ? name : name.substr(colon + 1);
+    // The column of a field that is kept, or null.
+    const FieldColumn *column_of(const E57Field &field) const {
+        const auto found = std::find_if(columns_.begin(), columns_.end(),
+                                        [&](const auto &column) { return column.first == field.name; });
+        return found == columns_.end() || !is_numeric(field) ? nullptr : &found->second;
     }
 
     void take(const E57Field &field, std::size_t first, std::span<const double> values) {
@@ -185,8 +193,6 @@ class E57Reader {
             intensities_.resize(count, std::numeric_limits<float>::quiet_NaN());
         if (has_normals_)
             surface_.normals.resize(count, glm::vec3(0.0F));
-        for (const E57Field &field : scan.fields)
-            static_cast<void>(column_of(field));
         for (const auto &column : columns_)
             column.second.resize(count);
         const bool has_states = scan.field(cartesian_ ? E57Role::cartesian_state : E57Role::spherical_state) != nullptr;
@@ -310,15 +316,12 @@ class E57Reader {
     AttributeReport outcome(const E57Field &field, const E57Scan &scan) const {
         using enum Fate;
         const E57Role role = field.role;
-        const char *const measurement = "a measurement that is not shown";
-        const auto column = std::find_if(columns_.begin(), columns_.end(),
-                                         [&](const auto &known) { return known.first == field.name; });
-        if (column != columns_.end() && column->second.is_kept() &&
-            (role == E57Role::none || has_colours_ || counts_.grey.colours.empty()))
-            return {field.name, kept, "a field"};
+        if (const FieldColumn *const column = column_of(field);
+            column != nullptr && (role == E57Role::none || has_colours_ || counts_.grey.colours.empty()))
+            return {field.name, kept, column->note()};
         if (role == E57Role::none)
             return {field.name, dropped,
-                    std::string(field.name.find(':') == std::string::npos ? measurement
+                    std::string(field.name.find(':') == std::string::npos ? "a measurement that is not shown"
                                                                           : "of an extension that PBM does not know") +
                         (field.type == E57Type::text ? "" : "; --field keeps it")};
         if (role <= E57Role::elevation) {
@@ -346,7 +349,9 @@ class E57Reader {
                     counted(counts_.without_colour, "point") + " without a colour have the default one"};
         if (role == E57Role::intensity)
             return surface_.colours.empty() || has_colours_
-                       ? AttributeReport{field.name, dropped, has_colours_ ? measurement : counts_.grey.note}
+                       ? AttributeReport{field.name, dropped,
+                                         has_colours_ ? "the points have colours; --field intensity keeps it"
+                                                      : counts_.grey.note}
                        : AttributeReport{field.name, converted, counts_.grey.note};
         if (role >= E57Role::nx && role <= E57Role::nz)
             return scan.has_normals() ? AttributeReport{field.name, kept, normals_note()}
@@ -425,13 +430,13 @@ class E57Reader {
     const ReadOptions &options_;
     Surface surface_;
     Counts counts_;
-    bool has_colours_ = false, has_normals_ = false;           // in one of the scans
-    bool has_turns_ = false;                                   // the pose of a scan turns it
-    std::uint64_t records_ = 0;                                // of all scans
-    std::vector<float> intensities_;                           // [positions], or empty; NaN: none
-    std::vector<std::pair<std::string, FieldColumn>> columns_; // by the name of the field
-    bool has_cells_ = false;                                   // a scan has rows and columns
-    std::vector<ScanGrid> grids_;                              // of the scans with positions
+    bool has_colours_ = false, has_normals_ = false;                // in one of the scans
+    bool has_turns_ = false;                                        // the pose of a scan turns it
+    std::uint64_t records_ = 0;                                     // of all scans
+    std::vector<float> intensities_;                                // [positions], or empty; NaN: none
+    std::vector<std::pair<std::string_view, FieldColumn>> columns_; // of fields that are kept, by their names
+    bool has_cells_ = false;                                        // a scan has rows and columns
+    std::vector<ScanGrid> grids_;                                   // of the scans with positions
     AttributeReport triangulated_{"", Fate::dropped, "a grid needs rows and columns"};
 
     // Of the scan that is read:

@@ -6,18 +6,35 @@
 
 #include <algorithm>
 #include <charconv>
+#include <initializer_list>
+#include <unordered_set>
 
 namespace pbm::build {
 namespace {
 
-std::string plain_name(std::string_view name) {
-    std::string plain = lower_case(name);
+// As --field can write it.
+std::string writable(std::string_view name) {
+    std::string text(name);
     std::replace_if(
-        plain.begin(), plain.end(), [](char c) { return c == ' ' || c == '-'; }, '_');
-    for (const std::string_view prefix : {"vertex.", "scalar_"})
-        if (plain.starts_with(prefix))
-            plain.erase(0, prefix.size());
-    return plain;
+        text.begin(), text.end(), [](char c) { return c == ',' || c == '='; }, '_');
+    return text;
+}
+
+std::string folded_name(std::string_view name) {
+    std::string folded = writable(lower_case(name));
+    std::replace_if(
+        folded.begin(), folded.end(), [](char c) { return c == ' ' || c == '-'; }, '_');
+    return folded;
+}
+
+// A folded name without prefixes.
+std::string plain_name(std::string folded) {
+    if (folded.starts_with("vertex."))
+        folded.erase(0, folded.find('.') + 1);
+    folded.erase(0, folded.find(':') + 1);
+    if (folded.starts_with("scalar_"))
+        folded.erase(0, folded.find('_') + 1);
+    return folded;
 }
 
 // LAS 1.4 R15, table 17
@@ -42,7 +59,7 @@ bool add_classes(std::string_view word, std::bitset<256> &classes) {
         return true;
     }
     const auto *const found = std::find_if(kClassNames.begin(), kClassNames.end(),
-                                           [&](const ClassName &known) { return known.name == plain_name(word); });
+                                           [&](const ClassName &known) { return known.name == folded_name(word); });
     if (found == kClassNames.end())
         return false;
     for (const int number_of_class : found->classes)
@@ -53,12 +70,15 @@ bool add_classes(std::string_view word, std::bitset<256> &classes) {
 
 } // namespace
 
-bool is_same_field(std::string_view wanted, std::string_view in_file) {
-    return plain_name(wanted) == plain_name(in_file);
+int likeness(std::string_view wanted, std::string_view in_file) {
+    if (wanted == in_file)
+        return 4;
+    const std::string want = folded_name(wanted), folded = folded_name(in_file), plain = plain_name(folded);
+    return want == folded ? 3 : want == plain ? 2 : plain_name(want) == plain ? 1 : 0;
 }
 
 bool is_label(std::string_view name) {
-    const std::string plain = plain_name(name);
+    const std::string plain = plain_name(folded_name(name));
     constexpr std::array<std::string_view, 10> kLabels{
         "classification",    "class",        "label",     "segment", "cluster", "return_number",
         "number_of_returns", "point_source", "user_data", "id"};
@@ -77,23 +97,56 @@ Result<std::bitset<256>> parse_classes(const std::string &list) {
     return classes;
 }
 
-FieldColumn::FieldColumn(Surface &surface, const ReadOptions &options, std::string_view name, std::string_view unit)
-    : surface_(&surface) {
+std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &options,
+                                       std::span<const FieldOffer> offers) {
+    std::vector<std::vector<std::size_t>> slots(offers.size());
+    const auto give = [&](std::size_t slot, std::initializer_list<std::string_view> names) {
+        int best = 0;
+        std::size_t found = 0;
+        for (const std::string_view name : names)
+            for (std::size_t i = 0; i < offers.size(); ++i)
+                if (const int fit = likeness(name, offers[i].name); fit > best) {
+                    best = fit;
+                    found = i;
+                }
+        if (best == 0)
+            return;
+        surface.field_units[slot] = std::string(offers[found].unit);
+        slots[found].push_back(slot);
+    };
     for (std::size_t slot = 0; slot < options.fields.size(); ++slot)
-        if (is_same_field(options.fields[slot], name) && !surface.field_units[slot]) {
-            surface.field_units[slot] = std::string(unit);
-            slots_.push_back(slot);
-        }
-    if (options.dropped_classes.any() && is_same_field("classification", name) && !surface.field_units[kMaxFields]) {
-        surface.field_units[kMaxFields] = unit;
-        slots_.push_back(kMaxFields);
+        give(slot, {options.fields[slot]});
+    if (options.dropped_classes.any())
+        give(kMaxFields, {"classification", "class"});
+    std::vector<FieldColumn> columns;
+    columns.reserve(offers.size());
+    for (std::size_t i = 0; i < offers.size(); ++i) {
+        columns.emplace_back(surface, std::move(slots[i]));
+        surface.offered_fields.push_back(writable(offers[i].name));
     }
-    surface.offered_fields.emplace_back(plain_name(name));
+    return columns;
+}
+
+FieldColumn field_column(Surface &surface, const ReadOptions &options, std::string_view name) {
+    const FieldOffer offer{name};
+    return field_columns(surface, options, {&offer, 1}).front();
+}
+
+void make_distinct(std::vector<std::string> &names) {
+    std::unordered_set<std::string> known;
+    for (std::string &name : names) {
+        if (name == kSkippedColumn)
+            continue;
+        std::string next = name;
+        for (int number = 2; !known.insert(next).second; ++number)
+            next = name + "_" + std::to_string(number);
+        name = std::move(next);
+    }
 }
 
 AttributeReport field_report(const std::string &name, const FieldColumn &column, std::string_view reason) {
-    if (column.is_kept())
-        return {name, Fate::kept, "a field"};
+    if (column.is_wanted())
+        return {name, Fate::kept, column.note()};
     return {name, Fate::dropped, std::string(reason) + "; --field keeps it"};
 }
 

@@ -4,15 +4,24 @@
 #include "pbm_scan/surface/surface.h"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace pbm::build {
 
-// Whether the user's name of a field means an attribute of the file: in any case, with spaces and hyphens as "_", and
-// without the "scalar_" that CloudCompare writes or an element's name ("vertex.").
-bool is_same_field(std::string_view wanted, std::string_view in_file);
+// An attribute of a file that could be a field.
+struct FieldOffer {
+    std::string_view name;
+    std::string_view unit{};
+};
+
+// How well the user's name of a field fits that of an attribute; 0: it means another one. The name in the file fits
+// best, then that name in any case and with "_" for space, hyphen, comma and equals sign, then that without the
+// "scalar_" that CloudCompare writes, an element's name ("vertex.") or the prefix of an E57 extension ("las:").
+int likeness(std::string_view wanted, std::string_view in_file);
 
 // Whether values of this name are labels, of which there is no mean: classes, numbers of returns and scans, ids.
 bool is_label(std::string_view name);
@@ -23,12 +32,13 @@ Result<std::bitset<256>> parse_classes(const std::string &list);
 // The values of one attribute of the file, of the fields that mean it. Without any it does nothing.
 class FieldColumn {
   public:
-    // Takes the fields of `options` that mean `name` and that no attribute before has taken.
-    FieldColumn(Surface &surface, const ReadOptions &options, std::string_view name, std::string_view unit = {});
+    FieldColumn(Surface &surface, std::vector<std::size_t> slots) : surface_(&surface), slots_(std::move(slots)) {}
 
     bool is_wanted() const { return !slots_.empty(); }
     // Whether the user asked for the field, not only for dropping classes.
     bool is_kept() const { return !slots_.empty() && slots_.front() < kMaxFields; }
+    // Of an attribute that is wanted, for the report.
+    const char *note() const { return is_kept() ? "a field" : "its classes, for --drop-class"; }
     void resize(std::size_t points) const {
         for (const std::size_t slot : slots_)
             surface_->field_values[slot].resize(points);
@@ -46,6 +56,16 @@ class FieldColumn {
     Surface *surface_;
     std::vector<std::size_t> slots_;
 };
+
+// The columns of all attributes of the file. Each field of `options` goes to the attribute whose name fits it best.
+std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &options,
+                                       std::span<const FieldOffer> offers);
+FieldColumn field_column(Surface &surface, const ReadOptions &options, std::string_view name); // the only one
+
+inline constexpr std::string_view kSkippedColumn = "-"; // name of an attribute that is no field and is not reported
+
+// Numbers the later ones of equal names: "label", "label_2".
+void make_distinct(std::vector<std::string> &names);
 
 // The line of an attribute that could be a field: kept as one, or dropped with the option that keeps it.
 AttributeReport field_report(const std::string &name, const FieldColumn &column, std::string_view reason);

@@ -1,5 +1,6 @@
 #include "pbm_scan/las/las_measurements.h"
 
+#include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/text/text_lines.h"
 
 #include <algorithm>
@@ -110,6 +111,13 @@ std::vector<LasMeasurement> las_measurements(const LasHeader &header) {
     if (format.infrared != 0)
         all.push_back({"infrared", format.infrared, 2, number<std::uint16_t>});
     add_extra_bytes(header, all);
+    std::vector<std::string> names;
+    names.reserve(all.size());
+    for (const LasMeasurement &measurement : all)
+        names.push_back(measurement.name);
+    make_distinct(names);
+    for (std::size_t i = 0; i < all.size(); ++i)
+        all[i].name = std::move(names[i]);
     return all;
 }
 

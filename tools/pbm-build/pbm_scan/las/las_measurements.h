@@ -24,7 +24,8 @@ struct LasMeasurement {
     double value(const std::uint8_t *record) const;
 };
 
-// In the order of the record. An array of extra bytes has a name for each element: "flow0", "flow1".
+// In the order of the record, with different names. An array of extra bytes has a name for each element: "flow0",
+// "flow1".
 std::vector<LasMeasurement> las_measurements(const LasHeader &header);
 
 // Names what the record holds besides: waveforms, extra bytes without a name; empty: nothing. `bits`: of the record,

@@ -29,8 +29,11 @@ class Measurements {
   public:
     Measurements(const LasHeader &header, const ReadOptions &options, Surface &surface)
         : all_(las_measurements(header)) {
+        std::vector<FieldOffer> offers;
+        offers.reserve(all_.size());
         for (const LasMeasurement &measurement : all_)
-            columns_.emplace_back(surface, options, measurement.name, measurement.unit);
+            offers.push_back({measurement.name, measurement.unit});
+        columns_ = field_columns(surface, options, offers);
         for (std::size_t i = 0; i < all_.size(); ++i)
             if (columns_[i].is_wanted())
                 wanted_.emplace_back(&all_[i], &columns_[i]);
@@ -48,15 +51,17 @@ class Measurements {
         std::vector<std::string> kept, dropped;
         for (std::size_t i = 0; i < all_.size(); ++i) {
             if (columns_[i].is_kept())
-                kept.push_back(printable(all_[i].name));
+                kept.push_back(all_[i].name);
+            else if (columns_[i].is_wanted())
+                surface.report.push_back(field_report(all_[i].name, columns_[i], ""));
             else if (all_[i].raw(bits.data() + all_[i].at) != 0 && i != 0) // the intensity has a line of its own
-                dropped.push_back(printable(all_[i].name));
+                dropped.push_back(all_[i].name);
         }
         if (!kept.empty())
-            surface.report.push_back({joined(kept), Fate::kept, kept.size() == 1 ? "a field" : "fields"});
+            surface.report.push_back({listed(kept), Fate::kept, kept.size() == 1 ? "a field" : "fields"});
         if (!dropped.empty())
             surface.report.push_back(
-                {joined(dropped), Fate::dropped, "measurements that are not shown; --field NAME keeps one"});
+                {listed(dropped), Fate::dropped, "measurements that are not shown; --field NAME keeps one"});
         if (const std::string unused = unused_bytes(header, all_, bits); !unused.empty())
             surface.report.push_back({unused, Fate::dropped, "not used by PBM"});
     }

@@ -20,7 +20,7 @@ struct Outcomes {
     PlyOutcome normals, colours, face_colours, radii, material_ids, grid;
     PlyOutcome positions{.note = "positions"}, materials{.note = "material"}, faces{.note = "polygons as triangles"};
     PlyOutcome images{Fate::converted, "colours of points"};
-    PlyOutcome fields{.note = "a field"};
+    PlyOutcome fields, classes;
     PlyOutcome strips{Fate::converted, "strips to triangles"};
     std::array<PlyOutcome, kByteAttributes.size()> bytes;
 };
@@ -214,7 +214,7 @@ const PlyOutcome *outcome_of(const PlyElement &element, const PlyProperty &prope
            : role == PlyRole::radius         ? &outcomes.radii
            : role == PlyRole::material_index ? &outcomes.material_ids
            : role == PlyRole::byte           ? &outcomes.bytes[roles.byte_attribute(property)]
-           : role == PlyRole::field          ? &outcomes.fields
+           : role == PlyRole::field          ? &property == roles.only_classes ? &outcomes.classes : &outcomes.fields
            : role == PlyRole::u || role == PlyRole::v || role == PlyRole::corner_places || role == PlyRole::image
                ? &outcomes.images
            : role != PlyRole::corners   ? &outcomes.materials
@@ -226,7 +226,6 @@ const PlyOutcome *outcome_of(const PlyElement &element, const PlyProperty &prope
 // One report line per group of consecutive properties with the same outcome or the same reason for their drop.
 void report_element(const PlyElement &element, const PlyRoles &roles, const Outcomes &outcomes,
                     std::vector<AttributeReport> &report) {
-    constexpr std::size_t kMaxNames = 4; // a larger group is written as its first and last name
     for (std::size_t i = 0; i < element.properties.size();) {
         const PlyProperty &first = element.properties[i];
         const PlyOutcome *outcome = outcome_of(element, first, roles, outcomes);
@@ -237,15 +236,18 @@ void report_element(const PlyElement &element, const PlyRoles &roles, const Outc
         std::size_t end = i + 1;
         while (end < element.properties.size() && belongs(element.properties[end]))
             ++end;
-        std::string name = printable(element.name + "." + first.name);
-        if (end - i > kMaxNames)
-            name.append("..").append(printable(element.properties[end - 1].name));
+        std::vector<std::string> names;
+        for (std::size_t k = i; k < end; ++k)
+            names.push_back(element.properties[k].name);
+        const std::string name = printable(element.name) + "." + listed(names, " ");
+        if (outcome != nullptr)
+            report.push_back({name, outcome->fate, outcome->note});
         else
-            for (std::size_t k = i + 1; k < end; ++k)
-                name.append(1, ' ').append(printable(element.properties[k].name));
-        report.push_back(outcome != nullptr
-                             ? AttributeReport{name, outcome->fate, outcome->note}
-                             : AttributeReport{name, Fate::dropped, std::string(drop_reason(element, first))});
+            report.push_back(
+                {name, Fate::dropped,
+                 std::string(drop_reason(element, first)) + (element.kind != PlyKind::vertex || first.is_list ? ""
+                                                             : names.size() == 1 ? "; --field keeps it"
+                                                                                 : "; --field NAME keeps one")});
         i = end;
     }
 }
@@ -277,6 +279,30 @@ std::size_t trailing_bytes(std::span<const std::uint8_t> bytes, const PlyHeader 
     return word == bytes.size() || header.encoding == PlyEncoding::ascii ? bytes.size() - word : bytes.size() - at;
 }
 
+// The numbers of vertices that are fields; they get that role.
+std::vector<FieldColumn> keep_fields(PlyHeader &header, PlyRoles &roles, const ReadOptions &options, Surface &surface) {
+    const std::vector<PlyProperty *> numbers = free_numbers(header);
+    std::vector<std::string> names;
+    names.reserve(numbers.size());
+    for (const PlyProperty *number : numbers)
+        names.push_back(number->name);
+    make_distinct(names);
+    const std::vector<FieldOffer> offers(names.begin(), names.end());
+    const std::vector<FieldColumn> columns = field_columns(surface, options, offers);
+    std::vector<FieldColumn> kept;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        numbers[i]->name = names[i];
+        if (!columns[i].is_wanted())
+            continue;
+        numbers[i]->role = PlyRole::field;
+        roles.fields.push_back(numbers[i]);
+        kept.push_back(columns[i]);
+        if (!columns[i].is_kept())
+            roles.only_classes = numbers[i];
+    }
+    return kept;
+}
+
 } // namespace
 
 Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
@@ -288,13 +314,7 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
     if (!roles)
         return roles.error();
     Surface surface;
-    std::vector<FieldColumn> fields;
-    keep_fields(*header, *roles, [&](const PlyProperty &property) {
-        const FieldColumn column(surface, options, property.name);
-        if (column.is_wanted())
-            fields.push_back(column);
-        return column.is_wanted();
-    });
+    const std::vector<FieldColumn> fields = keep_fields(*header, *roles, options, surface);
     if (const std::optional<Error> text = text_in_binary_body(bytes, *header))
         return *text;
     Result<PlyBody> body = read_ply_body(bytes, *header, *roles, options);
@@ -316,6 +336,8 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
     Result<Outcomes> outcomes = finish(*header, *roles, *body, options.default_material, surface);
     if (!outcomes)
         return outcomes.error();
+    for (const FieldColumn &column : fields)
+        (column.is_kept() ? outcomes->fields : outcomes->classes).note = column.note();
     if (!header->texture_files.empty())
         outcomes->images = finish_images(file, *header, *body, surface);
     write_report(*header, *roles, *outcomes, surface);

@@ -162,6 +162,14 @@ Result<PlyRoles> resolve_roles(PlyHeader &header) {
     return roles;
 }
 
+std::vector<PlyProperty *> free_numbers(PlyHeader &header) {
+    std::vector<PlyProperty *> numbers;
+    for (PlyProperty &property : element_named(header, "vertex")->properties)
+        if (property.role == PlyRole::none && !property.is_list)
+            numbers.push_back(&property);
+    return numbers;
+}
+
 std::string_view drop_reason(const PlyElement &element, const PlyProperty &property) {
     const std::string_view name = property.name;
     if (property.is_list && element.kind == PlyKind::vertex)
@@ -181,8 +189,8 @@ std::string_view drop_reason(const PlyElement &element, const PlyProperty &prope
         return kSplatShapeNote;
     if (is_any(name, {"confidence", "quality", "intensity", "value", "curvature"}) ||
         starts_with_any(name, {"scalar_"}))
-        return "a measurement that is not shown; --field keeps it";
-    return element.kind == PlyKind::vertex ? "not used by PBM; --field keeps it" : "not used by PBM";
+        return "a measurement that is not shown";
+    return "not used by PBM";
 }
 
 std::string_view drop_reason(const PlyHeader &header, const PlyElement &element) {

@@ -24,7 +24,8 @@ struct PlyRoles {
     const PlyProperty *corner_places = nullptr, *image = nullptr; // of a face
     bool splat_colours = false; // coefficients of spherical harmonics: f_dc_0 f_dc_1 f_dc_2
 
-    std::vector<const PlyProperty *> fields; // numbers of a vertex that are kept
+    std::vector<const PlyProperty *> fields;   // numbers of a vertex that are kept
+    const PlyProperty *only_classes = nullptr; // that of them which is for --drop-class alone
 
     std::size_t field_number(const PlyProperty &property) const { // of a property with that role
         return static_cast<std::size_t>(std::find(fields.begin(), fields.end(), &property) - fields.begin());
@@ -46,17 +47,8 @@ struct PlyRoles {
 // errors  bad_input  no element vertex, no x y z in it, no vertices at all, or a coordinate that is a list
 Result<PlyRoles> resolve_roles(PlyHeader &header);
 
-// Gives numbers of vertices the role `field` where is_wanted(property) is true. A radius or another number that has a
-// role keeps it.
-template <class IsWanted> void keep_fields(PlyHeader &header, PlyRoles &roles, const IsWanted &is_wanted) {
-    for (PlyElement &element : header.elements)
-        for (PlyProperty &property : element.properties)
-            if (&element == roles.vertex && property.role == PlyRole::none && !property.is_list &&
-                is_wanted(property)) {
-                property.role = PlyRole::field;
-                roles.fields.push_back(&property);
-            }
-}
+// The numbers of vertices that could be fields. A radius or another number that has a role keeps it.
+std::vector<PlyProperty *> free_numbers(PlyHeader &header);
 
 // Why a property that has no role is dropped.
 std::string_view drop_reason(const PlyElement &element, const PlyProperty &property);

@@ -169,7 +169,7 @@ class PtxReader {
         }
         if (!intensities_.empty()) {
             intensities_.resize(count, std::numeric_limits<float>::quiet_NaN());
-            const FieldColumn column(surface_, options_, "intensity");
+            const FieldColumn column = field_column(surface_, options_, "intensity");
             for (const float intensity : intensities_)
                 column.add(static_cast<double>(intensity));
             if (column.is_kept())

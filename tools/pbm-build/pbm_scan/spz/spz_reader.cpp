@@ -150,7 +150,7 @@ Result<Surface> read_spz(std::span<const std::uint8_t> bytes, const ReadOptions 
     if (!streams)
         return streams.error();
     Surface surface;
-    const FieldColumn opacity(surface, options, "opacity");
+    const FieldColumn opacity = field_column(surface, options, "opacity");
     surface.positions.reserve(header->splats);
     surface.colours.reserve(header->splats);
     const std::size_t size = SplatSizes(*header).place;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
@@ -13,9 +14,8 @@ Status drop_non_finite(Surface &surface) {
     std::size_t bad = 0;
     for (std::size_t i = 0; i < is_bad.size(); ++i)
         bad += is_bad[i] = is_finite(surface.positions[i]) ? 0 : 1;
-    if (bad == surface.positions.size())
-        return bad_input(bad == 0 ? "the file has no vertices: there is nothing to build"
-                                  : "no vertex has finite coordinates: there is nothing to build");
+    if (bad != 0 && bad == surface.positions.size())
+        return bad_input("no vertex has finite coordinates: there is nothing to build");
     if (bad == 0)
         return {};
     surface.dropped_triangles += erase_vertices(surface, is_bad);
@@ -24,26 +24,25 @@ Status drop_non_finite(Surface &surface) {
 }
 
 // Removes points of the classes that the user does not want, and the classes unless they are a field.
-Status drop_classes(Surface &surface, const std::bitset<256> &dropped) {
+void drop_classes(Surface &surface, const std::bitset<256> &dropped) {
     if (dropped.none())
-        return {};
+        return;
     const std::vector<FieldValue> classes = std::exchange(surface.field_values[kMaxFields], {});
     if (classes.empty()) {
-        surface.report.push_back({"--drop-class", Fate::kept, "the points have no classes: all are kept"});
-        return {};
+        surface.report.push_back({"--drop-class", Fate::dropped,
+                                  "the file has no measurement named classification or class: no point is left out"});
+        return;
     }
     std::vector<std::uint8_t> is_gone(classes.size());
     std::uint64_t gone = 0;
     for (std::size_t i = 0; i < classes.size(); ++i) {
         const double number = classes[i].number;
-        gone += is_gone[i] = number >= 0 && number < 256 && dropped[static_cast<std::size_t>(number)] ? 1 : 0;
+        const bool is_class = number >= 0 && number < 256 && number == std::floor(number);
+        gone += is_gone[i] = is_class && dropped[static_cast<std::size_t>(number)] ? 1 : 0;
     }
-    if (gone == classes.size())
-        return bad_input("--drop-class leaves no point: there is nothing to build");
     surface.dropped_triangles += erase_vertices(surface, is_gone);
     surface.report.push_back(
         {"--drop-class", Fate::kept, std::to_string(gone) + (gone == 1 ? " point" : " points") + " left out"});
-    return {};
 }
 
 Status refuse_drops(const Surface &surface) {
@@ -106,8 +105,14 @@ Rgb8 colour_bytes(const glm::vec3 &colour, float factor) {
 Result<Surface> finished(Surface surface, const ReadOptions &options) {
     if (Status status = drop_non_finite(surface); !status)
         return std::move(status).error();
-    if (Status status = drop_classes(surface, options.dropped_classes); !status)
-        return std::move(status).error();
+    const bool has_points = !surface.positions.empty();
+    if (has_points)
+        drop_classes(surface, options.dropped_classes);
+    if (surface.positions.empty() && !options.is_one_of_several)
+        return bad_input(has_points ? "--drop-class leaves no point: there is nothing to build"
+                                    : "the file has no vertices: there is nothing to build");
+    if (!has_points)
+        surface.report.push_back({"points", Fate::kept, "the file has none"});
     if (options.strict)
         if (Status status = refuse_drops(surface); !status)
             return std::move(status).error();

@@ -177,6 +177,7 @@ inline constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>:
 
 // Options of every reader.
 struct ReadOptions {
+    bool is_one_of_several = false;              // no point may be left of it
     bool strict = false;                         // refuse (`bad_input`) instead of dropping anything
     const ScanFormat *format = nullptr;          // of files that neither content nor name identifies (surface_reader.h)
     std::vector<std::string> columns{};          // names of the columns of a table (text_cloud.h); empty: it has them
@@ -216,7 +217,7 @@ std::size_t erase_vertices(Surface &surface, std::span<const std::uint8_t> remov
 // triangles, then points of dropped classes. With ReadOptions::strict refuses a surface if anything of the file was
 // dropped.
 //
-// errors  bad_input  no vertex is left; with `strict` something was dropped
+// errors  bad_input  no vertex is left, unless it is one of several inputs; with `strict` something was dropped
 Result<Surface> finished(Surface surface, const ReadOptions &options);
 
 } // namespace pbm::build

@@ -101,11 +101,13 @@ class HeaderReader {
             header_.station = {numbers.first[0], numbers.first[1], numbers.first[2]};
     }
 
-    Status make_fields(const std::vector<std::string> &names, const std::vector<std::string> &sizes,
+    Status make_fields(std::vector<std::string> names, const std::vector<std::string> &sizes,
                        const std::vector<std::string> &types, const std::vector<std::string> &counts) {
         const auto fits = [&](const auto &of_fields) { return of_fields.empty() || of_fields.size() == names.size(); };
         if (names.empty() || !fits(sizes) || !fits(types) || !fits(counts))
             return lines_.refuse("FIELDS, SIZE, TYPE and COUNT have different lengths");
+        std::replace(names.begin(), names.end(), std::string("_"), std::string(kSkippedColumn)); // PCL's padding
+        make_distinct(names);
         const std::vector<ColumnRole> roles = roles_of(names);
         for (std::size_t i = 0; i < names.size(); ++i) {
             PcdField field{.name = names[i], .role = roles[i]};
@@ -302,15 +304,16 @@ Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions 
     if (header->points > left / (header->data == "ascii" ? 2 * header->fields.size() : header->row_size()))
         return cut_short("the file announces " + std::to_string(header->points) + " points and is too small for them",
                          bytes.size());
-    std::vector<std::string> names, of_one_number;
+    std::vector<std::string> names, of_several_numbers;
     std::vector<ColumnRole> roles;
     for (const PcdField &field : header->fields) {
-        names.push_back(field.name);
-        of_one_number.push_back(field.count == 1 ? field.name : std::string(kSkippedColumn));
+        names.push_back(field.count == 1 ? field.name : std::string(kSkippedColumn));
+        if (field.count != 1 && field.name != kSkippedColumn)
+            of_several_numbers.push_back(field.name);
         roles.push_back(field.role);
     }
     Surface surface;
-    const std::vector<KeptColumn> kept = keep_fields(of_one_number, roles, options, surface);
+    const std::vector<KeptColumn> kept = keep_fields(names, roles, options, surface);
     for (std::size_t i = 0; i < roles.size(); ++i)
         header->fields[i].role = roles[i];
     PointTable table;
@@ -323,6 +326,9 @@ Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions 
     if (!trailing)
         return trailing.error();
     fill_surface(std::move(table), names, roles, kept, surface);
+    if (!of_several_numbers.empty())
+        surface.report.push_back(
+            {"columns " + listed(of_several_numbers), Fate::dropped, "descriptors: each value has several numbers"});
     if (header->station != glm::dvec3(0) && add_station(surface, 0, header->station))
         surface.report.push_back({"VIEWPOINT", Fate::kept, "where the scanner stood"});
     complete_station_ids(surface);

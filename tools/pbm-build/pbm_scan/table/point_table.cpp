@@ -60,12 +60,18 @@ void keep_colours(PointTable &table, Surface &surface, std::string &note) {
         return;
     }
     float highest = 0;
+    std::uint64_t missing = 0;
     for (const glm::vec3 &c : table.colours)
-        highest = std::max(highest, std::max(c.x, std::max(c.y, c.z)));
+        if (is_finite(glm::dvec3(c)))
+            highest = std::max(highest, std::max(c.x, std::max(c.y, c.z)));
+        else
+            ++missing;
     const float factor = highest <= 1 ? 255.0F : highest <= 255 ? 1.0F : 255.0F / 65535;
     note = highest <= 1 ? "sRGB, 0..1 to 8 bits" : highest <= 255 ? "sRGB, 8 bits" : "sRGB, 16 bits to 8";
+    if (missing != 0)
+        note += "; " + counted(missing, "point") + " without a colour " + (missing == 1 ? "is" : "are") + " black";
     for (const glm::vec3 &c : table.colours)
-        surface.colours.push_back(colour_bytes(c, factor));
+        surface.colours.push_back(is_finite(glm::dvec3(c)) ? colour_bytes(c, factor) : Rgb8{});
 }
 
 } // namespace
@@ -108,17 +114,23 @@ void PointTable::resize(std::size_t count, const std::vector<ColumnRole> &roles)
 
 std::vector<KeptColumn> keep_fields(const std::vector<std::string> &names, std::vector<ColumnRole> &roles,
                                     const ReadOptions &options, Surface &surface) {
+    std::vector<std::size_t> free; // columns that could be fields
+    std::vector<FieldOffer> offers;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        if ((roles[i] == ColumnRole::none || roles[i] == ColumnRole::intensity) && names[i] != kSkippedColumn) {
+            free.push_back(i);
+            offers.push_back({names[i]});
+        }
+    const std::vector<FieldColumn> columns = field_columns(surface, options, offers);
     std::vector<KeptColumn> kept;
     int fields = 0;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        if ((roles[i] != ColumnRole::none && roles[i] != ColumnRole::intensity) || names[i] == kSkippedColumn)
+    for (std::size_t k = 0; k < free.size(); ++k) {
+        if (!columns[k].is_wanted())
             continue;
-        const FieldColumn values(surface, options, names[i]);
-        if (!values.is_wanted())
-            continue;
-        kept.push_back({i, values});
-        if (roles[i] == ColumnRole::none)
-            roles[i] = static_cast<ColumnRole>(static_cast<int>(ColumnRole::field) + fields++);
+        ColumnRole &role = roles[free[k]];
+        kept.push_back({free[k], columns[k]});
+        if (role == ColumnRole::none)
+            role = static_cast<ColumnRole>(static_cast<int>(ColumnRole::field) + fields++);
     }
     return kept;
 }
@@ -193,26 +205,23 @@ void fill_surface(PointTable table, const std::vector<std::string> &names, const
         else
             for (const double value : table.fields[static_cast<std::size_t>(axis_of(role, ColumnRole::field))])
                 column.values.add(value);
-        fields.push_back(printable(names[column.column]));
+        if (column.values.is_kept())
+            fields.push_back(names[column.column]);
+        else
+            surface.report.push_back(field_report("column " + printable(names[column.column]), column.values, ""));
     }
     if (!table.intensities.empty())
         use_intensities(table.intensities, surface,
                         has_intensity ? "" : "the points have colours; --field intensity keeps it");
     if (!fields.empty())
-        surface.report.push_back({"columns " + joined(fields, ", "), Fate::kept, "fields"});
+        surface.report.push_back({"columns " + listed(fields), Fate::kept, "fields"});
     std::vector<std::string> unused;
-    constexpr std::size_t kMostNamed = 8;
     for (std::size_t i = 0; i < names.size(); ++i)
         if (roles[i] == ColumnRole::none && names[i] != kSkippedColumn)
-            unused.push_back(printable(names[i]));
-    if (unused.size() > kMostNamed) {
-        const std::size_t more = unused.size() - kMostNamed;
-        unused.resize(kMostNamed);
-        unused.push_back(std::to_string(more) + " more");
-    }
+            unused.push_back(names[i]);
     if (!unused.empty())
-        surface.report.push_back({"columns " + joined(unused, ", "), Fate::dropped,
-                                  "measurements that are not shown; --field NAME keeps one"});
+        surface.report.push_back(
+            {"columns " + listed(unused), Fate::dropped, "measurements that are not shown; --field NAME keeps one"});
 }
 
 } // namespace pbm::build

@@ -31,8 +31,6 @@ enum class ColumnRole : std::uint8_t {
     field // the first one that is kept; the next numbers are further ones
 };
 
-inline constexpr std::string_view kSkippedColumn = "-"; // name of a column that the user does not want
-
 // The role of each column by its name: x y z, nx ny nz, normal_x ..., r g b, red ..., Rf Gf Bf, rgb, rgba, intensity,
 // i, in any case. The first column of a role counts; groups of three must be whole.
 std::vector<ColumnRole> roles_of(const std::vector<std::string> &names);

@@ -1,5 +1,6 @@
 #include "pbm_scan/table/text_cloud.h"
 
+#include "pbm_scan/table/cell_style.h"
 #include "pbm_scan/table/point_table.h"
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/words.h"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace pbm::build {
@@ -16,26 +18,20 @@ namespace {
 constexpr std::size_t kMostColumns = 64;
 constexpr std::size_t kSample = 1000; // rows that guesses look at
 
-// The text with white space between numbers; the text itself where it has that already.
-std::string_view with_spaces(std::string_view text, std::string &storage) {
-    const std::string_view head = text.substr(0, 4096);
-    const bool semicolons = head.find(';') != std::string_view::npos;
-    if (!semicolons && head.find(',') == std::string_view::npos)
-        return text;
-    storage = text;
-    for (char &c : storage)
-        c = c == ';' ? ' ' : c != ',' ? c : semicolons ? '.' : ' ';
-    return storage;
-}
-
 bool is_comment(std::string_view word) { return word.starts_with('#') || word.starts_with("//"); }
 
-// Whether all values of three columns from `first` on are such.
+// Whether all values of three columns from `first` on are such, but for missing ones.
 template <class Is> bool all_are(std::span<const double> sample, std::size_t columns, std::size_t first, const Is &is) {
-    for (std::size_t row = 0; row + columns <= sample.size(); row += columns)
-        if (!is(sample[row + first], sample[row + first + 1], sample[row + first + 2]))
+    bool has_some = false;
+    for (std::size_t row = 0; row + columns <= sample.size(); row += columns) {
+        const glm::dvec3 three(sample[row + first], sample[row + first + 1], sample[row + first + 2]);
+        if (!is_finite(three))
+            continue;
+        if (!is(three.x, three.y, three.z))
             return false;
-    return true;
+        has_some = true;
+    }
+    return has_some;
 }
 
 std::string numbered_column(std::size_t index) { return "column " + std::to_string(index + 1); }
@@ -71,8 +67,8 @@ std::vector<std::string> guessed_names(std::span<const double> sample, std::size
 
 class TextCloud {
   public:
-    TextCloud(std::string_view text, const ReadOptions &options)
-        : size_(text.size()), options_(options), lines_(text), names_(options.columns) {}
+    TextCloud(std::string_view text, const CellStyle &style, const ReadOptions &options)
+        : size_(text.size()), style_(style), options_(options), lines_(text), names_(options.columns) {}
 
     Result<Surface> run() {
         while (lines_.next())
@@ -83,14 +79,16 @@ class TextCloud {
                              " points, and " + std::to_string(rows_) +
                              " follow: the file is cut short; copy or export it again");
         if (columns_ == 0)
-            return bad_input("the text has no row of three numbers or more: it is no table of points");
+            return bad_input(skipped_ == 0 ? "the text has no row of three numbers or more: it is no table of points"
+                                           : "no row has numbers only: " + printable_in_quotes(first_skipped_) +
+                                                 " is text, and '-' in --columns skips a column of text");
         const bool is_guess = names_.empty();
         if (is_guess)
             names_ = guessed_names(std::span(values_).first(std::min(values_.size(), kSample * columns_)), columns_);
         std::vector<ColumnRole> roles = roles_of(names_);
         for (const ColumnRole axis : {ColumnRole::x, ColumnRole::y, ColumnRole::z})
             if (std::find(roles.begin(), roles.end(), axis) == roles.end())
-                return bad_input("the columns " + printable_in_quotes(joined(names_, ", ")) + " have no x, y and z");
+                return bad_input("the columns '" + listed(names_) + "' have no x, y and z");
         Surface surface;
         const std::vector<KeptColumn> kept = keep_fields(names_, roles, options_, surface);
         PointTable table;
@@ -104,7 +102,12 @@ class TextCloud {
         if (!options_.columns.empty())
             surface.report.push_back({"columns", Fate::kept, "as --columns names them"});
         if (is_guess && columns_ > 3)
-            surface.report.push_back({"columns", Fate::converted, "guessed as " + joined(names_, ", ")});
+            surface.report.push_back({"columns", Fate::converted, "guessed as " + listed(names_)});
+        if (style_.decimal_comma)
+            surface.report.push_back({"decimal sign", Fate::kept, "a comma"});
+        if (empty_cells_ != 0)
+            surface.report.push_back(
+                {"empty cells", Fate::kept, counted(empty_cells_, "cell") + ": no value of that point"});
         if (skipped_ != 0)
             surface.report.push_back({"text", Fate::dropped,
                                       counted(skipped_, "row") + " of text before the first point: " +
@@ -115,57 +118,111 @@ class TextCloud {
     }
 
   private:
-    // The words of the line behind a comment sign and without quotes, if they name columns.
-    void take_names() {
+    // The names of columns on this line, behind a comment sign; empty: x, y or z is not among them.
+    std::vector<std::string> names_by(char separator) {
         lines_.rewind();
-        std::vector<std::string> names;
-        for (std::string_view word = lines_.word(); !word.empty() && names.size() <= kMostColumns;
-             word = lines_.word()) {
-            if (names.empty())
-                word.remove_prefix(std::min(word.find_first_not_of("#/"), word.size()));
-            word = trimmed(word, "\"'");
-            if (!word.empty())
-                names.emplace_back(word);
-        }
+        std::string_view line = lines_.trimmed_rest();
+        line.remove_prefix(std::min(line.find_first_not_of("#/"), line.size()));
+        std::vector<std::string> names = text_cells(line, separator);
+        while (!names.empty() && names.back().empty())
+            names.pop_back();
+        for (std::size_t i = 0; i < names.size(); ++i)
+            if (names[i].empty())
+                names[i] = numbered_column(i);
+        make_distinct(names);
         const std::vector<ColumnRole> roles = roles_of(names);
         const auto has = [&](ColumnRole role) { return std::find(roles.begin(), roles.end(), role) != roles.end(); };
-        if (has(ColumnRole::x) && has(ColumnRole::y) && has(ColumnRole::z))
-            names_ = std::move(names);
+        const bool has_places = has(ColumnRole::x) && has(ColumnRole::y) && has(ColumnRole::z);
+        return has_places && names.size() <= kMostColumns ? names : std::vector<std::string>();
+    }
+
+    // Rows may be divided in another way than their names.
+    void take_names() {
+        for (const char separator : {style_.separator, ',', ';', '\t', ' '})
+            if (names_.empty())
+                names_ = names_by(separator);
+    }
+
+    // Reads the numbers of the line. Returns the first cell that is no number, or nothing.
+    std::string_view read_cells() {
+        constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+        const char separator = style_.separator == ' ' ? '\0' : style_.separator; // no text has that
+        const char *at = lines_.at();
+        const char *const end = lines_.end();
+        row_.clear();
+        numbers_ = empty_ = 0;
+        bool is_empty = true; // the cell that `at` is in
+        while (true) {
+            while (at != end && ends_word(*at) && *at != separator)
+                ++at;
+            if (at == end || is_comment({at, end}))
+                break;
+            if (*at == separator) {
+                empty_ += is_empty ? 1U : 0U;
+                is_empty = true;
+                ++at;
+                continue;
+            }
+            for (; empty_ != 0; --empty_, ++empty_cells_) // those before this one
+                row_.push_back(kNone);
+            is_empty = false;
+            const char *const cell_end = separator == '\0' ? end : std::find(at, end, separator);
+            double value = kNone;
+            const char *next = parse_number(at, cell_end, value);
+            if (next == nullptr) { // a quoted number, or text that the user skips
+                const char *const word_end = std::find_if(at, cell_end, ends_word);
+                const std::string_view word(at, word_end), bare = trimmed(word, "\"'");
+                const bool is_skipped = !options_.columns.empty() && row_.size() < options_.columns.size() &&
+                                        options_.columns[row_.size()] == kSkippedColumn;
+                if (!is_number(bare, value) && !is_skipped)
+                    return word;
+                next = is_skipped && separator != '\0' ? cell_end : word_end;
+                numbers_ -= is_skipped ? 1U : 0U;
+            }
+            row_.push_back(value);
+            ++numbers_;
+            at = next;
+            if (row_.size() > kMostColumns)
+                break;
+        }
+        empty_ += is_empty && separator != '\0' ? 1U : 0U;
+        return {};
     }
 
     Status line() {
-        const std::string_view first = lines_.word();
-        if (first.empty())
+        if (!lines_.to_word())
             return {};
-        double value = 0;
-        if (!is_number(first, value)) {
-            if (is_comment(first) || columns_ == 0)
-                return text(first);
-            return lines_.refuse(printable_in_quotes(first) + " is not a number");
+        const std::string_view rest = lines_.rest();
+        if (is_comment(rest)) {
+            if (columns_ == 0 && names_.empty())
+                take_names();
+            return {};
         }
         lines_.rewind();
-        row_.clear();
-        for (std::string_view word = lines_.word(); !word.empty() && !is_comment(word); word = lines_.word()) {
-            if (!is_number(word, value))
-                return lines_.refuse(printable_in_quotes(word) + " is not a number");
-            if (row_.size() == kMostColumns)
-                return lines_.refuse("more than " + std::to_string(kMostColumns) + " columns");
-            row_.push_back(value);
+        if (const std::string_view odd = read_cells(); !odd.empty()) {
+            if (columns_ == 0 && numbers_ == 0)
+                return text(odd);
+            return lines_.refuse(printable_in_quotes(odd) + " in column " + std::to_string(row_.size() + 1) +
+                                 " is not a number; '-' in --columns skips a column of text");
         }
-        if (row_.size() == 1)
+        if (row_.size() + empty_ > kMostColumns)
+            return lines_.refuse("more than " + std::to_string(kMostColumns) + " columns");
+        if (row_.empty()) // separators only
+            return {};
+        if (row_.size() == 1 && empty_ == 0)
             return count_of_points();
         return row();
     }
 
-    // A comment, or a row of text before the points, whose first one names the columns.
+    // A row of text before the points, whose first one names the columns. `first`: its first cell.
     Status text(std::string_view first) {
         const bool has_names = !names_.empty();
-        if (columns_ == 0 && !has_names)
+        if (!has_names)
             take_names();
-        if (is_comment(first))
-            return {};
         if (names_.empty())
-            return lines_.refuse(printable_in_quotes(first) + " begins no row of a table of points");
+            return lines_.refuse(printable_in_quotes(first) +
+                                 " begins neither a row of numbers nor names with x, y and z; if this is a table of "
+                                 "points, --columns says what its columns are");
         const bool is_header = !has_names || (!options_.columns.empty() && !has_header_);
         has_header_ = has_header_ || is_header;
         if (!is_header && skipped_++ == 0)
@@ -173,16 +230,27 @@ class TextCloud {
         return {};
     }
 
+    // Empty cells at the end of a row are missing values where there are such columns, and nothing elsewhere.
+    void complete_row() {
+        const std::size_t columns = columns_ != 0 ? columns_ : names_.size();
+        while (row_.size() < columns && empty_ != 0) {
+            row_.push_back(std::numeric_limits<double>::quiet_NaN());
+            --empty_;
+            ++empty_cells_;
+        }
+    }
+
     // Of columns beyond those of --columns.
     Status complete_names() {
         if (names_.empty() || names_.size() == row_.size())
             return {};
-        const std::string found = "a row of " + std::to_string(row_.size()) + " numbers",
-                          named = std::to_string(names_.size()) + " names";
+        const std::string found = "a row of " + std::to_string(row_.size()) + " numbers";
         if (options_.columns.empty())
-            return lines_.refuse(found + " below " + named);
+            return lines_.refuse(found + " below " + std::to_string(names_.size()) + " names" +
+                                 (style_.separator == ' ' ? "; names with spaces need quotes" : ""));
         if (names_.size() > row_.size())
-            return lines_.refuse(found + ", and --columns has " + named);
+            return lines_.refuse(found + ", and --columns has " + std::to_string(names_.size()) + " names",
+                                 ErrorCode::usage);
         while (names_.size() < row_.size())
             names_.push_back(numbered_column(names_.size()));
         return {};
@@ -200,6 +268,7 @@ class TextCloud {
     }
 
     Status row() {
+        complete_row();
         if (columns_ == 0) {
             if (row_.size() < 3)
                 return lines_.refuse("a row of fewer than three numbers");
@@ -223,10 +292,13 @@ class TextCloud {
     }
 
     std::size_t size_;
+    CellStyle style_;
     const ReadOptions &options_;
     Lines lines_;
     std::vector<std::string> names_;
-    std::vector<double> row_, values_; // values: [rows][columns]
+    std::vector<double> row_, values_;    // values: [rows][columns]
+    std::size_t numbers_ = 0, empty_ = 0; // of the row: cells with a number; empty ones at its end
+    std::uint64_t empty_cells_ = 0;       // of all rows
     std::size_t columns_ = 0;
     std::uint64_t rows_ = 0, count_line_ = 0, skipped_ = 0;
     std::string first_skipped_;
@@ -253,8 +325,17 @@ Result<std::vector<std::string>> parse_columns(const std::string &list) {
 Result<Surface> read_text_cloud(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
     if (const Status status = refuse_nul(as_text(bytes)); !status)
         return status.error();
-    std::string line_feeds, spaces;
-    return TextCloud(with_spaces(with_line_feeds(as_text(bytes), line_feeds), spaces), options).run();
+    std::string line_feeds, points;
+    std::string_view text = with_line_feeds(as_text(bytes), line_feeds);
+    const Result<CellStyle> style = find_cell_style(text);
+    if (!style)
+        return style.error();
+    if (style->decimal_comma) {
+        points = text;
+        std::replace(points.begin(), points.end(), ',', '.');
+        text = points;
+    }
+    return TextCloud(text, *style, options).run();
 }
 
 } // namespace pbm::build
