@@ -286,7 +286,7 @@ void print_shading(const ModelParameters &parameters) {
 void print_fields(const Reader &reader) {
     std::cout << std::defaultfloat << std::setprecision(9);
     for (const Field &field : reader.parameters().fields)
-        std::cout << "field       " << command_line::printable(field.name) << ", " << field.value(1) << " to "
+        std::cout << "field       " << command_line::printable(field.name) << ", room for " << field.value(1) << " to "
                   << field.value(field.max_stored()) << (field.unit.empty() ? "" : " ")
                   << command_line::printable(field.unit) << " in steps of " << field.scale << ", " << 8 * field.bytes
                   << " bits, " << to_string(field.average) << '\n';

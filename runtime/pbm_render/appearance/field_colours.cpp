@@ -81,7 +81,7 @@ std::array<double, 2> range_of(const Field &field, std::span<const std::uint32_t
         return {field.value(1), field.value(field.max_stored())};
     const std::size_t end = sorted.size() / 100;
     const double least = field.value(sorted[end]), most = field.value(sorted[sorted.size() - 1 - end]);
-    return {least, most > least ? most : least + field.scale};
+    return most > least ? std::array{least, most} : std::array{field.value(sorted.front()), field.value(sorted.back())};
 }
 
 } // namespace
@@ -110,9 +110,11 @@ FieldColours field_colours(std::size_t field, const Field &description, const Co
     }
     for (std::uint32_t stored = 1; stored < colours.indices.size(); ++stored) {
         const double value = description.value(stored);
-        const double at = colours.map == ColourMap::classes
-                              ? std::fmod(std::max(0.0, std::round(value)), 255)
-                              : 254 * std::clamp((value - least) / (most - least), 0.0, 1.0);
+        const double at = colours.map == ColourMap::classes ? std::fmod(std::fmod(std::round(value), 255) + 255, 255)
+                          : least == most                   ? value < least  ? 0
+                                                              : value > most ? 254
+                                                                             : 127
+                                          : 254 * std::clamp((value - least) / (most - least), 0.0, 1.0);
         colours.indices[stored] = static_cast<std::uint8_t>(1 + std::lround(at));
     }
     if (colours.map == ColourMap::classes) {

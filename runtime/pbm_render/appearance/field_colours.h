@@ -19,7 +19,8 @@ enum class ColourMap : std::uint8_t { viridis, grey, classes };
 struct FieldColours {
     std::size_t field = 0; // of the file
     ColourMap map = ColourMap::viridis;
-    double least = 0, most = 1;        // values with the first and the last colour; unused by `classes`
+    // Values with the first and the last colour; unused by `classes`. Equal: the sample has no other.
+    double least = 0, most = 1;
     std::array<Rgb8, 256> palette{};   // index 0: points without a value
     std::vector<std::uint8_t> indices; // [Field::max_stored() + 1]: into the palette
     std::vector<std::uint32_t> labels; // stored values to explain, of `classes`

@@ -17,16 +17,30 @@ namespace {
 // Sizes in units of the font, whose capitals are 7 units high.
 constexpr int kPadding = 6, kLine = 12, kSwatch = 10, kGap = 5, kBarHeight = 120, kMaxRows = 20;
 
-std::string number(double value) {
+std::string number(double value, int digits = 6) {
     std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.6g", value);
+    std::snprintf(text.data(), text.size(), "%.*g", digits, value);
     return text.data();
 }
 
+// The values at the ends and in the middle of a range, with as many digits as tell them apart.
+std::array<std::string, 3> tick_texts(double least, double most) {
+    if (least == most)
+        return {"", number(least), ""};
+    constexpr int kFewest = 6, kMost = 17;
+    std::array<std::string, 3> texts;
+    for (int digits = kFewest; digits <= kMost; ++digits) {
+        texts = {number(least, digits), number((least + most) / 2, digits), number(most, digits)};
+        if (texts[0] != texts[1] && texts[1] != texts[2])
+            break;
+    }
+    return texts;
+}
+
 std::string label_text(const Field &field, std::uint32_t stored) {
-    const double value = field.value(stored);
-    const auto label = static_cast<std::uint32_t>(std::clamp(std::round(value), 0.0, 65535.0));
-    const std::string_view name = field.name == "classification" ? class_name(label) : std::string_view();
+    const double value = field.value(stored), label = std::round(value);
+    const bool is_class = field.name == "classification" && label >= 0 && label <= 65535;
+    const std::string_view name = is_class ? class_name(static_cast<std::uint32_t>(label)) : std::string_view();
     return number(value) + (name.empty() ? "" : " " + std::string(name));
 }
 
@@ -99,7 +113,7 @@ Legend legend_of(const Field &field, const FieldColours &colours) {
         return legend;
     }
     std::copy(colours.palette.begin() + 1, colours.palette.end(), legend.bar.begin());
-    legend.ticks = {number(colours.least), number((colours.least + colours.most) / 2), number(colours.most)};
+    legend.ticks = tick_texts(colours.least, colours.most);
     return legend;
 }
 

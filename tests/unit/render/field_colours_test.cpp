@@ -54,7 +54,14 @@ TEST(FieldColours, TheRangeLeavesOutTheFarthestValues) {
     EXPECT_EQ(colours.least, kHeights.value(50));
     EXPECT_EQ(colours.most, kHeights.value(100));
     const FieldColours even = field_colours(0, kHeights, {}, Bytes(10, 7));
-    EXPECT_LT(even.least, even.most);
+    EXPECT_EQ(even.least, kHeights.value(7));
+    EXPECT_EQ(even.most, even.least);
+    EXPECT_EQ(even.indices[6], 1);
+    EXPECT_EQ(even.indices[7], 128);
+    EXPECT_EQ(even.indices[8], 255);
+    Bytes odd(1000, 50);
+    odd.back() = 90; // nearly all are equal: the range is that of all
+    EXPECT_EQ(field_colours(0, kHeights, {}, odd).most, kHeights.value(90));
     const FieldColours none = field_colours(0, kHeights, {}, Bytes(10, 0));
     EXPECT_LT(none.least, none.most);
 }
@@ -68,6 +75,9 @@ TEST(FieldColours, LabelsHaveColoursOfTheirOwn) {
     for (std::uint32_t label = 0; label < 40; ++label)
         all.insert(colours.palette[colours.indices[label + 1]]);
     EXPECT_EQ(all.size(), 40U);
+    const Field below{.name = "label", .unit = "", .offset = -3, .average = FieldAverage::majority};
+    const FieldColours negative = field_colours(0, below, {}, Bytes{1, 2, 3, 4});
+    EXPECT_EQ(std::set<std::uint8_t>(negative.indices.begin() + 1, negative.indices.begin() + 5).size(), 4U);
     EXPECT_EQ(field_colours(0, kLabels, {.range = {{0, 9}}, .map = {}}, {}).map, ColourMap::viridis);
 }
 

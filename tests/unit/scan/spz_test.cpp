@@ -112,7 +112,7 @@ TEST(Spz, DamageIsRefused) {
     EXPECT_TRUE(has(error(spz4(3), "scan").message, "has not the size of 2 splats"));
     std::string none = spz(2);
     none[8] = 0;
-    EXPECT_TRUE(has(error(none, "scan").message, "announces 0 splats"));
+    EXPECT_TRUE(has(error(none, "scan").message, "has no splats"));
     std::string damaged = spz4();
     damaged[damaged.size() / 2] ^= 0x55;
     damaged[120] ^= 0x55;

@@ -204,6 +204,20 @@ TEST(TextCloud, EmptyCellsAreMissingValues) {
     EXPECT_EQ(surface("\"1.5\",\"2\",\"3\"\n", "scan.csv").positions[0], glm::dvec3(1.5, 2, 3));
 }
 
+TEST(TextCloud, AFewOddColoursDoNotChangeTheRangeOfAll) {
+    std::string bytes, parts, wide;
+    for (int i = 0; i < 300; ++i) {
+        bytes += i == 7 ? "1 2 3 256 -1 0\n" : "1 2 3 200 100 50\n";
+        parts += i == 7 ? "1 2 3 1.2 0 0\n" : "1 2 3 0.5 1 0\n";
+        wide += i == 7 ? "1 2 3 40000 257 0\n" : "1 2 3 0 0 0\n"; // most points have none
+    }
+    const std::string names = "x y z r g b\n";
+    EXPECT_EQ(surface(names + bytes, "scan.txt").colours[0], (Rgb8{200, 100, 50}));
+    EXPECT_EQ(note_of(surface(names + bytes, "scan.txt"), "colours"), "sRGB, 8 bits; 1 colour outside clamped");
+    EXPECT_EQ(surface(names + parts, "scan.txt").colours[0], (Rgb8{128, 255, 0}));
+    EXPECT_EQ(surface(names + wide, "scan.txt").colours[7], (Rgb8{156, 1, 0}));
+}
+
 TEST(TextCloud, TextIsSkippedWhereTheUserSaysSo) {
     EXPECT_TRUE(
         has(refusal("x,y,z,kind\n1,2,3,tall tree\n", "x.csv"), "line 2: 'tall' in column 4 is not a number; '-'"));

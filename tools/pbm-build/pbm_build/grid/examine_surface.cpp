@@ -103,8 +103,8 @@ void report_steps(std::span<const SinglePrecision> inputs, double voxel_size, Bu
         if (input.step > voxel_size)
             statistics.report(
                 "coordinates", Fate::kept,
-                formatted("single precision: near %.3g they have steps of %.3g, a voxel has %.3g; export the scan with "
-                          "doubles, or shifted to its place, and give the shift as --origin",
+                formatted("near %.3g they have the steps of single precision, %.3g, and a voxel has %.3g; export the "
+                          "scan with more digits (doubles), or shifted to its place, and give the shift as --origin",
                           input.near, input.step, voxel_size),
                 input.input);
 }

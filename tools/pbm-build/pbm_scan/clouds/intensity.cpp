@@ -19,15 +19,21 @@ GreyColours grey_colours(std::span<const float> intensities) {
         std::nth_element(sorted.begin(), at, sorted.end());
         return *at;
     };
-    const float low = quantile(1), high = quantile(99);
+    float low = quantile(1), high = quantile(99);
+    const bool are_most = low < high;
+    if (!are_most) { // nearly all are equal
+        const auto [least, most] = std::minmax_element(sorted.begin(), sorted.end());
+        low = *least;
+        high = *most;
+    }
     if (!(low < high))
         return {{}, "all values are equal"};
     GreyColours grey;
     grey.colours.reserve(intensities.size());
     for (const float value : intensities)
         grey.colours.push_back(colour_bytes(glm::vec3(value - low), 255.0F / (high - low)));
-    grey.note = formatted("grey from %g (black) to %g (white), which hold 98 %% of the values",
-                          static_cast<double>(low), static_cast<double>(high));
+    grey.note = formatted("grey from %g (black) to %g (white)%s", static_cast<double>(low), static_cast<double>(high),
+                          are_most ? ", which hold 98 % of the values" : "");
     return grey;
 }
 

@@ -287,7 +287,10 @@ std::vector<FieldColumn> keep_fields(PlyHeader &header, PlyRoles &roles, const R
     for (const PlyProperty *number : numbers)
         names.push_back(number->name);
     make_distinct(names);
-    const std::vector<FieldOffer> offers(names.begin(), names.end());
+    std::vector<FieldOffer> offers;
+    offers.reserve(names.size());
+    for (const std::string &name : names)
+        offers.push_back({name});
     const std::vector<FieldColumn> columns = field_columns(surface, options, offers);
     std::vector<FieldColumn> kept;
     for (std::size_t i = 0; i < numbers.size(); ++i) {

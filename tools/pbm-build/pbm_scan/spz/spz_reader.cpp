@@ -37,8 +37,12 @@ Result<SpzHeader> read_header(ByteView bytes) {
     if (header.version == 0 || header.version > 4)
         return Error{ErrorCode::unsupported_version, 4,
                      "SPZ version " + std::to_string(header.version) + "; export it as version 3, or as PLY"};
-    if (header.splats == 0 || header.splats > kMaxVertices)
-        return bad_input("the SPZ file announces " + std::to_string(header.splats) + " splats", 8);
+    if (header.splats == 0)
+        return bad_input("the file has no splats: there is nothing to build");
+    if (header.splats > kMaxVertices)
+        return bad_input("the SPZ file announces " + std::to_string(header.splats) +
+                             " splats: it is damaged; copy or export it again",
+                         8);
     constexpr int kMostDegree = 4, kMostFraction = 24;
     if (header.degree > kMostDegree || header.fraction_bits > kMostFraction)
         return bad_input("the SPZ header is damaged", 12);

@@ -59,19 +59,29 @@ void keep_colours(PointTable &table, Surface &surface, std::string &note) {
         note = "sRGB, 8 bits";
         return;
     }
-    float highest = 0;
-    std::uint64_t missing = 0;
-    for (const glm::vec3 &c : table.colours)
-        if (is_finite(glm::dvec3(c)))
-            highest = std::max(highest, std::max(c.x, std::max(c.y, c.z)));
-        else
-            ++missing;
-    const float factor = highest <= 1 ? 255.0F : highest <= 255 ? 1.0F : 255.0F / 65535;
-    note = highest <= 1 ? "sRGB, 0..1 to 8 bits" : highest <= 255 ? "sRGB, 8 bits" : "sRGB, 16 bits to 8";
+    std::uint64_t lit = 0, above_one = 0, above_byte = 0;
+    for (const glm::vec3 &c : table.colours) {
+        const float highest = std::max(c.x, std::max(c.y, c.z));
+        lit += highest > 0 ? 1U : 0U;
+        above_one += highest > 1 ? 1U : 0U;
+        above_byte += highest > 255 ? 1U : 0U;
+    }
+    // A few odd values among those that are not black do not make a table one of another range.
+    const auto are_few = [&](std::uint64_t count) { return count < (lit + 99) / 100 || count == 0; };
+    const float white = are_few(above_one) ? 1.0F : are_few(above_byte) ? 255.0F : 65535.0F;
+    std::uint64_t missing = 0, outside = 0;
+    for (const glm::vec3 &c : table.colours) {
+        const bool is_missing = !is_finite(glm::dvec3(c));
+        const bool is_outside = std::min(c.x, std::min(c.y, c.z)) < 0 || std::max(c.x, std::max(c.y, c.z)) > white;
+        missing += is_missing ? 1U : 0U;
+        outside += !is_missing && is_outside ? 1U : 0U;
+        surface.colours.push_back(is_missing ? Rgb8{} : colour_bytes(c, 255 / white));
+    }
+    note = white == 1 ? "sRGB, 0..1 to 8 bits" : white == 255 ? "sRGB, 8 bits" : "sRGB, 16 bits to 8";
+    if (outside != 0)
+        note += "; " + counted(outside, "colour") + " outside clamped";
     if (missing != 0)
         note += "; " + counted(missing, "point") + " without a colour " + (missing == 1 ? "is" : "are") + " black";
-    for (const glm::vec3 &c : table.colours)
-        surface.colours.push_back(is_finite(glm::dvec3(c)) ? colour_bytes(c, factor) : Rgb8{});
 }
 
 } // namespace
