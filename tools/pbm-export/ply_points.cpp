@@ -68,11 +68,18 @@ template <class T> bool resolves(double voxel, double farthest) {
     return voxel >= kMinSteps * step;
 }
 
-// "scalar_gps_time": the property of a field, by the custom of CloudCompare.
-std::string property_of(const Field &field) {
-    std::string name = "scalar_" + field.name;
-    std::replace(name.begin(), name.end(), ' ', '_');
-    return name;
+// "scalar_gps_time": the properties of fields, by the custom of CloudCompare. Equal ones are numbered.
+std::vector<std::string> properties_of(std::span<const Field> fields) {
+    std::vector<std::string> names;
+    for (const Field &field : fields) {
+        std::string name = "scalar_" + field.name;
+        std::replace(name.begin(), name.end(), ' ', '_');
+        std::string distinct = name;
+        for (int number = 2; std::find(names.begin(), names.end(), distinct) != names.end(); ++number)
+            distinct = name + "_" + std::to_string(number);
+        names.push_back(std::move(distinct));
+    }
+    return names;
 }
 
 // Whether floats distinguish the values of a field.
@@ -143,8 +150,10 @@ std::string PlyPoints::header() const {
     for (const StreamInfo &stream : exported_bytes())
         properties("uchar", {traits_of(stream.kind).ply_property});
     properties("uchar", {"two_sided"});
-    for (const Field &field : reader_->parameters().fields)
-        properties(fits_float(field) ? "float" : "double", {property_of(field)});
+    const std::vector<Field> &fields = reader_->parameters().fields;
+    const std::vector<std::string> names = properties_of(fields);
+    for (std::size_t f = 0; f < fields.size(); ++f)
+        properties(fits_float(fields[f]) ? "float" : "double", {names[f]});
     if (has_materials()) {
         text += "element material " + text_of(reader_->parameters().materials.size()) + "\n";
         properties("float", {"ka", "kd", "ks", "power"});

@@ -55,8 +55,8 @@ TEST(FieldOption, IsRead) {
     EXPECT_EQ(parse_field("i=0,8")->range, (std::array<double, 2>{0, 8}));
     EXPECT_EQ(parse_field("i=0,8,16")->bits, 16);
     EXPECT_EQ(parse_field("i,16,majority")->average, FieldAverage::majority);
-    for (const char *text : {"", "=1,2", "i=1", "i=2,1", "i=a,b", "i,median", "i=1,2,3", "i=0,inf",
-                             "i,mean,max", "i,8,16", "i=1,2,8,8", "i,"})
+    for (const char *text : {"", "=1,2", "i=1", "i=2,1", "i=a,b", "i,median", "i=1,2,3", "i=0,inf", "i,mean,max",
+                             "i,8,16", "i=1,2,8,8", "i,"})
         EXPECT_FALSE(parse_field(text)) << text;
 }
 

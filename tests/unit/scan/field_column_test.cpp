@@ -50,6 +50,13 @@ TEST(Fields, TheBestNameWins) {
     const Surface same = with_fields("x,y,z,a,a,a\n0,0,0,1,2,3\n1,0,0,1,2,3\n0,1,0,1,2,3\n", "scan.csv", {"a_3"});
     EXPECT_EQ(values_of(same, 0)[0], 3);
     EXPECT_EQ(report(same, "columns a, a_2").fate, Fate::dropped);
+    std::vector<std::string> names{"a", "a", "a_2", "a"};
+    make_distinct(names);
+    EXPECT_EQ(names, (std::vector<std::string>{"a", "a_3", "a_2", "a_4"})); // a_2 is taken
+    const Surface classes =
+        with_fields("x,y,z,class,scalar_Classification\n0,0,0,2,1\n1,0,0,2,1\n0,1,0,2,2\n", "scan.csv", {}, "ground");
+    EXPECT_EQ(classes.positions.size(), 2U);
+    EXPECT_EQ(values_of(with_fields("x,y,z,i\n0,0,0,16777217\n", "scan.csv", {"i"}), 0)[0], 16777217);
 }
 
 TEST(Fields, ClassesHaveNumbersAndNames) {

@@ -173,11 +173,26 @@ TEST(TextCloud, ACommaIsADecimalSignWhereItSeparatesNothing) {
         EXPECT_EQ(note_of(s, "decimal sign"), "a comma") << text;
     }
     // Commas separate where more than one is in a word, or one at its end.
-    for (const char *text : {"1,2,3 4,5,6\n", "1, 2, 3, 4, 5, 6\n", "1 ,2 ,3 ,4 ,5 ,6\n", "1,2,3,4,5,6\n"})
+    for (const char *text : {"1, 2, 3, 4, 5, 6\n", "1 ,2 ,3 ,4 ,5 ,6\n", "1,2,3,4,5,6\n"})
         EXPECT_EQ(surface(text, "scan.txt").positions[0], glm::dvec3(1, 2, 3)) << text;
-    for (const char *text : {"1,234.5 2,345.6 3,4\n", "1,5, 2,5, 3,5\n"})
+    for (const char *text : {"1,234.5 2,345.6 3,4\n", "1,5, 2,5, 3,5\n", "1,5, 2,5, 3,5, 17\n", "1,200.5;2;3\n",
+                             "1,234,567.0 2,345,678.0 3,456,789.5\n", "7.5 8.25 1,5\n", "2.500;1,5;3\n"})
         EXPECT_TRUE(has(refusal(text, "scan.txt"), "line 1: it is not clear whether the comma of '1,")) << text;
-    EXPECT_TRUE(has(refusal("1 2 3\n1,5 2 3\n4,4,4\n", "scan.txt"), "line 2: a row of 4 numbers"));
+    // Nor is a number cut at a blank or at a comma in quotes.
+    for (const char *text : {"1,2,3 4,5,6\n", "1 000;2;3\n", "x,y,z\n\"1,5\",2,3\n", "\"1,000\",2,3\n",
+                             "x\ty\tz\n1 000\t2\t3\n", "1.5;2;3\n1,5;2;3\n"})
+        EXPECT_FALSE(read(text, "scan.csv")) << text;
+    // Also where only later rows have one.
+    std::string whole, comment = "# ";
+    for (int i = 0; i < 20000; ++i)
+        whole += "1;2;3\n";
+    EXPECT_EQ(surface(whole + "4;5,5;6\n", "scan.csv").positions.back(), glm::dvec3(4, 5.5, 6));
+    std::replace(whole.begin(), whole.end(), ';', '\t');
+    EXPECT_EQ(surface(whole + "4\t5,5\t6\n", "scan.txt").positions.back(), glm::dvec3(4, 5.5, 6));
+    comment.append(70000, '-');
+    EXPECT_EQ(surface(comment + "\n1,5;2;3\n", "scan.csv").positions.back(), glm::dvec3(1.5, 2, 3));
+    EXPECT_EQ(surface("#x,y,z,a,b\n1,5 2,5 3,5 7 8\n", "scan.txt").positions.back(), glm::dvec3(1.5, 2.5, 3.5));
+    EXPECT_TRUE(has(refusal("1 2 3\n1,5 2 3\n4,4,4\n", "scan.txt"), "'1 2 3' begins neither"));
 }
 
 TEST(TextCloud, EmptyCellsAreMissingValues) {
@@ -201,7 +216,40 @@ TEST(TextCloud, EmptyCellsAreMissingValues) {
     // A separator at the end of all rows separates nothing.
     EXPECT_EQ(surface("1,2,3,\n4,5,6,\n", "scan.csv").report.size(), 1U);
     EXPECT_EQ(surface("x,y,z,,\n1,2,3,,\n4,5,6,,\n", "scan.csv").report.size(), 1U);
-    EXPECT_EQ(surface("\"1.5\",\"2\",\"3\"\n", "scan.csv").positions[0], glm::dvec3(1.5, 2, 3));
+    EXPECT_EQ(surface("\"1.5\",\" 2 \",'3'\n", "scan.csv").positions[0], glm::dvec3(1.5, 2, 3));
+    EXPECT_EQ(surface("x,y,z,a\n1,2,3,\"\"\n", "scan.csv").positions[0], glm::dvec3(1, 2, 3));
+    // Between tabs too, also without names, unless several tabs align all rows.
+    EXPECT_EQ(surface("0\t\t3\t10\n1\t2\t\t10\n4\t5\t6\t7\n", "scan.txt").positions[0], glm::dvec3(4, 5, 6));
+    EXPECT_EQ(surface("0\t\t3\t\t10\n1\t\t2\t\t10\n", "scan.txt").positions[1], glm::dvec3(1, 2, 10));
+    const Surface indexed =
+        surface("\tx\ty\tz\tlabel\n0\t1.5\t2\t3\t\n1\t4\t5\t6\t\n", "scan.txt"); // as pandas writes it
+    EXPECT_EQ(indexed.positions[0], glm::dvec3(1.5, 2, 3));
+    const std::string many(200, ',');
+    EXPECT_EQ(surface("1,2,3" + many + "\n", "scan.csv").positions[0], glm::dvec3(1, 2, 3));
+}
+
+TEST(TextCloud, CommentsAreSaidAndErrorsOfSpreadsheetsAreNone) {
+    const Surface s = surface("# x y z\n1 2 3 # first\n//2 2 2\n4 5 6\n", "scan.txt");
+    EXPECT_EQ(s.positions.size(), 2U);
+    EXPECT_EQ(note_of(s, "comments"), "2 lines behind the first point, or end of a line, that begins with # or //");
+    for (const char *text :
+         {"x,y,z\n1,2,3\n#DIV/0!,2,3\n", "1,2,3\n1,2,#REF!\n", "1,2,3,#ff0000\n", "1,2,3\n#N/A,1,2\n"})
+        EXPECT_TRUE(has(refusal(text, "scan.csv"), "is not a number")) << text;
+    EXPECT_EQ(surface("# Columns: X Y Z\n1 2 3\n", "scan.txt").report.size(), 1U);
+    EXPECT_EQ(surface("sep=;\nx;y;z\n1;2;3\n", "scan.csv").report.size(), 1U);
+    const std::string longest = "# " + std::string(1 << 20, 'a'), many = [] {
+        std::string names = "# ";
+        for (int i = 0; i < 200000; ++i)
+            names += "a ";
+        return names;
+    }();
+    EXPECT_EQ(surface(longest + "\n" + many + "\n1 2 3\n", "scan.txt").positions.size(), 1U);
+}
+
+TEST(TextCloud, PackedColoursThatAreNoneAreCounted) {
+    const Surface s = surface("x,y,z,rgb\n1,2,3,16711680\n1,2,3,\n1,2,3,-1\n1,2,3,2.3e-38\n", "scan.csv");
+    EXPECT_EQ(s.colours[0], (Rgb8{255, 0, 0}));
+    EXPECT_EQ(note_of(s, "colours"), "sRGB, 8 bits; 3 points without a colour are black");
 }
 
 TEST(TextCloud, AFewOddColoursDoNotChangeTheRangeOfAll) {
@@ -216,14 +264,20 @@ TEST(TextCloud, AFewOddColoursDoNotChangeTheRangeOfAll) {
     EXPECT_EQ(note_of(surface(names + bytes, "scan.txt"), "colours"), "sRGB, 8 bits; 1 colour outside clamped");
     EXPECT_EQ(surface(names + parts, "scan.txt").colours[0], (Rgb8{128, 255, 0}));
     EXPECT_EQ(surface(names + wide, "scan.txt").colours[7], (Rgb8{156, 1, 0}));
+    std::string dark; // of whole numbers
+    for (int i = 0; i < 300; ++i)
+        dark += i == 7 ? "1 2 3 200 100 50\n" : "1 2 3 1 1 0\n";
+    EXPECT_EQ(surface(names + dark, "scan.txt").colours[0], (Rgb8{1, 1, 0}));
 }
 
 TEST(TextCloud, TextIsSkippedWhereTheUserSaysSo) {
     EXPECT_TRUE(
-        has(refusal("x,y,z,kind\n1,2,3,tall tree\n", "x.csv"), "line 2: 'tall' in column 4 is not a number; '-'"));
-    EXPECT_TRUE(has(refusal("id,x,y,z\nP1,1,2,3\n", "x.csv"), "'P1' is text, and '-' in --columns skips"));
-    for (const char *text : {"id,x,y,z,kind\nP1,1,2,3,tall tree\nP2,4,5,6,\n", "P1,1,2,3,house\nP2,4,5,6,7\n",
-                             "P1 1 2 3 house\nP2 4 5 6 tree\n"}) {
+        has(refusal("x,y,z,kind\n1,2,3,tall tree\n", "x.csv"), "line 2: 'tall tree' in column 4 is not a number; '-'"));
+    EXPECT_TRUE(has(refusal("id,x,y,z\nP1,1,2,3\n", "x.csv"), "line 2: 'P1' in column 1 is not a number; '-' in --columns skips"));
+    for (const char *text :
+         {"id,x,y,z,kind\nP1,1,2,3,tall tree\nP2,4,5,6,\n", "P1,1,2,3,house\nP2,4,5,6,7\n",
+          "\"P,1\",1,2,3,\"a, b 5\"\n\"P,2\",4,5,6,\"7,8\"\n", "\"P 1\" 1 2 3 'a 5'\nP2 4 5 6 7\n",
+          "id\tx\ty\tz\tkind\nP1\t1\t2\t3\tTree 10\nP 2\t4\t5\t6\t10\n", "P1 1 2 3 house\nP2 4 5 6 tree\n"}) {
         const Surface s = surface(text, "scan.csv", {.columns = {"-", "x", "y", "z", "-"}, .progress = {}});
         ASSERT_EQ(s.positions.size(), 2U) << text;
         EXPECT_EQ(s.positions[1], glm::dvec3(4, 5, 6)) << text;

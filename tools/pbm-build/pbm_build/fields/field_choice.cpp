@@ -4,6 +4,7 @@
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"
+#include "system/utf8.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,18 +35,22 @@ Values survey(std::span<const FieldValue> values, const std::optional<std::array
     if (range) {
         found.least = (*range)[0];
         found.most = (*range)[1];
-        found.are_whole = found.are_whole && found.least == std::floor(found.least);
+        found.are_whole =
+            found.are_whole && found.least == std::floor(found.least) && found.most == std::floor(found.most);
     }
     return found;
 }
 
 // A text that fits its place in the file, cut between characters.
-std::string cut(std::string text, std::size_t bytes) {
-    while (text.size() > bytes)
-        do
-            text.pop_back();
-        while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xC0) == 0x80);
-    return text;
+std::string cut(std::string_view text, std::size_t bytes) {
+    std::size_t end = 0;
+    while (end < text.size()) {
+        const std::size_t next = end + std::max<std::size_t>(utf8_character(text.substr(end)).bytes, 1);
+        if (next > bytes)
+            break;
+        end = next;
+    }
+    return std::string(text.substr(0, end));
 }
 
 // Sets offset, scale and bytes.
@@ -82,9 +87,14 @@ std::optional<FieldAverage> average_named(std::string_view name) {
 }
 
 std::string note_of(const Field &field, const Values &values, std::uint64_t vertices) {
-    std::string note = formatted("%.9g to %.9g%s%s, %d bits in steps of %.3g, ", values.least, values.most,
-                                 field.unit.empty() ? "" : " ", field.unit.c_str(), 8 * field.bytes, field.scale) +
-                       std::string(to_string(field.average));
+    int digits = 9; // more where they tell the ends apart
+    while (digits < 17 && values.least != values.most &&
+           formatted("%.*g", digits, values.least) == formatted("%.*g", digits, values.most))
+        ++digits;
+    std::string note =
+        formatted("%.*g to %.*g%s%s, %d bits in steps of %.3g, ", digits, values.least, digits, values.most,
+                  field.unit.empty() ? "" : " ", field.unit.c_str(), 8 * field.bytes, field.scale) +
+        std::string(to_string(field.average));
     if (values.are_whole && field.scale != 1)
         note += "; whole numbers are rounded to these steps, a smaller range =MIN,MAX keeps them";
     if (values.outside != 0)
@@ -103,6 +113,12 @@ Result<FieldRequest> parse_field(const std::string &text) {
     request.name = parts.front().substr(0, equals);
     if (request.name.empty())
         return no_field(text, "the name is missing");
+    for (std::string_view rest = request.name; !rest.empty();) {
+        const Utf8Character next = utf8_character(rest);
+        if (next.bytes == 0 || is_control(next.code))
+            return no_field(text, "the name is no text (UTF-8)");
+        rest.remove_prefix(next.bytes);
+    }
     std::size_t next = 1;
     if (equals != std::string::npos) {
         const auto least = parse_all<double>(parts.front().substr(equals + 1));

@@ -6,8 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
-#include <initializer_list>
-#include <unordered_set>
+#include <unordered_map>
 
 namespace pbm::build {
 namespace {
@@ -100,24 +99,24 @@ Result<std::bitset<256>> parse_classes(const std::string &list) {
 std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &options,
                                        std::span<const FieldOffer> offers) {
     std::vector<std::vector<std::size_t>> slots(offers.size());
-    const auto give = [&](std::size_t slot, std::initializer_list<std::string_view> names) {
+    const auto give = [&](std::size_t slot, std::string_view name) {
         int best = 0;
         std::size_t found = 0;
-        for (const std::string_view name : names)
-            for (std::size_t i = 0; i < offers.size(); ++i)
-                if (const int fit = likeness(name, offers[i].name); fit > best) {
-                    best = fit;
-                    found = i;
-                }
+        for (std::size_t i = 0; i < offers.size(); ++i)
+            if (const int fit = likeness(name, offers[i].name); fit > best) {
+                best = fit;
+                found = i;
+            }
         if (best == 0)
-            return;
+            return false;
         surface.field_units[slot] = std::string(offers[found].unit);
         slots[found].push_back(slot);
+        return true;
     };
     for (std::size_t slot = 0; slot < options.fields.size(); ++slot)
-        give(slot, {options.fields[slot]});
-    if (options.dropped_classes.any())
-        give(kMaxFields, {"classification", "class"});
+        give(slot, options.fields[slot]);
+    if (options.dropped_classes.any() && !give(kMaxFields, "classification"))
+        give(kMaxFields, "class");
     std::vector<FieldColumn> columns;
     columns.reserve(offers.size());
     for (std::size_t i = 0; i < offers.size(); ++i) {
@@ -133,13 +132,18 @@ FieldColumn field_column(Surface &surface, const ReadOptions &options, std::stri
 }
 
 void make_distinct(std::vector<std::string> &names) {
-    std::unordered_set<std::string> known;
+    std::unordered_map<std::string, int> uses; // of the names as they are given; 0: not yet
+    for (const std::string &name : names)
+        uses.emplace(name, 0);
     for (std::string &name : names) {
-        if (name == kSkippedColumn)
+        int &number = uses[name];
+        if (++number == 1 || name == kSkippedColumn)
             continue;
-        std::string next = name;
-        for (int number = 2; !known.insert(next).second; ++number)
-            next = name + "_" + std::to_string(number);
+        std::string next;
+        do
+            next = name + "_" + std::to_string(number++);
+        while (uses.contains(next));
+        --number;
         name = std::move(next);
     }
 }

@@ -5,6 +5,8 @@
 #include "pbm_scan/text/words.h"
 #include "system/files/file_names.h"
 
+#include <glm/common.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -51,24 +53,35 @@ bool has(const std::vector<ColumnRole> &roles, ColumnRole role) {
 
 int axis_of(ColumnRole role, ColumnRole first) { return static_cast<int>(role) - static_cast<int>(first); }
 
+// What is said of points without a colour.
+std::string black_note(std::uint64_t missing) {
+    return missing == 0
+               ? ""
+               : "; " + counted(missing, "point") + " without a colour " + (missing == 1 ? "is" : "are") + " black";
+}
+
 void keep_colours(PointTable &table, Surface &surface, std::string &note) {
     if (!table.packed.empty()) {
         for (const std::uint32_t packed : table.packed)
             surface.colours.push_back({static_cast<std::uint8_t>(packed >> 16), static_cast<std::uint8_t>(packed >> 8),
                                        static_cast<std::uint8_t>(packed)});
-        note = "sRGB, 8 bits";
+        note = "sRGB, 8 bits" + black_note(table.missing_packed);
         return;
     }
     std::uint64_t lit = 0, above_one = 0, above_byte = 0;
+    bool are_whole = true;
     for (const glm::vec3 &c : table.colours) {
         const float highest = std::max(c.x, std::max(c.y, c.z));
         lit += highest > 0 ? 1U : 0U;
         above_one += highest > 1 ? 1U : 0U;
         above_byte += highest > 255 ? 1U : 0U;
+        are_whole = are_whole && c == glm::floor(c);
     }
     // A few odd values among those that are not black do not make a table one of another range.
     const auto are_few = [&](std::uint64_t count) { return count < (lit + 99) / 100 || count == 0; };
-    const float white = are_few(above_one) ? 1.0F : are_few(above_byte) ? 255.0F : 65535.0F;
+    const float white = are_few(above_one) && (above_one == 0 || !are_whole) ? 1.0F
+                        : are_few(above_byte)                                ? 255.0F
+                                                                             : 65535.0F;
     std::uint64_t missing = 0, outside = 0;
     for (const glm::vec3 &c : table.colours) {
         const bool is_missing = !is_finite(glm::dvec3(c));
@@ -80,8 +93,7 @@ void keep_colours(PointTable &table, Surface &surface, std::string &note) {
     note = white == 1 ? "sRGB, 0..1 to 8 bits" : white == 255 ? "sRGB, 8 bits" : "sRGB, 16 bits to 8";
     if (outside != 0)
         note += "; " + counted(outside, "colour") + " outside clamped";
-    if (missing != 0)
-        note += "; " + counted(missing, "point") + " without a colour " + (missing == 1 ? "is" : "are") + " black";
+    note += black_note(missing);
 }
 
 } // namespace
@@ -163,9 +175,12 @@ void PointTable::set(std::size_t point, ColumnRole role, double value) {
     case ColumnRole::green:
     case ColumnRole::blue: colours[point][axis_of(role, ColumnRole::red)] = static_cast<float>(value); return;
     case ColumnRole::packed_colour:
-        packed[point] = value >= 0 && value <= 4294967295.0 ? static_cast<std::uint32_t>(value) : 0;
+        if (value >= 0 && value <= 4294967295.0 && value == std::floor(value))
+            packed[point] = static_cast<std::uint32_t>(value);
+        else
+            ++missing_packed;
         return;
-    case ColumnRole::intensity: intensities[point] = static_cast<float>(value); return;
+    case ColumnRole::intensity: intensities[point] = value; return;
     }
 }
 
@@ -210,8 +225,7 @@ void fill_surface(PointTable table, const std::vector<std::string> &names, const
         const ColumnRole role = roles[column.column];
         has_intensity = has_intensity || (role == ColumnRole::intensity && column.values.is_kept());
         if (role == ColumnRole::intensity)
-            std::for_each(table.intensities.begin(), table.intensities.end(),
-                          [&](float value) { column.values.add(static_cast<double>(value)); });
+            std::for_each(table.intensities.begin(), table.intensities.end(), [&](double v) { column.values.add(v); });
         else
             for (const double value : table.fields[static_cast<std::size_t>(axis_of(role, ColumnRole::field))])
                 column.values.add(value);
@@ -220,9 +234,12 @@ void fill_surface(PointTable table, const std::vector<std::string> &names, const
         else
             surface.report.push_back(field_report("column " + printable(names[column.column]), column.values, ""));
     }
-    if (!table.intensities.empty())
-        use_intensities(table.intensities, surface,
-                        has_intensity ? "" : "the points have colours; --field intensity keeps it");
+    if (const auto at = std::find(roles.begin(), roles.end(), ColumnRole::intensity); at != roles.end()) {
+        const std::string &name = names[static_cast<std::size_t>(at - roles.begin())];
+        const std::vector<float> greys(table.intensities.begin(), table.intensities.end());
+        use_intensities(greys, surface,
+                        has_intensity ? "" : "the points have colours; --field " + printable(name) + " keeps it");
+    }
     if (!fields.empty())
         surface.report.push_back({"columns " + listed(fields), Fate::kept, "fields"});
     std::vector<std::string> unused;

@@ -41,7 +41,8 @@ struct PointTable {
     std::vector<glm::vec3> normals;
     std::vector<glm::vec3> colours;    // as in the file: 0..1, 0..255 or 0..65,535, by the largest of all
     std::vector<std::uint32_t> packed; // 0xRRGGBB
-    std::vector<float> intensities;
+    std::uint64_t missing_packed = 0;  // of these, black for want of a whole number of 32 bits
+    std::vector<double> intensities;
     std::vector<std::vector<double>> fields; // [those that are kept]
 
     // Makes room for `count` points of the columns with these roles.

@@ -16,15 +16,12 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kMostColumns = 64;
-constexpr std::size_t kSample = 1000; // rows that guesses look at
-
-bool is_comment(std::string_view word) { return word.starts_with('#') || word.starts_with("//"); }
 
 // Whether all values of three columns from `first` on are such, but for missing ones.
-template <class Is> bool all_are(std::span<const double> sample, std::size_t columns, std::size_t first, const Is &is) {
+template <class Is> bool all_are(std::span<const double> values, std::size_t columns, std::size_t first, const Is &is) {
     bool has_some = false;
-    for (std::size_t row = 0; row + columns <= sample.size(); row += columns) {
-        const glm::dvec3 three(sample[row + first], sample[row + first + 1], sample[row + first + 2]);
+    for (std::size_t row = 0; row + columns <= values.size(); row += columns) {
+        const glm::dvec3 three(values[row + first], values[row + first + 1], values[row + first + 2]);
         if (!is_finite(three))
             continue;
         if (!is(three.x, three.y, three.z))
@@ -37,7 +34,7 @@ template <class Is> bool all_are(std::span<const double> sample, std::size_t col
 std::string numbered_column(std::size_t index) { return "column " + std::to_string(index + 1); }
 
 // Names for columns without any.
-std::vector<std::string> guessed_names(std::span<const double> sample, std::size_t columns) {
+std::vector<std::string> guessed_names(std::span<const double> values, std::size_t columns) {
     std::vector<std::string> names{"x", "y", "z"};
     const auto is_unit = [](double x, double y, double z) {
         const double squared = x * x + y * y + z * z;
@@ -50,10 +47,10 @@ std::vector<std::string> guessed_names(std::span<const double> sample, std::size
     bool has_normals = false, has_colours = false;
     while (names.size() < columns) {
         const std::size_t at = names.size(), left = columns - at;
-        if (left >= 3 && !has_normals && all_are(sample, columns, at, is_unit)) {
+        if (left >= 3 && !has_normals && all_are(values, columns, at, is_unit)) {
             names.insert(names.end(), {"nx", "ny", "nz"});
             has_normals = true;
-        } else if (left >= 3 && !has_colours && left != 4 && all_are(sample, columns, at, is_colour)) {
+        } else if (left >= 3 && !has_colours && left != 4 && all_are(values, columns, at, is_colour)) {
             names.insert(names.end(), {"r", "g", "b"});
             has_colours = true;
         } else if (at == 3 && (left == 1 || left == 4)) {
@@ -67,8 +64,10 @@ std::vector<std::string> guessed_names(std::span<const double> sample, std::size
 
 class TextCloud {
   public:
-    TextCloud(std::string_view text, const CellStyle &style, const ReadOptions &options)
-        : size_(text.size()), style_(style), options_(options), lines_(text), names_(options.columns) {}
+    // `text`: with decimal points, in the same places as those of `original`.
+    TextCloud(std::string_view text, std::string_view original, const CellStyle &style, const ReadOptions &options)
+        : text_(text), original_(original), style_(style), options_(options), lines_(text), names_(options.columns),
+          has_comments_(text.find('#') != std::string_view::npos || text.find("//") != std::string_view::npos) {}
 
     Result<Surface> run() {
         while (lines_.next())
@@ -79,12 +78,10 @@ class TextCloud {
                              " points, and " + std::to_string(rows_) +
                              " follow: the file is cut short; copy or export it again");
         if (columns_ == 0)
-            return bad_input(skipped_ == 0 ? "the text has no row of three numbers or more: it is no table of points"
-                                           : "no row has numbers only: " + printable_in_quotes(first_skipped_) +
-                                                 " is text, and '-' in --columns skips a column of text");
+            return bad_input("the text has no row of three numbers or more: it is no table of points");
         const bool is_guess = names_.empty();
         if (is_guess)
-            names_ = guessed_names(std::span(values_).first(std::min(values_.size(), kSample * columns_)), columns_);
+            names_ = guessed_names(values_, columns_);
         std::vector<ColumnRole> roles = roles_of(names_);
         for (const ColumnRole axis : {ColumnRole::x, ColumnRole::y, ColumnRole::z})
             if (std::find(roles.begin(), roles.end(), axis) == roles.end())
@@ -108,6 +105,10 @@ class TextCloud {
         if (empty_cells_ != 0)
             surface.report.push_back(
                 {"empty cells", Fate::kept, counted(empty_cells_, "cell") + ": no value of that point"});
+        if (comments_ != 0)
+            surface.report.push_back({"comments", Fate::kept,
+                                      counted(comments_, "line") + " behind the first point, or end of a line, "
+                                                                   "that begins with # or //"});
         if (skipped_ != 0)
             surface.report.push_back({"text", Fate::dropped,
                                       counted(skipped_, "row") + " of text before the first point: " +
@@ -118,14 +119,27 @@ class TextCloud {
     }
 
   private:
+    // The same place of the text as the file has it.
+    std::string_view as_in_file(std::string_view part) const {
+        return original_.substr(static_cast<std::size_t>(part.data() - text_.data()), part.size());
+    }
+
     // The names of columns on this line, behind a comment sign; empty: x, y or z is not among them.
     std::vector<std::string> names_by(char separator) {
         lines_.rewind();
-        std::string_view line = lines_.trimmed_rest();
-        line.remove_prefix(std::min(line.find_first_not_of("#/"), line.size()));
+        std::string_view line = as_in_file(lines_.rest());
+        if (const std::size_t first = line.find_first_not_of(kBlanks);
+            first != std::string_view::npos && (line[first] == '#' || line[first] == '/')) {
+            line.remove_prefix(std::min(line.find_first_not_of("#/", first), line.size()));
+            line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
+            if (const std::string_view word = line.substr(0, line.find_first_of(kBlanks)); word.ends_with(':'))
+                line.remove_prefix(word.size()); // "# Columns: x y z"
+        }
         std::vector<std::string> names = text_cells(line, separator);
         while (!names.empty() && names.back().empty())
             names.pop_back();
+        if (names.size() > kMostColumns)
+            return {};
         for (std::size_t i = 0; i < names.size(); ++i)
             if (names[i].empty())
                 names[i] = numbered_column(i);
@@ -133,7 +147,7 @@ class TextCloud {
         const std::vector<ColumnRole> roles = roles_of(names);
         const auto has = [&](ColumnRole role) { return std::find(roles.begin(), roles.end(), role) != roles.end(); };
         const bool has_places = has(ColumnRole::x) && has(ColumnRole::y) && has(ColumnRole::z);
-        return has_places && names.size() <= kMostColumns ? names : std::vector<std::string>();
+        return has_places ? names : std::vector<std::string>();
     }
 
     // Rows may be divided in another way than their names.
@@ -143,71 +157,111 @@ class TextCloud {
                 names_ = names_by(separator);
     }
 
-    // Reads the numbers of the line. Returns the first cell that is no number, or nothing.
-    std::string_view read_cells() {
-        constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-        const char separator = style_.separator == ' ' ? '\0' : style_.separator; // no text has that
-        const char *at = lines_.at();
-        const char *const end = lines_.end();
-        row_.clear();
-        numbers_ = empty_ = 0;
-        bool is_empty = true; // the cell that `at` is in
-        while (true) {
-            while (at != end && ends_word(*at) && *at != separator)
+    void push(double value) {
+        for (; empty_ != 0; --empty_, ++empty_cells_) // the cells before this one
+            row_.push_back(std::numeric_limits<double>::quiet_NaN());
+        row_.push_back(value);
+    }
+
+    // Takes a cell that is no bare number: a number in quotes, or text in a column that the user skips.
+    bool take_text(const Cell &cell) {
+        const std::size_t column = row_.size() + empty_;
+        const bool is_skipped = column < options_.columns.size() && options_.columns[column] == kSkippedColumn;
+        double value = std::numeric_limits<double>::quiet_NaN();
+        const bool is_quoted_number = cell.is_quoted && is_number(cell.text, value);
+        if (is_quoted_number || is_skipped)
+            push(value);
+        numbers_ += is_quoted_number ? 1U : 0U;
+        return is_quoted_number || is_skipped;
+    }
+
+    // These read the numbers of a line, and return the first cell that is no number, or nothing.
+    std::string_view read_words(std::string_view line) {
+        const char *at = line.data();
+        const char *const end = at + line.size();
+        while (row_.size() <= kMostColumns) {
+            while (at != end && ends_word(*at))
                 ++at;
-            if (at == end || is_comment({at, end}))
+            if (at == end)
                 break;
-            if (*at == separator) {
-                empty_ += is_empty ? 1U : 0U;
-                is_empty = true;
-                ++at;
-                continue;
+            double value = 0;
+            const char *next = parse_number(at, end, value);
+            if (next != nullptr) {
+                row_.push_back(value);
+                ++numbers_;
+            } else {
+                std::string_view rest(at, end);
+                const Cell cell = take_cell(rest, ' ');
+                if (!take_text(cell))
+                    return cell.text;
+                next = rest.data();
             }
-            for (; empty_ != 0; --empty_, ++empty_cells_) // those before this one
-                row_.push_back(kNone);
-            is_empty = false;
-            const char *const cell_end = separator == '\0' ? end : std::find(at, end, separator);
-            double value = kNone;
-            const char *next = parse_number(at, cell_end, value);
-            if (next == nullptr) { // a quoted number, or text that the user skips
-                const char *const word_end = std::find_if(at, cell_end, ends_word);
-                const std::string_view word(at, word_end), bare = trimmed(word, "\"'");
-                const bool is_skipped = !options_.columns.empty() && row_.size() < options_.columns.size() &&
-                                        options_.columns[row_.size()] == kSkippedColumn;
-                if (!is_number(bare, value) && !is_skipped)
-                    return word;
-                next = is_skipped && separator != '\0' ? cell_end : word_end;
-                numbers_ -= is_skipped ? 1U : 0U;
-            }
-            row_.push_back(value);
-            ++numbers_;
             at = next;
-            if (row_.size() > kMostColumns)
-                break;
         }
-        empty_ += is_empty && separator != '\0' ? 1U : 0U;
+        return {};
+    }
+    std::string_view read_cells(std::string_view line) {
+        const char *at = line.data();
+        const char *const end = at + line.size();
+        const auto is_blank = [this](char c) { return c != style_.separator && ends_word(c); };
+        while (row_.size() <= kMostColumns) {
+            const char *cell_end = std::find(at, end, style_.separator);
+            const char *const first = std::find_if_not(at, cell_end, is_blank);
+            double value = 0;
+            const char *const next = first == cell_end ? nullptr : parse_number(first, cell_end, value);
+            if (next != nullptr && std::find_if_not(next, cell_end, is_blank) == cell_end) {
+                push(value);
+                ++numbers_;
+            } else {
+                std::string_view rest(at, end);
+                const Cell cell = take_cell(rest, style_.separator);
+                if (cell.text.empty())
+                    ++empty_;
+                else if (!take_text(cell))
+                    return cell.text;
+                cell_end = cell.is_last ? end : rest.data() - 1;
+            }
+            if (cell_end == end)
+                break;
+            at = cell_end + 1;
+        }
         return {};
     }
 
+    // Whether a line has two numbers: it is a row then, and no row of names or units.
+    bool has_numbers(std::string_view line) const {
+        const std::vector<std::string> cells = text_cells(line, style_.separator);
+        double value = 0;
+        return std::count_if(cells.begin(), cells.end(), [&](const auto &cell) { return is_number(cell, value); }) >= 2;
+    }
+
     Status line() {
-        if (!lines_.to_word())
-            return {};
-        const std::string_view rest = lines_.rest();
-        if (is_comment(rest)) {
-            if (columns_ == 0 && names_.empty())
-                take_names();
-            return {};
+        std::string_view line = lines_.rest();
+        if (has_comments_) {
+            const std::string_view bare = without_comment(line);
+            const bool has_comment = bare.size() != line.size();
+            line = bare;
+            if (trimmed(line, kBlanks).empty() && has_comment) {
+                comments_ += columns_ != 0 ? 1U : 0U;
+                if (columns_ == 0 && names_.empty())
+                    take_names();
+                return {};
+            }
+            comments_ += has_comment ? 1U : 0U;
         }
-        lines_.rewind();
-        if (const std::string_view odd = read_cells(); !odd.empty()) {
-            if (columns_ == 0 && numbers_ == 0)
-                return text(odd);
-            return lines_.refuse(printable_in_quotes(odd) + " in column " + std::to_string(row_.size() + 1) +
+        row_.clear();
+        numbers_ = empty_ = 0;
+        const std::string_view odd = style_.separator == ' ' ? read_words(line) : read_cells(line);
+        if (!odd.empty()) {
+            if (columns_ == 0 && numbers_ == 0 && (names_.empty() || !has_numbers(line)))
+                return text(as_in_file(odd));
+            return lines_.refuse(printable_in_quotes(as_in_file(odd)) + " in column " +
+                                 std::to_string(row_.size() + empty_ + 1) +
                                  " is not a number; '-' in --columns skips a column of text");
         }
-        if (row_.size() + empty_ > kMostColumns)
+        if (row_.size() > kMostColumns)
             return lines_.refuse("more than " + std::to_string(kMostColumns) + " columns");
-        if (row_.empty()) // separators only
+        if (row_.empty()) // blanks or separators only
             return {};
         if (row_.size() == 1 && empty_ == 0)
             return count_of_points();
@@ -216,6 +270,8 @@ class TextCloud {
 
     // A row of text before the points, whose first one names the columns. `first`: its first cell.
     Status text(std::string_view first) {
+        if (lines_.number() == 1 && lower_case(first).starts_with("sep=")) // Excel's word for the separator
+            return {};
         const bool has_names = !names_.empty();
         if (!has_names)
             take_names();
@@ -287,11 +343,11 @@ class TextCloud {
         values_.insert(values_.end(), row_.begin(), row_.end());
         open_end_ = !lines_.terminated();
         if (options_.progress && rows_ % 65536 == 0)
-            options_.progress(static_cast<double>(lines_.offset()) / static_cast<double>(size_));
+            options_.progress(static_cast<double>(lines_.offset()) / static_cast<double>(text_.size()));
         return {};
     }
 
-    std::size_t size_;
+    std::string_view text_, original_;
     CellStyle style_;
     const ReadOptions &options_;
     Lines lines_;
@@ -302,7 +358,9 @@ class TextCloud {
     std::size_t columns_ = 0;
     std::uint64_t rows_ = 0, count_line_ = 0, skipped_ = 0;
     std::string first_skipped_;
-    std::optional<std::uint64_t> announced_;     // points up to the next count
+    std::optional<std::uint64_t> announced_; // points up to the next count
+    const bool has_comments_;
+    std::uint64_t comments_ = 0;                 // behind the first point
     bool open_end_ = false, has_header_ = false; // a row of text that names the columns
 };
 
@@ -326,16 +384,16 @@ Result<Surface> read_text_cloud(std::span<const std::uint8_t> bytes, const ReadO
     if (const Status status = refuse_nul(as_text(bytes)); !status)
         return status.error();
     std::string line_feeds, points;
-    std::string_view text = with_line_feeds(as_text(bytes), line_feeds);
+    const std::string_view text = with_line_feeds(as_text(bytes), line_feeds);
     const Result<CellStyle> style = find_cell_style(text);
     if (!style)
         return style.error();
-    if (style->decimal_comma) {
-        points = text;
-        std::replace(points.begin(), points.end(), ',', '.');
-        text = points;
-    }
-    return TextCloud(text, *style, options).run();
+    if (!style->decimal_comma)
+        return TextCloud(text, text, *style, options).run();
+    points = text;
+    for (char &c : points) // a point is no decimal sign here
+        c = c == ',' ? '.' : c == '.' ? ',' : c;
+    return TextCloud(points, text, *style, options).run();
 }
 
 } // namespace pbm::build
