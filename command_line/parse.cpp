@@ -90,7 +90,7 @@ class SettingsReader : public CLI::Config {
     }
 
     static std::vector<std::string> keys_of(const CLI::Option &option) {
-        if (option.check_lname("help") || option.check_lname("version") || option.check_name(kAllowOutside))
+        if (option.check_lname("help") || option.check_lname("version") || !option.get_configurable())
             return {};
         std::vector<std::string> keys = option.get_lnames();
         if (option.get_positional())
@@ -259,7 +259,7 @@ CLI::Option *add_target(CLI::App &app, const Option &option) {
 void declare(CLI::App &app, const Option &option) {
     const OptionRules &rules = option.rules;
     app.option_defaults()->group(rules.topic);
-    CLI::Option *const declared = add_target(app, option)->required(rules.required);
+    CLI::Option *const declared = add_target(app, option)->required(rules.required)->configurable(rules.is_setting);
     if (!rules.type.empty())
         declared->type_name(rules.type);
     std::visit(Overloaded{[](std::monostate) {},

@@ -24,7 +24,7 @@ struct Version {
 
 // An option that names a file of settings. Every long option is a key in it; the command line takes precedence. Unknown
 // keys and values of a wrong type are errors that name the line. Outputs that it names must lie in its folder or below
-// (is_below), unless the command line has the flag --allow-outside, which the program declares and which is no key.
+// (is_below), unless the command line has the flag --allow-outside, which the program declares.
 struct SettingsFile {
     ReadSettings read;
 };
@@ -57,6 +57,7 @@ struct OptionRules {
     bool shows_default = false;          // help shows the target's initial value
     std::string alone{};                 // value of a std::string if the option is given without one
     char separator = 0;                  // separates several values in one word
+    bool is_setting = true;              // it may stand in a file of settings
     std::vector<std::string> excludes{}; // names of options added before
     std::string needs{};                 // name of an option added before
     std::string topic{};                 // help page; default: that of the command line

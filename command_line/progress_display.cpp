@@ -20,23 +20,25 @@ constexpr std::chrono::seconds kLong{5};
 ProgressDisplay::ProgressDisplay(Verbosity verbosity, bool for_programs)
     : verbosity_(verbosity), for_programs_(for_programs), terminal_(isatty(STDERR_FILENO) == 1) {}
 
-void ProgressDisplay::show_to_programs(std::string_view step, double done) {
+void ProgressDisplay::show_to_programs(std::string_view step, double done, std::string_view note) {
     const int percent = static_cast<int>(std::clamp(done, 0.0, 1.0) * 100);
-    if (step == step_ && percent == percent_)
+    if (step == step_ && percent == percent_ && note == note_)
         return;
     percent_ = percent;
     step_ = step;
-    std::printf("%d %.*s\n", percent, static_cast<int>(step.size()), step.data());
+    note_ = note;
+    std::printf("%d %.*s%s%.*s\n", percent, static_cast<int>(step.size()), step.data(), note.empty() ? "" : ", ",
+                static_cast<int>(note.size()), note.data());
     if (std::fflush(stdout) != 0)
         std::_Exit(2);
 }
 
-void ProgressDisplay::show(std::string_view step, double done) {
+void ProgressDisplay::show(std::string_view step, double done, std::string_view note) {
     if (verbosity_ < Verbosity::normal && !for_programs_)
         return;
     const std::lock_guard lock(mutex_);
     if (for_programs_)
-        return show_to_programs(step, done);
+        return show_to_programs(step, done, note);
     const auto now = Clock::now();
     const bool first = step != step_;
     if (first && verbosity_ == Verbosity::verbose)
@@ -47,8 +49,8 @@ void ProgressDisplay::show(std::string_view step, double done) {
     } else if (now - drawn_ >= kRedraw) {
         const int filled = static_cast<int>(std::clamp(done, 0.0, 1.0) * kBarWidth);
         const std::string bar(static_cast<std::size_t>(filled), '=');
-        std::fprintf(stderr, "\r\x1b[K%-14.*s [%-*s]", static_cast<int>(step.size()), step.data(), kBarWidth,
-                     bar.c_str());
+        std::fprintf(stderr, "\r\x1b[K%-14.*s [%-*s] %.*s", static_cast<int>(step.size()), step.data(), kBarWidth,
+                     bar.c_str(), static_cast<int>(note.size()), note.data());
         std::fflush(stderr);
         bar_shown_ = true;
         drawn_ = now;

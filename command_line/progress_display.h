@@ -21,20 +21,21 @@ class ProgressDisplay {
     ProgressDisplay(const ProgressDisplay &) = delete;
     ProgressDisplay &operator=(const ProgressDisplay &) = delete;
 
-    void show(std::string_view step, double done); // thread-safe
-    void clear();                                  // removes the bar
+    // Thread-safe. `note`: shown behind a bar and to programs.
+    void show(std::string_view step, double done, std::string_view note = {});
+    void clear(); // removes the bar
 
   private:
     using Clock = std::chrono::steady_clock;
 
-    void show_to_programs(std::string_view step, double done);
+    void show_to_programs(std::string_view step, double done, std::string_view note);
 
     std::mutex mutex_;
     Verbosity verbosity_;
     bool for_programs_, terminal_;
     int percent_ = -1; // shown last
     bool bar_shown_ = false;
-    std::string step_; // shown last
+    std::string step_, note_; // shown last
     Clock::time_point begin_ = Clock::now();
     Clock::time_point drawn_{};
 };

@@ -1,5 +1,8 @@
 #include "system/files/file_names.h"
 
+#include <cstdlib>
+#include <filesystem>
+
 namespace pbm {
 
 std::string lower_case(std::string_view text) {
@@ -20,6 +23,14 @@ std::string_view uncompressed_name(std::string_view path) {
     const std::string extension = lower_extension(path);
     const bool is_compressed = extension == ".gz" || extension == ".zst";
     return is_compressed ? path.substr(0, path.size() - extension.size()) : path;
+}
+
+std::string xdg_folder(const char *variable, std::string_view fallback, std::string_view name) {
+    const char *const given = std::getenv(variable);
+    if (given != nullptr && std::filesystem::path(given).is_absolute()) // the specification ignores relative paths
+        return (std::filesystem::path(given) / name).string();
+    const char *const home = std::getenv("HOME");
+    return home == nullptr || *home == '\0' ? "" : (std::filesystem::path(home) / fallback / name).string();
 }
 
 } // namespace pbm

@@ -1,4 +1,4 @@
-// File names: their parts, and letters without case.
+// File names: their parts, letters without case, and the user's folders.
 #pragma once
 
 #include <string>
@@ -15,5 +15,9 @@ std::string lower_extension(std::string_view path);
 
 // The name without the extension of a compressed file: "scan.ply" of "scan.ply.gz".
 std::string_view uncompressed_name(std::string_view path);
+
+// `name` in the folder that the environment variable `variable` of the XDG base directory specification names, else in
+// `fallback` of the home folder: xdg_folder("XDG_CACHE_HOME", ".cache", "pbm"). Empty if there is no home.
+std::string xdg_folder(const char *variable, std::string_view fallback, std::string_view name);
 
 } // namespace pbm

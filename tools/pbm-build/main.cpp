@@ -1,4 +1,5 @@
 // pbm-build: turns a scan into a binary voxel grid.
+#include "batch_run.h"
 #include "command_line/command_line.h"
 #include "command_line/error_log.h"
 #include "command_line/json_report.h"
@@ -7,6 +8,8 @@
 #include "pbm_build/pipeline.h"
 #include "pbm_scan/text/printable.h"
 #include "source_record.h"
+#include "system/files/cache_folder.h"
+#include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
 #include "system/processes/this_process.h"
 
@@ -77,7 +80,8 @@ std::array<command_line::OutputFile, 4> outputs_of(const Arguments &arguments) {
     return {{{"--output", arguments.output},
              {"--dependency-file", arguments.depfile_name},
              {"--json", arguments.json},
-             {"--progress", arguments.progress ? "-" : ""}}};
+             // Its lines begin with a number: they and the JSON behind them are told apart.
+             {"--progress", arguments.progress && arguments.json != "-" ? "-" : ""}}};
 }
 
 // Refuses impossible combinations of files before any work.
@@ -86,11 +90,12 @@ std::optional<int> refuse(const Arguments &arguments, std::span<const std::strin
     if (to_stdout && (arguments.if_changed || arguments.depfile))
         return command_line::fail_usage(kProgram,
                                         "--if-changed and dependency files need an output with a name; use -o");
-    if (arguments.if_changed || arguments.source_hash)
+    if (arguments.if_changed || arguments.source_hash || !arguments.cache.empty())
         for (const std::string &file : files)
             if (is_stream(file))
                 return command_line::fail_usage(
-                    kProgram, file + ": --if-changed and --source-hash read the input twice: a stream cannot be");
+                    kProgram,
+                    file + ": --if-changed, --source-hash and --cache read the input twice: a stream cannot be");
     if (const auto refused = command_line::refuse_outputs(kProgram, files, outputs_of(arguments)))
         return refused;
     if (!arguments.depfile)
@@ -103,12 +108,23 @@ std::optional<int> refuse(const Arguments &arguments, std::span<const std::strin
     return std::nullopt;
 }
 
-void take_figures(const EarlierOutput &earlier, Outcome outcome, BuildStatistics &statistics) {
+void take_figures(const ModelFigures &figures, Outcome outcome, BuildStatistics &statistics) {
     statistics.outcome = outcome;
-    statistics.points = earlier.points;
-    statistics.depth = earlier.depth;
-    statistics.voxel_size = earlier.voxel_size;
-    statistics.file_bytes = earlier.file_bytes;
+    statistics.points = figures.points;
+    statistics.depth = figures.depth;
+    statistics.voxel_size = figures.voxel_size;
+    statistics.file_bytes = figures.file_bytes;
+}
+
+// A build that fails to fill the cache is no failure.
+void fill_cache(const CacheFolder &cache, const std::string &file, const std::string &output) {
+    const Result<MappedFile> model = MappedFile::open(output);
+    const Status stored = model ? replace_file(file, model->bytes(), Durability::cached) : Status(model.error());
+    if (stored)
+        return cache.evict_others(file);
+    const std::string text = "the cache is not filled: " + file + ": " + stored.error().message;
+    command_line::log_line(command_line::LogKind::warning, text);
+    std::cerr << kProgram << ": warning: " << command_line::printable(text) << '\n';
 }
 
 // Reads the panorama before the scan, which may take minutes, so that a bad image is refused early. Empty if none is
@@ -126,8 +142,11 @@ Result<Image> read_panorama_first(const Arguments &arguments, BuildStatistics &s
 int build(const Arguments &arguments, std::span<const std::string> sources, BuildStatistics &statistics) {
     SourceRecord record;
     std::optional<EarlierOutput> earlier;
-    if (arguments.if_changed || arguments.source_hash) {
-        auto made = make_record(sources, arguments.request);
+    const bool keeps_record = arguments.if_changed || arguments.source_hash;
+    if (keeps_record || !arguments.cache.empty()) {
+        // Poses and viewpoints belong to inputs one by one; else no order of inputs changes the model.
+        const bool in_order = arguments.build.poses.size() > 1 || arguments.build.viewpoints.size() > 1;
+        auto made = make_record(sources, arguments.request, in_order);
         if (!made)
             return fail_input(sources, made.error());
         record = std::move(*made);
@@ -135,8 +154,24 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
     if (arguments.if_changed)
         earlier = find_earlier_output(arguments.output);
     if (earlier && earlier->record == record) {
-        take_figures(*earlier, Outcome::up_to_date, statistics);
+        take_figures(earlier->figures, Outcome::up_to_date, statistics);
         return 0;
+    }
+    std::optional<CacheFolder> cache;
+    std::string cached;
+    if (!arguments.cache.empty()) {
+        auto opened = CacheFolder::open(arguments.cache, arguments.cache_size);
+        if (!opened)
+            return fail("--cache " + arguments.cache, opened.error());
+        cache = std::move(*opened);
+        cached = cache->file_of(cache_key(record, keeps_record));
+        const auto copied = copy_cached(cached, arguments.output);
+        if (!copied)
+            return fail(command_line::output_name(arguments.output), copied.error());
+        if (*copied) {
+            take_figures(**copied, Outcome::cached, statistics);
+            return 0;
+        }
     }
 
     command_line::ProgressDisplay display(arguments.verbosity, arguments.progress);
@@ -152,22 +187,32 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
         return fail_input(arguments.inputs, model.error());
     model->images.panorama = std::move(*panorama);
     warn_of_dropped(statistics, arguments.verbosity);
-    if (!record.source_hash.empty()) {
+    if (keeps_record) {
         auto metadata = with_record(model->metadata, record);
         if (!metadata)
             return fail_input(arguments.inputs, metadata.error());
         model->metadata = std::move(*metadata);
     }
     if (earlier && is_same(*earlier, *model)) {
-        take_figures(*earlier, Outcome::unchanged, statistics);
+        take_figures(earlier->figures, Outcome::unchanged, statistics);
         return 0;
     }
     const Status written = write(arguments.output, *model, arguments.build, statistics, progress);
     display.clear();
-    return written ? 0 : fail(command_line::output_name(arguments.output), written.error());
+    if (!written)
+        return fail(command_line::output_name(arguments.output), written.error());
+    if (cache && !is_stream(arguments.output))
+        fill_cache(*cache, cached, arguments.output);
+    return 0;
 }
 
 int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
+    const auto is_stream_of_any = [](const auto &files) { return std::any_of(files.begin(), files.end(), is_stream); };
+    if (const char *const folder = std::getenv("PBM_CACHE_DIR");
+        folder != nullptr && arguments.cache.empty() && !is_stream_of_any(arguments.inputs))
+        arguments.cache = folder;
+    if (!arguments.batch.empty())
+        return run_batch(kProgram, arguments);
     if (arguments.depfile && arguments.depfile_name.empty())
         arguments.depfile_name = arguments.output + ".d";
     if (arguments.depfile_target.empty())

@@ -71,8 +71,62 @@ Result<std::array<double, 3>> three_numbers(const std::string &text) {
     return values;
 }
 
+// False for options of destination, speed and output, which do not affect the result.
+bool changes_result(const command_line::GivenValue &option) {
+    constexpr std::array<std::string_view, 24> kHarmless{{"--cache",
+                                                          "--cache-size",
+                                                          "--batch",
+                                                          "--output-dir",
+                                                          "--keep-going",
+                                                          "--max-memory",
+                                                          "--output",
+                                                          "--threads",
+                                                          "--json",
+                                                          "--mesh-report",
+                                                          "--quiet",
+                                                          "--warnings",
+                                                          "--verbose",
+                                                          "--log",
+                                                          "--write-dependencies",
+                                                          "--dependency-file",
+                                                          "--dependency-target",
+                                                          "--recipe",
+                                                          "--allow-outside",
+                                                          "--if-changed",
+                                                          "--source-hash",
+                                                          "--progress",
+                                                          "--help",
+                                                          "--version"}};
+    return std::find(kHarmless.begin(), kHarmless.end(), option.name) == kHarmless.end();
+}
+
+// Verifies the options of a batch, and collects those that each of its builds gets.
+std::optional<int> take_batch(const CommandLine &line, Arguments &arguments) {
+    if (arguments.output_folder.empty())
+        return command_line::fail_usage(line.program, "--batch needs a folder for what it builds: --output-dir DIR");
+    constexpr std::array<std::string_view, 4> kOfOneBuild{"--dependency-file", "--dependency-target", "--pose",
+                                                          "--viewpoint"};
+    constexpr std::array<std::string_view, 9> kOfAll{"--cache",       "--cache-size",         "--if-changed",
+                                                     "--source-hash", "--write-dependencies", "--recipe",
+                                                     "--log",         "--allow-outside",      "--mesh-report"};
+    const auto is_one_of = [](std::string_view name, const auto &names) {
+        return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    for (const command_line::GivenValue &option : line.given) {
+        if (is_one_of(option.name, kOfOneBuild) && (option.name != "--viewpoint" || arguments.viewpoints.size() > 1))
+            return command_line::fail_usage(line.program, option.name + " is of one scan, not of a --batch");
+        if (option.is_setting && option.name == "INPUT")
+            return command_line::fail_usage(line.program, "the recipe of a --batch names a scan");
+        if (!option.is_setting && (changes_result(option) || is_one_of(option.name, kOfAll)))
+            arguments.forwarded.push_back(option.name + "=" + option.value);
+    }
+    return std::nullopt;
+}
+
 // Verifies combinations of inputs and output.
 std::optional<int> check_inputs(std::string_view program, const Arguments &arguments) {
+    if (arguments.inputs.empty())
+        return command_line::fail_usage(program, "INPUT is required");
     const auto streams = std::count(arguments.inputs.begin(), arguments.inputs.end(), "-");
     if (streams > 1)
         return command_line::fail_usage(program, "standard input (-) can be read only once");
@@ -108,15 +162,6 @@ std::optional<int> name_output(const CommandLine &line, Arguments &arguments) {
                                     "folder of this file; name it with -o, or allow that with --allow-outside"));
 }
 
-// False for options of destination, speed and output, which do not affect the result.
-bool changes_result(const command_line::GivenValue &option) {
-    constexpr std::array<std::string_view, 18> kHarmless{
-        {"--output", "--threads", "--json", "--mesh-report", "--quiet", "--warnings", "--verbose", "--log",
-         "--write-dependencies", "--dependency-file", "--dependency-target", "--recipe", "--allow-outside",
-         "--if-changed", "--source-hash", "--progress", "--help", "--version"}};
-    return std::find(kHarmless.begin(), kHarmless.end(), option.name) == kHarmless.end();
-}
-
 // The value with numbers, also those between commas, in their shortest spelling.
 std::string in_one_spelling(const command_line::GivenValue &option) {
     if (option.is_file) // of its name only the extension affects the result
@@ -147,7 +192,7 @@ void describe_request(const CommandLine &line, Arguments &arguments) {
 void add_input_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
     line.topic = "Input";
-    line.add("INPUT", "Scans, merged if several; - for standard input", &arguments.inputs, {.required = true});
+    line.add("INPUT", "Scans, merged if several; - for standard input", &arguments.inputs);
     add_choice<Unit>(line, "--unit", options.grid.unit,
                      {{"unknown", Unit::unknown},
                       {"m", Unit::metre},
@@ -240,8 +285,8 @@ void add_grid_options(CommandLine &line, Arguments &arguments) {
 void add_output_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
     line.topic = "Output";
-    line.add("-o,--output", "File to write, - for standard output; default: the one input's name with .pbvg",
-             &arguments.output, {.type = "FILE"});
+    line.add("-o,--output", "File to write, - for stdout; default: INPUT.pbvg", &arguments.output,
+             {.type = "FILE"});
     line.add("-z,--compression-level", "zstd level 1..19", &options.compression_level,
              {.check = command_line::Integers{1, 19}, .shows_default = true});
     add_choice<Storage>(line, "--store", options.storage, {{"packed", Storage::packed}, {"mapped", Storage::mapped}},
@@ -260,7 +305,7 @@ void add_build_system_options(CommandLine &line, Arguments &arguments) {
     line.add("--recipe", "Options from a TOML file; the command line wins", command_line::SettingsFile{read_recipe},
              {.type = "FILE"});
     line.add("--allow-outside", "Let the recipe name outputs, JSON and log outside its folder",
-             &arguments.allow_outside, {.needs = "--recipe"});
+             &arguments.allow_outside, {.is_setting = false, .needs = "--recipe"});
     line.add("--if-changed",
              "Build only if the output is not what the input and options would give, and leave it and its "
              "time alone if it turns out the same. An input that did not change is read, not built. Keeps "
@@ -276,6 +321,33 @@ void add_build_system_options(CommandLine &line, Arguments &arguments) {
              &arguments.progress);
     line.add("--dependency-target", "The output's name in it, as the build system knows it", &arguments.depfile_target,
              {.type = "NAME"});
+}
+
+void add_batch_options(CommandLine &line, Arguments &arguments) {
+    line.topic = "Many scans";
+    line.add("--batch",
+             "Build each scan of a folder, or of a list with a path a line, to a file of its own; a bad one costs only "
+             "itself",
+             &arguments.batch, {.type = "LIST|DIR", .is_setting = false, .excludes = {"INPUT", "--output"}});
+    line.add("--output-dir", "Folder for the models of --batch", &arguments.output_folder,
+             {.type = "DIR", .is_setting = false, .needs = "--batch"});
+    line.add("--keep-going", "Build the other scans of --batch after a failure", &arguments.keep_going,
+             {.is_setting = false, .needs = "--batch"});
+    line.add("--max-memory",
+             "Of all builds of --batch together, by estimates, like 8G: fewer run at a time; default half of the "
+             "machine's",
+             command_line::stored(command_line::parse_bytes, arguments.max_memory),
+             {.type = "BYTES",
+              .check = command_line::readable(command_line::parse_bytes),
+              .is_setting = false,
+              .needs = "--batch"});
+    line.add("--cache",
+             "Folder of models by the hashes of input and options: one that is there is copied, not built; default "
+             "$PBM_CACHE_DIR",
+             &arguments.cache, {.type = "DIR", .is_setting = false});
+    line.add("--cache-size", "The least recently used models are removed beyond it; default 20G",
+             command_line::stored(command_line::parse_bytes, arguments.cache_size),
+             {.type = "BYTES", .check = command_line::readable(command_line::parse_bytes), .is_setting = false});
 }
 
 void add_general_options(CommandLine &line, Arguments &arguments) {
@@ -310,6 +382,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     add_scene_options(line, scene);
     add_output_options(line, arguments);
     add_build_system_options(line, arguments);
+    add_batch_options(line, arguments);
     add_general_options(line, arguments);
     const command_line::Manual manual{
         .most_used = {"--output", "--depth", "--unit", "--up", "--recipe", "--help"},
@@ -346,11 +419,12 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     }
     for (const std::string &text : arguments.viewpoints)
         arguments.build.viewpoints.push_back(*three_numbers(text));
-    if (const auto refused = check_inputs(program, arguments))
+    const bool is_batch = !arguments.batch.empty();
+    if (const auto refused = is_batch ? take_batch(line, arguments) : check_inputs(program, arguments))
         return refused;
     arguments.depfile = arguments.depfile || !arguments.depfile_name.empty();
     describe_request(line, arguments);
-    return name_output(line, arguments);
+    return is_batch ? std::nullopt : name_output(line, arguments);
 }
 
 } // namespace pbm::build

@@ -11,21 +11,28 @@
 namespace pbm::build {
 
 struct Arguments {
-    std::vector<std::string> inputs; // at least one
+    std::vector<std::string> inputs; // at least one, unless this is a batch
     std::string output;
     std::vector<std::string> fields;     // of --field, readable
     std::vector<std::string> viewpoints; // "X,Y,Z", readable: none, one for all inputs, or one for each
     std::string grid_like;               // .pbvg whose grid is taken, empty for none
     std::string json;                    // file, "-" for stdout, empty for none
     bool if_changed = false, source_hash = false;
+    std::string cache; // folder, empty for none
+    std::uint64_t cache_size = std::uint64_t{20} << 30;
     bool progress = false; // lines of progress on stdout
     bool depfile = false;
-    std::string depfile_name;         // empty: the output's with .d
-    std::string depfile_target;       // the output's name in it; empty: as given
-    std::string recipe;               // file, empty for none
-    bool allow_outside = false;       // the recipe may write outside its folder
-    std::vector<std::string> sources; // every file on the command line (or in the recipe) that is read
-    std::string request;              // all options that affect the result, in one spelling
+    std::string depfile_name;           // empty: the output's with .d
+    std::string depfile_target;         // the output's name in it; empty: as given
+    std::string recipe;                 // file, empty for none
+    bool allow_outside = false;         // the recipe may write outside its folder
+    std::vector<std::string> sources;   // every file on the command line (or in the recipe) that is read
+    std::string request;                // all options that affect the result, in one spelling
+    std::string batch;                  // list or folder of scans that are built each on its own, empty for none
+    std::string output_folder;          // of a batch
+    std::uint64_t max_memory = 0;       // of a batch, bytes
+    bool keep_going = false;            // of a batch, after a failure
+    std::vector<std::string> forwarded; // words of the options that each build of a batch gets
     BuildOptions build;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;
 };

@@ -6,6 +6,8 @@
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_scan/surface_reader.h"
+#include "system/files/cache_folder.h"
+#include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
@@ -61,6 +63,13 @@ std::optional<Hash128> fields_id_of(const Model &model) {
     return field_table(model).id;
 }
 
+ModelFigures figures_of(const Reader &reader) {
+    return {.file_bytes = reader.header().file_size,
+            .points = reader.header().point_count,
+            .depth = reader.depth(),
+            .voxel_size = reader.parameters().grid.voxel_size};
+}
+
 } // namespace
 
 std::vector<std::string> files_read(std::span<const std::string> given) {
@@ -83,7 +92,7 @@ std::vector<std::string> files_read(std::span<const std::string> given) {
     return files;
 }
 
-Result<SourceRecord> make_record(std::span<const std::string> files, const std::string &request) {
+Result<SourceRecord> make_record(std::span<const std::string> files, const std::string &request, bool in_order) {
     std::vector<std::array<std::uint8_t, 16>> hashes;
     for (const std::string &path : files) {
         const Result<MappedFile> file = MappedFile::open(path);
@@ -91,7 +100,8 @@ Result<SourceRecord> make_record(std::span<const std::string> files, const std::
             return Error{file.error().code, 0, path + ": " + file.error().message};
         hashes.push_back(hash_of(file->bytes()));
     }
-    std::sort(hashes.begin(), hashes.end());
+    if (!in_order)
+        std::sort(hashes.begin(), hashes.end());
     StreamingHash all;
     for (const auto &hash : hashes)
         all.add(hash);
@@ -123,10 +133,7 @@ std::optional<EarlierOutput> find_earlier_output(const std::string &path) {
                           .metadata = {},
                           .content_id = reader->header().content_id,
                           .fields_id = {},
-                          .file_bytes = reader->header().file_size,
-                          .points = reader->header().point_count,
-                          .depth = reader->depth(),
-                          .voxel_size = reader->parameters().grid.voxel_size};
+                          .figures = figures_of(*reader)};
     if (earlier.record.source_hash.empty() || earlier.record.request_hash.empty())
         return std::nullopt;
     earlier.metadata = without_record(std::move(metadata));
@@ -137,6 +144,24 @@ std::optional<EarlierOutput> find_earlier_output(const std::string &path) {
         earlier.fields_id = fields->id();
     }
     return earlier;
+}
+
+std::string cache_key(const SourceRecord &record, bool in_file) {
+    return hex(hash_of(as_bytes("pbm-build " PBM_VERSION "\n" + record.source_hash + "\n" + record.request_hash + "\n" +
+                                (in_file ? "with" : "without") + " record")));
+}
+
+Result<std::optional<ModelFigures>> copy_cached(const std::string &file, const std::string &output) {
+    const Result<MappedFile> cached = MappedFile::open(file);
+    if (!cached)
+        return std::optional<ModelFigures>();
+    const Result<Reader> reader = Reader::open(cached->bytes());
+    if (!reader || !verify(cached->bytes(), {.level = ValidationLevel::hashes}))
+        return std::optional<ModelFigures>();
+    if (const Status written = replace_file(output, cached->bytes()); !written)
+        return written.error();
+    CacheFolder::mark_used(file);
+    return std::optional(figures_of(*reader));
 }
 
 bool is_same(const EarlierOutput &earlier, const Model &model) {

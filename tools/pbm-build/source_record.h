@@ -13,7 +13,7 @@ namespace pbm::build {
 
 // Each XXH3-128 as 32 hexadecimal digits, as `xxh128sum` prints it.
 struct SourceRecord {
-    std::string source_hash;  // of the one file's bytes; of several files: of their sorted hashes
+    std::string source_hash;  // of the one file's bytes; of several files: of their hashes
     std::string request_hash; // of all options that affect the result
     bool operator==(const SourceRecord &) const = default;
 };
@@ -21,15 +21,22 @@ struct SourceRecord {
 // `given` and the further files that reading them opens, without duplicates.
 std::vector<std::string> files_read(std::span<const std::string> given);
 
-// Hashes all of `files`.
+// Hashes all of `files`; with `in_order` another order of them gives another record.
 //
 // errors  io  the system's own text; the message names the file
-Result<SourceRecord> make_record(std::span<const std::string> files, const std::string &request);
+Result<SourceRecord> make_record(std::span<const std::string> files, const std::string &request, bool in_order);
 
 // Metadata with the record as "source_hash" and "request_hash".
 //
 // errors  usage  longer than 4 KB
 Result<std::string> with_record(const std::string &metadata, const SourceRecord &record);
+
+// What a report says of a model that was not built now.
+struct ModelFigures {
+    std::uint64_t file_bytes = 0, points = 0;
+    int depth = 0;
+    double voxel_size = 0;
+};
 
 // The output of an earlier run.
 struct EarlierOutput {
@@ -37,13 +44,20 @@ struct EarlierOutput {
     std::string metadata; // without the record
     ContentId content_id{};
     std::optional<Hash128> fields_id{}; // of a model with fields
-    std::uint64_t file_bytes = 0, points = 0;
-    int depth = 0;
-    double voxel_size = 0;
+    ModelFigures figures;
 };
 
 // Nothing if the file is absent, damaged, without a record, or written by another version of this program.
 std::optional<EarlierOutput> find_earlier_output(const std::string &path);
+
+// The key of a build in a cache (system/files/cache_folder.h): hexadecimal digits. `in_file`: whether the output holds
+// the record.
+std::string cache_key(const SourceRecord &record, bool in_file);
+
+// Copies the model `file` of a cache to `output`. Nothing if it is absent or damaged.
+//
+// errors  io  `output` cannot be written
+Result<std::optional<ModelFigures>> copy_cached(const std::string &file, const std::string &output);
 
 // Whether `model`, whose metadata has a record, differs from the earlier output in its record at most.
 bool is_same(const EarlierOutput &earlier, const Model &model);

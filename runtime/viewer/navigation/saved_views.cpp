@@ -1,7 +1,7 @@
 #include "viewer/navigation/saved_views.h"
 
+#include "system/files/file_names.h"
 #include "system/files/file_replacement.h"
-#include "viewer/opening/model_cache.h"
 #include "viewer/options/option_values.h"
 #include "viewer/options/view_options.h"
 

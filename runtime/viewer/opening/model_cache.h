@@ -1,12 +1,14 @@
-// A folder of models that were built from scans, so that a scan is built once. Several programs may use one at a time.
+// The models that a viewer has had built from scans, by path, size and time of these.
 #pragma once
 
 #include "system/error.h"
+#include "system/files/cache_folder.h"
 
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace pbm {
 
@@ -29,20 +31,12 @@ class ModelCache {
 
     // Makes `file` the most recently used. Returns false if there is no such file, or a damaged one.
     static bool use(const std::string &file);
-    // Evicts others, least recently used first, until all fit. Of the folder's files it removes those only that a cache
-    // has named, and parts that killed builders left an hour ago. A model that is evicted while a program shows it
-    // stays mapped there.
-    void evict_others(const std::string &file) const;
+    void evict_others(const std::string &file) const { folder_.evict_others(file); }
 
   private:
-    ModelCache(std::string folder, std::uint64_t max_bytes) : folder_(std::move(folder)), max_bytes_(max_bytes) {}
+    explicit ModelCache(CacheFolder folder) : folder_(std::move(folder)) {}
 
-    std::string folder_;
-    std::uint64_t max_bytes_;
+    CacheFolder folder_;
 };
-
-// `name` in the folder that the environment variable `variable` of the XDG base directory specification names, else in
-// `fallback` of the home folder: xdg_folder("XDG_CACHE_HOME", ".cache", "pbm"). Empty if there is no home.
-std::string xdg_folder(const char *variable, std::string_view fallback, std::string_view name);
 
 } // namespace pbm

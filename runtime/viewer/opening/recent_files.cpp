@@ -1,7 +1,7 @@
 #include "viewer/opening/recent_files.h"
 
+#include "system/files/file_names.h"
 #include "system/files/file_replacement.h"
-#include "viewer/opening/model_cache.h"
 
 #include <algorithm>
 #include <filesystem>

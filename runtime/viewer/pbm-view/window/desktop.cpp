@@ -1,8 +1,8 @@
 #include "window/desktop.h"
 
+#include "system/files/file_names.h"
 #include "system/files/file_replacement.h"
 #include "system/processes/child_program.h"
-#include "viewer/opening/model_cache.h"
 
 #include <filesystem>
 #include <string_view>

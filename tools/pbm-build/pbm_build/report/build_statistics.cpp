@@ -45,7 +45,7 @@ std::string_view to_string(Fate fate) {
 }
 
 std::string_view to_string(Outcome outcome) {
-    constexpr std::array<std::string_view, 3> kNames{"written", "unchanged", "up to date"};
+    constexpr std::array<std::string_view, 4> kNames{"written", "unchanged", "up to date", "from the cache"};
     return kNames[static_cast<std::size_t>(outcome)];
 }
 

@@ -24,7 +24,7 @@ struct StepStatistics {
 };
 
 // The latter two with --if-changed only.
-enum class Outcome { written, unchanged, up_to_date };
+enum class Outcome { written, unchanged, up_to_date, cached };
 
 struct BuildStatistics {
     Outcome outcome = Outcome::written;

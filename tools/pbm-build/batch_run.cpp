@@ -1,0 +1,249 @@
+#include "batch_run.h"
+
+#include "command_line/command_line.h"
+#include "command_line/error_log.h"
+#include "command_line/json_report.h"
+#include "pbm_batch/build_batch.h"
+#include "pbm_scan/text/printable.h"
+#include "system/files/descriptor.h"
+#include "system/processes/this_process.h"
+#include "system/threads/parallel.h"
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+namespace pbm::build {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Of scans with the same outcome.
+struct Totals {
+    std::uint64_t scans = 0, points = 0, input_bytes = 0, output_bytes = 0;
+    double seconds = 0; // of their builds
+
+    void add(const batch::Ending &ending, const Json &document) {
+        ++scans;
+        points += document.value("points", std::uint64_t{0});
+        input_bytes += ending.scan->bytes;
+        output_bytes += document.value("file_bytes", std::uint64_t{0});
+        seconds += ending.seconds;
+    }
+    Totals &operator+=(const Totals &other) {
+        scans += other.scans;
+        points += other.points;
+        input_bytes += other.input_bytes;
+        output_bytes += other.output_bytes;
+        seconds += other.seconds;
+        return *this;
+    }
+};
+
+enum Row : std::size_t { kBuilt, kAsBefore, kCached, kFailed, kNotStarted, kRows };
+constexpr std::array<const char *, kRows> kNames{"built", "as before", "from cache", "failed", "not started"};
+
+std::string row_text(const char *name, const Totals &totals) {
+    return formatted("%-12s %7llu %14llu %12.2f %12.2f %10.1f\n", name, static_cast<unsigned long long>(totals.scans),
+                     static_cast<unsigned long long>(totals.points), static_cast<double>(totals.input_bytes) * 1e-6,
+                     static_cast<double>(totals.output_bytes) * 1e-6, totals.seconds);
+}
+
+// "12 min" of seconds.
+std::string duration_text(double seconds) {
+    if (seconds < 90)
+        return formatted("%.0f s", seconds);
+    return seconds < 5400 ? formatted("%.0f min", seconds / 60) : formatted("%.1f h", seconds / 3600);
+}
+
+class BatchReport {
+  public:
+    BatchReport(std::string_view program, const Arguments &arguments, std::span<const batch::Scan> scans,
+                std::ostream *out)
+        : program_(program), arguments_(arguments), scans_(scans), out_(out),
+          display_(arguments.verbosity, arguments.progress) {
+        for (const batch::Scan &scan : scans)
+            all_bytes_ += scan.bytes;
+        if (arguments.json != "-" && !arguments.json.empty())
+            json_file_.open(arguments.json, std::ios::binary | std::ios::trunc);
+        show_progress();
+    }
+
+    bool is_writable() const { return arguments_.json.empty() || arguments_.json == "-" || json_file_.is_open(); }
+
+    void add(const batch::Ending &ending) {
+        display_.clear();
+        ++ended_;
+        bytes_ += ending.scan->bytes;
+        Json document = Json::parse(ending.document, nullptr, false);
+        if (!document.is_object())
+            document = Json::object();
+        const std::string outcome = document.value("outcome", "");
+        const bool is_built = outcome == to_string(Outcome::written);
+        totals_[ending.exit_code != 0                   ? kFailed
+                : is_built                              ? kBuilt
+                : outcome == to_string(Outcome::cached) ? kCached
+                                                        : kAsBefore]
+            .add(ending, document);
+        if (is_built || ending.exit_code != 0)
+            worked_bytes_ += ending.scan->bytes;
+        write_json(ending, document);
+        if (ending.exit_code != 0)
+            say_failure(ending);
+        else
+            say_built(ending, document, is_built);
+        show_progress();
+    }
+
+    // The table, and the exit code.
+    int finish() {
+        display_.clear();
+        for (const batch::Scan &scan : scans_.subspan(std::min(ended_, scans_.size()))) // not started: the last ones
+            totals_[kNotStarted].input_bytes += scan.bytes;
+        totals_[kNotStarted].scans = scans_.size() - ended_;
+        if (says_normal()) {
+            *out_ << "\n                scans         points     input MB    output MB    seconds\n";
+            Totals all;
+            for (std::size_t row = 0; row < kRows; ++row) {
+                if (totals_[row].scans != 0)
+                    *out_ << row_text(kNames[row], totals_[row]);
+                all += totals_[row];
+            }
+            *out_ << row_text("all", all) << formatted("%s on the clock\n", duration_text(elapsed()).c_str())
+                  << std::flush;
+        }
+        if (totals_[kNotStarted].scans != 0)
+            std::cerr << program_ << ": " << counted(totals_[kNotStarted].scans, "scan")
+                      << " not started after this failure; --keep-going builds them all the same\n";
+        if (json_file_.is_open() && !json_file_.flush())
+            return command_line::fail(program_, arguments_.json, {ErrorCode::io, 0, "cannot write"});
+        return exit_code_;
+    }
+
+  private:
+    bool says_normal() const { return arguments_.verbosity >= command_line::Verbosity::normal && out_ != nullptr; }
+
+    double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+    std::string count_text() const { return formatted("%zu/%zu ", ended_, scans_.size()); }
+
+    void say_failure(const batch::Ending &ending) {
+        if (ending.scan < first_failed_) { // the first one of the list
+            first_failed_ = ending.scan;
+            exit_code_ = ending.exit_code;
+        }
+        std::string message = ending.message;
+        for (const std::string &prefix : {std::string(program_) + ": ", ending.scan->input + ": "})
+            if (message.starts_with(prefix))
+                message.erase(0, prefix.size());
+        const std::string line = ending.scan->input + ": " + message;
+        std::cerr << program_ << ": " << command_line::printable(line) << std::endl;
+        command_line::log_line(command_line::LogKind::error, line);
+    }
+
+    void say_built(const batch::Ending &ending, const Json &document, bool is_built) {
+        std::size_t dropped = 0;
+        for (const Json &line : document.value("attributes", Json::array()))
+            if (line.value("fate", "") == "dropped") {
+                ++dropped;
+                const std::string text =
+                    ending.scan->input + ": " + line.value("name", "") + " dropped (" + line.value("note", "") + ")";
+                if (arguments_.verbosity == command_line::Verbosity::warnings)
+                    std::cerr << program_ << ": warning: " << command_line::printable(text) << '\n';
+            }
+        if (!says_normal())
+            return;
+        std::string text = count_text() + command_line::printable(ending.scan->name) +
+                           formatted(": %llu points, depth %d, %.2f MB",
+                                     static_cast<unsigned long long>(document.value("points", std::uint64_t{0})),
+                                     document.value("depth", 0),
+                                     static_cast<double>(document.value("file_bytes", std::uint64_t{0})) * 1e-6);
+        if (!is_built)
+            text += ", " + document.value("outcome", "");
+        else if (dropped != 0)
+            text += ", " + counted(dropped, "drop");
+        *out_ << text << formatted(", %.2f s\n", ending.seconds) << std::flush;
+    }
+
+    void write_json(const batch::Ending &ending, const Json &document) {
+        if (arguments_.json.empty())
+            return;
+        const Json line{{"scan", ending.scan->name},
+                        {"input", ending.scan->input},
+                        {"output", ending.scan->output},
+                        {"exit_code", ending.exit_code},
+                        {"seconds", ending.seconds},
+                        {"message", ending.message},
+                        {"report", document.empty() ? Json() : document}};
+        const std::string text = line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+        (arguments_.json == "-" ? std::cout : json_file_) << text << std::flush;
+    }
+
+    // The time that is left, by the bytes of scans that were built: those that are as before take hardly any.
+    void show_progress() {
+        std::string note = formatted("%zu of %zu scans", ended_, scans_.size());
+        if (totals_[kFailed].scans != 0)
+            note += formatted(", %llu failed", static_cast<unsigned long long>(totals_[kFailed].scans));
+        constexpr double kLeast = 5;
+        if (worked_bytes_ != 0 && elapsed() > kLeast && ended_ < scans_.size())
+            note += ", about " +
+                    duration_text(elapsed() * static_cast<double>(all_bytes_ - bytes_) /
+                                  static_cast<double>(worked_bytes_)) +
+                    " left";
+        display_.show("batch", all_bytes_ == 0 ? 0 : static_cast<double>(bytes_) / static_cast<double>(all_bytes_),
+                      note);
+    }
+
+    std::string_view program_;
+    const Arguments &arguments_;
+    std::span<const batch::Scan> scans_;
+    std::ostream *out_;
+    command_line::ProgressDisplay display_;
+    std::ofstream json_file_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    std::array<Totals, kRows> totals_{};
+    std::size_t ended_ = 0;
+    std::uint64_t all_bytes_ = 0, bytes_ = 0, worked_bytes_ = 0;
+    const batch::Scan *first_failed_ = scans_.data() + scans_.size();
+    int exit_code_ = 0;
+};
+
+} // namespace
+
+int run_batch(std::string_view program, const Arguments &arguments) {
+    const auto scans = batch::read_scan_list(arguments.batch, arguments.output_folder);
+    if (!scans)
+        return command_line::fail(program, arguments.batch, scans.error());
+    std::vector<std::string> inputs;
+    inputs.reserve(scans->size());
+    for (const batch::Scan &scan : *scans)
+        inputs.push_back(scan.input);
+    const std::array<command_line::OutputFile, 2> outputs{
+        {{"--json", arguments.json}, {"--progress", arguments.progress ? "-" : ""}}};
+    if (const auto refused = command_line::refuse_outputs(program, inputs, outputs))
+        return *refused;
+    command_line::forget_json(); // a line for each scan instead of one document
+    std::error_code error;
+    std::filesystem::create_directories(arguments.output_folder, error);
+    if (error)
+        return command_line::fail(program, arguments.output_folder,
+                                  io_error("cannot create the folder", error.value()));
+
+    batch::Request request{.builder = {"/proc/self/exe"},
+                           .jobs = resolve_threads(arguments.build.threads),
+                           .threads = resolve_threads(arguments.build.threads),
+                           .max_memory = arguments.max_memory != 0 ? arguments.max_memory : physical_memory() / 2,
+                           .keep_going = arguments.keep_going};
+    request.builder.insert(request.builder.end(), arguments.forwarded.begin(), arguments.forwarded.end());
+    BatchReport report(program, arguments, *scans, command_line::report_stream(outputs));
+    if (!report.is_writable())
+        return command_line::fail(program, arguments.json, io_error("cannot write", errno));
+    batch::build_all(*scans, request, [&](const batch::Ending &ending) { report.add(ending); });
+    return report.finish();
+}
+
+} // namespace pbm::build
