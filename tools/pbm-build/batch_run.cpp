@@ -1,5 +1,7 @@
 #include "batch_run.h"
 
+#include "batch_plan.h"
+
 #include "command_line/command_line.h"
 #include "command_line/error_log.h"
 #include "command_line/json_report.h"
@@ -215,17 +217,22 @@ class BatchReport {
 } // namespace
 
 int run_batch(std::string_view program, const Arguments &arguments) {
-    const auto scans = batch::read_scan_list(arguments.batch, arguments.output_folder);
+    auto scans = batch::read_scan_list(arguments.batch, arguments.output_folder);
     if (!scans)
         return command_line::fail(program, arguments.batch, scans.error());
+    std::size_t number = 0;
+    std::erase_if(*scans,
+                  [&](const batch::Scan &) { return number++ % arguments.shard.count != arguments.shard.index; });
     std::vector<std::string> inputs;
     inputs.reserve(scans->size());
     for (const batch::Scan &scan : *scans)
         inputs.push_back(scan.input);
-    const std::array<command_line::OutputFile, 2> outputs{
-        {{"--json", arguments.json}, {"--progress", arguments.progress ? "-" : ""}}};
+    const std::array<command_line::OutputFile, 3> outputs{
+        {{"--json", arguments.json}, {"--progress", arguments.progress ? "-" : ""}, {"--plan", arguments.plan}}};
     if (const auto refused = command_line::refuse_outputs(program, inputs, outputs))
         return *refused;
+    if (!arguments.plan.empty())
+        return write_plan(program, arguments, *scans);
     command_line::forget_json(); // a line for each scan instead of one document
     std::error_code error;
     std::filesystem::create_directories(arguments.output_folder, error);

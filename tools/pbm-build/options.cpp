@@ -73,7 +73,9 @@ Result<std::array<double, 3>> three_numbers(const std::string &text) {
 
 // False for options of destination, speed and output, which do not affect the result.
 bool changes_result(const command_line::GivenValue &option) {
-    constexpr std::array<std::string_view, 24> kHarmless{{"--cache",
+    constexpr std::array<std::string_view, 26> kHarmless{{"--shard",
+                                                          "--plan",
+                                                          "--cache",
                                                           "--cache-size",
                                                           "--batch",
                                                           "--output-dir",
@@ -98,6 +100,15 @@ bool changes_result(const command_line::GivenValue &option) {
                                                           "--help",
                                                           "--version"}};
     return std::find(kHarmless.begin(), kHarmless.end(), option.name) == kHarmless.end();
+}
+
+Result<Shard> parse_shard(const std::string &text) {
+    const std::size_t slash = std::min(text.find('/'), text.size());
+    const auto index = parse_all<std::uint64_t>(std::string_view(text).substr(0, slash));
+    const auto count = parse_all<std::uint64_t>(std::string_view(text).substr(std::min(slash + 1, text.size())));
+    if (!index || !count || *index >= *count)
+        return usage("'" + text + "' is no shard; write I/N with I from 0 to N - 1, like 0/8");
+    return Shard{*index, *count};
 }
 
 // Verifies the options of a batch, and collects those that each of its builds gets.
@@ -285,8 +296,7 @@ void add_grid_options(CommandLine &line, Arguments &arguments) {
 void add_output_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
     line.topic = "Output";
-    line.add("-o,--output", "File to write, - for stdout; default: INPUT.pbvg", &arguments.output,
-             {.type = "FILE"});
+    line.add("-o,--output", "File to write, - for stdout; default: INPUT.pbvg", &arguments.output, {.type = "FILE"});
     line.add("-z,--compression-level", "zstd level 1..19", &options.compression_level,
              {.check = command_line::Integers{1, 19}, .shows_default = true});
     add_choice<Storage>(line, "--store", options.storage, {{"packed", Storage::packed}, {"mapped", Storage::mapped}},
@@ -339,6 +349,21 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
              command_line::stored(command_line::parse_bytes, arguments.max_memory),
              {.type = "BYTES",
               .check = command_line::readable(command_line::parse_bytes),
+              .is_setting = false,
+              .needs = "--batch"});
+    line.add("--shard", "Build every Nth scan of --batch only, from number I (0..N-1) on: one of N machines",
+             command_line::stored(parse_shard, arguments.shard),
+             {.type = "I/N", .check = command_line::readable(parse_shard), .is_setting = false, .needs = "--batch"});
+    line.add("--plan", "Write what --batch would do as a Ninja file or a Slurm script, and build nothing",
+             &arguments.plan,
+             {.type = "FILE.ninja|FILE.slurm",
+              .check =
+                  [](const std::string &name) {
+                      const std::string extension = lower_extension(name);
+                      return extension == ".ninja" || extension == ".slurm"
+                                 ? std::string()
+                                 : "'" + name + "' is no plan; name it FILE.ninja or FILE.slurm";
+                  },
               .is_setting = false,
               .needs = "--batch"});
     line.add("--cache",

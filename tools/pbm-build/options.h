@@ -10,6 +10,11 @@
 
 namespace pbm::build {
 
+// Every `count`-th scan of a batch, from number `index` on.
+struct Shard {
+    std::uint64_t index = 0, count = 1; // index < count
+};
+
 struct Arguments {
     std::vector<std::string> inputs; // at least one, unless this is a batch
     std::string output;
@@ -32,6 +37,8 @@ struct Arguments {
     std::string output_folder;          // of a batch
     std::uint64_t max_memory = 0;       // of a batch, bytes
     bool keep_going = false;            // of a batch, after a failure
+    Shard shard;                        // of a batch
+    std::string plan;                   // file to write instead of building a batch, empty for none
     std::vector<std::string> forwarded; // words of the options that each build of a batch gets
     BuildOptions build;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;

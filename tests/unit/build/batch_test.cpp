@@ -23,7 +23,7 @@ TEST(MemoryEstimate, LearnsFromThreeScansOfAKind) {
     EXPECT_GT(guess, 400 * kMega); // what such a build needs
     EXPECT_GT(estimate.of("a.laz", 100 * kMega), guess);
     EXPECT_GT(estimate.of("a.ply.gz", 100 * kMega), guess);
-    for (const std::uint64_t peak : {296, 396, 196}) {
+    for (const std::uint64_t peak : {std::uint64_t{296}, std::uint64_t{396}, std::uint64_t{196}}) {
         EXPECT_EQ(estimate.of("b.ply", 100 * kMega), guess);
         estimate.learn("b.PLY", 100 * kMega, peak * kMega);
     }
