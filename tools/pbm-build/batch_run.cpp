@@ -154,6 +154,7 @@ class BatchReport {
                 ++dropped;
                 const std::string text =
                     ending.scan->input + ": " + line.value("name", "") + " dropped (" + line.value("note", "") + ")";
+                command_line::log_line(command_line::LogKind::warning, text);
                 if (arguments_.verbosity == command_line::Verbosity::warnings)
                     std::cerr << program_ << ": warning: " << command_line::printable(text) << '\n';
             }
@@ -216,6 +217,45 @@ class BatchReport {
 
 } // namespace
 
+namespace {
+
+std::array<command_line::OutputFile, 3> outputs_of(const Arguments &arguments) {
+    return {{{"--json", arguments.json}, {"--progress", arguments.progress ? "-" : ""}, {"--plan", arguments.plan}}};
+}
+
+// Whether a file holds something that is no JSON.
+bool holds_other_than_json(const std::string &path) {
+    const auto first = std::ifstream(path, std::ios::binary).get();
+    return first != std::char_traits<char>::eof() && first != '{';
+}
+
+// Refuses outputs that are inputs, or models of this batch.
+std::optional<int> refuse_files(std::string_view program, const Arguments &arguments,
+                                std::span<const batch::Scan> scans) {
+    std::vector<std::string> inputs = arguments.sources;
+    inputs.push_back(arguments.batch);
+    if (!arguments.recipe.empty())
+        inputs.push_back(arguments.recipe);
+    for (const batch::Scan &scan : scans)
+        inputs.push_back(scan.input);
+    if (const auto refused = command_line::refuse_outputs(program, inputs, outputs_of(arguments)))
+        return refused;
+    command_line::forget_json(); // a line for each scan instead of one document
+    const std::string &log = command_line::log_path();
+    for (const std::string &input : inputs)
+        if (!log.empty() && command_line::same_file(log, input))
+            return command_line::fail_usage(program, log + ": --log is an input; choose another name");
+    for (const std::string &name : {log, arguments.json, arguments.plan})
+        for (const batch::Scan &scan : scans)
+            if (!name.empty() && name != "-" && command_line::same_file(name, scan.output))
+                return command_line::fail_usage(program, name + ": a model of this batch has this name");
+    if (!arguments.json.empty() && arguments.json != "-" && holds_other_than_json(arguments.json))
+        return command_line::fail_usage(program, arguments.json + ": --json would replace a file that is no JSON");
+    return std::nullopt;
+}
+
+} // namespace
+
 int run_batch(std::string_view program, const Arguments &arguments) {
     auto scans = batch::read_scan_list(arguments.batch, arguments.output_folder);
     if (!scans)
@@ -223,17 +263,10 @@ int run_batch(std::string_view program, const Arguments &arguments) {
     std::size_t number = 0;
     std::erase_if(*scans,
                   [&](const batch::Scan &) { return number++ % arguments.shard.count != arguments.shard.index; });
-    std::vector<std::string> inputs;
-    inputs.reserve(scans->size());
-    for (const batch::Scan &scan : *scans)
-        inputs.push_back(scan.input);
-    const std::array<command_line::OutputFile, 3> outputs{
-        {{"--json", arguments.json}, {"--progress", arguments.progress ? "-" : ""}, {"--plan", arguments.plan}}};
-    if (const auto refused = command_line::refuse_outputs(program, inputs, outputs))
+    if (const auto refused = refuse_files(program, arguments, *scans))
         return *refused;
     if (!arguments.plan.empty())
         return write_plan(program, arguments, *scans);
-    command_line::forget_json(); // a line for each scan instead of one document
     std::error_code error;
     std::filesystem::create_directories(arguments.output_folder, error);
     if (error)
@@ -246,7 +279,7 @@ int run_batch(std::string_view program, const Arguments &arguments) {
                            .max_memory = arguments.max_memory != 0 ? arguments.max_memory : physical_memory() / 2,
                            .keep_going = arguments.keep_going};
     request.builder.insert(request.builder.end(), arguments.forwarded.begin(), arguments.forwarded.end());
-    BatchReport report(program, arguments, *scans, command_line::report_stream(outputs));
+    BatchReport report(program, arguments, *scans, command_line::report_stream(outputs_of(arguments)));
     if (!report.is_writable())
         return command_line::fail(program, arguments.json, io_error("cannot write", errno));
     batch::build_all(*scans, request, [&](const batch::Ending &ending) { report.add(ending); });

@@ -15,6 +15,7 @@
 
 #include <array>
 #include <chrono>
+#include <filesystem>
 #include <iostream>
 
 namespace {
@@ -118,7 +119,10 @@ void take_figures(const ModelFigures &figures, Outcome outcome, BuildStatistics 
 
 // A build that fails to fill the cache is no failure.
 void fill_cache(const CacheFolder &cache, const std::string &file, const std::string &output) {
-    const Result<MappedFile> model = MappedFile::open(output);
+    std::error_code error;
+    const bool is_in_the_way = std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error);
+    const Result<MappedFile> model =
+        is_in_the_way ? Result<MappedFile>(Error{ErrorCode::io, 0, "it is no file"}) : MappedFile::open(output);
     const Status stored = model ? replace_file(file, model->bytes(), Durability::cached) : Status(model.error());
     if (stored)
         return cache.evict_others(file);
@@ -165,7 +169,9 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
             return fail("--cache " + arguments.cache, opened.error());
         cache = std::move(*opened);
         cached = cache->file_of(cache_key(record, keeps_record));
-        const auto copied = copy_cached(cached, arguments.output);
+        // A report of the mesh is made by building.
+        const auto copied =
+            arguments.build.mesh.report ? Result(std::optional<ModelFigures>()) : copy_cached(cached, arguments.output);
         if (!copied)
             return fail(command_line::output_name(arguments.output), copied.error());
         if (*copied) {

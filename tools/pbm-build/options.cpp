@@ -115,19 +115,20 @@ Result<Shard> parse_shard(const std::string &text) {
 std::optional<int> take_batch(const CommandLine &line, Arguments &arguments) {
     if (arguments.output_folder.empty())
         return command_line::fail_usage(line.program, "--batch needs a folder for what it builds: --output-dir DIR");
+    if (!arguments.inputs.empty() || !arguments.output.empty())
+        return command_line::fail_usage(line.program, "--batch takes its scans from a list or a folder, and names its "
+                                                      "models itself: leave INPUT and --output out, of a recipe too");
     constexpr std::array<std::string_view, 4> kOfOneBuild{"--dependency-file", "--dependency-target", "--pose",
                                                           "--viewpoint"};
-    constexpr std::array<std::string_view, 9> kOfAll{"--cache",       "--cache-size",         "--if-changed",
-                                                     "--source-hash", "--write-dependencies", "--recipe",
-                                                     "--log",         "--allow-outside",      "--mesh-report"};
+    constexpr std::array<std::string_view, 8> kOfAll{"--cache",         "--cache-size",         "--if-changed",
+                                                     "--source-hash",   "--write-dependencies", "--recipe",
+                                                     "--allow-outside", "--mesh-report"};
     const auto is_one_of = [](std::string_view name, const auto &names) {
         return std::find(names.begin(), names.end(), name) != names.end();
     };
     for (const command_line::GivenValue &option : line.given) {
         if (is_one_of(option.name, kOfOneBuild) && (option.name != "--viewpoint" || arguments.viewpoints.size() > 1))
             return command_line::fail_usage(line.program, option.name + " is of one scan, not of a --batch");
-        if (option.is_setting && option.name == "INPUT")
-            return command_line::fail_usage(line.program, "the recipe of a --batch names a scan");
         if (!option.is_setting && (changes_result(option) || is_one_of(option.name, kOfAll)))
             arguments.forwarded.push_back(option.name + "=" + option.value);
     }
@@ -338,7 +339,7 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
     line.add("--batch",
              "Build each scan of a folder, or of a list with a path a line, to a file of its own; a bad one costs only "
              "itself",
-             &arguments.batch, {.type = "LIST|DIR", .is_setting = false, .excludes = {"INPUT", "--output"}});
+             &arguments.batch, {.type = "LIST|DIR", .is_setting = false});
     line.add("--output-dir", "Folder for the models of --batch", &arguments.output_folder,
              {.type = "DIR", .is_setting = false, .needs = "--batch"});
     line.add("--keep-going", "Build the other scans of --batch after a failure", &arguments.keep_going,

@@ -13,6 +13,8 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 
 namespace pbm::build {
 namespace {
@@ -152,6 +154,9 @@ std::string cache_key(const SourceRecord &record, bool in_file) {
 }
 
 Result<std::optional<ModelFigures>> copy_cached(const std::string &file, const std::string &output) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored))
+        return std::optional<ModelFigures>();
     const Result<MappedFile> cached = MappedFile::open(file);
     if (!cached)
         return std::optional<ModelFigures>();

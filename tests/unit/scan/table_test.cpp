@@ -221,6 +221,7 @@ TEST(TextCloud, EmptyCellsAreMissingValues) {
     // Between tabs too, also without names, unless several tabs align all rows.
     EXPECT_EQ(surface("0\t\t3\t10\n1\t2\t\t10\n4\t5\t6\t7\n", "scan.txt").positions[0], glm::dvec3(4, 5, 6));
     EXPECT_EQ(surface("0\t\t3\t\t10\n1\t\t2\t\t10\n", "scan.txt").positions[1], glm::dvec3(1, 2, 10));
+    EXPECT_TRUE(has(refusal("0\t2\t3\n1\t2\t\t10\n", "scan.txt"), "a row of 4 numbers, others have 3"));
     const Surface indexed =
         surface("\tx\ty\tz\tlabel\n0\t1.5\t2\t3\t\n1\t4\t5\t6\t\n", "scan.txt"); // as pandas writes it
     EXPECT_EQ(indexed.positions[0], glm::dvec3(1.5, 2, 3));
@@ -233,7 +234,9 @@ TEST(TextCloud, CommentsAreSaidAndErrorsOfSpreadsheetsAreNone) {
     EXPECT_EQ(s.positions.size(), 2U);
     EXPECT_EQ(note_of(s, "comments"), "2 lines behind the first point, or end of a line, that begins with # or //");
     for (const char *text :
-         {"x,y,z\n1,2,3\n#DIV/0!,2,3\n", "1,2,3\n1,2,#REF!\n", "1,2,3,#ff0000\n", "1,2,3\n#N/A,1,2\n"})
+         {"x,y,z\n1,2,3\n#DIV/0!,2,3\n", "1,2,3\n1,2,#REF!\n", "1,2,3,#ff0000\n", "1\t2\t3\n#NV\t2\t3\n",
+          "x\ty\tz\n1\t2\t#####\n1\t2\t3\n", "x,y,z\nNA,NA,NA\nNA,NA,NA\nNA,NA,NA\nNA,NA,NA\n1,2,3\n",
+          "x,y,z\n0 m,1 m,2 m\n", "x,y,z\n\"0,5\",\"2,5\",\"3,5\"\n1,2,3\n", "1,2,3\n#N/A,1,2\n"})
         EXPECT_TRUE(has(refusal(text, "scan.csv"), "is not a number")) << text;
     EXPECT_EQ(surface("# Columns: X Y Z\n1 2 3\n", "scan.txt").report.size(), 1U);
     EXPECT_EQ(surface("sep=;\nx;y;z\n1;2;3\n", "scan.csv").report.size(), 1U);
@@ -273,10 +276,12 @@ TEST(TextCloud, AFewOddColoursDoNotChangeTheRangeOfAll) {
 TEST(TextCloud, TextIsSkippedWhereTheUserSaysSo) {
     EXPECT_TRUE(
         has(refusal("x,y,z,kind\n1,2,3,tall tree\n", "x.csv"), "line 2: 'tall tree' in column 4 is not a number; '-'"));
-    EXPECT_TRUE(has(refusal("id,x,y,z\nP1,1,2,3\n", "x.csv"), "line 2: 'P1' in column 1 is not a number; '-' in --columns skips"));
+    EXPECT_TRUE(has(refusal("id,x,y,z\nP1,1,2,3\n", "x.csv"),
+                    "line 2: 'P1' in column 1 is not a number; '-' in --columns skips"));
     for (const char *text :
          {"id,x,y,z,kind\nP1,1,2,3,tall tree\nP2,4,5,6,\n", "P1,1,2,3,house\nP2,4,5,6,7\n",
           "\"P,1\",1,2,3,\"a, b 5\"\n\"P,2\",4,5,6,\"7,8\"\n", "\"P 1\" 1 2 3 'a 5'\nP2 4 5 6 7\n",
+          "P1,1,2,3,\"5\"\" pipe, #4\"\nP2,4,5,6,\n", "01.02.2024;1;2;3;v1.2\n02.02.2024;4,0;5,0;6,0;7\n",
           "id\tx\ty\tz\tkind\nP1\t1\t2\t3\tTree 10\nP 2\t4\t5\t6\t10\n", "P1 1 2 3 house\nP2 4 5 6 tree\n"}) {
         const Surface s = surface(text, "scan.csv", {.columns = {"-", "x", "y", "z", "-"}, .progress = {}});
         ASSERT_EQ(s.positions.size(), 2U) << text;

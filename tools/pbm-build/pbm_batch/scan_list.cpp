@@ -48,7 +48,9 @@ Result<std::vector<fs::path>> scans_of_list(const std::string &list, const fs::p
     const Result<MappedFile> file = is_stream(list) ? MappedFile::read_stream(list, kMaxBytes) : MappedFile::open(list);
     if (!file)
         return file.error();
-    const std::string text(file->bytes().begin(), file->bytes().end());
+    constexpr std::string_view kMark = "\xEF\xBB\xBF"; // of UTF-8, as some editors write it
+    std::string text(file->bytes().begin(), file->bytes().end());
+    text.erase(0, text.starts_with(kMark) ? kMark.size() : 0);
     if (text.find('\0') != std::string::npos)
         return usage("a NUL byte: it is no list of scans but perhaps a scan itself; write a path a line");
     std::vector<fs::path> files;
@@ -59,10 +61,10 @@ Result<std::vector<fs::path>> scans_of_list(const std::string &list, const fs::p
         ++number;
         if (line.ends_with('\r'))
             line.pop_back();
-        if (line.empty() || line.starts_with('#'))
+        if (line.find_first_not_of(" \t") == std::string::npos || line.starts_with('#'))
             continue;
-        fs::path path = (folder / line).lexically_normal();
-        const auto [first, is_new] = line_of.emplace(path.string(), number);
+        fs::path path = folder / line; // not normalised: a link before ".." leads elsewhere
+        const auto [first, is_new] = line_of.emplace(path.lexically_normal().string(), number);
         if (!is_new)
             return usage("line " + std::to_string(number) + " names the scan of line " + std::to_string(first->second) +
                          " again");
@@ -73,7 +75,7 @@ Result<std::vector<fs::path>> scans_of_list(const std::string &list, const fs::p
 
 // Where a scan lies below `root`; its name only if it lies elsewhere.
 fs::path place_of(const fs::path &file, const fs::path &root) {
-    const fs::path place = file.lexically_relative(root);
+    const fs::path place = file.lexically_normal().lexically_relative(root);
     return place.empty() || *place.begin() == ".." ? file.filename() : place;
 }
 
@@ -107,7 +109,7 @@ Result<std::vector<Scan>> read_scan_list(const std::string &list_or_folder, cons
         const auto [other, is_new] = input_of.emplace(scan.output, scan.input);
         if (!is_new)
             return usage(scan.input + " and " + other->second + " would both become " + scan.output +
-                         "; name the scans of other folders by lists of their own");
+                         "; rename one of them, or build it by a list of its own");
     }
     return scans;
 }

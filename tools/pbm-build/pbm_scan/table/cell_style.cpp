@@ -45,7 +45,7 @@ struct Sample {
         const bool is_cut = text.size() > begin + kTextBytes;
         Lines lines(text.substr(0, begin + kTextBytes), begin, lines_before);
         for (std::size_t bytes = 0; bytes < kRowBytes && lines.next() && (lines.terminated() || !is_cut);) {
-            const std::string_view line = lines.rest(), row = without_comment(line);
+            const std::string_view line = lines.rest(), row = without_comment(line, '\0');
             const std::size_t words = words_of(line).size();
             if (numbers_in(row) == 3) {
                 rows.push_back(row);
@@ -83,8 +83,13 @@ std::string_view unclear_number(std::string_view row) {
         const std::size_t begin = row.find_last_of(kEnds, at) + 1;
         return row.substr(begin, row.find_first_of(kEnds, at) - begin);
     };
-    if (has(row, ';'))
-        return has(row, '.') && is_numeric(word_around(comma)) ? word_around(comma) : std::string_view();
+    if (has(row, ';')) {
+        for (std::size_t at = row.find('.'); at != std::string_view::npos; at = row.find('.', at + 1))
+            if (const std::string_view word = word_around(at);
+                is_numeric(word) && std::count(word.begin(), word.end(), '.') == 1 && is_numeric(word_around(comma)))
+                return word_around(comma);
+        return {};
+    }
     const std::vector<std::string_view> words = words_of(row);
     if (words.size() < 3 || !std::all_of(words.begin(), words.end(), is_numeric))
         return {};
@@ -132,7 +137,7 @@ bool are_separated_by_tabs(const Sample &sample) {
     }
     const std::vector<std::string> names = text_cells(sample.header, '\t');
     const bool has_names = names.size() >= 3 && std::find(names.begin() + 1, names.end(), "") == names.end();
-    return count >= 3 && (has_names || (is_even && (is_full || differ)));
+    return count >= 3 && (has_names || (is_even && is_full) || (!is_full && (differ || !is_even)));
 }
 
 } // namespace
@@ -146,10 +151,21 @@ bool is_comment(std::string_view text) {
     return !word.ends_with('!') && !word.ends_with('?') && word != "#N/A";
 }
 
-std::string_view without_comment(std::string_view line) {
-    for (std::size_t at = line.find_first_of("#/"); at != std::string_view::npos; at = line.find_first_of("#/", at + 1))
-        if ((at == 0 || ends_word(line[at - 1])) && is_comment(line.substr(at)))
+bool is_error_value(std::string_view word) {
+    return word.size() >= 3 && word.front() == '#' &&
+           word.find_first_not_of("#ABCDEFGHIJKLMNOPQRSTUVWXYZ/!?0") == std::string_view::npos;
+}
+
+std::string_view without_comment(std::string_view line, char separator) {
+    char quote = 0;
+    for (std::size_t at = line.find_first_of("#/\"'"); at != std::string_view::npos;
+         at = line.find_first_of("#/\"'", at + 1)) {
+        if (has(kQuotes, line[at]))
+            quote = quote == 0 ? line[at] : quote == line[at] ? '\0' : quote;
+        else if (quote == 0 && (at == 0 || (ends_word(line[at - 1]) && line[at - 1] != separator)) &&
+                 is_comment(line.substr(at)))
             return line.substr(0, at);
+    }
     return line;
 }
 
@@ -161,9 +177,12 @@ Cell take_cell(std::string_view &line, char separator) {
     const auto ends = [&](char c) { return separator == ' ' ? ends_word(c) : c == separator; };
     std::size_t from = 0;
     if (!line.empty() && has(kQuotes, line.front()))
-        if (const std::size_t close = line.find(line.front(), 1); close != std::string_view::npos) {
+        for (std::size_t close = line.find(line.front(), 1); close != std::string_view::npos;
+             close = line.find(line.front(), close + 2)) {
             cell.is_quoted = true;
             from = close + 1;
+            if (from == line.size() || line[from] != line.front()) // two quotes stand for one
+                break;
         }
     const auto end = static_cast<std::size_t>(
         std::find_if(line.begin() + static_cast<std::ptrdiff_t>(from), line.end(), ends) - line.begin());

@@ -36,7 +36,9 @@ std::vector<std::string> text_cells(std::string_view line, char separator);
 
 // Whether a comment begins with this text: "#" or "//", but not an error value of a spreadsheet ("#DIV/0!").
 bool is_comment(std::string_view text);
-// The line without the comment that may end it, which begins behind white space.
-std::string_view without_comment(std::string_view line);
+// Whether a word can be an error value of a spreadsheet in any language: "#NV", "#####".
+bool is_error_value(std::string_view word);
+// The line without the comment that may end it, which begins behind white space that is no separator, and in no quotes.
+std::string_view without_comment(std::string_view line, char separator);
 
 } // namespace pbm::build

@@ -228,19 +228,31 @@ class TextCloud {
         return {};
     }
 
-    // Whether a line has two numbers: it is a row then, and no row of names or units.
-    bool has_numbers(std::string_view line) const {
+    // Whether a line is no row of names or units: two of its cells are numbers, or all of them have a digit.
+    bool is_like_row(std::string_view line) const {
         const std::vector<std::string> cells = text_cells(line, style_.separator);
         double value = 0;
-        return std::count_if(cells.begin(), cells.end(), [&](const auto &cell) { return is_number(cell, value); }) >= 2;
+        const auto has_digit = [](const std::string &cell) {
+            return cell.find_first_of("0123456789") != std::string::npos;
+        };
+        return std::count_if(cells.begin(), cells.end(), [&](const auto &cell) { return is_number(cell, value); }) >=
+                   2 ||
+               std::all_of(cells.begin(), cells.end(), has_digit);
     }
 
     Status line() {
         std::string_view line = lines_.rest();
         if (has_comments_) {
-            const std::string_view bare = without_comment(line);
+            const std::string_view bare = without_comment(line, style_.separator == '\t' ? '\t' : '\0');
             const bool has_comment = bare.size() != line.size();
             line = bare;
+            if (has_comment && columns_ != 0 && style_.separator != ' ') {
+                const std::vector<std::string> cells = text_cells(lines_.rest(), style_.separator);
+                const auto error = std::find_if(cells.begin(), cells.end(), is_error_value);
+                if (cells.size() == columns_ && error != cells.end())
+                    return lines_.refuse(printable_in_quotes(*error) + " in column " +
+                                         std::to_string(error - cells.begin() + 1) + " is not a number");
+            }
             if (trimmed(line, kBlanks).empty() && has_comment) {
                 comments_ += columns_ != 0 ? 1U : 0U;
                 if (columns_ == 0 && names_.empty())
@@ -253,7 +265,7 @@ class TextCloud {
         numbers_ = empty_ = 0;
         const std::string_view odd = style_.separator == ' ' ? read_words(line) : read_cells(line);
         if (!odd.empty()) {
-            if (columns_ == 0 && numbers_ == 0 && (names_.empty() || !has_numbers(line)))
+            if (columns_ == 0 && numbers_ == 0 && (names_.empty() || !is_like_row(line)))
                 return text(as_in_file(odd));
             return lines_.refuse(printable_in_quotes(as_in_file(odd)) + " in column " +
                                  std::to_string(row_.size() + empty_ + 1) +
@@ -281,6 +293,10 @@ class TextCloud {
                                  "points, --columns says what its columns are");
         const bool is_header = !has_names || (!options_.columns.empty() && !has_header_);
         has_header_ = has_header_ || is_header;
+        constexpr std::uint64_t kMostSkipped = 3; // titles and units
+        if (!is_header && skipped_ == kMostSkipped)
+            return lines_.refuse("a fourth row of text behind the names: " + printable_in_quotes(first) +
+                                 " is not a number");
         if (!is_header && skipped_++ == 0)
             first_skipped_ = first;
         return {};
